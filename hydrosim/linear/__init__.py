@@ -1,2 +1,2 @@
-"""What follows from one linearisation: modes, step limits, motions without steps. Takes a model,
-compiles none."""
+"""Results of one linearisation: modes, step limits, motions without steps. This package takes a
+model and compiles none."""

@@ -1,29 +1,31 @@
-"""The largest step that is accurate, beside the largest that is stable.
+"""The largest accurate step, in addition to the largest stable one.
 
-A method with stability function R makes of y' = lambda y, in steps of h, exactly the solution of
+A method with stability function R solves, instead of y' = lambda y, in steps of h exactly
 
     y' = lambda_h y,   lambda_h = log R(h lambda) / h
 
-so that Re lambda_h - Re lambda is its numerical damping and Im lambda_h - Im lambda its error of
-phase, each per unit of time (van der Houwen & Sommeijer 1987; of the classical method of order 4
-|lambda_h - lambda| is (w h)^4 w / 120, and (w h)^5 w / 144 of it is damping). A free vibration of
-unit amplitude is then wrong by |lambda_h - lambda| t exp(Re lambda t) after a time t, and the
-resonance of a damped mode by |lambda_h - lambda| / |Re lambda|; so
+So Re lambda_h - Re lambda is its numerical damping and Im lambda_h - Im lambda its error of phase,
+each per unit of time (van der Houwen & Sommeijer 1987). For the classical method of order 4
+|lambda_h - lambda| is (w h)^4 w / 120, of which (w h)^5 w / 144 is damping. After a time t the
+error of a free vibration of unit amplitude is |lambda_h - lambda| t exp(Re lambda t). The error of
+the resonance of a damped mode is |lambda_h - lambda| / |Re lambda|. So
 
     error = |lambda_h - lambda| min(T, 1 / |Re lambda|)
 
-is that of a vibration that lasts for a time T: what a mode's own damping makes it forget does not
-count. Errors add up as the vibration goes on, each part with the amplitude of its time, so that T
-is the integral of the amplitude over a contact, or the run, divided by the largest; of amplitudes
-without what the method itself has damped them by. The error counts in the motions as much as the
-mode is excited, by waves, by the start, by impacts: of a coordinate q_i by
+is the error of a vibration that lasts for a time T. Parts that the mode's own damping has removed
+do not count. Errors accumulate during the vibration, each part with the amplitude of its time. So T
+is the integral of the amplitude over a contact, or the run, divided by the largest amplitude. These
+amplitudes exclude the numerical damping of the method.
+
+The error matters in proportion to the excitation of the mode by waves, by the start and by impacts.
+The excitation of a coordinate q_i is
 
     2 |r_i| max |mean(l v exp(-i w t))| / |l r'|
 
-with the right eigenvector (r, r', ...) of places and rates, the left one's part l that goes with
-rates, and the velocities v of a run while contacts were as the mode wants them, stick or slip. The
-mean over four periods of the mode leaves out what is forced at other frequencies, where the error
-is small.
+with the right eigenvector (r, r', ...) of positions and rates, the part l of the left one for
+rates, and the velocities v of a run while its contacts have the mode's state, stick or slip. The
+mean over four periods of the mode removes motions forced at other frequencies, where the error is
+small.
 """
 
 from __future__ import annotations
@@ -43,22 +45,23 @@ from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.state_layout import StateLayout
 
 WRONG = 2.0  # error of a vibration that is out of phase
-FINER = 2.0**0.125  # ratio of steps that are looked at
+FINER = 2.0**0.125  # ratio between tried steps
 FINEST = 1e-6  # of the step
-SLOW = 1e-9  # rad/s: no vibration
+SLOW = 1e-9  # rad/s: slower modes do not vibrate
 MOVES = 0.05  # share of velocities in a mode, half in one of a body on a spring
-# of a mean, and its fewest records
+# periods of a mean, and its fewest records
 PERIODS = 4.0
 FEWEST = 5
 MOST = 100.0  # of an exponent
-SEEN = 2.0  # records in that many periods: fewer do not tell a vibration from what is forced
+SEEN = 2.0  # records in that many periods: fewer do not distinguish a vibration from forced motion
 
 
 @dataclass(frozen=True, eq=False)
 class Vibration:
-    """A mode that vibrates while contacts and springs are as ``modes`` (rows, 3) has them, and as
-    ``contact`` says; its ``eigenvalue`` [1/s] and ``what`` moves in it. Where it is all that moves,
-    velocities v (n,) mean amplitudes ``amplitude`` (n,) |``felt`` (n,) v| of the coordinates."""
+    """A mode that vibrates while contacts and springs are in ``modes`` (rows, 3), described by
+    ``contact``; its ``eigenvalue`` [1/s], and ``what`` moves in it. If nothing else moves,
+    velocities v (n,) correspond to the amplitudes ``amplitude`` (n,) |``felt`` (n,) v| of the
+    coordinates."""
 
     contact: str
     modes: np.ndarray
@@ -68,18 +71,18 @@ class Vibration:
     felt: np.ndarray
 
     def error(self, method: Method, step: float, duration: float) -> float:
-        """Of the vibration, of its amplitude, in a run of this ``duration`` [s]."""
+        """Error of the vibration relative to its amplitude, in a run of this ``duration`` [s]."""
         return float(vibration_errors(method, step, duration, np.array([self.eigenvalue]))[0])
 
     def accurate_step(self, method: Method, step: float, duration: float, error: float) -> float:
-        """The largest step, up to ``step`` [s], at which the error is no more than ``error``."""
+        """The largest step, up to ``step`` [s], with an error of at most ``error``."""
         trial = step
         while self.error(method, trial, duration) > error and trial > FINEST * step:
             trial /= FINER
         return trial
 
     def fading(self, method: Method, step: float) -> float:
-        """How fast [1/s] the method damps the vibration, by more than it should."""
+        """Excess damping rate [1/s] of the vibration by the method."""
         R = method.stability(np.array([step * self.eigenvalue]))
         made = float(np.log(np.maximum(np.abs(R[0]), TINY))) / step
         return max(self.eigenvalue.real - made, 0.0)
@@ -88,9 +91,11 @@ class Vibration:
         self, time: np.ndarray, velocity: np.ndarray, modes: np.ndarray, fading: float = 0.0
     ) -> tuple[np.ndarray, float]:
         """The largest amplitudes (n,) of the vibration in a run with velocities (nt, n) and
-        ``modes`` (nt, rows, 3) at the records' ``time`` (nt,) [s], while contacts are as it wants
-        them, and for how long [s] as large a one would be as wrong as it is in one contact; the
-        method makes it fade at the rate ``fading`` [1/s]."""
+        ``modes`` (nt, rows, 3) at the records' ``time`` (nt,) [s], while contacts are in its modes.
+
+        Also returns the duration [s] for which a vibration of that amplitude would have the error
+        that it has in one contact. The method damps it at the rate ``fading`` [1/s].
+        """
         touching, alike = self._seen(modes)
         felt = np.where(alike, velocity @ self.felt, 0.0)
         omega = self.eigenvalue.imag
@@ -110,9 +115,9 @@ class Vibration:
         return self.amplitude * largest, lasting
 
     def _seen(self, modes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Whether records are in contact on the piece of the curve that this is about, and whether
-        they stick or slip as it wants, (nt,) each, or are beside one that is; all are, if none need
-        be."""
+        """Two arrays (nt,): records in contact on the mode's piece of the curve, and records that
+        stick or slip as in the mode. Records beside such a record count, too. All are true if the
+        mode has no contact."""
         closed = self.modes[:, MODE] != OPEN
         if not closed.any():
             return np.ones(len(modes), dtype=bool), np.ones(len(modes), dtype=bool)
@@ -123,7 +128,7 @@ class Vibration:
 
 
 def _widened(here: np.ndarray) -> np.ndarray:
-    """True beside what is true (nt,), too."""
+    """True also next to true entries (nt,)."""
     beside = here.copy()
     beside[1:] |= here[:-1]
     beside[:-1] |= here[1:]
@@ -133,7 +138,8 @@ def _widened(here: np.ndarray) -> np.ndarray:
 def vibration_errors(
     method: Method, step: float, duration: float, values: np.ndarray
 ) -> np.ndarray:
-    """Of vibrations with eigenvalues ``values`` (m,) [1/s], over their amplitudes: see above."""
+    """Errors of vibrations with eigenvalues ``values`` (m,) [1/s], relative to their amplitudes, as
+    above."""
     z = step * values
     made = np.log(np.maximum(np.abs(R := method.stability(z)), TINY)) + 1j * np.angle(R)
     turns = np.round((z.imag - made.imag) / (2.0 * np.pi))
@@ -151,9 +157,9 @@ def vibrations(
     step: float,
     error: float,
 ) -> Iterator[Vibration]:
-    """Modes that vibrate with more than an ``error`` at a ``step`` [s], of all ``found``
-    combinations. A memory by convolution moves their eigenvalues as far as it does at first
-    order, l K^(i w) r'."""
+    """Modes that vibrate with more than an ``error`` at a ``step`` [s], from all ``found``
+    combinations. A memory by convolution shifts their eigenvalues by its effect at first order, l
+    K^(i w) r'."""
 
     def wrong(values: np.ndarray) -> np.ndarray:
         return (values.imag > SLOW) & (vibration_errors(method, step, duration, values) > error)
@@ -190,7 +196,7 @@ def remembered(model: Model, omega: float) -> np.ndarray:
     size = len(model.added_mass)
     found = np.zeros((size, size), dtype=complex)
     turning = np.exp(-1j * omega * kernel.step * np.arange(len(kernel.K)))
-    turning[[0, -1]] *= 0.5  # the trapezium rule
+    turning[[0, -1]] *= 0.5  # the trapezoidal rule
     found[kernel.row, kernel.column] = turning @ kernel.K
     active = model.bodies.active
     return np.asarray(kernel.step * found[np.ix_(active, active)])

@@ -1,7 +1,7 @@
-"""Connected components of a linear system: parts that nothing couples, each solved by itself.
+"""Connected components of a linear system: parts without coupling, each solved by itself.
 
 Work on a whole system grows with the cube of its size, work on its parts with their number. Only an
-exact zero is no coupling, so that no weak line is left out.
+exact zero counts as no coupling, so that no weak line is left out.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ import numpy as np
 
 
 def find_components(coupled: np.ndarray) -> list[np.ndarray]:
-    """Indices, rising, of the components of a graph whose edges are the entries of ``coupled``
-    (n, n) that are not zero, in either direction."""
+    """Indices, rising, of the components of a graph. Its edges are the non-zero entries of
+    ``coupled`` (n, n), in either direction."""
     edge = coupled != 0
     edge |= edge.T
     left = np.ones(len(edge), dtype=bool)
@@ -28,8 +28,8 @@ def find_components(coupled: np.ndarray) -> list[np.ndarray]:
 
 
 def spread(values: np.ndarray, own: np.ndarray, active: np.ndarray) -> np.ndarray:
-    """The ``values`` (k,) of the coordinates ``own`` (k,) as those of all that are ``active`` (n,),
-    rising; zero elsewhere."""
+    """Expand the ``values`` (k,) of the coordinates ``own`` (k,) to all ``active`` coordinates
+    (n,), rising; zero elsewhere."""
     every = np.zeros(active.size, dtype=values.dtype)
     every[np.searchsorted(active, own)] = values
     return every

@@ -1,10 +1,11 @@
-"""Contacts that are pressed where a scene is at rest, made linear.
+"""Linear models of contacts that are pressed where a scene is at rest.
 
-Friction that holds is linear: a contact node that sticks is the spring K2 with the damper C2
-between body and plane, a friction slope below its limit is a damper, and rigid friction is a
-constraint: no motion along the plane at its point. Friction that slips is not linear; so contacts
-are taken as held, as without friction, or as open. Where constraints leave no motion at all, there
-is nothing to be linear, and that is refused.
+Friction that holds is linear. A sticking contact node is the spring K2 with the damper C2 between
+body and plane. A friction slope below its limit is a damper. Rigid friction is a constraint: no
+motion along the plane at its point.
+
+Friction that slips is not linear. So contacts are treated as held, as frictionless, or as open.
+Constraints that leave no motion are refused.
 """
 
 from __future__ import annotations
@@ -28,8 +29,8 @@ from hydrosim.stepping.state import State
 
 
 class Contacts(StrEnum):
-    """What contacts that are pressed at rest do: friction holds them, they slide freely, or they
-    are open, as if there were none."""
+    """State of contacts that are pressed at rest: friction holds them, they slide freely, or they
+    are open, as if they did not exist."""
 
     STUCK = "stuck"
     SLIDING = "sliding"
@@ -44,8 +45,8 @@ def pressed(model: Model, state: State) -> np.ndarray:
 def with_contacts(
     model: Model, rest: State, contacts: Contacts, names: Sequence[str]
 ) -> tuple[Model, State]:
-    """The model, and the state at ``rest`` with its contact points, called ``names``, as
-    ``contacts`` has them. Raises InputError where rigid friction would leave no motion."""
+    """The model and the state at ``rest``, with its contact points, called ``names``, in the state
+    ``contacts``. Raises InputError if rigid friction leaves no motion."""
     modes = rest.modes.copy()
     points = pressed(model, rest)
     law = model.elements.fenders.points["law"]
@@ -66,13 +67,13 @@ def with_contacts(
 
 
 def _leaves_motion(model: Model, y: np.ndarray, modes: np.ndarray) -> bool:
-    """Whether constraints leave any motion."""
+    """True if constraints leave any motion."""
     freedom = freedom_of(find_constraint_rows(model, y, modes), inertia(model, y))
     return freedom.unconstrained or freedom.basis.shape[1] > 0
 
 
 def find_rigid_tractions(model: Model, state: State, forces: np.ndarray) -> np.ndarray:
-    """Friction (..., points, 2) of all contact points along their planes, of ``forces`` (..., m)
+    """Friction (..., points, 2) of all contact points along their planes, from ``forces`` (..., m)
     of constraints in a ``state``."""
     n = model.bodies.active.size
     work = new_work(model)

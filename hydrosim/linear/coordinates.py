@@ -1,4 +1,4 @@
-"""Free coordinates of a scene: their velocities, their inertia, steps of differences in them."""
+"""Free coordinates of a scene: their velocities, their inertia, and difference steps."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ def velocity_map(model: Model, q: np.ndarray) -> np.ndarray:
 
 
 def inertia(model: Model, y: np.ndarray) -> np.ndarray:
-    """Inertia (n, n) of the free coordinates, added mass included, in the state ``y``, with its
-    slow draughts and what is in its tanks."""
+    """Inertia (n, n) of the free coordinates, added mass included, in the state ``y`` with its slow
+    draughts and tank contents."""
     work = new_work(model)
     n = model.bodies.active.size
     A = model.added_mass

@@ -1,19 +1,19 @@
-"""Where a scene is at rest, without stepping it there.
+"""The equilibrium of a scene, without stepping to it.
 
-Zero velocities, no first-order waves and no friction: with friction there is a continuum of places
-at rest, and which of them a run ends in is decided by its history. The free coordinates q are those
-where the generalised loads vanish,
+It has zero velocities, no first-order waves and no friction. With friction there is a continuum of
+equilibria, and a run's history determines which one it ends in. In the free coordinates q the
+generalised loads vanish,
 
-    Q(q) = S^T F(q, q' = 0) = 0,
+    Q(q) = S^T F(q, q' = 0) = 0.
 
-found by Newton's method with K = -dQ/dq by central differences, in the directions that K holds: by
-its singular values over the inertia of each coordinate, [1/s^2]. All others stay where they are,
-and the loads along them are what makes the bodies drift. Contacts and slack lines are looked at
-anew in every iteration.
+Newton's method finds it with K = -dQ/dq by central differences, in the directions with stiffness.
+These follow from the singular values of K over the inertia of each coordinate, [1/s^2]. The other
+directions stay unchanged, and the loads along them make the bodies drift. The modes of contacts and
+lines are updated in every iteration.
 
-Constraints J q' = 0 that are no friction hold, with reactions: N^T Q = 0 in the directions N that
-they allow, and K = -d(Q + J^T lambda)/dq with the reactions lambda of the place. Steps go along
-q' = N p, integrated, so that the place stays one that the constraints allow.
+Constraints J q' = 0 other than friction hold with reactions: N^T Q = 0 in the directions N that
+they allow, and K = -d(Q + J^T lambda)/dq with the reactions lambda at that position. Steps
+integrate q' = N p, so that every position satisfies the constraints.
 """
 
 from __future__ import annotations
@@ -45,15 +45,15 @@ from hydrosim.stepping.state import State
 ITERATIONS = 100
 SMALL = 1e-5  # m, rad: of the central differences
 WIDE = 1e-3  # of those of fourth order
-ENOUGH = 1e-9  # of the weight: a residual that counts as rest
-ALONG: Any = {"rtol": 1e-12, "atol": 1e-13}  # of places along what constraints allow
+ENOUGH = 1e-9  # of the weight: residual below which the scene is at rest
+ALONG: Any = {"rtol": 1e-12, "atol": 1e-13}  # steps of the integration along allowed motions
 NONE = np.zeros(0)
 
 
 class Held(NamedTuple):
-    """The directions that have a stiffness: the loads that count there are ``loads`` Q (r, n), and
-    the coordinates change by ``moves`` (n, r) times r numbers. ``left`` (n, n) takes from loads Q
-    what nothing holds, ``carried`` (n, n) what constraints carry."""
+    """The directions with a stiffness. ``loads`` Q (r, n) are the loads that count there; ``moves``
+    (n, r) times r numbers are changes of the coordinates. ``left`` (n, n) extracts from loads Q the
+    part that nothing holds, ``carried`` (n, n) the part that constraints carry."""
 
     loads: np.ndarray
     moves: np.ndarray
@@ -67,9 +67,9 @@ class Held(NamedTuple):
 
 @dataclass(frozen=True)
 class Rest:
-    """A ``state`` at rest of the frictionless ``model`` at ``time`` [s], in the directions that are
-    ``held``; the largest load there over the ``weight`` [N] (moments: over weight times 1 m), and
-    the loads (n,) [N, N m] that nothing holds, along which the bodies ``drift``."""
+    """A ``state`` at rest of the frictionless ``model`` at ``time`` [s], in the ``held``
+    directions. ``residual`` is the largest load there over the ``weight`` [N] (moments: over weight
+    times 1 m). ``drift`` (n,) [N, N m] are the loads that nothing holds."""
 
     model: Model
     state: State
@@ -88,8 +88,8 @@ class Rest:
 
 
 class _Loads:
-    """Loads of a model over the free coordinates, at a time; of some ``rows`` of forces alone if
-    they are given."""
+    """Loads of a model over the free coordinates at a time; of selected ``rows`` of forces if they
+    are given."""
 
     def __init__(
         self, model: Model, state: State, time: float, rows: Sequence[int] | None = None
@@ -102,7 +102,8 @@ class _Loads:
         self.work: Work = new_work(model)
 
     def at(self, q: np.ndarray) -> np.ndarray:
-        """Generalised loads (n,) at rest at ``q`` (n,); contacts are made as the place has it."""
+        """Generalised loads (n,) at rest at ``q`` (n,); contacts have the modes of that
+        position."""
         model = self.model
         state = self.state
         work = self.work
@@ -117,12 +118,13 @@ class _Loads:
         return load
 
     def constraints(self, q: np.ndarray) -> np.ndarray:
-        """J (m, n) of what is held other than by friction at ``q``."""
+        """J (m, n) of constraints other than friction at ``q``."""
         y = _at(q, self.state, self.model)
         return find_constraint_rows(self.smooth, y, self.state.modes)
 
     def stiffness(self, q: np.ndarray) -> np.ndarray:
-        """-dQ/dq, (n, n), of loads with the reactions of constraints, which turn."""
+        """-dQ/dq, (n, n), of loads including the reactions of constraints, which turn with the
+        bodies."""
         reactions = self.reactions(q)
         ahead, behind = (
             np.array([self._with(reactions, q + sign * s) for s in SMALL * np.eye(q.size)])
@@ -135,7 +137,7 @@ class _Loads:
         return load + self.constraints(q).T @ reactions if reactions.size else load
 
     def held(self, q: np.ndarray, known: Held | None = None) -> Held:
-        """The directions that have a stiffness at ``q``; as many as were ``known`` before."""
+        """The directions with a stiffness at ``q``, in the same number as ``known`` if given."""
         rows = self.constraints(q)
         if known and not len(rows):
             return known
@@ -163,7 +165,7 @@ class _Loads:
         return np.asarray(-self.at(q) / scale @ np.linalg.pinv(rows / scale, DEPENDENT))
 
     def carried(self, q: np.ndarray) -> np.ndarray:
-        """What constraints carry of loads at ``q``, see `Held`."""
+        """The part of loads at ``q`` that constraints carry, see `Held`."""
         rows = self.constraints(q)
         if not len(rows):
             return np.zeros((q.size, q.size))
@@ -172,7 +174,7 @@ class _Loads:
         return np.asarray(scale[:, None] * (np.linalg.pinv(J, DEPENDENT) @ J) / scale)
 
     def move(self, q: np.ndarray, step: np.ndarray) -> np.ndarray:
-        """The place a ``step`` (n,) from ``q`` (n,), along motions that constraints allow."""
+        """The position a ``step`` (n,) from ``q`` (n,), along motions that constraints allow."""
         if not len(self.constraints(q)):
             return q + step
 
@@ -181,7 +183,7 @@ class _Loads:
             free = freedom_of(self.constraints(place), M)
             return free.expand(free.project_motions(step))
 
-        from scipy.integrate import solve_ivp  # slow to load, and few places are sought along it
+        from scipy.integrate import solve_ivp  # slow to load, and rarely needed
 
         return np.asarray(solve_ivp(along, (0.0, 1.0), q, "DOP853", **ALONG).y[:, -1])
 
@@ -189,11 +191,11 @@ class _Loads:
 def equilibrium(
     model: Model, state: State, time: float, weight: float, held: Held | None = None
 ) -> Rest:
-    """The place at rest near ``state`` of a ``model`` without friction and first-order waves, under
-    the forces of ``time`` [s]; ``weight`` [N] is that of all bodies.
+    """The equilibrium near ``state`` of a ``model`` without friction and first-order waves, under
+    the forces of ``time`` [s]; ``weight`` [N] is the weight of all bodies.
 
-    Directions that nothing holds, or all but those of ``held``, stay where they are. Raises
-    InputError if there is no rest in the others, with the loads that are left.
+    Directions without stiffness, or all directions outside ``held`` if given, stay unchanged.
+    Raises InputError with the residual loads if there is no equilibrium in the other directions.
     """
     loads = _Loads(model, state, time)
     q = state.y[: model.bodies.active.size].copy()
@@ -219,8 +221,8 @@ def equilibrium(
 
 
 def stiffness_of(rest: Rest, rows: Sequence[int], step: float = WIDE) -> np.ndarray:
-    """-dQ/dq (n, n) of some ``rows`` of forces alone, where the bodies are at rest, by differences
-    of fourth order with a ``step`` [m, rad]: of trigonometric functions to 1e-12."""
+    """-dQ/dq (n, n) of selected ``rows`` of forces at rest, by differences of fourth order with a
+    ``step`` [m, rad]; exact to 1e-12 for trigonometric functions."""
     state = rest.state._replace(modes=rest.state.modes.copy())
     loads = _Loads(rest.model, state, rest.time, rows)
     q = state.y[: rest.drift.size]
@@ -232,7 +234,7 @@ def stiffness_of(rest: Rest, rows: Sequence[int], step: float = WIDE) -> np.ndar
 
 
 def _at(q: np.ndarray, state: State, model: Model) -> np.ndarray:
-    """y at rest at ``q`` with what is in the tanks of a ``state``."""
+    """y at rest at ``q`` with the tank contents of a ``state``."""
     y = np.zeros_like(state.y)
     coordinates = model.bodies.locked.copy()
     y[: q.size] = coordinates[model.bodies.active] = q
@@ -246,8 +248,7 @@ def _at(q: np.ndarray, state: State, model: Model) -> np.ndarray:
 def _shortened(
     q: np.ndarray, step: np.ndarray, load: np.ndarray, loads: _Loads, held: Held
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The step, halved until the loads that are held become less; the last one tried if they never
-    do."""
+    """The step, halved until the held loads decrease; the last one tried if they never do."""
     size = np.linalg.norm(held.felt(load))
     for halvings in range(30):
         trial = loads.move(q, step / 2.0**halvings)

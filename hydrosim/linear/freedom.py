@@ -1,15 +1,18 @@
 """Constraints of a scene in a state, and the motions that they leave.
 
-Constraints are rows J of J q' = 0, with forces J^T lambda. They are asked for at one door, the one
-that runs use: `hydrosim.stepping.dynamics.constrain`. With a basis N of all q' that they allow,
-J N = 0, the motions are q = N p, and p obeys
+Constraints are rows J of J q' = 0, with forces J^T lambda. They come from the function that runs
+use: `hydrosim.stepping.dynamics.constrain`. With a basis N of all allowed q', J N = 0, the motions
+are q = N p, and p obeys
 
     N^T M N p'' = N^T (dQ + d(J^T) lambda0) N p + ...
 
-Q are all other loads. The second term is the geometric stiffness: reactions lambda0 that carry
-load at rest turn with the bodies. It is in the derivative of the right hand side, which states J
-anew at every place. With `kinematics: linear` J does not change, and there is no such term, in runs
-neither. About a motion, not a rest, d(J) q' is left out: what is allowed is what is allowed there.
+Q are all other loads. The second term is the geometric stiffness: reactions lambda0 that carry load
+at rest turn with the bodies. The derivative of the right hand side includes it, because J is
+evaluated at every position. With `kinematics: linear` J is constant, and neither the linearisation
+nor runs have this term.
+
+About a motion instead of a rest, the term with d(J) q' is left out, and N is that of the present
+position.
 """
 
 from __future__ import annotations
@@ -22,16 +25,16 @@ from scipy import linalg
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.stepping.dynamics import Model, constrain, most_constraints, new_work
 
-DEPENDENT = 1e-9  # of the largest: rows that are less apart hold one direction
+DEPENDENT = 1e-9  # of the largest: rows that differ by less hold the same direction
 
 
 @dataclass(frozen=True, eq=False)
 class Freedom:
     """Motions (n,) that the ``rows`` J (m, n) of constraints allow, with the ``inertia`` (n, n).
 
-    The columns of the ``basis`` N (n, n - rank) are orthonormal in coordinates that are scaled by
-    the roots of their own inertias, so that metres and radians compare.
-    Without constraints all methods give back what they are given.
+    The columns of the ``basis`` N (n, n - rank) are orthonormal in coordinates scaled by the roots
+    of their own inertias, so that metres and radians compare. Without constraints all methods
+    return their arguments.
     """
 
     rows: np.ndarray
@@ -40,29 +43,29 @@ class Freedom:
 
     @property
     def unconstrained(self) -> bool:
-        """Whether there are no constraints."""
+        """True if there are no constraints."""
         return len(self.rows) == 0
 
     @property
     def has_dependent_rows(self) -> bool:
-        """Whether some rows hold what others hold, so that the forces of each are not defined."""
+        """True if some rows depend on others, so that the force of each is not defined."""
         return not self.unconstrained and self.basis.shape[1] > self.rows.shape[1] - len(self.rows)
 
     def project_matrix(self, D: np.ndarray) -> np.ndarray:
-        """N^T D N of ``D`` (..., n, n)."""
+        """N^T D N for ``D`` (..., n, n)."""
         return D if self.unconstrained else np.asarray(self.basis.T @ D @ self.basis)
 
     def project_loads(self, F: np.ndarray) -> np.ndarray:
-        """N^T F of loads ``F`` (n, ...)."""
+        """N^T F for loads ``F`` (n, ...)."""
         return F if self.unconstrained else np.asarray(self.basis.T @ F)
 
     def expand(self, p: np.ndarray) -> np.ndarray:
-        """N p of ``p`` (k, ...)."""
+        """N p for ``p`` (k, ...)."""
         return p if self.unconstrained else np.asarray(self.basis @ p)
 
     def project_motions(self, q: np.ndarray) -> np.ndarray:
-        """The p whose N p is nearest to ``q`` (n, ...) by kinetic energy. Of accelerations that
-        loads would give without constraints, it is those with them."""
+        """The p whose N p is nearest to ``q`` (n, ...) by kinetic energy. For accelerations from
+        loads without constraints it gives the accelerations with constraints."""
         if self.unconstrained:
             return q
         return np.asarray(
@@ -70,20 +73,20 @@ class Freedom:
         )
 
     def expand_covectors(self, left: np.ndarray) -> np.ndarray:
-        """The covectors (n, ...) whose product with N p is that of ``left`` (k, ...) with p."""
+        """The covectors (n, ...) whose product with N p equals that of ``left`` (k, ...) with p."""
         if self.unconstrained:
             return left
         mass = self.project_matrix(self.inertia)
         return np.asarray(self.inertia @ self.expand(linalg.solve(mass, left)))
 
     def find_mobility(self) -> np.ndarray:
-        """The accelerations (n, n) that unit loads give, N (N^T M N)^-1 N^T."""
+        """The accelerations (n, n) under unit loads, N (N^T M N)^-1 N^T."""
         if self.unconstrained:
             return np.asarray(linalg.inv(self.inertia))
         return self.accelerate(np.eye(len(self.inertia)))
 
     def accelerate(self, F: np.ndarray) -> np.ndarray:
-        """The accelerations (n, r) that loads ``F`` (n, r) give."""
+        """The accelerations (n, r) under loads ``F`` (n, r)."""
         return self.expand(
             np.linalg.solve(self.project_matrix(self.inertia), self.project_loads(F))
         )
@@ -96,8 +99,8 @@ class Freedom:
         return np.asarray(p @ self.basis.T)
 
     def solve_reactions(self, excess: np.ndarray) -> np.ndarray:
-        """Forces lambda (..., m) of constraints that make up for loads ``excess`` (..., n) which
-        motions need and nothing else gives: J^T lambda."""
+        """Forces lambda (..., m) of constraints that balance ``excess`` (..., n): loads that
+        motions need and no other force provides. J^T lambda equals the excess."""
         return np.asarray(excess @ np.linalg.pinv(self.rows, DEPENDENT))
 
 

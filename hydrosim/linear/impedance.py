@@ -1,10 +1,12 @@
-"""What a change of a radiation force does to motions, without a run: Z v = F for harmonic motions.
+"""Effect of a change of a radiation force on motions, without a run: Z v = F for harmonic motions.
 
-Z(s) = s (M + A_inf) + D + C / s + K^(s), s = i w, all other forces made linear at the start. A
-force dZ v more changes v by -Z^-1 dZ v. With coordinates scaled by the roots of their inertias, so
-that metres and radians compare, the spectral norm of Z^-1 dZ is the largest change that is possible
-at a frequency, relative to the motion there: at resonance, dZ over the damping. In a run of T s,
-which knows no resonance sharper than 1/T, s = 1/T + i w. Only motions that constraints allow count.
+Z(s) = s (M + A_inf) + D + C / s + K^(s), s = i w, all other forces linearised at the start. An
+additional force dZ v changes v by -Z^-1 dZ v. Coordinates are scaled by the roots of their
+inertias, so that metres and radians compare. The spectral norm of Z^-1 dZ is then the largest
+possible change at a frequency, relative to the motion there: at resonance, dZ over the damping.
+
+In a run of T s no resonance is sharper than 1/T, and s = 1/T + i w. Only motions that constraints
+allow count.
 """
 
 from __future__ import annotations
@@ -20,8 +22,8 @@ if TYPE_CHECKING:
 
 
 class Change(NamedTuple):
-    """The largest relative change of motion, the frequency ``w`` [rad/s] that it is at, and the
-    coordinate (among 6 nb) that it changes most."""
+    """The largest relative change of motion, its frequency ``w`` [rad/s], and the coordinate (among
+    6 nb) that changes most."""
 
     size: float
     w: float
@@ -30,10 +32,10 @@ class Change(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Admittance:
-    """The ``velocities`` (nw, p, k) per force on the k coordinates of a database. They are those of
+    """The ``velocities`` (nw, p, k) per force on the k coordinates of a database. They belong to
     the component ``active`` (n,), along the ``motions`` (n, p) that constraints allow, orthonormal
-    in scaled coordinates. ``units`` (k, r) are velocities of the k coordinates: all that a unit of
-    these motions can give, up to a rotation, which changes no norm."""
+    in scaled coordinates. ``units`` (k, r) are velocities of the k coordinates that span all
+    effects of a unit of these motions, up to a rotation, which changes no norm."""
 
     active: np.ndarray
     motions: np.ndarray
@@ -41,9 +43,9 @@ class Admittance:
     velocities: np.ndarray
 
     def largest_change(self, w: np.ndarray, dZ: np.ndarray) -> Change:
-        """What ``dZ`` (nw, k, k) changes at most, at the frequencies ``w`` (nw,)."""
+        """Largest change by ``dZ`` (nw, k, k), at the frequencies ``w`` (nw,)."""
         relative = self.velocities @ dZ @ self.units
-        if not relative.size:  # nothing of it can move
+        if not relative.size:  # none of these coordinates can move
             return Change(0.0, float(w[0]), int(self.active[0]))
         size = np.linalg.norm(relative, 2, axis=(1, 2))
         k = int(size.argmax())
@@ -58,9 +60,9 @@ def find_admittances(
     linear: Linear,
 ) -> list[Admittance]:
     """Z^-1 for the coordinates ``dofs`` (k,) of each database, among 6 nb, at ``s`` (nw,) [1/s].
-    K^ of the databases are ``memories`` (nw, k, k); ``linear`` has places and rates, and no memory.
-    Forces of constraints are in Z, too, but take no part in motions that are allowed. Each
-    component is solved by itself."""
+    ``memories`` (nw, k, k) are K^ of the databases; ``linear`` has positions and rates, without
+    memory. Z contains forces of constraints, but they do no work on allowed motions. Each component
+    is solved by itself."""
     active = linear.active
     coupled = linear.coupled
     for each in dofs:
@@ -77,7 +79,7 @@ def find_admittances(
 def _admittances(
     s: np.ndarray, dofs: Sequence[np.ndarray], memories: Sequence[np.ndarray], part: Linear
 ) -> Iterator[Admittance]:
-    """Those of the databases of one component."""
+    """Admittances of the databases of one component."""
     n = part.active.size
     N = part.freedom.basis
     # velocities of the databases' coordinates, zero where they are held

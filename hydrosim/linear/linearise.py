@@ -1,12 +1,12 @@
-"""The one linearisation of a scene: responses to harmonic loads, and what its modes are made from.
+"""The linearisation of a scene: responses to harmonic loads, and the basis of its modes.
 
-About a state y0 and with the contact modes held, the mechanical, radiation and stretch states z
-obey z' = J z + G F, with J the derivative of the right hand side by central differences (exact but
-for rounding where the scene is linear) and G the inverse inertia in the rows of the velocities.
+About a state y0 with fixed contact modes, the mechanical, radiation and stretch states z obey z' =
+J z + G F. J is the derivative of the right hand side by central differences (exact except for
+rounding where the scene is linear). G is the inverse inertia in the rows of the velocities.
 
-Where something is held, J has the reactions in it, and only motions that are allowed count: see
-`freedom`. D(w) is the stiffness without those reactions, but with those at rest turning along:
-D q = F + J^T lambda.
+With constraints J includes the reactions, and only allowed motions count: see `freedom`. D(w) is
+the stiffness without changes of these reactions; reactions at rest turn with the bodies: D q = F +
+J^T lambda.
 """
 
 from __future__ import annotations
@@ -36,13 +36,13 @@ if TYPE_CHECKING:
     from hydrosim.stepping.state import State
 
 TOGETHER = 1000  # frequencies at a time
-SEPARATE = 1e7  # condition of the eigenvectors up to which other states are taken one by one
+SEPARATE = 1e7  # condition number of the eigenvectors up to which other states are diagonalised
 
 
 class Others(NamedTuple):
-    """All states but motion, one by one: the acceleration that is theirs is, per coordinate, the
-    sum over their ``poles`` p (r,) of ``share`` / (i w - p), matrices (r, n, n), and ``direct``
-    (n, n), which is what rates drive: i w / (i w - p) = 1 + p / (i w - p)."""
+    """All states except motion, diagonalised. Their acceleration per coordinate is the sum over
+    their ``poles`` p (r,) of ``share`` / (i w - p), matrices (r, n, n), plus ``direct`` (n, n) from
+    states driven by rates: i w / (i w - p) = 1 + p / (i w - p)."""
 
     poles: np.ndarray
     share: np.ndarray
@@ -51,10 +51,10 @@ class Others(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Linear:
-    """``jacobian`` (m, m) of the ``states`` (m,) of y, the first 2 n of which are the n free
-    coordinates ``active`` (among 6 nb) and their rates. ``freedom`` are the motions that the c
-    constraints allow, and ``reactions`` (c, m) the changes of their forces by state; NaN where
-    what is held changes with the place."""
+    """``jacobian`` (m, m) of the ``states`` (m,) of y. The first 2 n are the n free coordinates
+    ``active`` (among 6 nb) and their rates. ``freedom`` are the motions that the c constraints
+    allow. ``reactions`` (c, m) are the changes of their forces by state, NaN if the constraints
+    change with position."""
 
     jacobian: np.ndarray
     states: np.ndarray
@@ -64,18 +64,18 @@ class Linear:
 
     @property
     def inertia(self) -> np.ndarray:
-        """That of the n coordinates (n, n), added mass included."""
+        """Inertia of the n coordinates (n, n), added mass included."""
         return self.freedom.inertia
 
     @property
     def constraints(self) -> np.ndarray:
-        """Rows of what is held (c, n)."""
+        """Rows of the constraints (c, n)."""
         return self.freedom.rows
 
     def dynamic_stiffness(self, omega: ArrayLike) -> np.ndarray:
         """D(w) = K - w^2 (M + A(w)) + i w B(w), (n, n), or (nw, n, n) for ``omega`` (nw,) [rad/s]:
-        loads Re(D q exp(i w t)) keep up the harmonic motion Re(q exp(i w t)). All other states are
-        eliminated. Raises InputError where forces of constraints are not defined."""
+        loads Re(D q exp(i w t)) cause the harmonic motion Re(q exp(i w t)). All other states are
+        eliminated. Raises InputError if forces of constraints are not defined."""
         n = self.active.size
         every = np.atleast_1d(np.asarray(omega, dtype=float))
         unheld, others = self._at_rest
@@ -103,12 +103,12 @@ class Linear:
 
     @property
     def content(self) -> tuple[bytes, ...]:
-        """What eigenvalues depend on: equal for equal components."""
+        """Data that determine the eigenvalues: equal for equal components."""
         return self.jacobian.tobytes(), self.inertia.tobytes(), self.constraints.tobytes()
 
     @property
     def coupled(self) -> np.ndarray:
-        """Which states (m, m) forces, inertia or constraints couple."""
+        """States (m, m) that are coupled by forces, inertia or constraints."""
         n = self.active.size
         coupled = self.jacobian != 0.0
         coupled[:n, :n] |= self.inertia != 0.0
@@ -119,20 +119,20 @@ class Linear:
         return coupled
 
     def split(self, coupled: np.ndarray) -> tuple[Linear, ...]:
-        """The components of the states, of which (m, m) are ``coupled``."""
+        """The components of the states, given the ``coupled`` ones (m, m)."""
         places = find_components(coupled)
-        # a row that holds nothing that moves is of no part
+        # a row that holds no moving coordinate belongs to no part
         if len(places) < 2 or not self.constraints.any(axis=1).all():
             return (self,)
         return tuple(self._restrict(own) for own in places)
 
     def eigenvalues(self) -> np.ndarray:
-        """Of the jacobian (k,) [1/s], in motions that constraints allow."""
+        """Eigenvalues of the jacobian (k,) [1/s], in motions that constraints allow."""
         return np.asarray(linalg.eigvals(self._allowed))
 
     def eigenvectors(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The eigenvalues (k,), left and right eigenvectors (m, k) over all states, a column each.
-        With constraints, only products of left ones with motions that they allow have a meaning."""
+        """The eigenvalues (k,), left and right eigenvectors (m, k) over all states, one per column.
+        With constraints, only products of left ones with allowed motions have a meaning."""
         values, left, right = linalg.eig(self._allowed, left=True, right=True)
         if self.freedom.unconstrained:
             return values, left, right
@@ -161,14 +161,16 @@ class Linear:
         return self._each(self.freedom.project_loads, rows.T).T
 
     def _each(self, change: Callable[[np.ndarray], np.ndarray], x: np.ndarray) -> np.ndarray:
-        """Places and rates of ``x`` (m, ...), changed alike, with all other states."""
+        """Apply the same change to positions and rates of ``x`` (m, ...); all other states are
+        kept."""
         size = len(x) - len(self.jacobian) + 2 * self.active.size
         place, rate = np.split(x[:size], 2)
         return np.concatenate([change(place), change(rate), x[size:]])
 
     @cached_property
     def _at_rest(self) -> tuple[np.ndarray, Others | None]:
-        """The jacobian with all forces of constraints as they are at rest, and its other states."""
+        """The jacobian with all forces of constraints fixed at their values at rest, and its other
+        states."""
         unheld = self._hold_reactions()
         return unheld, _separate(unheld, self.active.size)
 
@@ -198,8 +200,8 @@ def _of_others(s: np.ndarray, n: int, J: np.ndarray, others: Others | None) -> n
 
 
 def _separate(J: np.ndarray, n: int) -> Others | None:
-    """All states but motion, by diagonalising their part of J; None where its eigenvectors are too
-    parallel for that (those of radiation are orthogonal, but for rounding)."""
+    """All states except motion, by diagonalising their part of J. None if its eigenvectors are too
+    parallel for that (those of radiation are orthogonal, except for rounding)."""
     poles, vectors = np.linalg.eig(J[2 * n :, 2 * n :])
     if poles.size and np.linalg.cond(vectors) > SEPARATE:
         return None
@@ -218,11 +220,12 @@ def linearise(
     step: float = STEP,
     states: np.ndarray | None = None,
 ) -> Linear:
-    """Linearise about ``state`` with its contact modes, or with ``modes`` (nf + ns, 3); of the
-    entries ``states`` (m,) of y, if not of all that act on others.
+    """Linearise about ``state`` with its contact modes, or with ``modes`` (nf + ns, 3), over the
+    entries ``states`` (m,) of y; by default over all that act on others.
 
-    ``step`` is that of the differences: what is linear is found to rounding by one of 1.
-    The memory of a radiation by convolution is left out: use the state-space model for it.
+    ``step`` is the step of the differences: a linear function is differentiated to rounding with a
+    step of 1. The memory of a radiation by convolution is left out: use the state-space model for
+    it.
     """
     work = new_work(model)
     held = state.modes if modes is None else modes
@@ -245,7 +248,7 @@ def differentiate_reactions(
     model: Model, state: State, time: float, step: float, states: np.ndarray, count: int
 ) -> np.ndarray:
     """Derivatives (count, m) of the forces of all constraints by the ``states`` (m,) of y, by
-    central differences; NaN where the ``count`` of constraints changes with the place."""
+    central differences; NaN if the ``count`` of constraints changes with position."""
     work = new_work(model)
     slope = np.empty(model.size)
     y = state.y.copy()

@@ -1,8 +1,9 @@
-"""Is a scene linear? Then its moving states obey z' = J z + G f(t) with constant J and G.
+"""Test whether a scene is linear: its moving states obey z' = J z + G f(t) with constant J and G.
 
-Small-angle kinematics are linear, and so are exact ones where no body turns about more than one
-axis: E is the unit vector along it, the inertia about it does not change, and the gyroscopic moment
-is across it. Where a body with hydrodynamics turns with exact kinematics, these turn with it.
+Small-angle kinematics are linear. Exact kinematics are linear if no body turns about more than one
+axis: E is the unit vector along it, the inertia about it is constant, and the gyroscopic moment is
+perpendicular to it. If a body with hydrodynamics turns with exact kinematics, its hydrodynamics
+turn with it, and the scene is not linear.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ INCLINING = range(3, 5)  # roll and pitch
 
 
 def nonlinearities(scene: Scene, model: Model) -> Iterator[str]:
-    """What is not linear in a scene, or not propagated for other reasons."""
+    """Reasons why a scene is not linear, or is not propagated."""
     if model.impulse < model.size:
         yield "impulses are asked for (output.impulses), which are integrals over steps"
     if model.convolution.row.size:
@@ -54,7 +55,7 @@ def _stream(model: Model) -> bool:
 
 
 def _elements(scene: Scene, model: Model) -> Iterator[str]:
-    """What elements say of themselves."""
+    """Reasons that elements give."""
     index = {body.name: b for b, body in enumerate(scene.bodies)}
     exact = model.bodies.exact
     for row, (name, element) in enumerate(scene.forces.items(), len(ROWS)):

@@ -1,10 +1,13 @@
-"""Natural modes of a linearised scene: periods, damping, shapes, and which body moves in which way.
+"""Natural modes of a linearised scene: periods, damping, shapes, and the body and coordinate that
+move.
 
 A natural mode is a motion in which stiffness balances inertia: det(K - w^2 (M + A(w))) = 0. Its
-free decay is the eigenvalue of J whose eigenvector it is most of, by participation factors in the
-coordinates of the natural modes; so modes of two bodies, or near to modes of the memory, are not
-mistaken for each other. A mode without stiffness is free: it has no period, and drifts. Where
-constraints hold something, K, M and shapes are those of the motions that they allow.
+free decay is the eigenvalue of J in which it has the largest participation factor, in the
+coordinates of the natural modes. So modes of two bodies, or close to modes of the memory, are not
+confused.
+
+A mode without stiffness is free: it has no period, and drifts. With constraints, K, M and shapes
+belong to the allowed motions.
 """
 
 from __future__ import annotations
@@ -25,23 +28,23 @@ if TYPE_CHECKING:
     from hydrosim.linear.freedom import Freedom
     from hydrosim.linear.linearise import Linear
 
-STATIC = 1e-5  # rad/s: as good as static
-# rad/s; of the largest stiffness over inertia: there is no stiffness
+STATIC = 1e-5  # rad/s: slower modes count as static
+# rad/s; relative to the largest stiffness over inertia: below them there is no stiffness
 FREE = 1e-3
 FLAT = 1e-9
-# of the frequencies of natural modes; their relative change
+# iterations of the frequencies of natural modes; their relative change
 ITERATIONS = 200
 CLOSE = 1e-12
 TINY = np.finfo(float).tiny
-LEVEL = 1e-9  # rad/s: slower does not oscillate
-ALIKE = 1e-6  # of w^2: modes as near to each other have shapes of one problem
+LEVEL = 1e-9  # rad/s: slower modes do not oscillate
+ALIKE = 1e-6  # of w^2: the shapes of modes this close come from one eigenvalue problem
 
 Stiffness = Callable[[np.ndarray], np.ndarray]
 """D(w), (nw, n, n), at frequencies (nw,) [rad/s]."""
 
 
 class Kind(StrEnum):
-    """What a mode does when it is let go."""
+    """Behaviour of a mode that is released."""
 
     OSCILLATING = "oscillating"
     OVERDAMPED = "overdamped"
@@ -51,11 +54,13 @@ class Kind(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class NaturalMode:
-    """One mode of motion: the coordinate (among 6 nb) that it is named after, each of them once,
-    the eigenvalue of its free decay [1/s] (0 of a free mode), and its ``natural_period`` [s],
-    2 pi / w with det Re D(w) = 0: the period at which inertia with the added mass A(w) balances
-    stiffness, infinite without stiffness. Of the free coordinates, ``shape`` (n,) is the undamped
-    motion, 1 where its energy is largest, and ``share`` (n,) what each has of the kinetic energy.
+    """One mode of motion.
+
+    ``coordinate`` (among 6 nb) gives its name; each is used once. ``eigenvalue`` [1/s] is that of
+    its free decay (0 for a free mode). ``natural_period`` [s] is 2 pi / w with det Re D(w) = 0: the
+    period at which inertia with the added mass A(w) balances stiffness, infinite without stiffness.
+    ``shape`` (n,) is the undamped motion of the free coordinates, 1 where its energy is largest.
+    ``share`` (n,) is the kinetic energy of each as a fraction.
     """
 
     coordinate: int
@@ -71,7 +76,7 @@ class NaturalMode:
 
     @property
     def kind(self) -> Kind:
-        """Whether it oscillates, and how else it moves."""
+        """Oscillation, or another kind of motion."""
         if not np.isfinite(self.natural_period) and self.eigenvalue == 0.0:
             return Kind.FREE
         if self.eigenvalue.real > LEVEL:
@@ -86,20 +91,20 @@ class NaturalMode:
 
     @property
     def damping_ratio(self) -> float:
-        """Fraction of critical damping; 0 of a free mode."""
+        """Fraction of critical damping; 0 for a free mode."""
         size = abs(self.eigenvalue)
         return -self.eigenvalue.real / size if size > LEVEL else 0.0
 
 
 def natural_modes(linear: Linear) -> list[NaturalMode]:
-    """As many modes as free coordinates less constraints, in the order of the coordinates they are
-    named after."""
+    """The modes, in number the free coordinates minus constraints, in the order of the coordinates
+    that give their names."""
     return _of_components(linear, _decaying_modes)
 
 
 def natural_periods(linear: Linear) -> dict[int, float]:
-    """The natural periods [s] of `natural_modes`, without their decays, by the coordinate (among
-    6 nb) that each mode is named after."""
+    """The natural periods [s] of `natural_modes`, without their decays, by the coordinate (among 6
+    nb) that names each mode."""
     modes = _of_components(linear, _undamped_modes)
     return {mode.coordinate: mode.natural_period for mode in modes}
 
@@ -107,8 +112,8 @@ def natural_periods(linear: Linear) -> dict[int, float]:
 def _of_components(
     linear: Linear, find: Callable[[Linear], list[NaturalMode]]
 ) -> list[NaturalMode]:
-    """The modes that ``find`` finds of each component, with shapes of all coordinates, in the order
-    of the coordinates that they are named after."""
+    """The modes that ``find`` finds for each component, with shapes of all coordinates, in the
+    order of the coordinates that name them."""
     found = []
     for part in linear.split(linear.coupled):
         for mode in find(part) if part.active.size else []:
@@ -128,7 +133,7 @@ def _decaying_modes(linear: Linear) -> list[NaturalMode]:
     """The modes of one component."""
     squares, shapes = _undamped_shapes(linear.dynamic_stiffness, linear)
     values, share = modal_participation(linear, shapes)
-    # what does not change with time is no decay: a place without stiffness, a node's own place
+    # constant states are no decay: a position without stiffness, the position of a node
     moving = np.flatnonzero((values.imag >= 0.0) & _bound(np.abs(values) ** 2))
     bound = _bound(squares)
     decays = np.zeros(squares.size, dtype=complex)
@@ -137,8 +142,8 @@ def _decaying_modes(linear: Linear) -> list[NaturalMode]:
 
 
 def modes_of_stiffness(stiffness: Stiffness, linear: Linear) -> list[NaturalMode]:
-    """The same from D(w) alone, of a radiation that is known at frequencies only: free decays are
-    those with added mass and damping of the frequency that they oscillate with."""
+    """`natural_modes` from D(w) alone, for a radiation that is known at frequencies only. Free
+    decays use added mass and damping at the frequency of their oscillation."""
     squares, shapes = _undamped_shapes(stiffness, linear)
     decays = np.zeros(squares.size, dtype=complex)
     allowed = _allowed(stiffness, linear.freedom)
@@ -161,9 +166,10 @@ def _undamped_shapes(stiffness: Stiffness, linear: Linear) -> tuple[np.ndarray, 
 
 
 def undamped(stiffness: Stiffness, inertia: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """w^2 (n,) [1/s^2] of all natural modes and their shapes (n, n), a column each. The k-th is
-    where the k-th smallest eigenvalue of (K, M + A(w)) is w^2 itself. Shapes of equal w, as roll
-    and pitch of a body of revolution have, are of one eigenvalue problem, and so differ."""
+    """w^2 (n,) [1/s^2] of all natural modes and their shapes (n, n), one per column. For the k-th
+    mode the k-th smallest eigenvalue of (K, M + A(w)) is w^2 itself. Modes with equal w, such as
+    roll and pitch of a body of revolution, take their shapes from one eigenvalue problem, so that
+    these differ."""
     K = stiffness(np.array([STATIC]))[0].real
     squares, shapes = _sorted(K, inertia)
     for _ in range(ITERATIONS):
@@ -198,27 +204,27 @@ def _sorted(K: np.ndarray, mass: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _bound(squares: np.ndarray) -> np.ndarray:
-    """Which modes have a stiffness."""
+    """Modes with a stiffness, as a mask."""
     return np.abs(squares) > max(FREE**2, FLAT * np.abs(squares).max(initial=0.0))
 
 
 def participation(linear: Linear) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues (k,) [1/s], and the share (m, k) that each state (row) has in the mode of each
-    (column): participation factors, the products of the left and right eigenvectors' entries, which
-    do not depend on units (Perez-Arriaga et al. 1982)."""
+    """Eigenvalues (k,) [1/s], and the participation factor (m, k) of each state (row) in each mode
+    (column). Factors are products of the entries of the left and right eigenvectors, and do not
+    depend on units (Perez-Arriaga et al. 1982)."""
     values, left, right = linear.eigenvectors()
     return values, shares(left, right)
 
 
 def shares(left: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Participation factors (m, k) of left and right eigenvectors (m, k), columns both."""
+    """Participation factors (m, k) from left and right eigenvectors (m, k), both as columns."""
     share = np.abs(left.conj() * right)
     return np.asarray(share / np.maximum(share.sum(axis=0), TINY))
 
 
 def modal_participation(linear: Linear, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues (m,), and the share (k, m) of each natural mode with its rate (row): the same in
-    coordinates along the ``shapes`` (n, k)."""
+    """Eigenvalues (m,), and the share (k, m) of each natural mode with its rate (row):
+    participation factors in coordinates along the ``shapes`` (n, k)."""
     values, left, right = linear.eigenvectors()
     # free shapes may be parallel
     n = linear.active.size
@@ -233,7 +239,8 @@ def modal_participation(linear: Linear, shapes: np.ndarray) -> tuple[np.ndarray,
 
 
 def _matched(share: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Rows, rising, and the column of each, each once, such that the sum of shares is largest."""
+    """Rows, rising, and a column for each, all different, such that the sum of shares is
+    largest."""
     if share.size == 0:
         nothing = np.zeros(0, dtype=int)
         return nothing, nothing
@@ -268,8 +275,8 @@ def _named(
 
 
 def _decay(stiffness: Stiffness, omega: float, shape: np.ndarray) -> complex:
-    """The root s of det(K + s B(w) + s^2 (M + A(w))) = 0, w = Im s, whose motion is most like a
-    ``shape`` (n,)."""
+    """The root s of det(K + s B(w) + s^2 (M + A(w))) = 0, w = Im s, whose motion is most similar to
+    a ``shape`` (n,)."""
     K = stiffness(np.array([STATIC]))[0].real
     n = shape.size
     value = 0j

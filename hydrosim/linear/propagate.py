@@ -1,13 +1,15 @@
-"""Linear scenes are not stepped: their motions are propagated exactly, from record to record.
+"""Exact propagation of linear scenes from record to record, without time steps.
 
     z' = J z + G (f(t) + rest),   z = (q, q', radiation states),   f = F_wave1 + F_wave2 + F_applied
 
-(`linearity` says which scenes are linear; where something is held, J and G are those with its
-reactions, and do no work that counts.) The forces f are read at nodes: those of the stages that
-a stepped run would take, or more where the waves' table or a regular wave needs them. Between the
-nodes f is a polynomial, and the response to it is exact, see `integrate.exponential`; corners of
-tables and ends of ramps are ends of intervals. The energies in y are integrals, by polynomials
-through 6 nodes, of powers that are exact there: the residual of the ledger is their error.
+`linearity` says which scenes are linear. With constraints, J and G include their reactions, which
+do no work. The forces f are read at nodes: the stages of a stepped run, or more if the waves' table
+or a regular wave needs them.
+
+Between the nodes f is a polynomial, and the response to it is exact, see `integrate.exponential`.
+Corners of tables and ends of ramps are ends of intervals. The energies in y are integrals of the
+powers, by polynomials through 6 nodes; the powers are exact at the nodes. The residual of the
+energy balance is the error of these integrals.
 """
 
 from __future__ import annotations
@@ -40,19 +42,19 @@ from hydrosim.stepping.dynamics import Model, new_work, rhs
 from hydrosim.stepping.exact import Resistances, add_energies, keep_states, sample_loads
 from hydrosim.stepping.state import STATUS, Clock, Run, State
 
-PHASE = 0.15  # rad between two nodes, at most, of waves and forces of one frequency
+PHASE = 0.15  # rad, largest phase between two nodes, for waves and forces of one frequency
 # parts of an interval
 FEWEST = POINTS
 WANTED = 16
 MOST = 24
-TOGETHER = 1024  # intervals at a time: what they need stays in a core's cache
-CLOSE = 1e-9  # of the distance of records: times as close are the same
+TOGETHER = 1024  # intervals at a time, such that their data stay in a core's cache
+CLOSE = 1e-9  # of the distance of records: times this close are equal
 
 
 class Response(NamedTuple):
-    """Of an interval in p parts, and rates and memory forces (2, n) at its p + 1 nodes, in one row:
-    those of z at its start are z @ ``by_state``, those of the forces around it f @ ``by_load``.
-    ``weights`` (p + 1,) [s] are those of the nodes in integrals."""
+    """Response of an interval in p parts: rates and memory forces (2, n) at its p + 1 nodes, in one
+    row. z at its start contributes z @ ``by_state``, the forces around it f @ ``by_load``.
+    ``weights`` (p + 1,) [s] are the quadrature weights of the nodes."""
 
     interval: Interval
     by_state: np.ndarray
@@ -61,7 +63,7 @@ class Response(NamedTuple):
 
 
 Constant = tuple[bytes, tuple[int, ...]]
-"""A matrix that a cache can know again: its values, and its shape."""
+"""A matrix as a key of a cache: its values, and its shape."""
 
 
 def _constant(matrix: np.ndarray) -> Constant:
@@ -70,7 +72,7 @@ def _constant(matrix: np.ndarray) -> Constant:
 
 @lru_cache(maxsize=8)
 def _response(J: Constant, G: Constant, memory: Constant, length: float, parts: int) -> Response:
-    """`Equation.response`, once for the runs that have it in common."""
+    """`Equation.response`, shared by runs with the same equation."""
     each = (np.frombuffer(values).reshape(shape) for values, shape in (J, G, memory))
     jacobian, mobility, force = each
     of = interval(jacobian, mobility, length, parts)
@@ -83,8 +85,9 @@ def _response(J: Constant, G: Constant, memory: Constant, length: float, parts: 
 
 
 class _Rest:
-    """A model in calm water and a state, known again where the parts of the model are the same
-    objects, as those of runs that differ in their waves alone are, and the modes are equal."""
+    """A model in calm water and a state, as a key of a cache. Two are equal if the parts of their
+    models are the same objects, as in runs that differ in their waves alone, and their modes are
+    equal."""
 
     def __init__(self, model: Model, state: State) -> None:
         self.model = without_waves(model)
@@ -103,10 +106,11 @@ class _Rest:
 
 @dataclass(frozen=True, eq=False)
 class Equation:
-    """z' = J z + G (f + rest) for z (m,): ``G`` (m, n), and ``rest`` (n,) what acts at all times.
+    """z' = J z + G (f + rest) for z (m,): ``G`` (m, n), and ``rest`` (n,), the constant loads.
 
     ``memory`` (n, m - 2 n) is the radiation force, against v, per radiation state. ``rows`` (nr,)
-    are those of the forces in f; ``resistances`` take energy besides the memory."""
+    are the rows of the forces in f. ``resistances`` take energy in addition to the memory.
+    """
 
     J: np.ndarray
     G: np.ndarray
@@ -116,14 +120,14 @@ class Equation:
     resistances: Resistances
 
     def response(self, length: float, parts: int) -> Response:
-        """That of an interval of this ``length`` [s] with so many parts."""
+        """Response of an interval of this ``length`` [s] with this number of ``parts``."""
         constants = map(_constant, (self.J, self.G, self.memory))
         return _response(*constants, length, parts)
 
     def gains(
         self, f: np.ndarray, starts: np.ndarray, loads: np.ndarray, response: Response, size: int
     ) -> np.ndarray:
-        """What the ``size`` energies in y gain (nk, size) in intervals with the states ``starts``
+        """Gains (nk, size) of the ``size`` energies in y in intervals with the states ``starts``
         (nk, m), the forces ``f`` (nk, ...) around them and ``loads`` (nodes, nr, n) inside."""
         found = starts @ response.by_state + f @ response.by_load
         found = found.reshape(len(f), -1, 2, self.rest.size)
@@ -137,8 +141,9 @@ class Equation:
 def propagate(
     run: Run,
 ) -> Iterator[float]:
-    """Record the run of a linear scene from its state on, which is left at its end, or where
-    ``counters[STATUS]`` says why. Yields the time reached, first of all that of the start."""
+    """Record the run of a linear scene from its present state. The state is left at the end of the
+    run, or where ``counters[STATUS]`` gives the reason of a stop. Yields the time reached, first
+    the start."""
     clock = run.clock
     model = run.model
     state = run.state
@@ -178,7 +183,7 @@ def record_times(clock: Clock) -> np.ndarray:
 
 def stretches(times: np.ndarray, breakpoints: np.ndarray) -> Iterator[np.ndarray]:
     """``times`` and ``breakpoints`` as stretches of equal distances, without a breakpoint inside;
-    one begins where the last ended."""
+    each begins where the one before ended."""
     close = CLOSE * float(np.max(np.diff(times)))
     apart = [np.abs(times - t).min() > close for t in breakpoints]
     stops = np.union1d(times, breakpoints[np.array(apart, dtype=bool)])
@@ -190,15 +195,15 @@ def stretches(times: np.ndarray, breakpoints: np.ndarray) -> Iterator[np.ndarray
 
 
 def _length(stops: np.ndarray, clock: Clock) -> float:
-    """Distance of the stops, that of the records to the bit where it is that."""
+    """Distance of the stops; identical to the distance of the records where they agree."""
     length = float(stops[-1] - stops[0]) / (stops.size - 1)
     usual = clock.every * clock.step
     return usual if isclose(length, usual, rel_tol=CLOSE) else length
 
 
 def node_spacing(clock: Clock, model: Model) -> float:
-    """Largest distance of nodes [s]: half a step, as the stages of rk4, or less where the waves'
-    tables are finer, and whole parts of that where a frequency needs them."""
+    """Largest distance of nodes [s]: half a step, like the stages of rk4, or less if the waves'
+    tables are finer, and an integer fraction of that if a frequency needs it."""
     own = min([clock.solver_step / 2.0, *model.waves.step])
     applied = given_frequencies(model.elements)
     highest = max([0.0, *model.waves.omega, *np.abs(applied)])
@@ -206,8 +211,8 @@ def node_spacing(clock: Clock, model: Model) -> float:
 
 
 def division(length: float, finest: float) -> tuple[int, int]:
-    """Pieces of a ``length`` and parts of a piece, so that parts are no longer than ``finest`` and,
-    if it can be, as long: then the nodes are on the waves' table."""
+    """Pieces of a ``length`` and parts of a piece, such that parts are at most ``finest`` long.
+    They equal ``finest`` if possible: then the nodes are on the waves' table."""
     total = max(ceil(length / finest * (1.0 - CLOSE)), FEWEST)
     for pieces in range(ceil(total / MOST), total // FEWEST + 1):
         if total % pieces == 0:
@@ -217,8 +222,8 @@ def division(length: float, finest: float) -> tuple[int, int]:
 
 
 def linear_equation(model: Model, state: State) -> Equation:
-    """The equation of a linear scene: about the place of rest at the start, it holds everywhere and
-    at all times. The waves are no part of it."""
+    """The equation of a linear scene without waves. It is linearised at the equilibrium of the
+    start and is valid at all positions and times."""
     return _equation(_Rest(model, state))
 
 
@@ -226,7 +231,7 @@ def linear_equation(model: Model, state: State) -> Equation:
 def _equation(calm: _Rest) -> Equation:
     model = calm.model
     state = calm.state
-    # differences of any size are exact, and large ones are best in rounding
+    # differences of any size are exact, and large ones round least
     linear = linearise(model, state, step=1.0)
     n = linear.active.size
     m = linear.states.size
@@ -247,7 +252,7 @@ def _equation(calm: _Rest) -> Equation:
 
 
 def _resistances(model: Model) -> Resistances:
-    """Of radiation with constant damping, and of elements that say so."""
+    """Resistances of radiation with constant damping, and of elements that declare them."""
     size = 6 * model.bodies.each.size
     active = model.bodies.active
     damping = model.damping
@@ -300,7 +305,7 @@ def motions(
     z: np.ndarray, f: np.ndarray, of: Interval, pieces: int
 ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Forces (nk, ...) around intervals and states (nk + 1, m) from the start of the first on, many
-    intervals at a time and multiples of ``pieces``; ``z`` (m,) is the state at the very start, and
+    intervals at a time and multiples of ``pieces``. ``z`` (m,) is the state at the very start;
     ``f`` are the forces at all nodes, (nodes + 2 `BESIDE`, n)."""
     width = of.loads.shape[2]
     parts = len(of.states) - 1

@@ -1,13 +1,15 @@
 """The largest stable step of a scene, before it is run.
 
-A method with stability function R damps a mode of eigenvalue lambda only while
-|R(h lambda)| <= 1 (Hairer & Wanner 1996, IV.2). The scene is linearised with all contact points
-open, all sticking, all slipping and, if asked, single ones alone, on the steepest piece of their
-curve (when it is pressed most, if that is prescribed), all springs slack and all taut on their
-steepest pieces (as if they were so much shorter), and the smallest limit on h is the scene's;
-others below the step are told with it, because each of them is something that will oscillate or
-diverge. Growth by less than a thousandth per period of the mode counts as an error, not as an
-instability: else no second-order method could take an undamped mode.
+A method with stability function R damps a mode of eigenvalue lambda only while |R(h lambda)| <= 1
+(Hairer & Wanner 1996, IV.2). The scene is linearised in several postures: all contact points open,
+all sticking, all slipping, and single ones alone if requested. Contacts are on the steepest piece
+of their curve, or under their largest prescribed force. Springs are all slack or all taut on their
+steepest pieces, with lengths adjusted to these.
+
+The smallest limit on h is the scene's. Other limits below the step are reported with it, because
+each of them will oscillate or diverge. Growth by less than a thousandth per period of the mode
+counts as an error, not as an instability. Otherwise no second-order method could integrate an
+undamped mode.
 """
 
 from __future__ import annotations
@@ -33,15 +35,15 @@ from hydrosim.stepping.state import State
 from hydrosim.stepping.state_layout import StateKind, StateLayout
 
 GROWTH = 1e-3  # per period
-REACH = 40.0  # |h lambda| up to which stability functions are looked at
-AT_ONCE = 400  # places on a ray, of 8000: most limits are near its start
-ALIKE = 1e-6  # steps that differ by less, relative, are one
+REACH = 40.0  # largest |h lambda| at which stability functions are evaluated
+AT_ONCE = 400  # points on a ray, of 8000 evaluated first: most limits are near its start
+ALIKE = 1e-6  # relative difference below which steps count as one
 
 
 @dataclass(frozen=True)
 class StepLimit:
-    """The largest stable ``step`` [s], the ``eigenvalue`` that sets it, the contact modes it
-    belongs to and what moves in it."""
+    """The largest stable ``step`` [s], the ``eigenvalue`` that sets it, the contact modes at which
+    it occurs, and what moves in it."""
 
     step: float
     eigenvalue: complex
@@ -59,16 +61,15 @@ class StepLimit:
 
 
 class Component(NamedTuple):
-    """A part of a scene made linear that nothing couples with others, and its eigenvalues
-    ``values`` (m,) [1/s]."""
+    """An uncoupled part of a linearised scene, and its eigenvalues ``values`` (m,) [1/s]."""
 
     linear: Linear
     values: np.ndarray
 
 
 class Combination(NamedTuple):
-    """A scene made linear with its contacts and springs in the ``modes`` (rows, 3) that ``contact``
-    says in words, as its ``components``."""
+    """A scene linearised with its contacts and springs in ``modes`` (rows, 3), described by
+    ``contact``, as its ``components``."""
 
     contact: str
     modes: np.ndarray
@@ -81,11 +82,11 @@ class Combination(NamedTuple):
 
 
 Watch = Callable[[Sequence[Any], str], Iterable[Any]]
-"""Yields the items of a sequence, and shows how far it is in what it calls by this name."""
+"""Yields the items of a sequence and shows its progress under this name."""
 
 
 def unwatched(items: Sequence[Any], _: str) -> Iterable[Any]:
-    """The items, with nothing to show."""
+    """The items, without a progress display."""
     return items
 
 
@@ -96,7 +97,7 @@ def combinations(
     each_alone: bool = False,
     watch: Watch = unwatched,
 ) -> list[Combination]:
-    """All that are looked at, with single units alone in a mode if ``each_alone``."""
+    """All analysed combinations, with single units alone in a mode if ``each_alone``."""
     posing = [(kind, p) for kind, p in kinds_posing(model) if kind.postures(p)]
     time = max(kind.time_of_most(p) for kind, p in posing)
     each = [
@@ -117,7 +118,7 @@ def combinations(
 
 
 def _solve(part: Linear, known: dict[tuple[bytes, ...], np.ndarray]) -> Component:
-    """A component with its eigenvalues, which are ``known`` of an equal one, or from now on."""
+    """A component with its eigenvalues; those of equal components are looked up in ``known``."""
     content = part.content
     if content not in known:
         known[content] = part.eigenvalues()
@@ -127,8 +128,8 @@ def _solve(part: Linear, known: dict[tuple[bytes, ...], np.ndarray]) -> Componen
 def _chosen(
     each: Sequence[tuple[Sequence[Posture], Sequence[Posture]]],
 ) -> Iterator[tuple[Posture, ...]]:
-    """A posture of each kind: all of its postures of all units, or one of those of single units
-    with postures of all units of the other kinds."""
+    """One posture per kind: any posture of all its units, or a posture of a single unit with
+    postures of all units of the other kinds."""
     if not each:
         yield ()
         return
@@ -141,8 +142,8 @@ def _chosen(
 
 
 def _alone(kind: PosingKind, p: Any, scene: Scene, model: Model, state: State) -> list[Posture]:
-    """Postures of single units. A unit alone vibrates with omega^2 = k J M^-1 J^T, so of those that
-    are alike only those count that move most in one of their directions."""
+    """Postures of single units. A unit alone vibrates with omega^2 = k J M^-1 J^T. So among equal
+    units only those count that move most in one of their directions."""
     moves = _mobility(kind, p, model, state)
     keys = kind.alike(p)
     alike = [np.flatnonzero([key == other for other in keys]) for key in dict.fromkeys(keys)]
@@ -169,10 +170,9 @@ def _mobility(kind: PosingKind, p: Any, model: Model, state: State) -> np.ndarra
 def step_limits(
     found: Sequence[Combination], method: Method, layout: StateLayout, step: float
 ) -> list[StepLimit]:
-    """Over all ``found`` combinations, the limits below ``step`` [s] in rising order, of everything
-    that moves its smallest; of what has the same limit, one. If none is below, the smallest of all;
-    empty if no step is too large.
-    """
+    """Limits below ``step`` [s] over all ``found`` combinations, rising: the smallest limit of
+    everything that moves. Of equal limits one is kept. If none is below, the smallest of all; empty
+    if any step is stable."""
     parts = [(x.contact, part) for x in found for part in x.components]
     least = _least_steps(found, method)
     bound = max(step, min(least, default=np.inf) * (1.0 + ALIKE))
@@ -219,10 +219,11 @@ def _below(
 
 
 def ray_limits(method: Method, angle: np.ndarray) -> np.ndarray:
-    """Largest |z| up to which the method is stable on the rays z = r exp(i angle), (n,);
-    infinite for rays into the right half plane, where the motion itself grows."""
+    """Largest |z| up to which the method is stable on the rays z = r exp(i angle), (n,). Infinite
+    for rays into the right half plane, where the motion itself grows."""
     places = np.linspace(0.0, REACH, 8001)[1:]
-    rays, which = np.unique(np.abs(angle), return_inverse=True)  # |R| is the same below and above
+    # |R| is the same below and above the real axis
+    rays, which = np.unique(np.abs(angle), return_inverse=True)
     limits = [
         _first_unstable(method, places, phi) if np.cos(phi) <= 1e-9 else np.inf for phi in rays
     ]
@@ -230,7 +231,8 @@ def ray_limits(method: Method, angle: np.ndarray) -> np.ndarray:
 
 
 def _first_unstable(method: Method, places: np.ndarray, angle: float) -> float:
-    """The first of the ``places`` on a ray at which a method is unstable; infinite if none is."""
+    """The first of the ``places`` on a ray at which a method is unstable; infinite if there is
+    none."""
     direction = np.exp(1j * angle)
     for start in range(0, places.size, AT_ONCE):
         r = places[start : start + AT_ONCE]
@@ -252,8 +254,8 @@ def _at_rest(model: Model) -> np.ndarray:
 
 
 def _linearise(model: Model, state: State, modes: np.ndarray, time: float) -> Linear:
-    """Linearise with all units on the pieces of their curves that ``modes`` say, and with slip
-    going on."""
+    """Linearise with all units on the pieces of their curves given by ``modes``, and in steady
+    slip."""
     pressed = _pressed(model, state, modes)
     start = _sliding(pressed, state, modes, time)
     idle = [k.idle_states(p, own_modes(k, p, modes)) for k, p in kinds_posing(model)]
@@ -262,7 +264,7 @@ def _linearise(model: Model, state: State, modes: np.ndarray, time: float) -> Li
 
 
 def _pressed(model: Model, state: State, modes: np.ndarray) -> Model:
-    """The model with every unit where the piece of its curve wants it."""
+    """The model with every unit on its piece of its curve."""
     n = model.bodies.active.size
     bodies = model.bodies
     motion = new_work(model).motion
@@ -275,8 +277,8 @@ def _pressed(model: Model, state: State, modes: np.ndarray) -> Model:
 
 
 def _sliding(model: Model, state: State, modes: np.ndarray, time: float) -> State:
-    """The state with the bodies moving aside, each at a speed of its own, so that points slip on
-    other bodies, too, and the units that slip in steady slip."""
+    """The state with all bodies moving sideways, each at a different speed, so that points also
+    slip on other bodies; slipping units are in steady slip."""
     bodies = model.bodies
     n = bodies.active.size
     y = state.y.copy()
@@ -292,7 +294,7 @@ def _sliding(model: Model, state: State, modes: np.ndarray, time: float) -> Stat
 
 
 def what_moves(linear: Linear, share: np.ndarray, layout: StateLayout) -> str:
-    """Name of the coordinate, node of a unit or radiation that has the largest ``share`` (m,) of a
+    """Name of the coordinate, node of a unit or radiation with the largest ``share`` (m,) of a
     mode."""
     shares: dict[str, float] = {}
     for state, own in zip(linear.states, share, strict=True):
