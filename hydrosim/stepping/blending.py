@@ -1,22 +1,24 @@
-"""Added mass, memory and wave loads of a hull whose draught changes, from databases at several.
+"""Added mass, memory and wave loads of a hull with varying draught, from databases at several
+draughts.
 
     F = -sum_i r_i [A_i d(r_i u)/dt + int_0^t K_i(t - s) r_i(s) u(s) ds],    sum_i r_i^2 = 1
       = -A u' - A' u / 2 - sum_i r_i int_0^t K_i(t - s) r_i(s) u(s) ds,    A = sum_i r_i^2 A_i
     F_wave = sum_i r_i^2 F_wave,i
 
-u: velocity of the body in its heading axes. Between two draughts a part s of the way apart, their
-roots r are cos(pi s / 2) and sin(pi s / 2), beyond the last that is 1; all others are zero. Nothing
-can gain energy, however fast the draught changes: the water has the energy u A u / 2, and what
-drives a memory is felt from it through the same root. (Blending A v' or d(A v)/dt and one memory
-behind the sum of others makes energy near parametric resonance.)
+u: velocity of the body in its heading axes. At the fraction s between two draughts, their roots r
+are cos(pi s / 2) and sin(pi s / 2); beyond the last draught its root is 1; all others are zero.
 
-The draught is the body's own slow one, T = T_0 - z_2, with heave q_3 through a causal filter that
+No motion can gain energy, however fast the draught changes. The water has the energy u A u / 2, and
+the force of a memory acts through the same root as its input. (Blending A v' or d(A v)/dt, or one
+memory behind the sum of others, creates energy near parametric resonance.)
+
+The draught is the body's slow draught, T = T_0 - z_2, with heave q_3 through a causal filter that
 leaves (c / w)^2 of a motion of frequency w, and lags 2 / c behind a steady one:
 
     z_1' = c (q_3 - z_1),   z_2' = c (z_1 - z_2)
 
 Limits: where T passes a draught of a database, r has a corner where it is zero, so that r^2 and the
-forces have none; coefficients between two draughts are as good as the draughts are close.
+forces have none. Coefficients between two draughts are accurate if the draughts are close.
 """
 
 from __future__ import annotations
@@ -29,14 +31,14 @@ import numpy as np
 from hydrosim.jit.kernels import assign, clear, kernel, root
 
 CUT = 0.05  # rad/s, c
-STATES = 2  # of a family in y: z_1 and z_2
+STATES = 2  # states of a family in y: z_1 and z_2
 
 
 class Family(NamedTuple):
-    """Constants of the families of databases: the ``body`` (nf,) that each is for and its
-    draught at ``rest`` (nf,) [m], T_0; its members from ``first`` (nf + 1,) on, by their ``owner``
-    (nm,), that body, rising ``draught`` (nm,) [m] and ``added_mass`` (nm, 6, 6) at infinite
-    frequency. The coordinates of member k are those from 6 (nb + k) on where members count."""
+    """Constants of the families of databases: the ``body`` (nf,) of each and its draught at
+    ``rest`` (nf,) [m], T_0. Members of a family start at ``first`` (nf + 1,). Each has its body
+    ``owner`` (nm,), rising ``draught`` (nm,) [m] and ``added_mass`` (nm, 6, 6) at infinite
+    frequency. In arrays that include members, the coordinates of member k start at 6 (nb + k)."""
 
     body: np.ndarray
     rest: np.ndarray
@@ -47,9 +49,9 @@ class Family(NamedTuple):
 
 
 class Blend(NamedTuple):
-    """Scratch: the ``root`` r (nm,) and its rate ``change`` (nm,); ``added_mass`` (6 nb, 6 nb) with
-    that of the families; A' u / 2 as ``lag`` (6 nb,); of bodies and members, (6 (nb + nm),), the
-    ``velocity`` r u and what they feel, ``force``, and the loads ``first`` and ``second``."""
+    """Scratch: the ``root`` r (nm,) and its rate ``change`` (nm,); ``added_mass`` (6 nb, 6 nb)
+    including the families; A' u / 2 as ``lag`` (6 nb,). For bodies and members, (6 (nb + nm),): the
+    ``velocity`` r u, their ``force``, and the loads ``first`` and ``second``."""
 
     root: np.ndarray
     change: np.ndarray
@@ -62,7 +64,7 @@ class Blend(NamedTuple):
 
 
 def new_blend(family: Family, bodies: int) -> Blend:
-    """Scratch for these families among so many bodies."""
+    """Scratch for these families and this number of bodies."""
     members, own = family.owner.size, 6 * bodies
     every = np.zeros((4, own + 6 * members))
     blended = np.zeros((own, own)) if members else np.zeros((0, 0))
@@ -76,8 +78,8 @@ def settled(family: Family, coordinates: np.ndarray) -> np.ndarray:
 
 @root
 def blend(y, p, added_mass, out):
-    """Fill roots and ``added_mass`` for the filters ``y`` (2 nf,); ``added_mass`` (6 nb, 6 nb) has
-    that of all other bodies."""
+    """Fill roots and ``added_mass`` for the filters ``y`` (2 nf,); the argument ``added_mass`` (6
+    nb, 6 nb) covers all other bodies."""
     for i in range(added_mass.shape[0]):
         assign(out.added_mass[i], added_mass[i])
     clear(out.root)
@@ -123,8 +125,8 @@ def spread(u, p, out):
 
 @kernel
 def gather(every, squared, p, roots, force):
-    """Add what bodies and members feel, ``every`` (6 (nb + nm),), to ``force`` (6 nb,): that of a
-    member by its root, or by the square of it."""
+    """Add the forces on bodies and members, ``every`` (6 (nb + nm),), to ``force`` (6 nb,). A
+    member's force is multiplied by its root, or by the square of it."""
     for i in range(force.size):
         force[i] += every[i]
     for k in range(p.owner.size):

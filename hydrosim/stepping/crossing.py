@@ -1,9 +1,9 @@
 """Cutting a step where the mode of a contact or a spring ends inside it, and switching the mode.
 
 A mode holds while its margins (`forces.contact.transitions`, `forces.spring`) are positive. A step
-is cut at the first zero of any; one that dips below zero and comes back within the step counts too.
-The right hand side is smooth on every piece, so a method keeps its order through stick, slip and
-contact.
+is cut at the first zero of any margin. A margin that becomes negative and positive again within the
+step counts too. The right hand side is smooth on every piece, so a method keeps its order through
+stick, slip and contact.
 """
 
 from __future__ import annotations
@@ -48,17 +48,17 @@ from hydrosim.stepping.state import (
 from hydrosim.stepping.stepper import is_held, keep_reactions, knows_end_slope, slope, step
 from hydrosim.tanks.flows import add_momentum
 
-LANDED = 1e-10  # of a margin's range over the step: an event is located to this
-SWITCHED = 1e-8  # margins this near to zero switch together
-CHORDS = 1000  # tries to land by chords; then by halves
+LANDED = 1e-10  # of a margin's range over the step: tolerance of the location of an event
+SWITCHED = 1e-8  # margins this close to zero switch together
+CHORDS = 1000  # attempts to land by chords; afterwards by bisection
 DIPS = 10  # times that a step is shortened in search of a mode that ends inside it
-NEAR = 1e-4  # of a step: as far from its ends as slopes of margins are taken
+NEAR = 1e-4  # of a step: distance from its ends at which slopes of margins are taken
 
 
 @root_giving(float, bool)
 def cut(t, stop, located, run):
-    """Cut the step from ``t`` to ``stop`` that was taken at its first event, if it has one and it
-    is to be ``located``. Returns the time at its end and whether a mode has ended there."""
+    """Cut the step from ``t`` to ``stop`` at its first event, if it has one and events are
+    ``located``. Returns the time at its end, and true if a mode has ended there."""
     scratch = run.scratch
     after = scratch.margins[AFTER]
     if after.size == 0:
@@ -67,7 +67,7 @@ def cut(t, stop, located, run):
     left = any_negative(after)
     if not located:
         return stop, left
-    for _ in range(DIPS):  # what is below zero on the cubic need not be so in the method's step
+    for _ in range(DIPS):  # negative on the cubic need not be negative in the method's step
         if left:
             stop = t + _land(t, stop - t, run)
         else:
@@ -91,8 +91,8 @@ def cut(t, stop, located, run):
 
 @root
 def _measure_end(t, run, out):
-    """Margins at the end of the step. Reactions are margins of what is held: the right hand side
-    gives them, and the slope there is kept."""
+    """Margins at the end of the step. Reactions are margins of held points: the right hand side
+    gives them, and its slope is kept."""
     scratch = run.scratch
     _find_end_reactions(t, run)
     _measure(t, scratch.states[END], run, AT_END, scratch.watched[EVERY], out)
@@ -100,7 +100,7 @@ def _measure_end(t, run, out):
 
 @root
 def _measure_try(t, run, out):
-    """Margins at the end of a step that is tried: what is known of the uncut one is kept."""
+    """Margins at the end of a tried step; the values of the uncut step are kept."""
     scratch = run.scratch
     end = scratch.states[END]
     if is_held(run):
@@ -111,8 +111,8 @@ def _measure_try(t, run, out):
 
 @root
 def _find_end_slope(t, run):
-    """The slope at the end of the step into ``states[SLOPE]``, and the reactions there, if they are
-    not known."""
+    """The slope at the end of the step into ``states[SLOPE]``, with the reactions there, unless
+    they are known."""
     scratch = run.scratch
     if scratch.known[END_SLOPE] == 0:
         if knows_end_slope(run):
@@ -125,7 +125,7 @@ def _find_end_slope(t, run):
 
 @kernel
 def _find_end_reactions(t, run):
-    """Reactions at the end of the step; nothing is evaluated for those that are zero."""
+    """Reactions at the end of the step; nothing is evaluated if they are zero."""
     if is_held(run):
         _find_end_slope(t, run)
     else:
@@ -134,8 +134,7 @@ def _find_end_reactions(t, run):
 
 @root
 def _measure(t, y, run, which, watched, out):
-    """Margins at t, y with ``which`` of the reactions, those of contacts of ``watched`` rows
-    alone."""
+    """Margins at t, y with ``which`` of the reactions; for contacts, only the ``watched`` rows."""
     model = run.model
     modes = run.state.modes
     motion = run.work.motion
@@ -152,14 +151,14 @@ def _measure(t, y, run, which, watched, out):
 
 @kernel
 def _place(y, run):
-    """Bodies where ``y`` has them."""
+    """Fill the motion of the bodies from ``y``."""
     n = run.model.bodies.active.size
     place_bodies(y[:n], y[n : 2 * n], run.model.bodies, run.work.motion)
 
 
 @root
 def _find_before(t, run):
-    """Margins at the start of the step, as far as the step before has not left them there."""
+    """Margins at the start of the step, unless the step before has left them there."""
     scratch = run.scratch
     state = run.state
     known = scratch.known
@@ -177,7 +176,7 @@ def _find_before(t, run):
 
 @root
 def _look_over(t, h, run):
-    """Lay the cubic through both ends of the step, which is kept as the uncut one, and find the
+    """Store the step as the uncut one, with the cubic through both its ends, and compute the
     margins at its start."""
     scratch = run.scratch
     _find_end_slope(t + h, run)
@@ -193,7 +192,7 @@ def _look_over(t, h, run):
 
 @root
 def _find_reactions(which, t, h, run):
-    """Reactions at a third, or two, of the cubic."""
+    """Reactions at one third, or two thirds, of the cubic."""
     x = (which - AT_START) / 3.0
     stage = run.scratch.states[STAGE]
     _interpolate(x, h, 0, stage.size, run)
@@ -203,11 +202,11 @@ def _find_reactions(which, t, h, run):
 
 @root_giving(float)
 def _land(t, h, run):
-    """Cut the step of length ``h`` at its first event: the state there in ``states[END]``.
+    """Cut the step of length ``h`` at its first event: the state there is in ``states[END]``.
 
-    The zero is sought on the cubic through both ends, and the difference between the method's own
-    step and the cubic at that place is then taken off (a contraction of order h^3), within a
-    bracket that always shrinks. Returns the length of the cut step.
+    The zero is sought on the cubic through both ends. The difference between the method's own step
+    and the cubic at that point is then subtracted (a contraction of order h^3), within a bracket
+    that always shrinks. Returns the length of the cut step.
     """
     scratch = run.scratch
     before = scratch.margins[BEFORE]
@@ -223,7 +222,7 @@ def _land(t, h, run):
     f_hi = phi(after, before, after)
     x, on_cubic = _zero_on_cubic(0.0, t, h, run)
     tries = 0
-    while True:  # halves the bracket in the end, so that it does end
+    while True:  # bisects the bracket in the end, so that the search terminates
         tries += 1
         step(t, x * h, run)
         if run.counters[STATUS] != RUNNING:
@@ -249,8 +248,8 @@ def _land(t, h, run):
 
 @root_giving(float, float)
 def _zero_on_cubic(defect, t, h, run):
-    """First x in [0, 1] where phi on the cubic, plus ``defect``, turns negative, and phi there;
-    zero if phi is never positive (a mode that ends as soon as it begins)."""
+    """First x in [0, 1] where phi on the cubic, plus ``defect``, becomes negative, and phi there.
+    Zero if phi is never positive (a mode that ends as soon as it begins)."""
     before = run.scratch.margins[BEFORE]
     after = run.scratch.margins[AFTER]
     lo = 0.0
@@ -300,8 +299,8 @@ def _phi_on_cubic(x, t, h, run):
 
 @root
 def _on_cubic(x, t, h, run, watched, out):
-    """`_measure` on the cubic through both ends of the uncut step: of coordinates, rates and what
-    margins look at alone; reactions on the cubic through those that are known."""
+    """`_measure` on the cubic through both ends of the uncut step, for coordinates, rates and other
+    entries that margins depend on. Reactions lie on the cubic through the known ones."""
     model = run.model
     stage = run.scratch.states[STAGE]
     _interpolate(x, h, 0, 2 * model.bodies.active.size, run)
@@ -345,11 +344,11 @@ def _interpolate(x, h, i, j, run):
 
 @root_giving(float)
 def _dip(t, h, run):
-    """Where in a step, as a part of it, a margin that falls at first and rises at last is below
-    zero on the cubic through both ends; 1 where none is.
+    """Fraction of the step at which a margin that falls at first and rises at last is negative on
+    the cubic through both ends; 1 if there is none.
 
-    It is looked into if its tangents meet below zero: so a mode that ends and begins again within a
-    step, or before another event, is not jumped over. The margins of the end are in NOW.
+    A margin is examined if its tangents meet below zero. So a mode that ends and begins again
+    within a step, or before another event, is not missed. The margins of the end are in NOW.
     """
     scratch = run.scratch
     margin = scratch.margins
@@ -425,7 +424,7 @@ def _margin_on_cubic(i, x, t, h, run):
 
 @root
 def note_headings(t, run):
-    """Note where all points slip to at the start of a step."""
+    """Store the headings of all slipping points at the start of a step."""
     headings = run.scratch.headings
     state = run.state
     model = run.model
@@ -437,8 +436,8 @@ def note_headings(t, run):
 
 @root
 def switch_modes(t, run):
-    """Switch the modes that have ended at ``state.y``: all whose margin is zero there, or without
-    location all whose margin is negative. One switch per row of modes."""
+    """Switch the modes that have ended at ``state.y``: all with a zero margin, or without location
+    all with a negative margin. Each row of modes switches once."""
     state = run.state
     scratch = run.scratch
     before = scratch.margins[BEFORE]
@@ -459,11 +458,12 @@ def switch_modes(t, run):
 
 @kernel
 def _has_ended(m, first, run):
-    """Whether the mode of margin ``m`` ends here, where the ``first`` event is.
+    """True if the mode of margin ``m`` ends here, at the event ``first``.
 
-    A margin that was zero at the start of the step too, and has not fallen since, is that of a mode
-    that has just begun. It does not end with another: modes of two rows that have begun in turn
-    would end each other for ever. If it does end here, it is the first in the next step.
+    A margin that was zero at the start of the step too, and has not fallen since, belongs to a mode
+    that has just begun. It does not end together with another mode. Otherwise the modes of two rows
+    that have begun in turn would end each other endlessly. If it does end here, it is the first
+    event of the next step.
     """
     margins = run.scratch.margins
     if not _is_near(m, first, run):
@@ -477,8 +477,8 @@ def _has_ended(m, first, run):
 
 @kernel
 def _is_near(m, first, run):
-    """Whether margin ``m`` is negative at the end of the uncut step, and zero now; without location
-    the first is enough."""
+    """True if margin ``m`` is negative at the end of the uncut step, and zero now; without location
+    the first condition suffices."""
     margins = run.scratch.margins
     if margins[AFTER, m] >= 0.0:
         return False
@@ -490,15 +490,15 @@ def _is_near(m, first, run):
 
 @kernel
 def _was_zero(m, run):
-    """Whether margin ``m`` was zero at the start of the step."""
+    """True if margin ``m`` was zero at the start of the step."""
     margins = run.scratch.margins
     return abs(scaled(m, margins[BEFORE], margins[BEFORE], margins[AFTER])) <= SWITCHED
 
 
 @kernel
 def _look_midway(t, h, run):
-    """Margins in the middle of the cut step of length ``h`` into LATE, for `_has_ended`: on its
-    cubic if it matters, else those at its start."""
+    """Margins in the middle of the cut step of length ``h`` into LATE, for `_has_ended`. They are
+    computed on its cubic if needed, and otherwise copied from its start."""
     scratch = run.scratch
     margins = scratch.margins
     assign(margins[LATE], margins[BEFORE])
@@ -515,8 +515,9 @@ def _look_midway(t, h, run):
 
 @kernel
 def _add_momentum(sign, run):
-    """Momentum of flows between tanks: taken before modes switch, given back after, so that what
-    bodies and fluid have of it together stays."""
+    """Impulse of flows between tanks that begin or end. With ``sign`` -1, before modes switch, their
+    momentum is stored. With 1, after the switch, the difference is applied to the bodies. So the
+    momentum of bodies and fluid together is conserved."""
     p = run.model.tanks
     model = run.model
     state = run.state
@@ -532,7 +533,7 @@ def _add_momentum(sign, run):
 
 @kernel
 def _switch(i, which, size, t, run):
-    """Switch row ``i`` of the modes, whose margin ``which`` was of this ``size``."""
+    """Switch row ``i`` of the modes, whose margin ``which`` had this ``size``."""
     state = run.state
     model = run.model
     step = run.clock.step if run.clock.events else 0.0
@@ -553,8 +554,8 @@ def _switch(i, which, size, t, run):
 
 @root
 def _book_stored(i, sign, t, run):
-    """Before and after a trigger: what is stored in its element then is lost, or comes from
-    outside."""
+    """Book stored energy before and after a trigger: energy stored in its element is lost, or comes
+    from outside."""
     state = run.state
     model = run.model
     stored = run.work.rate
@@ -567,7 +568,7 @@ def _book_stored(i, sign, t, run):
 
 @kernel
 def make_consistent(t, run):
-    """Bring what is held to rest, and let break loose what cannot be held."""
+    """Bring held points to rest, and release points that cannot be held."""
     if run.work.constraints.force.size > 0:
         _make_consistent(t, run)
 

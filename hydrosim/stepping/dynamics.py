@@ -5,18 +5,21 @@
     F = F_hydrostatic + F_radiation + F_wave1 + F_wave2 + F_elements + F_weight
 
 q: free coordinates of all bodies; v: velocities of the centres of gravity and angular velocities in
-the earth frame; M: mass, m and R I R^T; A: added mass at infinite frequency; F_gyroscopic =
-omega x (R I R^T omega). (Cummins 1962; Ogilvie 1964.) Where what a body holds changes
-(`tanks`), M is about the body's origin, with m [c x] of a centre of gravity that has moved
-by c from there, F_gyroscopic has m omega x (omega x c), and F what flow does. A and the retardation
-functions are constant in axes that turn with the yaw of each body (`rigid.heading`); F_turning is
-what comes of it (`rigid.added_mass`). What is held, as by rigid friction, adds J q'' = c, with
-J^T lambda on the right.
+the earth frame; M: mass, m and R I R^T; A: added mass at infinite frequency; F_gyroscopic = omega x
+(R I R^T omega). (Cummins 1962; Ogilvie 1964.)
+
+If the contents of a body change (`tanks`), M is about the body's origin. It then has m [c x], where
+c is the displacement of the centre of gravity from the origin. F_gyroscopic has m omega x (omega x
+c), and F includes the forces of flow.
+
+A and the retardation functions are constant in axes that turn with the yaw of each body
+(`rigid.heading`); F_turning is the resulting force (`rigid.added_mass`). Constraints, such as rigid
+friction, add J q'' = c, with J^T lambda on the right.
 
 The state is y = (q, q', radiation states, contact points, energies, impulses). The energies are
-integrals that ride along: of every row of forces its work (waves, applied forces) or its
-dissipation (all others), and of |wave power|. So are, where they are asked for, the impulses of
-every row, its works by coordinate, and what contact points did (`forces.contact.tally`).
+integrals: for every row of forces its work (waves, applied forces) or its dissipation (all others),
+and the integral of |wave power|. If requested, the impulses of every row, its works by coordinate,
+and the integrals of contact points (`forces.contact.tally`) follow.
 """
 
 from __future__ import annotations
@@ -95,16 +98,16 @@ from hydrosim.waves.slow import Block, new_block, slow_loads, slow_rates
 class Model(NamedTuple):
     """Constants of a scene, arrays only; n free coordinates, nb bodies, nr rows of forces.
 
-    ``radiation``, ``own`` (of elements), ``slow`` (of slow places in waves), ``draught`` (slow ones
-    of families), ``energy`` and ``impulse`` are the first entries of those parts in y, of length
-    ``size``, which ends at ``impulse`` where no impulses are asked for.
+    These fields are the first entries of parts of y: ``radiation``, ``own`` (of elements), ``slow``
+    (of slow positions in waves), ``draught`` (slow draughts of families), ``energy`` and
+    ``impulse``. y has the length ``size``; it ends at ``impulse`` if no impulses are asked for.
     """
 
     bodies: Bodies
     headings: Headings
     added_mass: np.ndarray  # (6 nb, 6 nb), A_inf, or A(w) of a body with constant radiation
     inertia: Inertia
-    stiffness: np.ndarray  # (nb, 6, 6), hydrostatic; zero of bodies with a hull
+    stiffness: np.ndarray  # (nb, 6, 6), hydrostatic; zero for bodies with a hull
     hulls: Displacement
     states: RadiationStates
     convolution: ConvolutionKernel
@@ -127,7 +130,7 @@ class Model(NamedTuple):
 
 
 class Work(NamedTuple):
-    """Scratch of one evaluation of `rhs`: nothing in it outlives the call."""
+    """Scratch of one evaluation of `rhs`; its content is not kept after the call."""
 
     motion: Motion
     hulls: Hulls
@@ -144,7 +147,7 @@ class Work(NamedTuple):
     block: Block  # of `slow_loads`
     blend: Blend
     push: np.ndarray  # (6 nb,), impulse of flows that begin or end
-    jump: np.ndarray  # (2, n), what it does
+    jump: np.ndarray  # (2, n), its effect
     clearances: np.ndarray  # (2, nt, 3), of surfaces in tanks at both ends of a step
 
 
@@ -175,12 +178,12 @@ def new_work(model: Model) -> Work:
 
 
 def most_constraints(model: Model) -> int:
-    """Rows that `constrain` states at most."""
+    """Largest number of rows of `constrain`."""
     return events.held_directions(model.elements)
 
 
 def dynamic_states(model: Model) -> np.ndarray:
-    """Entries (m,) of y that act on others: all but slip distances, headings and energies."""
+    """Entries (m,) of y that act on others: all except slip distances, headings and energies."""
     motion = np.arange(model.own)
     return np.concatenate([motion, forces.felt_states(model)]).astype(np.int64)
 
@@ -202,8 +205,8 @@ def radiation_filters(model: Model) -> Filters:
 
 @root
 def rhs(t, y, modes, history, model, work, dy):
-    """Fill ``dy`` = y'(t) for the contact ``modes`` and the velocity ``history``. Pure: it changes
-    scratch and ``dy`` only."""
+    """Fill ``dy`` = y'(t) for the contact ``modes`` and the velocity ``history``. Changes scratch
+    and ``dy`` only."""
     n = model.bodies.active.size
     motion = work.motion
     place(y[:n], y[n : 2 * n], model.bodies, motion)
@@ -237,8 +240,8 @@ def rhs(t, y, modes, history, model, work, dy):
 
 @root
 def add_impulses(t, y, modes, model, work, rates):
-    """The force of every row, reactions included, its power by coordinate, and what contacts do
-    into ``rates``."""
+    """Add to ``rates``: the force of every row, reactions included, its power by coordinate, and
+    the integrands of contacts."""
     wrench = work.wrench
     v = work.motion.velocity
     count = model.rows * v.size
@@ -253,7 +256,7 @@ def add_impulses(t, y, modes, model, work, rates):
 
 @root
 def accelerate_along(model, work, x):
-    """Accelerations ``x`` (n,) where nothing is held, by way of heading axes, where inertia is
+    """Accelerations ``x`` (n,) without constraints, computed in heading axes, where inertia is
     steady."""
     headings = model.headings
     along = work.hulls.motion
@@ -265,8 +268,8 @@ def accelerate_along(model, work, x):
 
 @root
 def accelerate(modes, model, work, x):
-    """Accelerations ``x`` (n,) where something may be held, or the added mass changes; the
-    reactions of elements go into ``work.holds`` and their rows of ``work.wrench``."""
+    """Accelerations ``x`` (n,) with constraints, or with varying added mass. The reactions of
+    elements go to ``work.holds`` and to their rows of ``work.wrench``."""
     motion = work.motion
     constraints = work.constraints
     A = work.blend.added_mass if model.family.body.size > 0 else model.added_mass
@@ -283,7 +286,7 @@ def accelerate(modes, model, work, x):
 
 @kernel
 def solve_held(inertia, constraints, x):
-    """Solve inertia x = x in place with the ``constraints`` that are stated."""
+    """Solve inertia x = x in place with the ``constraints``."""
     solve_for_pivots(constraints)
     eliminate(constraints, inertia, x)
     cholesky(inertia)
@@ -294,8 +297,8 @@ def solve_held(inertia, constraints, x):
 
 @kernel
 def look_inside(y, model, work):
-    """What is in tanks, and where its surface is as ``work.motion`` is placed, into
-    ``work.contents``."""
+    """Fill ``work.contents`` with the contents of tanks, and with their level surfaces at the
+    present ``work.motion``."""
     if model.tanks.each.size > 0:
         contents.fill(y, model.tanks, work.contents)
     if model.liquids.each.size > 0:
@@ -305,14 +308,15 @@ def look_inside(y, model, work):
 
 @kernel
 def find_mass(model, A, work):
-    """M + A where ``work.motion`` is placed into ``work.mass``, ``A`` in heading axes."""
+    """Fill ``work.mass`` with M + A at the present ``work.motion``; ``A`` is in heading axes."""
     mass_matrix(model.bodies, work.contents, model.headings, work.motion, A, work.mass)
 
 
 @root
 def kick(y, modes, model, work):
-    """Change the rates in ``y`` by the impulse ``work.push`` (6 nb,), which is overwritten, on
-    bodies where ``work.motion`` is placed, what is held included; its work is booked."""
+    """Change the rates in ``y`` by the impulse ``work.push`` (6 nb,), which is overwritten.
+    Positions are those of ``work.motion``. Constraints are respected, and the work of the impulse
+    is booked."""
     n = model.bodies.active.size
     push = work.push
     constraints = work.constraints
@@ -339,7 +343,7 @@ def kick(y, modes, model, work):
 
 @kernel
 def constrain(modes, model, work):
-    """State all constraints, where ``work.motion`` is placed: J q'' = c."""
+    """Set up all constraints J q'' = c at the present ``work.motion``."""
     constraints = work.constraints
     constraints.number[0] = 0
     events.hold(
@@ -349,7 +353,7 @@ def constrain(modes, model, work):
 
 @root
 def still(y, modes, model, work):
-    """Take from the rates in ``y`` what constraints do not let move, where they hold."""
+    """Remove from the rates in ``y`` the part that constraints prevent."""
     n = model.bodies.active.size
     constraints = work.constraints
     place_bodies(y[:n], y[n : 2 * n], model.bodies, work.motion)
@@ -381,7 +385,8 @@ def jacobian(t, y, modes, history, model, work, states, step, scratch, J):
 
 @kernel
 def add_forces(t, y, modes, history, model, work, dy):
-    """The force of every row into ``work.wrench``; the rates of all states but motion into dy."""
+    """The force of every row into ``work.wrench``; the rates of all states except motion into
+    dy."""
     motion = work.motion
     wrench = work.wrench
     rate = work.rate
@@ -416,8 +421,8 @@ def add_forces(t, y, modes, history, model, work, dy):
 
 @kernel
 def add_water(t, y, u, history, model, work, radiated, first, second, dy):
-    """Forces of radiated waves, in heading axes, for velocities ``u`` there, and of those that
-    come; rates of the states that belong to them."""
+    """Forces of radiated waves, in heading axes, for velocities ``u`` there, and forces of incident
+    waves; rates of their states."""
     if model.states.real.size > 0:
         states = y[model.radiation :]
         radiation_states(states, u, model.states, dy[model.radiation :], radiated)
@@ -432,7 +437,7 @@ def add_water(t, y, u, history, model, work, radiated, first, second, dy):
 
 @root
 def add_blended(t, y, u, history, model, work, dy):
-    """The same of families of databases, whose roots are known: what changes of their added mass
+    """`add_water` for families of databases, whose roots are known. The change of their added mass
     takes no energy, and is not booked."""
     family = model.family
     every = work.blend
@@ -454,7 +459,7 @@ def add_blended(t, y, u, history, model, work, dy):
 @root
 def follow(t, y, p, work, first, second, dy):
     """Loads of both orders on the bodies that the waves follow; rates ``dy`` of their slow
-    places."""
+    positions."""
     coordinates = work.motion.coordinates
     following_loads(t, coordinates, p, work.sums, first, second)
     slow_rates(y, coordinates, p, dy)
@@ -473,7 +478,7 @@ def total_force(wrench, total):
 
 @kernel
 def power(force, v):
-    """F v."""
+    """Power F v."""
     total = 0.0
     for i in range(v.size):
         total += force[i] * v[i]
@@ -509,7 +514,7 @@ def subtract_bias(bodies, motion, mass, total):
 
 @kernel
 def momentum(work, out):
-    """(M + A) v (6 nb,) into ``out``, where `stored_energies` has found the mass."""
+    """(M + A) v (6 nb,) into ``out``; `stored_energies` must have computed the mass."""
     v = work.motion.velocity
     for i in range(v.size):
         out[i] = 0.0
@@ -519,8 +524,8 @@ def momentum(work, out):
 
 @kernel
 def stored_energies(t, y, modes, model, work, stored):
-    """Energy stored in every row of forces into ``stored`` (nr,); returns the kinetic energy
-    v (M + A) v / 2, less that of the current in the added mass."""
+    """Energy stored in every row of forces into ``stored`` (nr,). Returns the kinetic energy v (M +
+    A) v / 2, minus the kinetic energy of the current in the added mass."""
     n = model.bodies.active.size
     motion = work.motion
     place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)

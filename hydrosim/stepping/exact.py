@@ -27,9 +27,8 @@ class Resistances(NamedTuple):
 
 @kernel
 def sample_loads(start, step, rows, model, state, work, loads):
-    """What waves and applied forces do on the free coordinates at start + k step, into ``loads``
-    (nk, nr, n), for the ``rows`` (nr,) of forces and bodies at rest as ``work`` has them when new.
-    """
+    """Loads of waves and applied forces on the free coordinates at start + k step, into ``loads``
+    (nk, nr, n), for the ``rows`` (nr,) of forces. Bodies are at rest, as in a new ``work``."""
     bodies = model.bodies
     elements = model.elements
     wrench = work.wrench
@@ -46,12 +45,12 @@ def sample_loads(start, step, rows, model, state, work, loads):
 
 @kernel
 def add_energies(v, memory, loads, weights, resistances, rows, energies):
-    """Add to ``energies`` (nk, ne) the integrals of all powers over nk intervals, by the values at
-    their nodes and ``weights`` (ni,).
+    """Add to ``energies`` (nk, ne) the integrals of all powers over nk intervals, from the values
+    at their nodes and ``weights`` (ni,).
 
-    ``v`` and ``memory`` (nk, ni, n) are rates and radiation forces; ``loads`` (nodes, nr, n) belong
-    to the ``rows``, of which the first two are waves. ``resistances`` are rows (nb,) that take
-    the power v (B v - b), with B (nb, n, n) and b (nb, n).
+    ``v`` and ``memory`` (nk, ni, n) are rates and radiation forces. ``loads`` (nodes, nr, n) belong
+    to the ``rows``, of which the first two are waves. ``resistances`` are rows (nb,) that take the
+    power v (B v - b), with B (nb, n, n) and b (nb, n).
     """
     resisting = resistances.row
     B = resistances.B
@@ -74,8 +73,8 @@ def add_energies(v, memory, loads, weights, resistances, rows, energies):
 
 @kernel
 def keep_states(times, states, run):
-    """Record the ``states`` (nk, ny) at ``times`` (nk,), as steps to there would have been; stops
-    where ``counters[STATUS]`` says why."""
+    """Record the ``states`` (nk, ny) at ``times`` (nk,) as steps would have recorded them; stops
+    early if ``counters[STATUS]`` is set."""
     for k in range(times.size):
         assign(run.state.y, states[k])
         check(run.state.y, run.model, run.counters)

@@ -1,4 +1,4 @@
-"""Names of what is in the arrays: rows of forces, coordinates, contact points, springs, pins."""
+"""Names of array entries: rows of forces, coordinates, contact points, springs, pins."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def force_names(scene: Scene) -> tuple[str, ...]:
 
 
 def supplies(scene: Scene, row: int) -> bool:
-    """True if what a row of forces does is booked as work, false if as dissipation."""
+    """True if the power of a row of forces is booked as work, false if as dissipation."""
     element = element_of(scene, row)
     if element is not None:
         return element.supplies
@@ -45,12 +45,12 @@ def stores(scene: Scene, row: int) -> bool:
 
 
 def loses(scene: Scene, row: int) -> bool:
-    """True if a row of forces may take energy for good."""
+    """True if a row of forces may dissipate energy."""
     return row == RADIATION or (element_of(scene, row) is not None and not supplies(scene, row))
 
 
 def element_of(scene: Scene, row: int) -> ForceElement | None:
-    """The element whose row of forces it is; None if it is one of the bodies' own."""
+    """The element that owns a row of forces; None if the row belongs to a body itself."""
     return scene.forces.get(force_names(scene)[row])
 
 
@@ -72,7 +72,7 @@ class Coordinate(NamedTuple):
 
     @property
     def name(self) -> str:
-        """As files spell it: "surge of barge"."""
+        """Name in files: "surge of barge"."""
         return f"{self.dof} of {self.body}"
 
 
@@ -102,7 +102,7 @@ def memory_names(scene: Scene, model: Model) -> list[str]:
 
 
 def coordinate_of(scene: Scene, model: Model, dof: int) -> Coordinate:
-    """Of a body, or of the one that a member of a family is for."""
+    """Coordinate of a body, or of the body that a member of a family belongs to."""
     body = dof // 6 - len(scene.bodies)
     owner = dof // 6 if body < 0 else model.family.owner[body]
     return Coordinate(DOFS[dof % 6], scene.bodies[owner].name)

@@ -1,4 +1,4 @@
-"""What is recorded of a run at every output time."""
+"""The values of a run that are recorded at every output time."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from hydrosim.waves.loads import any_waves, wave_loads
 
 
 def channels(model: Model) -> dict[str, tuple[int, ...]]:
-    """Names and shapes of the channels of a record, in their order: the table of it."""
+    """Names and shapes of the channels of a record, in their order."""
     m = 6 * model.bodies.each.size
     return {
         "time": (),
@@ -35,7 +35,8 @@ def channels(model: Model) -> dict[str, tuple[int, ...]]:
 
 def new_record(model: Model, clock: Clock, accelerations: bool = False) -> Record:
     """Room for all output times, the first included, with or without ``accelerations``."""
-    nt = -(-clock.points // clock.every) + 1  # the end is recorded, on an output time or not
+    # the end is always recorded, even between output times
+    nt = -(-clock.points // clock.every) + 1
     shapes = channels(model).values()
     *places, width = accumulate(map(prod, shapes), initial=0)
     at = Places(*places[: len(Places._fields)])
@@ -45,7 +46,7 @@ def new_record(model: Model, clock: Clock, accelerations: bool = False) -> Recor
 
 
 def unpack(model: Model, record: Record, count: int, first: int = 0) -> dict[str, np.ndarray]:
-    """Channels by name, (count - first, ...) each, of the records ``first`` to ``count``."""
+    """Channels by name, (count - first, ...) each, of the records ``first`` <= i < ``count``."""
     kept = record.channels[first:count]
     values = {}
     at = 0
@@ -58,8 +59,7 @@ def unpack(model: Model, record: Record, count: int, first: int = 0) -> dict[str
 
 @root
 def keep(t, run):
-    """Record the state and everything that follows from it; the slope that is found for that begins
-    the next step."""
+    """Record the state and all derived values; the slope computed for them begins the next step."""
     model = run.model
     work = run.work
     scratch = run.scratch

@@ -1,8 +1,8 @@
 """A run: steps on a fixed grid, cut at breakpoints and events, recorded at output times.
 
-A step from t to t + h is one step of the method unless a contact mode ends inside it or a table
-has a corner there. Then the step is cut: the end of the mode is located, the state is taken there
-by the method itself, the mode switches, and the rest of the step follows (see `crossing`).
+A step from t to t + h is one step of the method unless a contact mode ends inside it or a table has
+a corner there. Then the step is cut at the located end of the mode. The method itself computes the
+state there, the mode switches, and the rest of the step follows (see `crossing`).
 """
 
 from __future__ import annotations
@@ -56,17 +56,17 @@ from hydrosim.waves.slow import BEGIN, begin_block
 PITCH = 4  # among a body's six coordinates
 STEEPEST = 1.48  # rad (85 deg): beyond it the angles' rates lose their meaning
 PARTS = 3  # of a step, while a contact node relaxes fast after an event
-SHORTEST = 1e-12  # s, or of the time: no step of an adaptive method is shorter
-PIECES = 200  # events in one step, per contact point or spring, after which it is called chattering
-CRAWL = 200_000  # steps in the time of one, after which none is small enough
+SHORTEST = 1e-12  # s, or relative to the time: smallest step of an adaptive method
+PIECES = 200  # events in one step, per contact point or spring: more are chattering
+CRAWL = 200_000  # steps in the time of one: with more, no step is small enough
 
 
 @root_giving(float)
 def advance(evaluations, run):
-    """Go on until so many times more the right hand side has been evaluated or margins were looked
-    at, and the step is taken; ends early with the run, or where ``counters[STATUS]`` says why.
+    """Continue for this number of evaluations of the right hand side and margins, until the present
+    step is complete. Ends early with the run, or if ``counters[STATUS]`` is set.
 
-    ``run.state`` is left where the last accepted piece ended. Returns the time that was reached.
+    ``run.state`` is left where the last accepted piece ended. Returns the time reached.
     """
     clock = run.clock
     counters = run.counters
@@ -96,14 +96,14 @@ def advance(evaluations, run):
 
 @kernel
 def spent(counters):
-    """What a run has cost: evaluations of the right hand side, and looks at margins."""
+    """Cost of a run: evaluations of the right hand side plus evaluations of margins."""
     return counters[EVALUATIONS] + counters[LOOKS]
 
 
 @root
 def _next_block(t, run):
-    """Slow paths in waves are taken anew from t on; the loads are others then, and so is the
-    acceleration to remember: that which a run would that starts here."""
+    """Renew the slow paths in waves at t. Loads jump here. Store the acceleration that a run
+    starting at t would have."""
     model = run.model
     known = run.scratch.known
     begin_block(t, run.state.y[model.slow :], model.following)
@@ -115,7 +115,7 @@ def _next_block(t, run):
 
 @root
 def _take_up_block(t, run):
-    """Keep the paths that a run starts with if the next ones are taken before these end."""
+    """Keep the paths that a run starts with if the next ones are due before these end."""
     clock = run.clock
     p = run.model.following
     missing = clock.block - clock.first % clock.block
@@ -132,7 +132,7 @@ def grid_time(n, clock):
 
 @root
 def _cross(goal, enough, run):
-    """Go to the time ``goal``, piece by piece, but not beyond ``enough`` evaluations."""
+    """Advance to the time ``goal``, piece by piece, but not beyond ``enough`` evaluations."""
     clock = run.clock
     state = run.state
     scratch = run.scratch
@@ -166,7 +166,7 @@ def _cross(goal, enough, run):
 
 @root
 def _note(t, run):
-    """Keep what the record would miss between output times."""
+    """Store values that a record would miss between output times."""
     y = run.state.y
     model = run.model
     motion = run.work.motion
@@ -177,8 +177,8 @@ def _note(t, run):
 
 @kernel
 def _watch(t, run):
-    """Stop a run that does not come on: in the time of one step of the solver too many modes have
-    ended, or too many steps were taken."""
+    """Stop a run that makes no progress: too many modes have ended, or too many steps were taken,
+    in the time of one step of the solver."""
     counters = run.counters
     pace = run.scratch.pace
     if t - pace[SINCE] > run.clock.solver_step:
@@ -193,8 +193,8 @@ def _watch(t, run):
 
 @root_giving(bool, float, bool)
 def _try(t, stop, run):
-    """Take a step from ``t`` to ``stop``: whether it counts, its end at its first event, if it has
-    one, and whether a mode has ended there."""
+    """Try a step from ``t`` to ``stop``. Returns true if it is accepted, its end (at its first
+    event, if any), and true if a mode has ended there."""
     clock = run.clock
     counters = run.counters
     if run.scratch.headings.size > 0:
@@ -216,9 +216,9 @@ def _try(t, stop, run):
 
 @root_giving(float)
 def _cut_at_corner(t, stop, run):
-    """Cut the step where the surface in a tank passes a corner, since moments have few derivatives
-    there. The place is linear between the ends of the step: what it is off by is of its second
-    order, and what that does to the step of the fifth."""
+    """Cut the step where the surface in a tank passes a corner, because moments have few
+    derivatives there. The position is interpolated linearly over the step: its error is of second
+    order in the step, and its effect of fifth order."""
     clearances = run.work.clearances
     _find_clearances(run.state.y, run, clearances[0])
     _find_clearances(run.scratch.states[END], run, clearances[1])
@@ -242,9 +242,8 @@ def _find_clearances(y, run, out):
 
 @kernel
 def _pace(t, h, run):
-    """How long the next step shall be, if not the whole ``h``: as the control of an adaptive method
-    has it, or a part of a step while a contact node settles after an event or a tank runs empty or
-    full."""
+    """Length of the next step, if not the whole ``h``: from the control of an adaptive method, or a
+    fraction of a step while a contact node settles after an event or a tank runs empty or full."""
     clock = run.clock
     tanks = run.model.tanks
     if clock.control.adaptive:
@@ -257,14 +256,14 @@ def _pace(t, h, run):
         return h
     part = clock.step / PARTS
     if h > 1.1 * part and events.settling(t, run.state.y, run.model.elements):
-        return part  # a sliver is not cut
+        return part  # avoids a very short remaining step
     return h
 
 
 @root_giving(bool)
 def _accepted(t, h, run):
-    """Judge a step by its error and set the pace of the next; a run whose steps shrink to nothing
-    is stopped. Stages that have no solution are an error without bound."""
+    """Accept or reject a step by its error and set the length of the next. A run whose steps shrink
+    to zero is stopped. Stages without a solution count as an infinite error."""
     method = run.method
     scratch = run.scratch
     pace = run.scratch.pace
@@ -278,7 +277,7 @@ def _accepted(t, h, run):
     planned = pace[NEXT_STEP]
     if error <= 1.0:
         pace[NEXT_STEP] = factor * h
-        if h < 0.999 * planned:  # by the grid or a breakpoint: no reason for a slower pace
+        if h < 0.999 * planned:  # by the grid or a breakpoint: no reason for a shorter next step
             pace[NEXT_STEP] = max(factor * h, planned)
         pace[LAST_ERROR] = error
         return True
@@ -288,7 +287,7 @@ def _accepted(t, h, run):
 
 @kernel
 def _shorten(t, h, run):
-    """Go on with a step of ``h``, unless that is nothing beside the time."""
+    """Continue with a step of ``h``, unless it is negligible compared with the time."""
     counters = run.counters
     run.scratch.pace[NEXT_STEP] = h
     if h > SHORTEST * max(abs(t), 1.0):
@@ -306,7 +305,7 @@ def remember(t, run):
 
 @root
 def _remember(t, run):
-    """The same, in heading axes; the slope found for that begins the next step."""
+    """`remember` in heading axes; the slope found for it begins the next step."""
     history = run.state.history
     bodies = run.model.bodies
     work = run.work
@@ -323,7 +322,7 @@ def _remember(t, run):
 
 @kernel
 def _breakpoint_after(t, goal, clock):
-    """The first breakpoint after ``t``, if it is before the ``goal``, else that."""
+    """The first breakpoint after ``t`` and before the ``goal``, else the goal."""
     first = _count_breakpoints(t, clock)
     if first < clock.breakpoints.size and clock.breakpoints[first] < goal:
         return clock.breakpoints[first]
@@ -338,7 +337,7 @@ def _is_breakpoint(t, clock):
 
 @kernel
 def _count_breakpoints(t, clock):
-    """How many breakpoints there are up to ``t``."""
+    """Number of breakpoints up to ``t``."""
     first = 0
     behind = clock.breakpoints.size
     while first < behind:
@@ -352,9 +351,9 @@ def _count_breakpoints(t, clock):
 
 @root
 def _renew(t, left, run):
-    """After a step to ``t``: the slope at its end, where it is known, and the margins there begin
-    the next, if the modes stay and no constraint changes the state. At a breakpoint the slope is
-    that from inside, and the next step may begin with another."""
+    """Prepare the next step after a step to ``t``. If the modes stay and no constraint changes the
+    state, the slope at its end, if known, and the margins there are reused. At a breakpoint that
+    slope is the one from inside, and the next step may begin with another."""
     scratch = run.scratch
     known = run.scratch.known
     end_slope = known[END_SLOPE] != 0
@@ -364,7 +363,7 @@ def _renew(t, left, run):
     if left or run.work.constraints.force.size > 0:
         return
     assign(scratch.margins[BEFORE], scratch.margins[AFTER])
-    known[START_MARGINS] = BUT_FOR_SLIP  # whose headings are new at each step
+    known[START_MARGINS] = BUT_FOR_SLIP  # their headings are new at each step
     if _is_breakpoint(t, run.clock):
         return
     if end_slope:
@@ -377,8 +376,8 @@ def _renew(t, left, run):
 
 @kernel
 def check(y, model, counters):
-    """Set the status where a number is not finite, or a pitch or the heel of a hull or a tank too
-    steep."""
+    """Set the status if a number is not finite, or if a pitch or the heel of a hull or a tank is
+    too large."""
     bodies = model.bodies
     for j in model.hulls.roll:
         if abs(y[j]) > STEEPEST:
@@ -395,7 +394,7 @@ def check(y, model, counters):
 
 @summing
 def nothing(y):
-    """Zero times the sum of ``y``: zero if all of it is finite, else not a number."""
+    """Zero times the sum of ``y``: zero if all entries are finite, else NaN."""
     total = 0.0
     for j in range(y.size):
         total += 0.0 * y[j]

@@ -1,6 +1,6 @@
-"""What a run is made of: its constants, what it remembers, its record and the scratch of its steps.
+"""Data of a run: its constants, its state, its record and the scratch of its steps.
 
-All of it together is a `Run`, which every kernel of this folder takes.
+A `Run` holds all of them, and every kernel of this folder takes it.
 """
 
 from __future__ import annotations
@@ -18,31 +18,30 @@ from hydrosim.stepping.dynamics import Model, Work, dynamic_states, new_work, ra
 RUNNING, NOT_FINITE, CAPSIZED, CHATTERING, STEP_TOO_SMALL, NO_SOLUTION, BLOWN_UP = range(7)
 STEPS, REJECTED, RECORDS, EVENTS, EVALUATIONS, LOOKS, STATUS, POINT = range(8)
 EVENTS_THEN, STEPS_THEN, COUNTERS = range(8, 11)
-"""Of `Run.counters`: ``LOOKS`` are those at margins, ``POINT`` the grid point reached; two belong
-to `SINCE`. Their number."""
+"""Entries of `Run.counters`: ``LOOKS`` counts evaluations of margins, ``POINT`` is the grid point
+reached; two belong to `SINCE`. Number of counters."""
 END, FULL, SLOPE, STAGE, SPARE = range(5)
-"""Of `Scratch.states`: the end of the step, the end of the uncut step and the slope there, a stage,
-and one to spare."""
+"""Rows of `Scratch.states`: the end of the step, the end of the uncut step and the slope there, a
+stage, and a spare one."""
 BEFORE, AFTER, NOW, EARLY, LATE, TRIAL = range(6)
-"""Of `Scratch.margins`: before and after the uncut step, at the place in question, near both ends
-and on trial."""
+"""Rows of `Scratch.margins`: before and after the uncut step, at the present place, near both ends,
+and for trials."""
 AT_START, AT_THIRD, AT_TWO_THIRDS, AT_END, BETWEEN = range(5)
-"""Of `Scratch.reactions`: on the step as it is cut, and at the place in question."""
+"""Rows of `Scratch.reactions`: on the step as it is cut, and at the present place."""
 EVERY, SOME = range(2)
-"""Of `Scratch.watched`: all rows of modes, and those that are looked at just now."""
+"""Rows of `Scratch.watched`: all rows of modes, and those evaluated at present."""
 START_SLOPE, END_SLOPE, START_MARGINS = range(3)
-"""Of `Scratch.known`: whether k[0] is the slope at the current state, ``states[SLOPE]`` that at the
-end of the step, ``margins[BEFORE]`` those at the current state."""
+"""Entries of `Scratch.known`: true if k[0] is the slope at the current state, ``states[SLOPE]`` the
+slope at the end of the step, ``margins[BEFORE]`` the margins at the current state."""
 UNKNOWN, BUT_FOR_SLIP, KNOWN = range(3)
-"""Of ``known[START_MARGINS]``."""
+"""Values of ``known[START_MARGINS]``."""
 NEXT_STEP, LAST_ERROR, REACHED, SINCE = range(4)
-"""Of `Scratch.pace`: the time reached, and the time from which on events and steps are counted to
-see whether a run comes on."""
+"""Entries of `Scratch.pace`: next step, last error, the time reached, and the time since which
+events and steps are counted to detect a run without progress."""
 
 
 class State(NamedTuple):
-    """All that a run remembers: ``y``, the ``modes`` (rows, 3) of elements, the velocity
-    ``history``."""
+    """State of a run: ``y``, the ``modes`` (rows, 3) of elements, the velocity ``history``."""
 
     y: np.ndarray
     modes: np.ndarray
@@ -51,9 +50,9 @@ class State(NamedTuple):
 
 class Clock(NamedTuple):
     """Grid of ``points`` steps up to ``end`` [s]; every ``every``-th and the last are recorded. It
-    begins ``first`` steps after ``start``: so a restart is on the grid of the run before it. A slow
-    path in waves is taken anew every ``block`` steps, if that is not 0.
-    ``breakpoints`` are times that no step may cross; ``events`` false lets steps run past them.
+    begins ``first`` steps after ``start``, so that a restart uses the grid of the run before it. A
+    slow path in waves is renewed every ``block`` steps, if that is not 0. No step may cross the
+    ``breakpoints``; ``events`` false lets steps run past events.
 
     With adaptive ``control`` the grid is that of the records, and steps are shorter: they begin
     with the ``solver_step`` [s].
@@ -89,8 +88,8 @@ class Places(NamedTuple):
 
 
 class Record(NamedTuple):
-    """What is kept at every output time: ``channels`` (nt, nc), which are ``at`` their places, the
-    ``modes`` (nt, rows, 3) of elements, and the ``accelerations`` (nt, 6 nb) of bodies, or none."""
+    """Values at every output time: ``channels`` (nt, nc), ``at`` their places, the ``modes`` (nt,
+    rows, 3) of elements, and the ``accelerations`` (nt, 6 nb) of bodies, or none."""
 
     at: Places
     channels: np.ndarray
@@ -100,9 +99,9 @@ class Record(NamedTuple):
 
 class Scratch(NamedTuple):
     """Scratch of a step: stage derivatives ``k`` (s, ny), ``states`` (5, ny), ``margins`` (6, nm),
-    whether rows of modes are ``watched`` (2, rows), the next adaptive step, the error of the last
-    and where the run is as ``pace`` (4,), what is ``known`` (3,) already, the ``headings`` (nf, 2)
-    of slip at the start of the step, ``reactions`` (5, nf, 2) of what is held."""
+    ``watched`` (2, rows) flags of rows of modes. ``pace`` (4,) holds the next adaptive step, the
+    last error and the progress of the run; ``known`` (3,) flags of reusable values. ``headings``
+    (nf, 2) of slip at the start of the step, ``reactions`` (5, nf, 2) of held points."""
 
     k: np.ndarray
     states: np.ndarray
@@ -116,7 +115,7 @@ class Scratch(NamedTuple):
 
 
 class Run(NamedTuple):
-    """A run on its way: the ``state`` is carried on, ``counters`` say how far and how."""
+    """A run in progress: the ``state`` is advanced, ``counters`` give progress and status."""
 
     clock: Clock
     model: Model
@@ -149,7 +148,7 @@ def new_scratch(model: Model, method: Method, step: float) -> Scratch:
 
 
 def new_run(clock: Clock, model: Model, method: Method, state: State, record: Record) -> Run:
-    """A run that begins with ``state``, which it carries on, into ``record``."""
+    """A run that begins with ``state``, which it advances, and writes to ``record``."""
     scratch = new_scratch(model, method, clock.solver_step)
     counters = np.zeros(COUNTERS, dtype=np.int64)
     work = new_work(model)

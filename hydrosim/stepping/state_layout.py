@@ -1,9 +1,9 @@
-"""What every entry of the state y is: the one table of its layout.
+"""Layout of the state y: the meaning of every entry, in one table.
 
 y is a row of blocks. Each entry of a block has a component ("surge", "slip distance") and an owner
-(a body, a contact point, a tank, a row of forces). Files spell both as one name; whoever needs
-either asks here, or reads `state_kind`, `state_owner` and `state_component` beside the name.
-`Model` has the offsets of blocks as numbers, for kernels.
+(a body, a contact point, a tank, a row of forces). Files join both to one name. To get either, use
+this module, or read `state_kind`, `state_owner` and `state_component` next to the name. For
+kernels, `Model` has the offsets of blocks as numbers.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from hydrosim.waves.slow import NAMES as SLOW_NAMES
 
 
 class StateKind(StrEnum):
-    """What a block of states is, but for those of units, which say it themselves
+    """Kinds of blocks of states, except for those of units, which name their own
     (`hydrosim.forces.kind`)."""
 
     COORDINATE = "coordinate"
@@ -53,7 +53,7 @@ DRAUGHT_FILTERS = ("slow heave filter 1", "slow heave filter 2")
 
 
 class Entry(NamedTuple):
-    """A state: its ``component``, whose it is, its ``name`` in files, and the free coordinates that
+    """A state: its ``component``, its owner, its ``name`` in files, and the free coordinates that
     it moves with, if any."""
 
     component: str
@@ -85,7 +85,7 @@ class StateLayout:
         return [str(kind) for kind, _ in self._all()]
 
     def owners(self) -> list[str]:
-        """Whose every entry is."""
+        """Owner of every entry."""
         return [entry.owner for _, entry in self._all()]
 
     def components(self) -> list[str]:
@@ -101,7 +101,7 @@ class StateLayout:
         return next((block.entries for block in self.blocks if block.kind == kind), ())
 
     def at(self, index: int) -> tuple[str, Entry]:
-        """Kind and entry of place ``index`` in y."""
+        """Kind and entry at ``index`` in y."""
         block = next(b for b in reversed(self.blocks) if b.offset <= index and b.entries)
         return block.kind, block.entries[index - block.offset]
 
@@ -151,7 +151,8 @@ def _each(owners: Iterable[str], components: Iterable[str], kind: str = "") -> I
 
 
 def _radiation(scene: Scene, model: Model) -> Iterator[Entry]:
-    """States of the memory, group by group: each is of some coordinates, of one body or several."""
+    """States of the memory, group by group; each belongs to some coordinates, of one body or
+    several."""
     states = model.states
     family = model.family
     bodies = [body.name for body in scene.bodies]
@@ -174,7 +175,7 @@ def _families(scene: Scene, model: Model) -> list[str]:
 
 
 def _energies(scene: Scene) -> Iterator[Entry]:
-    """Work or loss of every row of forces, and the measure of what waves exchange."""
+    """Work or loss of every row of forces, and the integral of |wave power|."""
     for row, name in enumerate(force_names(scene)):
         component = "work" if supplies(scene, row) else "loss"
         joined = "work of" if supplies(scene, row) else "loss in"

@@ -1,7 +1,7 @@
 """One step of a method from a state.
 
 The stages call `dynamics.rhs` by name: kernels that take functions as arguments would be compiled
-anew in every process.
+again in every process.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from hydrosim.stepping.state import (
     STATUS,
 )
 
-INSIDE = 1e-15  # of the time: what a corner is seen from inside by
+INSIDE = 1e-15  # of the time: distance from a corner at which it is evaluated from inside
 SMALL = 1e-7  # of differences of states for the Jacobian: m, rad and their rates
 
 
@@ -30,7 +30,7 @@ SMALL = 1e-7  # of differences of states for the Jacobian: m, rad and their rate
 def step(t, h, run):
     """One step of the method from ``run.state`` into ``scratch.states[END]``.
 
-    Its end is seen from inside, a few roundings early: a rate may jump there.
+    Its end is evaluated from inside, a few roundings early: a rate may jump there.
     """
     y, k, method, scratch = run.state.y, run.scratch.k, run.method, run.scratch
     stage, last = scratch.states[STAGE], (t + h) * (1.0 - INSIDE)
@@ -51,14 +51,14 @@ def step(t, h, run):
 
 @kernel
 def knows_end_slope(run):
-    """Whether the last slope of a step is that at its end, and nothing else is sought there: where
-    points may be held, reactions are."""
+    """True if the last slope of a step is the slope at its end, and no reactions are needed there,
+    as they are if points may be held."""
     return run.method.closes and run.work.constraints.force.size == 0
 
 
 @kernel
 def find_start_slope(t, run):
-    """The slope at the current state into k[0], and the reactions there."""
+    """The slope at the current state into k[0], with the reactions there."""
     slope(t, run.state.y, run, run.scratch.k[0])
     run.scratch.known[START_SLOPE] = 1
     keep_reactions(AT_START, run)
@@ -76,7 +76,7 @@ def keep_reactions(which, run):
 
 @kernel
 def is_held(run):
-    """Whether anything is held now: reactions are all zero else."""
+    """True if anything is held now; otherwise all reactions are zero."""
     return run.work.constraints.number[0] > 0
 
 
@@ -89,7 +89,7 @@ def slope(t, y, run, dy):
 
 @root
 def _solve_stage(i, t, weight, run):
-    """Find k[i] = f(t, stage + weight k[i]); a second time with a new Jacobian if it must be."""
+    """Find k[i] = f(t, stage + weight k[i]); retried with a new Jacobian if necessary."""
     newton, state = run.scratch.newton, run.state
     for _ in range(2):
         if newton.status[0] == STALE:
