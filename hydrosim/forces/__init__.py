@@ -109,7 +109,7 @@ def add_elements(t, y, modes, motion, bodies, elements, wrench, rate, dy):
     if e.guides.pins.size > 0:
         guide.add_force(t, y, modes, motion, bodies, e, wrench)
     if e.triggers.each.size > 0:
-        trigger.silence(modes, e.triggers, wrench, rate)
+        trigger.clear_inactive(modes, e.triggers, wrench, rate)
         clear(dy[e.triggers.state : e.triggers.state + e.triggers.each.size])
 
 

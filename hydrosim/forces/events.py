@@ -60,7 +60,7 @@ def settle(t, y, modes, motion, bodies, elements, tanks):
         guide.settle(modes, motion, bodies, elements)
     if elements.triggers.each.size > 0:
         trigger.settle(t, y, modes, motion, bodies, elements, tanks)
-    group.begin(t, y, modes, elements.fenders)
+    group.initialise(t, y, modes, elements.fenders)
 
 
 @kernel
@@ -119,7 +119,7 @@ def is_trigger(row, elements):
 
 
 @kernel
-def book(row, sign, y, stored, elements):
+def book_stored(row, sign, y, stored, elements):
     """Count the energy ``stored`` (rows,) in the element of a trigger, with this ``sign``, as lost;
     contacts do this themselves."""
     one = elements.triggers.each[row - elements.triggers.mode]
@@ -166,9 +166,9 @@ def remembers(elements):
 
 
 @kernel
-def note(t, y, modes, motion, bodies, elements):
+def record_largest(t, y, modes, motion, bodies, elements):
     """Store values that only single steps know in y."""
-    transitions.note(t, y, modes, motion, bodies, elements.fenders)
+    transitions.record_largest(t, y, modes, motion, bodies, elements.fenders)
 
 
 @kernel

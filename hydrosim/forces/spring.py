@@ -271,7 +271,7 @@ def settle_line(i, modes, motion, bodies, p):
 
 
 @kernel
-def take_out(i, modes, p):
+def deactivate(i, modes, p):
     """Deactivate spring ``i``."""
     modes[p.mode + i, MODE] = GONE
     modes[p.mode + i, SEGMENT] = p.lines[i].first

@@ -150,11 +150,11 @@ def switch(j, which, t, y, modes, motion, bodies, elements, tanks):
     else:
         mode[MODE] = mode[MODE] + 1
         mode[RISING] = 0
-        act(j, t, y, modes, motion, bodies, elements, tanks)
+        apply_switch(j, t, y, modes, motion, bodies, elements, tanks)
 
 
 @kernel
-def act(j, t, y, modes, motion, bodies, elements, tanks):
+def apply_switch(j, t, y, modes, motion, bodies, elements, tanks):
     """Activate or deactivate the contacts and lines of trigger ``j``; switch its flow."""
     trigger = elements.triggers.each[j]
     fenders = elements.fenders
@@ -165,9 +165,9 @@ def act(j, t, y, modes, motion, bodies, elements, tanks):
         pumping.turn(trigger.flow, stage, y, modes, tanks)
     for i in range(trigger.point, trigger.point + trigger.points):
         if now:
-            transitions.come(i, t, y, modes, motion, bodies, fenders)
+            transitions.activate(i, t, y, modes, motion, bodies, fenders)
         else:
-            transitions.go(i, t, y, modes, motion, bodies, fenders)
+            transitions.deactivate(i, t, y, modes, motion, bodies, fenders)
     for i in range(elements.guides.pins.size):
         if not _has(elements.guides.pins[i].point, trigger):
             continue
@@ -179,7 +179,7 @@ def act(j, t, y, modes, motion, bodies, elements, tanks):
         if now:
             spring.settle_line(i, modes, motion, bodies, springs)
         else:
-            spring.take_out(i, modes, springs)
+            spring.deactivate(i, modes, springs)
 
 
 @kernel
@@ -207,10 +207,10 @@ def settle(t, y, modes, motion, bodies, elements, tanks):
         if mode[MODE] != DURING:
             for i in range(elements.guides.pins.size):
                 if _has(elements.guides.pins[i].point, p.each[j]):
-                    guide.take_out(i, modes, elements.guides)
-            act(j, t, y, modes, motion, bodies, elements, tanks)
+                    guide.start_inactive(i, modes, elements.guides)
+            apply_switch(j, t, y, modes, motion, bodies, elements, tanks)
             for i in range(p.each[j].point, p.each[j].point + p.each[j].points):
-                transitions.forgive(i, y, elements.fenders)
+                transitions.reset_losses(i, y, elements.fenders)
 
 
 @kernel
@@ -220,7 +220,7 @@ def is_on(j, modes, p):
 
 
 @root
-def silence(modes, p, wrench, rate):
+def clear_inactive(modes, p, wrench, rate):
     """Clear the rows of forces, and of work or dissipation, of inactive elements."""
     for j in range(p.each.size):
         if not is_on(j, modes, p) and p.each[j].flow == NONE:

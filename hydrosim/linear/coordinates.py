@@ -6,7 +6,7 @@ import numpy as np
 
 from hydrosim.rigid.kinematics import acceleration_map, place_bodies
 from hydrosim.stepping.blending import blend
-from hydrosim.stepping.dynamics import Model, find_mass, look_inside, new_work
+from hydrosim.stepping.dynamics import Model, find_mass, new_work, update_contents
 from hydrosim.waves.build import wave_loads_model
 from hydrosim.waves.following import following_model
 
@@ -41,7 +41,7 @@ def inertia(model: Model, y: np.ndarray) -> np.ndarray:
     if model.family.body.size:
         blend(y[model.draught :], model.family, A, work.blend)
         A = work.blend.added_mass
-    look_inside(y, model, work)
+    update_contents(y, model, work)
     find_mass(model, A, work)
     acceleration_map(model.bodies, work.motion, work.mass, found)
     return found

@@ -36,9 +36,9 @@ from hydrosim.stepping.dynamics import (
     Model,
     Work,
     add_forces,
-    look_inside,
     new_work,
     total_force,
+    update_contents,
 )
 from hydrosim.stepping.state import State
 
@@ -111,7 +111,7 @@ class _Loads:
         load = np.zeros(q.size)
         place_bodies(q, np.zeros(q.size), model.bodies, work.motion)
         settle(self.time, y, state.modes, work.motion, model.bodies, model.elements, model.tanks)
-        look_inside(y, model, work)
+        update_contents(y, model, work)
         add_forces(self.time, y, state.modes, state.history, model, work, np.zeros_like(y))
         total_force(work.wrench if self.rows is None else work.wrench[[*self.rows]], work.total)
         generalised_force(model.bodies, work.motion, work.total, load)

@@ -44,7 +44,7 @@ class Headings(NamedTuple):
 
 class Hulls(NamedTuple):
     """Scratch, (6 nb,) in heading axes: ``velocity`` for the radiation memory and ``flow`` relative
-    to the water, see `look_along`; ``turn`` psi' J flow; ``momentum`` of the water and its
+    to the water, see `find_flow`; ``turn`` psi' J flow; ``momentum`` of the water and its
     ``force``; the ``motion`` of the bodies that their inertia needs."""
 
     velocity: np.ndarray
@@ -138,7 +138,7 @@ def turn_matrix(p, motion, A):
 
 
 @kernel
-def look_along(p, motion, hulls):
+def find_flow(p, motion, hulls):
     """Fill ``flow`` = P^T (v - U) and ``velocity``, its part that the radiation memory stores. The
     memory excludes the flow of the current U at the start heading, which has lasted since long
     before the start. Both equal v for bodies that are not turned."""

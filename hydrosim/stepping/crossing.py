@@ -17,7 +17,7 @@ from hydrosim.integrate.implicit import STALE
 from hydrosim.jit.kernels import any_negative, assign, clear, kernel, root, root_giving
 from hydrosim.modes import MARGINS, MODE
 from hydrosim.rigid.kinematics import place_bodies
-from hydrosim.stepping.dynamics import kick, still
+from hydrosim.stepping.dynamics import apply_impulse, project_velocities
 from hydrosim.stepping.state import (
     AFTER,
     AT_END,
@@ -515,9 +515,11 @@ def _look_midway(t, h, run):
 
 @kernel
 def _add_momentum(sign, run):
-    """Impulse of flows between tanks that begin or end. With ``sign`` -1, before modes switch, their
-    momentum is stored. With 1, after the switch, the difference is applied to the bodies. So the
-    momentum of bodies and fluid together is conserved."""
+    """Impulse of flows between tanks that begin or end.
+
+    With ``sign`` -1, before modes switch, their momentum is stored. With 1, after the switch, the
+    difference is applied to the bodies. So the momentum of bodies and fluid together is conserved.
+    """
     p = run.model.tanks
     model = run.model
     state = run.state
@@ -528,7 +530,7 @@ def _add_momentum(sign, run):
         clear(push)
     add_momentum(-sign, state.y, state.modes, run.work.motion, model.bodies, p, push)
     if sign > 0.0:
-        kick(state.y, state.modes, model, run.work)
+        apply_impulse(state.y, state.modes, model, run.work)
 
 
 @kernel
@@ -563,7 +565,7 @@ def _book_stored(i, sign, t, run):
     motion = run.work.motion
     elements = model.elements
     add_element_energies(t, state.y, state.modes, motion, model.bodies, elements, stored)
-    events.book(i, sign, state.y, stored, elements)
+    events.book_stored(i, sign, state.y, stored, elements)
 
 
 @kernel
@@ -578,7 +580,7 @@ def _make_consistent(t, run):
     state = run.state
     model = run.model
     work = run.work
-    still(state.y, state.modes, model, work)
+    project_velocities(state.y, state.modes, model, work)
     for _ in range(work.constraints.force.size):
         slope(t, state.y, run, run.scratch.states[SPARE])
         loose = events.break_loose(

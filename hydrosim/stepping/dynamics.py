@@ -60,7 +60,7 @@ from hydrosim.rigid.heading import (
     Hulls,
     all_to_earth,
     all_to_heading,
-    look_along,
+    find_flow,
     motion_along,
     new_hulls,
     translations_to_earth,
@@ -211,12 +211,12 @@ def rhs(t, y, modes, history, model, work, dy):
     motion = work.motion
     place(y[:n], y[n : 2 * n], model.bodies, motion)
     if model.headings.turned.size > 0:
-        look_along(model.headings, motion, work.hulls)
+        find_flow(model.headings, motion, work.hulls)
     blends = model.family.body.size > 0
     if blends:
         blend(y[model.draught :], model.family, model.added_mass, work.blend)
     A = work.blend.added_mass if blends else model.added_mass
-    look_inside(y, model, work)
+    update_contents(y, model, work)
     add_forces(t, y, modes, history, model, work, dy)
 
     total_force(work.wrench, work.total)
@@ -296,7 +296,7 @@ def solve_held(inertia, constraints, x):
 
 
 @kernel
-def look_inside(y, model, work):
+def update_contents(y, model, work):
     """Fill ``work.contents`` with the contents of tanks, and with their level surfaces at the
     present ``work.motion``."""
     if model.tanks.each.size > 0:
@@ -313,14 +313,14 @@ def find_mass(model, A, work):
 
 
 @root
-def kick(y, modes, model, work):
+def apply_impulse(y, modes, model, work):
     """Change the rates in ``y`` by the impulse ``work.push`` (6 nb,), which is overwritten.
     Positions are those of ``work.motion``. Constraints are respected, and the work of the impulse
     is booked."""
     n = model.bodies.active.size
     push = work.push
     constraints = work.constraints
-    look_inside(y, model, work)
+    update_contents(y, model, work)
     blends = model.family.body.size > 0
     if blends:
         blend(y[model.draught :], model.family, model.added_mass, work.blend)
@@ -352,7 +352,7 @@ def constrain(modes, model, work):
 
 
 @root
-def still(y, modes, model, work):
+def project_velocities(y, modes, model, work):
     """Remove from the rates in ``y`` the part that constraints prevent."""
     n = model.bodies.active.size
     constraints = work.constraints
@@ -529,7 +529,7 @@ def stored_energies(t, y, modes, model, work, stored):
     n = model.bodies.active.size
     motion = work.motion
     place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
-    look_inside(y, model, work)
+    update_contents(y, model, work)
     clear(stored)
     add_hydrostatic_energy(work.motion, model.bodies, model.stiffness, stored)
     if model.hulls.body.size > 0:

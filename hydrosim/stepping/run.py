@@ -16,7 +16,7 @@ from hydrosim.radiation.history import count_anew, drop, push
 from hydrosim.rigid.heading import accelerations_along
 from hydrosim.rigid.kinematics import accelerations, place_bodies
 from hydrosim.stepping.crossing import cut, make_consistent, note_headings, switch_modes
-from hydrosim.stepping.dynamics import look_inside, still
+from hydrosim.stepping.dynamics import project_velocities, update_contents
 from hydrosim.stepping.record import keep
 from hydrosim.stepping.state import (
     AFTER,
@@ -71,7 +71,7 @@ def advance(evaluations, run):
     clock = run.clock
     counters = run.counters
     pace = run.scratch.pace
-    enough = spent(counters) + evaluations
+    enough = count_evaluations(counters) + evaluations
     if counters[RECORDS] == 0:
         t = grid_time(0, clock)
         pace[REACHED] = pace[SINCE] = t
@@ -80,7 +80,7 @@ def advance(evaluations, run):
         make_consistent(t, run)
         remember(t, run)
         keep(t, run)
-    while counters[POINT] < clock.points and spent(counters) < enough:
+    while counters[POINT] < clock.points and count_evaluations(counters) < enough:
         goal = grid_time(counters[POINT] + 1, clock)
         _cross(goal, enough, run)
         if counters[STATUS] != RUNNING or pace[REACHED] < goal:
@@ -95,7 +95,7 @@ def advance(evaluations, run):
 
 
 @kernel
-def spent(counters):
+def count_evaluations(counters):
     """Cost of a run: evaluations of the right hand side plus evaluations of margins."""
     return counters[EVALUATIONS] + counters[LOOKS]
 
@@ -138,7 +138,7 @@ def _cross(goal, enough, run):
     scratch = run.scratch
     counters = run.counters
     t = scratch.pace[REACHED]
-    while t < goal and spent(counters) < enough and counters[STATUS] == RUNNING:
+    while t < goal and count_evaluations(counters) < enough and counters[STATUS] == RUNNING:
         stop = _breakpoint_after(t, goal, clock)
         stop = min(stop, t + _pace(t, stop - t, run))
         count_anew(state.history)
@@ -150,14 +150,14 @@ def _cross(goal, enough, run):
         counters[STEPS] += 1
         assign(state.y, scratch.states[END])
         if events.remembers(run.model.elements):
-            _note(t, run)
+            _record_largest(t, run)
         _renew(t, left, run)
         if left:
             counters[EVENTS] += 1
             remember(t, run)  # as it was before the event
             switch_modes(t, run)
         elif run.work.constraints.force.size > 0:
-            still(state.y, state.modes, run.model, run.work)
+            project_velocities(state.y, state.modes, run.model, run.work)
         check(state.y, run.model, counters)
         remember(t, run)
         _watch(t, run)
@@ -165,14 +165,14 @@ def _cross(goal, enough, run):
 
 
 @root
-def _note(t, run):
+def _record_largest(t, run):
     """Store values that a record would miss between output times."""
     y = run.state.y
     model = run.model
     motion = run.work.motion
     n = model.bodies.active.size
     place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
-    events.note(t, y, run.state.modes, motion, model.bodies, model.elements)
+    events.record_largest(t, y, run.state.modes, motion, model.bodies, model.elements)
 
 
 @kernel
@@ -235,7 +235,7 @@ def _find_clearances(y, run, out):
     work = run.work
     n = model.bodies.active.size
     place_bodies(y[:n], y[n : 2 * n], model.bodies, work.motion)
-    look_inside(y, model, work)
+    update_contents(y, model, work)
     heights = work.contents.height
     find_clearances(y, work.motion, model.bodies, model.tanks, model.liquids, heights, out)
 
@@ -388,12 +388,12 @@ def check(y, model, counters):
     for j in range(bodies.active.size if bodies.exact else 0):
         if bodies.active[j] % 6 == PITCH and abs(y[j]) > STEEPEST:
             counters[STATUS] = CAPSIZED
-    if nothing(y) != 0.0:
+    if zero_if_finite(y) != 0.0:
         counters[STATUS] = NOT_FINITE
 
 
 @summing
-def nothing(y):
+def zero_if_finite(y):
     """Zero times the sum of ``y``: zero if all entries are finite, else NaN."""
     total = 0.0
     for j in range(y.size):

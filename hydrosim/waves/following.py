@@ -36,10 +36,10 @@ from hydrosim.waves.forms import (
     body_forms,
     cell_at,
     cells_of,
+    find_filters,
     forms_model,
     has_forms,
     join_once,
-    look_from,
     moves_second_order,
     new_filtered,
 )
@@ -276,7 +276,7 @@ def _follow(k, t, coordinates, p, sums):
             first[j] += c * load[2 * j, i - start] - s * load[2 * j + 1, i - start]
     turn_to_earth(p.rest[k] + yaw, first)
     if has_forms(k, p.second):
-        look_from(k, yaw, 0, p, sums.filtered)
+        find_filters(k, yaw, 0, p, sums.filtered)
         add_forms(k, t, 0, 1.0, sums.phase, p.second, sums.filtered, second)
         turn_to_earth(p.rest[k] + yaw, second)
 

@@ -43,7 +43,7 @@ from hydrosim.waves.bands import (
     weigh_bands,
 )
 from hydrosim.waves.following import STATES, FollowingLoads, loads_at_heading, turn_to_earth
-from hydrosim.waves.forms import Filtered, add_forms, has_forms, look_from, new_filtered
+from hydrosim.waves.forms import Filtered, add_forms, find_filters, has_forms, new_filtered
 from hydrosim.waves.loads import POINTS, lagrange, rise, rows_at
 
 TRACKED = (0, 1, 5)
@@ -203,8 +203,8 @@ def _sum_waves(k, y, p, block):
     loads_at_heading(k, _yaw(k, p.block, y, p), p, block.cell, block.ends[12:])
     second = has_forms(k, p.second)
     if second:
-        look_from(k, _yaw(k, 0.0, y, p), 0, p, block.filtered)
-        look_from(k, _yaw(k, p.block, y, p), 1, p, block.filtered)
+        find_filters(k, _yaw(k, 0.0, y, p), 0, p, block.filtered)
+        find_filters(k, _yaw(k, p.block, y, p), 1, p, block.filtered)
     _find_waves(k, block.first[k] * p.row_step, y, p, block)
     for r in range(p.rows):
         t, row = (block.first[k] + r) * p.row_step, block.rows[k, r, 0]

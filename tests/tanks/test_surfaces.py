@@ -21,7 +21,7 @@ from hydrosim.forces.weight import add_weight, add_weight_energy
 from hydrosim.linear.linearity import nonlinearities
 from hydrosim.rigid import place_bodies
 from hydrosim.scene import Box, Kinematics, Plan, Pump, Tank, TankMesh, TankShape, Weight
-from hydrosim.stepping.dynamics import Model, Work, look_inside, new_work
+from hydrosim.stepping.dynamics import Model, Work, new_work, update_contents
 from hydrosim.tanks.shapes import capacity, triangles, volume_at
 from hydrosim.tanks.surface import level_surfaces
 
@@ -156,7 +156,7 @@ def test_the_force_is_what_the_potential_loses(shape: TankShape, level: float) -
             y = np.zeros(model.size)
             out = np.zeros(model.rows)
             place_bodies(q, u, model.bodies, work.motion)
-            look_inside(y, model, work)
+            update_contents(y, model, work)
             add_weight_energy(work.motion, model.bodies, model.weights, work.contents, out)
             return float(out.sum())
 

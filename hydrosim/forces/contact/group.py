@@ -90,7 +90,7 @@ def first_state(g, p):
 
 
 @kernel
-def begin(t, y, modes, p):
+def initialise(t, y, modes, p):
     """Initialise the memory of all groups from the present contacts."""
     for g in range(p.groups.size):
         k = first_state(g, p)
@@ -145,14 +145,14 @@ def add_load(N, dy, point, p):
 
 
 @kernel
-def put_down(y, p):
+def clear_loads(y, p):
     """Set the loads of all groups to zero, before they are summed again."""
     for g in range(p.groups.size):
         y[first_state(g, p) + LOAD] = 0.0
 
 
 @kernel
-def note(N, y, point, p):
+def add_to_load(N, y, point, p):
     """Add the normal force of a point to its group's load; keep the largest values."""
     k = first_state(point.group, p)
     y[k + LOAD] += N

@@ -218,7 +218,7 @@ def deactivate(i, y, modes, motion, bodies, elements):
 
 
 @kernel
-def take_out(i, modes, p):
+def start_inactive(i, modes, p):
     """Make the wall of pin ``i`` inactive before its time: it has stored nothing."""
     modes[p.mode + i, MODE] = INACTIVE
     modes[p.mode + i, SEGMENT] = p.pins[i].first

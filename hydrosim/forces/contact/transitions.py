@@ -304,15 +304,15 @@ def settling(t, y, p):
 def settle(t, y, modes, motion, bodies, p):
     """Modes of all points for a start from ``y``: open, or stick or slip by the margins."""
     for i in range(p.points.size):
-        come(i, t, y, modes, motion, bodies, p)
-        forgive(i, y, p)
+        activate(i, t, y, modes, motion, bodies, p)
+        reset_losses(i, y, p)
         c = geometry.touch(p.points[i], bodies, motion)
         if modes[p.mode + i, MODE] == OPEN:  # energy left by a damper is lost gradually
             y[p.state + STATES * i + DISSIPATED] = left_behind(i, modes, c, p)
 
 
 @kernel
-def come(i, t, y, modes, motion, bodies, p):
+def activate(i, t, y, modes, motion, bodies, p):
     """Activate point ``i`` at its present position; on a loop it starts at rest."""
     point, mode = p.points[i], modes[p.mode + i]
     mode[MODE], mode[SEGMENT], mode[RISING] = OPEN, point.first, 0
@@ -328,7 +328,7 @@ def come(i, t, y, modes, motion, bodies, p):
 
 
 @kernel
-def forgive(i, y, p):
+def reset_losses(i, y, p):
     """Reset the losses of point ``i`` so far, and its memory of closing."""
     point = p.points[i]
     y[p.state + STATES * i + DISSIPATED] = 0.0
@@ -338,7 +338,7 @@ def forgive(i, y, p):
 
 
 @kernel
-def go(i, t, y, modes, motion, bodies, p):
+def deactivate(i, t, y, modes, motion, bodies, p):
     """Deactivate point ``i``."""
     if modes[p.mode + i, MODE] != OPEN:
         _open(i, t, y, modes, geometry.touch(p.points[i], bodies, motion), p)
@@ -346,10 +346,10 @@ def go(i, t, y, modes, motion, bodies, p):
 
 
 @root
-def note(t, y, modes, motion, bodies, p):
+def record_largest(t, y, modes, motion, bodies, p):
     """Keep the largest normal force of every point in contact with memory, and for every group the
     largest force of a point and of all points together."""
-    group.put_down(y, p)
+    group.clear_loads(y, p)
     for i in range(p.points.size):
         point = p.points[i]
         if modes[p.mode + i, MODE] == OPEN or point.memory == point.group == loop.NONE:
@@ -359,4 +359,4 @@ def note(t, y, modes, motion, bodies, p):
             k = memory(point, p) + loop.LARGEST
             y[k] = max(y[k], N)
         if point.group != group.NONE:
-            group.note(N, y, point, p)
+            group.add_to_load(N, y, point, p)

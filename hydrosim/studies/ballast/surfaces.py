@@ -9,7 +9,7 @@ import numpy as np
 from hydrosim.compiling.hydrostatics.liquids import cut_tanks
 from hydrosim.forces.weight import add_weight
 from hydrosim.rigid.kinematics import place_bodies
-from hydrosim.stepping.dynamics import look_inside, new_work
+from hydrosim.stepping.dynamics import new_work, update_contents
 from hydrosim.tanks.mesh import section
 from hydrosim.tanks.shapes import triangles
 
@@ -69,7 +69,7 @@ class FreeSurfaces:
         rest = self.model.bodies._replace(locked=q)
         self.work.motion.coordinates[:] = q
         place_bodies(q[active], np.zeros(active.size), rest, self.work.motion)
-        look_inside(self.y, self.model, self.work)
+        update_contents(self.y, self.model, self.work)
 
     def _moment(self, b: int) -> float:
         """Moment of weights [N m] about the level axis that body ``b`` heads along."""

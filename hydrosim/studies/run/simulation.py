@@ -27,7 +27,7 @@ from hydrosim.results.output import to_dataset
 from hydrosim.scene import Scene
 from hydrosim.stepping.names import force_names
 from hydrosim.stepping.record import new_record, unpack
-from hydrosim.stepping.run import PITCH, advance, spent
+from hydrosim.stepping.run import PITCH, advance, count_evaluations
 from hydrosim.stepping.state import (
     BLOWN_UP,
     CAPSIZED,
@@ -207,9 +207,9 @@ def _chunks(run: Run) -> Iterator[float]:
     yield advance(0, held)
     while counters[POINT] < run.clock.points and not counters[STATUS]:
         begin = thread_time()
-        before = int(spent(counters))
+        before = int(count_evaluations(counters))
         reached = advance(evaluations, held)
-        pace = (spent(counters) - before) / max(thread_time() - begin, 1e-6)
+        pace = (count_evaluations(counters) - before) / max(thread_time() - begin, 1e-6)
         evaluations = int(min(max(CHUNK * pace, 1), 100 * evaluations))
         yield reached
 

@@ -29,7 +29,7 @@ from hydrosim.forces import (
 )
 from hydrosim.scene import Method, Scene
 from hydrosim.stepping.record import new_record
-from hydrosim.stepping.run import advance, spent
+from hydrosim.stepping.run import advance, count_evaluations
 from hydrosim.stepping.state import EVALUATIONS, EVENTS, LOOKS, POINT, Run, new_run
 
 SLOW = """
@@ -109,9 +109,9 @@ def test_kernels_return_after_a_piece(method: Method) -> None:
     advance(10**9, whole)
     advance(0, cut)
     while cut.counters[POINT] < cut.clock.points:
-        before = int(spent(cut.counters))
+        before = int(count_evaluations(cut.counters))
         advance(1, cut)
-        assert spent(cut.counters) - before < 20_000
+        assert count_evaluations(cut.counters) - before < 20_000
     assert whole.counters[EVENTS] > 5
     assert np.array_equal(whole.record.channels, cut.record.channels)
     assert np.array_equal(whole.counters, cut.counters)
@@ -134,11 +134,11 @@ def test_searches_for_events_are_part_of_what_a_call_may_cost() -> None:
     calls = np.array(_calls(compiled, may))
     assert calls[:, EVENTS].sum() > 5
     ends = [0]
-    spent = steps[:, EVALUATIONS] + steps[:, LOOKS]
-    while ends[-1] < len(spent):
-        enough = np.cumsum(spent[ends[-1] :]) >= may
+    count_evaluations = steps[:, EVALUATIONS] + steps[:, LOOKS]
+    while ends[-1] < len(count_evaluations):
+        enough = np.cumsum(count_evaluations[ends[-1] :]) >= may
         ends.append(ends[-1] + (int(enough.argmax()) + 1 if enough.any() else enough.size))
-    expected = np.add.reduceat(spent, ends[:-1])
+    expected = np.add.reduceat(count_evaluations, ends[:-1])
     np.testing.assert_array_equal(calls[:, EVALUATIONS] + calls[:, LOOKS], expected)
 
 
