@@ -18,5 +18,5 @@ def no_file(path: Path) -> str:
     if stat.S_ISDIR(mode):
         return "is a directory"
     if not stat.S_ISREG(mode):
-        return "is a pipe or a device, no file"
+        return "is a pipe or a device, not a file"
     return "" if os.access(path, os.R_OK) else "may not be read"

@@ -58,4 +58,4 @@ def _touch(name: str, item: h5py.Group | h5py.Dataset) -> None:
         links = (item.get(key, getlink=True) for key in item)
         outside = any(isinstance(link, h5py.ExternalLink) for link in links)
     if outside:
-        raise ValueError(f"{name} points to another file, which is not followed")
+        raise ValueError(f"{name} points to another file; links to files are not followed")

@@ -12,8 +12,8 @@ U does not depend on surge, sway and yaw, so that there is no horizontal force a
 the vertical. U has three continuous derivatives unless a face is parallel to the water as it
 becomes wet.
 
-If weight is balanced at rest, U includes the weight of the water displaced there: rho g V_0 (z + n
-. p), with p above the centre of buoyancy at the height of the centre of gravity. A body that
+If weight is balanced at rest, U includes the weight of the water displaced there, rho g V_0 (z + n
+. p). Point p is above the centre of buoyancy at the height of the centre of gravity. A body that
 carries its weight has m g in a row of its own (`weight`). Limits: a heel of less than 85 deg; the
 pressure is that of still water.
 """

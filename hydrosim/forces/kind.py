@@ -147,7 +147,7 @@ def capacity_of(kind: ElementKind, scene: Scene) -> dict[str, object]:
     count = [len(e.unit_names(name)) for name, e in every]
     known = [np.nan if e.capacity is None else e.capacity for _, e in every]
     values = np.repeat(np.array(known, float), count)
-    said = {"long_name": "capacity: what the unit may carry", "units": "N"}
+    said = {"long_name": "capacity: allowable force", "units": "N"}
     found = np.isfinite(values).any()
     return {f"{kind.unit}_capacity": (kind.unit, values, said)} if found else {}
 

@@ -6,10 +6,10 @@ v, omega: velocity of the centre of gravity and angular velocity; U: the current
 is relative to it, else 0; C: damping (6, 6). With small angles R is the identity: the effect of
 turning on a damping force is of second order.
 
-With `damping_ratio` r, C_ii = 2 r sqrt(k (m + a(w_n))), so that the DOF by itself decays with r of
-critical damping in addition. k is the stiffness of hydrostatics and of the body's linear moorings;
-m + a(w_n) is mass and added mass at the natural frequency w_n of both. Couplings and other elements
-do not count.
+With `damping_ratio` r, C_ii = 2 r sqrt(k (m + a(w_n))). The DOF by itself then decays with r of
+critical damping in addition. Here k is the stiffness of hydrostatics and of the body's linear
+moorings; m + a(w_n) is mass and added mass at the natural frequency w_n of both. Couplings and
+other elements do not count.
 
 Booked as dissipation, v^T C u in sum; negative while a current drives the body. Limits: damping in
 proportion to the velocity is a fit to one amplitude (Himeno 1981, for roll); see
@@ -108,8 +108,8 @@ def _damping(
         if ratio and not stiffness > 0.0:
             raise InputError(
                 f"forces.{name}.damping_ratio.{dof}: found a ratio where hydrostatics and linear"
-                f" moorings of {element.body} have no stiffness; expected stiffness there, because"
-                " the ratio is to critical damping on it; give damping instead."
+                f" moorings of {element.body} have no stiffness, so that there is no critical"
+                " damping. Add stiffness, or give damping instead."
             )
     critical = 2.0 * np.sqrt(np.maximum(found.stiffness, 0.0) * found.mass)
     return np.diag(element.damping_ratio * critical)

@@ -100,8 +100,8 @@ def _tuned(name: str, element: LinearMooring, body: int, layout: Layout) -> np.n
     for dof, period, own in zip(DOFS, wanted, k, strict=True):
         if own < 0.0:
             raise InputError(
-                f"forces.{name}.natural_period: {period:g} s in {dof} is longer than that of the"
-                " body on its hydrostatics alone; expected a shorter one, or none."
+                f"forces.{name}.natural_period: found {period:g} s in {dof}, longer than the period"
+                " of the body on its hydrostatics alone; expected a shorter period, or none."
             )
     return k
 
@@ -128,8 +128,8 @@ def _check_ratios(name: str, ratios: np.ndarray, stiffness: np.ndarray) -> None:
         if ratio and k <= nothing:
             raise InputError(
                 f"forces.{name}.damping_ratio.{dof}: found a ratio where the mooring has no"
-                f" stiffness along the body's {dof} at rest; expected stiffness there, because the"
-                " ratio is to critical damping on it; give damping instead."
+                f" stiffness along the body's {dof} at rest, so that there is no critical damping."
+                " Add stiffness, or give damping instead."
             )
 
 

@@ -3,7 +3,7 @@ above the water.
 
     w = U - v_p,   X = c_x(a) |w|^2,   Y = c_y(a) |w|^2,   N = c_n(a) |w|^2
 
-U: velocity of the stream, horizontal; v_p: velocity of the point on which the load acts; w:
+U: velocity of the stream, horizontal; v_p: velocity of the point on which the load acts. Further w:
 horizontal part of the difference; a: the direction of w, counter-clockwise from the body's x axis
 (0 from astern, 180 deg from ahead). X and Y act along and across the body's heading in the
 horizontal plane, N about the vertical. There is no heave force. Roll and pitch moments come from

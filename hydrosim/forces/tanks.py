@@ -32,7 +32,7 @@ class _Kind(Kind):
         ),
         "pump_mode": Variable("mode of a flow", "1", flags="waiting running over"),
         "pump_segment": Variable("piece of its rates, counted from 0", "1"),
-        "mass": Variable("mass with what is in the tanks", "kg"),
+        "mass": Variable("mass including the contents of tanks", "kg"),
         "centre_of_gravity": Variable("centre of gravity from the body's origin", "m", "body"),
     }
 

@@ -245,7 +245,7 @@ class _Kind(PosingKind):
             "1",
             flags="before during after",
         ),
-        "trigger_waits": Variable("1 while what is waited for lasts", "1"),
+        "trigger_waits": Variable("1 while the condition of the trigger is met", "1"),
     }
 
     def unit_names(self, scene: Scene) -> list[str]:

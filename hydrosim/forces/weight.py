@@ -4,9 +4,9 @@
     F = -m g e_z,   M = R (n x dU/dn)
 
 z: height of the body's origin above the still water; c: centre of gravity from there, in the body
-frame, including the shift by free surfaces of boxes and meshes (`hydrosim.tanks.surface`); n: the
-vertical there; J: density times second moments of all other free surfaces of the contents, about
-their centroids.
+frame. It includes the shift by free surfaces of boxes and meshes (`hydrosim.tanks.surface`).
+Further n: the vertical there; J: density times second moments of all other free surfaces of the
+contents, about their centroids.
 
 The last term is exact if the walls of a tank are upright in the body and its surface meets neither
 bottom nor top. A surface that stays level shifts its fluid by J tan(angle), for a ship by `rho i

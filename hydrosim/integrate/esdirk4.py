@@ -28,5 +28,5 @@ ESDIRK4 = method_of(
             *(814220225 / 1159782912, -3700637 / 11593932, 61727 / 225920),
         ],
     ),
-    "so does it, implicit",
+    "implicit, chooses its own steps",
 )

@@ -1,8 +1,8 @@
 """Location of the end of a mode inside a step, by margins that are positive while the mode holds.
 
 The owner of a margin knows its physics; here margins are numbers. All margins that are negative at
-the end of a step are watched, each in units of the larger of its values at the two ends. phi is the
-smallest of them: its first zero is the first event.
+the end of a step are watched, each in units of the larger of its values at the two ends. The
+smallest of them is phi: its first zero is the first event.
 """
 
 from __future__ import annotations

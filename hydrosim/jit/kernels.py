@@ -57,13 +57,13 @@ def _way() -> ModuleType:
         raise InputError(f"HYDROSIM_JIT: found {asked}; expected {', '.join(WAYS)}.")
     try:
         if asked == "linked" and numba.version_info.short > TRIED:
-            raise ImportError(f"it was tried up to numba {'.'.join(map(str, TRIED))}")
+            raise ImportError(f"tested up to numba {'.'.join(map(str, TRIED))}")
         return import_module(WAYS[asked])
     except (ImportError, AttributeError, TypeError) as error:
         if asked != "linked":
             raise
         warnings.warn(
-            f"numba {numba.__version__} is none that hydrosim.jit.linking knows ({error}): kernels"
+            f"hydrosim.jit.linking does not support numba {numba.__version__} ({error}): kernels"
             " are compiled in the plain way, which takes minutes, once for each kind of scene."
             " Results are the same."
             f" Install numba {'.'.join(map(str, TRIED))} for the fast way.",

@@ -25,14 +25,14 @@ from hydrosim.program import versions
 def ship(folder: Path, cases: Sequence[str]) -> dict[str, str]:
     """Fill an empty or new ``folder``; returns SHA-256 (hex) of its files by name."""
     if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
-        raise SystemExit(f"{folder} is no empty folder; name a new one")
+        raise SystemExit(f"{folder} is not an empty folder; give a new one")
     with TemporaryDirectory() as name:
         for case in cases:
             _run(Path(name), "check", case)
             _run(Path(name), "run", case, "--output", f"{name}/run.nc", "--overwrite")
         compiled = _compiled(Path(name))
         if not compiled:
-            raise SystemExit("no kernels to ship: hydrosim.jit.linking does not know this numba")
+            raise SystemExit("no kernels to ship: hydrosim.jit.linking does not support this numba")
         folder.mkdir(parents=True, exist_ok=True)
         files = {path.name: _copy(path, folder) for path in compiled}
     manifest = {

@@ -85,7 +85,7 @@ def refusal(manifest: Mapping[str, Any], kernels: str, features: str) -> str:
         return "nothing was shipped"
     if manifest["kernels"] != kernels:
         return (
-            f"the kernels are others, or their versions; it was made with {manifest['made with']}"
+            f"sources or versions differ from those of the shipped kernels: {manifest['made with']}"
         )
     lacking = set(FEATURES.split(",")).difference(features.split(","))
     if lacking:

@@ -22,10 +22,10 @@ The excitation of a coordinate q_i is
 
     2 |r_i| max |mean(l v exp(-i w t))| / |l r'|
 
-with the right eigenvector (r, r', ...) of positions and rates, the part l of the left one for
-rates, and the velocities v of a run while its contacts have the mode's state, stick or slip. The
-mean over four periods of the mode removes motions forced at other frequencies, where the error is
-small.
+with the right eigenvector (r, r', ...) of positions and rates, and the part l of the left one for
+rates. The velocities v are those of a run while its contacts have the mode's state, stick or slip.
+The mean over four periods of the mode removes motions forced at other frequencies, where the error
+is small.
 """
 
 from __future__ import annotations

@@ -55,8 +55,8 @@ def with_contacts(
         rigid = [names[i] for i in points[law[points] == COULOMB]]
         if rigid and not _leaves_motion(model, rest.y, modes):
             raise InputError(
-                f"contacts: rigid friction (coulomb) holds {', '.join(rigid)} at rest, and leaves"
-                " no motion to be linear. Take stick_slip with a stiffness, or contacts"
+                f"contacts: rigid friction (coulomb) holds {', '.join(rigid)} at rest, so that"
+                " nothing can move. Use stick_slip with a stiffness, or contacts"
                 f" {Contacts.SLIDING} (no friction) or {Contacts.OPEN}."
             )
         return model, rest._replace(modes=modes)

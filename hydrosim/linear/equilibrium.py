@@ -213,9 +213,9 @@ def equilibrium(
     residual = float(np.abs(now.felt(here)).max(initial=0.0) / weight)
     if not residual <= ENOUGH:
         raise InputError(
-            f"equilibrium at {time:g} s: none found; at the best place the loads left are"
-            f" {residual:.1e} of the weight. Look for a force that nothing balances, or start"
-            " nearer to rest (initial.position)."
+            f"equilibrium at {time:g} s: none found; the smallest residual load is"
+            f" {residual:.1e} of the weight. Look for an unbalanced force, or start closer to"
+            " equilibrium (initial.position)."
         )
     return Rest(model, state._replace(y=_at(q, state, model)), time, residual, drift, now)
 

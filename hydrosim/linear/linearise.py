@@ -179,9 +179,9 @@ class Linear:
             return self.jacobian
         if self.freedom.has_dependent_rows or not np.isfinite(self.reactions).all():
             raise InputError(
-                "linear: rigid friction or joints hold directions that depend on each other, or"
-                " that change with the place; their forces are not defined. Take stick_slip with a"
-                " stiffness there, or fewer points."
+                "linear: the forces of rigid friction or joints are not defined, because they hold"
+                " dependent directions, or directions that change with position. Use stick_slip"
+                " with a stiffness there, or fewer points."
             )
         n = self.active.size
         unheld = self.jacobian.copy()

@@ -24,13 +24,13 @@ INCLINING = range(3, 5)  # roll and pitch
 def nonlinearities(scene: Scene, model: Model) -> Iterator[str]:
     """Reasons why a scene is not linear, or is not propagated."""
     if model.impulse < model.size:
-        yield "impulses are asked for (output.impulses), which are integrals over steps"
+        yield "output.impulses needs integrals over time steps"
     if model.convolution.row.size:
         yield "radiation by convolution"
     for b in model.following.body:
         yield f"waves follow {scene.bodies[b].name}"
     for b in model.tanks.rests["body"]:
-        yield f"what is in the tanks of {scene.bodies[b].name} changes"
+        yield f"the contents of the tanks of {scene.bodies[b].name} change"
     for b in sorted({*model.liquids.each["body"].tolist()}):
         if any(i in _free_angles(b, model) for i in INCLINING):
             yield f"free surfaces in the tanks of {scene.bodies[b].name}"

@@ -110,11 +110,11 @@ def check(models: Sequence[StateSpace], source: str) -> None:
     found = "; ".join(f"{_names(model.dofs)}: {_nearest(model)}" for model in failed)
     raise InputError(
         f"{source}: found no state-space model of the radiation that is passive within"
-        f" {TOLERABLE:g} times the tolerance {tolerance:g} in {found}. Expected damping that is"
-        " nowhere negative and smooth, and a memory that is cut where little is left of it. Take"
-        " one database, whose radiation is convolved then with automatic; give `length` more; or"
-        f" set radiation: {{model: state_space, tolerance: {_rounded_up(reached):g}}}, which all"
-        " groups hold. Look at `hydrosim db check`."
+        f" {TOLERABLE:g} times the tolerance {tolerance:g} in {found}. Expected smooth, positive"
+        " damping, and a memory that has decayed at its end. Run `hydrosim db check`. Then use one"
+        " database, so that `automatic` can convolve its radiation; increase `length`; or set"
+        f" radiation: {{model: state_space, tolerance: {_rounded_up(reached):g}}}, which all"
+        " groups meet."
     )
 
 
@@ -138,8 +138,8 @@ def _names(dofs: np.ndarray) -> str:
 def _nearest(model: StateSpace) -> str:
     report = model.report
     return (
-        f"the nearest, of {model.order} states, is {report.frequency_error:.1e} off (passivity"
-        f" {report.passivity_margin:.1e}, {report.passivity_before:.1e} before)"
+        f"the nearest, with {model.order} states, has an error of {report.frequency_error:.1e}"
+        f" (passivity {report.passivity_margin:.1e}, {report.passivity_before:.1e} before)"
     )
 
 

@@ -74,8 +74,8 @@ class FitReport:
     def refusal(self) -> str:
         """Reason why the model is refused where it must be within its tolerance."""
         return (
-            f"no passive state-space model within {self.tolerance:g} was found, the nearest is"
-            f" {self.frequency_error:.1e} off"
+            f"no passive state-space model within {self.tolerance:g} was found; the nearest has an"
+            f" error of {self.frequency_error:.1e}"
         )
 
     def __str__(self) -> str:

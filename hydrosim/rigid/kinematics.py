@@ -31,10 +31,10 @@ BODY = np.dtype(
         ("surface", float, 3),
     ]
 )
-"""Constants of a body: mass; inertia about the centre of gravity in the body frame; position of the
-centre of gravity at rest in the earth frame; heading at rest, from which yaw counts; density times
-the second moments of the free surfaces of its contents. Values are those at the start if contents
-change (`rigid.contents`)."""
+"""Constants of a body: mass, and inertia about the centre of gravity in the body frame. Position of
+the centre of gravity at rest in the earth frame, and heading at rest, from which yaw counts.
+Density times the second moments of the free surfaces of its contents. Values are those at the start
+if contents change (`rigid.contents`)."""
 
 
 class Bodies(NamedTuple):

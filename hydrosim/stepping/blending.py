@@ -12,7 +12,7 @@ No motion can gain energy, however fast the draught changes. The water has the e
 the force of a memory acts through the same root as its input. (Blending A v' or d(A v)/dt, or one
 memory behind the sum of others, creates energy near parametric resonance.)
 
-The draught is the body's slow draught, T = T_0 - z_2, with heave q_3 through a causal filter that
+The draught is the body's slow draught, T = T_0 - z_2. Heave q_3 passes through a causal filter that
 leaves (c / w)^2 of a motion of frequency w, and lags 2 / c behind a steady one:
 
     z_1' = c (q_3 - z_1),   z_2' = c (z_1 - z_2)

@@ -31,8 +31,9 @@ AT_START, AT_THIRD, AT_TWO_THIRDS, AT_END, BETWEEN = range(5)
 EVERY, SOME = range(2)
 """Rows of `Scratch.watched`: all rows of modes, and those evaluated at present."""
 START_SLOPE, END_SLOPE, START_MARGINS = range(3)
-"""Entries of `Scratch.known`: true if k[0] is the slope at the current state, ``states[SLOPE]`` the
-slope at the end of the step, ``margins[BEFORE]`` the margins at the current state."""
+"""Entries of `Scratch.known`, true if valid: k[0] as the slope at the current state,
+``states[SLOPE]`` as the slope at the end of the step, ``margins[BEFORE]`` as the margins at the
+current state."""
 UNKNOWN, BUT_FOR_SLIP, KNOWN = range(3)
 """Values of ``known[START_MARGINS]``."""
 NEXT_STEP, LAST_ERROR, REACHED, SINCE = range(4)

@@ -75,7 +75,7 @@ def _check_room(area: np.ndarray, level: np.ndarray, source: str) -> None:
     if area.min() <= 0.0:
         raise InputError(
             f"{source}: found no room {level[area <= 0.0][0]:.4g} m above the bottom of the tank;"
-            " expected one room. Give rooms above each other as tanks of their own."
+            " expected one connected room. Give rooms above each other as separate tanks."
         )
 
 

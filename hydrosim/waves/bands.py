@@ -10,7 +10,7 @@ slopes X'_f, D'_f there. H_f and G_f are the Hermite polynomials, non-zero only 
 beside f. So these sums equal the sums over waves of `slow` at every yaw, and no E_f or S_f depends
 on the yaw. F2 is Newman's approximation; for the mean load, sum_i H_f |a_i|^2 replaces z* E_f.
 
-A band is one E_f or S_f. It is narrow, so its envelope E_f(t) exp(-i w_b t), about a frequency w_b
+A band is one E_f or S_f. It is narrow. So its envelope E_f(t) exp(-i w_b t), about a frequency w_b
 in its middle, is stored at few times of the repeat period. It is interpolated by 6-point Lagrange
 polynomials, whose error is below 3e-9 for each wave. The envelopes are made by FFT.
 """

@@ -83,7 +83,7 @@ def qtf_table(database: QuadraticFunctions, name: str) -> np.ndarray:
         raise InputError(
             f"{database.source}: has no {name}, which wave_forces.second_order: qtf"
             f"{' with sum_frequency' if name == 'qtf_sum' else ''} needs; choose newman, or a"
-            " database that has it (`hydrosim db info` tells)."
+            " database that has it (see `hydrosim db info`)."
         )
     return table
 
@@ -198,7 +198,7 @@ def _no_heading(database: QuadraticFunctions, headings: np.ndarray) -> str:
     have = ", ".join(f"{h:.4g}" for h in np.degrees(unique_headings(pairs_of(database))))
     wanted = ", ".join(f"{h:.4g}" for h in np.degrees(unique_headings(headings))[:5])
     return (
-        f"{database.source}: QTFs for waves to {wanted} deg are needed, and there are some for"
-        f" {have} deg; expected nodes around each, at most 45 deg apart. Choose"
-        " wave_forces.second_order: newman, other waves, or a database with these headings."
+        f"{database.source}: found QTFs for waves to {have} deg; expected headings around"
+        f" {wanted} deg, at most 45 deg apart. Choose wave_forces.second_order: newman, other"
+        " waves, or a database with these headings."
     )

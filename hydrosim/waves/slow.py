@@ -8,10 +8,10 @@ d_k, psi_k and their rates are the output of a causal filter of surge, sway and 
 
     (3 c^2 s + c^3) / (s + c)^3 = 3 z_2 - 2 z_3,   z_1' = c (q - z_1), z_2' = c (z_1 - z_2), ...
 
-It follows a steady drift without a lag and leaves 3 (c / w)^2 of a motion of frequency w. c is a
-quarter of the mean frequency of the sea, so about a fifth of the wave-frequency motions remains.
-The filter and its output at t_k are part of the state, so that the loads depend on time and state
-alone.
+It follows a steady drift without a lag and leaves 3 (c / w)^2 of a motion of frequency w. Its
+cut-off c is a quarter of the mean frequency of the sea, so about a fifth of the wave-frequency
+motions remains. The filter and its output at t_k are part of the state, so that the loads depend on
+time and state alone.
 
 Within a block the loads are a table of rows as in `loads`, with the same interpolation. X changes
 linearly from its value at the block's first heading to its value at the last. For a hull of length

@@ -128,7 +128,8 @@ def _table(known: _Content, between: int) -> tuple[np.ndarray, np.ndarray]:
     if weights is None:
         raise InputError(
             f"{database.source}: waves that follow a body (wave_forces.headings, position) need"
-            " headings all round the circle, at most 45 deg apart; choose mean, or compute more."
+            " headings all round the circle, at most 45 deg apart; choose mean, or compute"
+            " more headings."
         )
     w, values = _four_frequencies(database.frequency, known.values)
     table = weights @ values
@@ -294,6 +295,6 @@ def _not_covered(database: TransferFunctions, headings: np.ndarray) -> str:
     missed = [h for h in headings if heading_weights(database.heading, np.array([h])) is None]
     return (
         f"{database.source}: wave heading {np.degrees(missed[0]):g} deg is not covered, the"
-        f" headings are {low:g} to {high:g} deg; change environment.waves.heading, or compute the"
-        f" database for headings around it, at most {np.degrees(_WIDEST_GAP):.0f} deg apart"
+        f" headings are {low:g} to {high:g} deg. Change environment.waves.heading, or compute the"
+        f" database for headings around it, at most {np.degrees(_WIDEST_GAP):.0f} deg apart."
     )

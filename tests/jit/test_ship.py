@@ -111,7 +111,7 @@ def test_a_damaged_manifest_ships_nothing_and_is_told(
 def test_a_folder_in_use_and_a_case_that_is_not_there_ship_nothing(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    with pytest.raises(SystemExit, match="is no empty folder"):
+    with pytest.raises(SystemExit, match="is not an empty folder"):
         ship(tmp_path.parent, [])
     with pytest.raises(SystemExit) as end:
         ship(tmp_path / "kernels", [str(tmp_path / "none.yaml")])

@@ -325,7 +325,7 @@ NONLINEAR = {
     ),
     "radiation by convolution": with_body(barge(), radiation=RadiationModel.CONVOLUTION),
     "waves follow barge": with_body(barge(), wave_forces=WaveForces(position=Place.INSTANTANEOUS)),
-    "what is in the tanks of block changes": dry(
+    "the contents of the tanks of block change": dry(
         block(
             5e4,
             ["heave"],

@@ -143,5 +143,5 @@ def test_the_mirror_image_of_a_pump_waits_for_the_image_of_its_tank() -> None:
 
 def test_rooms_above_each_other_are_refused() -> None:
     low, high = (hull(corners_of(Box((0, 0, z), (1, 1, z + 1)))).corners for z in (0.0, 2.0))
-    with pytest.raises(InputError, match=r"no room 1 m above the bottom.*tanks of their own"):
+    with pytest.raises(InputError, match=r"no room 1 m above the bottom.*separate tanks"):
         pieces(TankMesh(np.concatenate([low, high])), np.zeros(3))

@@ -37,7 +37,7 @@ def of(plane: Plane) -> np.ndarray:
     size, u = np.ptp(apart, axis=0).max(), apart @ np.array(tangents(normal)).T
     if np.abs(apart @ normal).max() > FLAT * size:
         off = np.abs(apart @ normal).max()
-        text = f"found one {off:.3g} m off the plane; expected all in it"
+        text = f"found a corner {off:.3g} m off the plane; expected all corners in it"
         raise InputError(f"plane.corners: {text}.")
     about = u - u.mean(axis=0)
     u = u[np.argsort(np.arctan2(about[:, 1], about[:, 0]))]
@@ -49,7 +49,7 @@ def of(plane: Plane) -> np.ndarray:
     if len(u) < 3 or not np.all(inside[~corner] > CONVEX * size):
         raise InputError(
             "plane.corners: found no convex polygon; expected three corners or more that turn"
-            " one way (several fenders make up any other shape)."
+            " one way. Use several fenders for any other shape."
         )
     return sides
 

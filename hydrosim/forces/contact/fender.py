@@ -8,9 +8,9 @@ and a segment of its curve. Load-dependent stick-slip also knows whether the loa
 only at events (`transitions`). A fender has points against one plane, which may end at `edges`. A
 `landing` has a seat for each point and a memory of its loading (`loop`).
 
-States per point: stretch s (2,), or heading for slip without a node; slip distance; energy lost in
-friction, including stored energy that is lost when contact ends; the parts of that energy lost in
-C2 and in C3 of a contact node.
+States per point: stretch s (2,), or heading for slip without a node; slip distance. Further the
+energy lost in friction, including stored energy that is lost when contact ends. Its parts lost in
+C2 and in C3 of a contact node are states, too.
 
 Stored energy: normal curve and stretch. Dissipation: normal damping and friction. A prescribed
 normal force stores nothing; its work on the body counts as dissipation.
@@ -126,9 +126,9 @@ class Contact(ForceElement):
         if law.load or damped:
             found = "a load" if law.load else "normal damping"
             raise InputError(
-                f"forces.{name}.friction: found {found} and friction without damping and"
-                " slip_damping; expected one of the latter above 0, or no"
-                f" {found.split()[-1]}."
+                f"forces.{name}.friction: found {found} with zero damping and slip_damping;"
+                " expected damping or slip_damping above 0, or no"
+                f" {found.split(maxsplit=1)[-1]}."
             )
 
 
@@ -170,9 +170,9 @@ POINT = np.dtype(
         *(("edge", int), ("edges", int), ("extent", float), ("group", int)),
     ]
 )
-"""Constants of a contact point: its position on its body, its plane, the pieces ``first`` to
-``last`` of its normal curve or the signal of its normal force, and its friction law. ``reach`` [m]
-is the stretch of its node under a usual load; ``lag`` [s] is set by explicit methods. Further the
+"""Constants of a contact point: its position on its body, its plane and its friction law. Its
+normal force has the pieces ``first`` to ``last`` of a curve, or a signal. ``reach`` [m] is the
+stretch of its node under a usual load; ``lag`` [s] is set by explicit methods. Further the
 unloading curve, its plane's ``edges`` from ``edge`` on and its ``extent`` about its point, and its
 ``group`` among groups with memory."""
 

@@ -3,9 +3,9 @@
     e = r - gap + s delta,   F_across = -f(e) u1 / r,   F_along the axis = s f(e)   while e > 0
 
 r = |u1|: distance of the pin from the axis; delta: its compression, negative above the seat; gap:
-clearance around a seated pin; s: tangent of the angle between wall and axis, 0 for a cylinder; f:
-straight lines through a table. The wall has no friction: its stored energy, the integral of f over
-e, is a potential of position. It reaches up to the mouth at delta = -depth.
+clearance around a seated pin. Further s: tangent of the angle between wall and axis, 0 for a
+cylinder; f: straight lines through a table. The wall has no friction: its stored energy, the
+integral of f over e, is a potential of position. It reaches up to the mouth at delta = -depth.
 
 A pin that leaves while pressed loses the stored energy. A pin that comes down outside the mouth is
 beside the wall until it has entered. A wall that becomes active (`forces.trigger`) catches a pin
@@ -242,9 +242,7 @@ class _Kind(PosingKind):
     variables: ClassVar = {
         "guide_force": Variable("force of the wall, across the axis of the seat", "N"),
         "guide_clearance": Variable("clearance to the wall, negative if pressed", "m"),
-        "guide_mode": Variable(
-            "whether a pin is in its guide, and pressed to the wall", "1", flags=" ".join(NAMES)
-        ),
+        "guide_mode": Variable("mode of a pin in its guide", "1", flags=" ".join(NAMES)),
         "guide_segment": Variable("piece of the curve of the wall, counted from 0", "1"),
     }
 

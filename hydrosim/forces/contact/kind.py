@@ -63,14 +63,20 @@ class _Kind(ContactPostures):
         "fender_normal_force": Variable("normal force", "N", NORMAL),
         "fender_mode": Variable("contact mode", "1", flags="open stick slip"),
         "fender_friction": Variable("friction force on the body", "N", EARTH),
-        "fender_node": Variable("place of the contact node on the plane", "m", EARTH),
+        "fender_node": Variable("position of the contact node on the plane", "m", EARTH),
         "fender_slip_distance": Variable("distance slipped since the start", "m", "plane"),
         "fender_dissipated": Variable("energy lost in friction and loops since the start", "J"),
-        "fender_dissipated_damping": Variable("of it in the node's damper C2", "J"),
-        "fender_dissipated_slip_damping": Variable("of it in slip damping C3", "J"),
-        "fender_closings": Variable("how often the contact has closed since the start", "1"),
-        "fender_closing_speed": Variable("speed at which it closed last", "m/s", NORMAL),
-        "fender_largest_force": Variable("largest normal force since then", "N", NORMAL),
+        "fender_dissipated_damping": Variable(
+            "part of the energy lost: in the node's damper C2", "J"
+        ),
+        "fender_dissipated_slip_damping": Variable(
+            "part of the energy lost: in slip damping C3", "J"
+        ),
+        "fender_closings": Variable("number of closings since the start", "1"),
+        "fender_closing_speed": Variable("speed of the last closing", "m/s", NORMAL),
+        "fender_largest_force": Variable(
+            "largest normal force since the last closing", "N", NORMAL
+        ),
         "fender_segment": Variable("piece of the normal curve, counted from 0", "1"),
         "fender_rising": Variable("1 if the stretch is that of a rising load", "1"),
         "contact_time": Variable("time in a contact mode", "s"),

@@ -28,7 +28,7 @@ from hydrosim.jit.kernels import kernel
 
 STATE_NAMES = ("loop set", "loop loss", "closings", "closing speed", "largest force")
 """States of each point with memory: s [m], energy lost before the last event [J], number of
-closings, and, for the last contact, its closing speed [m/s] and the largest N [N]."""
+closings. For the last contact: its closing speed [m/s] and the largest N [N]."""
 STATES = len(STATE_NAMES)
 SET, LOSS, CLOSINGS, SPEED, LARGEST = range(STATES)
 LOOP = [("back", int), ("line", int), ("leeway", float), ("memory", int)]
@@ -38,7 +38,7 @@ one, or `NONE`; ``leeway``, see `LEEWAY`. The last field is its index among poin
 NONE = -1
 SAME = 1e-12  # of a force
 LEEWAY = 1e-10
-"""Fraction of the length of a curve by which the line continues beyond its ends, and, per second,
+"""Fraction of the length of a curve by which the line continues beyond its ends. Per second it is
 the speed at which a point may move back on f or g. So a point at rest does not reverse endlessly by
 rounding."""
 
@@ -79,13 +79,13 @@ def check(normal: NormalLoop) -> None:
         k = int(np.argmax(over))
         raise InputError(
             f"normal.unloading: found {g[k]:.6g} N at {x[k]:g} m, where loading has {f[k]:.6g} N;"
-            " expected no more: the loop would make energy."
+            " expected at most that; otherwise the loop would create energy."
         )
     steepest = segments(normal)["slope"][:-1].max()
     if steepest >= normal.stiffness:
         raise InputError(
             f"normal.unloading.stiffness: found {normal.stiffness:.6g} N/m, and slopes up to"
-            f" {steepest:.6g} N/m in loading and unloading; expected more than these."
+            f" {steepest:.6g} N/m in loading and unloading; expected a larger stiffness."
         )
 
 

@@ -9,8 +9,8 @@ points along d (a tractrix). With u = v1 / |v1|,
 
 A short drawbar turns faster than any step. So the state is a heading x that turns at the rate |v1|
 / w instead. Here w = (r^4 + q^4)^(1/4), with q the distance that the point moves in one step of an
-explicit method. d lies between x and u, in the ratio of r to w, so that it deviates from u by the
-correct amount:
+explicit method. Direction d lies between x and u, in the ratio of r to w, so that it deviates from
+u by the correct amount:
 
     x' = |v1| / w (u - (x u) x),   d = r / w x + (1 - r / w) u, made a unit vector
 
@@ -19,8 +19,8 @@ x lags by w / |v1|, and so d lags by r / |v1|. If steps are shorter than r / |v1
 the change of the turning rate in a step, which is zero on a straight path.
 
 Methods that choose their steps have q = 0, except for 1e-6 of a usual stretch, so that contact can
-begin and end. d is then wrong only where N, and so the force, is this small a fraction of the usual
-one. Steps end at about that fraction of a usual turn.
+begin and end. Direction d is then wrong only where N, and so the force, is this small a fraction of
+the usual one. Steps end at about that fraction of a usual turn.
 """
 
 from __future__ import annotations
