@@ -1,2 +1,2 @@
-"""Files that people write: YAML with layers, quantities with units, tables in text; what is wrong
-with them, in words. Knows no scene."""
+"""Files that people write: YAML with layers, quantities with units, tables in text, and messages
+about mistakes in them. This package knows nothing of scenes."""

@@ -1,4 +1,4 @@
-"""What is wrong with a text that is no YAML, in plain words, with its line and a remedy."""
+"""Messages about a text that is not YAML, in plain words, with its line and a remedy."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ NO_COLON_ABOVE = (
 
 
 def describe(error: yaml.MarkedYAMLError, text: str) -> tuple[yaml.Mark | None, str]:
-    """Where and what is wrong, of an error of PyYAML."""
+    """Place and description of the mistake, from an error of PyYAML."""
     problem = error.problem or ""
     context = error.context or ""
     at = error.problem_mark or error.context_mark
@@ -53,7 +53,7 @@ def describe(error: yaml.MarkedYAMLError, text: str) -> tuple[yaml.Mark | None, 
 
 
 def _of_colon(lines: list[str], at: yaml.Mark) -> str:
-    """What is wrong where a colon makes no key."""
+    """Description of a colon that makes no key."""
     if ": " in lines[at.line][: at.column]:
         return TWO_COLONS
     above = next((k for k in range(at.line - 1, -1, -1) if lines[k].strip()), None)

@@ -1,5 +1,5 @@
-"""Factors between units, kept on disk: pint and its units take half a second to load, and the
-units that people write are few."""
+"""Factors between units, stored on disk: pint and its units take half a second to load, and people
+write few different units."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from pathlib import Path
 from hydrosim.cache import store, stored
 from hydrosim.program import digest_of_sources, version_of
 
-MOST = 1000  # in the file
+MOST = 1000  # factors in the file
 
 
 def known(unit: str, si: str) -> float | None:
-    """What `keep` was told, by this process or an earlier one."""
+    """A factor that `keep` has stored, in this process or an earlier one; None if unknown."""
     return _factors().get(_key(unit, si))
 
 
 def keep(unit: str, si: str, factor: float) -> None:
-    """Remember that a number in ``unit`` times ``factor`` is in ``si``."""
+    """Store that a number in ``unit`` times ``factor`` is in ``si``."""
     factors = _factors()
     factors[_key(unit, si)] = factor
     if len(factors) <= MOST:
@@ -38,7 +38,7 @@ def _factors() -> dict[str, float]:
 
 
 def _name() -> str:
-    """Another pint, or other rules for units, are another file."""
+    """Name of the file; another version of pint or other rules for units give another name."""
     rules = digest_of_sources(Path(__file__).parent, "units.py")
     digest = hashlib.sha256(f"{version_of('pint')} {rules}".encode())
     return f"units-{digest.hexdigest()[:16]}.json"

@@ -1,4 +1,5 @@
-"""Files that are read: a pipe or a device would be waited for, for ever."""
+"""Files to read. Opening a pipe or a device would wait without end, so only plain files are
+accepted."""
 
 from __future__ import annotations
 
@@ -8,12 +9,12 @@ from pathlib import Path
 
 
 def no_file(path: Path) -> str:
-    """Why there is nothing to be read at a path, in words; empty if there is a plain file."""
+    """Reason why a path cannot be read, in words; empty if it is a plain file."""
     try:
         mode = path.stat().st_mode
     except FileNotFoundError:
         return "there is no such file"
-    except (OSError, ValueError) as error:  # a name that is too long, or no name at all
+    except (OSError, ValueError) as error:  # a name that is too long, or no valid name
         return f"cannot be read ({getattr(error, 'strerror', None) or error})"
     if stat.S_ISDIR(mode):
         return "is a directory"

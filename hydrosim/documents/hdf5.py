@@ -1,6 +1,6 @@
-"""Whether an HDF5 file is whole. netCDF's library keeps open what it fails to read, and may bring
-the whole process down when it is asked again; h5py tells before. A file is whole by itself: what
-points to other files is a fault."""
+"""Test whether an HDF5 file is complete. netCDF's library keeps a file open that it fails to read.
+It may crash the whole process at the next attempt; h5py detects the damage first. A file must be
+complete by itself: links to other files are refused."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ if TYPE_CHECKING:
     import h5py
 
 MAGIC = b"\x89HDF"
-SETTLED = 10_000_000_000  # ns: of a file that has just changed, the times may not tell that it does
+# ns: the times of a file that has just changed may not show the next change
+SETTLED = 10_000_000_000
 
 
 def fault(path: Path) -> str | None:
-    """What is wrong with the structure of a file, None if nothing; sizes and attributes of all
-    that it holds are read, data are not. It is remembered until the file changes."""
+    """Fault in the structure of a file, None if it has none. Sizes and attributes of everything in
+    the file are read, data are not. The result is cached until the file changes."""
     try:
         status = path.stat()
     except OSError as error:
@@ -31,7 +32,7 @@ def fault(path: Path) -> str | None:
 
 @lru_cache(maxsize=64)
 def _remembered(path: Path, *state: int) -> str | None:
-    """That of the file in this state."""
+    """Fault of the file in this state."""
     return _fault(path)
 
 

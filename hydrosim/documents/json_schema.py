@@ -1,11 +1,12 @@
-"""JSON schemas of the files that hydrosim reads, for editors that complete and check as one types.
+"""JSON schemas of the files that hydrosim reads, for editors that complete and check while one
+types.
 
-They are made of the models that read the files, so they know every key, value and default, and what
-a value means. They cannot tell one unit from another, nor what several keys have to agree in.
+They are derived from the models that read the files. So they contain every key, value and default,
+and its meaning. They cannot check units, nor conditions between several keys.
 
-The meaning of a key is the docstring below its field; that of a text ends with "Example: ...". A
-quantity carries two keywords of its own: ``quantity``, its kind, and ``unit``, its SI unit. Parts
-that occur often are definitions of their own.
+The meaning of a key is the docstring below its field, which may end with "Example: ...". A quantity
+has two additional keywords: ``quantity``, its kind, and ``unit``, its SI unit. Frequent parts are
+definitions of their own.
 """
 
 from __future__ import annotations
@@ -28,18 +29,18 @@ DIALECT = "https://json-schema.org/draft/2020-12/schema"
 REFERENCE = "#/$defs/"
 NULL = {"type": "null"}
 EXTENDS = {"type": "string", "description": "The file that this one is laid over, key by key."}
-ALIKE = {"oneOf": "anyOf"}  # lists and mappings are told apart by validators, not by schemas
-KEPT = ("description", "default")  # of a key, beside the reference to what it holds
+ALIKE = {"oneOf": "anyOf"}  # validators, not schemas, distinguish lists and mappings
+KEPT = ("description", "default")  # of a key, beside the reference to its value
 EXAMPLE = " Example: "
-SEVERAL = ("prefixItems", "items", "anyOf")  # where a list or an alternative holds quantities
+SEVERAL = ("prefixItems", "items", "anyOf")  # where a list or an alternative contains quantities
 Schema = dict[str, Any]
 
 
 class _Described(GenerateJsonSchema):
-    """Says of each key what it means."""
+    """Adds its meaning to each key."""
 
     def emit_warning(self, kind: JsonSchemaWarningKind, detail: str) -> None:
-        """Passes over defaults that JSON does not know, such as an infinite depth."""
+        """Ignore defaults that JSON cannot express, such as an infinite depth."""
 
     def model_schema(self, schema: Any) -> Schema:
         """Schema of a model, with the meaning of its keys."""
@@ -84,7 +85,7 @@ def _documented(node: ast.ClassDef) -> Iterator[tuple[str, str]]:
 
 def json_schema(model: type[BaseModel], title: str) -> Schema:
     """JSON schema (draft 2020-12) of the files that ``model`` reads. A file with the key `extends`
-    may leave keys out, and null removes what the file below has."""
+    may leave keys out, and null removes a key of the file below."""
     whole = _tidy(model.model_json_schema(schema_generator=_Described))
     shared, whole = _with_short_names(whole.pop("$defs", {}), whole)
     known: dict[str, Schema] = {}
@@ -109,7 +110,7 @@ def json_schema(model: type[BaseModel], title: str) -> Schema:
 
 
 def either(title: str, key: str, with_it: Schema, without: Schema) -> Schema:
-    """JSON schema of files of two kinds, which a ``key`` tells apart."""
+    """JSON schema of files of two kinds, which a ``key`` distinguishes."""
     found: Schema = {"$schema": DIALECT, "title": title, "type": "object"}
     found |= {"if": {"required": [key]}, "$defs": {}}
     for branch, prefix, schema in (("then", "With_", with_it), ("else", "Without_", without)):
@@ -121,8 +122,8 @@ def either(title: str, key: str, with_it: Schema, without: Schema) -> Schema:
 
 
 def _tidy(schema: Any) -> Any:
-    """The schema with alternatives that are told apart by the kind that they name, so that an
-    editor shows what is wrong in one of them; keys without titles, and without null."""
+    """The schema with alternatives selected by the kind that they name, so that an editor shows the
+    mistake inside the right one. Titles and null are removed from keys."""
     if isinstance(schema, list):
         return [_tidy(each) for each in schema]
     if not isinstance(schema, dict):
@@ -138,7 +139,7 @@ def _tidy(schema: Any) -> Any:
 
 
 def _without_null(schema: Schema) -> Schema:
-    """The schema of a key that may be left out, and has no value then."""
+    """The schema of a key that may be left out and then has no value."""
     own = {k: x for k, x in schema.items() if k != "title" and (k, x) != ("default", None)}
     values = [each for each in own.get("anyOf", ()) if each != NULL]
     if len(values) == 1:
@@ -147,7 +148,7 @@ def _without_null(schema: Schema) -> Schema:
 
 
 def _chosen(key: str, mapping: dict[str, str]) -> Schema:
-    """The schema of mappings whose ``key`` says which of several they are."""
+    """The schema of mappings whose ``key`` names their kind."""
     each = [
         {"if": {"properties": {key: {"const": name}}, "required": [key]}, "then": {"$ref": where}}
         for name, where in mapping.items()
@@ -157,7 +158,8 @@ def _chosen(key: str, mapping: dict[str, str]) -> Schema:
 
 
 def _with_short_names(shared: Schema, whole: Schema) -> tuple[Schema, Schema]:
-    """Definitions and the whole with names as models have them, numbered where several have one."""
+    """Definitions and the whole with the names of models, numbered where several models share
+    one."""
     names: dict[str, str] = {}
     for long, each in shared.items():
         short = re.sub(r"\W.*", "", each.get("title", long))
@@ -206,7 +208,7 @@ def _known_as(stem: str, definition: Schema, known: dict[str, Schema]) -> str:
 
 
 def _append_units(schema: Schema, known: Mapping[str, Schema]) -> None:
-    """Appends their units to the meanings of keys; editors show nothing else of a reference."""
+    """Append their units to the meanings of keys; editors show no other part of a reference."""
     for value in schema.get("properties", {}).values():
         units = [*dict.fromkeys(_units_of(value, known))]
         if isinstance(value, dict) and units:
@@ -214,7 +216,7 @@ def _append_units(schema: Schema, known: Mapping[str, Schema]) -> None:
 
 
 def _units_of(value: Any, known: Mapping[str, Schema]) -> Iterator[str]:
-    """Units of a value, or of those in a list; not of those in a mapping."""
+    """Units of a value, or of the values in a list, but not in a mapping."""
     if isinstance(value, list):
         for each in value:
             yield from _units_of(each, known)
@@ -241,7 +243,7 @@ def _refers(text: str, names: set[str]) -> bool:
 
 def _partial(schema: Schema, name: str, deep: set[str]) -> Schema:
     """The definition ``name`` with no key required and with null for each. Keys without mappings
-    below are as they are there."""
+    below are unchanged."""
     found: Schema = _optional(schema, deep)
     for key, value in schema.get("properties", {}).items():
         text = json.dumps(value)
@@ -252,7 +254,8 @@ def _partial(schema: Schema, name: str, deep: set[str]) -> Schema:
 
 
 def _optional(schema: Any, deep: set[str]) -> Any:
-    """The schema with no key required, with null for each, and with the parts of what is deep."""
+    """The schema with no key required, with null for each, and with the partial form of nested
+    definitions."""
     if isinstance(schema, list):
         return [_optional(each, deep) for each in schema]
     if not isinstance(schema, dict):

@@ -1,6 +1,7 @@
-"""What a case file is laid over: the file that it `extends`; and what is laid over it: settings.
+"""Layers of a case file: the file that it `extends` lies below, settings of the command line lie
+above.
 
-Nodes are not changed in place: an anchor may stand for the same node elsewhere.
+Nodes are never changed in place: an anchor may share the same node elsewhere.
 """
 
 from __future__ import annotations
@@ -20,22 +21,25 @@ from hydrosim.documents.units import shown
 from hydrosim.errors import InputError
 
 EXTENDS = "extends"
-LONG = 200  # characters of a setting that a message names
+LONG = 200  # characters of a setting in a message
 MAP = "tag:yaml.org,2002:map"
 TEXT = "tag:yaml.org,2002:str"
-KINDS = {"type", "law", "spectrum"}  # a mapping that says one of these is whole
-NAMED = {"bodies", "forces"}  # mappings with names that the user gives
-# keys of files, which are relative to the file they are in
+KINDS = {"type", "law", "spectrum"}  # a mapping with one of these keys replaces the one below
+NAMED = {"bodies", "forces"}  # mappings whose keys are names given by the user
+# keys of files, which are relative to the folder of their own file
 FILES = {"hydrodynamics", "file", "case", "run", "mesh", "recipe"}
 
 
 def read_case(path: Path, above: tuple[Path, ...] = ()) -> tuple[str, Node]:
     """Text and nodes of a case file, laid over the file that its key `extends` names, if any.
 
-    Mappings are laid over each other key by key, except one with a `type`, `law` or `spectrum` of
-    its own, which replaces; null removes. Relative paths in the file below begin at its folder, and
-    are changed to begin at that of ``path``. ``above`` are the files that led here. The text is the
-    file's own, or that of the whole if it extends another. InputError says what cannot be read.
+    Mappings are merged key by key, except one with a `type`, `law` or `spectrum` of its own, which
+    replaces the one below. null removes a key. Relative paths in the file below start at its
+    folder; they are changed to start at the folder of ``path``. ``above`` are the files that led
+    here.
+
+    Returns the file's own text, or the text of the merged file if it extends another. Raises
+    InputError if a file cannot be read.
     """
     text = _read_text(path)
     node = compose(text, str(path))
@@ -61,8 +65,8 @@ def read_case(path: Path, above: tuple[Path, ...] = ()) -> tuple[str, Node]:
 
 def apply_setting(node: Node, setting: str, option: str = SETTING) -> Node:
     """``node`` with the ``KEY=VALUE`` of an ``option`` laid over it. The key is dotted; a number in
-    it is an entry of a list; the value is YAML, and null removes. Raises InputError for an
-    unknown key, with the keys that there are."""
+    it is an index into a list. The value is YAML, and null removes the key. Raises InputError for
+    an unknown key, with the keys that exist."""
     key, _, text = setting.partition("=")
     name = option + (setting if len(setting) <= LONG else f"{setting[:LONG]}...")
     value = compose(text, name)
@@ -80,7 +84,7 @@ def settings_of(values: Mapping[str, Any]) -> list[str]:
 
 
 def _simple(value: Any) -> Any:
-    """numpy's numbers and arrays as Python's, anything else (a path) as text."""
+    """numpy's numbers and arrays as Python's, other values (a path) as text."""
     return value.tolist() if hasattr(value, "tolist") else str(value)
 
 
@@ -137,7 +141,7 @@ def _overlay(base: Node | None, over: Node) -> Node:
 
 def _assigned(node: Node | None, keys: Sequence[str], value: Node) -> Node:
     """``node``, or a new mapping, with ``value`` at ``keys``; list entries, bodies and forces must
-    be there."""
+    exist already."""
     if not keys:
         return value
     key = keys[0]

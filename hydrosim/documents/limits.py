@@ -1,4 +1,5 @@
-"""How much a YAML text may hold, and what: nobody writes more, but a program may, or an enemy."""
+"""Limits on the size of a YAML text and on its characters. Nobody writes more by hand, but a
+program or an attacker may."""
 
 from __future__ import annotations
 
@@ -9,13 +10,13 @@ import yaml
 from yaml.nodes import CollectionNode, MappingNode, Node, ScalarNode
 
 MOST_TEXT = 250_000  # characters: read in a few seconds
-MOST_VALUES = 100_000  # aliases counted as what they stand for
-DEEPEST = 40  # lists and mappings in each other
+MOST_VALUES = 100_000  # values, with aliases expanded
+DEEPEST = 40  # nested lists and mappings
 LONGEST = {"key": 100, "text": 10_000}  # characters
 
 
 def too_long(text: str) -> str:
-    """What is wrong with the length of a text; empty if nothing is."""
+    """Complaint about the length of a text; empty if it is acceptable."""
     if len(text) <= MOST_TEXT:
         return ""
     return (
@@ -26,7 +27,8 @@ def too_long(text: str) -> str:
 
 
 def excesses(node: Node | None) -> Iterator[tuple[yaml.Mark, str]]:
-    """What is too much in a node, or cannot be printed, with its place."""
+    """Complaints about nodes that are too large, too deep, or contain unprintable characters, with
+    their places."""
     if node is None:
         return
     sizes: dict[int, tuple[int, int]] = {}
@@ -38,8 +40,8 @@ def excesses(node: Node | None) -> Iterator[tuple[yaml.Mark, str]]:
 def _measured(
     node: Node, sizes: dict[int, tuple[int, int]], above: set[int]
 ) -> Iterator[tuple[yaml.Mark, str]]:
-    """Enters the number of values in a node, and how deep it is, in ``sizes``; ``above`` are the
-    nodes that it is in."""
+    """Enter the number of values in a node, and its depth, in ``sizes``; ``above`` are the nodes
+    around it."""
     if id(node) in above:
         yield node.start_mark, "found an alias within what it stands for; expected it elsewhere"
         return
@@ -69,7 +71,7 @@ def _children(node: Node) -> list[Node]:
 
 
 def _scalars(node: Node, seen: set[int]) -> Iterator[tuple[ScalarNode, str]]:
-    """All scalars of a node once, and whether each is a key or a text."""
+    """All scalars of a node once, each with its kind: key or text."""
     if id(node) in seen:
         return
     seen.add(id(node))

@@ -1,4 +1,4 @@
-"""Keys of a mesh file: how its coordinates become those of the database's frame."""
+"""Keys of a mesh file: the transformation of its coordinates to the database's frame."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ Axes = tuple[Axis, Axis, Axis]
 
 
 class MeshKeys(Strict):
-    """The coordinates of a file times ``scale``, along those of its ``axes`` that are x forward, y
-    to port and z up, plus ``offset``; the still water is ``waterline`` above z = 0 after that."""
+    """The coordinates of a file times ``scale``, turned so that its ``axes`` are x forward, y to
+    port and z up, plus ``offset``. The still water is then ``waterline`` above z = 0."""
 
     scale: Scale = 1.0
     """Factor that turns the coordinates of the file into metres."""
@@ -38,7 +38,7 @@ class MeshKeys(Strict):
         return self
 
     def _turn(self) -> np.ndarray:
-        """(3, 3), from the file's axes to the frame's."""
+        """Matrix (3, 3) from the file's axes to the frame's."""
         return np.array(
             [
                 (-1.0 if axis[0] == "-" else 1.0) * np.eye(3)["xyz".index(axis[-1])]

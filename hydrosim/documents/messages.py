@@ -1,7 +1,7 @@
-"""From pydantic's errors to what a person can act on: "found X; expected Y; remedy".
+"""Messages that a person can act on, from pydantic's errors: "found X; expected Y; remedy".
 
-One mistake gives one message: a key of another name stands for the key that is missing beside it,
-and a mapping with many unknown keys is told once.
+One mistake gives one message. An unknown key is matched with the missing key beside it. A mapping
+with many unknown keys gives one message.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ Keys = tuple[str | int, ...]
 Readers = Mapping[int, type[BaseModel]]
 Details = Mapping[str, Any]
 
-MANY_UNKNOWN = 4  # keys of one mapping that are told together
-MANY_KNOWN = 12  # keys are not all named where one of them is suggested
+MANY_UNKNOWN = 4  # keys of one mapping that one message reports
+MANY_KNOWN = 12  # keys are not all listed where one of them is suggested
 SHOWN = 60  # characters of a list
 
 
 class Problem(NamedTuple):
-    """Keys to where it is, and what: "found X; expected Y; remedy"."""
+    """A mistake: the keys to its place, and a text "found X; expected Y; remedy"."""
 
     keys: Keys
     text: str
@@ -46,8 +46,8 @@ EXPECTED = {
 
 
 def explain(error: ValidationError, data: Any, readers: Readers) -> Iterator[Problem]:
-    """Each mistake in ``data`` with its place; ``readers`` are the models by ``id`` of the mapping
-    that they read."""
+    """Each mistake in ``data`` with its place; ``readers`` are the models by the ``id`` of the
+    mapping that they read."""
     every: list[Details] = list(error.errors(include_url=False))
     renamed = {*_renamed(every, data, readers)}
     for details in every:
@@ -98,7 +98,7 @@ def _alike(details: Details, every: Sequence[Details]) -> list[Details]:
 
 
 def _renamed(every: Sequence[Details], data: Any, readers: Readers) -> Iterator[Keys]:
-    """The missing keys that are there by another name."""
+    """The missing keys that exist under another name."""
     missing = {each["loc"] for each in every if each["type"] == "missing"}
     for each in every:
         keys = each["loc"]
@@ -126,13 +126,13 @@ def _unknown(keys: Keys, reader: type[BaseModel] | None, alike: Sequence[Details
 
 
 def _of_colon(key: str, known: Mapping[str, Any]) -> str:
-    """The remedy where a colon, or the blank after it, is missing after a known key."""
+    """The remedy if a colon, or the blank after it, is missing after a known key."""
     first = re.split(r"[\s:]", key)[0]
     return f'write "{first}: value", with a colon and a blank' if first in {*known} - {key} else ""
 
 
 def _other_name(key: str, value: Any) -> str:
-    """The key of a mapping that may have been meant by ``key``."""
+    """The key of a mapping that probably stands for ``key``."""
     names = [str(name) for name in value] if isinstance(value, dict) else []
     given = next((name for name in names if _of_colon(name, {key: None})), "")
     if given:
@@ -153,7 +153,7 @@ def _flat(value: Sequence[Any]) -> str:
 
 
 def _mapping(context: Mapping[str, Any]) -> str:
-    """A mapping as a model of that name reads it."""
+    """Description of the mapping that the model of that name reads."""
     models = [each for each in _models(BaseModel) if each.__name__ == context.get("class_name")]
     if not models:
         return EXPECTED["model_type"]
@@ -177,7 +177,7 @@ def _missing(keys: Keys, reader: type[BaseModel]) -> str:
 
 
 def _fields(reader: type[BaseModel]) -> dict[str, FieldInfo]:
-    """What a model has, by the keys of a file."""
+    """The fields of a model, by the keys of a file."""
     return {field.alias or name: field for name, field in reader.model_fields.items()}
 
 
@@ -188,7 +188,7 @@ def _choice(value: Any, expected: str) -> str:
 
 
 def _at(data: Any, keys: Keys) -> Any:
-    """The value at ``keys``; those that are not there are passed over, as in `locate`."""
+    """The value at ``keys``; keys that do not exist are skipped, as in `locate`."""
     for key in keys:
         if isinstance(data, dict):
             data = data.get(key, data)

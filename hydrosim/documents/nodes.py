@@ -1,11 +1,14 @@
-"""YAML as nodes that know their line, and the values they stand for.
+"""YAML as nodes that know their line, and their values.
 
-PyYAML's own values are not used, because YAML 1.1 has traps: `1e6` is a text, `off` is false, `010`
-is eight, `1:30` is ninety, and of two equal keys the last one wins in silence. Here a plain scalar
-is a number if it looks like one, `true` and `false` are the only switches, `null`, `~` and an empty
-value are nothing, all else and everything in quotes is text; equal keys are refused. Merge keys,
-`<<: *anchor` or `<<: [*one, *other]`, give what a mapping does not say itself, of several the first
-first; null removes what they give.
+PyYAML's own values are not used, because YAML 1.1 has traps. `1e6` is a text, `off` is false, `010`
+is eight, `1:30` is ninety, and the last of two equal keys wins without a message.
+
+Here a plain scalar is a number if it looks like one. Only `true` and `false` are switches. `null`,
+`~` and an empty value are no value. Everything else, and everything in quotes, is text. Equal keys
+are refused.
+
+Merge keys, `<<: *anchor` or `<<: [*one, *other]`, provide keys that a mapping does not have itself.
+Of several anchors the first has priority. null removes a merged key.
 """
 
 from __future__ import annotations
@@ -27,14 +30,14 @@ MERGE = "tag:yaml.org,2002:merge"
 WHOLE = re.compile(r"[-+]?\d{1,18}", re.ASCII)
 SETTING = "--set "
 GIVEN = "--given "
-"""What the name of a text begins with that came from the command line."""
+"""Prefix of the name of a text that came from the command line."""
 
 
 def compose(text: str, name: str) -> Node | None:
-    """Nodes of a YAML text that messages call ``name``; None if there is nothing in it.
+    """Nodes of a YAML text that messages call ``name``; None if it is empty.
 
-    Raises InputError with the line of what is not YAML, of what is too much (`limits`), or of a key
-    that is there twice.
+    Raises InputError with the line of text that is not YAML, exceeds a limit (`limits`), or repeats
+    a key.
     """
     if excess := too_long(text):
         raise InputError(f"{name}: {excess}")
@@ -50,7 +53,7 @@ def compose(text: str, name: str) -> Node | None:
         at, what = describe(error, text)
         place = where(at) if at else name
         raise InputError(f"{place}: not valid YAML: {what}") from None
-    except (yaml.YAMLError, ValueError, OverflowError) as error:  # bad escapes pass as the latter
+    except (yaml.YAMLError, ValueError, OverflowError) as error:  # bad escapes raise the latter
         raise InputError(f"{name}: not valid YAML: {str(error).splitlines()[0]}") from None
     except RecursionError:
         raise InputError(f"{name}: not valid YAML: nested too deeply, or in itself") from None
@@ -78,7 +81,7 @@ def _scalar(node: ScalarNode) -> str | float | bool | None:
 
 
 def entries(node: Node | None) -> dict[str, tuple[ScalarNode, Node]]:
-    """Key node and value node of each entry of a mapping; of nothing, none."""
+    """Key node and value node of each entry of a mapping; empty for None."""
     return {key.value: (key, value) for key, value in _pairs(node)}
 
 
@@ -87,8 +90,8 @@ def _pairs(node: Node | None) -> list[tuple[ScalarNode, Node]]:
 
 
 def locate(node: Node, keys: Sequence[str | int]) -> tuple[str, yaml.Mark]:
-    """Dotted key and mark of what is at ``keys``; keys that are not there are passed over
-    (pydantic puts the names of union members between)."""
+    """Dotted key and mark of the value at ``keys``; keys that do not exist are skipped (pydantic
+    puts the names of union members between)."""
     names, mark = [], node.start_mark
     for key in keys:
         if isinstance(node, SequenceNode) and isinstance(key, int) and key < len(node.value):
@@ -119,7 +122,7 @@ def joined(text: str, remedy: str) -> str:
 
 
 def empty_keys(node: Node, above: tuple[str | int, ...] = ()) -> Iterator[tuple[str | int, ...]]:
-    """The keys to each entry of a mapping that has no value."""
+    """The keys to each entry of a mapping without a value."""
     for key, (_, value) in entries(node).items():
         if plain(value) is None:
             yield (*above, key)
@@ -152,7 +155,7 @@ def _mappings(node: Node | None) -> Iterator[MappingNode]:
 
 
 def _merged(node: Node, done: dict[int, Node]) -> Node:
-    """The node with the entries that its merge keys stand for; anchors stay shared."""
+    """The node with the entries of its merge keys; anchors stay shared."""
     if isinstance(node, ScalarNode):
         return node
     if id(node) not in done:
@@ -172,7 +175,7 @@ def _merged(node: Node, done: dict[int, Node]) -> Node:
 
 
 def _given(key: ScalarNode, value: Node) -> Iterator[tuple[ScalarNode, Node]]:
-    """The entries of the mappings that a merge key has as its value."""
+    """The entries of the mappings in the value of a merge key."""
     for each in value.value if isinstance(value, SequenceNode) else [value]:
         if not isinstance(each, MappingNode):
             text = 'found no mapping after "<<"; expected one by its anchor, as in <<: *bow_line'

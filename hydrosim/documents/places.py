@@ -1,7 +1,7 @@
 """File and line of the keys of a YAML file, for messages that name a key after the file was read.
 
-Messages name a key as "bodies.barge.mass". What computes knows keys, not files; whoever read the
-file adds the place once, where a message leaves the program.
+Messages name a key such as "bodies.barge.mass". Code that computes knows keys, not files. The code
+that read the file adds the place once, where a message leaves the program.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ SUBJECT = re.compile(rf"(?:^|: )({WORD.pattern})((?:, \w+)*)")
 
 
 def places_of(node: Node) -> dict[str, str]:
-    """The places of all keys of a document; empty of those that the command line set."""
+    """The places of all keys of a document; keys set by the command line have none."""
     return {key: _of(mark) for key, mark in _marks(node, "")}
 
 
@@ -59,9 +59,9 @@ def _located(line: str, places: Places) -> str:
 
 
 def _named(line: str, places: Places) -> Iterator[str]:
-    """Places of the keys that a line is about: of dotted words that it, or what is after a colon,
-    begins with, and of the one word that it begins with; in "bodies.barge.inertia, mass" of that
-    of both which is there, or else of the mapping that they belong in."""
+    """Places of the keys that a line begins with, or that follow its first colon: a dotted name, or
+    a single word. For "bodies.barge.inertia, mass" the keys that exist, or else the mapping that
+    should have them."""
     for found in SUBJECT.finditer(line):
         key, others = found.groups()
         if "." not in key and not line.startswith(f"{key}:"):
@@ -73,14 +73,14 @@ def _named(line: str, places: Places) -> Iterator[str]:
 
 
 def _above(key: str) -> Iterator[str]:
-    """The mappings that a key is in, the nearest first."""
+    """The mappings that contain a key, the nearest first."""
     while key := key.rpartition(".")[0]:
         yield key
 
 
 @contextmanager
 def locating(places: Places) -> Iterator[None]:
-    """Adds file and line to the messages of an InputError that is raised meanwhile."""
+    """Adds file and line to the messages of an InputError raised in this context."""
     try:
         yield
     except InputError as error:
@@ -93,7 +93,7 @@ def locating(places: Places) -> Iterator[None]:
 @contextmanager
 def locating_in(path: Path) -> Iterator[None]:
     """Adds the line to the messages of an InputError that begin with a ``path`` and a key of that
-    file; of a key that is a dotted name itself, as parameters of studies are, too."""
+    file. The key may itself be a dotted name, such as a parameter of a study."""
     try:
         yield
     except InputError as error:

@@ -1,4 +1,4 @@
-"""Types that the case file's models are made of: quantities, and their vectors and matrices."""
+"""Types of the case file's models: quantities, and their vectors and matrices."""
 
 from __future__ import annotations
 
@@ -93,8 +93,8 @@ SixBySix = Six[Six[T, C], Six[C, R]]
 
 
 class Strict(BaseModel):
-    """A mapping in a case file. Unknown keys are errors; the keys that a mapping could have had are
-    found in the context, a dict from ``id`` of the mapping to the model that read it."""
+    """A mapping in a case file. Unknown keys are errors. The context, a dict from ``id`` of the
+    mapping to the model that read it, gives the known keys for messages."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
@@ -106,7 +106,7 @@ class Strict(BaseModel):
         return value
 
     def given(self, *keys: str) -> list[str]:
-        """Those of ``keys`` that have a value."""
+        """The ``keys`` that have a value."""
         return [key for key in keys if getattr(self, key) is not None]
 
 
@@ -220,7 +220,7 @@ def _steps(holds: Callable[[float, float], bool], expected: str) -> AfterValidat
 
 
 def from_zero(values: tuple[float, ...]) -> tuple[float, ...]:
-    """Refuses a table that does not begin at 0 or has one point alone."""
+    """Refuses a table that does not begin at 0 or has only one point."""
     if len(values) < 2 or values[0] != 0.0:
         found = "[" + ", ".join(f"{x:g}" for x in values) + "]"
         raise problem(found, "a table of at least two points, the first at 0")
@@ -228,7 +228,7 @@ def from_zero(values: tuple[float, ...]) -> tuple[float, ...]:
 
 
 def _round(values: tuple[float, ...]) -> tuple[float, ...]:
-    """Refuses headings that are neither 0 to 180 deg nor all round the circle."""
+    """Refuses headings that cover neither 0 to 180 deg nor the whole circle."""
     found = "headings from {:g} to {:g} deg".format(*np.degrees([values[0], values[-1]]))
     if values[-1] <= np.pi * (1.0 + 1e-9):
         if values[0] != 0.0 or values[-1] < np.pi * (1.0 - 1e-9):
@@ -257,24 +257,25 @@ def some(value: Any) -> Any:
 
 
 def several(values: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Refuses a list of less than two."""
+    """Refuses a list with fewer than two entries."""
     if len(values) < 2:
         raise problem(f"{len(values)} in the list", "two or more")
     return values
 
 
 def listed(value: Any) -> Any:
-    """A list of one, if it is none."""
+    """The value as a list; a single value becomes a list of one."""
     return value if isinstance(value, list | tuple) else [value]
 
 
 def one_or_more(item: Any, listed: Callable[[Any], Any] = listed) -> BeforeValidator:
-    """Annotation of a tuple of ``item`` that a file may give as one of them, ``listed`` here."""
+    """Annotation of a tuple of ``item``; a file may give a single one, which becomes a list by
+    ``listed``."""
     return BeforeValidator(listed, json_schema_input_type=item | tuple[item, ...])
 
 
 def _or_by_name(listed: Any, named: Any, convert: Callable[[Any], Any]) -> Any:
-    """Annotation of a list that a file may give by names."""
+    """Annotation of a list that a file may also give as a mapping by names."""
     either = Annotated[named, Tag("by name")] | Annotated[listed, Tag("list")]
     return Annotated[either, Discriminator(_kind), AfterValidator(convert)]
 
@@ -324,7 +325,7 @@ InertiaMatrix = Annotated[
     AfterValidator(_definite),
 ]
 Name = Annotated[str, AfterValidator(_named)]
-if TYPE_CHECKING:  # what they are once they are read; a file may give names in place of a list
+if TYPE_CHECKING:  # types after reading; a file may give names in place of a list
     Offsets = Six[float, float]
     Velocities = Six[float, float]
     Radii = Vector[float]

@@ -1,10 +1,10 @@
 """Recorded series over time: columns of a text file, or variables of a run's netCDF.
 
-A text file is what `hydrosim.documents.text` reads. Its times [s] are the column named time or t,
-else the first. A column is called by its name or its number, from 1 on.
+`hydrosim.documents.text` reads text files. Times [s] are in the column named time or t, or else in
+the first column. A column has a name or a number, from 1 on.
 
-In a run, a column is the name of a variable and what is selected of its other dimensions, in any
-order: ``force_wave_first_order.barge.surge``, ``fender_compression.interface 1``,
+In a run, a column is the name of a variable followed by the selection in its other dimensions, in
+any order: ``force_wave_first_order.barge.surge``, ``fender_compression.interface 1``,
 ``wave_elevation``. A dimension of one entry needs no selection.
 """
 
@@ -35,15 +35,16 @@ if TYPE_CHECKING:
     import xarray as xr
 
 NETCDF = (b"\x89HDF", b"CDF\x01", b"CDF\x02", b"CDF\x05")
-ENOUGH = 4  # values, for a cubic
+ENOUGH = 4  # values needed for a cubic
 Column = str | int
-APART = "statistic_units"  # the attribute of statistics that are not in the unit of their channel
+# the attribute of statistics whose unit differs from that of their channel
+APART = "statistic_units"
 
 
 @dataclass(frozen=True)
 class Series:
     """The sum of some columns, ``value`` (n,) at the rising ``time`` (n,) [s], and its ``unit`` if
-    the file says it."""
+    the file gives it."""
 
     time: np.ndarray
     value: np.ndarray
@@ -51,7 +52,8 @@ class Series:
 
 
 def read_series(source: Source, columns: Sequence[Column]) -> Series:
-    """The sum of ``columns`` over time; InputError says what in the file is wrong, and where."""
+    """The sum of ``columns`` over time. Raises InputError with the mistake in the file and its
+    place."""
     read = _read_run if source.head(4).startswith(NETCDF) else _read_text
     return read(source, columns)
 
@@ -110,7 +112,7 @@ def _read_run(source: Source, columns: Sequence[Column]) -> Series:
 
 
 def columns_of(run: xr.Dataset, modes: bool = False) -> Iterator[str]:
-    """The names of all columns: of what is measured over time, or instead of ``modes`` (flags)."""
+    """The names of all columns over time: measured quantities, or ``modes`` (flags) instead."""
     known: dict[str, list[str]] = {}
     for name in run.data_vars:
         variable = run.variables[name]
@@ -135,7 +137,8 @@ def select(source: Source, run: xr.Dataset, column: str) -> tuple[np.ndarray, st
             for dim in _others(values)
             for at, label in enumerate(_along(run, dim))
         }
-        fitting = [x for x in places if f"{rest}.".startswith(f"{x}.")]  # may hold points itself
+        # a name may contain points itself
+        fitting = [x for x in places if f"{rest}.".startswith(f"{x}.")]
         if not fitting:
             source.unknown(f"selection from {name}", rest.partition(".")[0], list(places))
         label = max(fitting, key=len)
@@ -153,9 +156,9 @@ def select(source: Source, run: xr.Dataset, column: str) -> tuple[np.ndarray, st
 
 
 def unit_of(said: Mapping[str, object], labels: Sequence[str]) -> str:
-    """The unit of what is selected by ``labels``, from the attributes of a variable: that of all,
-    of the degree of freedom, or of the statistic, which comes last. Older files have "m or rad", or
-    "m, rad or s", of translations and rotations."""
+    """The unit of the selection by ``labels``, from the attributes of a variable. It is the unit of
+    the variable, of the degree of freedom, or of the statistic; the last one found wins. Older
+    files have "m or rad", or "m, rad or s", for translations and rotations."""
     apart = dict(each.split(": ") for each in str(said.get(APART, "")).split(", ") if each)
     if labels and labels[-1] in apart:
         return apart[labels[-1]]
@@ -167,7 +170,7 @@ def unit_of(said: Mapping[str, object], labels: Sequence[str]) -> str:
 
 
 def _along(run: xr.Dataset, dim: str) -> np.ndarray:
-    """The labels along a dimension: numbers, where it has no others."""
+    """The labels along a dimension; numbers if it has no labels."""
     return run.variables[dim].values if dim in run.variables else np.arange(run.sizes[dim])
 
 
@@ -178,7 +181,7 @@ def _others(values: xr.Variable) -> Iterator[str]:
 def _check(
     source: Source, time: np.ndarray, values: np.ndarray, lines: Sequence[int] | None = None
 ) -> None:
-    """Refuses times that do not rise, numbers that no computation can take, and too few of them."""
+    """Refuses times that do not rise, numbers outside the usual range, and too few numbers."""
     for numbers in (time, *values.T):
         require_finite(source, numbers, lines)
         require_usual(source, numbers, lines=lines)

@@ -1,4 +1,4 @@
-"""What an unknown word may have meant: a synonym, other capitals, a typing error."""
+"""Suggestions for an unknown word: a synonym, other capitals, a typing error."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Iterator
 from difflib import get_close_matches
 
-CLOSE = 0.7  # similarity of words, 0 to 1: below it they have little in common
+CLOSE = 0.7  # similarity of words, 0 to 1: below it no word is suggested
 SYNONYMS = {
     "significant_height": "hs hsig hm0 h_s swh significant_wave_height wave_height",
     "peak_period": "tp t_p wave_period",
@@ -95,17 +95,17 @@ SYNONYMS = {
     "pitch": "ry theta",
     "yaw": "rz psi",
 }
-"""Other words of the trade for ours, in lower case."""
+"""Other technical words for keys and values of hydrosim, in lower case."""
 
 
 def suggestion(word: str, known: Iterable[str]) -> str:
-    """Asks for the word of ``known`` that may have been meant; empty if none is near."""
+    """Question with the word of ``known`` that was probably meant; empty if none is similar."""
     found = meant(word, known)
     return f'did you mean "{found}"?' if found else ""
 
 
 def meant(word: str, known: Iterable[str]) -> str:
-    """The word of ``known`` that may have been meant; empty if none is near."""
+    """The word of ``known`` that was probably meant; empty if none is similar."""
     return next(_meant(_plain(word), list(known)), "")
 
 
@@ -117,6 +117,6 @@ def _meant(word: str, known: list[str]) -> Iterator[str]:
 
 
 def _plain(word: str) -> str:
-    """In lower case, with words apart by one underscore."""
+    """A word in lower case, with its parts joined by one underscore."""
     parts = re.sub(r"([a-z0-9])([A-Z][a-z])", r"\1_\2", word)
     return re.sub(r"[\s_-]+", "_", parts.strip().lower())

@@ -1,10 +1,12 @@
-"""Tables of numbers in text files, and what is wrong with numbers over time.
+"""Tables of numbers in text files, and checks of numbers over time.
 
-A text file has one line per time, its numbers separated by commas, semicolons, tabs or blanks.
-Lines before the first that begins with a number are a heading; lines that begin with #, % or ! are
-remarks (or that heading). The last line of the heading may name the columns, or say their units
-below a line with their names; a line ruled with dashes does not count. Names that hold blanks are
-apart by a tab or two blanks.
+A text file has one line per time, with numbers separated by commas, semicolons, tabs or blanks.
+Lines before the first that begins with a number are a heading. Lines that begin with #, % or ! are
+remarks (or that heading).
+
+The last line of the heading may give the names of the columns, or their units below a line of
+names. A line of dashes does not count. Names that contain blanks are separated by a tab or two
+blanks.
 """
 
 from __future__ import annotations
@@ -33,7 +35,7 @@ DATE = re.compile(r"\d{4}-\d\d-\d\d")
 DATED = ", or a date such as 2020-01-31T12:00"
 EPOCH = np.datetime64("1970-01-01", "ms")
 PLAIN = {"": "", "-": "", "1": ""}  # units of plain numbers
-SPELLINGS = {  # as programs write them
+SPELLINGS = {  # spellings that programs write
     **{f"{prefix}Nm": f"{prefix}N*m" for prefix in ("", "k", "M", "G")},
     **{f"{prefix}N-m": f"{prefix}N*m" for prefix in ("", "k", "M", "G")},
     **dict.fromkeys(("sec", "second", "seconds"), "s"),
@@ -46,18 +48,20 @@ SPELLINGS = {  # as programs write them
 
 @dataclass(frozen=True)
 class Source:
-    """A data ``file``, and ``wanted``, the place in a case file that wants it, if there is one."""
+    """A data ``file``, and ``wanted``, the place in a case file that refers to it, if there is
+    one."""
 
     file: Path
     wanted: str = ""
 
     def wrong(self, text: str, line: int | None = None) -> NoReturn:
-        """Raises InputError: who wants the file, the file, the line, and what is wrong with it."""
+        """Raises InputError with the place that refers to the file, the file, the line, and the
+        mistake."""
         place = f"{self.file}:{line}" if line else f"{self.file}"
         raise InputError(": ".join(part for part in (self.wanted, place, text) if part))
 
     def head(self, size: int) -> bytes:
-        """How the file begins; InputError if there is none."""
+        """The beginning of the file; raises InputError if the file cannot be read."""
         if reason := no_file(self.file):
             self.wrong(f"{reason}; expected a recorded series")
         try:
@@ -85,9 +89,9 @@ class Table:
 
 
 def parse(source: Source, dates: bool = False, first: str = "the time [s]") -> Table:
-    """The table in a text file, whose lines begin with ``first``, in which ``dates``
-    (2020-01-31T12:00, UTC unless they say another zone) may be numbers, the seconds since `EPOCH`;
-    InputError says which line is wrong."""
+    """The table in a text file. Lines have the kind of quantity ``first`` in their first column. If
+    ``dates`` is true, dates (2020-01-31T12:00, UTC unless they give another zone) count as seconds
+    since `EPOCH`. Raises InputError with the line of a mistake."""
     try:
         content = source.file.read_bytes().decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -125,21 +129,22 @@ def parse(source: Source, dates: bool = False, first: str = "the time [s]") -> T
 
 
 def name_and_unit(text: str) -> tuple[str, str | None]:
-    """Name and unit of "Heave (m)" or "Fx [kN]"; all of it and None if there is no known unit."""
+    """Name and unit of "Heave (m)" or "Fx [kN]"; the whole text and None if it has no known
+    unit."""
     found = IN_BRACKETS.fullmatch(text.strip())
     unit = found and spelled(found["unit"] if found["round"] is None else found["round"])
     return (text.strip(), None) if not found or unit is None else (found["name"], unit)
 
 
 def unit_of_column(table: Table, k: int) -> str | None:
-    """The unit that a file says of a column, in its name or below it."""
+    """The unit that a file gives for a column, in its name or below it."""
     if table.units:
         return table.units[k].strip("[]()")
     return name_and_unit(table.names[k])[1]
 
 
 def spelled(text: str) -> str | None:
-    """A unit as `factor` reads it, None if it is not known: "kNm" is "kN*m", "-" is ""."""
+    """A unit as `factor` reads it, None if it is unknown: "kNm" is "kN*m", "-" is ""."""
     unit = text.strip().strip("[]()").strip()
     unit = PLAIN.get(unit, SPELLINGS.get(unit, unit))
     try:
@@ -151,7 +156,7 @@ def spelled(text: str) -> str | None:
 def require_finite(
     source: Source, numbers: np.ndarray, lines: Sequence[int] | None = None, what: str = ""
 ) -> None:
-    """Refuses numbers (n,) that are not finite; ``lines`` are theirs in a text."""
+    """Refuses numbers (n,) that are not finite; ``lines`` are their lines in a text."""
     bad = np.flatnonzero(~np.isfinite(numbers))
     if bad.size:
         where = "" if lines else f" in record {bad[0] + 1}"
@@ -162,7 +167,7 @@ def require_finite(
 def require_usual(
     source: Source, numbers: np.ndarray, unit: str = "", lines: Sequence[int] | None = None
 ) -> None:
-    """Refuses numbers (n,) in the SI ``unit`` that are larger than a case may have them."""
+    """Refuses numbers (n,) in the SI ``unit`` that exceed the largest value allowed in a case."""
     largest = LARGEST_OF.get(unit, LARGEST)
     bad = np.flatnonzero(np.abs(numbers) > largest)
     if bad.size:
@@ -183,7 +188,7 @@ def require_rising(source: Source, time: np.ndarray, lines: Sequence[int] | None
 
 
 def _begins(line: str, dates: bool) -> bool:
-    """True if a line begins with a number, or with what is to be a date."""
+    """True if a line begins with a number, or with a date."""
     first = re.split(r"[,;\s]", line)[0]
     if dates and DATE.match(first):
         return True
@@ -195,7 +200,7 @@ def _begins(line: str, dates: bool) -> bool:
 
 
 def _dates(line: str, separator: str | None) -> list[bool]:
-    """Which fields of a line are dates."""
+    """Flags of the fields of a line that are dates."""
     return [bool(DATE.match(field)) for field in _split(line, separator)]
 
 
@@ -229,7 +234,7 @@ def _numbers(source: Source, line: int, fields: Sequence[str], dates: bool) -> l
 def _heading(
     heading: Sequence[str], separator: str | None, count: int
 ) -> tuple[list[str], list[str]]:
-    """Names and units of ``count`` columns; empty where the heading does not say them."""
+    """Names and units of ``count`` columns; empty if the heading does not give them."""
     written = [line for line in heading if not RULE.fullmatch(line)]
     rows = [_fields(line, separator, count) for line in written[-2:]]
     if len(rows) == 2 and all(rows) and all(spelled(field) is not None for field in rows[1]):
@@ -238,7 +243,7 @@ def _heading(
 
 
 def _fields(line: str, separator: str | None, count: int) -> list[str]:
-    """The ``count`` fields of a line, none if they are more or less."""
+    """The ``count`` fields of a line; empty if their number differs."""
     apart = [part.strip() for part in re.split(r"\t|\s{2,}", line)] if separator is None else []
     fields = apart if len(apart) == count else _split(line, separator)
     return fields if len(fields) == count else []

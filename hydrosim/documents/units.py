@@ -2,7 +2,7 @@
 
     Mass = Annotated[float, Quantity("mass", "kg", "1000 tonne", above=0)]
 
-makes a type for pydantic models. pint is loaded when the first unit is met that no run before knew.
+makes a type for pydantic models. pint is loaded at the first unit that no earlier run has stored.
 """
 
 from __future__ import annotations
@@ -22,38 +22,39 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from hydrosim.documents import factors
 
-LONGEST = 200  # characters of what was found, in a message
+LONGEST = 200  # characters of the found value in a message
 NO_NUMBER = {
     ",": "a number has no comma: write 1000 or 1.5",
     ":": "a time is a number and one unit: write 600 s or 10 min",
 }
 TONNE_FORCE = 9810.0  # N: the weight of 1000 kg at 9.81 m/s^2
-# in SI: products of a few such numbers are numbers still
+# in SI: products of a few such numbers are still finite
 LARGEST = 1e20
 SMALLEST = 1e-20
 LARGEST_OF = {"m": 1e7, "m/s": 1e5, "rad": 1e5, "rad/s": 1e7, "kg": 1e15}  # squared, at times
 
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", re.ASCII)
-# Products and quotients of names with small powers: pint computes whatever else it is given.
+# Products and quotients of names with small powers: pint would evaluate any other expression.
 _FACTOR = r"(?:[A-Za-z_µ°%]+(?:\s*(?:\^|\*\*)\s*-?\d\b|[²³])?)"
 UNIT = re.compile(rf"{_FACTOR}(?:(?:\s*[*/·]\s*|\s+){_FACTOR})*")
 SIGNED, UNSIGNED = (
     rf"^\s*{sign}(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?(\s*[^\d\s].*)?$" for sign in ("[-+]?", "\\+?")
 )
 VAGUE = re.compile(r"\b(?:mt|(?:force_)?tons?(?:_force)?)\b")  # mt would be a millitonne
-# pint takes rad for a plain number: a percentage is no angle, and a frequency in Hz no rad/s.
+# pint treats rad as a plain number: a percentage is no angle, and a frequency in Hz is not in
+# rad/s.
 STRICT = ("", "rad", "rad/s", "m^2*s/rad")
 
 
 def problem(found: str, expected: str, remedy: str = "") -> PydanticCustomError:
-    """A validation error in this package's own words."""
+    """A validation error in the words of this package."""
     found = found if len(found) <= LONGEST else f"{found[:LONGEST]}..."
     text = f"found {found}; expected {expected}" + (f"; {remedy}" if remedy else "")
     return PydanticCustomError("hydrosim", "{text}", {"text": text})
 
 
 def _number_or_text(what: str, unit: str, example: str, **bounds: float | None) -> dict[str, Any]:
-    """JSON schema of a quantity; a schema cannot tell one unit from another."""
+    """JSON schema of a quantity; a schema cannot check its unit."""
     number = {"type": "number"} | {key: x for key, x in bounds.items() if x is not None}
     positive = bounds.get("exclusiveMinimum") == 0.0 or bounds.get("minimum") == 0.0
     text = {"type": "string", "pattern": UNSIGNED if positive else SIGNED}
@@ -65,7 +66,8 @@ _WRITTEN: ContextVar[list[tuple[str, str]] | None] = ContextVar("written", defau
 
 @contextmanager
 def units_written() -> Iterator[list[tuple[str, str]]]:
-    """Notes every quantity that is read meanwhile with a unit: its SI unit and the one written."""
+    """Collects every quantity that is read with a unit in this context: its SI unit and the written
+    one."""
     written: list[tuple[str, str]] = []
     token = _WRITTEN.set(written)
     try:
@@ -78,9 +80,9 @@ def units_written() -> Iterator[list[tuple[str, str]]]:
 class Quantity:
     """Annotation of a float that a case file may give with a unit.
 
-    ``what`` it is and an ``example`` go into messages; ``unit`` is its SI unit, "rad" for angles
-    and "" for plain ratios; the value must be ``above`` or ``at_least`` a bound, if given;
-    ``infinite`` admits the word "infinite".
+    ``what`` names the quantity and ``example`` shows one in messages. ``unit`` is its SI unit,
+    "rad" for angles and "" for plain ratios. The value must be ``above`` or ``at_least`` a bound,
+    if given. ``infinite`` admits the word "infinite".
     """
 
     what: str
@@ -102,7 +104,7 @@ class Quantity:
         return found
 
     def read(self, value: object) -> float:
-        """The value in SI; raises PydanticCustomError where it is not such a quantity."""
+        """The value in SI; raises PydanticCustomError if it is not such a quantity."""
         if self.infinite and value == "infinite":
             return inf
         number = self._convert(value) if isinstance(value, str) else self._plain(value)
@@ -150,7 +152,7 @@ class Quantity:
 
     @property
     def expected(self) -> str:
-        """What a message asks for."""
+        """The expected value, for messages."""
         article = "an" if self.what[0] in "aeiou" else "a"
         unit = f" in {self.unit}, or with a unit" if self.unit else ""
         other = ', or "infinite"' if self.infinite else ""
@@ -160,7 +162,8 @@ class Quantity:
 @dataclass(frozen=True)
 class Cyclic(Quantity):
     """Annotation of a `Quantity` over angular frequency that may also be given over frequency in
-    cycles: in the unit ``cycles``, with Hz, and multiplied by ``radians`` to be in ``unit``."""
+    cycles. It is then in the unit ``cycles``, with Hz, and multiplied by ``radians`` to be in
+    ``unit``."""
 
     cycles: str = "Hz"
     radians: float = 2.0 * pi
@@ -173,8 +176,8 @@ class Cyclic(Quantity):
 
 @dataclass(frozen=True)
 class Scale:
-    """What a number is multiplied with to be in SI, and the ``unit`` of that, if it was said; the
-    ``text`` that said both."""
+    """The factor ``value`` that converts a number to SI, the ``unit`` of that number if it was
+    given, and the ``text`` that gave both."""
 
     value: float
     unit: str | None = None
@@ -197,7 +200,7 @@ class AnyQuantity:
         return _number_or_text(self.what, "", self.example, exclusiveMinimum=self.above)
 
     def read(self, value: object) -> Scale:
-        """The factor; raises PydanticCustomError where it is none."""
+        """The factor; raises PydanticCustomError if the value is not a factor."""
         found = self._read(value)
         if self.above is not None and not found.value > self.above:
             raise problem(shown(value), self.expected, f"it must be above {self.above:g}")
@@ -217,7 +220,7 @@ class AnyQuantity:
 
     @property
     def expected(self) -> str:
-        """What a message asks for."""
+        """The expected value, for messages."""
         return f'a {self.what}, such as "{self.example}"'
 
 
@@ -228,7 +231,7 @@ def same_dimension(first: str, second: str, product: str) -> bool:
 
 
 def shown(value: object) -> str:
-    """A value as a message shows it."""
+    """A value in the form that messages show."""
     match value:
         case None:
             return "nothing"
@@ -244,7 +247,8 @@ def shown(value: object) -> str:
 
 
 def factor(unit: str, si: str) -> float:
-    """What a number in ``unit`` is multiplied with to be in ``si``; ValueError says why not."""
+    """The factor that converts a number in ``unit`` to ``si``; raises ValueError with the reason if
+    there is none."""
     found = factors.known(unit, si)
     if found is None:
         found = _computed(unit, si)
@@ -261,7 +265,7 @@ def _computed(unit: str, si: str) -> float:
 
 
 def _known(unit: str) -> Any:
-    """pint's unit; ValueError says why there is none."""
+    """pint's unit; raises ValueError with the reason if it is unknown."""
     if not UNIT.fullmatch(unit):
         raise ValueError(f'"{unit}" cannot be read as a unit')
     if VAGUE.search(unit):
@@ -292,7 +296,7 @@ def _why_not(unit: str, source: Any, target: Any) -> str:
 
 @lru_cache(maxsize=1)
 def registry() -> Any:
-    """pint's units and ours. They take half a second to load, so not before they are used."""
+    """pint's units and ours. They take half a second to load, so they are loaded at first use."""
     import pint
 
     units: Any = pint.UnitRegistry(on_redefinition="ignore")

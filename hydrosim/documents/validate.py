@@ -1,4 +1,5 @@
-"""`validated`: a YAML file as a pydantic model, or a message that says what is wrong with it."""
+"""`validated` reads a YAML file as a pydantic model, or raises an error about every mistake in
+it."""
 
 from __future__ import annotations
 
@@ -15,7 +16,7 @@ from hydrosim.errors import InputError
 M = TypeVar("M", bound=BaseModel)
 Further = Callable[[M], Iterable[Problem]]
 
-MOST_TOLD = 15  # problems: nobody reads more, and a list may have thousands
+MOST_TOLD = 15  # problems in one error: nobody reads more, and a list may have thousands
 
 
 def validated(document: Node, model: type[M], further: Further[M] = lambda _: ()) -> M:
