@@ -123,8 +123,8 @@ def check_span(environment: Environment, start: float, end: float) -> None:
             case _ if end > train.repeat_period + _LATE:
                 raise InputError(
                     f"environment.waves.repeat_period: {train.repeat_period:g} s is shorter than"
-                    f" the run, which ends at {end:g} s, so that the sea would repeat itself; raise"
-                    " it to that or more"
+                    f" the run, so that the sea would repeat itself. Raise it to {end:g} s, the end"
+                    " of the run, or more."
                 )
 
 
@@ -178,8 +178,7 @@ def _spacing(spectrum: Density, repeat_period: float) -> float:
     if repeat_period < shortest * (1.0 - 1e-9):
         raise InputError(
             f"environment.waves.repeat_period: {repeat_period:g} s gives too few components for a"
-            f" spectrum with a peak period, or a narrow band, of {longest:g} s; raise it to"
-            f" {shortest:g} s or more"
+            f" peak period, or a narrow band, of {longest:g} s. Raise it to {shortest:g} s or more."
         )
     return 2.0 * np.pi / repeat_period
 

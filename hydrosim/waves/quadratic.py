@@ -156,7 +156,7 @@ def _each_heading(
 
 
 def own_headings(pairs: np.ndarray) -> np.ndarray:
-    """True for each of the ``pairs`` (np, 2) of a heading with itself."""
+    """Indices of the ``pairs`` (np, 2) of a heading with itself."""
     return np.flatnonzero(apart(*pairs.T) < _SAME)
 
 

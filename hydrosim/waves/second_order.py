@@ -126,10 +126,9 @@ def _each_pair(waves: Components) -> tuple[np.ndarray, np.ndarray]:
     """Indices (i, j) of every pair of waves off the grid, once, and of each wave with itself."""
     if waves.omega.size > MOST_WAVES:
         raise InputError(
-            f"environment.waves: {waves.omega.size} given waves have"
-            f" {waves.omega.size**2} pairs, and second-order loads of waves whose frequencies are"
-            f" not on a grid are summed pair by pair; expected at most {MOST_WAVES}. Give fewer,"
-            " or wave_forces.second_order: mean_drift."
+            f"environment.waves: found {waves.omega.size} given waves whose frequencies are not on"
+            f" a grid; expected at most {MOST_WAVES}, because their second-order loads are summed"
+            " pair by pair. Give fewer waves, or set wave_forces.second_order: mean_drift."
         )
     return np.tril_indices(waves.omega.size)
 

@@ -187,9 +187,8 @@ def _excitation_of(database: TransferFunctions) -> np.ndarray:
 def _drift_of(database: TransferFunctions) -> np.ndarray:
     if database.mean_drift is None:
         raise InputError(
-            f"{database.source}: second-order wave forces need mean drift, and this database has"
-            " none; set wave_forces.second_order of the body to none, or add mean_drift to the"
-            " database"
+            f"{database.source}: found no mean drift, which second-order wave forces need. Set"
+            " wave_forces.second_order of the body to none, or add mean_drift to the database."
         )
     return database.mean_drift
 

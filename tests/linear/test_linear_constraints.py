@@ -553,7 +553,7 @@ def test_rows_that_hold_the_same_are_refused() -> None:
     )
     assert linear.freedom.basis.shape == (3, 2)
     assert not freedom_of(rows[:1], np.eye(3)).has_dependent_rows
-    with pytest.raises(InputError, match="rigid friction or joints hold directions"):
+    with pytest.raises(InputError, match="rigid friction or joints are not defined"):
         linear.dynamic_stiffness(1.0)
 
 

@@ -104,7 +104,7 @@ def test_refusals() -> None:
     database = with_qtf([(0.0, 0.0), (0.5, 0.5)])
     with pytest.raises(InputError, match=r"box\.nc: has no qtf_sum.*sum_frequency"):
         sum_factors(replace(database, qtf_sum=None), waves_to([0.0] * 4))
-    with pytest.raises(InputError, match=r"QTFs for waves to 57.3 deg.*0, 28.65 deg"):
+    with pytest.raises(InputError, match=r"QTFs for waves to 0, 28.65 deg.*around 57.3 deg"):
         difference_factors(database, waves_to([1.0] * 4))
     headings = list(np.linspace(0.0, 0.5, 9))
     with pytest.raises(InputError, match="9 headings; expected at most 8"):
