@@ -128,7 +128,7 @@ class Contact(ForceElement):
             raise InputError(
                 f"forces.{name}.friction: found {found} with zero damping and slip_damping;"
                 " expected damping or slip_damping above 0, or no"
-                f" {found.split(maxsplit=1)[-1]}."
+                f" {found.removeprefix('a ')}."
             )
 
 
