@@ -22,9 +22,9 @@ DOCS = ROOT / "docs"
 BESIDE = ("cases", "hydro_db", "benchmarks")
 SHOWN = {".md", ".png", ".yaml"}
 LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)\s#]+)(#[^)\s]*)?\)")
-READING = """A number without a unit is in the unit of the third column; a text may carry any other unit of
-that kind, such as `"12.4 m"`. `NAME` stands for a name that you choose. A key without a default may
-be left out unless it is needed. `hydrosim schema {kind}` prints the same for editors.
+READING = """A number without a unit is in the unit of the third column. A text may carry any other
+unit of that kind, such as `"12.4 m"`. `NAME` stands for a name that you choose. A key without a
+default may be left out unless it is needed. `hydrosim schema {kind}` prints the same for editors.
 """
 
 
@@ -70,9 +70,9 @@ def keys() -> str:
 
     return _keys(
         Kind.CASE,
-        "# Keys of a case file\n\nA case says what is simulated: bodies, their surroundings, forces,"
-        " and how long. `hydrosim new` writes one to begin with; `hydrosim check` names the line of a"
-        " mistake.\n",
+        "# Keys of a case file\n\nA case says what is simulated: bodies, their surroundings,"
+        " forces, and how long. `hydrosim new` writes one to begin with. `hydrosim check` names the"
+        " line of a mistake.\n",
     )
 
 

@@ -1,7 +1,7 @@
 """Pages of the keys of a file, from its JSON schema: meaning, unit, default, example of each key.
 
-A section is a mapping of the file. Its title is the first place where the mapping may stand, such as
-``bodies.NAME.tanks.NAME``. Mappings with the same keys share a section.
+A section is a mapping of the file. Its title is the first place where the mapping may stand, such
+as ``bodies.NAME.tanks.NAME``. Mappings with the same keys share a section.
 """
 
 from __future__ import annotations

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-MADE = {"keys.md", "studies_keys.md", "recipes_keys.md", "commands.md"}  # by docs/hooks.py, for the site
+# by docs/hooks.py, for the site
+MADE = {"keys.md", "studies_keys.md", "recipes_keys.md", "commands.md"}
 FOLDERS = (".", "docs", "cases", "hydro_db", "benchmarks", "tests/data")
 LINK = re.compile(r"\]\(([^)\s#]+)(?:#[^)\s]*)?\)")
 PAGES = sorted(
