@@ -310,8 +310,8 @@ def _of_database(path: Path, depth: float) -> dict[str, Any]:
     db = read(path)
     if depth not in (inf, db.water_depth):
         raise InputError(
-            f"--water-depth: found {depth:g} m, but {path} is for {_metres(db.water_depth)}; expected"
-            " the same. Leave --water-depth out, or take another database."
+            f"--water-depth: found {depth:g} m, but {path} is for {_metres(db.water_depth)};"
+            " expected the same. Leave --water-depth out, or take another database."
         )
     texts: dict[str, Any] = {"depth": _metres(db.water_depth), "density": db.water_density}
     if db.volume is not None:
