@@ -12,6 +12,7 @@ from os.path import relpath
 from pathlib import Path
 from typing import Any
 
+from key_pages import pages_of
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File, Files
@@ -100,8 +101,6 @@ def recipe_keys() -> str:
 
 def _keys(kind: Any, title: str) -> str:
     """A page of keys below its ``title``."""
-    from key_pages import pages_of
-
     from hydrosim.commands.schema import schema_of
 
     return f"{title}\n{READING.format(kind=kind.value)}\n{pages_of(schema_of(kind))}"

@@ -21,7 +21,6 @@ DIRECTIONS = {"surge", "sway", "heave", "roll", "pitch", "yaw"}
 PREFIX = re.compile(r"^(With|Without)_")  # of definitions in the schema of files of two kinds
 PLAIN = {"string": "a text", "boolean": "true or false", "integer": "a whole number"}
 QUOTE = "'"
-PYTHON = re.compile(r"[;,]? see `[\w.]+`( and `[\w.]+`)?")  # what docstrings point to in the code
 HEAD = "| key | meaning | unit | if not given | example |\n| --- | --- | --- | --- | --- |"
 
 
@@ -115,7 +114,7 @@ class Pages:
     def _section(self, section: Section) -> str:
         lines = [f"\n{'#' * section.level} {section.title} {{#{section.anchor}}}\n"]
         if said := section.schema.get("description", ""):
-            lines.append(f"{PYTHON.sub('', ' '.join(said.split()))}\n")
+            lines.append(f"{' '.join(said.split())}\n")
         lines.append(HEAD)
         needed = section.schema.get("required", ())
         for key, value in _keys(section.schema):
