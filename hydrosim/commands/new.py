@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from dataclasses import replace
 from math import ceil, inf, pi, sqrt
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from hydrosim.case.particulars import Particulars
 
 FREQUENCY_STEP = 0.03  # rad/s: a memory of 105 s
+SHORT = 3.2  # frequency over sqrt(2 g / B), as of the databases that come with the program
 PANELS = 3000  # at most, about, on the whole hull
 TURNS = "roll", "pitch", "yaw"
 
@@ -97,7 +99,8 @@ hull:
 water: {{density: {density:g} kg/m^3, depth: {depth}}}
 centre_of_gravity: [0 m, 0 m, {z:.6g} m]  # {kg_note}
 radii_of_gyration: [{radii}]  # ESTIMATE: 0.35 B, 0.25 L, 0.26 L
-# Up to three times the peak frequency of the sea. The step resolves 105 s of memory.
+# Up to three times the peak frequency of the sea, and to waves that are short beside the beam, where
+# the hull makes hardly any. The step resolves 105 s of memory.
 frequencies: {{start: {step:g} rad/s, stop: {stop:.6g} rad/s, step: {step:g} rad/s}}
 headings: {{start: 0 deg, stop: 180 deg, step: 15 deg}}
 """
@@ -171,17 +174,16 @@ def _particulars(
     from hydrosim.case.particulars import Particulars
 
     lengths = {"--length": length, "--beam": beam, "--draught": draught}
-    sides = [_read(option, text, "length", "m", "180 m") for option, text in lengths.items()]
-    if not sides[0] >= sides[1] >= sides[2]:
-        found = ", ".join(f"{option} {x:g} m" for option, x in zip(lengths, sides, strict=True))
+    long, wide, deep = (_read(name, text, "length", "m", "180 m") for name, text in lengths.items())
+    if not long >= wide >= deep:
+        found = f"--length {long:g} m, --beam {wide:g} m, --draught {deep:g} m"
         raise InputError(
             f"found {found}; expected a length above the beam, and a beam above the draught."
             " Mend them."
         )
-    block_of = _block(sides, block, displacement)
-    barge = Particulars(
-        *sides, block_of, _read("--kg", kg, "length", "m", "9 m") if kg else sides[2]
-    )
+    height = _read("--kg", kg, "length", "m", "9 m") if kg else deep
+    box = Particulars(long, wide, deep, 1.0, height)
+    barge = replace(box, block=_block(box, block, displacement))
     if barge.metacentric_height <= 0.0:
         most = barge.kg + barge.metacentric_height
         raise InputError(
@@ -192,23 +194,20 @@ def _particulars(
     return barge
 
 
-def _block(sides: Sequence[float], block: str, displacement: str) -> float:
+def _block(box: Particulars, block: str, displacement: str) -> float:
     """The block coefficient that is given, or follows from the displacement."""
-    from hydrosim.case.particulars import Particulars
-
     if block and displacement:
         raise InputError(
             "--block-coefficient, --displacement: found both; expected one of them. Leave one out."
         )
     found = _read("--block-coefficient", block or "1", "ratio", "", "0.9")
-    box = Particulars(*sides, 1.0, 0.0).mass
     if displacement:
-        found = _read("--displacement", displacement, "mass", "kg", "79000 tonne") / box
+        found = _read("--displacement", displacement, "mass", "kg", "79000 tonne") / box.mass
     if not 0.5 <= found <= 1.0:
         raise InputError(
-            f"found a block coefficient of {found:.3g}, the displacement over the {box / 1e3:.6g}"
-            " tonne of a box; expected 0.5 to 1. Mend --block-coefficient, --displacement or the"
-            " sides."
+            f"found a block coefficient of {found:.3g}, the displacement over the"
+            f" {box.mass / 1e3:.6g} tonne of a box; expected 0.5 to 1. Mend --block-coefficient,"
+            " --displacement or the sides."
         )
     return found
 
@@ -291,15 +290,16 @@ def _digits(value: float) -> str:
 
 
 def _resolution(barge: Particulars, period: float) -> dict[str, float]:
-    """Panels and frequencies that waves of three times the frequency of the peak ask for."""
-    count = ceil(3 * 2 * pi / period / FREQUENCY_STEP)
-    stop = FREQUENCY_STEP * count
+    """Panels and frequencies that the sea and the hull's own waves ask for."""
+    of_sea = 3 * 2 * pi / period
+    of_hull = SHORT * sqrt(2 * barge.gravity / barge.beam)
+    stop = FREQUENCY_STEP * ceil(max(of_sea, of_hull) / FREQUENCY_STEP)
     wave = 2 * pi * barge.gravity / stop**2
     wet = barge.box_length * barge.beam + 2 * barge.draught * (barge.box_length + barge.beam)
     return {
         "step": FREQUENCY_STEP,
         "stop": stop,
-        "panel": max(min(wave / 5, barge.draught / 2), sqrt(wet / PANELS)),
+        "panel": max(min(wave / 4, barge.draught / 2), sqrt(wet / PANELS)),
     }
 
 
