@@ -99,8 +99,8 @@ hull:
 water: {{density: {density:g} kg/m^3, depth: {depth}}}
 centre_of_gravity: [0 m, 0 m, {z:.6g} m]  # {kg_note}
 radii_of_gyration: [{radii}]  # ESTIMATE: 0.35 B, 0.25 L, 0.26 L
-# Up to three times the peak frequency of the sea, and to waves that are short beside the beam, where
-# the hull makes hardly any. The step resolves 105 s of memory.
+# Up to three times the peak frequency of the sea, and to waves that are short beside the beam: the
+# hull makes hardly any of these. The step resolves 105 s of memory.
 frequencies: {{start: {step:g} rad/s, stop: {stop:.6g} rad/s, step: {step:g} rad/s}}
 headings: {{start: 0 deg, stop: 180 deg, step: 15 deg}}
 """
