@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from hydrosim.case.particulars import Particulars
 
 FREQUENCY_STEP = 0.03  # rad/s: a memory of 105 s
-SHORT = 3.2  # frequency over sqrt(2 g / B), as of the databases that come with the program
+SHORT = 4.0  # frequency over sqrt(2 g / B): a box of 60 x 20 x 3 m needs more than 3.2 in surge
 PANELS = 3000  # at most, about, on the whole hull
 TURNS = "roll", "pitch", "yaw"
 
