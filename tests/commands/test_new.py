@@ -9,6 +9,7 @@ from command_line import Command, command, files
 
 import hydrosim as hs
 from hydrosim.case.particulars import Particulars
+from hydrosim.database.build.recipe import load_recipe
 
 BOX = Path(__file__).parents[2] / "hydro_db" / "box.nc"
 SIDES = ("--length", "180 m", "--beam", 55, "--draught", "800 cm")
@@ -33,11 +34,8 @@ def test_a_new_case_passes_check(run: Command, tmp_path: Path) -> None:
 
 def test_its_recipe_can_be_read(run: Command, tmp_path: Path) -> None:
     """It covers the sea, and its hull displaces what the case weighs."""
-    pytest.importorskip("capytaine")
-    from hydrosim.database.build.recipe import read_recipe
-
     run("new", tmp_path / "own.yaml", *SIDES, "--displacement", "75000 tonne", "--kg", "11 m")
-    recipe = read_recipe(tmp_path / "own_hull.yaml").data
+    recipe = load_recipe(tmp_path / "own_hull.yaml").data
     hull = recipe.hull
     assert 1025.0 * hull.length * hull.beam * hull.draught == pytest.approx(75e6, rel=1e-5)
     assert recipe.centre_of_gravity == (0.0, 0.0, 3.0)

@@ -18,7 +18,7 @@ LINE = {"type": "spring", "body": "barge", "point": [0, 0, 0], "anchor": [99, 0,
 def case() -> dict[str, Any]:
     """A barge afloat."""
     barge = {"hydrodynamics": str(ROOT / "hydro_db" / "box.nc"), "mass": "10250 tonne"}
-    barge |= {"centre_of_gravity": [0, 0, 0], "radii_of_gyration": [7, 26, 26]}  # type: ignore[dict-item]
+    barge |= {"centre_of_gravity": [0, 0, 0], "radii_of_gyration": [7, 26, 26]}
     water = {"water_depth": "infinite"}
     return {"title": "Barge", "duration": 60, "environment": water, "bodies": {"barge": barge}}
 
