@@ -24,7 +24,7 @@ periods are off by a fifth at most.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import log, pi, sqrt
+from math import hypot, log, pi, sqrt
 
 import numpy as np
 
@@ -67,9 +67,11 @@ class Particulars:
 
     @property
     def radii(self) -> tuple[float, float, float]:
-        """Radii of gyration in roll, pitch and yaw [m]."""
-        roll, pitch, yaw = RADII
-        return roll * self.beam, pitch * self.length, yaw * self.length
+        """Radii of gyration in roll, pitch and yaw [m]. No moment of inertia is above the sum of the
+        others, so a slender hull has that of pitch in yaw."""
+        shares = RADII
+        roll, pitch, yaw = shares[0] * self.beam, shares[1] * self.length, shares[2] * self.length
+        return roll, pitch, yaw if yaw < hypot(roll, pitch) else pitch
 
     @property
     def metacentric_height(self) -> float:

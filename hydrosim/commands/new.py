@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 from collections.abc import Mapping
 from dataclasses import replace
 from math import ceil, inf, pi, sqrt
@@ -48,7 +49,7 @@ bodies:
     mass: {mass:.6g} tonne{mass_note}
     # The frame has its origin on the still waterline, x forward, y to port, z up.
     centre_of_gravity: [{x:.6g} m, 0 m, {z:.6g} m]  # {kg_note}
-    radii_of_gyration: [{radii}]  # ESTIMATE: 0.35 B, 0.25 L, 0.26 L, usual of barges
+    radii_of_gyration: [{radii}]  # ESTIMATE: 0.35 B, 0.25 L, {yaw:.2g} L, usual of barges
     points: {{bow: [{bow:.6g} m, 0 m, {up:.6g} m]}}  # recorded; measured from the centre of gravity
 {start}
 forces:
@@ -98,7 +99,7 @@ hull:
   panels: {panel:.3g} m  # smaller panels are nearer to the truth, and take longer
 water: {{density: {density:g} kg/m^3, depth: {depth}}}
 centre_of_gravity: [0 m, 0 m, {z:.6g} m]  # {kg_note}
-radii_of_gyration: [{radii}]  # ESTIMATE: 0.35 B, 0.25 L, 0.26 L
+radii_of_gyration: [{radii}]  # ESTIMATE: 0.35 B, 0.25 L, {yaw:.2g} L
 # Up to three times the peak frequency of the sea, and to waves that are short beside the beam: the
 # hull makes hardly any of these. The step resolves 105 s of memory.
 frequencies: {{start: {step:g} rad/s, stop: {stop:.6g} rad/s, step: {step:g} rad/s}}
@@ -150,12 +151,17 @@ def new(
         own = UNTIL_THEN.format(**texts, **_coefficients(barge))
         _write(case_file, CASE.format(**texts, hydrodynamics=own, start=INITIAL, bilges=""))
         show(f"case      {case_file}", f"recipe    {recipe}")
-        show(f"next      hydrosim check {case_file}; hydrosim db build {recipe}")
+        show(f"next      hydrosim check {_quoted(case_file)}; hydrosim db build {_quoted(recipe)}")
         return
     texts |= _of_database(database, depth)
     own = f"    hydrodynamics: {Path(os.path.relpath(database, case_file.parent)).as_posix()}"
     _write(case_file, CASE.format(**texts, hydrodynamics=own, start="", bilges=BILGES))
-    show(f"case      {case_file}", f"next      hydrosim check {case_file}")
+    show(f"case      {case_file}", f"next      hydrosim check {_quoted(case_file)}")
+
+
+def _quoted(path: Path) -> str:
+    """A path as a shell takes it."""
+    return shlex.quote(str(path))
 
 
 def _require_new(case_file: Path, recipe: Path) -> None:
@@ -256,6 +262,7 @@ def _texts(barge: Particulars, recipe: Path, depth: float, kg: str) -> dict[str,
         "z": barge.kg - barge.draught,
         "kg_note": f"KG {barge.kg:g} m" + ("" if kg else ", an ESTIMATE: on the waterline"),
         "radii": ", ".join(f"{radius:.4g} m" for radius in barge.radii),
+        "yaw": barge.radii[2] / barge.length,
         "bow": barge.length / 2,
         "up": 2 * barge.draught - barge.kg,
     }

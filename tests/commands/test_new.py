@@ -20,6 +20,13 @@ def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> 
     return command(monkeypatch, capsys)
 
 
+def test_a_slender_hull_passes_check(run: Command, tmp_path: Path) -> None:
+    path = tmp_path / "own.yaml"
+    sides = ("--length", 330, "--beam", 60, "--draught", 20, "--block-coefficient", 0.83)
+    assert run("new", path, *sides, "--kg", 18).code == 0
+    assert "warning" not in run("check", path).out
+
+
 def test_a_new_case_passes_check(run: Command, tmp_path: Path) -> None:
     path = tmp_path / "own.yaml"
     result = run("new", path, *SIDES)
