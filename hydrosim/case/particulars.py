@@ -67,10 +67,11 @@ class Particulars:
 
     @property
     def radii(self) -> tuple[float, float, float]:
-        """Radii of gyration in roll, pitch and yaw [m]. No moment of inertia is above the sum of the
-        others, so a slender hull has that of pitch in yaw."""
-        shares = RADII
-        roll, pitch, yaw = shares[0] * self.beam, shares[1] * self.length, shares[2] * self.length
+        """Radii of gyration in roll, pitch and yaw [m]. No moment of inertia is above the sum of
+        the others, so a slender hull has that of pitch in yaw."""
+        roll = RADII[0] * self.beam
+        pitch = RADII[1] * self.length
+        yaw = RADII[2] * self.length
         return roll, pitch, yaw if yaw < hypot(roll, pitch) else pitch
 
     @property

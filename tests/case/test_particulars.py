@@ -34,7 +34,12 @@ def test_a_block_coefficient_shortens_the_box() -> None:
     full = Particulars(100.0, 20.0, 5.0, 0.9, 5.0)
     assert full.mass == pytest.approx(0.9 * BOX.mass)
     assert full.metacentric_height == pytest.approx(BOX.metacentric_height)
-    assert full.radii == pytest.approx((7.0, 25.0, 26.0))
+
+
+def test_radii_are_those_of_a_body() -> None:
+    """No principal moment is above the sum of the others, which 0.26 L would be of a slender hull."""
+    assert Particulars(100.0, 30.0, 5.0, 1.0, 5.0).radii == pytest.approx((10.5, 25.0, 26.0))
+    assert BOX.radii == pytest.approx((7.0, 25.0, 25.0))
 
 
 def test_hydrostatics_are_those_of_the_database_of_the_box() -> None:
