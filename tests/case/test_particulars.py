@@ -37,7 +37,7 @@ def test_a_block_coefficient_shortens_the_box() -> None:
 
 
 def test_radii_are_those_of_a_body() -> None:
-    """No principal moment is above the sum of the others, which 0.26 L would be of a slender hull."""
+    """No principal moment is above the sum of the others: 0.26 L would be, of slender hulls."""
     assert Particulars(100.0, 30.0, 5.0, 1.0, 5.0).radii == pytest.approx((10.5, 25.0, 26.0))
     assert BOX.radii == pytest.approx((7.0, 25.0, 25.0))
 
