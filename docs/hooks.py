@@ -12,6 +12,7 @@ from os.path import relpath
 from pathlib import Path
 from typing import Any
 
+from key_pages import pages_of
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File, Files
@@ -22,13 +23,16 @@ DOCS = ROOT / "docs"
 BESIDE = ("cases", "hydro_db", "benchmarks")
 SHOWN = {".md", ".png", ".yaml"}
 LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)\s#]+)(#[^)\s]*)?\)")
-PLAIN = {"string": "a text", "boolean": "true or false", "integer": "a whole number"}
+READING = """A number without a unit is in the unit of the third column. A text may carry any other
+unit of that kind, such as `"12.4 m"`. `NAME` stands for a name that you choose. A key without a
+default may be left out unless it is needed. `hydrosim schema {kind}` prints the same for editors.
+"""
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Adds the pages that are made, and those beside `docs/`."""
-    made = {"keys.md": keys, "studies_keys.md": study_keys, "commands.md": commands}
-    made |= {"measured.md": measured}
+    made = {"keys.md": keys, "studies_keys.md": study_keys, "recipes_keys.md": recipe_keys}
+    made |= {"commands.md": commands, "measured.md": measured}
     for name, text in made.items():
         files.append(File.generated(config, name, content=text()))
     files.append(File.generated(config, "index.md", abs_src_path=str(ROOT / "README.md")))
@@ -65,74 +69,41 @@ def keys() -> str:
     """The keys of case files, from their schema."""
     from hydrosim.commands.schema import Kind
 
-    said = (
-        "What a case file may hold, as the program reads it: `hydrosim schema case` prints the same"
+    return _keys(
+        Kind.CASE,
+        "# Keys of a case file\n\nA case says what is simulated: bodies, their surroundings,"
+        " forces, and how long. `hydrosim new` writes one to begin with. `hydrosim check` names the"
+        " line of a mistake.\n",
     )
-    return _keys(Kind.CASE, f"# Keys of a case file\n\n{said} for editors.\n")
 
 
 def study_keys() -> str:
     """The keys of study files."""
     from hydrosim.commands.schema import Kind
 
-    return _keys(Kind.STUDY, "# Keys of a study file\n\nWhat `hydrosim sweep` and others take.\n")
+    return _keys(
+        Kind.STUDY,
+        "# Keys of a study file\n\nA study runs a case many times: `hydrosim sweep` and"
+        " `hydrosim operability` take it. What it is for is told with [many runs](studies.md).\n",
+    )
+
+
+def recipe_keys() -> str:
+    """The keys of recipes of databases."""
+    from hydrosim.commands.schema import Kind
+
+    return _keys(
+        Kind.RECIPE,
+        "# Keys of a recipe\n\nA recipe says which hull `hydrosim db build` computes a database of."
+        " [Recipes](recipes.md) shows whole ones.\n",
+    )
 
 
 def _keys(kind: Any, title: str) -> str:
+    """A page of keys below its ``title``."""
     from hydrosim.commands.schema import schema_of
 
-    shared = schema_of(kind)["$defs"]
-    others = [n for n in shared if n not in ("Whole", "Over") and "Part_" not in n]
-    names = ["Whole", *sorted(n for n in others if "allOf" not in shared[n])]
-    parts = [title]
-    for name in names:
-        each = shared[name]
-        if each.get("type") != "object" or "properties" not in each:
-            continue
-        head = "The file" if name == "Whole" else name
-        parts.append(f"\n## {head}\n\n{each.get('description', '')}\n")
-        parts.append("| key | meaning | value | default |\n| --- | --- | --- | --- |")
-        needed = set(each.get("required", ()))
-        for key, value in each["properties"].items():
-            if value is not False:
-                default = "needed" if key in needed else _default(value.get("default"))
-                meaning = value.get("description", "")
-                parts.append(f"| `{key}` | {meaning} | {_holds(value, shared)} | {default} |")
-    return "\n".join(parts) + "\n"
-
-
-def _default(value: object) -> str:
-    return "" if value in (None, [], {}) else f"`{value}`" if not isinstance(value, dict) else ""
-
-
-def _holds(value: dict[str, Any], shared: dict[str, Any]) -> str:
-    """What a value is, in words."""
-    examples = value.get("examples", [])
-    example = f", such as `{examples[0]}`" if examples and isinstance(examples[0], str) else ""
-    if "$ref" in value:
-        name = value["$ref"].rsplit("/", 1)[1]
-        target = shared[name]
-        is_mapping = "properties" in target and "allOf" not in target
-        return f"[{name}](#{name.lower()})" if is_mapping else _holds(target, shared)
-    if "quantity" in value:
-        return f"{value['quantity']}{example}"
-    if "enum" in value:
-        return ", ".join(f"`{x}`" for x in value["enum"])
-    if "const" in value:
-        return f"`{value['const']}`"
-    if "allOf" in value:
-        return " or ".join(_holds(each["then"], shared) for each in value["allOf"])
-    if "anyOf" in value:
-        found = [_holds(each, shared) for each in value["anyOf"] if each.get("type") != "null"]
-        return " or ".join(dict.fromkeys(x for x in found if x))
-    if value.get("type") == "array":
-        inner = value.get("items") or (value.get("prefixItems") or [{}])[0]
-        count = value.get("minItems")
-        times = f"{count} times " if count and count > 1 else ""
-        return f"a list of {times}{_holds(inner, shared)}"
-    if isinstance(value.get("additionalProperties"), dict):
-        return f"by name, {_holds(value['additionalProperties'], shared)}"
-    return PLAIN.get(value.get("type", ""), value.get("type", "")) + example
+    return f"{title}\n{READING.format(kind=kind.value)}\n{pages_of(schema_of(kind))}"
 
 
 def measured() -> str:

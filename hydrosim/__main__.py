@@ -37,6 +37,7 @@ from hydrosim.commands.example import example
 from hydrosim.commands.explain import explain
 from hydrosim.commands.export import export
 from hydrosim.commands.linear import linear
+from hydrosim.commands.new import new
 from hydrosim.commands.operability import operability
 from hydrosim.commands.plot import plot
 from hydrosim.commands.replay import replay
@@ -55,7 +56,7 @@ from hydrosim.presentation.terminal import printable
 COMMANDS = (
     *(check, run, linear, ballast, converge),
     *(plot, report, replay, statistics, explain, export, compare, case),
-    *(sweep, operability, schema, example),
+    *(sweep, operability, schema, new, example),
 )
 
 MEMORY = (

@@ -32,8 +32,7 @@ Volumes = Annotated[tuple[Volume, ...], of.one_or_more(Volume)]
 
 
 class DatabaseFile(Strict):
-    """A database in a ``file``, and what the file does not hold and is done to it; see
-    `hydrosim.scene.Given` and `hydrosim.scene.Changes`."""
+    """A database in a ``file``: values that the file lacks, and changes to it."""
 
     file: StrictStr
     """Database file, relative to the case file. Example: ../hydro_db/barge.nc."""
@@ -58,9 +57,9 @@ class DatabaseFile(Strict):
     symmetric: StrictBool | None = None
     """Whether the hull is its own mirror image, port and starboard."""
     accept: tuple[StrictStr, ...] = ()
-    """Names of findings of the database check that are accepted. Example: [energy]."""
+    """Names of findings of the database check that are accepted. Example: [positive damping]."""
     frequencies: tuple[of.TableFrequency, of.TableFrequency] | None = None
-    """Lowest and highest frequency that are used."""
+    """Lowest and highest frequency that are used. Example: [0 rad/s, 3 rad/s]."""
     symmetrise: StrictBool = False
     """Whether matrices are made symmetric and values that symmetry forbids are removed."""
     without: tuple[Without, ...] = ()

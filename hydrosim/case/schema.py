@@ -210,13 +210,13 @@ class Body(Strict):
     """Source of buoyancy: the stiffness matrix of the database, or a closed hull for any draught,
     heel and trim."""
     database_body: Annotated[int, Field(strict=True, ge=1)] = 1
-    """Number of this body in a database of several bodies."""
+    """Number of this body in a database of several bodies. Example: 2."""
     database_checksum: StrictStr | None = None
     """Checksum that the database must have. Another database is refused. Example: 8c1f0a2b."""
     centre_of_gravity: of.Point | None = None
     """Centre of gravity in the frame of the database. It is the origin of the body frame."""
     location: of.Position = (0.0, 0.0)
-    """Place x, y of the database's origin in the earth frame."""
+    """Place x, y of the database's origin in the earth frame. Example: [120 m, 0 m]."""
     heading: of.Angle = 0.0
     """Direction of the body's x axis at rest, counter-clockwise from the x axis of the earth. Yaw
     is counted from it."""
@@ -246,7 +246,8 @@ class Body(Strict):
     """Whether mass and inertia stay as at the start while tanks are pumped, and only the weight
     changes."""
     points: dict[of.Name, of.Point] = Field(default_factory=dict)
-    """Places in the body frame by name. Their motions are recorded."""
+    """Places in the body frame by name. Their motions are recorded.
+    Example: {bow: [90 m, 0 m, 8 m]}."""
 
     @model_validator(mode="before")
     @classmethod
@@ -425,13 +426,13 @@ class Output(Strict):
     accelerations: StrictBool = False
     """Whether accelerations are recorded."""
     wave_probes: dict[of.Name, of.Position] = Field(default_factory=dict)
-    """Places x, y by name where the wave elevation is recorded."""
+    """Places x, y by name where the wave elevation is recorded. Example: {bow: [90 m, 0 m]}."""
     clearances: dict[of.Name, Clearance] = Field(default_factory=dict)
     """Distances by name that are recorded."""
 
 
 class Start(Strict):
-    """A run to start from, at a time of it or at its end; see `hydrosim.scene.Start`."""
+    """A run to start from, at a time of it or at its end."""
 
     run: StrictStr
     """Result file of the run that this one continues. Example: first.nc."""

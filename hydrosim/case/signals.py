@@ -48,7 +48,7 @@ class Recorded(Strict):
         of.one_or_more(StrictStr | StrictInt),
         AfterValidator(of.some),
     ]
-    """Column or list of columns to add up: names or numbers."""
+    """Column or list of columns to add up: names or numbers. Example: My."""
     factor: Annotated[Scale, AnyQuantity("factor", "98100 kN/m")] | None = None
     """Factor with a unit that the series is multiplied by."""
 

@@ -106,7 +106,8 @@ class Tank(Strict):
     of a ``recipe``, in the database's frame; the latter two with the keys that a hull has."""
 
     box: tuple[of.Point, of.Point] | None = None
-    """Two opposite corners of a tank that is a box, in the database's frame."""
+    """Two opposite corners of a tank that is a box, in the database's frame.
+    Example: [[-20 m, 10 m, -12 m], [20 m, 30 m, 2 m]]."""
     table: TankTable | None = None
     """Volumes and free surfaces at levels."""
     mesh: StrictStr | None = None
@@ -114,7 +115,7 @@ class Tank(Strict):
     scale: Scale | None = None
     """Factor that turns the coordinates of the mesh into metres."""
     axes: Axes | None = None
-    """The axes of the mesh that point forward, to port and up."""
+    """The axes of the mesh that point forward, to port and up. Example: [x, -y, -z]."""
     offset: of.Point | None = None
     """Vector that is added to the scaled and turned coordinates of the mesh."""
     waterline: of.Length | None = None

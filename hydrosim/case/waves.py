@@ -42,7 +42,7 @@ class Irregular(Growing):
     their amplitudes are drawn."""
 
     seed: Annotated[int, Field(strict=True, ge=0)] = 1
-    """Number that the random phases are drawn with."""
+    """Number that the random phases are drawn with. Example: 7."""
     repeat_period: of.Period = 10800.0
     """Time after which the sea repeats. A run must not be longer."""
     amplitudes: Amplitudes = Amplitudes.DETERMINISTIC
@@ -155,7 +155,7 @@ class Table(Spread):
     """Text file whose first column is frequency, in place of the lists. Example:
     spectrum.csv."""
     column: StrictStr | StrictInt = 2
-    """Column of the file with the densities: its name or number."""
+    """Column of the file with the densities: its name or number. Example: S."""
     frequency_factor: of.Frequency = 1.0
     """Factor of the file's frequencies, such as 1 Hz."""
     density_factor: of.WaveDensity = 1.0
@@ -185,7 +185,7 @@ class DirectionalTable(Irregular):
     """File (netCDF) with the density efth over freq and dir, as wavespectra writes it. Example:
     spectra.nc."""
     select: dict[StrictStr, StrictInt] = Field(default_factory=dict)
-    """Index of each other dimension of the file, such as time."""
+    """Index of each other dimension of the file, such as time. Example: {time: 3}."""
     x_axis: of.Angle
     """Compass bearing of the x axis of the earth frame."""
 
@@ -260,7 +260,7 @@ class RecordedElevation(Recorded, Directed):
     spectrum: Literal["recorded"]
     """Measured elevation."""
     position: of.Position = (0.0, 0.0)
-    """Place x, y of the measurement in the earth frame."""
+    """Place x, y of the measurement in the earth frame. Example: [70 m, 0 m]."""
     highest_frequency: of.Frequency | None = None
     """Frequency above which the record is left out."""
 

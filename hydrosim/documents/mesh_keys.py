@@ -23,7 +23,8 @@ class MeshKeys(Strict):
     scale: Scale = 1.0
     """Factor that turns the coordinates of the file into metres."""
     axes: Axes = ("x", "y", "z")
-    """The axes of the file that point forward, to port and up, such as [x, -y, -z] for z down."""
+    """The axes of the file that point forward, to port and up, such as [x, -y, -z] for z down.
+    Example: [x, -y, -z]."""
     offset: of.Point = (0.0, 0.0, 0.0)
     """Vector that is added to the scaled and turned coordinates."""
     waterline: of.Length = 0.0

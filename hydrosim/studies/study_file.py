@@ -131,9 +131,9 @@ class Plan(of.Strict):
     design: Literal["grid", "one_at_a_time", "latin_hypercube", "sobol", "sobol_indices"] = "grid"
     """How values of several parameters are combined."""
     samples: Annotated[StrictInt, Field(ge=2)] | None = None
-    """Number of samples that are drawn from ranges."""
+    """Number of samples that are drawn from ranges. Example: 64."""
     random: Seed = 0
-    """Number that samples are drawn with."""
+    """Number that samples are drawn with. Example: 5."""
 
     @model_validator(mode="after")
     def _check_design(self) -> Self:
@@ -341,7 +341,7 @@ class Enough(of.Strict):
     wide: Annotated[Scale, AnyQuantity("width", "0.1 m", above=0.0)]
     """Largest width of the 90 % interval of its mean."""
     most: Annotated[StrictInt, Field(ge=2)] = 1000
-    """Largest number of seeds."""
+    """Largest number of seeds. Example: 500."""
 
 
 class StudyFile(Plan):
@@ -353,7 +353,7 @@ class StudyFile(Plan):
     studies: dict[StrictStr, Plan] = Field(default_factory=dict)
     """Several plans by name, in place of parameters."""
     seeds: Seeds | None = None
-    """Seeds of the sea: 1-100, a list, or one number."""
+    """Seeds of the sea: 1-100, a list, or one number. Example: 1-100."""
     until: Enough | None = None
     """Accuracy that more seeds are run for."""
     duration: of.Period | None = None

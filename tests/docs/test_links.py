@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-MADE = {"keys.md", "studies_keys.md", "commands.md"}  # by docs/hooks.py, for the site
+# by docs/hooks.py, for the site
+MADE = {"keys.md", "studies_keys.md", "recipes_keys.md", "commands.md"}
 FOLDERS = (".", "docs", "cases", "hydro_db", "benchmarks", "tests/data")
 LINK = re.compile(r"\]\(([^)\s#]+)(?:#[^)\s]*)?\)")
 PAGES = sorted(
@@ -21,3 +22,15 @@ def test_links_lead_somewhere(page: Path) -> None:
     for target in LINK.findall(page.read_text()):
         if "://" not in target and target not in MADE:
             assert (page.parent / target).exists(), target
+
+
+def test_pages_of_the_site_have_titles_of_their_own() -> None:
+    """Titles as the navigation shows them; pages that are made have theirs in docs/hooks.py."""
+    named = re.findall(r"[\w/]+\.md", (ROOT / "mkdocs.yml").read_text().split("nav:")[1])
+    made = re.findall(r'"# ([^"\\]+)', (ROOT / "docs" / "hooks.py").read_text())
+    files = [
+        path for name in named for path in (ROOT / "docs" / name, ROOT / name) if path.exists()
+    ]
+    titles = [path.read_text().split("\n")[0].removeprefix("# ") for path in files] + made
+    assert len(made) == len(MADE) + 1
+    assert sorted(set(titles)) == sorted(titles)

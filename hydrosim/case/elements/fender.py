@@ -27,7 +27,7 @@ class Plane(Strict):
     point: of.Point
     """A point of the plane, in the earth frame or the frame of its body."""
     normal: of.Direction
-    """Direction away from the plane, to the free side."""
+    """Direction away from the plane, to the free side. Example: [0, -1, 0]."""
     body: StrictStr | None = None
     """Body that the plane is fixed to. Without it the plane is fixed to the earth. Example:
     topside."""

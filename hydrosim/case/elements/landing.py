@@ -28,7 +28,7 @@ class Seats(Strict):
     points: Annotated[tuple[of.Point, ...], AfterValidator(of.some)]
     """Seats, one for each point, in the earth frame or the frame of their body."""
     axis: of.Direction = (0.0, 0.0, 1.0)
-    """Direction in which seats carry, from seat to point."""
+    """Direction in which seats carry, from seat to point. Example: [0, 0, 1]."""
     body: StrictStr | None = None
     """Body that the seats are fixed to. Without it they are fixed to the earth. Example:
     barge."""

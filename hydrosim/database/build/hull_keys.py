@@ -32,22 +32,22 @@ class Water(Strict):
 
 
 class Counts(Strict):
-    """Numbers of panels, see `barge.Resolution`."""
+    """Numbers of panels."""
 
     along: tuple[Count, Count, Count, Count, Count]
-    """Panels along each of the five parts of the hull's length."""
+    """Panels along each of the five parts of the hull's length. Example: [10, 10, 28, 20, 10]."""
     across: Count
-    """Panels across half of the beam."""
+    """Panels across half of the beam. Example: 8."""
     down: Count
-    """Panels down the side."""
+    """Panels down the side. Example: 10."""
     wall_across: Count
-    """Panels across half of the end walls."""
+    """Panels across half of the end walls. Example: 10."""
     wall_down: Count
-    """Panels down the end walls."""
+    """Panels down the end walls. Example: 4."""
     lid_along: tuple[Count, Count, Count]
-    """Panels of the lid along each of three parts of the length."""
+    """Panels of the lid along each of three parts of the length. Example: [13, 32, 28]."""
     lid_across: Count
-    """Panels of the lid across half of the beam."""
+    """Panels of the lid across half of the beam. Example: 9."""
 
     def resolution(self) -> barge.Resolution:
         """As the barge's panels need them."""

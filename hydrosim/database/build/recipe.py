@@ -126,13 +126,13 @@ class DifferenceQtf(Strict):
 
 
 class FarField(Strict):
-    """How much of the loads is from the waves that motions make far away, see `far_field`: none up
-    to the first frequency of ``rising``, the ``share`` from the second on."""
+    """How much of the loads is from the waves that motions make far away: none up to the first
+    frequency of ``rising``, the ``share`` from the second on."""
 
     share: Share
     """Part of the loads from the far field, above the second frequency of rising."""
     rising: tuple[Frequency, Frequency]
-    """Frequencies between which the share rises from 0."""
+    """Frequencies between which the share rises from 0. Example: [1 rad/s, 1.2 rad/s]."""
 
 
 class Part(Strict):
@@ -142,7 +142,7 @@ class Part(Strict):
     hull: AnyHull
     """Shape of the hull."""
     position: of.Position = (0.0, 0.0)
-    """Place x, y of the hull's frame in the frame of the database."""
+    """Place x, y of the hull's frame in the frame of the database. Example: [0 m, 7 m]."""
     heading: of.Angle = 0.0
     """Direction of the hull's x axis in the frame of the database."""
     centre_of_gravity: of.Point

@@ -1,0 +1,100 @@
+"""Pages of keys say of each key its meaning, unit, default and example, in the words of files."""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from hydrosim.commands.schema import Kind, schema_of
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "docs"))
+
+from key_pages import pages_of
+
+BARE = {"mass_matrix"}  # keys whose example would fill a page
+MASS = {"description": "Mass.", "quantity": "mass", "unit": "kg", "examples": ["5 tonne"]}
+SMALL: dict[str, Any] = {
+    "if": {"required": ["extends"]},
+    "else": {"$ref": "#/$defs/Whole"},
+    "$defs": {
+        "Whole": {
+            "description": "A file.",
+            "properties": {
+                "extends": False,
+                "mass": {"$ref": "#/$defs/mass", "description": "How heavy it is. Unit: kg."},
+                "law": {"enum": ["hard", "soft"], "description": "A word.", "default": "hard"},
+                "depth": {"type": "number", "description": "Down.", "default": float("inf")},
+                "parts": {
+                    "description": "What it is made of.",
+                    "additionalProperties": {"$ref": "#/$defs/by_type"},
+                },
+                "push": {"description": "By direction.", "anyOf": [{"$ref": "#/$defs/PerDof"}]},
+            },
+            "required": ["mass"],
+            "title": "WholeFile",
+        },
+        "by_type": {
+            "properties": {"type": {"enum": ["cube", "ball"]}},
+            "allOf": [
+                {
+                    "if": {"properties": {"type": {"const": name}}},
+                    "then": {"$ref": f"#/$defs/{name.title()}"},
+                }
+                for name in ("cube", "ball")
+            ],
+        },
+        "Cube": {"properties": {"type": {"const": "cube"}, "side": {"description": "Side."}}},
+        "Ball": {"properties": {"type": {"const": "ball"}, "radius": {"description": "Size."}}},
+        "PerDof": {"properties": {"surge": {"$ref": "#/$defs/mass"}, "yaw": {"type": "number"}}},
+        "mass": MASS,
+    },
+}
+
+
+def row(text: str, key: str) -> list[str]:
+    """The cells of a key's row: meaning, unit, default, example."""
+    (found,) = re.findall(rf"^\| `{key}` \| (.*) \|$", text, re.M)
+    return [cell.strip() for cell in found.split(" | ")]
+
+
+def test_a_key_has_meaning_unit_default_and_example() -> None:
+    text = pages_of(SMALL)
+    assert row(text, "mass") == ["How heavy it is.", "kg", "needed", "`mass: 5 tonne`"]
+    assert row(text, "law") == ["A word. One of `hard`, `soft`.", "", "`hard`", "`law: soft`"]
+    assert row(text, "depth")[2] == "`infinite`"
+    assert row(text, "push")[0] == "By direction. By name: `surge`, `yaw`."
+    assert "extends" not in text
+
+
+def test_sections_are_named_by_places() -> None:
+    text = pages_of(SMALL)
+    titles = re.findall(r"^#+ (.*) \{", text, re.M)
+    assert titles == ["The file", "parts.NAME, type: cube", "parts.NAME, type: ball"]
+
+
+@pytest.mark.parametrize("kind", list(Kind))
+def test_pages_of_the_program(kind: Kind) -> None:
+    """Every key has a meaning and an example; links hold; nothing is named as in Python."""
+    schema = schema_of(kind)
+    text = pages_of(schema)
+    anchors = re.findall(r"^#+ .* \{#(\S+)\}$", text, re.M)
+    assert len(set(anchors)) == len(anchors)
+    assert set(re.findall(r"\]\(#([^)]*)\)", text)) <= set(anchors)
+    titles = re.findall(r"^#+ (.*) \{", text, re.M)
+    names = {each.get("title", "") for each in schema["$defs"].values()} - {""}
+    assert not {title for title in titles if title in names}
+    assert not re.search(r"see `|hydrosim\.", text)
+    rows = re.findall(r"^\| `(\w+)` \| (.*) \|$", text, re.M)
+    for key, cells in rows:
+        meaning, *_, example = cells.split(" | ")
+        assert meaning.strip(), key
+        assert example.strip() or "Keys: " in meaning or "By name: " in meaning or key in BARE, key
+    keys = set(re.findall(r"^\| `(\w+)` \|", text, re.M))
+    known = json.dumps(schema)
+    assert keys
+    assert all(f'"{key}"' in known for key in keys)

@@ -1,0 +1,62 @@
+"""What docs/limits.md calls refused is refused, and says what there is instead."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+import hydrosim as hs
+from hydrosim.errors import InputError
+
+ROOT = Path(__file__).parents[2]
+LINE = {"type": "spring", "body": "barge", "point": [0, 0, 0], "anchor": [99, 0, 0], "length": 90}
+
+
+def case() -> dict[str, Any]:
+    """A barge afloat."""
+    barge = {"hydrodynamics": str(ROOT / "hydro_db" / "box.nc"), "mass": "10250 tonne"}
+    barge |= {"centre_of_gravity": [0, 0, 0], "radii_of_gyration": [7, 26, 26]}
+    water = {"water_depth": "infinite"}
+    return {"title": "Barge", "duration": 60, "environment": water, "bodies": {"barge": barge}}
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("joints", {"hinge": {"type": "hinge"}}),
+        ("forces.line", {"type": "catenary", "body": "barge"}),
+        ("forces.line", {"type": "winch", "body": "barge"}),
+        ("forces.line", {**LINE, "stiffness": 1e5, "breaks_at": 1e6}),
+        ("forces.brace", {"type": "morison", "body": "barge"}),
+        ("environment.wind", {"speed": 20, "heading": 0, "spectrum": "npd"}),
+        ("environment.wind", {"speed": {"time": [0, 1], "speed": [0, 9]}, "heading": 0}),
+        ("environment.current", {"speed": [1, 0.5], "heading": 0}),
+        ("bodies.barge.viscous_roll", {"decay": "decay.csv"}),
+        ("bodies.barge.speed", 5),
+        ("bodies.barge.dofs", ["surge", "bending"]),
+    ],
+)
+def test_what_is_not_there_is_refused(tmp_path: Path, key: str, value: object) -> None:
+    path = tmp_path / "case.yaml"
+    path.write_text(yaml.safe_dump(_with(case(), key, value)))
+    with pytest.raises(InputError, match=r"case\.yaml:\d+: .*expected"):
+        hs.load_case(path)
+
+
+def test_the_barge_alone_is_taken(tmp_path: Path) -> None:
+    path = tmp_path / "case.yaml"
+    path.write_text(yaml.safe_dump(case()))
+    assert hs.load_case(path).scene().bodies
+
+
+def _with(data: dict[str, Any], key: str, value: object) -> dict[str, Any]:
+    """The case with a value at a key."""
+    *folders, last = key.split(".")
+    inner = data
+    for name in folders:
+        inner = inner.setdefault(name, {})
+    inner[last] = value
+    return data
