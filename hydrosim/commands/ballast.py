@@ -50,6 +50,7 @@ def ballast(
     from hydrosim.case.load import load_case
     from hydrosim.compiling.compile import compile_in_calm
     from hydrosim.plot.loading import draw_loading
+    from hydrosim.presentation.units import units_of
     from hydrosim.studies.ballast.ballasting import plan
     from hydrosim.studies.ballast.loading import conditions
     from hydrosim.tanks.events import triggered_pumps
@@ -85,6 +86,6 @@ def ballast(
             span = quantity("--within", within, "time", "s", "1 hour")
             planned = plan(compiled, body or having[0], span, weight, up)
     waiting = [pump.key for pump in triggered_pumps(scene)] if at > 0.0 else []
-    draw_loading(found, at, page)
+    draw_loading(found, at, page, units_of(scene.source))
     show_document(ballast_document(scene, found, at, angle, planned, waiting), verbose)
     show(f"picture   {page.path}")

@@ -33,6 +33,7 @@ def converge(
     """Hold error against run time, over methods and steps; print a table, draw it, write netCDF."""
     from hydrosim.case.load import load_case
     from hydrosim.plot.work_precision import draw_work_precision
+    from hydrosim.presentation.units import choice_in, units_of
     from hydrosim.results.netcdf import write
     from hydrosim.scene import Method
     from hydrosim.studies.run.converge import converge as study_of
@@ -65,8 +66,8 @@ def converge(
         scene = case.scene()
         with announced(err), err.status("running") as status:
             study = study_of(scene, chosen, all_steps, all_tolerances, status.update)
-        dataset = to_dataset(study, scene.title)
+        dataset = to_dataset(study, scene.title).assign_attrs(choice_in(scene.source))
         write(dataset, made)
     draw_work_precision(dataset, page)
-    show_document(study_document(study, scene.title))
+    show_document(study_document(study, scene.title, units_of(scene.source)))
     show(f"result    {made.path}, {page.path}")

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -18,9 +19,11 @@ from matplotlib.ticker import MaxNLocator
 
 from hydrosim.errors import InputError
 from hydrosim.outputs import Output, save_picture
+from hydrosim.plot.panels import labelled
 from hydrosim.plot.styles import COLOURS
+from hydrosim.presentation.units import Shown, units_of
 from hydrosim.statistics import effects
-from hydrosim.statistics.effects import Plan, Row
+from hydrosim.statistics.effects import Plan, Row, Spread
 
 DECADES = 1.5  # of values, from which on their axis is logarithmic
 SIZE = (5.0, 3.6)  # inches of a panel
@@ -85,19 +88,36 @@ def _chart(plan: Plan) -> Callable[[Sequence[Axes], Plan, str], None]:
 
 
 def _label(plan: Plan, figure: str) -> str:
-    found = plan.runs[figure].attrs
-    return f"{figure} [{found.get('units', '')}]"
+    return labelled(figure, _shown(plan, figure).unit)
 
 
 def _named(plan: Plan, parameter: str) -> str:
     """The last two words of a key, and its unit."""
-    name = plan.axis(parameter)
-    unit, short = plan.unit(name), plan.short(parameter)
-    return f"{short} [{unit}]" if unit else short
+    return labelled(plan.short(parameter), _shown(plan, plan.axis(parameter)).unit)
+
+
+def _shown(plan: Plan, name: str) -> Shown:
+    """In which unit a figure or the coordinate of a parameter is read."""
+    return units_of(plan.runs.attrs).shown(plan.unit(name))
+
+
+def _read(plan: Plan, name: str, values: Any) -> Any:
+    """A value of a figure or a parameter, or many, in the unit that it is read in. Texts stay."""
+    kind = np.asarray(values).dtype.kind
+    return _shown(plan, name).factor * values if kind == "f" else values
 
 
 def _rows(plan: Plan, figure: str) -> list[Row]:
-    return [row for row in effects.rows(plan) if row.figure == figure]
+    """The rows of a figure, in the units that they are read in."""
+    factor = _shown(plan, figure).factor
+    return [
+        row._replace(
+            values={name: _read(plan, name, value) for name, value in row.values.items()},
+            spread=Spread(row.spread.n, *(factor * value for value in row.spread[1:])),
+        )
+        for row in effects.rows(plan)
+        if row.figure == figure
+    ]
 
 
 def _by_seed(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
@@ -110,7 +130,7 @@ def _by_seed(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
     axis.axhspan(s.another_low, s.another_high, color=COLOURS[0], alpha=0.15, label="90 % of seeds")
     axis.axhspan(s.low, s.high, color=COLOURS[0], alpha=0.35, label="mean, 90 %")
     axis.axhline(s.mean, color=COLOURS[0])
-    axis.plot(names, plan.runs[figure].values, ".", color="0.4")
+    axis.plot(names, _read(plan, figure, plan.runs[figure].values), ".", color="0.4")
     axis.xaxis.set_major_locator(MaxNLocator(integer=True))
     axis.set_xlabel("seed")
     axis.set_ylabel(_label(plan, figure))
@@ -139,7 +159,7 @@ def _band(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
     apart = np.abs([[e.low for e in s], [e.high for e in s]] - mean)
     axis.errorbar(x, mean, apart, color=COLOURS[0], marker="o", capsize=3, label="mean, 90 %")
     for k, row in enumerate(rows):
-        values = plan.runs[figure].values[row.runs]
+        values = _read(plan, figure, plan.runs[figure].values[row.runs])
         axis.plot(np.full(values.size, place[k]), values, ".", color="0.4", markersize=3)
     if ticks:
         axis.set_xticks(place, ticks)
@@ -216,7 +236,10 @@ def _tornado(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
 
 def _points(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
     for axis, parameter in zip(axes, plan.parameters, strict=True):
-        axis.plot(plan.runs[plan.axis(parameter)], plan.runs[figure], ".", color=COLOURS[0])
+        name = plan.axis(parameter)
+        x = _read(plan, name, plan.runs[name].values)
+        y = _read(plan, figure, plan.runs[figure].values)
+        axis.plot(x, y, ".", color=COLOURS[0])
         axis.set_xlabel(_named(plan, parameter))
     axes[0].set_ylabel(_label(plan, figure))
 

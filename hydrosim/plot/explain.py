@@ -13,12 +13,12 @@ from matplotlib.figure import Figure
 
 from hydrosim.outputs import Output, save_picture
 from hydrosim.plot.layout import picture
-from hydrosim.plot.panels import Panel, bands, lines
+from hydrosim.plot.panels import Panel, bands, labelled, lines
+from hydrosim.presentation.units import Units, units_of
 from hydrosim.statistics.effects import spread
 from hydrosim.statistics.explain import AXES, PARTS, lasting, matter
 
 LITTLE = 1e-3  # of the largest impulse: less is not drawn
-MEGA, KILO = 1e-6, 1e-3
 NAME = 9  # letters of a group's name that fit beside a panel
 
 
@@ -27,7 +27,8 @@ def draw_explained(
 ) -> Path:
     """Draw a run, or many of them, whose explanation has been ``found``."""
     if "run" in found.dims:
-        return save_picture(_of_runs(found, body, direction), output, dpi=100)
+        units = units_of(run.attrs)
+        return save_picture(_of_runs(found, body, direction, units), output, dpi=100)
     panels = [*_pushes(run, body, direction), *_contacts(run, AXES[direction])]
     figure = picture(panels, f"{run.attrs.get('title', '')}: {body} in {direction}")
     for axis in figure.axes:
@@ -38,19 +39,23 @@ def draw_explained(
 
 def _pushes(run: xr.Dataset, body: str, direction: str) -> Iterator[Panel]:
     """Where the body is, and the impulses of all forces on it."""
-    time, at = run.time.values, {"body": body, "dof": direction}
-    yield lines(time, direction, "m", {"": run.position.sel(at).values})
+    units = units_of(run.attrs)
+    time = run.time.values
+    at = {"body": body, "dof": direction}
+    yield lines(time, direction, units.shown("m"), {"": run.position.sel(at).values})
     each = run.impulse.sel(at) - run.impulse.sel(at).isel(time=0)
-    pushes = {name: MEGA * each.sel(force=name).values for name in matter(each, "force", LITTLE)}
+    pushes = {name: each.sel(force=name).values for name in matter(each, "force", LITTLE)}
     if pushes:
-        yield lines(time, "impulses", "MN s", pushes)
+        yield lines(time, "impulses", units.shown("N s"), pushes)
 
 
 def _contacts(run: xr.Dataset, axis: str) -> Iterator[Panel]:
     """Impulses of friction of each group, where its points went in each mode, and the modes."""
     if "contact_friction" not in run:
         return
-    time, all_ = run.time.values, run.sel(axis=axis)
+    units = units_of(run.attrs)
+    time = run.time.values
+    all_ = run.sel(axis=axis)
     groups = list(dict.fromkeys(run.fender_group.values))
     for group in groups:
         of = f" {group}"[:NAME] if len(groups) > 1 else ""
@@ -63,24 +68,27 @@ def _contacts(run: xr.Dataset, axis: str) -> Iterator[Panel]:
             "slip towards +": ahead,
             "slip towards -": slip - ahead,
         }
-        made = {name: MEGA * x.values for name, x in impulses.items()}
-        yield lines(time, f"friction{of}", "MN s", made)
+        made = {name: x.values for name, x in impulses.items()}
+        yield lines(time, f"friction{of}", units.shown("N s"), made)
         moved = own.contact_moved.mean("fender")
         each = {str(m): moved.sel(contact_mode=m).values for m in run.contact_mode.values}
-        yield lines(time, f"moved{of}", "m", each)
+        yield lines(time, f"moved{of}", units.shown("m"), each)
     yield bands(time, {str(f): run.fender_mode.sel(fender=f).values for f in run.fender.values})
 
 
-def _of_runs(found: xr.Dataset, body: str, direction: str) -> Figure:
+def _of_runs(found: xr.Dataset, body: str, direction: str, units: Units) -> Figure:
     """Bars of means over runs, of mean forces and, where there are contacts, of friction and
     displacements."""
-    kinds = [(KILO * found.mean_force.sel(body=body, dof=direction), "force", "mean force [kN]")]
+    force, length = units.shown("N"), units.shown("m")
+    mean = found.mean_force.sel(body=body, dof=direction)
+    kinds = [(force.factor * mean, "force", labelled("mean force", force.unit))]
     if "friction_part" in found:
         along = found.sel(direction=AXES[direction])
         part = along.friction_part.sum("fender").sel(part=list(PARTS))
+        moved = along.mode_moved.mean("fender")
         kinds += [
-            (KILO * part, "part", "mean friction [kN]"),
-            (along.mode_moved.mean("fender"), "contact_mode", "moved in a mode [m]"),
+            (force.factor * part, "part", labelled("mean friction", force.unit)),
+            (length.factor * moved, "contact_mode", labelled("moved in a mode", length.unit)),
         ]
     figure = Figure(figsize=(11.0, 1.5 + 2.2 * len(kinds)), layout="constrained")
     axes = figure.subplots(len(kinds), 1, squeeze=False)[:, 0]
