@@ -48,10 +48,11 @@ def signal_of(form: Form, key: str, path: Path, unit: str) -> Signal:
 def _factor(form: Recorded, series: Series, source: Source, unit: str) -> float:
     """What the series is multiplied with to be in ``unit``; InputError if it cannot be."""
     scale = form.factor
-    found = f"found a column in {series.unit}"
+    said = series.unit or series.label
+    found = f"found a column in {said}"
     if scale is None:
         try:
-            return 1.0 if series.unit is None else factor(series.unit, unit)
+            return 1.0 if said is None else factor(said, unit)
         except ValueError:
             source.wrong(f'{found}; expected {unit}; give a factor, such as "98100 kN/m"')
     if series.unit and scale.unit and not same_dimension(series.unit, scale.unit, unit):

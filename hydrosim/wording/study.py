@@ -208,7 +208,8 @@ def _others(plan: Plan, row: Row, axis: str) -> tuple[str, ...]:
     """The values of all parameters but one, as they are read."""
     units = units_of(plan.runs.attrs)
     rest = {name: value for name, value in row.values.items() if name != axis}
-    return tuple(text_of(_value(value, plan.unit(name)), units) for name, value in rest.items())
+    each = (value_of(value, plan.unit(name)) for name, value in rest.items())
+    return tuple(text_of(value, units) for value in each)
 
 
 def _curve(rows: list[Row], axis: str) -> Curve:

@@ -45,7 +45,7 @@ def awkward_run() -> xr.Dataset:
     spreadsheets run and other programs do not take."""
     run = made_run(duration=20.0)
     run.fender_mode.attrs["flag_meanings"] = "open stick slip"
-    odd = np.array([0.1 + 0.2, 1e-310, -1.7976931348623157e308, np.pi, -0.0, np.nan])
+    odd = np.array([0.1 + 0.2, 1e-310, -1.7976931348623157e304, np.pi, -0.0, np.nan])
     run.fender_compression.values[:6, 0] = odd
     return run.assign_coords(fender=[HOSTILE, "-2+3"])
 
