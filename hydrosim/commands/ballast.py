@@ -10,6 +10,7 @@ import typer
 
 from hydrosim.commands.compiling import announced
 from hydrosim.commands.options import CaseFile, Overwrite, Settings, Verbose, placed, quantity
+from hydrosim.commands.progress import progress
 from hydrosim.commands.terminal import progress_console, show, show_document
 from hydrosim.errors import InputError
 
@@ -76,7 +77,7 @@ def ballast(
         raise InputError(f"{case_file}: no body has tanks; expected some, see bodies.NAME.tanks.")
     if body is not None and body not in having:
         raise InputError(f"--body: found {body}; expected one of {', '.join(having)}.")
-    with announced(err), err.status("loading condition"):
+    with announced(err), progress("loading condition"):
         compiled = compile_in_calm(scene)
         found = conditions(compiled, at, angle)
         planned: Plan | None = None

@@ -9,6 +9,7 @@ import typer
 
 from hydrosim.commands.compiling import announced
 from hydrosim.commands.options import CaseFile, Overwrite, Settings, numbers, one_of, placed
+from hydrosim.commands.progress import progress
 from hydrosim.commands.running import complete, simulate_with_progress
 from hydrosim.commands.terminal import progress_console, show, show_document
 from hydrosim.errors import InputError
@@ -64,8 +65,12 @@ def converge(
     with made.held():
         complete(case, simulate_with_progress)
         scene = case.scene()
-        with announced(err), err.status("running") as status:
-            study = study_of(scene, chosen, all_steps, all_tolerances, status.update)
+        with announced(err), progress("comparing") as report:
+
+            def tell(trial: str) -> None:
+                report(remark=trial)
+
+            study = study_of(scene, chosen, all_steps, all_tolerances, tell)
         dataset = to_dataset(study, scene.title).assign_attrs(choice_in(scene.source))
         write(dataset, made)
     draw_work_precision(dataset, page)

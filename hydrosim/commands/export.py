@@ -20,6 +20,7 @@ from hydrosim.commands.options import (
     seconds,
     window_of,
 )
+from hydrosim.commands.progress import progress
 from hydrosim.commands.terminal import not_complete, show
 from hydrosim.errors import InputError
 
@@ -115,7 +116,8 @@ def export(
     table = table_of(run, names_in(channels), *window)
     if kept is Kept.CASE:
         table = table.read_in(units_of(run.attrs))
-    _write(table, result, begin)
+    with progress("writing"):
+        _write(table, result, begin)
     count, span = len(table.columns), f"{table.time[0]:g} to {table.time[-1]:g} s"
     show(f"export    {count} channels at {table.time.size} times, {span}")
     show(*not_complete(table.attributes), f"result    {result.path}")
