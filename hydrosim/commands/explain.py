@@ -74,7 +74,8 @@ def explain(
     moved = _body(found, direction, body)
     write(found, result)
     show(*so_far(run))
-    draw_explained(run, next(iter(parts.values())), moved, direction, page)
+    first, of_first = next(iter(parts.items()))
+    draw_explained(run, of_first, moved, direction, page, first)
     show_document(explanation_document(run, parts, moved, direction), verbose)
     show(f"result    {result.path}, {page.path}")
 

@@ -15,8 +15,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import FixedLocator, MaxNLocator, NullLocator
 
+from hydrosim.documents.digits import digits_of
 from hydrosim.errors import InputError
 from hydrosim.outputs import Output, save_picture
 from hydrosim.plot.panels import labelled
@@ -27,6 +28,7 @@ from hydrosim.statistics.effects import Plan, Row, Spread
 
 DECADES = 1.5  # of values, from which on their axis is logarithmic
 SIZE = (5.0, 3.6)  # inches of a panel
+TALLEST, WIDEST = 3, 3  # panels above each other, until there are so many beside each other
 
 
 def draw_study(runs: xr.Dataset, output: Output) -> list[Path]:
@@ -54,20 +56,45 @@ def planned_of(runs: xr.Dataset, output: Output) -> list[tuple[Plan, Output]]:
 def page(plan: Plan) -> Figure:
     """The picture of a plan: a panel for each figure, of samples one for each parameter too."""
     draw = _chart(plan)
-    across = len(plan.parameters) if draw is _points else 1
-    down = len(plan.figures)
+    each = len(plan.parameters) if draw is _points else 1
+    across = each if draw is _points else _columns(len(plan.figures))
+    down = -(-each * len(plan.figures) // across)
     figure = Figure((SIZE[0] * max(across, 1.3), SIZE[1] * down), dpi=100, layout="constrained")
     FigureCanvasAgg(figure)
-    axes = figure.subplots(down, across, squeeze=False)
-    for name, row in zip(plan.figures, axes, strict=True):
-        draw(row, plan, name)
-        for axis in row:
-            axis.grid(alpha=0.3)
-            axis.set_axisbelow(True)
-            axis.spines[["top", "right"]].set_visible(False)
+    panels = figure.subplots(down, across, squeeze=False).ravel()
+    drawn = panels[: each * len(plan.figures)]
+    for spare in panels[drawn.size :]:
+        spare.remove()
+    for name, axes in zip(plan.figures, drawn.reshape(-1, each), strict=True):
+        draw(axes, plan, name)
+        for axis in axes:
+            _dress(axis)
+    _explain(figure, drawn[0])
     title = str(runs_title(plan.runs))
-    figure.suptitle(f"{title}: {plan.name.replace('_', ' ')}" if plan.name else title)
+    figure.suptitle(f"{title}: {_words(plan.name)}" if plan.name else title)
     return figure
+
+
+def _columns(figures: int) -> int:
+    """How many panels stand beside each other, so that a picture of many fits a page."""
+    return min(-(-figures // TALLEST), WIDEST)
+
+
+def _dress(axis: Axes) -> None:
+    axis.grid(alpha=0.3)
+    axis.set_axisbelow(True)
+    axis.spines[["top", "right"]].set_visible(False)
+
+
+def _explain(figure: Figure, axis: Axes) -> None:
+    """One legend for all panels, below them, where it hides nothing."""
+    lines, names = axis.get_legend_handles_labels()
+    if names:
+        figure.legend(lines, names, loc="outside lower center", ncols=len(names), frameon=False)
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")
 
 
 def runs_title(runs: xr.Dataset) -> str:
@@ -88,7 +115,7 @@ def _chart(plan: Plan) -> Callable[[Sequence[Axes], Plan, str], None]:
 
 
 def _label(plan: Plan, figure: str) -> str:
-    return labelled(figure, _shown(plan, figure).unit)
+    return labelled(_words(figure), _shown(plan, figure).unit)
 
 
 def _named(plan: Plan, parameter: str) -> str:
@@ -134,7 +161,6 @@ def _by_seed(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
     axis.xaxis.set_major_locator(MaxNLocator(integer=True))
     axis.set_xlabel("seed")
     axis.set_ylabel(_label(plan, figure))
-    axis.legend(frameon=False, fontsize="small")
 
 
 def _band(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
@@ -151,6 +177,8 @@ def _band(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
         ],
         axis,
     )
+    if not any(row.spread.n for row in rows):
+        axis.text(0.5, 0.5, "no run has a value", transform=axis.transAxes, ha="center")
     order = np.argsort(place)
     x, s = place[order], [rows[k].spread for k in order]
     low, high = [each.another_low for each in s], [each.another_high for each in s]
@@ -165,7 +193,6 @@ def _band(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
         axis.set_xticks(place, ticks)
     axis.set_ylabel(_label(plan, figure))
     axis.set_xlabel(_named(plan, next(iter(plan.parameters))) if len(names) == 1 else "values")
-    axis.legend(frameon=False, fontsize="small")
 
 
 def _places(values: Sequence[object], axis: Axes) -> tuple[np.ndarray, list[str]]:
@@ -175,10 +202,11 @@ def _places(values: Sequence[object], axis: Axes) -> tuple[np.ndarray, list[str]
     x = np.array(values, dtype=float)
     above = x[x > 0.0]
     if above.size and (x >= 0.0).all() and np.log10(above.max() / above.min()) > DECADES:
-        axis.set_xscale(
-            "symlog" if (x == 0.0).any() else "log",
-            **({"linthresh": above.min()} if (x == 0.0).any() else {}),
-        )
+        zero = (x == 0.0).any()
+        axis.set_xscale("symlog" if zero else "log", **({"linthresh": above.min()} if zero else {}))
+        axis.xaxis.set_major_locator(FixedLocator(np.unique(x).tolist()))
+        axis.xaxis.set_major_formatter(lambda value, _: digits_of(value))
+        axis.xaxis.set_minor_locator(NullLocator())
     return x, []
 
 
@@ -254,5 +282,4 @@ def _bars(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
         sure = np.clip([value - low, high - value], 0.0, None)
         axis.barh(y, value, 0.35, xerr=sure, color=colour, label=label, capsize=3)
     axis.set_yticks(range(len(found)), [_named(plan, each.parameter) for each in found])
-    axis.set_xlabel(f"share of the variance of {figure}")
-    axis.legend(frameon=False, fontsize="small")
+    axis.set_xlabel(f"share of the variance of {_words(figure)}")

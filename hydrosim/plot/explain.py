@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from textwrap import fill
 
 import numpy as np
 import xarray as xr
@@ -14,21 +15,35 @@ from matplotlib.figure import Figure
 from hydrosim.outputs import Output, save_picture
 from hydrosim.plot.layout import picture
 from hydrosim.plot.panels import Panel, bands, labelled, lines
+from hydrosim.plot.styles import STYLES
 from hydrosim.presentation.units import Units, units_of
 from hydrosim.statistics.effects import spread
 from hydrosim.statistics.explain import AXES, PARTS, lasting, matter
 
 LITTLE = 1e-3  # of the largest impulse: less is not drawn
 NAME = 9  # letters of a group's name that fit beside a panel
+LONGEST = 100  # letters of a line of the title
 
 
 def draw_explained(
-    run: xr.Dataset, found: xr.Dataset, body: str, direction: str, output: Path | Output
+    run: xr.Dataset,
+    found: xr.Dataset,
+    body: str,
+    direction: str,
+    output: Path | Output,
+    name: str = "",
 ) -> Path:
-    """Draw a run, or many of them, whose explanation has been ``found``."""
+    """Draw a run, or many of them, whose explanation has been ``found``. ``name`` says which runs
+    of a study these are."""
     if "run" in found.dims:
         units = units_of(run.attrs)
-        return save_picture(_of_runs(found, body, direction, units), output, dpi=100)
+        figure = _of_runs(found, body, direction, units)
+        title = ", ".join(part for part in (str(run.attrs.get("title", "")), name) if part)
+        means = f"means over {found.sizes['run']} runs with intervals of 90 %"
+        figure.suptitle(
+            "\n".join(fill(t, LONGEST) for t in (title, f"{body} in {direction}: {means}"))
+        )
+        return save_picture(figure, output, dpi=100)
     panels = [*_pushes(run, body, direction), *_contacts(run, AXES[direction])]
     figure = picture(panels, f"{run.attrs.get('title', '')}: {body} in {direction}")
     for axis in figure.axes:
@@ -44,7 +59,8 @@ def _pushes(run: xr.Dataset, body: str, direction: str) -> Iterator[Panel]:
     at = {"body": body, "dof": direction}
     yield lines(time, direction, units.shown("m"), {"": run.position.sel(at).values})
     each = run.impulse.sel(at) - run.impulse.sel(at).isel(time=0)
-    pushes = {name: each.sel(force=name).values for name in matter(each, "force", LITTLE)}
+    matters = matter(each, "force", LITTLE)
+    pushes = {str(name).replace("_", " "): each.sel(force=name).values for name in matters}
     if pushes:
         yield lines(time, "impulses", units.shown("N s"), pushes)
 
@@ -94,8 +110,6 @@ def _of_runs(found: xr.Dataset, body: str, direction: str, units: Units) -> Figu
     axes = figure.subplots(len(kinds), 1, squeeze=False)[:, 0]
     for axis, (values, dim, label) in zip(axes, kinds, strict=True):
         _bars(axis, values, dim, label)
-    runs = found.sizes["run"]
-    figure.suptitle(f"{body} in {direction}: means over {runs} runs with intervals of 90 %")
     return figure
 
 
@@ -112,11 +126,15 @@ def _bars(axis: Axes, values: xr.DataArray, dim: str, label: str) -> None:
             [x.mean for x in each],
             width,
             yerr=np.nan_to_num([x.high - x.mean for x in each]),
-            label=str(name),
+            label=str(name).replace("_", " "),
+            color=STYLES[k % len(STYLES)].colour,
             capsize=2,
         )
     axis.set_xticks(np.arange(len(stages)), labels=stages)
     axis.set_ylabel(label)
+    axis.axhline(0.0, color="0.3", linewidth=0.8)
     axis.grid(axis="y", alpha=0.3)
+    axis.set_axisbelow(True)
+    axis.spines[["top", "right"]].set_visible(False)
     if shown:
         axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.05), frameon=False, fontsize="small")

@@ -93,5 +93,5 @@ def _draw_mesh(corners: np.ndarray, state: TankState, i: int, j: int, axis: Axes
 def _label(state: TankState, x: float, y: float, j: int, axis: Axes) -> None:
     """Name and filling, where tanks do not stand behind each other: from above."""
     if j == 1:
-        text = f"{state.tank.name}\n{state.filled:.0%}"
+        text = f"{state.tank.name}\n{100.0 * state.filled:.0f} %"
         axis.annotate(text, (x, y), ha="center", va="center", fontsize=7)

@@ -149,8 +149,8 @@ def _scaled(factor: float, series: Series, look: Mapping[str, Style] | None = No
 
 
 def _joined(names: list[str]) -> str:
-    """ "barge 1, barge 2" or "barge 1 and 2 alike"."""
-    return ", ".join(names) if len(names) < 3 else f"{names[0]} and {len(names) - 1} alike"
+    """ "barge 1, barge 2" or "barge 1 and 2 more"."""
+    return ", ".join(names) if len(names) < 3 else f"{names[0]} and {len(names) - 1} more"
 
 
 def _plot_lines(
