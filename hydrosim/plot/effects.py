@@ -65,7 +65,7 @@ def page(plan: Plan) -> Figure:
     drawn = panels[: each * len(plan.figures)]
     for spare in panels[drawn.size :]:
         spare.remove()
-    for name, axes in zip(plan.figures, drawn.reshape(-1, each), strict=True):
+    for name, axes in zip(plan.figures, drawn.reshape(-1, each).tolist(), strict=True):
         draw(axes, plan, name)
         for axis in axes:
             _dress(axis)

@@ -128,6 +128,7 @@ def _bars(axis: Axes, values: xr.DataArray, dim: str, label: str) -> None:
             yerr=np.nan_to_num([x.high - x.mean for x in each]),
             label=str(name).replace("_", " "),
             color=STYLES[k % len(STYLES)].colour,
+            ecolor="0.5",
             capsize=2,
         )
     axis.set_xticks(np.arange(len(stages)), labels=stages)

@@ -119,7 +119,7 @@ def test_csv_has_units_as_written_and_no_cell_is_a_formula(
 
 
 def test_csv_in_si_reads_back_exact(export: Command) -> None:
-    assert export("run.nc", "-o", "run.csv", "--si").code == 0
+    assert export("run.nc", "-o", "run.csv", "--units", "si").code == 0
     names, units, rows = read_csv(Path("run.csv"))
     for name in NAMES:
         same(rows[:, names.index(name)], of_run(name))
