@@ -20,7 +20,7 @@ from hydrosim.outputs import Output, save_picture
 from hydrosim.plot.layout import DPI
 from hydrosim.plot.panels import labelled
 from hydrosim.plot.styles import COLOURS
-from hydrosim.presentation.units import DEFAULT
+from hydrosim.presentation.units import DEFAULT, Units
 
 WIDTH, HEIGHT = 7.0, 2.6  # inches of a panel
 HEADINGS = (0.0, 90.0, 180.0)  # deg: the nearest of the database are drawn
@@ -30,6 +30,8 @@ SEEN = 0.1  # of a line's largest value: below it its phase says little
 KINDS = (range(3), range(3, 6))  # translations and rotations
 DECADES = 1e4  # of a logarithmic panel
 
+COEFFICIENTS = Units({"rad": "rad"})
+"""Coefficients are read per radian, as in all programs that compute them."""
 Lines = dict[str, tuple[np.ndarray, str, str]]
 """Values (nw,), colour and dash by name."""
 
@@ -154,7 +156,7 @@ def _drawn(lines: Lines) -> Lines:
 
 def _plot(column: _Column, axis: Axes, what: str, unit: str, lines: Lines) -> None:
     lines = _drawn(lines)
-    unit, factor = DEFAULT.shown(unit)
+    unit, factor = COEFFICIENTS.shown(unit)
     largest = max((np.abs(values).max() for values, *_ in lines.values()), default=1.0)
     power = 3 * floor(log10(factor * largest) / 3)
     for name, (values, colour, dash) in lines.items():
