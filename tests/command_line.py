@@ -11,6 +11,10 @@ from typing import NamedTuple
 import pytest
 
 from hydrosim.__main__ import main
+from hydrosim.commands import progress
+
+NEVER = 1e6
+"""Time [s] after which no test runs any more."""
 
 
 class Result(NamedTuple):
@@ -27,7 +31,10 @@ Command = Callable[..., Result]
 def command(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *first: str
 ) -> Command:
-    """Runs the command with these first arguments and those it is called with."""
+    """Runs the command with these first arguments and those it is called with. It says nothing of
+    its progress, as that depends on the machine."""
+
+    monkeypatch.setattr(progress, "FIRST", NEVER)
 
     def run(*arguments: object) -> Result:
         monkeypatch.setattr(sys, "argv", ["hydrosim", *first, *map(str, arguments)])
@@ -37,6 +44,12 @@ def command(
         return Result(int(caught.value.code or 0), out, err)
 
     return run
+
+
+def without_progress(text: str) -> str:
+    """What a command said, but for how far it was."""
+    lines = text.splitlines(keepends=True)
+    return "".join(line for line in lines if not line.endswith(" s so far)\n"))
 
 
 def heed_signals() -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from hydrosim.case.signals import Form, Harmonic, Recorded, Table
 from hydrosim.documents.series import Series, read_series
 from hydrosim.documents.text import Source, require_usual
-from hydrosim.documents.units import same_dimension
+from hydrosim.documents.units import factor, same_dimension
 
 if TYPE_CHECKING:
     from hydrosim.forces.signal import Signal
@@ -48,11 +48,13 @@ def signal_of(form: Form, key: str, path: Path, unit: str) -> Signal:
 def _factor(form: Recorded, series: Series, source: Source, unit: str) -> float:
     """What the series is multiplied with to be in ``unit``; InputError if it cannot be."""
     scale = form.factor
-    found = f"found a column in {series.unit}"
+    said = series.unit or series.label
+    found = f"found a column in {said}"
     if scale is None:
-        if series.unit not in (unit, None):
+        try:
+            return 1.0 if said is None else factor(said, unit)
+        except ValueError:
             source.wrong(f'{found}; expected {unit}; give a factor, such as "98100 kN/m"')
-        return 1.0
     if series.unit and scale.unit and not same_dimension(series.unit, scale.unit, unit):
         source.wrong(f"{found} and a factor in {scale.unit}; expected {unit} of both together")
     return scale.value

@@ -10,6 +10,7 @@ import typer
 
 from hydrosim.commands.compiling import announced
 from hydrosim.commands.options import CaseFile, Overwrite, Settings, Verbose, placed, quantity
+from hydrosim.commands.progress import progress
 from hydrosim.commands.terminal import progress_console, show, show_document
 from hydrosim.errors import InputError
 
@@ -50,6 +51,7 @@ def ballast(
     from hydrosim.case.load import load_case
     from hydrosim.compiling.compile import compile_in_calm
     from hydrosim.plot.loading import draw_loading
+    from hydrosim.presentation.units import units_of
     from hydrosim.studies.ballast.ballasting import plan
     from hydrosim.studies.ballast.loading import conditions
     from hydrosim.tanks.events import triggered_pumps
@@ -75,7 +77,7 @@ def ballast(
         raise InputError(f"{case_file}: no body has tanks; expected some, see bodies.NAME.tanks.")
     if body is not None and body not in having:
         raise InputError(f"--body: found {body}; expected one of {', '.join(having)}.")
-    with announced(err), err.status("loading condition"):
+    with announced(err), progress("loading condition"):
         compiled = compile_in_calm(scene)
         found = conditions(compiled, at, angle)
         planned: Plan | None = None
@@ -85,6 +87,6 @@ def ballast(
             span = quantity("--within", within, "time", "s", "1 hour")
             planned = plan(compiled, body or having[0], span, weight, up)
     waiting = [pump.key for pump in triggered_pumps(scene)] if at > 0.0 else []
-    draw_loading(found, at, page)
+    draw_loading(found, at, page, units_of(scene.source))
     show_document(ballast_document(scene, found, at, angle, planned, waiting), verbose)
     show(f"picture   {page.path}")

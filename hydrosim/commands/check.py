@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Annotated, Any
 
 import typer
 
 from hydrosim.commands.compiling import announced
 from hydrosim.commands.options import CaseFile, Settings, Verbose, quantity
+from hydrosim.commands.progress import progress
 from hydrosim.commands.terminal import progress_console, show, show_document
 
 err = progress_console()
@@ -28,8 +29,6 @@ def check(
     --verbose adds what the scene needs and skips. If tanks change, limits and periods are printed
     for the start and the end. If runs of other cases are needed first, it names them.
     """
-    from rich.progress import track
-
     from hydrosim.case.load import load_case
     from hydrosim.studies.run.stages import outdated
     from hydrosim.wording.check import check_document
@@ -42,15 +41,12 @@ def check(
     if missing:
         return
 
-    def watch(items: Sequence[Any], what: str) -> Iterable[Any]:
-        return track(
-            items,
-            f"step limits by {what}",
-            console=err,
-            transient=True,
-            disable=not err.is_terminal,
-        )
+    with announced(err), progress("checking") as report:
 
-    with announced(err):
+        def watch(items: Sequence[Any], what: str) -> Iterator[Any]:
+            for k, item in enumerate(items):
+                report(k, len(items), f"step limits by {what}")
+                yield item
+
         document = check_document(case.scene(), times, watch)
     show_document(document, verbose)

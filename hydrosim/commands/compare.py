@@ -20,7 +20,7 @@ from hydrosim.commands.options import (
 )
 from hydrosim.commands.terminal import show, show_document
 from hydrosim.errors import InputError
-from hydrosim.presentation.units import ATTRIBUTE
+from hydrosim.presentation.units import choice_in, units_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -142,7 +142,8 @@ def compare(
     said = _compared(run, run_file, recorded)
     dataset = to_dataset(found, said, by_channel(found, given))
     write(dataset, result)
-    draw_comparison(found, f"{run_file.name} and {recorded.name}", page)
+    title = f"{run_file.name} and {recorded.name}"
+    draw_comparison(found, title, page, units_of(dataset.attrs))
     show_document(comparison_tables(dataset), verbose)
     show(f"result    {result.path}, {page.path}")
     if out_of:
@@ -169,9 +170,8 @@ def _of_many(ours: xr.Dataset, one: Path, other: Path, result: Output, verbose: 
 
 def _compared(ours: xr.Dataset, one: Path, other: Path) -> dict[str, object]:
     """What was compared with what, as the result says it."""
-    units = {key: value for key, value in ours.attrs.items() if key == ATTRIBUTE}
     title = str(ours.attrs.get("title", ""))
-    return {"title": title, "run": str(one), "recording": str(other), **units}
+    return {"title": title, "run": str(one), "recording": str(other), **choice_in(ours.attrs)}
 
 
 def _exactly(one: Path, other: Path, but: Sequence[str]) -> None:

@@ -9,6 +9,7 @@ import typer
 
 from hydrosim.commands.compiling import announced
 from hydrosim.commands.options import CaseFile, Overwrite, Settings, numbers, one_of, placed
+from hydrosim.commands.progress import progress
 from hydrosim.commands.running import complete, simulate_with_progress
 from hydrosim.commands.terminal import progress_console, show, show_document
 from hydrosim.errors import InputError
@@ -33,6 +34,7 @@ def converge(
     """Hold error against run time, over methods and steps; print a table, draw it, write netCDF."""
     from hydrosim.case.load import load_case
     from hydrosim.plot.work_precision import draw_work_precision
+    from hydrosim.presentation.units import choice_in, units_of
     from hydrosim.results.netcdf import write
     from hydrosim.scene import Method
     from hydrosim.studies.run.converge import converge as study_of
@@ -63,10 +65,14 @@ def converge(
     with made.held():
         complete(case, simulate_with_progress)
         scene = case.scene()
-        with announced(err), err.status("running") as status:
-            study = study_of(scene, chosen, all_steps, all_tolerances, status.update)
-        dataset = to_dataset(study, scene.title)
+        with announced(err), progress("comparing") as report:
+
+            def tell(trial: str) -> None:
+                report(remark=trial)
+
+            study = study_of(scene, chosen, all_steps, all_tolerances, tell)
+        dataset = to_dataset(study, scene.title).assign_attrs(choice_in(scene.source))
         write(dataset, made)
     draw_work_precision(dataset, page)
-    show_document(study_document(study, scene.title))
+    show_document(study_document(study, scene.title, units_of(scene.source)))
     show(f"result    {made.path}, {page.path}")

@@ -11,6 +11,7 @@ import typer
 
 from hydrosim.commands.given import GivenSettings, given_database
 from hydrosim.commands.options import Overwrite, Settings, placed, seconds
+from hydrosim.commands.progress import progress
 from hydrosim.commands.running import resumable
 from hydrosim.commands.terminal import show, show_document
 from hydrosim.errors import InputError
@@ -164,8 +165,12 @@ def build(
         raise InputError(f"{recipe}: {reason}; expected the recipe of a database (YAML).")
     place = output or recipe.with_suffix(".nc")
     made = placed(place, place.stem, "database", recipe, overwrite=overwrite, suffix=None)
-    with resumable("the same command"):
-        files = build_database(made, jobs, picture, settings)
+    with resumable("the same command"), progress("computing", "frequencies") as report:
+
+        def tell(done: int, total: int) -> None:
+            report(done, total)
+
+        files = build_database(made, jobs, picture, settings, tell)
     for path in files:
         show(f"result    {path}")
 

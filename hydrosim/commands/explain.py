@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hydrosim.commands.options import From, Overwrite, Verbose, placed, window_of
+from hydrosim.commands.progress import progress
 from hydrosim.commands.terminal import show, show_document
 from hydrosim.errors import InputError
 
@@ -66,13 +67,15 @@ def explain(
     if run is None:
         run = read(run_file)
     try:
-        found, parts = _of_many(run, between) if many else _of_one(run, between)
+        with progress("explaining"):
+            found, parts = _of_many(run, between) if many else _of_one(run, between)
     except InputError as error:
         raise InputError(f"{run_file}: {error}") from None
     moved = _body(found, direction, body)
     write(found, result)
     show(*so_far(run))
-    draw_explained(run, next(iter(parts.values())), moved, direction, page)
+    first, of_first = next(iter(parts.items()))
+    draw_explained(run, of_first, moved, direction, page, first)
     show_document(explanation_document(run, parts, moved, direction), verbose)
     show(f"result    {result.path}, {page.path}")
 

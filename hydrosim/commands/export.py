@@ -3,19 +3,38 @@
 from __future__ import annotations
 
 from datetime import UTC, datetime
+from enum import StrEnum
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrosim.commands.options import From, Overwrite, To, names_in, placed, seconds, window_of
+from hydrosim.commands.options import (
+    From,
+    Overwrite,
+    To,
+    names_in,
+    one_of,
+    placed,
+    seconds,
+    window_of,
+)
+from hydrosim.commands.progress import progress
 from hydrosim.commands.terminal import not_complete, show
 from hydrosim.errors import InputError
 
 if TYPE_CHECKING:
     from hydrosim.outputs import Output
     from hydrosim.results.export.table import Table
+
+
+class Kept(StrEnum):
+    """Whose units are written."""
+
+    CASE = "case"
+    SI = "si"
+
 
 SUFFIXES = (".nc", ".csv", ".mat", ".parquet")
 
@@ -59,19 +78,32 @@ def export(
         int,
         typer.Option(min=1, max=17, help="Write so many digits in the recording; 17 are exact."),
     ] = 17,
+    units: Annotated[
+        str,
+        typer.Option(
+            metavar="case|si", help="Write the units of the case, or SI; else as said above."
+        ),
+    ] = "",
     overwrite: Overwrite = False,
 ) -> None:
-    """Write the channels of a run as CF netCDF, CSV, MATLAB, Parquet, or as a recording in text."""
+    """Write the channels of a run as CF netCDF, CSV, MATLAB, Parquet, or as a recording in text.
+
+    CSV, MATLAB and Parquet have the units that the case wrote, else deg, kN, m, t. CF netCDF and
+    recordings are in SI.
+    """
+    from hydrosim.presentation.units import units_of
     from hydrosim.results.export.table import table_of
     from hydrosim.results.netcdf import read
     from hydrosim.results.runs_file import open_runs
 
     if recording:
-        _record(run_file, output, names_in(channels), step, digits, overwrite)
+        read_in = one_of(Kept, units or Kept.SI, "--units")
+        _record(run_file, output, names_in(channels), step, digits, overwrite, read_in)
         return
     if step:
         raise InputError("--step: is for --recording; other files have the times of the run.")
     suffix = _suffix(output)
+    kept = _kept(units, suffix)
     begin = _date(date, suffix)
     window = window_of(start, end)
     result = placed(output, "", "export", run_file, overwrite=overwrite, suffix=suffix)
@@ -80,20 +112,40 @@ def export(
             f"{run_file}: holds {runs.sizes['run']} runs; expected the result of one, as"
             " `hydrosim run` writes it. Run the case with the values of the one that is wanted."
         )
-    table = table_of(read(run_file), names_in(channels), *window)
-    _write(table, result, begin)
+    run = read(run_file)
+    table = table_of(run, names_in(channels), *window)
+    if kept is Kept.CASE:
+        table = table.read_in(units_of(run.attrs))
+    with progress("writing"):
+        _write(table, result, begin)
     count, span = len(table.columns), f"{table.time[0]:g} to {table.time[-1]:g} s"
     show(f"export    {count} channels at {table.time.size} times, {span}")
     show(*not_complete(table.attributes), f"result    {result.path}")
 
 
+def _kept(units: str, suffix: str) -> Kept:
+    """Whose units a table has. That of CF is in SI."""
+    if suffix == ".nc":
+        if units not in ("", Kept.SI):
+            raise InputError(f"--units: found {units}; expected si, as .nc is always in SI.")
+        return Kept.SI
+    return one_of(Kept, units or Kept.CASE, "--units")
+
+
 def _record(
-    run_file: Path, output: Path, asked: list[str], step: str, digits: int, overwrite: bool
+    run_file: Path,
+    output: Path,
+    asked: list[str],
+    step: str,
+    digits: int,
+    overwrite: bool,
+    kept: Kept,
 ) -> None:
     """Write channels as a recording; without names those of motions, waves, forces, fenders and
     springs that are not zero."""
     from hydrosim.documents.series import columns_of
     from hydrosim.plot.load import open_run
+    from hydrosim.presentation.units import units_of
     from hydrosim.recordings import write_recording
     from hydrosim.results.channels import chosen, usual
 
@@ -103,7 +155,8 @@ def _record(
         raise InputError(f"--step: found {every:g} s; expected a positive time, as in 0.5 s.")
     run = open_run(run_file)
     names = chosen(columns_of(run), asked, "--channels") if asked else usual(run)
-    write_recording(run, result, names, every, digits)
+    own = units_of(run.attrs).shown if kept is Kept.CASE else None
+    write_recording(run, result, names, every, digits, own)
     show(f"result    {result.path}, {len(names)} channels")
 
 

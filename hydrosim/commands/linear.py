@@ -18,6 +18,7 @@ from hydrosim.commands.options import (
     placed,
     seconds,
 )
+from hydrosim.commands.progress import progress
 from hydrosim.commands.terminal import progress_console, show, show_document
 
 err = progress_console()
@@ -93,7 +94,7 @@ def linear(
         contacts=one_of(Contacts, contacts, "--contacts"),
     )
     scene = case.scene()
-    with made.held(), announced(err), err.status("linear analysis"):
+    with made.held(), announced(err), progress("linear analysis"):
         found = linear_analysis(scene, wanted)
         write(found, made)
     draw_response(found, page)

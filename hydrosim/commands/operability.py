@@ -10,6 +10,7 @@ import typer
 
 from hydrosim.commands.compiling import announced
 from hydrosim.commands.options import Overwrite, StudyFile, Verbose, Workers, placed
+from hydrosim.commands.progress import progress
 from hydrosim.commands.running import resumable
 from hydrosim.commands.terminal import progress_console, show, show_document
 from hydrosim.errors import InputError
@@ -62,13 +63,13 @@ def operability(
         resumable("--resume"),
         kept(result, resume, study.identity) as journal,
         announced(err),
-        err.status("limits") as status,
+        progress("limits", "seas") as report,
     ):
 
-        def report(sea: str, runs: int, done: int) -> None:
-            status.update(f"{sea}: {done} seas done, {runs} runs")
+        def tell(sea: str, runs: int, done: int) -> None:
+            report(done, study.seas, f"{sea}, {runs} runs")
 
-        limits = limits_of(study, workers or os.cpu_count() or 1, report, journal)
+        limits = limits_of(study, workers or os.cpu_count() or 1, tell, journal)
         found = assessed(limits, weather)
         write(found, result)
         journal.remove()

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from hydrosim.commands.options import From, Overwrite, To, names_in, one_of, window_of
+from hydrosim.commands.progress import progress
 from hydrosim.commands.terminal import show
 from hydrosim.errors import InputError
 
@@ -69,5 +70,6 @@ def plot(
     asked = names_in(channels)
     picked = chosen(names(dataset), asked, "--channels") if asked else ()
     view = View(window, picked, kind)
-    for picture in draw(dataset, folder, run_file.stem, run_file, overwrite, view):
-        show(f"picture   {picture}")
+    with progress("drawing"):
+        pictures = draw(dataset, folder, run_file.stem, run_file, overwrite, view)
+    show(*(f"picture   {picture}" for picture in pictures))

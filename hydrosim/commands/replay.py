@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from hydrosim.commands.options import Overwrite, placed
+from hydrosim.commands.progress import progress
 from hydrosim.commands.terminal import show
 
 
@@ -25,5 +26,6 @@ def replay(
 
     name = f"{run_file.stem}_replay"
     page = placed(output, name, "replay", run_file, overwrite=overwrite, suffix=".html")
-    size = written_page(replay_of(run_file), page)
+    with progress("replay"):
+        size = written_page(replay_of(run_file), page)
     show(f"replay    {page.path}, {size / 1e6:.1f} MB")

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from hydrosim.commands.options import Overwrite, placed
+from hydrosim.commands.progress import progress
 from hydrosim.commands.terminal import show
 
 
@@ -30,5 +31,6 @@ def report(
 
     name = f"{run_file.stem}_report"
     page = placed(output, name, "report", run_file, overwrite=overwrite, suffix=".html")
-    size = written_page(report_of(run_file), page)
+    with progress("report"):
+        size = written_page(report_of(run_file), page)
     show(f"report    {page.path}, {size / 1e6:.1f} MB")

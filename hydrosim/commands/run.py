@@ -9,8 +9,8 @@ import typer
 
 from hydrosim.commands.options import CaseFile, Overwrite, Settings, Verbose, placed, seconds
 from hydrosim.commands.plot import plot
-from hydrosim.commands.running import complete, simulate_with_progress
-from hydrosim.commands.terminal import show, show_document
+from hydrosim.commands.running import complete, first_word, simulate_with_progress
+from hydrosim.commands.terminal import say, show, show_document
 from hydrosim.errors import InputError, SimulationError
 
 if TYPE_CHECKING:
@@ -66,6 +66,7 @@ def run(
     def simulated(case: Case, result: Output) -> xr.Dataset:
         return simulate_with_progress(case, result, resume, apart)
 
+    say(first_word(case))
     with result.held():
         complete(case, simulated)
         _require_room(case, result.path)

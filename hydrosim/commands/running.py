@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from time import perf_counter
 from typing import TYPE_CHECKING
 
 import typer
 
 from hydrosim.commands.compiling import announced
+from hydrosim.commands.progress import progress
 from hydrosim.commands.terminal import progress_console, say
 
 if TYPE_CHECKING:
@@ -30,6 +32,20 @@ def resumable(by: str) -> Iterator[None]:
         raise typer.Exit(130) from None
 
 
+def first_word(case: Case) -> str:
+    """What is about to be simulated, in one line."""
+    data = case.data
+    counted = [_counted(len(data.bodies), "body", "bodies")]
+    counted.append(_counted(len(data.forces), "force element", "force elements"))
+    seas = "waves" if data.water.waves else "no waves"
+    lasts = f"{data.duration:g} s by {data.solver.method}"
+    return f"case      {data.title}: {', '.join([*counted, seas, lasts])}"
+
+
+def _counted(number: int, one: str, several: str) -> str:
+    return f"{number} {one if number == 1 else several}"
+
+
 def complete(case: Case, run: Callable[[Case, Output], xr.Dataset]) -> None:
     """Make the runs that the case needs, and say so."""
     from hydrosim.studies.run.stages import complete as made
@@ -41,14 +57,6 @@ def simulate_with_progress(
     case: Case, result: Output, resume: bool = False, every: float = 60.0
 ) -> xr.Dataset:
     """The run of a case, with a bar of how far it is, kept on the disk ``every`` so often [s]."""
-    from rich.progress import (
-        BarColumn,
-        Progress,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
-
     from hydrosim.compiling.restart import begin, opened
     from hydrosim.studies.run.checkpoint import Checkpoint, checkpoint_of
     from hydrosim.studies.run.simulation import simulate
@@ -56,22 +64,11 @@ def simulate_with_progress(
     kept = Checkpoint(checkpoint_of(result), every, resume, say)
     scene = opened(case.scene())
     start = begin(scene)
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.completed:.0f}/{task.total:.0f} s"),
-        TextColumn("{task.fields[speed]}"),
-        *(TimeElapsedColumn(), TimeRemainingColumn()),
-    )
-    with (
-        announced(err),
-        Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as bar,
-    ):
-        task = bar.add_task("simulating", total=scene.duration, speed="")
+    begun = perf_counter()
+    with announced(err), progress("simulating", "s") as report:
 
-        def report(time: float, steps: int) -> None:
-            elapsed = bar.tasks[task].elapsed or 0.0
-            speed = f"{steps / elapsed:,.0f} steps/s" if elapsed > 0.0 else ""
-            bar.update(task, completed=time - start, speed=speed)
+        def tell(time: float, steps: int) -> None:
+            speed = f"{steps / max(perf_counter() - begun, 1e-3):,.0f} steps/s"
+            report(time - start, scene.duration, speed)
 
-        return simulate(scene, report, kept)
+        return simulate(scene, tell, kept)

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from hydrosim.commands.options import From, Overwrite, Verbose, names_in, placed, seconds
+from hydrosim.commands.progress import progress
 from hydrosim.commands.terminal import not_complete, show, show_document
 
 SHORTEST = 0.1  # of the record: what extremes can be asked for
@@ -72,8 +73,9 @@ def statistics(
     asked = names_in(channels)
     known = names(run)
     asked += ["utilisation.*"] if any(name.startswith("utilisation.") for name in known) else []
-    found = of_run(run, begin, exposure, chosen(known, asked, "--channels"))
-    write(found, result)
+    with progress("statistics"):
+        found = of_run(run, begin, exposure, chosen(known, asked, "--channels"))
+        write(found, result)
     show(*not_complete(run.attrs))
     show_document(statistics_document(run, found), verbose)
     show(f"result    {result.path}")

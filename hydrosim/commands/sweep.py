@@ -15,6 +15,7 @@ import typer
 
 from hydrosim.commands.compiling import announced
 from hydrosim.commands.options import Overwrite, StudyFile, Verbose, Workers, placed
+from hydrosim.commands.progress import progress
 from hydrosim.commands.running import resumable
 from hydrosim.commands.study import draw_runs, place_table, show_study
 from hydrosim.commands.terminal import progress_console, say, show
@@ -140,7 +141,7 @@ def _until(
             raise KeyboardInterrupt
         return runs
 
-    with resumable("--resume"), announced(err), err.status("runs"):
+    with resumable("--resume"), announced(err), progress("runs"):
         said = run_until(study, study.seeds, wanted, run, result, resume)
     runs = open_runs(result.path)
     assert runs is not None
@@ -166,33 +167,19 @@ def _pool(scheduler: str | None, workers: int | None) -> Pool | None:
 def _with_progress(
     study: Study, result: Output, workers: int | None, resume: bool, pool: Pool | None
 ) -> xr.Dataset:
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
-
     from hydrosim.studies.many.unfinished import folder_of
     from hydrosim.studies.sweep.sweep import run_study
 
     pace = None if resume else _Pace()  # what is read again of a folder says nothing of it
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-    times = (TimeElapsedColumn(), TimeRemainingColumn())
-    with Progress(
-        *columns, *times, console=err, transient=True, disable=not err.is_terminal
-    ) as bar:
-        task = bar.add_task("runs", total=len(study.scenes))
+    with progress("sweep", "runs") as report:
 
-        def report(done: int, _: int) -> None:
-            bar.update(task, completed=done)
+        def tell(done: int, total: int) -> None:
+            report(done, total)
             if pace is not None and pace.known(done):
                 for line in _estimate(pace, len(study.scenes), folder_of(result)):
                     say(line)
 
-        return run_study(study, result, workers, report, resume, pool)
+        return run_study(study, result, workers, tell, resume, pool)
 
 
 class _Pace:

@@ -27,6 +27,8 @@ from hydrosim.documents.text import (
     require_finite,
     require_rising,
     require_usual,
+    spelled,
+    unit_of_column,
 )
 from hydrosim.documents.units import shown
 from hydrosim.dofs import DOFS
@@ -44,11 +46,13 @@ APART = "statistic_units"
 @dataclass(frozen=True)
 class Series:
     """The sum of some columns, ``value`` (n,) at the rising ``time`` (n,) [s], and its ``unit`` if
-    the file gives it."""
+    the file gives it. ``label`` is the unit that a text file writes beside the names
+    of the columns: it counts where nobody gives a factor."""
 
     time: np.ndarray
     value: np.ndarray
     unit: str | None = None
+    label: str | None = None
 
 
 def read_series(source: Source, columns: Sequence[Column]) -> Series:
@@ -63,7 +67,21 @@ def _read_text(source: Source, columns: Sequence[Column]) -> Series:
     time = text.rows[:, _time_column(source, text)]
     picked = [_pick(source, text, column) for column in columns]
     _check(source, time, text.rows[:, picked], text.lines)
-    return Series(time.copy(), text.rows[:, picked].sum(axis=1))
+    labels = [_label(text, k) for k in picked]
+    _require_one_unit(source, labels)
+    return Series(time.copy(), text.rows[:, picked].sum(axis=1), label=labels[0])
+
+
+def _label(text: Table, k: int) -> str | None:
+    """The unit of a column of a text file; None where the file says none that is known."""
+    said = unit_of_column(text, k) if text.names else None
+    return (spelled(said) or None) if said else None
+
+
+def _require_one_unit(source: Source, units: Sequence[str | None]) -> None:
+    if len(set(units)) > 1:
+        found = " and ".join(unit or "no unit" for unit in units)
+        source.wrong(f"found columns in {found}; expected one unit for all")
 
 
 def _time_column(source: Source, text: Table) -> int:
@@ -104,8 +122,7 @@ def _read_run(source: Source, columns: Sequence[Column]) -> Series:
     except (OSError, ValueError, RuntimeError) as error:
         source.wrong(f"cannot be read as netCDF ({error}); expected the result of `hydrosim run`")
     values, units = zip(*picked, strict=True)
-    if len(set(units)) > 1:
-        source.wrong(f"found columns in {' and '.join(units)}; expected one unit for all")
+    _require_one_unit(source, units)
     rows = np.stack(values, axis=1)
     _check(source, time, rows)
     return Series(time, rows.sum(axis=1), units[0])

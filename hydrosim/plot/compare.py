@@ -14,17 +14,20 @@ from matplotlib.figure import Figure
 from hydrosim.compare.comparison import Comparison, Result
 from hydrosim.outputs import Output, save_picture
 from hydrosim.plot.layout import DPI
-from hydrosim.plot.panels import thinned
+from hydrosim.plot.panels import DIGITS, labelled, thinned
 from hydrosim.plot.styles import COLOURS
+from hydrosim.presentation.units import DEFAULT, Shown, Units
 
 CHANNELS = 8  # in a picture
 WIDTH, HEIGHT = 11.0, 2.3  # inches of the picture, and of a channel in it
 CLOSE, SHARE = 120, 0.04  # times in a close-up, at least, and its share of all
 
 
-def draw_comparison(found: Comparison, title: str, output: Path | Output) -> None:
-    """Write the picture of the channels: of more than `CHANNELS`, those that are
-    furthest apart."""
+def draw_comparison(
+    found: Comparison, title: str, output: Path | Output, units: Units = DEFAULT
+) -> None:
+    """Write the picture of the channels in the units that they are read in. Of more than
+    `CHANNELS`, the ones that are furthest apart."""
     furthest = sorted(found.results, key=lambda name: -found.results[name].error)[:CHANNELS]
     shown = [result for name, result in found.results.items() if name in furthest]
     more = len(found.results) - len(shown)
@@ -35,8 +38,9 @@ def draw_comparison(found: Comparison, title: str, output: Path | Output) -> Non
     axes = figure.subplots(2 * len(shown), 2, gridspec_kw=ratios)
     for row, result in enumerate(shown):
         over, under = axes[2 * row], axes[2 * row + 1]
-        _whole(over[0], under[0], found.overlap.time, result)
-        _close(over[1], under[1], found.overlap.time, result)
+        read = units.shown(result.pair.unit)
+        _whole(over[0], under[0], found.overlap.time, result, read)
+        _close(over[1], under[1], found.overlap.time, result, read.factor)
     for axis in axes[-1]:
         axis.set_xlabel("time [s]")
     figure.align_ylabels(axes[:, 0])
@@ -45,29 +49,33 @@ def draw_comparison(found: Comparison, title: str, output: Path | Output) -> Non
     save_picture(figure, output)
 
 
-def _whole(over: Axes, under: Axes, time: np.ndarray, result: Result) -> None:
+def _whole(over: Axes, under: Axes, time: np.ndarray, result: Result, shown: Shown) -> None:
     name = result.pair.channel.replace("_", " ").replace(".", ", ")
-    _draw(over, under, time, result)
+    _draw(over, under, time, result, shown.factor)
     over.set_title(shorten(f"{name}: {result.verdict}", 110), loc="left", fontsize="medium")
-    unit = "deg" if result.pair.unit == "rad" else result.pair.unit
-    over.set_ylabel(f"[{unit}]")
-    under.set_ylabel(f"difference\n[{unit}]")
+    over.set_ylabel(f"[{shown.unit}]" if shown.unit else "")
+    under.set_ylabel(labelled("difference\n", shown.unit))
 
 
-def _close(over: Axes, under: Axes, time: np.ndarray, result: Result) -> None:
+def _close(over: Axes, under: Axes, time: np.ndarray, result: Result, factor: float) -> None:
     count = max(CLOSE, int(SHARE * time.size))
     first = int(np.searchsorted(time, result.figures.peak_time)) - count // 2
     first = max(min(first, time.size - count), 0)
-    _draw(over, under, time, result, slice(first, first + count))
+    _draw(over, under, time, result, factor, slice(first, first + count))
     over.set_title("where it is largest", loc="left", fontsize="small")
 
 
 def _draw(
-    over: Axes, under: Axes, time: np.ndarray, result: Result, part: slice = slice(None)
+    over: Axes,
+    under: Axes,
+    time: np.ndarray,
+    result: Result,
+    factor: float,
+    part: slice = slice(None),
 ) -> None:
-    """Both series above, their difference below."""
-    scale = np.degrees(1.0) if result.pair.unit == "rad" else 1.0
-    ours, recorded = scale * result.pair.ours[part], scale * result.pair.recorded[part]
+    """Both series above, their difference below, each times a factor."""
+    ours = factor * result.pair.ours[part]
+    recorded = factor * result.pair.recorded[part]
     for name, values, dash in (("ours", ours, "-"), ("recorded", recorded, "--")):
         colour = COLOURS[name == "recorded"]
         over.plot(*thinned(time[part], values), dash, color=colour, linewidth=0.9, label=name)
@@ -77,4 +85,4 @@ def _draw(
         axis.margins(x=0.0)
         axis.grid(alpha=0.3)
         axis.spines[["top", "right"]].set_visible(False)
-        axis.ticklabel_format(axis="y", scilimits=(-3, 4), useOffset=False)
+        axis.ticklabel_format(axis="y", scilimits=DIGITS, useOffset=False)

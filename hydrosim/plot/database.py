@@ -18,7 +18,9 @@ from hydrosim.database.checks.scales import diagonal
 from hydrosim.dofs import DOFS
 from hydrosim.outputs import Output, save_picture
 from hydrosim.plot.layout import DPI
+from hydrosim.plot.panels import labelled
 from hydrosim.plot.styles import COLOURS
+from hydrosim.presentation.units import DEFAULT, Units
 
 WIDTH, HEIGHT = 7.0, 2.6  # inches of a panel
 HEADINGS = (0.0, 90.0, 180.0)  # deg: the nearest of the database are drawn
@@ -28,6 +30,8 @@ SEEN = 0.1  # of a line's largest value: below it its phase says little
 KINDS = (range(3), range(3, 6))  # translations and rotations
 DECADES = 1e4  # of a logarithmic panel
 
+COEFFICIENTS = Units({"rad": "rad"})
+"""Coefficients are read per radian, as in all programs that compute them."""
 Lines = dict[str, tuple[np.ndarray, str, str]]
 """Values (nw,), colour and dash by name."""
 
@@ -79,7 +83,7 @@ def draw_database(db: HydroDatabase, output: Path | Output) -> None:
 
 def _added_mass(column: _Column, axis: Axes) -> None:
     lines = _diagonals(column, column.db.added_mass)
-    _plot(column, axis, "added mass", column.unit("kg", "kg m²"), lines)
+    _plot(column, axis, "added mass", column.unit("kg", "kg m^2"), lines)
     _logarithmic(axis, lines)
 
 
@@ -97,27 +101,26 @@ def _amplitude(column: _Column, axis: Axes) -> None:
 
 def _phase(column: _Column, axis: Axes) -> None:
     """Lead to the crest, where there is a load."""
+    unit, factor = DEFAULT.shown("rad")
     loads = _drawn(_excitation(column))
     for name, (load, colour, dash) in loads.items():
         seen = np.abs(load) > SEEN * np.abs(load).max()
-        frequency, phase = _broken(
-            column.db.frequency, np.where(seen, np.degrees(np.angle(load)), np.nan)
-        )
-        axis.plot(frequency, phase, dash, color=colour, linewidth=1.2, label=name)
-    axis.set_ylabel("phase of excitation\nlead to crest [deg]")
-    axis.set_ylim(-185.0, 185.0)
-    axis.yaxis.set_major_locator(MultipleLocator(90.0))
+        frequency, phase = _broken(column.db.frequency, np.where(seen, np.angle(load), np.nan))
+        axis.plot(frequency, factor * phase, dash, color=colour, linewidth=1.2, label=name)
+    axis.set_ylabel(labelled("phase of excitation\nlead to crest", unit))
+    axis.set_ylim(-1.03 * factor * np.pi, 1.03 * factor * np.pi)
+    axis.yaxis.set_major_locator(MultipleLocator(0.5 * factor * np.pi))
 
 
 def _broken(x: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The line with a gap wherever it leaves the circle on one side and comes back on the other."""
-    jumps = np.flatnonzero(np.abs(np.diff(angle)) > 180.0) + 1
+    jumps = np.flatnonzero(np.abs(np.diff(angle)) > np.pi) + 1
     return np.insert(x, jumps, np.nan), np.insert(angle, jumps, np.nan)
 
 
 def _drift(column: _Column, axis: Axes) -> None:
     lines = _by_heading(column, np.asarray(column.db.mean_drift))
-    _plot(column, axis, "mean drift", column.unit("N/m²", "N m/m²"), lines)
+    _plot(column, axis, "mean drift", column.unit("N/m^2", "N m/m^2"), lines)
 
 
 def _diagonals(column: _Column, matrices: np.ndarray) -> Lines:
@@ -132,10 +135,11 @@ def _excitation(column: _Column) -> Lines:
 def _by_heading(column: _Column, loads: np.ndarray) -> Lines:
     lines: Lines = {}
     for dash, heading in zip(DASHES, _headings(column.db), strict=False):
-        degrees = np.degrees(column.db.heading[heading])
+        unit, factor = DEFAULT.shown("rad")
+        to = f"{factor * column.db.heading[heading]:.0f} {unit}"
         for i, dof in enumerate(column.dofs):
             values = column.own(loads[:, heading])[:, i]
-            lines[f"{DOFS[dof]}, waves to {degrees:.0f}°"] = (values, COLOURS[i], dash)
+            lines[f"{DOFS[dof]}, waves to {to}"] = (values, COLOURS[i], dash)
     return lines
 
 
@@ -152,10 +156,11 @@ def _drawn(lines: Lines) -> Lines:
 
 def _plot(column: _Column, axis: Axes, what: str, unit: str, lines: Lines) -> None:
     lines = _drawn(lines)
+    unit, factor = COEFFICIENTS.shown(unit)
     largest = max((np.abs(values).max() for values, *_ in lines.values()), default=1.0)
-    power = 3 * floor(log10(largest) / 3)
+    power = 3 * floor(log10(factor * largest) / 3)
     for name, (values, colour, dash) in lines.items():
-        scaled = values / 10.0**power
+        scaled = factor * values / 10.0**power
         axis.plot(column.db.frequency, scaled, dash, color=colour, linewidth=1.2, label=name)
     axis.set_ylabel(f"{what}\n[{_times(power)}{unit}]")
 

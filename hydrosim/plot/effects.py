@@ -8,22 +8,27 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import FixedLocator, MaxNLocator, NullLocator
 
+from hydrosim.documents.digits import digits_of
 from hydrosim.errors import InputError
 from hydrosim.outputs import Output, save_picture
+from hydrosim.plot.panels import labelled
 from hydrosim.plot.styles import COLOURS
+from hydrosim.presentation.units import Shown, units_of
 from hydrosim.statistics import effects
-from hydrosim.statistics.effects import Plan, Row
+from hydrosim.statistics.effects import Plan, Row, Spread
 
 DECADES = 1.5  # of values, from which on their axis is logarithmic
 SIZE = (5.0, 3.6)  # inches of a panel
+TALLEST, WIDEST = 3, 3  # panels above each other, until there are so many beside each other
 
 
 def draw_study(runs: xr.Dataset, output: Output) -> list[Path]:
@@ -51,20 +56,45 @@ def planned_of(runs: xr.Dataset, output: Output) -> list[tuple[Plan, Output]]:
 def page(plan: Plan) -> Figure:
     """The picture of a plan: a panel for each figure, of samples one for each parameter too."""
     draw = _chart(plan)
-    across = len(plan.parameters) if draw is _points else 1
-    down = len(plan.figures)
+    each = len(plan.parameters) if draw is _points else 1
+    across = each if draw is _points else _columns(len(plan.figures))
+    down = -(-each * len(plan.figures) // across)
     figure = Figure((SIZE[0] * max(across, 1.3), SIZE[1] * down), dpi=100, layout="constrained")
     FigureCanvasAgg(figure)
-    axes = figure.subplots(down, across, squeeze=False)
-    for name, row in zip(plan.figures, axes, strict=True):
-        draw(row, plan, name)
-        for axis in row:
-            axis.grid(alpha=0.3)
-            axis.set_axisbelow(True)
-            axis.spines[["top", "right"]].set_visible(False)
+    panels = figure.subplots(down, across, squeeze=False).ravel()
+    drawn = panels[: each * len(plan.figures)]
+    for spare in panels[drawn.size :]:
+        spare.remove()
+    for name, axes in zip(plan.figures, drawn.reshape(-1, each).tolist(), strict=True):
+        draw(axes, plan, name)
+        for axis in axes:
+            _dress(axis)
+    _explain(figure, drawn[0])
     title = str(runs_title(plan.runs))
-    figure.suptitle(f"{title}: {plan.name.replace('_', ' ')}" if plan.name else title)
+    figure.suptitle(f"{title}: {_words(plan.name)}" if plan.name else title)
     return figure
+
+
+def _columns(figures: int) -> int:
+    """How many panels stand beside each other, so that a picture of many fits a page."""
+    return min(-(-figures // TALLEST), WIDEST)
+
+
+def _dress(axis: Axes) -> None:
+    axis.grid(alpha=0.3)
+    axis.set_axisbelow(True)
+    axis.spines[["top", "right"]].set_visible(False)
+
+
+def _explain(figure: Figure, axis: Axes) -> None:
+    """One legend for all panels, below them, where it hides nothing."""
+    lines, names = axis.get_legend_handles_labels()
+    if names:
+        figure.legend(lines, names, loc="outside lower center", ncols=len(names), frameon=False)
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")
 
 
 def runs_title(runs: xr.Dataset) -> str:
@@ -85,19 +115,36 @@ def _chart(plan: Plan) -> Callable[[Sequence[Axes], Plan, str], None]:
 
 
 def _label(plan: Plan, figure: str) -> str:
-    found = plan.runs[figure].attrs
-    return f"{figure} [{found.get('units', '')}]"
+    return labelled(_words(figure), _shown(plan, figure).unit)
 
 
 def _named(plan: Plan, parameter: str) -> str:
     """The last two words of a key, and its unit."""
-    name = plan.axis(parameter)
-    unit, short = plan.unit(name), plan.short(parameter)
-    return f"{short} [{unit}]" if unit else short
+    return labelled(plan.short(parameter), _shown(plan, plan.axis(parameter)).unit)
+
+
+def _shown(plan: Plan, name: str) -> Shown:
+    """In which unit a figure or the coordinate of a parameter is read."""
+    return units_of(plan.runs.attrs).shown(plan.unit(name))
+
+
+def _read(plan: Plan, name: str, values: Any) -> Any:
+    """A value of a figure or a parameter, or many, in the unit that it is read in. Texts stay."""
+    kind = np.asarray(values).dtype.kind
+    return _shown(plan, name).factor * values if kind == "f" else values
 
 
 def _rows(plan: Plan, figure: str) -> list[Row]:
-    return [row for row in effects.rows(plan) if row.figure == figure]
+    """The rows of a figure, in the units that they are read in."""
+    factor = _shown(plan, figure).factor
+    return [
+        row._replace(
+            values={name: _read(plan, name, value) for name, value in row.values.items()},
+            spread=Spread(row.spread.n, *(factor * value for value in row.spread[1:])),
+        )
+        for row in effects.rows(plan)
+        if row.figure == figure
+    ]
 
 
 def _by_seed(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
@@ -110,11 +157,10 @@ def _by_seed(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
     axis.axhspan(s.another_low, s.another_high, color=COLOURS[0], alpha=0.15, label="90 % of seeds")
     axis.axhspan(s.low, s.high, color=COLOURS[0], alpha=0.35, label="mean, 90 %")
     axis.axhline(s.mean, color=COLOURS[0])
-    axis.plot(names, plan.runs[figure].values, ".", color="0.4")
+    axis.plot(names, _read(plan, figure, plan.runs[figure].values), ".", color="0.4")
     axis.xaxis.set_major_locator(MaxNLocator(integer=True))
     axis.set_xlabel("seed")
     axis.set_ylabel(_label(plan, figure))
-    axis.legend(frameon=False, fontsize="small")
 
 
 def _band(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
@@ -131,6 +177,8 @@ def _band(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
         ],
         axis,
     )
+    if not any(row.spread.n for row in rows):
+        axis.text(0.5, 0.5, "no run has a value", transform=axis.transAxes, ha="center")
     order = np.argsort(place)
     x, s = place[order], [rows[k].spread for k in order]
     low, high = [each.another_low for each in s], [each.another_high for each in s]
@@ -139,13 +187,12 @@ def _band(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
     apart = np.abs([[e.low for e in s], [e.high for e in s]] - mean)
     axis.errorbar(x, mean, apart, color=COLOURS[0], marker="o", capsize=3, label="mean, 90 %")
     for k, row in enumerate(rows):
-        values = plan.runs[figure].values[row.runs]
+        values = _read(plan, figure, plan.runs[figure].values[row.runs])
         axis.plot(np.full(values.size, place[k]), values, ".", color="0.4", markersize=3)
     if ticks:
         axis.set_xticks(place, ticks)
     axis.set_ylabel(_label(plan, figure))
     axis.set_xlabel(_named(plan, next(iter(plan.parameters))) if len(names) == 1 else "values")
-    axis.legend(frameon=False, fontsize="small")
 
 
 def _places(values: Sequence[object], axis: Axes) -> tuple[np.ndarray, list[str]]:
@@ -155,10 +202,11 @@ def _places(values: Sequence[object], axis: Axes) -> tuple[np.ndarray, list[str]
     x = np.array(values, dtype=float)
     above = x[x > 0.0]
     if above.size and (x >= 0.0).all() and np.log10(above.max() / above.min()) > DECADES:
-        axis.set_xscale(
-            "symlog" if (x == 0.0).any() else "log",
-            **({"linthresh": above.min()} if (x == 0.0).any() else {}),
-        )
+        zero = (x == 0.0).any()
+        axis.set_xscale("symlog" if zero else "log", **({"linthresh": above.min()} if zero else {}))
+        axis.xaxis.set_major_locator(FixedLocator(np.unique(x).tolist()))
+        axis.xaxis.set_major_formatter(lambda value, _: digits_of(value))
+        axis.xaxis.set_minor_locator(NullLocator())
     return x, []
 
 
@@ -216,7 +264,10 @@ def _tornado(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
 
 def _points(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
     for axis, parameter in zip(axes, plan.parameters, strict=True):
-        axis.plot(plan.runs[plan.axis(parameter)], plan.runs[figure], ".", color=COLOURS[0])
+        name = plan.axis(parameter)
+        x = _read(plan, name, plan.runs[name].values)
+        y = _read(plan, figure, plan.runs[figure].values)
+        axis.plot(x, y, ".", color=COLOURS[0])
         axis.set_xlabel(_named(plan, parameter))
     axes[0].set_ylabel(_label(plan, figure))
 
@@ -231,5 +282,4 @@ def _bars(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
         sure = np.clip([value - low, high - value], 0.0, None)
         axis.barh(y, value, 0.35, xerr=sure, color=colour, label=label, capsize=3)
     axis.set_yticks(range(len(found)), [_named(plan, each.parameter) for each in found])
-    axis.set_xlabel(f"share of the variance of {figure}")
-    axis.legend(frameon=False, fontsize="small")
+    axis.set_xlabel(f"share of the variance of {_words(figure)}")

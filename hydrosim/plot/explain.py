@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from textwrap import fill
 
 import numpy as np
 import xarray as xr
@@ -13,21 +14,36 @@ from matplotlib.figure import Figure
 
 from hydrosim.outputs import Output, save_picture
 from hydrosim.plot.layout import picture
-from hydrosim.plot.panels import Panel, bands, lines
+from hydrosim.plot.panels import Panel, bands, labelled, lines
+from hydrosim.plot.styles import STYLES
+from hydrosim.presentation.units import Units, units_of
 from hydrosim.statistics.effects import spread
 from hydrosim.statistics.explain import AXES, PARTS, lasting, matter
 
 LITTLE = 1e-3  # of the largest impulse: less is not drawn
-MEGA, KILO = 1e-6, 1e-3
 NAME = 9  # letters of a group's name that fit beside a panel
+LONGEST = 100  # letters of a line of the title
 
 
 def draw_explained(
-    run: xr.Dataset, found: xr.Dataset, body: str, direction: str, output: Path | Output
+    run: xr.Dataset,
+    found: xr.Dataset,
+    body: str,
+    direction: str,
+    output: Path | Output,
+    name: str = "",
 ) -> Path:
-    """Draw a run, or many of them, whose explanation has been ``found``."""
+    """Draw a run, or many of them, whose explanation has been ``found``. ``name`` says which runs
+    of a study these are."""
     if "run" in found.dims:
-        return save_picture(_of_runs(found, body, direction), output, dpi=100)
+        units = units_of(run.attrs)
+        figure = _of_runs(found, body, direction, units)
+        title = ", ".join(part for part in (str(run.attrs.get("title", "")), name) if part)
+        means = f"means over {found.sizes['run']} runs with intervals of 90 %"
+        figure.suptitle(
+            "\n".join(fill(t, LONGEST) for t in (title, f"{body} in {direction}: {means}"))
+        )
+        return save_picture(figure, output, dpi=100)
     panels = [*_pushes(run, body, direction), *_contacts(run, AXES[direction])]
     figure = picture(panels, f"{run.attrs.get('title', '')}: {body} in {direction}")
     for axis in figure.axes:
@@ -38,19 +54,24 @@ def draw_explained(
 
 def _pushes(run: xr.Dataset, body: str, direction: str) -> Iterator[Panel]:
     """Where the body is, and the impulses of all forces on it."""
-    time, at = run.time.values, {"body": body, "dof": direction}
-    yield lines(time, direction, "m", {"": run.position.sel(at).values})
+    units = units_of(run.attrs)
+    time = run.time.values
+    at = {"body": body, "dof": direction}
+    yield lines(time, direction, units.shown("m"), {"": run.position.sel(at).values})
     each = run.impulse.sel(at) - run.impulse.sel(at).isel(time=0)
-    pushes = {name: MEGA * each.sel(force=name).values for name in matter(each, "force", LITTLE)}
+    matters = matter(each, "force", LITTLE)
+    pushes = {str(name).replace("_", " "): each.sel(force=name).values for name in matters}
     if pushes:
-        yield lines(time, "impulses", "MN s", pushes)
+        yield lines(time, "impulses", units.shown("N s"), pushes)
 
 
 def _contacts(run: xr.Dataset, axis: str) -> Iterator[Panel]:
     """Impulses of friction of each group, where its points went in each mode, and the modes."""
     if "contact_friction" not in run:
         return
-    time, all_ = run.time.values, run.sel(axis=axis)
+    units = units_of(run.attrs)
+    time = run.time.values
+    all_ = run.sel(axis=axis)
     groups = list(dict.fromkeys(run.fender_group.values))
     for group in groups:
         of = f" {group}"[:NAME] if len(groups) > 1 else ""
@@ -63,31 +84,32 @@ def _contacts(run: xr.Dataset, axis: str) -> Iterator[Panel]:
             "slip towards +": ahead,
             "slip towards -": slip - ahead,
         }
-        made = {name: MEGA * x.values for name, x in impulses.items()}
-        yield lines(time, f"friction{of}", "MN s", made)
+        made = {name: x.values for name, x in impulses.items()}
+        yield lines(time, f"friction{of}", units.shown("N s"), made)
         moved = own.contact_moved.mean("fender")
         each = {str(m): moved.sel(contact_mode=m).values for m in run.contact_mode.values}
-        yield lines(time, f"moved{of}", "m", each)
+        yield lines(time, f"moved{of}", units.shown("m"), each)
     yield bands(time, {str(f): run.fender_mode.sel(fender=f).values for f in run.fender.values})
 
 
-def _of_runs(found: xr.Dataset, body: str, direction: str) -> Figure:
+def _of_runs(found: xr.Dataset, body: str, direction: str, units: Units) -> Figure:
     """Bars of means over runs, of mean forces and, where there are contacts, of friction and
     displacements."""
-    kinds = [(KILO * found.mean_force.sel(body=body, dof=direction), "force", "mean force [kN]")]
+    force, length = units.shown("N"), units.shown("m")
+    mean = found.mean_force.sel(body=body, dof=direction)
+    kinds = [(force.factor * mean, "force", labelled("mean force", force.unit))]
     if "friction_part" in found:
         along = found.sel(direction=AXES[direction])
         part = along.friction_part.sum("fender").sel(part=list(PARTS))
+        moved = along.mode_moved.mean("fender")
         kinds += [
-            (KILO * part, "part", "mean friction [kN]"),
-            (along.mode_moved.mean("fender"), "contact_mode", "moved in a mode [m]"),
+            (force.factor * part, "part", labelled("mean friction", force.unit)),
+            (length.factor * moved, "contact_mode", labelled("moved in a mode", length.unit)),
         ]
     figure = Figure(figsize=(11.0, 1.5 + 2.2 * len(kinds)), layout="constrained")
     axes = figure.subplots(len(kinds), 1, squeeze=False)[:, 0]
     for axis, (values, dim, label) in zip(axes, kinds, strict=True):
         _bars(axis, values, dim, label)
-    runs = found.sizes["run"]
-    figure.suptitle(f"{body} in {direction}: means over {runs} runs with intervals of 90 %")
     return figure
 
 
@@ -104,11 +126,16 @@ def _bars(axis: Axes, values: xr.DataArray, dim: str, label: str) -> None:
             [x.mean for x in each],
             width,
             yerr=np.nan_to_num([x.high - x.mean for x in each]),
-            label=str(name),
+            label=str(name).replace("_", " "),
+            color=STYLES[k % len(STYLES)].colour,
+            ecolor="0.5",
             capsize=2,
         )
     axis.set_xticks(np.arange(len(stages)), labels=stages)
     axis.set_ylabel(label)
+    axis.axhline(0.0, color="0.3", linewidth=0.8)
     axis.grid(axis="y", alpha=0.3)
+    axis.set_axisbelow(True)
+    axis.spines[["top", "right"]].set_visible(False)
     if shown:
         axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.05), frameon=False, fontsize="small")

@@ -10,6 +10,8 @@ from matplotlib.figure import Figure
 from hydrosim.database.database import Real
 from hydrosim.database.kernels import Kernel
 from hydrosim.outputs import Output, save_picture
+from hydrosim.plot.database import COEFFICIENTS
+from hydrosim.plot.panels import DIGITS, labelled
 
 COLUMNS, WIDTH, HEIGHT = 3, 4.6, 2.4  # panels in a row; inches of each
 
@@ -21,11 +23,13 @@ def draw_kernels(title: str, time: Real, functions: Sequence[Kernel], output: Ou
     FigureCanvasAgg(figure)
     axes = figure.subplots(rows, COLUMNS, squeeze=False, sharex=True).ravel()
     for one, axis in zip(functions, axes, strict=False):
-        axis.plot(time, one.values, linewidth=1.0)
+        unit, factor = COEFFICIENTS.shown(one.unit)
+        axis.plot(time, factor * one.values, linewidth=1.0)
         axis.axhline(0.0, color="grey", linewidth=0.5)
         first, second = one.name.split(" ")
         axis.set_title(first if first == second else f"{first} by {second}", fontsize="medium")
-        axis.set_ylabel(f"K [{one.unit}]")
+        axis.set_ylabel(labelled("K", unit))
+        axis.ticklabel_format(axis="y", scilimits=DIGITS)
     for axis in axes[len(functions) :]:
         axis.set_axis_off()
     for axis in axes[max(len(functions) - COLUMNS, 0) : len(functions)]:

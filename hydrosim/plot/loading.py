@@ -11,7 +11,10 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
 from hydrosim.database.hull import immersed
+from hydrosim.documents.digits import digits_of
 from hydrosim.outputs import Output, save_picture
+from hydrosim.plot.panels import labelled
+from hydrosim.presentation.units import DEFAULT, Shown, Units
 from hydrosim.scene import TankMesh, TankTable
 from hydrosim.studies.ballast.loading import Condition, TankState
 
@@ -20,13 +23,16 @@ PALE = "#b7d2e5"  # the fluid where triangles lie on each other, as pale as else
 AXES = "xyz"
 
 
-def draw_loading(found: Sequence[Condition], time: float, output: Path | Output) -> None:
-    """A row for each body: x and z, x and y, y and z."""
+def draw_loading(
+    found: Sequence[Condition], time: float, output: Path | Output, units: Units = DEFAULT
+) -> None:
+    """A row for each body: x and z, x and y, y and z, in the unit that lengths are read in."""
     figure = Figure(figsize=(14.0, 3.6 * len(found)), layout="constrained")
     rows = figure.subplots(len(found), 3, squeeze=False)
     for condition, row in zip(found, rows, strict=True):
         for axis, (i, j) in zip(row, ((0, 2), (0, 1), (1, 2)), strict=True):
             _draw(condition, i, j, axis)
+            _dress(axis, i, j, units.shown("m"))
         row[0].set_title(f"{condition.body.name} at {time:g} s")
     rows[0, 0].legend(frameon=False, fontsize="small")
     save_picture(figure, output, dpi=100)
@@ -40,8 +46,14 @@ def _draw(found: Condition, i: int, j: int, axis: Axes) -> None:
         (found.loading, "o", "with its tanks"),
     ):
         axis.plot(loading.centre[i], loading.centre[j], marker, color="#c0392b", label=label)
-    axis.set_xlabel(f"{AXES[i]} [m]")
-    axis.set_ylabel(f"{AXES[j]} [m]")
+
+
+def _dress(axis: Axes, i: int, j: int, length: Shown) -> None:
+    """Names of the axes, and their numbers in the unit of ``length``; drawn is in m."""
+    axis.set_xlabel(labelled(AXES[i], length.unit))
+    axis.set_ylabel(labelled(AXES[j], length.unit))
+    for each in (axis.xaxis, axis.yaxis):
+        each.set_major_formatter(lambda x, _: digits_of(length.factor * x))
     axis.set_aspect("equal", adjustable="datalim")
     axis.grid(alpha=0.3)
 
@@ -81,5 +93,5 @@ def _draw_mesh(corners: np.ndarray, state: TankState, i: int, j: int, axis: Axes
 def _label(state: TankState, x: float, y: float, j: int, axis: Axes) -> None:
     """Name and filling, where tanks do not stand behind each other: from above."""
     if j == 1:
-        text = f"{state.tank.name}\n{state.filled:.0%}"
+        text = f"{state.tank.name}\n{100.0 * state.filled:.0f} %"
         axis.annotate(text, (x, y), ha="center", va="center", fontsize=7)

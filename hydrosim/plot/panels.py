@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from math import ceil, floor, inf, log10
+from math import ceil, inf
 from textwrap import fill
 from typing import Any, NamedTuple
 
@@ -16,6 +16,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from hydrosim.plot.styles import MODES, STYLES, Style, styles
+from hydrosim.presentation.units import Shown
 from hydrosim.results.envelopes import envelope, means
 
 HEIGHT = 1.6  # inches of a panel
@@ -27,7 +28,7 @@ DENSE = 10  # records in a bin, from which on their smallest and largest are dra
 COLUMNS = 200  # of bands of modes
 APART = 4  # lines in one panel
 ALIKE = 1e-6  # of the largest value: lines that differ less are drawn once
-PREFIXES = {0: "", 3: "k", 6: "M", 9: "G"}  # of the unit, by power of ten
+DIGITS = (-3, 6)  # powers of ten between which numbers beside an axis are written out
 
 Series = Mapping[str, np.ndarray]
 """Lines (nt,) by the names in the legend, or several under one name (n, nt), drawn from the least
@@ -57,28 +58,31 @@ class Panel(NamedTuple):
 def lines(
     time: np.ndarray,
     label: str,
-    unit: str,
+    shown: Shown,
     series: Series,
     order: Sequence[str] = (),
-    largest: float | None = None,
 ) -> Panel:
-    """A panel of lines; lines that are alike are drawn once, with all their names. Their styles
-    follow the ``order`` of all names that there may be; the prefix of the unit suits the
-    ``largest`` value, by default that of these lines."""
-    unit, drawn = _scaled(unit, series, styles(order), largest)
-    return Panel(partial(_plot_lines, time, f"{label} [{unit}]", drawn))
+    """A panel of lines in SI, drawn in the unit that is ``shown``. Lines that are alike are drawn
+    once, with all their names. Their styles follow the ``order`` of all names that there may
+    be."""
+    drawn = _scaled(shown.factor, series, styles(order))
+    return Panel(partial(_plot_lines, time, labelled(label, shown.unit), drawn))
 
 
-def apart(time: np.ndarray, label: str, unit: str, series: Series) -> Iterator[Panel]:
+def apart(time: np.ndarray, label: str, shown: Shown, series: Series) -> Iterator[Panel]:
     """A panel for each line, as they would hide each other, all over one range of values."""
-    unit, drawn = _scaled(unit, series)
-    for line in drawn:
-        yield Panel(partial(_plot_named, time, f"{label} [{unit}]", line))
+    for line in _scaled(shown.factor, series):
+        yield Panel(partial(_plot_named, time, labelled(label, shown.unit), line))
 
 
 def bands(time: np.ndarray, modes: Series) -> Panel:
     """A band for each contact point, its height shared by the modes as they share the time."""
     return Panel(partial(_plot_bands, time, modes), max(HEIGHT, BAND * len(modes)))
+
+
+def labelled(text: str, unit: str) -> str:
+    """What stands beside an axis: a text, and the unit in brackets where there is one."""
+    return f"{text} [{unit}]" if unit else text
 
 
 def peak(series: Series) -> float:
@@ -135,31 +139,18 @@ def _size(count: int) -> int:
     return ceil(count / BINS)
 
 
-def _scaled(
-    unit: str,
-    series: Series,
-    look: Mapping[str, Style] | None = None,
-    largest: float | None = None,
-) -> tuple[str, list[_Line]]:
-    """The unit with a prefix that suits the largest value, and the lines in it, alike ones as one;
-    metres and degrees have no prefix."""
-    largest, power = peak(series) if largest is None else largest, 0
-    if unit in ("N", "J") and largest > 0.0:
-        power = min(max(3 * floor(log10(largest) / 3), 0), 9)
-    drawn = [
-        _Line(
-            _joined(names),
-            values / 10.0**power,
-            (look or {}).get(names[0], STYLES[k % len(STYLES)]),
-        )
+def _scaled(factor: float, series: Series, look: Mapping[str, Style] | None = None) -> list[_Line]:
+    """The lines times a factor, alike ones as one."""
+    known = look or {}
+    return [
+        _Line(_joined(names), factor * values, known.get(names[0], STYLES[k % len(STYLES)]))
         for k, (names, values) in enumerate(alike(series))
     ]
-    return f"{PREFIXES[power]}{unit}", drawn
 
 
 def _joined(names: list[str]) -> str:
-    """ "barge 1, barge 2" or "barge 1 and 2 alike"."""
-    return ", ".join(names) if len(names) < 3 else f"{names[0]} and {len(names) - 1} alike"
+    """ "barge 1, barge 2" or "barge 1 and 2 more"."""
+    return ", ".join(names) if len(names) < 3 else f"{names[0]} and {len(names) - 1} more"
 
 
 def _plot_lines(
@@ -169,7 +160,7 @@ def _plot_lines(
     for line in drawn:
         _plot_line(axis, time[inside], line.values[..., inside], line)
     axis.set_ylabel(label if len(label) < WORDS else fill(label, WORDS))
-    axis.ticklabel_format(axis="y", scilimits=(-3, 4))
+    axis.ticklabel_format(axis="y", scilimits=DIGITS)
     if any(line.name for line in drawn):
         _legend(axis)
 

@@ -14,9 +14,11 @@ import xarray as xr
 from hydrosim.dofs import DOFS
 from hydrosim.plot.panels import APART, Panel, Series, alike, apart, bands, lines, peak
 from hydrosim.plot.styles import COLOURS
+from hydrosim.presentation.units import Shown, units_of
 from hydrosim.results.channels import names, series
 from hydrosim.results.stages import transferred
 from hydrosim.statistics.contact import crawl
+from hydrosim.wording.run import unit_of
 
 STILL = 1e-6  # m or rad: what moves less does not move
 LITTLE = 1e-3  # of the largest friction: what is less along an axis is not drawn
@@ -41,7 +43,7 @@ def motions(run: xr.Dataset) -> list[Panel]:
     panels = []
     for dof, bodies in _moving(run).items():
         each = {"" if single else body: _position(run, body, dof) for body in bodies}
-        panels.append(_lines(run, dof, _unit(dof), each, [] if single else order))
+        panels.append(_lines(run, dof, unit_of(dof), each, [] if single else order))
     return [*panels, *_elevation(run)]
 
 
@@ -56,9 +58,10 @@ def fender_forces(run: xr.Dataset) -> list[Panel]:
         name: np.hstack([normal[name], *(each[name] for each in axes.values())]) for name in normal
     }
     kept = [(", ".join(group), group[0]) for group, _ in alike(together)]
-    left = apart(time, "normal force", "N", {name: normal[first] for name, first in kept})
+    shown = units_of(run.attrs).shown("N")
+    left = apart(time, "normal force", shown, {name: normal[first] for name, first in kept})
     by_contact = [{axis: each[first] for axis, each in axes.items()} for _, first in kept]
-    right = _components(time, "friction", "N", by_contact)
+    right = _components(time, "friction", shown, by_contact)
     return [panel for row in zip(left, right, strict=True) for panel in row]
 
 
@@ -101,7 +104,8 @@ def tensions(run: xr.Dataset) -> list[Panel]:
     if "spring" not in run.dims:
         return []
     tension = _few(run, run.spring_tension, "spring")
-    return [*apart(run.time.values, "tension", "N", tension), *_utilisation(run)]
+    shown = units_of(run.attrs).shown("N")
+    return [*apart(run.time.values, "tension", shown, tension), *_utilisation(run)]
 
 
 def tanks(run: xr.Dataset) -> list[Panel]:
@@ -149,12 +153,10 @@ def channels(run: xr.Dataset, chosen: Sequence[str]) -> list[Panel]:
     for name in chosen:
         values, unit = series(run, name)
         kind, _, of = name.partition(".")
-        if unit.startswith("rad"):
-            values, unit = np.degrees(values), unit.replace("rad", "deg", 1)
         kinds.setdefault((kind.replace("_", " "), unit), {})[of.replace(".", " ")] = values
     panels: list[Panel] = []
     for (kind, unit), each in kinds.items():
-        several = apart(run.time.values, kind, unit, each)
+        several = apart(run.time.values, kind, units_of(run.attrs).shown(unit), each)
         panels += several if len(alike(each)) > APART else [_lines(run, kind, unit, each)]
     return panels
 
@@ -162,21 +164,21 @@ def channels(run: xr.Dataset, chosen: Sequence[str]) -> list[Panel]:
 def _lines(
     run: xr.Dataset, label: str, unit: str, each: Series, order: Sequence[str] = ()
 ) -> Panel:
-    return lines(run.time.values, label, unit, each, order)
+    """A panel of lines in SI ``unit``, in the unit that the run is read in."""
+    return lines(run.time.values, label, units_of(run.attrs).shown(unit), each, order)
 
 
 def _components(
-    time: np.ndarray, label: str, unit: str, panels: Sequence[Series]
+    time: np.ndarray, label: str, shown: Shown, panels: Sequence[Series]
 ) -> Iterator[Panel]:
-    """A panel for each, of the same components, those that are not little throughout; all with the
-    prefix that suits the largest."""
+    """A panel for each, of the same components, those that are not little throughout."""
     order, largest = [*panels[0]], max(peak(each) for each in panels)
-    shown = [a for a in order if any(peak({a: x[a]}) > LITTLE * largest for x in panels)]
-    alone = len(shown) < 2
-    label = f"{label} {shown[0]}" if len(shown) == 1 else label
+    acting = [a for a in order if any(peak({a: x[a]}) > LITTLE * largest for x in panels)]
+    alone = len(acting) < 2
+    label = f"{label} {acting[0]}" if len(acting) == 1 else label
     for each in panels:
-        drawn = {"" if alone else axis: each[axis] for axis in shown or order[:1]}
-        yield lines(time, label, unit, drawn, [] if alone else order, largest)
+        drawn = {"" if alone else axis: each[axis] for axis in acting or order[:1]}
+        yield lines(time, label, shown, drawn, [] if alone else order)
 
 
 def _motions_together(run: xr.Dataset) -> Iterator[Panel]:
@@ -187,12 +189,11 @@ def _motions_together(run: xr.Dataset) -> Iterator[Panel]:
             own = [dof for dof in dofs if body in moving.get(dof, ())]
             of = f"{body}\n" if run.sizes["body"] > 1 else ""
             if len(own) == 1:
-                yield _lines(
-                    run, f"{of}{own[0]}", _unit(own[0]), {"": _position(run, body, own[0])}
-                )
+                position = {"": _position(run, body, own[0])}
+                yield _lines(run, f"{of}{own[0]}", unit_of(own[0]), position)
             elif own:
                 each = {dof: _position(run, body, dof) for dof in own}
-                yield _lines(run, f"{of}{kind}", _unit(own[0]), each, dofs)
+                yield _lines(run, f"{of}{kind}", unit_of(own[0]), each, dofs)
 
 
 def _moving(run: xr.Dataset) -> dict[str, list[str]]:
@@ -207,12 +208,7 @@ def _moving(run: xr.Dataset) -> dict[str, list[str]]:
 
 
 def _position(run: xr.Dataset, body: str, dof: str) -> np.ndarray:
-    values = run.position.sel(body=body, dof=dof).values
-    return np.degrees(values) if dof in KINDS["rotation"] else values
-
-
-def _unit(dof: str) -> str:
-    return "deg" if dof in KINDS["rotation"] else "m"
+    return np.asarray(run.position.sel(body=body, dof=dof).values)
 
 
 def _elevation(run: xr.Dataset) -> Iterator[Panel]:

@@ -9,14 +9,18 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from hydrosim.documents.digits import digits_of
 from hydrosim.outputs import Output, save_picture
+from hydrosim.plot.panels import labelled
+from hydrosim.presentation.units import Shown, Units, units_of
+from hydrosim.wording.run import unit_of
 
-TURNS = ("roll", "pitch", "yaw")
 STILL = 1e-6  # of the largest motion: it has no phase
 
 
 def draw_response(found: xr.Dataset, output: Path | Output) -> None:
     """Amplitudes and phases of all motions that waves excite, those of all bodies together."""
+    units = units_of(found.attrs)
     dofs = [str(d) for d in found.dof.values if np.any(found.rao_amplitude.sel(dof=d) > 0.0)]
     rows = max(len(dofs), 1)
     height = 2.2 * rows + 0.8
@@ -24,9 +28,11 @@ def draw_response(found: xr.Dataset, output: Path | Output) -> None:
     figure.subplots_adjust(0.07, 0.45 / height, 0.99, 1.0 - 0.7 / height, 0.15, 0.25)
     axes = figure.subplots(rows, 2, squeeze=False, sharex=True)
     for dof, (size, phase) in zip(dofs, axes, strict=False):
+        amplitude = units.shown(f"{unit_of(dof)}/m")
         for body in found.body.values:
-            _draw_motion(found.sel(body=body, dof=dof), dof, size, phase)
-        _dress(dof, size, phase)
+            _draw_motion(found.sel(body=body, dof=dof), amplitude, units, size, phase)
+        size.set_ylabel(labelled(dof, amplitude.unit))
+        _dress(units, size, phase)
     for axis in axes[-1]:
         axis.set_xlabel("frequency [rad/s]")
     if dofs:
@@ -35,21 +41,21 @@ def draw_response(found: xr.Dataset, output: Path | Output) -> None:
     save_picture(figure, output, dpi=100)
 
 
-def _draw_motion(at: xr.Dataset, dof: str, size: Axes, phase: Axes) -> None:
+def _draw_motion(at: xr.Dataset, amplitude: Shown, units: Units, size: Axes, phase: Axes) -> None:
     """A line of one body for each heading."""
+    angle = units.shown("rad")
     for heading in at.heading.values:
         rao = at.sel(heading=heading)
-        label = f"{at.body.values}, waves to {np.degrees(heading):.0f}°"
-        amplitude = np.degrees(rao.rao_amplitude) if dof in TURNS else rao.rao_amplitude
-        size.plot(at.frequency, amplitude, label=label, linewidth=1.2)
+        label = f"{at.body.values}, waves to {digits_of(angle.factor * heading)} {angle.unit}"
+        size.plot(at.frequency, amplitude.factor * rao.rao_amplitude, label=label, linewidth=1.2)
         moves = rao.rao_amplitude > STILL * float(at.rao_amplitude.max())
-        phase.plot(at.frequency, np.degrees(rao.rao_phase.where(moves)), ".", markersize=2.5)
+        phase.plot(at.frequency, angle.factor * rao.rao_phase.where(moves), ".", markersize=2.5)
 
 
-def _dress(dof: str, size: Axes, phase: Axes) -> None:
-    size.set_ylabel(f"{dof} [{'deg/m' if dof in TURNS else 'm/m'}]")
-    phase.set_ylabel("phase [deg]")
-    phase.set_yticks([-180, -90, 0, 90, 180])
+def _dress(units: Units, size: Axes, phase: Axes) -> None:
+    angle = units.shown("rad")
+    phase.set_ylabel(labelled("phase", angle.unit))
+    phase.set_yticks(angle.factor * np.pi * np.array([-1.0, -0.5, 0.0, 0.5, 1.0]))
     for axis in (size, phase):
         axis.grid(alpha=0.3)
         axis.spines[["top", "right"]].set_visible(False)

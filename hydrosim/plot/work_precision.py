@@ -9,11 +9,14 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from hydrosim.outputs import Output, save_picture
+from hydrosim.plot.panels import labelled
 from hydrosim.plot.styles import STYLES
+from hydrosim.presentation.units import units_of
 
 
 def draw_work_precision(study: xr.Dataset, output: Path | Output) -> None:
     """Error of the motion against run time and against evaluations, a line per method."""
+    length = units_of(study.attrs).shown("m")
     figure = Figure(figsize=(10, 4.5), dpi=100, layout="constrained")
     FigureCanvasAgg(figure)
     costs = {"wall_time": "run time [s]", "evaluations": "evaluations of the equation of motion"}
@@ -22,11 +25,13 @@ def draw_work_precision(study: xr.Dataset, output: Path | Output) -> None:
         for method, (colour, dash) in zip(names, STYLES, strict=False):
             of_method = study.isel(trial=study.method.values == method)
             line = {"marker": "o", "color": colour, "linestyle": dash}
-            axes.loglog(of_method[cost], of_method.motion_error, **line, label=str(method))
-        axes.axhline(study.attrs["reference_error"], color="0.5", linestyle=":", label="reference")
+            error = length.factor * of_method.motion_error
+            axes.loglog(of_method[cost], error, **line, label=str(method))
+        least = length.factor * study.attrs["reference_error"]
+        axes.axhline(least, color="0.5", linestyle=":", label="reference")
         axes.set_xlabel(label)
         axes.grid(alpha=0.3)
-    figure.axes[0].set_ylabel("largest error of a place [m]")
+    figure.axes[0].set_ylabel(labelled("largest error of a place", length.unit))
     figure.axes[1].legend()
     figure.suptitle(study.attrs["title"])
     save_picture(figure, output)

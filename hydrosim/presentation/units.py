@@ -109,6 +109,11 @@ def as_attribute(chosen: Mapping[str, str]) -> dict[str, str]:
     return {ATTRIBUTE: json.dumps(dict(chosen))} if chosen else {}
 
 
+def choice_in(attributes: Mapping[Any, Any]) -> dict[str, str]:
+    """The choice among the attributes of a result, for a result that is made of it."""
+    return {ATTRIBUTE: str(attributes[ATTRIBUTE])} if ATTRIBUTE in attributes else {}
+
+
 def units_of(attributes: Mapping[Any, Any]) -> Units:
     """The units that a result asks to be read in, by its attributes."""
     text = attributes.get(ATTRIBUTE)

@@ -9,7 +9,7 @@ as it was, bit by bit.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -30,9 +30,11 @@ def write_recording(
     channels: Sequence[str],
     step: float | None = None,
     digits: int = EXACT,
+    shown: Callable[[str], tuple[str, float]] | None = None,
 ) -> None:
     """Write ``channels`` ("position.barge.heave") of a run to a text file, at the run's
-    times or at every ``step`` [s] from its start on, there by cubic splines.
+    times or at every ``step`` [s] from its start on, there by cubic splines. ``shown`` gives for an
+    SI unit the unit to write, and what numbers in SI are multiplied by; without it all is in SI.
 
     The file appears under its name when it is complete. Raises InputError for unknown channels.
     """
@@ -43,14 +45,19 @@ def write_recording(
         at = time[0] + step * np.arange(int((time[-1] - time[0]) / step * (1.0 + 1e-12)) + 1)
         time, rows = at, CubicSpline(time, rows)(at)
     names = ["time", *channels]
-    units = [f"[{unit}]" for unit in ("s", *(unit for _, unit in columns))]
+    said = [unit for _, unit in columns]
+    if shown is not None:
+        rows = rows * np.array([shown(unit)[1] for unit in said])
+        said = [shown(unit)[0] for unit in said]
+    units = [f"[{unit}]" for unit in ("s", *said)]
+    kept = "SI and radians" if shown is None else "units of the case"
     number = digits + 7  # sign, point and exponent are 7 at most
     widths = [
         GAP + max(number, len(name), len(unit)) for name, unit in zip(names, units, strict=True)
     ]
     heading = [
         f"# {run.attrs.get('title', '')}".rstrip(),
-        f"# {output.mark}; SI and radians; {digits} significant digits",
+        f"# {output.mark}; {kept}; {digits} significant digits",
         *("".join(map(str.rjust, row, widths)) for row in (names, units)),
     ]
     with output.written() as path:

@@ -14,6 +14,7 @@ from hydrosim.forces.contact.landing import Landing
 from hydrosim.forces.spring import Spring
 from hydrosim.presentation.document import Document, Heading, Node
 from hydrosim.presentation.figures import Replay
+from hydrosim.presentation.units import units_of
 from hydrosim.report.envelopes import base64_of
 from hydrosim.report.scenery import scene_of, shape_of, waves_of
 from hydrosim.report.supports import EARTH, keel_of, supports_of
@@ -61,6 +62,7 @@ def replay_nodes(run: xr.Dataset) -> Iterator[Node]:
     every = float(frames.time[1] - frames.time[0])
     notes.append(f"Motions are those of every {every:g} s{COARSE if every > SHORT else BETWEEN}.")
     names = list(map(str, run.body.values))
+    units = units_of(run.attrs)
     data = {
         "bodies": [
             {"name": name, "triangles": base64_of(shape.triangles.ravel())}
@@ -71,6 +73,8 @@ def replay_nodes(run: xr.Dataset) -> Iterator[Node]:
         "time": base64_of(frames.time.values),
         "position": base64_of(_placed(frames).ravel()),
         "size": size,
+        "force_unit": units.shown("N")._asdict(),
+        "length_unit": units.shown("m")._asdict(),
         "factor": 1 if "fender_mode" in run else _factor(_placed(frames), size),
         "waves": [_packed(each) for each in waves],
         "planes": list(_planes(scene, size)) if scene else [],

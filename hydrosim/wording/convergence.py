@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from hydrosim.presentation.document import Cell, Document, List, Node, Sentence, Table, Value
+from hydrosim.presentation.units import DEFAULT, Units
 from hydrosim.results.ledger import CLOSED
 from hydrosim.wording.parts import lines_of
 
@@ -39,14 +40,14 @@ def convergence(run: xr.Dataset) -> Iterator[Node]:
         yield List(lines, "Radiation")
 
 
-def study_document(study: Study, title: str) -> Document:
+def study_document(study: Study, title: str, units: Units = DEFAULT) -> Document:
     """The errors of each method and setting against run time."""
     head = ("method", "setting", "motion", "order", "crawl", "energy", "evaluations", "time")
     said = Sentence(
         "Errors are against rk4 at {}, whose own error is {}.",
         [Value(study.reference_step, "s"), Value(study.reference_error, "m", 2)],
     )
-    return Document(title, [said, Table(head, list(_trials(study)))])
+    return Document(title, [said, Table(head, list(_trials(study)))], units=units)
 
 
 def _trials(study: Study) -> Iterator[list[Cell]]:

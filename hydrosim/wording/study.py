@@ -23,6 +23,7 @@ from hydrosim.presentation.document import (
     Verdict,
 )
 from hydrosim.presentation.figures import Curve, Curves
+from hydrosim.presentation.layout import text_of
 from hydrosim.presentation.units import units_of
 from hydrosim.results.growing import GATHERED
 from hydrosim.results.ledger import CLOSED
@@ -189,11 +190,11 @@ def _pictures(plan: Plan, rows: list[Row]) -> Iterator[Node]:
     axis = numbers[0]
     for figure in plan.figures:
         own = [row for row in rows if row.figure == figure]
-        others = [tuple(v for k, v in row.values.items() if k != axis) for row in own]
+        others = [_others(plan, row, axis) for row in own]
         kinds = list(dict.fromkeys(others))
         if len(kinds) <= LINES:
             curves = {
-                ", ".join(map(str, kind)) or figure: _curve(
+                ", ".join(kind) or figure: _curve(
                     [row for row, other in zip(own, others, strict=True) if other == kind], axis
                 )
                 for kind in kinds
@@ -201,6 +202,14 @@ def _pictures(plan: Plan, rows: list[Row]) -> Iterator[Node]:
             unit = own[0].unit if own else ""
             title = f"{figure}: means over seeds with their 90 % intervals"
             yield Curves(title, short(axis), plan.unit(axis), figure, unit, curves)
+
+
+def _others(plan: Plan, row: Row, axis: str) -> tuple[str, ...]:
+    """The values of all parameters but one, as they are read."""
+    units = units_of(plan.runs.attrs)
+    rest = {name: value for name, value in row.values.items() if name != axis}
+    each = (value_of(value, plan.unit(name)) for name, value in rest.items())
+    return tuple(text_of(value, units) for value in each)
 
 
 def _curve(rows: list[Row], axis: str) -> Curve:

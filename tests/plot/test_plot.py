@@ -16,9 +16,11 @@ from hydrosim.plot.draw import Format, View, phases
 from hydrosim.plot.draw import figure as figure_of
 from hydrosim.plot.layout import Frame, picture
 from hydrosim.plot.panels import Window, bands, lines, thinned
+from hydrosim.presentation.units import Shown, as_attribute
 
 TIME = np.linspace(0.0, 60.0, 121)
-UNITS = tuple(f"[{unit}]" for unit in ("m", "deg", "N", "kN", "MN", "J", "kJ", "MJ"))
+KILO = Shown("kN", 1e-3)
+UNITS = tuple(f"[{unit}]" for unit in ("m", "deg", "kN", "MJ"))
 DETAILS = ("overview", "motions", "fender_forces", "contact", "energies")
 
 
@@ -127,8 +129,8 @@ def test_values_are_drawn_in_the_unit_of_the_label() -> None:
     pitch = drawn["motions"].axes[1].get_lines()[0].get_ydata()
     assert np.max(pitch) == pytest.approx(3.0, rel=1e-2)  # the records miss the crest by 0.3 %
     normal = drawn["fender_forces"].axes[2]  # of the second contact
-    assert normal.get_ylabel() == "normal force [MN]"
-    assert np.max(normal.get_lines()[0].get_ydata()) == pytest.approx(80.0, rel=1e-2)
+    assert normal.get_ylabel() == "normal force [kN]"
+    assert np.max(normal.get_lines()[0].get_ydata()) == pytest.approx(80e3, rel=1e-2)
 
 
 def test_bodies_have_a_line_each_and_alike_lines_share_one() -> None:
@@ -139,8 +141,8 @@ def test_bodies_have_a_line_each_and_alike_lines_share_one() -> None:
 
 def test_friction_has_panels_only_along_the_axes_where_it_acts() -> None:
     assert labels(figures(run_of(fenders=1))["fender_forces"]) == [
-        "normal force [MN]",
-        "friction x [MN]",
+        "normal force [kN]",
+        "friction x [kN]",
     ]
 
 
@@ -178,17 +180,35 @@ def test_thinning_keeps_the_ends_and_every_crest() -> None:
 
 
 @pytest.mark.parametrize(
-    ("size", "unit"), [(0.0, "N"), (40.0, "N"), (4e4, "kN"), (4e7, "MN"), (4e13, "GN")]
+    ("writes", "expected"),
+    [
+        ({}, {"surge [m]": 2.0, "pitch [deg]": 3.0, "kinetic energy [MJ]": 4.0}),
+        ({"m": "mm", "rad": "rad"}, {"surge [mm]": 2e3, "pitch [rad]": np.radians(3.0)}),
+        ({"N": "tonne_force"}, {"normal force [tf]": 8e7 / 9810.0}),
+        ({"N": "N"}, {"normal force [N]": 8e7}),
+    ],
 )
-def test_the_unit_has_a_prefix_that_suits_the_largest_value(size: float, unit: str) -> None:
-    figure = picture([lines(TIME, "force", "N", {"": size * np.sin(TIME)})], "")
-    assert labels(figure) == [f"force [{unit}]"]
+def test_the_unit_is_the_one_that_the_case_writes(
+    writes: dict[str, str], expected: dict[str, float]
+) -> None:
+    run = run_of(fenders=2).assign_attrs(as_attribute(writes))
+    axes = [axis for figure in figures(run).values() for axis in figure.axes]
+    for label, largest in expected.items():
+        drawn = [axis.get_lines() for axis in axes if axis.get_ylabel() == label]
+        found = max(np.max(line.get_ydata()) for each in drawn for line in each)
+        assert found == pytest.approx(largest, rel=1e-2)  # the records miss the crest by 0.3 %
+
+
+def test_the_same_unit_is_drawn_whatever_the_size() -> None:
+    for size in (0.0, 40.0, 4e7):
+        figure = picture([lines(TIME, "force", KILO, {"": size * np.sin(TIME)})], "")
+        assert labels(figure) == ["force [kN]"]
 
 
 @pytest.mark.parametrize("differ", [0.0, 1.0], ids=["alike", "different"])
 def test_thirty_lines_leave_the_panel_its_room(differ: float) -> None:
     many = {f"contact point {i}": TIME + differ * i for i in range(30)}
-    figure = picture([lines(TIME, "force", "N", many)], "")
+    figure = picture([lines(TIME, "force", KILO, many)], "")
     figure.canvas.draw()
     place = figure.axes[0].get_position()
     assert place.width > 0.3
@@ -203,7 +223,7 @@ def test_the_title_says_when_a_run_is_not_complete() -> None:
 def test_long_runs_are_bands_with_their_mean_and_say_so() -> None:
     """A sine of 12.566 s and amplitude 1: the band is from -1 to 1, the mean about 0."""
     time = np.linspace(0.0, 40_000.0, 160_001)
-    figure = picture([lines(time, "heave", "m", {"": np.sin(0.5 * time)})], "")
+    figure = picture([lines(time, "heave", Shown("m", 1.0), {"": np.sin(0.5 * time)})], "")
     (band,) = figure.axes[0].collections
     ends = band.get_paths()[0].get_extents()
     assert (ends.y0, ends.y1) == pytest.approx((-1.0, 1.0), abs=1e-3)
@@ -228,13 +248,13 @@ def test_of_many_lines_each_group_has_one() -> None:
     ends = axis.collections[0].get_paths()[0].get_extents()
     mean = axis.get_lines()[0].get_ydata()
     swing = np.abs(np.sin(TIME)).max()
-    assert (ends.y0, ends.y1) == pytest.approx((0.0, 160.0 * swing))
-    assert mean.max() == pytest.approx(100.0 * swing)
+    assert (ends.y0, ends.y1) == pytest.approx((0.0, 160e3 * swing))
+    assert mean.max() == pytest.approx(100e3 * swing)
 
 
 def test_contacts_have_their_normal_force_and_friction_beside_each_other() -> None:
     axes = figures(run_of(fenders=3))["fender_forces"].axes
-    assert [axis.get_ylabel() for axis in axes] == ["normal force [MN]", "friction x [MN]"] * 3
+    assert [axis.get_ylabel() for axis in axes] == ["normal force [kN]", "friction x [kN]"] * 3
     assert len({axis.get_ylim() for axis in axes[::2]}) == 1
     assert [axis.texts[0].get_text() for axis in axes[::2]] == ["deck 1", "deck 2", "deck 3"]
 
@@ -285,7 +305,7 @@ def test_lines_have_tensions_one_each_and_capacities() -> None:
     assert [axis.get_ylabel() for axis in axes] == [
         "tension [kN]",
         "tension [kN]",
-        "utilisation [1]",
+        "utilisation",
     ]
     assert np.array_equal(axes[2].get_lines()[0].get_ydata(), tension[:, 1] / 5e5)
 

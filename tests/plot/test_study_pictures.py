@@ -12,6 +12,7 @@ import xarray as xr
 from hydrosim.errors import InputError
 from hydrosim.outputs import Output
 from hydrosim.plot.effects import draw_study, page
+from hydrosim.presentation.units import as_attribute
 from hydrosim.statistics import effects
 
 
@@ -32,6 +33,47 @@ def test_a_band_goes_through_the_means() -> None:
     assert list(x) == [1.0, 1000.0]
     assert list(y) == [2.0, 5.0]
     assert axis.get_xscale() == "log"
+
+
+def test_parameters_and_figures_are_drawn_as_the_case_writes_them() -> None:
+    """2 and 4 deg, 1 and 3 mm; rad and m in the file."""
+    runs = runs_of("grid", {"a": [0.0349065850, 0.0698131701]}, [0.001, 0.003])
+    runs["a"].attrs["units"] = "rad"
+    runs = runs.assign_attrs(as_attribute({"m": "mm"}))
+    (axis,) = page(effects.plans(runs)[0]).axes
+    x, y = axis.containers[0].lines[0].get_data()  # type: ignore[attr-defined]
+    assert list(x) == pytest.approx([2.0, 4.0], rel=1e-8)
+    assert list(y) == pytest.approx([1.0, 3.0], rel=1e-12)
+    assert (axis.get_xlabel(), axis.get_ylabel()) == ("a [deg]", "y [mm]")
+
+
+def test_many_figures_stand_beside_each_other() -> None:
+    runs = runs_of("grid", {"a": [1.0, 1.0, 2.0, 2.0]}, [1.0, 3.0, 5.0, 5.0])
+    names = ["y", *(f"y_{k}" for k in range(8))]
+    runs = runs.assign(dict.fromkeys(names, runs.y))
+    design = json.loads(runs.attrs["design"]) | {"figures": names}
+    figure = page(effects.plans(runs.assign_attrs(design=json.dumps(design)))[0])
+    assert [axis.get_ylabel() for axis in figure.axes[:2]] == ["y [m]", "y 0 [m]"]
+    width, height = figure.get_size_inches()
+    assert width > height
+    assert len(figure.legends) == 1
+
+
+def test_values_of_many_decades_have_ticks_of_their_own() -> None:
+    runs = runs_of("grid", {"a": [0.0, 1e3, 1e7]}, [1.0, 3.0, 5.0])
+    figure = page(effects.plans(runs)[0])
+    figure.canvas.draw()
+    assert [tick.get_text() for tick in figure.axes[0].get_xticklabels()] == [
+        "0",
+        "1000",
+        "10,000,000",
+    ]
+
+
+def test_a_figure_without_any_value_says_so() -> None:
+    runs = runs_of("grid", {"a": [1.0, 2.0]}, [np.nan, np.nan])
+    (axis,) = page(effects.plans(runs)[0]).axes
+    assert [text.get_text() for text in axis.texts] == ["no run has a value"]
 
 
 def test_a_heat_map_writes_the_means() -> None:

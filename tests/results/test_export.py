@@ -11,11 +11,15 @@ import numpy as np
 import pytest
 import xarray as xr
 from command_line import Command, command
-from numpy.testing import assert_array_equal
+from numpy.testing import assert_allclose, assert_array_equal
 from recorded_runs import made_run
 
+from hydrosim.case.records import read_record
+from hydrosim.case.signals import Recorded
 from hydrosim.documents.series import read_series
 from hydrosim.documents.text import Source
+from hydrosim.errors import InputError
+from hydrosim.presentation.units import as_attribute
 from hydrosim.results.channels import series
 from hydrosim.results.export import matlab
 from hydrosim.results.export.table import Column, identifiers
@@ -41,7 +45,7 @@ def awkward_run() -> xr.Dataset:
     spreadsheets run and other programs do not take."""
     run = made_run(duration=20.0)
     run.fender_mode.attrs["flag_meanings"] = "open stick slip"
-    odd = np.array([0.1 + 0.2, 1e-310, -1.7976931348623157e308, np.pi, -0.0, np.nan])
+    odd = np.array([0.1 + 0.2, 1e-310, -1.7976931348623157e304, np.pi, -0.0, np.nan])
     run.fender_compression.values[:6, 0] = odd
     return run.assign_coords(fender=[HOSTILE, "-2+3"])
 
@@ -78,16 +82,49 @@ NAMES = (
 )
 
 
-def test_csv_reads_back_exact_and_no_cell_is_a_formula(export: Command) -> None:
+READ = {None: "kN", "tonne_force": "tf"}
+"""The unit of forces that a case writes, and the one that people read."""
+
+
+def shown_of(name: str, writes: dict[str, str]) -> np.ndarray:
+    """A channel of the run, in the unit that it is read in, straight from its file."""
+    factors = {"position.barge.pitch": 180.0 / np.pi, f"fender_compression.{HOSTILE}": 1.0}
+    if "m" in writes:
+        factors[f"fender_compression.{HOSTILE}"] = 1e3
+        factors["wave_elevation"] = 1e3
+    factor = factors.get(name, 1.0)
+    return of_run(name) if factor == 1.0 else factor * of_run(name)
+
+
+@pytest.mark.parametrize("writes", [{}, {"m": "mm", "N": "tonne_force"}])
+def test_csv_has_units_as_written_and_no_cell_is_a_formula(
+    export: Command, writes: dict[str, str]
+) -> None:
+    write(awkward_run().assign_attrs(as_attribute(writes)), Path("run.nc"))
     assert export("run.nc", "-o", "run.csv").code == 0
+    names, units, rows = read_csv(Path("run.csv"))
+    for name in NAMES:
+        same(rows[:, names.index(name)], shown_of(name, writes))
+    length = writes.get("m", "m")
+    force = READ[writes.get("N")]
+    assert units[names.index("position.barge.pitch")] == "deg"
+    assert units[names.index("position.barge.surge")] == length
+    assert units[names.index("velocity.barge.yaw")] == "deg/s"
+    assert units[names.index("force_mooring.barge.yaw")] == f"{force} {length}"
+    force_read = rows[:, names.index("force_mooring.barge.surge")]
+    newton = 9810.0 if force == "tf" else 1000.0
+    with netCDF4.Dataset("run.nc") as file:
+        assert_allclose(force_read, file["force_mooring"][:, 0, 0] / newton, rtol=1e-15)
+    assert "" not in units
+
+
+def test_csv_in_si_reads_back_exact(export: Command) -> None:
+    assert export("run.nc", "-o", "run.csv", "--units", "si").code == 0
     names, units, rows = read_csv(Path("run.csv"))
     for name in NAMES:
         same(rows[:, names.index(name)], of_run(name))
     assert units[names.index("position.barge.pitch")] == "rad"
-    assert units[names.index("position.barge.surge")] == "m"
-    assert units[names.index("velocity.barge.yaw")] == "rad/s"
     assert units[names.index("force_mooring.barge.yaw")] == "N m"
-    assert "" not in units
 
 
 @pytest.mark.parametrize(
@@ -113,6 +150,16 @@ def test_a_csv_drives_another_case(export: Command) -> None:
     same(found.value, of_run("position.barge.heave"))
 
 
+def test_units_of_a_csv_are_understood_where_it_drives_another_case(export: Command) -> None:
+    export("run.nc", "-o", "run.csv", "--channels", "force_mooring.*")
+    form = Recorded.model_validate({"file": "run.csv", "column": "force_mooring.barge.surge"})
+    found = read_record(form, "forces.wind", Path("case.yaml"), "N")
+    with netCDF4.Dataset("run.nc") as file:
+        assert_allclose(found.value, file["force_mooring"][:, 0, 0], rtol=1e-15)
+    with pytest.raises(InputError, match="found a column in kN; expected m"):
+        read_record(form, "forces.wind", Path("case.yaml"), "m")
+
+
 def test_matlab_reads_back_exact(export: Command) -> None:
     from scipy.io import loadmat
 
@@ -125,8 +172,8 @@ def test_matlab_reads_back_exact(export: Command) -> None:
     }
     same(found["time"], of_run("time"))
     for name in NAMES[1:]:
-        same(found[told[name][0]], of_run(name))
-    assert told["position.barge.pitch"][2] == "rad"
+        same(found[told[name][0]], shown_of(name, {}))
+    assert told["position.barge.pitch"][2] == "deg"
     assert told["fender_mode.-2+3"][4] == "open stick slip"
     assert str(found["run"]["status"][0, 0][0]) == "complete"
 
@@ -137,9 +184,9 @@ def test_parquet_reads_back_exact(export: Command) -> None:
     assert export("run.nc", "-o", "run.parquet").code == 0
     found = parquet.read_table("run.parquet")
     for name in NAMES:
-        same(found[name].to_numpy(), of_run(name))
+        same(found[name].to_numpy(), shown_of(name, {}))
     said = json.loads(found.schema.metadata[b"channels"])
-    assert said["position.barge.pitch"]["units"] == "rad"
+    assert said["position.barge.pitch"]["units"] == "deg"
     assert said["fender_mode.-2+3"]["flag_meanings"] == "open stick slip"
     assert said.keys() == {*found.column_names}
 

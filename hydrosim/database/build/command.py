@@ -3,26 +3,27 @@
 from __future__ import annotations
 
 import os
-import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from hydrosim.errors import InputError
 from hydrosim.outputs import Output, settings_text
 
+Progress = Callable[[int, int], None]
 NEEDED = "hydrosim db build needs Capytaine; install it with: pip install hydrosim[bem]"
 
 
 def build_database(
-    output: Output, jobs: int, picture: bool, settings: Sequence[str] = ()
+    output: Output,
+    jobs: int,
+    picture: bool,
+    settings: Sequence[str] = (),
+    progress: Progress = lambda done, total: None,
 ) -> list[Path]:
     """Compute the database of the recipe that is the ``output``'s origin, with ``settings``
-    KEY=VALUE laid over it, by ``jobs`` processes, with a progress bar, and write it; with
-    ``picture`` also pages about it. The files written."""
+    KEY=VALUE laid over it, by ``jobs`` processes, and write it; with ``picture`` also pages about
+    it. ``progress`` is told how many frequencies are done, of how many. The files written."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # processes share the work, not threads
     try:
         from hydrosim.database.build.afloat import afloat
@@ -43,12 +44,8 @@ def build_database(
         given.data.model_dump(mode="json", exclude_unset=True, warnings=False)
     )
     output = replace(output, settings=made_with)
-    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()
-    console = Console(stderr=True, force_terminal=sys.stderr.isatty())
-    bar = Progress(*columns, TimeElapsedColumn(), console=console, transient=True)
-    with output.held(), bar:
-        task = bar.add_task("frequencies", total=given.steps)
-        db = build(given, jobs, lambda done, _: bar.update(task, completed=done))
+    with output.held():
+        db = build(given, jobs, progress)
         files = write(db, output)
     if picture:
         files.append(page.path)

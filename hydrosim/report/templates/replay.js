@@ -19,6 +19,8 @@
   const hollow = new Set(given.tanks.map((tank) => tank.body));  // bodies that one looks into
   const OPEN = [0.75, 0.75, 0.75], MODES = [OPEN, [0, 0.45, 0.7], [0.9, 0.62, 0]];
   const HULLS = [[0.62, 0.25, 0.2], [0.78, 0.68, 0.42], [0.4, 0.5, 0.35], [0.5, 0.42, 0.6]];
+  const lengths = given.length_unit, decimals = Math.min(Math.max(2 - Math.floor(Math.log10(hardest * given.force_unit.factor)), 0), 6);
+  const read = (force) => (force * given.force_unit.factor).toFixed(decimals);  // about three digits of the largest
   const N = 64;  // lines of the water each way
 
   const multiply = (a, b) => {
@@ -216,11 +218,11 @@
     });
     [[1, 0, 0], [0, 1, 0], [0, 0, 1]].forEach((axis, k) => point2d([60, height - 60], turned(axis), 30, "xyz"[k]));
     towards.forEach((along, k) => point2d([width - 110 - 100 * k, 50], turned(along), 36, towards.length > 1 ? `waves ${k + 1}` : "waves"));
-    const pixels = height / (2 * Math.tan(0.3) * far), power = 10 ** Math.floor(Math.log10(140 / pixels));
+    const pixels = height / (2 * Math.tan(0.3) * far * lengths.factor), power = 10 ** Math.floor(Math.log10(140 / pixels));
     const length = [5, 2, 1].map((m) => m * power).find((x) => x * pixels <= 140);
     pen.lineWidth = 2; pen.strokeStyle = "#14181c"; pen.beginPath();
     pen.moveTo(width - 24, height - 32); pen.lineTo(width - 24 - length * pixels, height - 32); pen.stroke();
-    write(`${length} m`, width - 24 - 0.5 * length * pixels, height - 18);
+    write(`${length} ${lengths.unit}`, width - 24 - 0.5 * length * pixels, height - 18);
   }
 
   let shown = -1;
@@ -283,7 +285,7 @@
     output.textContent = `${state.t.toFixed(1)} s`;
     pressed.textContent = given.contacts.slice(0, 12).map((contact, c) => {
       const k = now[0] * contacts + c;
-      return `${contact.name}: ${["open", "stick", "slip"][modes[k]] || ""} ${((forces[k] || 0) / 1e3).toFixed(0)} kN`;
+      return `${contact.name}: ${["open", "stick", "slip"][modes[k]] || ""} ${read(forces[k] || 0)} ${given.force_unit.unit}`;
     }).join("; ");
   }
 

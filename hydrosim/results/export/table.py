@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
@@ -12,6 +12,7 @@ import xarray as xr
 from hydrosim.documents.series import columns_of, select
 from hydrosim.documents.text import Source, require_finite, require_rising
 from hydrosim.errors import InputError
+from hydrosim.presentation.units import Units
 from hydrosim.results.channels import RUN, chosen, names, series
 
 KEPT = (
@@ -47,6 +48,10 @@ class Table:
     columns: Sequence[Column]
     attributes: dict[str, object]
 
+    def read_in(self, units: Units) -> Table:
+        """The same table, each column in the unit that it is read in. Modes stay as they are."""
+        return replace(self, columns=[_read_in(column, units) for column in self.columns])
+
 
 def table_of(run: xr.Dataset, patterns: Sequence[str], start: float, end: float) -> Table:
     """The channels of a run that one of the ``patterns`` fits, all that are recorded if there are
@@ -68,6 +73,13 @@ def table_of(run: xr.Dataset, patterns: Sequence[str], start: float, end: float)
     columns = [_column(run, name, *(of.get(name) or series(run, name))) for name in picked]
     said = {name: run.attrs[name] for name in KEPT if name in run.attrs}
     return Table(time[inside], columns, said)
+
+
+def _read_in(column: Column, units: Units) -> Column:
+    unit, factor = units.shown(column.unit)
+    if factor == 1.0:
+        return column
+    return replace(column, unit=unit, values=factor * column.values)
 
 
 def identifiers(columns: Iterable[Column], most: int, *taken: str) -> Iterator[tuple[str, Column]]:

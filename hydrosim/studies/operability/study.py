@@ -14,6 +14,9 @@ import xarray as xr
 from hydrosim.case.load import load_case
 from hydrosim.documents.places import locating_in
 from hydrosim.errors import InputError
+from hydrosim.presentation.document import Value
+from hydrosim.presentation.layout import text_of
+from hydrosim.presentation.units import units_of
 from hydrosim.program import program_version, versions
 from hydrosim.studies.many.shared import Shared
 from hydrosim.studies.many.unfinished import identity
@@ -71,6 +74,11 @@ class Limits:
     def headings(self) -> tuple[float, ...]:
         """Headings [rad]: those of the study, or that of the case."""
         return self.wanted.headings or (wind_sea(self.scene).heading,)
+
+    @property
+    def seas(self) -> int:
+        """How many seas there are."""
+        return sum(1 for _ in _seas(self))
 
     @property
     def identity(self) -> dict[str, str]:
@@ -159,9 +167,7 @@ def limits_of(
     found.attrs |= {"program": f"hydrosim {program_version()}", "versions": versions()}
     found.attrs["method"] = "by response spectra" if known else f"by runs: {about}"
     found.attrs["runs"] = trials.count
-    found.attrs["runs_of_all"] = (
-        0 if known else sum(1 for _ in _seas(study)) * len(table.heights) * len(study.seeds)
-    )
+    found.attrs["runs_of_all"] = 0 if known else study.seas * len(table.heights) * len(study.seeds)
     if trials.failed:
         found.attrs["failed"] = (
             f"{trials.failed} runs failed and count as not held; the first: {trials.message}"
@@ -302,10 +308,12 @@ class _Table:
 
 
 def _criteria(study: Limits) -> Iterator[str]:
+    units = units_of(study.scene.source)
     each = zip(study.figures, study.limits, study.least, strict=True)
     for figure, limit, least in each:
         side = "at least" if least else "at most"
-        yield f"{figure.name}: {figure} {side} {limit:g} {study.units.get(figure.name, '')}"
+        asked = text_of(Value(limit, study.units.get(figure.name, "")), units)
+        yield f"{figure.name}: {figure} {side} {asked}"
 
 
 def _plain(values: np.ndarray) -> np.ndarray:
