@@ -44,7 +44,7 @@ _HOME = {
 }
 __all__ = sorted(_HOME)
 _OF_RUNS = {"open_run", "simulate", "simulate_many"}
-"""What gives runs: they can then be asked `run.hydrosim`."""
+"""Functions that return runs; loading one of them registers `run.hydrosim`."""
 
 
 def __dir__() -> list[str]:
@@ -52,7 +52,8 @@ def __dir__() -> list[str]:
 
 
 def __getattr__(name: str) -> Any:
-    """Public names are loaded when first used, so that a command loads only what it needs."""
+    """Load public names when they are first used, so that a command loads only the modules it
+    needs."""
     if name == "__version__":
         return import_module("hydrosim.program").program_version()
     if name not in _HOME:

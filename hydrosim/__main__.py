@@ -1,7 +1,7 @@
 """The command line: thin commands over `load_case`, `simulate` and `plot`.
 
-Exit codes: 0 done, 1 a strict check failed or a comparison is out of tolerance, 2 the input is
-wrong, 3 the simulation failed, 130 interrupted.
+Exit codes: 0 done; 1 a strict check failed or a comparison is out of tolerance; 2 the input is
+wrong; 3 the simulation failed or a file cannot be written; 130 interrupted.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from typing import Annotated, Any
 if sys.excepthook is sys.__excepthook__:
 
     def _end_silently(kind: type[BaseException], error: BaseException, trace: Any) -> None:
-        """Ctrl-C while modules are loaded is no error: nothing has begun."""
+        """Ignore Ctrl-C while modules are loaded: nothing has begun."""
         if not issubclass(kind, KeyboardInterrupt):
             sys.__excepthook__(kind, error, trace)
 
     sys.excepthook = _end_silently
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: more threads only wait
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # more threads are slower on small matrices
 
 import typer
 from rich.console import Console
@@ -52,7 +52,7 @@ from hydrosim.errors import HydrosimError
 from hydrosim.interrupts import taken_as_interrupts
 from hydrosim.presentation.terminal import printable
 
-# in the order of `hydrosim --help`: first what is asked of a case, then of runs, then of files
+# in the order of `hydrosim --help`: commands on cases, then on runs, then on files
 COMMANDS = (
     *(check, run, linear, ballast, converge),
     *(plot, report, replay, statistics, explain, export, compare, case),
@@ -61,9 +61,9 @@ COMMANDS = (
 
 MEMORY = (
     "error: not enough memory ({}). Close other programs or raise the limit of this shell or job"
-    " (ulimit -v); a long run needs less with a larger output.step."
+    " (ulimit -v). A larger output.step reduces the memory of a long run."
 )
-NEEDED = 900_000_000  # bytes of addresses, to load all libraries and run a small case
+NEEDED = 900_000_000  # bytes of address space, to load all libraries and run a small case
 LACKS = "failed to map segment", "Cannot allocate memory"  # dynamic linker, operating system
 
 app = typer.Typer(
@@ -86,7 +86,7 @@ def _version(asked: bool) -> None:
 
 
 def _shipped() -> list[str]:
-    """A line on machine code that came with the package, if any did."""
+    """Line on the machine code that came with the package; empty without such code."""
     from hydrosim.jit.shipped import SHIPPED, describe_shipped
 
     if not SHIPPED:
@@ -108,14 +108,15 @@ def _of_all(
     pass
 
 
-# Loading makes many objects that stay: they need not be gone through for garbage all the time, nor
+# Loading makes many objects that stay. Garbage collection need not visit them during the run, nor
 # at the end, where it would take a third of a second.
 gc.set_threshold(50_000)
 atexit.register(gc.freeze)
 
 
 def main() -> None:
-    """Run the command line; a message meant for people ends it with its own exit code."""
+    """Run the command line. An error meant for the user ends it with the exit code of that
+    error."""
     taken_as_interrupts()
     make_streams_last()
     warnings.showwarning = lambda message, *_, **__: say(f"warning   {message}")
@@ -125,35 +126,36 @@ def main() -> None:
             app(prog_name="hydrosim")
         finally:
             sys.stdout.flush()
-    except KeyboardInterrupt:  # before the command has begun
+    except KeyboardInterrupt:  # raised before a command began
         raise SystemExit(130) from None
     except HydrosimError as error:
         err.print(f"[bold red]error[/] {_plain(error)}", highlight=False, soft_wrap=True)
         raise SystemExit(error.exit_code) from None
     except Exception as error:
         if lack := _lack_of_memory(error):
-            print(MEMORY.format(lack), file=sys.stderr)  # colours would need more of it
+            print(MEMORY.format(lack), file=sys.stderr)  # colours would need more memory
             raise SystemExit(3) from None
         if not isinstance(error, OSError):
             raise
         err.print(f"[bold red]error[/] {_plain(error)}", highlight=False, soft_wrap=True)
-        os._exit(3)  # what is left to be printed cannot be
+        os._exit(3)  # the remaining output cannot be printed
 
 
 def _require_memory() -> None:
-    """Refuse a limit below which OpenBLAS and LLVM end the process, or hang, without a message."""
+    """Refuse a limit of memory below which OpenBLAS and LLVM end the process, or hang, without a
+    message."""
     if sys.platform != "win32":
         import resource
 
         limit, _ = resource.getrlimit(resource.RLIMIT_AS)
-        if 0 < limit < NEEDED:  # none is negative
+        if 0 < limit < NEEDED:  # negative: no limit
             raise MemoryError(f"the limit is {limit / 1e6:.0f} MB; {NEEDED / 1e6:.0f} are needed")
 
 
 def _lack_of_memory(error: BaseException | None) -> str:
-    """What an error, or one that it comes of, says of missing memory; empty if it is another one.
-    Libraries that cannot be loaded say so in words, modules in C that fail without a word raise
-    SystemError."""
+    """Message on missing memory of an error or of its causes; empty if the error has another
+    reason. Libraries that cannot be loaded name the reason. Modules in C that fail without a
+    message raise SystemError."""
     while error is not None:
         text = str(error)
         if isinstance(error, MemoryError | SystemError) or any(each in text for each in LACKS):

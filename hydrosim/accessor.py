@@ -1,10 +1,10 @@
-"""What a run can be asked in Python: `run.hydrosim`, for every `xarray.Dataset` of a run.
+"""Methods of a run in Python: `run.hydrosim`, for every `xarray.Dataset` of a run.
 
 run.hydrosim                           in a notebook: title, how it ended, motions, warnings
 run.hydrosim.channels()                the names of all channels
 run.hydrosim.channel("speed.barge")    one over time, with its unit
 run.hydrosim.picture("motions")        a figure of matplotlib
-run.hydrosim.statistics(200.0)         extremes with confidence, as `hydrosim statistics` has them
+run.hydrosim.statistics(200.0)         extremes with confidence, as by `hydrosim statistics`
 run.hydrosim.report("report.html")     the page that `hydrosim report` writes
 """
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @xr.register_dataset_accessor("hydrosim")
 class RunAccessor:
-    """A run, and what can be asked of it."""
+    """Methods of a run: channels, pictures, statistics and a report."""
 
     def __init__(self, run: xr.Dataset) -> None:
         self._run = run
@@ -37,45 +37,50 @@ class RunAccessor:
         return self.summary()._repr_html_()
 
     def summary(self) -> Document:
-        """What `hydrosim run` prints: how the run ended, warnings, motions, contacts, lines."""
+        """Text that `hydrosim run` prints: end of the run, warnings, motions, contacts, lines."""
         from hydrosim.wording.run import run_document
 
         return run_document(self._run)
 
     def channels(self) -> list[str]:
-        """The names of all channels, also of those that follow from what is recorded."""
+        """Names of all channels, including those derived from recorded ones."""
         from hydrosim.results.channels import names
 
         return names(self._run)
 
     def channel(self, name: str) -> xr.DataArray:
-        """A channel (nt,) over time, with its unit; InputError if the run has none of that name."""
+        """Channel (nt,) over time, with its unit. Raises InputError if the run has no channel of
+        that name."""
         from hydrosim.results.channels import series
 
         values, unit = series(self._run, name)
         return xr.DataArray(values, {"time": self._run.time}, ("time",), name, {"units": unit})
 
     def picture(self, name: str = "overview") -> Figure:
-        """A figure, one of `hydrosim.plot.pictures.PICTURES` by its name, "overview", "motions"...;
-        InputError where the run has nothing of it, or has no such picture."""
+        """Figure by its name in `hydrosim.plot.pictures.PICTURES`, such as "overview" or "motions".
+        Raises InputError if there is no such picture, or if the run has no data for it."""
         from hydrosim.plot.draw import figure
 
         return figure(self._run, name)
 
     def statistics(self, start: float = 0.0, channels: Sequence[str] = ()) -> xr.Dataset:
-        """Means, periods, extremes with confidence from ``start`` [s] on, of motions, contacts and
-        lines, and of other ``channels`` by name; InputError where next to nothing is left then."""
+        """Means, periods and extremes with confidence intervals, from ``start`` [s] on. They cover
+        motions, contacts, lines and the additional ``channels``. Raises InputError if hardly any
+        record is left after ``start``."""
         from hydrosim.errors import InputError
         from hydrosim.statistics.statistics import enough_from, statistics
 
         end = float(self._run.time[-1])
         if not (isinstance(start, int | float) and enough_from(self._run, start)):
-            raise InputError(f"found a start of {start!r}; expected seconds well before {end:g} s.")
+            raise InputError(
+                f"found a start of {start!r}; expected a time in seconds well before"
+                f" the end of the run at {end:g} s."
+            )
         asked = [channels] if isinstance(channels, str) else channels
         return statistics(self._run, start, channels=asked)
 
     def report(self, path: str | Path) -> Path:
-        """Write the report of the run as a page, and say where it is."""
+        """Write the report of the run as a page; return its path."""
         from hydrosim.outputs import as_output
         from hydrosim.report.page import written_page
         from hydrosim.report.run import run_document

@@ -1,10 +1,10 @@
-"""The folder of everything that hydrosim may compute again.
+"""Folder for everything that hydrosim can compute again.
 
-What is kept there is found by name, and counts only if it stands below the digest of its name and
-itself: what was cut off, changed, exchanged or left by another version is made again. A digest
-tells of damage, not of malice, and machine code is taken from there: a folder or a file that others
-may write, or exchange, is not used. A file appears whole or not at all, by its renaming, so that
-several processes and a home on another machine need no locks.
+An entry is found by its name. It is used only if the digest at its top matches its name and
+content. Entries that were truncated, changed, exchanged or left by another version are made again.
+A digest detects damage, not malice, and machine code is loaded from here. So a folder or file that
+other users may write or exchange is not used. A file appears complete by renaming, so several
+processes and network file systems need no locks.
 """
 
 from __future__ import annotations
@@ -25,21 +25,21 @@ DIGEST = hashlib.sha256
 
 
 def cache_root() -> Path:
-    """``HYDROSIM_CACHE_DIR``, or a folder in the user's cache; one of this process alone, with a
-    warning, where that is not safe or cannot be written."""
+    """``HYDROSIM_CACHE_DIR``, or a folder in the user's cache. If it is not safe or not writable, a
+    folder of this process alone, with a warning."""
     chosen = os.environ.get("HYDROSIM_CACHE_DIR")
     base = os.environ.get("XDG_CACHE_HOME")
     return _usable(Path(chosen or Path(base or os.path.expanduser("~/.cache"), "hydrosim")))
 
 
 def cache_folder(name: str) -> Path:
-    """A folder of the cache, or one of this process alone as for `cache_root`."""
+    """Folder of the cache, or a folder of this process alone as for `cache_root`."""
     return _usable(cache_root() / name)
 
 
 def store(name: str, content: bytes) -> None:
-    """Keep ``content`` under a ``name``, a relative path. Where that cannot be, it costs the time
-    of the next time."""
+    """Store ``content`` under ``name``, a relative path. A failure is ignored: the next process
+    computes the content again."""
     with suppress(OSError):
         path = _path(name)
         handle, partial = tempfile.mkstemp(dir=path.parent, suffix=".partial")
@@ -53,7 +53,7 @@ def store(name: str, content: bytes) -> None:
 
 
 def stored(name: str) -> bytes | None:
-    """What was stored under a ``name``; None if nothing was, or it is not what it was."""
+    """Content stored under ``name``; None if there is none, or if it was changed."""
     path = _path(name)
     try:
         trusted = path.is_file() and not _exposed(path)
@@ -75,22 +75,22 @@ def _digest(name: str, content: bytes) -> bytes:
 
 @lru_cache
 def _usable(folder: Path) -> Path:
-    """The folder, or a new one that is removed at the end of this process."""
+    """Use the folder, or a new one that is removed at the end of this process."""
     reason = _refusal(folder)
     if not reason:
         return folder
     private = tempfile.mkdtemp(prefix="hydrosim-")
     atexit.register(shutil.rmtree, private, ignore_errors=True)
     warnings.warn(
-        f"the cache folder {folder} is not used: {reason}. What is computed anew is kept in"
-        f" {private}, until the end of this process. HYDROSIM_CACHE_DIR names another folder.",
+        f"the cache folder {folder} is not used: {reason}. Computed entries are kept in {private}"
+        " until this process ends. Set HYDROSIM_CACHE_DIR to another folder.",
         stacklevel=2,
     )
     return Path(private)
 
 
 def _refusal(folder: Path) -> str:
-    """Why a folder cannot be used; empty if it can."""
+    """Reason why a folder cannot be used; empty if it can."""
     try:
         folder.mkdir(mode=OWNER_ONLY, parents=True, exist_ok=True)
         parents = folder.resolve().parents
@@ -99,12 +99,12 @@ def _refusal(folder: Path) -> str:
     if not os.access(folder, os.W_OK | os.X_OK):
         return "it cannot be written to"
     for parent in filter(_lets_all_rename, parents):
-        return f"{parent} lets everybody rename it (chmod +t {parent})"
+        return f"every user may rename it in {parent} (to prevent this: chmod +t {parent})"
     return _exposed(folder)
 
 
 def _exposed(path: Path) -> str:
-    """Why others may have written a file or a folder; empty if they may not."""
+    """Reason why other users may have written a file or a folder; empty if they may not."""
     about = path.stat()
     if hasattr(os, "geteuid") and about.st_uid not in (os.geteuid(), 0):
         return "it belongs to another user"
@@ -114,6 +114,6 @@ def _exposed(path: Path) -> str:
 
 
 def _lets_all_rename(folder: Path) -> bool:
-    """Whether everybody may rename what others have in a folder."""
+    """Whether every user may rename files of others in a folder."""
     mode = folder.stat().st_mode
     return os.name == "posix" and bool(mode & stat.S_IWOTH) and not mode & stat.S_ISVTX

@@ -1,4 +1,4 @@
-"""What hydrosim raises at people."""
+"""Exceptions with messages for the user."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ LONG_WORD = re.compile(r"([^\s;:,]{300})[^\s;:,]{700,}")
 
 
 class HydrosimError(Exception):
-    """Base of all errors with a message meant for the user; ``exit_code`` is the command's. Names
-    and paths of a thousand characters are cut."""
+    """Base of all errors with a message for the user; ``exit_code`` is the exit code of the
+    command. Names and paths of a thousand characters are cut."""
 
     exit_code = 2
 
@@ -27,15 +27,15 @@ class HydrosimError(Exception):
 
 
 class InputError(HydrosimError):
-    """Wrong input: the message names the file, the key or line, what was found, what was expected
-    and what to do."""
+    """Wrong input. The message names the file, the key or line, the value found, the value
+    expected, and the remedy."""
 
     exit_code = 2
 
 
 class SimulationError(HydrosimError):
-    """A run that cannot go on: the message says when, which body or element, and what to try;
-    ``dataset`` is what was computed until then."""
+    """A run that cannot continue. The message names the time, the body or element, and the remedy;
+    ``dataset`` holds the results until then."""
 
     exit_code = 3
 
@@ -45,19 +45,20 @@ class SimulationError(HydrosimError):
 
 
 class WritingError(HydrosimError):
-    """A file that cannot be written, as on a full disk: what stood there before still stands."""
+    """A file that cannot be written, for example on a full disk. An earlier file of that name is
+    unchanged."""
 
     exit_code = 3
 
 
 def unwritable(path: Path, error: Exception) -> WritingError:
-    """Says why a file cannot be written, and how much room there is where it is to be."""
+    """Error for a file that cannot be written, with the reason and the free space of its disk."""
     text = getattr(error, "strerror", None) or str(error) or type(error).__name__
     if isinstance(error, PermissionError) and os.access(path.parent, os.W_OK):
-        text = "it cannot be made"  # netCDF says that permission lacks, also on a full disk
+        text = "it cannot be made"  # netCDF reports missing permission also on a full disk
     with suppress(OSError):
         text += f"; {disk_usage(path.parent).free / 1e6:,.1f} MB are free there"
     return WritingError(
-        f"{path}: cannot be written ({text}). Make room, or write to another place. What was there"
-        " before still stands."
+        f"{path}: cannot be written ({text}). Free some space, or write to another place. An"
+        " earlier file of that name is unchanged."
     )

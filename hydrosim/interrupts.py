@@ -1,4 +1,4 @@
-"""Signals that end a program: all of them are interrupts, and they wait while a file is written."""
+"""Signals that end a program: all raise KeyboardInterrupt, and all wait while a file is written."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ ENDING = [
 HANG_UP = getattr(signal, "SIGHUP", None)
 
 _received: list[int] = []
-"""Signals of this process that were raised as KeyboardInterrupt."""
+"""Signals of this process that raised KeyboardInterrupt."""
 
 
 def taken_as_interrupts() -> None:
-    """From now on SIGTERM and SIGHUP raise KeyboardInterrupt, as Ctrl-C does, unless somebody has
-    said otherwise, as `nohup` does. All three are remembered for `raise_if_interrupted`."""
+    """Let SIGTERM and SIGHUP raise KeyboardInterrupt as Ctrl-C does, unless they have other
+    handlers, as under `nohup`. `raise_if_interrupted` knows all three."""
     terminals = [stream for stream in (0, 1, 2) if os.isatty(stream)]
     _received.clear()
 
@@ -36,14 +36,14 @@ def taken_as_interrupts() -> None:
 
 
 def raise_if_interrupted() -> None:
-    """Raise KeyboardInterrupt if a signal came before. To be asked between parts of long work: the
-    first exception may have ended one part only, or was lost in a library's code."""
+    """Raise KeyboardInterrupt if a signal came earlier. Call it between parts of long work: the
+    first exception may have ended one part only, or a library may have swallowed it."""
     if _received:
         raise KeyboardInterrupt
 
 
 def _leave(terminals: list[int]) -> None:
-    """After a hang-up there is no terminal to write to, and to try would end the program."""
+    """Discard output after a hang-up: writing to the lost terminal would end the program."""
     nowhere = os.open(os.devnull, os.O_RDWR)
     for stream in terminals:
         os.dup2(nowhere, stream)
@@ -52,7 +52,7 @@ def _leave(terminals: list[int]) -> None:
 
 @contextmanager
 def undisturbed() -> Iterator[None]:
-    """Signals that would end the program come after what is done here."""
+    """Delay signals that would end the program until this context is left."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

@@ -1,7 +1,7 @@
-"""Files that stand beside a result until it is complete: nothing of others is touched among them.
+"""Files beside an unfinished result. Files of others among them are never touched.
 
-A folder of such files is taken up, or removed, if all that is in it has a name that this program
-gives and a mark that it writes. Links are not followed.
+A folder of such files is continued or removed only if each file in it has a name and a mark that
+this program writes. Links are not followed.
 """
 
 from __future__ import annotations
@@ -15,31 +15,31 @@ from hydrosim.errors import InputError
 from hydrosim.outputs import HDF5, content
 
 IsOwn = Callable[[Path], bool]
-"""Whether a path in a folder is one that this program has made there."""
+"""Test whether this program made a path in a folder."""
 
 
 def check_folder(folder: Path, is_own: IsOwn) -> None:
-    """Raises InputError if the folder is there and is a link, is no folder, or holds anything that
-    is not ``is_own``."""
+    """Raises InputError if the path is a link, is no folder, or holds a file that is not
+    ``is_own``."""
     if not os.path.lexists(folder):
         return
     if not is_folder(folder):
         found = "a link" if folder.is_symlink() else "no folder"
         raise InputError(
-            f"{folder}: is {found}; expected nothing, or the folder in which this program keeps"
-            " runs until all are done. Move it away, or give the result another name."
+            f"{folder}: is {found}; expected no file, or the folder in which this program keeps"
+            " finished runs. Move it away, or give the result another name."
         )
     for path in sorted(folder.iterdir()):
         if not is_own(path):
-            found = "a link" if path.is_symlink() else "no file of this program, or damaged"
+            found = "a link" if path.is_symlink() else "not a file of this program, or damaged"
             raise InputError(
-                f"{path}: is {found}; expected in {folder} what this program keeps there until all"
-                " runs are done. Move it away, or give the result another name."
+                f"{path}: is {found}; expected only files of this program in {folder}, where it"
+                " keeps finished runs. Move the file away, or give the result another name."
             )
 
 
 def remove_folder(folder: Path, is_own: IsOwn) -> None:
-    """Remove the files in the folder that are ``is_own``, then the folder if nothing is left."""
+    """Remove the files of the folder that are ``is_own``, then the folder if it is empty."""
     for path in folder.iterdir() if is_folder(folder) else ():
         if is_own(path) and not path.is_dir():
             path.unlink()
@@ -48,18 +48,18 @@ def remove_folder(folder: Path, is_own: IsOwn) -> None:
 
 
 def is_folder(path: Path) -> bool:
-    """Whether a path is a folder and no link to one."""
+    """Whether a path is a folder, not a link to one."""
     return path.is_dir() and not path.is_symlink()
 
 
 def is_plain(path: Path) -> bool:
-    """Whether a path is a plain file and no link to one."""
+    """Whether a path is a plain file, not a link to one."""
     return path.is_file() and not path.is_symlink()
 
 
 def is_marked(path: Path, what: str) -> bool:
-    """Whether a plain file says that it is ``what`` ("sweep"). netCDF that a killed process has
-    left, or of which a bit has changed, can say nothing: it counts as marked."""
+    """Whether a plain file is marked as ``what`` ("sweep"). netCDF that a killed process left, or
+    that is damaged, has no readable mark: it counts as marked."""
     if not is_plain(path):
         return False
     said = content(path)
@@ -67,8 +67,8 @@ def is_marked(path: Path, what: str) -> bool:
 
 
 def _says_nothing(path: Path) -> bool:
-    """Whether a file is netCDF that cannot be read, or has not been begun. netCDF's library, asked
-    for a file that it failed to write, prints all that it has open."""
+    """Whether a file is netCDF that cannot be read or is still empty. It is read by h5py, because
+    the library of netCDF prints all its open files after a failed write."""
     import h5py
 
     with path.open("rb") as file:

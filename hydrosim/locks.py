@@ -1,4 +1,4 @@
-"""One process at a time, wherever two would write to one place."""
+"""Lock files: one process at a time writes to a path."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ if sys.platform != "win32":
     from fcntl import LOCK_EX, LOCK_NB, flock
 
 HOLDER = re.compile(r"(\d+@\S*\n)?")
-"""All that a lock file holds: its `owner`."""
+"""Line that a lock file holds: its `owner`."""
 
 
 def owner() -> str:
-    """This process, as others can know it."""
+    """Name of this process for other processes: number, start and machine."""
     return f"{os.getpid()}@{node()}"
 
 
 def is_gone(who: str) -> bool:
-    """Whether an `owner` was a process of this machine that is there no more."""
+    """Whether an `owner` was a process of this machine that no longer exists."""
     number, _, host = who.partition("@")
     if os.name != "posix" or host != node() or not number.isdecimal():
         return False
@@ -42,10 +42,10 @@ def is_gone(who: str) -> bool:
 
 @contextmanager
 def alone(path: Path, what: Path) -> Iterator[None]:
-    """Holds the lock file ``path`` as long as ``what`` is made; removes it in the end.
+    """Hold the lock file ``path`` while ``what`` is made; remove it at the end.
 
-    Raises InputError if another process holds it, or if it is not a lock file. The system takes the
-    lock from a process that was killed, so that a file which such a process has left blocks nobody.
+    Raises InputError if another process holds it, or if it is not a lock file. The system releases
+    the lock of a process that was killed, so its remaining file blocks nobody.
     """
     with _locked(path, what):
         try:
@@ -57,13 +57,13 @@ def alone(path: Path, what: Path) -> Iterator[None]:
 
 @contextmanager
 def _locked(path: Path, what: Path) -> Iterator[None]:
-    """Holds the lock; who had it before may have removed the file as this one opened it."""
+    """Open and lock the file. Try again if its earlier owner removed it meanwhile."""
     while True:
         with _opened(path) as file:
             if not _lock(file):
                 raise InputError(
-                    f"{what}: is being written by another process, {file.read(100).strip()}; wait"
-                    " until that has ended, or give another name."
+                    f"{what}: is being written by another process, {file.read(100).strip()}. Wait"
+                    " until it ends, or give another name."
                 )
             if _is_at(file, path):
                 _sign(file, path, what)
@@ -72,18 +72,20 @@ def _locked(path: Path, what: Path) -> Iterator[None]:
 
 
 def _sign(file: TextIO, path: Path, what: Path) -> None:
-    """Write who holds the lock; on a full disk WritingError is raised and the file goes again."""
+    """Write the owner of the lock. On a full disk, WritingError is raised and the file is
+    removed."""
     try:
         file.truncate(0)
         os.lseek(file.fileno(), 0, os.SEEK_SET)
-        os.write(file.fileno(), f"{owner()}\n".encode())  # nothing stays in a buffer
+        os.write(file.fileno(), f"{owner()}\n".encode())  # write at once, without a buffer
     except OSError as error:
         path.unlink()
         raise unwritable(what, error) from None
 
 
 def _opened(path: Path) -> TextIO:
-    """The lock file, at its beginning; InputError if something else stands there."""
+    """Opened lock file, at its beginning. Raises InputError if another kind of file stands
+    there."""
     try:
         number = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o666)
     except OSError as error:
@@ -91,13 +93,13 @@ def _opened(path: Path) -> TextIO:
     file = os.fdopen(number, "r+", encoding="utf-8", errors="replace")
     if not stat.S_ISREG(os.fstat(number).st_mode) or not HOLDER.fullmatch(file.read(300)):
         file.close()
-        raise _no_lock(path, "it holds something else")
+        raise _no_lock(path, "it is no lock file")
     file.seek(0)
     return file
 
 
 def is_lock(path: Path) -> bool:
-    """Whether a plain file is one that a process has locked, be it there no more."""
+    """Whether a plain file is the lock file of a process, dead or alive."""
     if path.is_symlink() or not path.is_file():
         return False
     with path.open(encoding="utf-8", errors="replace") as file:
@@ -110,7 +112,7 @@ def _no_lock(path: Path, reason: str) -> InputError:
 
 
 def _lock(file: TextIO) -> bool:
-    """Whether nobody else has it; a file system, or a machine, that knows no locks has none."""
+    """Try to lock the file. True if no other process has it, or if the system has no locks."""
     if sys.platform != "win32":
         try:
             flock(file, LOCK_EX | LOCK_NB)

@@ -1,11 +1,12 @@
-"""Files that are written: which may be replaced, and how they come to be, whole or not at all.
+"""Output files: which files may be replaced, and how a file appears complete or not at all.
 
-A file says in itself what it is and what it was made of, "hydrosim 0.1.0: run of [../base.yaml]":
-netCDF and HDF5 in the attribute ``history``, pictures and pages in their metadata, text in its
-heading. Paths begin at the folder of the file. Whoever makes the same again replaces it; all else
-that exists stays, unless the user says otherwise; what is no plain file, or is read, stays. netCDF
-says in the attribute ``settings`` what it was made with: a result of others is kept under another
-name, so that a case can be edited and run again without an option, and without a loss.
+A file states what it is and its origin: "hydrosim 0.1.0: run of [../base.yaml]". netCDF and HDF5
+have this text in the attribute ``history``, pictures and pages in their metadata, text in its
+heading. Paths are relative to the folder of the file. A new result may replace an earlier one of
+the same kind and origin. All other files are kept, unless the user gives --overwrite; inputs and
+special files are always kept. netCDF has its settings in the attribute ``settings``. An earlier
+result of other settings is kept under another name, so a case can be edited and run again without a
+loss.
 """
 
 from __future__ import annotations
@@ -36,23 +37,23 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MARK = re.compile(rb"hydrosim [^\s:]+: ([a-z -]+ of \[[\w.~/%-]+\])")
-SEEN = 65536  # bytes at both ends of a file, of which one holds the mark
+SEEN = 65536  # bytes at both ends of a file; one of them holds the mark
 HDF5 = b"\x89HDF\r\n\x1a\n"
 SHORT = 80  # bytes of a name that is part of a longer one
-LONGEST = 200  # bytes of a name: those of files beside it are longer, and 255 is the most
+LONGEST = 200  # bytes of a name: files beside it have longer names, and 255 is the limit
 SETTINGS = "settings"  # attribute of netCDF
-LONG = 60  # characters of a value that is told
-SHOWN = 3  # settings that differ, of which a message tells
+LONG = 60  # characters of a value in a message
+SHOWN = 3  # different settings in a message
 KINDS = {stat.S_IFDIR: "a directory", stat.S_IFLNK: "a link", stat.S_IFIFO: "a pipe"}
 
 
 @dataclass(frozen=True)
 class Output:
-    """A file to be written at ``path``: ``what`` it is ("run") of which file, its ``origin``.
+    """A file to be written at ``path``: ``what`` it is ("run"), made of the file ``origin``.
 
-    ``inputs`` are files that are read and must stay. ``option`` begins messages: it says who has
-    chosen the path. ``settings`` are all that the result is made with (`settings_text`): an earlier
-    one of other settings is kept under another name.
+    ``inputs`` are files that must not be replaced. ``option`` begins messages and names where the
+    path was given. ``settings`` are all settings of the result (`settings_text`). An earlier result
+    of other settings is kept under another name.
     """
 
     path: Path
@@ -65,12 +66,12 @@ class Output:
 
     @property
     def mark(self) -> str:
-        """What the file says of itself."""
+        """Text that describes the file in itself."""
         return f"hydrosim {program_version()}: {self._content}"
 
     @property
     def attributes(self) -> dict[str, str]:
-        """What a netCDF file says of itself."""
+        """Attributes that describe a netCDF file in itself."""
         settings = {SETTINGS: self.settings} if self.settings else {}
         return {"history": self.mark, **settings}
 
@@ -80,11 +81,11 @@ class Output:
         return f"{self.what} of [{quote(Path(origin).as_posix())}]"
 
     def at(self, path: Path, what: str | None = None) -> Output:
-        """Another file of the same origin."""
+        """Output of the same origin at another path."""
         return replace(self, path=path, what=what or self.what)
 
     def checked(self) -> Output:
-        """Itself; raises InputError if it cannot be written or must not be replaced."""
+        """Return the output; raises InputError if it cannot be written or must not be replaced."""
         path = self.path
         folder = self.path.parent
         if (size := len(os.fsencode(path.name))) > LONGEST:
@@ -92,7 +93,7 @@ class Output:
         if not os.path.isdir(folder):  # Path.is_dir raises where a name is too long
             self._refuse(f"there is no folder {folder}; make it first")
         if not os.access(folder, os.W_OK):
-            self._refuse(f"the folder {folder} cannot be written to")
+            self._refuse(f"the folder {folder} is not writable")
         try:
             kind = stat.S_IFMT(path.lstat().st_mode)
         except FileNotFoundError:
@@ -103,25 +104,25 @@ class Output:
             other = KINDS.get(kind, "a device or a socket")
             self._refuse(f"{path} is {other}, which is never replaced; expected a file")
         if not os.access(path, os.W_OK):
-            self._refuse(f"{path} is protected from writing; expected another name")
+            self._refuse(f"{path} is write-protected; expected another name")
         if self.reads_itself():
-            self._refuse(f"{path} is read here and would be written over; expected another name")
+            self._refuse(f"{path} is an input and would be overwritten; expected another name")
         if not self.overwrite and content(path) != self._content:
             found = content(path)
-            there = f"the {found}" if found else "no result of this program"
+            there = f"the {found}" if found else "not a result of this program"
             self._refuse(
-                f"{path} exists and is {there}; expected a new name, or that of an earlier"
-                f" {self._content}. Give another name, or --overwrite to replace it"
+                f"{path} exists and is {there}; expected a new name, or the name of an earlier"
+                f" {self._content}. Give another name, or replace it with --overwrite"
             )
         return self
 
     def reads_itself(self) -> bool:
-        """Whether it is one of its inputs."""
+        """Whether the path is one of the inputs."""
         return any(_same(self.path, file) for file in self.inputs)
 
     def aside(self) -> Output:
-        """Where it goes if what stands there is better: to a name of its own that is free, or an
-        earlier one of that name."""
+        """Output at another path if the existing file is better: at a free name, or at the name of
+        an earlier such file."""
         names = (f"{self.path.stem}.failed{k}{self.path.suffix}" for k in ("", *range(2, 100)))
         for name in names:
             with suppress(InputError):
@@ -129,7 +130,7 @@ class Output:
         return self.checked()
 
     def settled(self) -> Output:
-        """Itself, or `aside` if something has come there that must not be replaced."""
+        """The output, or `aside` if a file has appeared that must not be replaced."""
         try:
             return self.checked()
         except InputError:
@@ -137,24 +138,23 @@ class Output:
 
     @property
     def _beside(self) -> str:
-        """How the names of files and folders begin that are beside it while it is made."""
+        """Prefix of temporary files and folders beside the output."""
         name = self.path.name
         whole = os.fsencode(name)
         return f".hydrosim-{name if len(whole) <= SHORT else f'{name[:20]}~{crc32(whole):08x}'}"
 
     @property
     def _room(self) -> str:
-        """How the folders in which it is written begin; who writes comes next."""
+        """Prefix of temporary folders for writing; the name of the process follows."""
         return f"{self._beside}-"
 
     def held(self) -> AbstractContextManager[None]:
-        """Keeps other processes from making the same file meanwhile. Raises InputError if one of
-        them does, and names it."""
+        """Keep other processes from writing the same file. Raises InputError that names such a
+        process."""
         return alone(self.path.with_name(f"{self._beside}.lock"), self.path)
 
     def clear(self) -> None:
-        """Remove it, if it says that it is what it is, and what was left where a program was killed
-        as it wrote it."""
+        """Remove an earlier file of the same kind, and remains of a killed process."""
         if (content(self.path) or "").startswith(f"{self.what} of "):
             self.path.unlink()
         self._tidy()
@@ -166,9 +166,9 @@ class Output:
 
     @contextmanager
     def written(self) -> Iterator[Path]:
-        """A path to write to; what is there afterwards, with all files beside it, appears under its
-        name. Signals that would end the program wait. Raises WritingError if it cannot be written:
-        what was there then stays. What a killed process has left of it is removed."""
+        """Yield a path to write to; then rename it, with all files beside it, to the final name.
+        Signals that would end the program wait. Raises WritingError if the file cannot be written;
+        an earlier file is then unchanged. Remains of a killed process are removed."""
         self._tidy()
         mine = f"{self._room}{owner()}-"
         try:
@@ -184,14 +184,14 @@ class Output:
             raise unwritable(self.path, error) from None
 
     def take(self, path: Path) -> None:
-        """Give a file that is complete, in the same file system, its name."""
+        """Rename a complete file of the same file system to its final name."""
         self.checked()
         _to_disk(path)
         self._put(path)
 
     def _put(self, part: Path) -> None:
-        """Give a complete file its name. An earlier one of other settings is kept, and that is
-        said."""
+        """Rename a complete file to its final name. An earlier file of other settings is kept, with
+        a warning."""
         if not self.overwrite and (said := _differences(settings_of(self.path), self.settings)):
             stem = self.path.stem
             suffix = self.path.suffix
@@ -199,8 +199,8 @@ class Output:
             spare = next(name for name in names if not os.path.lexists(name))
             self.path.rename(spare)
             warnings.warn(
-                f"{self.path} was made with other settings ({said}; in SI and radians). It is kept"
-                f" as {spare.name}; --overwrite replaces it.",
+                f"{self.path} was made with other settings ({said}; in SI and radians). It is"
+                f" kept as {spare.name}; --overwrite replaces it instead.",
                 stacklevel=2,
             )
         part.replace(self.path)
@@ -210,22 +210,23 @@ class Output:
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder that files are to be written into; InputError if it cannot be made."""
+    """Make a folder for files. Raises InputError if it cannot be made."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError(f"{folder}: cannot be made as a folder ({error.strerror}).") from None
+        raise InputError(f"{folder}: the folder cannot be made ({error.strerror}).") from None
 
 
 def as_output(target: Path | str | Output, what: str) -> Output:
-    """What a caller from Python gives, a path or an output: a path holds ``what`` it held."""
+    """Output of a path or an output given in Python. A plain path may replace an earlier file of
+    the same kind."""
     if isinstance(target, Output):
         return target
     return Output(Path(target), what, Path(target), option="output").checked()
 
 
 def settings_text(*of: Mapping[str, Any]) -> str:
-    """All values in nested mappings and lists, by dotted keys: what `Output.settings` are."""
+    """All values in nested mappings and lists, by dotted keys, as JSON: `Output.settings`."""
     return json.dumps({key: value for values in of for key, value in _flat(values)})
 
 
@@ -242,12 +243,12 @@ def _flat(values: Any, above: str = "") -> Iterator[tuple[str, Any]]:
 
 
 def settings_of(path: Path) -> str:
-    """What a netCDF file says that it was made with; nothing if it does not."""
+    """Settings in a netCDF file; empty if it has none."""
     return _attribute(path, SETTINGS) if _is_hdf5(path) else ""
 
 
 def _differences(before: str, now: str) -> str:
-    """In which settings two files differ, in words; nothing if one of them is not known."""
+    """Differences between the settings of two files, as text; empty if either is unknown."""
     if not before or not now or before == now:
         return ""
     one = json.loads(before)
@@ -265,7 +266,7 @@ def _shown(values: Mapping[str, Any], key: str) -> str:
 
 
 def content(path: Path) -> str | None:
-    """What a file says that it is: "run of [base.yaml]"; None if no hydrosim has made it."""
+    """Description that a file states: "run of [base.yaml]"; None if hydrosim did not make it."""
     hdf5 = _is_hdf5(path)
     try:
         with path.open("rb") as file:
@@ -280,7 +281,7 @@ def content(path: Path) -> str | None:
 
 
 def save_picture(figure: Figure, target: Path | Output, **options: Any) -> Path:
-    """Write a figure of matplotlib in the format of the suffix; its path."""
+    """Write a figure of matplotlib in the format of the suffix; return its path."""
     output = as_output(target, "picture")
     key = "Software" if output.path.suffix == ".png" else "Creator"
     with output.written() as path:
@@ -289,7 +290,7 @@ def save_picture(figure: Figure, target: Path | Output, **options: Any) -> Path:
 
 
 def files_named(values: object, folder: Path) -> Iterator[Path]:
-    """The files that any text in nested ``values`` names, from ``folder`` on."""
+    """Existing files named by texts in nested ``values``, relative to ``folder``."""
     if isinstance(values, str | Path):
         with suppress(OSError, ValueError):
             if (path := folder / values).is_file():
@@ -309,8 +310,8 @@ def _is_hdf5(path: Path) -> bool:
 
 
 def _attribute(path: Path, name: str) -> str:
-    """A text among the attributes of a netCDF or HDF5 file; nothing if it cannot be read. netCDF's
-    library, asked for a file that it failed to write, prints all that it has open."""
+    """Text attribute of a netCDF or HDF5 file; empty if it cannot be read. It is read by h5py,
+    because the library of netCDF prints all its open files after a failed write."""
     import h5py
 
     try:
@@ -331,6 +332,6 @@ def _same(one: Path, other: Path) -> bool:
 
 
 def _to_disk(path: Path) -> None:
-    """Waits until the file is on the disk, so that a disk that is full says so now."""
+    """Wait until the file is on the disk, so that a full disk is reported now."""
     with path.open("rb") as file:
         os.fsync(file.fileno())

@@ -1,4 +1,4 @@
-"""Which program computes: versions of packages and digests of sources, each found out once."""
+"""Versions of packages and digests of sources: which program computed a result."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ def program_version() -> str:
 
 
 def versions() -> str:
-    """Of what numbers depend on besides this program."""
+    """Versions of Python and of the packages that numbers depend on."""
     packages = (f"{name} {version_of(name)}" for name in NUMERICAL)
     return ", ".join([f"Python {python_version()}", *packages])
 
 
 @cache
 def digest_of_sources(home: Path, *parts: str) -> str:
-    """SHA-256 (hex) of the files ``parts`` of the folder ``home``, and of all modules in those that
-    are folders. It does not depend on where ``home`` is."""
+    """SHA-256 (hex) of the files ``parts`` of the folder ``home``, and of all modules in folders
+    among them. It does not depend on where ``home`` is."""
     digest = hashlib.sha256()
     for path in _files(home, parts):
         content = path.read_bytes()

@@ -1,4 +1,4 @@
-"""`hydrosim ballast`: the loading condition of bodies with tanks, and plans of their pumps."""
+"""`hydrosim ballast`: loading conditions of bodies with tanks, and pump plans."""
 
 from __future__ import annotations
 
@@ -24,24 +24,29 @@ STEEPEST = 1.48  # rad (85 deg)
 def ballast(
     case_file: CaseFile,
     time: Annotated[
-        str, typer.Option(help='Show the loading condition at this time: "1 hour", or seconds.')
+        str, typer.Option(help='Time of the loading condition: "1 hour", or a number in seconds.')
     ] = "0 s",
     lift: Annotated[
-        str | None, typer.Option(help='Plan to take out this weight (N): "20000 tonne_force".')
+        str | None,
+        typer.Option(help='Plan for this weight to be lifted off (N): "20000 tonne_force".'),
     ] = None,
     rise: Annotated[
-        str | None, typer.Option(help='Plan to rise by this much (m): "0.5 m".')
+        str | None, typer.Option(help='Plan for a rise of the body by this height (m): "0.5 m".')
     ] = None,
     within: Annotated[
-        str, typer.Option(help='Let the plan take at most this time: "1 hour", or seconds.')
+        str, typer.Option(help='Longest duration of the plan: "1 hour", or a number in seconds.')
     ] = "1 hour",
     heel: Annotated[
         str | None,
-        typer.Option(help='Print what free surfaces take of GM at this heel, too: "5 deg".'),
+        typer.Option(help='Also print the loss of GM by free surfaces at this heel: "5 deg".'),
     ] = None,
-    body: Annotated[str | None, typer.Option(help="Plan for this body.")] = None,
+    body: Annotated[
+        str | None,
+        typer.Option(help="Body that the plan is for; default: the first body with tanks."),
+    ] = None,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="PICTURE.png", help="Draw it there.")
+        Path | None,
+        typer.Option("--output", "-o", metavar="PICTURE.png", help="Picture file to write."),
     ] = None,
     verbose: Verbose = False,
     overwrite: Overwrite = False,
@@ -74,7 +79,10 @@ def ballast(
     scene = case.scene()
     having = [each.name for each in scene.bodies if each.tanks]
     if not having:
-        raise InputError(f"{case_file}: no body has tanks; expected some, see bodies.NAME.tanks.")
+        raise InputError(
+            f"{case_file}: no body has tanks; expected at least one. Add them under"
+            " bodies.NAME.tanks."
+        )
     if body is not None and body not in having:
         raise InputError(f"--body: found {body}; expected one of {', '.join(having)}.")
     with announced(err), progress("loading condition"):

@@ -1,4 +1,4 @@
-"""`hydrosim case`: the case that repeats a run."""
+"""`hydrosim case`: print the case that repeats a run."""
 
 from __future__ import annotations
 
@@ -11,15 +11,16 @@ from hydrosim.errors import InputError
 
 
 def case(
-    run_file: Annotated[Path, typer.Argument(metavar="RUN.nc", help="The result of a run.")],
+    run_file: Annotated[Path, typer.Argument(metavar="RUN.nc", help="Result of a run.")],
     number: Annotated[
-        int | None, typer.Option("--run", help="Take this run of a result of many, counted from 0.")
+        int | None,
+        typer.Option("--run", help="Number of the run in a file of many runs, counted from 0."),
     ] = None,
 ) -> None:
-    """Print the case that repeats a run, with every default and what was chosen for it.
+    """Print the case that repeats a run, with all defaults and automatic choices written out.
 
-    It is in SI and radians, with absolute paths and the checksums of databases, so that it can be
-    kept anywhere: hydrosim case RUN.nc > AGAIN.yaml.
+    The case is in SI units and radians. It has absolute paths and the checksums of databases, so it
+    can be kept anywhere: hydrosim case RUN.nc > AGAIN.yaml.
     """
     from hydrosim.compare.exact import read_result
     from hydrosim.studies.run.repeat import case_of

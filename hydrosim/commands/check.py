@@ -1,4 +1,4 @@
-"""`hydrosim check`: what there is to say of a case before it is run."""
+"""`hydrosim check`: validate a case before it is run."""
 
 from __future__ import annotations
 
@@ -19,15 +19,16 @@ def check(
     case_file: CaseFile,
     time: Annotated[
         str,
-        typer.Option(help='Tell step limits and periods at these times, too: "30 min, 1 hour".'),
+        typer.Option(help='Also print step limits and periods at these times: "30 min, 1 hour".'),
     ] = "",
     verbose: Verbose = False,
     settings: Settings = [],  # noqa: B006
 ) -> None:
     """Validate a case; print verdicts, step limits and natural periods.
 
-    --verbose adds what the scene needs and skips. If tanks change, limits and periods are printed
-    for the start and the end. If runs of other cases are needed first, it names them.
+    --verbose adds the data that the scene uses and the data that it ignores. If the contents of
+    tanks change, limits and periods are printed for the start and the end. If the case continues
+    other cases that were not run yet, the command names them and stops.
     """
     from hydrosim.case.load import load_case
     from hydrosim.studies.run.stages import outdated

@@ -27,13 +27,11 @@ if TYPE_CHECKING:
 
     from hydrosim.outputs import Output
 
-RunFile = Annotated[
-    Path, typer.Argument(metavar="RUN.nc", help="The result of a run, or of a study.")
-]
+RunFile = Annotated[Path, typer.Argument(metavar="RUN.nc", help="Result of a run, or of a study.")]
 Channels = Annotated[
     str | None,
     typer.Option(
-        help='Take these channels, by commas; * is anything: "position.*,wave_elevation".'
+        help='Channels, separated by commas; * matches anything: "position.*,wave_elevation".'
     ),
 ]
 
@@ -44,7 +42,7 @@ def compare(
     recorded: Annotated[
         Path,
         typer.Argument(
-            metavar="RECORDED", help="What to lay it over: text, MATLAB, HDF5, netCDF or a run."
+            metavar="RECORDED", help="Recording: text, MATLAB, HDF5, netCDF or another run."
         ),
     ],
     mapping: Annotated[
@@ -53,54 +51,68 @@ def compare(
             "--mapping",
             "-m",
             metavar="MAP.yaml",
-            help="Read from this file which column is which channel.",
+            help="File that assigns columns of the recording to channels.",
         ),
     ] = None,
     tolerance: Annotated[
         list[str],
         typer.Option(
-            metavar="[CHANNEL=]NUMBER", help="End with code 1 if rms over std is beyond this."
+            metavar="[CHANNEL=]NUMBER",
+            help="End with exit code 1 if rms of the difference over"
+            " standard deviation exceeds this.",
         ),
     ] = [],  # noqa: B006  typer copies it
-    shift: Annotated[bool, typer.Option("--shift", help="Estimate a shift of the times.")] = False,
+    shift: Annotated[
+        bool, typer.Option("--shift", help="Estimate a time shift between run and recording.")
+    ] = False,
     channels: Channels = None,
     start: From = "",
     end: To = "",
     bands: Annotated[
-        str, typer.Option(help="Count as waves what is between these frequencies (rad/s).")
+        str,
+        typer.Option(
+            help="Lowest and highest frequency (rad/s) of the wave band; the rest is slow or fast."
+        ),
     ] = "0.1,2.5",
     output: Annotated[
         Path | None,
         typer.Option(
-            "--output", "-o", metavar="RESIDUALS.nc", help="Write series and figures there."
+            "--output",
+            "-o",
+            metavar="RESIDUALS.nc",
+            help="netCDF file for both series and their differences.",
         ),
     ] = None,
     exact: Annotated[
         bool,
         typer.Option(
-            "--exact", help="Say whether two results are identical; end with code 1 if not."
+            "--exact",
+            help="Check that two results are identical to the bit; end with exit code 1 if not.",
         ),
     ] = False,
-    but: Annotated[
-        str, typer.Option(metavar="NAMES", help="Leave these names out of --exact, by commas.")
+    ignore: Annotated[
+        str, typer.Option(metavar="NAMES", help="Comma-separated variables that --exact skips.")
     ] = "",
     verbose: Verbose = False,
     overwrite: Overwrite = False,
 ) -> None:
-    """Lay a run over a recorded series, and say channel by channel what differs.
+    """Compare a run with a recorded series, channel by channel.
 
-    Writes both series and their difference as netCDF, and a picture. Exit code 1 if a channel is
-    beyond its --tolerance; that of a channel that is constant is absolute. With --exact it is said
-    what differs between any two results, to the bit, and nothing is written. Of two files of many
-    runs it is said, and written, which of their numbers differ by more than chance; of the options
-    they take --output and --overwrite alone. `hydrosim report` makes a page of what is written.
+    The command writes both series and their difference as netCDF, and a picture. It ends with exit
+    code 1 if a channel exceeds its --tolerance. The tolerance of a constant channel is absolute.
+    With --exact, the command prints every difference between two results and writes no file. If
+    both are files of many runs, it prints and writes which figures differ by more than chance. Then
+    only --output and --overwrite apply. `hydrosim report` makes a page of the written file.
     """
     if exact:
-        refuse_options(context, {"exact", "but"}, "--exact, which compares all there is")
-        _exactly(run_file, recorded, _patterns(but))
+        refuse_options(context, {"exact", "ignore"}, "--exact, which compares all variables")
+        _exactly(run_file, recorded, _patterns(ignore))
         return
-    if but:
-        raise InputError("--but: found no --exact; expected it, of which it leaves names out.")
+    if ignore:
+        raise InputError(
+            "--ignore: found no --exact; expected both. --ignore names variables"
+            " that --exact skips."
+        )
     name = f"{run_file.stem}_compare"
     from hydrosim.results.runs_file import open_runs
 
@@ -151,7 +163,7 @@ def compare(
 
 
 def _of_many(ours: xr.Dataset, one: Path, other: Path, result: Output, verbose: bool) -> None:
-    """Compare two files of many runs; InputError if the other is none."""
+    """Compare two files of many runs. Raises InputError if ``other`` is not such a file."""
     from hydrosim.compare.dataset import studies_dataset
     from hydrosim.compare.studies import compare_studies
     from hydrosim.results.netcdf import write
@@ -160,7 +172,9 @@ def _of_many(ours: xr.Dataset, one: Path, other: Path, result: Output, verbose: 
 
     theirs = open_runs(other)
     if theirs is None:
-        raise InputError(f"{other}: is no file of many runs, as {one} is; expected another such.")
+        raise InputError(
+            f"{other}: is a result of one run; expected a file of many runs, because {one} is one."
+        )
     found = compare_studies(ours, theirs)
     dataset = studies_dataset(found, _compared(ours, one, other))
     write(dataset, result)
@@ -169,13 +183,13 @@ def _of_many(ours: xr.Dataset, one: Path, other: Path, result: Output, verbose: 
 
 
 def _compared(ours: xr.Dataset, one: Path, other: Path) -> dict[str, object]:
-    """What was compared with what, as the result says it."""
+    """Title, files and units of a comparison, for the attributes of its result."""
     title = str(ours.attrs.get("title", ""))
     return {"title": title, "run": str(one), "recording": str(other), **choice_in(ours.attrs)}
 
 
 def _exactly(one: Path, other: Path, but: Sequence[str]) -> None:
-    """Say what differs between two results, or that they are identical."""
+    """Print the differences between two results, or that they are identical. Exit code 1 if any."""
     from hydrosim.compare.exact import OF_MAKING, differences, read_result
 
     first, second = read_result(one), read_result(other)
@@ -193,7 +207,7 @@ def _patterns(text: str | None) -> list[str]:
 
 
 def _tolerance(text: str) -> tuple[str, float]:
-    """Channel or pattern, and the number."""
+    """Channel or pattern, and its tolerance, from CHANNEL=NUMBER or NUMBER."""
     name, _, number = text.rpartition("=")
     return name.strip() or "*", numbers(number, "--tolerance")[0]
 
@@ -201,5 +215,8 @@ def _tolerance(text: str) -> tuple[str, float]:
 def _edges(text: str) -> tuple[float, float]:
     edges = numbers(text, "--bands")
     if len(edges) != 2 or edges[0] >= edges[1]:
-        raise InputError(f"--bands: found {text!r}; expected two numbers that rise, as in 0.1,2.5.")
+        raise InputError(
+            f"--bands: found {text!r}; expected two increasing frequencies in rad/s,"
+            " such as 0.1,2.5."
+        )
     return edges[0], edges[1]

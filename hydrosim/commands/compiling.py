@@ -1,4 +1,4 @@
-"""What is said where kernels are compiled, which makes a first run longer."""
+"""Message that kernels are being compiled, which makes a first run longer."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from rich.console import Console
 
 @contextmanager
 def announced(err: Console) -> Iterator[None]:
-    """Whatever kernels are compiled meanwhile: that is said when the first of them is."""
+    """Print a message when the first kernel is compiled within this context."""
     from hydrosim.cache import cache_folder
     from hydrosim.jit.kernels import kernel_folder  # loads numba
     from hydrosim.jit.waiting import at_first_compile
 
     def say() -> None:
         folder = cache_folder(kernel_folder())
-        what = "compiling the kernels that are needed, once for this version (up to half a minute)"
-        err.print(f"{what}, into {folder}", highlight=False, soft_wrap=True)
+        what = "compiling kernels, once for this version (up to half a minute)"
+        err.print(f"{what}; they are stored in {folder}", highlight=False, soft_wrap=True)
 
     with at_first_compile(say):
         yield

@@ -1,4 +1,4 @@
-"""`hydrosim converge`: error against run time."""
+"""`hydrosim converge`: error against run time of integration methods."""
 
 from __future__ import annotations
 
@@ -19,19 +19,20 @@ err = progress_console()
 
 def converge(
     case_file: CaseFile,
-    methods: Annotated[str, typer.Option(help="Try these methods, by commas.")] = "rk2,rk4,dopri5",
-    steps: Annotated[str, typer.Option(help="Try these steps (s), by commas.")] = "0.1,0.05,0.025",
+    methods: Annotated[str, typer.Option(help="Methods, separated by commas.")] = "rk2,rk4,dopri5",
+    steps: Annotated[str, typer.Option(help="Steps (s), separated by commas.")] = "0.1,0.05,0.025",
     tolerances: Annotated[
-        str, typer.Option(help="Try these tolerances of adaptive methods, by commas.")
+        str,
+        typer.Option(help="Tolerances of methods that choose their own step, separated by commas."),
     ] = "1e-5,1e-6,1e-7",
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="STUDY.nc", help="Where to write the result."),
+        typer.Option("--output", "-o", metavar="STUDY.nc", help="netCDF file to write."),
     ] = None,
     overwrite: Overwrite = False,
     settings: Settings = [],  # noqa: B006
 ) -> None:
-    """Hold error against run time, over methods and steps; print a table, draw it, write netCDF."""
+    """Compare error and run time of methods and steps; print a table, draw it, write netCDF."""
     from hydrosim.case.load import load_case
     from hydrosim.plot.work_precision import draw_work_precision
     from hydrosim.presentation.units import choice_in, units_of
@@ -44,8 +45,8 @@ def converge(
     chosen = [one_of(Method, name, "--methods") for name in methods.split(",")]
     if Method.AUTOMATIC in chosen:
         raise InputError(
-            "--methods: found automatic, which is one of the others with a tolerance of its own;"
-            " expected these others: rk2, heun, rk4, dopri5, esdirk4."
+            "--methods: found automatic, which only selects one of the other methods; expected"
+            " rk2, heun, rk4, dopri5 or esdirk4."
         )
     all_steps = numbers(steps, "--steps")
     all_tolerances = numbers(tolerances, "--tolerances")

@@ -1,5 +1,4 @@
-"""`hydrosim db`: what is in a hydrodynamic database, whether it is right, another format of it; and
-making one."""
+"""`hydrosim db`: print, check, convert and compute hydrodynamic databases."""
 
 from __future__ import annotations
 
@@ -22,14 +21,14 @@ if TYPE_CHECKING:
     from hydrosim.scene.given import Given
 
 app = typer.Typer(
-    no_args_is_help=True, help="Look at, check, convert and make hydrodynamic databases."
+    no_args_is_help=True, help="Print, check, convert and compute hydrodynamic databases."
 )
 
 PICTURES = (".png", ".pdf", ".svg")
 MOST = 1_000_000  # steps of a table
 
 DatabaseFile = Annotated[
-    Path, typer.Argument(metavar="FILE", help="The hydrodynamic database to read.")
+    Path, typer.Argument(metavar="FILE", help="Hydrodynamic database to read.")
 ]
 
 
@@ -49,15 +48,18 @@ def info(file: DatabaseFile, given: GivenSettings = []) -> None:  # noqa: B006
 def check(
     file: DatabaseFile,
     strict: Annotated[
-        bool, typer.Option("--strict", help="End with code 1 if a check fails.")
+        bool, typer.Option("--strict", help="End with exit code 1 if a check fails.")
     ] = False,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="PICTURE", help="Draw it there, too.")
+        Path | None,
+        typer.Option(
+            "--output", "-o", metavar="PICTURE", help="Also draw the coefficients into this file."
+        ),
     ] = None,
     given: GivenSettings = [],  # noqa: B006
     overwrite: Overwrite = False,
 ) -> None:
-    """Put a database to the test of physics; draw its coefficients.
+    """Check a database against physical identities; draw its coefficients.
 
     Exit code 2 if it is refused, 1 with --strict if a check fails.
     """
@@ -87,7 +89,7 @@ def check(
 def convert(
     file: DatabaseFile,
     out: Annotated[
-        Path, typer.Argument(metavar="OUT", help="Where to write it; its suffix is the format.")
+        Path, typer.Argument(metavar="OUT", help="File to write; its suffix selects the format.")
     ],
     given: GivenSettings = [],  # noqa: B006
     overwrite: Overwrite = False,
@@ -117,13 +119,19 @@ def convert(
 def kernel(
     file: DatabaseFile,
     until: Annotated[
-        str, typer.Option(metavar="TIME", help='Write up to this time: "2 min", or seconds.')
+        str,
+        typer.Option(
+            metavar="TIME", help='Last time of the table: "2 min", or a number in seconds.'
+        ),
     ] = "100 s",
     every: Annotated[
-        str, typer.Option(metavar="TIME", help='Write a row every "0.1 s", or seconds.')
+        str,
+        typer.Option(
+            metavar="TIME", help='Time step of the table: "0.1 s", or a number in seconds.'
+        ),
     ] = "0.1 s",
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="TABLE.csv", help="Write this table.")
+        Path | None, typer.Option("--output", "-o", metavar="TABLE.csv", help="Table to write.")
     ] = None,
     given: GivenSettings = [],  # noqa: B006
     overwrite: Overwrite = False,
@@ -135,7 +143,9 @@ def kernel(
 
     end, step = seconds("--until", until, 100.0), seconds("--every", every, 0.1)
     if not (step > 0.0 and 2 <= end / step <= MOST):
-        raise InputError(f"--until, --every: {end:g} s by {step:g} s; expected 2 to {MOST} steps.")
+        raise InputError(
+            f"--until, --every: {end:g} s in steps of {step:g} s; expected 2 to {MOST} steps."
+        )
     made = placed(output, f"{file.stem}_kernel", "kernel", file, overwrite=overwrite, suffix=".csv")
     page = made.at(made.path.with_suffix(".png"), "picture").checked()
     asked = given_database(file, given)
@@ -148,16 +158,16 @@ def kernel(
 
 @app.command()
 def build(
-    recipe: Annotated[Path, typer.Argument(metavar="RECIPE.yaml", help="The recipe to read.")],
+    recipe: Annotated[Path, typer.Argument(metavar="RECIPE.yaml", help="Recipe to read.")],
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="OUT.nc", help="Write this database.")
+        Path | None, typer.Option("--output", "-o", metavar="OUT.nc", help="Database to write.")
     ] = None,
-    jobs: Annotated[int, typer.Option("--jobs", min=1, help="Use so many processes.")] = 1,
+    jobs: Annotated[int, typer.Option("--jobs", min=1, help="Number of processes.")] = 1,
     picture: Annotated[bool, typer.Option("--picture", help="Also draw mesh and results.")] = False,
     overwrite: Overwrite = False,
     settings: Settings = [],  # noqa: B006  typer copies it
 ) -> None:
-    """Compute a database from a hull. It can be interrupted and goes on where it was."""
+    """Compute a database from a hull. After an interruption, the same command continues."""
     from hydrosim.database.build.command import build_database
     from hydrosim.documents.files import no_file
 
@@ -176,15 +186,15 @@ def build(
 
 
 def _caveats(db: HydroDatabase, given: Given) -> list[str]:
-    """Warnings of what is given in vain, and of what nobody has said."""
+    """Print warnings: options that the file does not need, and values that were assumed."""
     from hydrosim.database.load import overruled
 
     lines = [
-        f"warning   {db.source} has its own {name.replace('_', ' ')}; what is given is not used"
+        f"warning   {db.source} has its own {name.replace('_', ' ')}; the option is ignored"
         for name in overruled(db, given)
     ]
     assumed = db.attributes.get("assumed")
-    if assumed and "recipe" not in db.attributes:  # a recipe's are those of its author
+    if assumed and "recipe" not in db.attributes:  # those of a recipe are its author's
         lines.append(
             f"warning   {db.source} does not say everything; assumed: {assumed}. If that is wrong,"
             " give it: --given KEY=VALUE, with the keys of `hydrodynamics` in a case."
@@ -193,7 +203,8 @@ def _caveats(db: HydroDatabase, given: Given) -> list[str]:
 
 
 def _picture(path: Path, file: Path, overwrite: bool) -> Output:
-    """That of a database; raises `InputError` where it cannot be written to ``path``."""
+    """Output for the picture of a database. Raises `InputError` if it cannot be written to
+    ``path``."""
     if path.suffix not in PICTURES:
         raise InputError(f"--output: found {path}; expected one of {', '.join(PICTURES)}.")
     return placed(path, path.stem, "picture", file, overwrite=overwrite, suffix=path.suffix)

@@ -1,4 +1,4 @@
-"""`hydrosim example`: a case that comes with the program, to begin with."""
+"""`hydrosim example`: write a case that comes with the program."""
 
 from __future__ import annotations
 
@@ -18,16 +18,15 @@ NAMED = re.compile(r"[\w./]*\.(?:nc|yaml|txt|stl)\b")
 
 def example(
     name: Annotated[
-        str | None, typer.Argument(help="Which one to write; without, all are listed.")
+        str | None, typer.Argument(help="Name of the example; without a name, all are listed.")
     ] = None,
     output: Annotated[
-        Path, typer.Option("--output", "-o", metavar="FOLDER", help="Write it into this folder.")
+        Path, typer.Option("--output", "-o", metavar="FOLDER", help="Folder to write into.")
     ] = Path("."),
 ) -> None:
-    """Write a case that comes with hydrosim, with its databases; or list them.
+    """Write an example case with its databases, or list all examples.
 
-    A folder cases/NAME has the case files, hydro_db the databases that they name. What exists is
-    left as it is.
+    Case files go to cases/NAME, and their databases to hydro_db. Existing files are kept.
     """
     home = _home()
     known = sorted(path.name for path in (home / "cases").iterdir() if list(path.glob("*.yaml")))
@@ -38,7 +37,7 @@ def example(
         raise InputError(f"example: found {name!r}; expected one of {', '.join(known)}")
     for file in _files(home, home / "cases" / name):
         made = output / file.relative_to(home.resolve())
-        if not os.path.lexists(made):  # a link that leads nowhere stays, too
+        if not os.path.lexists(made):  # a broken link also counts as existing
             make_folder(made.parent)
             made.write_bytes(file.read_bytes())
     cases = sorted((output / "cases" / name).glob("*.yaml"))
@@ -46,16 +45,18 @@ def example(
 
 
 def _home() -> Path:
-    """Where cases and databases are: in the package, or beside it in a clone."""
+    """Folder of the examples: in the package, or beside it in a clone of the repository."""
     package = Path(__file__).parents[1]
     for folder in (package / "examples", package.parent):
         if (folder / "cases").is_dir() and (folder / "hydro_db").is_dir():
             return folder
-    raise InputError("example: this installation has no examples; take them from the repository.")
+    raise InputError(
+        "example: this installation has no examples; copy the folder cases from the repository."
+    )
 
 
 def _files(home: Path, folder: Path) -> list[Path]:
-    """The case files of a folder, its studies, and all files that any of them names."""
+    """Case files and studies of a folder, and all files that they name."""
     waiting = [*folder.glob("*.yaml"), *folder.glob("studies/*.yaml")]
     found = set[Path]()
     while waiting:

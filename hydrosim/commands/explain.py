@@ -21,11 +21,13 @@ if TYPE_CHECKING:
 
 def explain(
     run_file: Annotated[
-        Path, typer.Argument(metavar="RUN.nc", help="The result of a run, or of a sweep.")
+        Path, typer.Argument(metavar="RUN.nc", help="Result of a run, or of a study.")
     ],
-    direction: Annotated[str, typer.Option(help="Explain surge, sway or heave.")] = "surge",
+    direction: Annotated[
+        str, typer.Option(help="Direction of the motion: surge, sway or heave.")
+    ] = "surge",
     body: Annotated[
-        str | None, typer.Option(help="Explain this body; else the first that moves.")
+        str | None, typer.Option(help="Body to explain; default: the first that moves.")
     ] = None,
     start: From = "",
     end: Annotated[
@@ -34,20 +36,21 @@ def explain(
             "--to",
             "--until",
             metavar="TIME",
-            help='Leave out what is after: "1 hour", or seconds.',
+            help='Ignore everything after this time: "1 hour", or a number in seconds.',
         ),
     ] = "",
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="EXPLAINED.nc", help="Where to write the result."),
+        typer.Option("--output", "-o", metavar="EXPLAINED.nc", help="netCDF file to write."),
     ] = None,
     verbose: Verbose = False,
     overwrite: Overwrite = False,
 ) -> None:
-    """Say why a body moved: mean forces, friction by what makes it, displacement and work by mode.
+    """Explain why a body moved: mean forces, causes of friction, displacement and work by contact
+    mode.
 
-    It takes a run with `output: {impulses: true}`. Of a study of such runs it tells means over the
-    runs of each combination of its parameters, with intervals of 90 %, and draws the first.
+    The run needs `output: {impulses: true}`. For a study, the table shows means over the runs of
+    each combination of parameters, with 90 % intervals. The picture shows the first combination.
     """
     from hydrosim.commands.study import so_far, stem_of
     from hydrosim.plot.explain import draw_explained
@@ -81,7 +84,7 @@ def explain(
 
 
 Parts = dict[str, "xr.Dataset"]
-"""What is explained of a run, or of each combination of parameters of many, by its name."""
+"""Runs to explain, by name: one run, or each combination of parameters of a study."""
 
 
 def _of_one(run: xr.Dataset, between: tuple[float, float]) -> tuple[xr.Dataset, Parts]:
@@ -96,16 +99,16 @@ def _of_many(runs: xr.Dataset, between: tuple[float, float]) -> tuple[xr.Dataset
     from hydrosim.statistics.explain import of_runs
 
     if between != (-inf, inf):
-        raise InputError("found a sweep; expected one run, for --from and --to.")
+        raise InputError("found a study; expected one run, because of --from or --to.")
     found = of_runs(runs)
     complete = runs.status.values == COMPLETE
     if not complete.any():
-        raise InputError("found no complete run; status_message says why.")
+        raise InputError("found no complete run; see the variable status_message of the file.")
     return found, {t: found.isel(run=at) for t, at in _combined(runs) if complete[at].any()}
 
 
 def _combined(runs: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:
-    """Each combination of the parameters of a study in words, and its runs."""
+    """Name of each combination of parameters of a study, with the indices of its runs."""
     import numpy as np
 
     from hydrosim.statistics.effects import combinations, plans
@@ -122,7 +125,7 @@ def _combined(runs: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:
 
 
 def _body(found: xr.Dataset, direction: str, name: str | None) -> str:
-    """The body that is asked for, or the first that moves."""
+    """Body that was asked for, or the first that moves."""
     known = [str(body) for body in found.body.values]
     if name is not None and name not in known:
         raise InputError(f"--body: found {name}; expected one of {', '.join(known)}.")

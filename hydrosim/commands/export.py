@@ -1,4 +1,4 @@
-"""`hydrosim export`: the channels of a run for other programs."""
+"""`hydrosim export`: write channels of a run for other programs."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ SUFFIXES = (".nc", ".csv", ".mat", ".parquet")
 
 
 def export(
-    run_file: Annotated[Path, typer.Argument(metavar="RUN.nc", help="The result of a run.")],
+    run_file: Annotated[Path, typer.Argument(metavar="RUN.nc", help="Result of a run.")],
     output: Annotated[
         Path,
         typer.Option(
@@ -53,13 +53,19 @@ def export(
     ],
     channels: Annotated[
         str,
-        typer.Option(metavar="NAMES", help='Take these channels alone: "position.*,speed.barge".'),
+        typer.Option(
+            metavar="NAMES",
+            help='Channels to write, separated by commas: "position.*,speed.barge".',
+        ),
     ] = "",
     start: From = "",
     end: To = "",
     date: Annotated[
         str,
-        typer.Option(metavar="DATE", help="Let .nc begin at this date, in UTC: 2026-05-31T06:00."),
+        typer.Option(
+            metavar="DATE",
+            help="Date (UTC) at which time 0 s of the run falls, for .nc: 2026-05-31T06:00.",
+        ),
     ] = "",
     recording: Annotated[
         bool,
@@ -109,8 +115,9 @@ def export(
     result = placed(output, "", "export", run_file, overwrite=overwrite, suffix=suffix)
     if (runs := open_runs(run_file)) is not None:
         raise InputError(
-            f"{run_file}: holds {runs.sizes['run']} runs; expected the result of one, as"
-            " `hydrosim run` writes it. Run the case with the values of the one that is wanted."
+            f"{run_file}: holds {runs.sizes['run']} runs; expected the result of one run."
+            " `hydrosim case` prints the case of one of them, and `hydrosim run` makes its"
+            " result."
         )
     run = read(run_file)
     table = table_of(run, names_in(channels), *window)
@@ -177,12 +184,15 @@ def _date(text: str, suffix: str) -> datetime | None:
     if not text:
         return None
     if suffix != ".nc":
-        raise InputError(f"--date: is for .nc alone; in {suffix} times are since the start.")
+        raise InputError(
+            f"--date: only .nc has dates; {suffix} has times since the start of the"
+            " run. Leave --date out."
+        )
     try:
         found = datetime.fromisoformat(text)
     except ValueError:
         raise InputError(
-            f"--date: found {text!r}; expected one such as 2026-05-31T06:00."
+            f"--date: found {text!r}; expected a date such as 2026-05-31T06:00."
         ) from None
     return found.astimezone(UTC) if found.tzinfo else found.replace(tzinfo=UTC)
 

@@ -1,4 +1,4 @@
-"""`hydrosim linear`: rest, natural modes, RAOs and the response in the sea of a case."""
+"""`hydrosim linear`: equilibrium, natural modes, RAOs and the response in the sea of a case."""
 
 from __future__ import annotations
 
@@ -28,33 +28,45 @@ def linear(
     case_file: CaseFile,
     time: Annotated[
         str,
-        typer.Option(metavar="TIME", help='Take applied forces and tanks at this time: "10 min".'),
+        typer.Option(
+            metavar="TIME", help='Time at which applied forces and tanks are evaluated: "10 min".'
+        ),
     ] = "0 s",
     headings: Annotated[
         str | None,
-        typer.Option(help="Compute RAOs for these headings (deg), by commas; else the sea's."),
+        typer.Option(
+            help="Headings of the RAOs (deg), separated by commas; default: those of the sea."
+        ),
     ] = None,
     periods: Annotated[
         str | None,
-        typer.Option(help="Compute RAOs at these periods (s), by commas; else the databases'."),
+        typer.Option(
+            help="Periods of the RAOs (s), separated by commas; default: those of the databases."
+        ),
     ] = None,
     own: Annotated[
-        bool, typer.Option("--database", help="Use added mass and damping as databases have them.")
+        bool,
+        typer.Option(
+            "--database",
+            help="Use added mass and damping of the databases instead of the radiation model.",
+        ),
     ] = False,
     contacts: Annotated[
         str,
-        typer.Option(help="Take contacts pressed at rest as stuck, sliding (no friction) or open."),
+        typer.Option(
+            help="Contacts that are pressed at rest: stuck, sliding (without friction) or open."
+        ),
     ] = "stuck",
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="LINEAR.nc", help="Where to write the result."),
+        typer.Option("--output", "-o", metavar="LINEAR.nc", help="netCDF file to write."),
     ] = None,
     verbose: Verbose = False,
     overwrite: Overwrite = False,
     settings: Settings = [],  # noqa: B006  typer copies it
 ) -> None:
-    """Compute the place at rest without friction, natural modes, RAOs and the response in the sea;
-    print tables, draw a picture, write netCDF."""
+    """Compute equilibrium without friction, natural modes, RAOs and the response in the sea; print
+    tables, draw a picture, write netCDF."""
     import numpy as np
 
     from hydrosim.case.load import load_case

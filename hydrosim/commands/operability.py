@@ -1,4 +1,4 @@
-"""`hydrosim operability`: in which seas a case holds its criteria, and what that is worth."""
+"""`hydrosim operability`: sea states in which a case meets its criteria, with confidence."""
 
 from __future__ import annotations
 
@@ -25,18 +25,19 @@ def operability(
     study_file: StudyFile,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="LIMITS.nc", help="Where to write the result."),
+        typer.Option("--output", "-o", metavar="LIMITS.nc", help="netCDF file to write."),
     ] = None,
     workers: Workers = None,
     overwrite: Overwrite = False,
     resume: Annotated[
-        bool, typer.Option("--resume", help="Go on with a search that was killed or interrupted.")
+        bool, typer.Option("--resume", help="Continue a search that was killed or interrupted.")
     ] = False,
     verbose: Verbose = False,
 ) -> None:
-    """Find limiting significant heights over peak periods, headings and swells, with confidence.
+    """Find limiting significant wave heights over peak periods, headings and swells, with
+    confidence.
 
-    It also tells the workability in a scatter diagram and waiting times in a hindcast.
+    It also computes the workability in a scatter diagram and waiting times in a hindcast.
     """
     from hydrosim.plot.operability import draw_limits
     from hydrosim.results.netcdf import write
@@ -77,11 +78,11 @@ def operability(
     show_document(limits_tables(found), verbose)
     show(f"result    {result.path}, {page.path}")
     if remedy := _nowhere(found.sel(stage="all")):
-        raise InputError(f"{study_file}: operability.heights: {remedy}. The result is written.")
+        raise InputError(f"{study_file}: operability.heights: {remedy}. The result was written.")
 
 
 def _nowhere(found: xr.Dataset) -> str:
-    """What to do where the heights of no sea have the limit between them; nothing where one has."""
+    """Remedy if the limit of no sea state lies between the heights; empty if one does."""
     from hydrosim.wording.limits import side_of
 
     limits = found.limit.values.ravel().tolist()
@@ -91,7 +92,16 @@ def _nowhere(found: xr.Dataset) -> str:
     said = f"found no limit from {found.attrs['lowest']:g} m to {found.attrs['highest']:g} m in any"
     match sorted(sides):
         case ["above"]:
-            return f"{said} sea, as all holds; raise the last height, or set narrower limits"
+            return (
+                f"{said} sea state: the criteria hold at all heights. Raise the last height,"
+                " or tighten the criteria"
+            )
         case ["below"]:
-            return f"{said} sea, as the first is too high already; begin with a lower one"
-    return f"{said} sea: some hold all, some not the first; take more heights on both sides"
+            return (
+                f"{said} sea state: the criteria fail at the first height. Begin with a lower"
+                " height"
+            )
+    return (
+        f"{said} sea state: in some the criteria hold at all heights, in others they fail at"
+        " the first. Add lower and higher heights"
+    )

@@ -1,4 +1,4 @@
-"""Arguments and options that several commands share, and what they must be."""
+"""Arguments and options that several commands share, and their validation."""
 
 from __future__ import annotations
 
@@ -16,29 +16,37 @@ from hydrosim.errors import InputError
 from hydrosim.outputs import Output
 
 Choice = TypeVar("Choice", bound=StrEnum)
-CaseFile = Annotated[Path, typer.Argument(metavar="CASE.yaml", help="The case file to read.")]
+CaseFile = Annotated[Path, typer.Argument(metavar="CASE.yaml", help="Case file to read.")]
 Settings = Annotated[
     list[str], typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the case.")
 ]
-StudyFile = Annotated[Path, typer.Argument(metavar="STUDY.yaml", help="The study file to read.")]
+StudyFile = Annotated[Path, typer.Argument(metavar="STUDY.yaml", help="Study file to read.")]
 Workers = Annotated[
     int | None,
-    typer.Option(min=1, help="Make so many runs at a time; else as many as there are cores."),
+    typer.Option(min=1, help="Number of simultaneous runs; default: the number of cores."),
 ]
 From = Annotated[
     str,
-    typer.Option("--from", metavar="TIME", help='Leave out what is before: "10 min", or seconds.'),
+    typer.Option(
+        "--from",
+        metavar="TIME",
+        help='Ignore everything before this time: "10 min", or a number in seconds.',
+    ),
 ]
 To = Annotated[
     str,
-    typer.Option("--to", metavar="TIME", help='Leave out what is after: "1 hour", or seconds.'),
+    typer.Option(
+        "--to",
+        metavar="TIME",
+        help='Ignore everything after this time: "1 hour", or a number in seconds.',
+    ),
 ]
-Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Print the details, too.")]
+Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Also print the details.")]
 Overwrite = Annotated[
     bool,
     typer.Option(
         "--overwrite",
-        help="Replace files, too, that are not earlier results of the same; keep none of these.",
+        help="Replace existing files of any kind; keep no earlier result.",
     ),
 ]
 
@@ -54,21 +62,22 @@ def placed(
     suffix: str | None = ".nc",
     settings: str = "",
 ) -> Output:
-    """Where ``what`` is made of ``origin`` goes: to the path that is ``given``, or else to the
-    ``default`` one, from this folder on, or another if that is read. Raises InputError before
-    anything is computed if it cannot go there. ``settings`` are what it is made with."""
+    """Output for a result ``what`` ("run") that is made of the file ``origin``. Its path is
+    ``given``, or else ``default`` in the current folder, or a free name if the program reads that
+    file. Raises InputError before any computation if the path cannot be written. ``settings`` are
+    the settings of the result."""
     path = given or Path(f"{default}{suffix}")
     made = Output(path, what, origin, (origin, *inputs), overwrite, settings=settings)
     if given is None and made.reads_itself():
         made = made.at(path.with_stem(f"{path.stem}_{what}"))
-        said = f"{path} is read here: the result goes to {made.path}"
+        said = f"{path} is an input here; the result goes to {made.path}"
         Console(stderr=True).print(said, markup=False, highlight=False, soft_wrap=True)
     if os.path.isdir(path):  # Path.is_dir raises where a name is too long
         example = path / f"{what}{suffix or '.txt'}"
         raise InputError(f"--output: {path} is a directory; expected a file, such as {example}.")
     if path.suffix in (".yaml", ".yml"):
         raise InputError(
-            f"--output: {path} has the name of a case file; expected that of a result."
+            f"--output: {path} has the name of a case file; expected the name of a result."
         )
     if suffix and path.suffix != suffix:
         raise InputError(f"--output: found {path}; expected a name that ends in {suffix}.")
@@ -76,19 +85,19 @@ def placed(
 
 
 def numbers(text: str, option: str, positive: bool = True) -> list[float]:
-    """Numbers separated by commas."""
+    """Numbers of an option, separated by commas. Raises InputError that names the option."""
     try:
         found = [float(part) for part in text.split(",")]
     except ValueError:
         found = [float("nan")]
     if not all(isfinite(x) and (x > 0.0 or not positive) for x in found):
         kind = "positive numbers" if positive else "numbers"
-        raise InputError(f"{option}: found {text!r}; expected {kind}, as in 0.1,0.05.")
+        raise InputError(f"{option}: found {text!r}; expected {kind}, such as 0.1,0.05.")
     return found
 
 
 def quantity(option: str, text: str | None, what: str, unit: str, example: str) -> float:
-    """A number with its unit, in SI, as a case file has it."""
+    """Value in SI of a number with a unit, written as in a case file."""
     from pydantic_core import PydanticCustomError
 
     from hydrosim.documents.units import Quantity
@@ -100,13 +109,13 @@ def quantity(option: str, text: str | None, what: str, unit: str, example: str) 
 
 
 def seconds(option: str, text: str, otherwise: float) -> float:
-    """A time [s] with its unit, or of a plain number in s; ``otherwise`` if nothing is given."""
+    """Time [s] of a number with a unit, or of a plain number in s; ``otherwise`` without a text."""
     return quantity(option, text, "time", "s", "10 min") if text else otherwise
 
 
 def refuse_options(context: typer.Context, used: Iterable[str], why: str) -> None:
-    """Raises InputError if an option of the command is given that is not among those ``used``, by
-    the names of its parameters; ``why`` ends the message."""
+    """Raises InputError if an option of the command is given that is not in ``used`` (names of
+    parameters). ``why`` ends the message."""
     given = [
         max(option.opts, key=len)
         for option in context.command.params
@@ -115,28 +124,29 @@ def refuse_options(context: typer.Context, used: Iterable[str], why: str) -> Non
         and getattr(context.get_parameter_source(str(option.name)), "name", "") == "COMMANDLINE"
     ]
     if given:
-        raise InputError(
-            f"{', '.join(given)}: found {why}; expected none of these options with it."
-        )
+        raise InputError(f"{', '.join(given)}: not possible with {why}. Leave these options out.")
 
 
 def names_in(text: str) -> list[str]:
-    """Names or patterns separated by commas."""
+    """Names or patterns, separated by commas."""
     return [name.strip() for name in text.split(",") if name.strip()]
 
 
 def window_of(start: str, end: str) -> tuple[float, float]:
-    """The time [s] from `From` to `To`, each of which may be left out; InputError where it ends
-    before it begins."""
+    """Times [s] of `From` and `To`, each of which may be left out. Raises InputError if the end is
+    not after the start."""
     begin = seconds("--from", start, -inf)
     close = seconds("--to", end, inf)
     if begin > close:
-        raise InputError(f"--to: found {close:g} s; expected a time after --from, {begin:g} s.")
+        raise InputError(
+            f"--to: found {close:g} s; expected a time after --from, which is {begin:g} s."
+        )
     return begin, close
 
 
 def one_of(kind: type[Choice], name: str, option: str) -> Choice:
-    """The value that a ``name`` is of a ``kind``."""
+    """Member of the enumeration ``kind`` with this ``name``. Raises InputError that names the
+    option."""
     if name.strip() in set(kind):
         return kind(name.strip())
     raise InputError(f"{option}: found {name!r}; expected one of {', '.join(kind)}.")

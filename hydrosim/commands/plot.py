@@ -16,29 +16,30 @@ from hydrosim.errors import InputError
 
 def plot(
     run_file: Annotated[
-        Path, typer.Argument(metavar="RUN.nc", help="The result of a run, or of a study.")
+        Path, typer.Argument(metavar="RUN.nc", help="Result of a run, or of a study.")
     ],
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="FOLDER", help="Put the pictures there."),
+        typer.Option("--output", "-o", metavar="FOLDER", help="Folder for the pictures."),
     ] = None,
     channels: Annotated[
         str,
         typer.Option(
-            metavar="NAMES", help='Draw these channels alone, in one picture: "position.*.heave".'
+            metavar="NAMES",
+            help='Channels to draw in one picture, separated by commas: "position.*.heave".',
         ),
     ] = "",
     start: From = "",
     end: To = "",
     form: Annotated[
-        str, typer.Option("--format", metavar="png|svg|pdf", help="Write pictures so.")
+        str, typer.Option("--format", metavar="png|svg|pdf", help="Format of the pictures.")
     ] = "png",
     overwrite: Overwrite = False,
 ) -> None:
     """Draw motions, forces, contact and energies of a run, or the figures of a study.
 
-    Titles have the sea; grey and white are the phases of the first contact that begins open. Of
-    long runs, bands go from the smallest to the largest value of each stretch of time.
+    Titles name the sea. Grey and white show the phases of the first contact that begins open. In
+    long runs, bands show the smallest and largest values of each interval.
     """
     from hydrosim.commands.study import draw_runs, so_far
     from hydrosim.plot import draw
@@ -52,15 +53,15 @@ def plot(
         raise InputError(f"{folder}: is a file; expected a folder for the pictures.")
     if output is not None and output.suffix[1:] in [*Format] and not os.path.isdir(output):
         raise InputError(
-            f"--output: found {output}; expected a folder, as there are several pictures; their"
-            f" format is --format {output.suffix[1:]}."
+            f"--output: found {output}; expected a folder for several pictures. --format"
+            f" {output.suffix[1:]} selects their format."
         )
     kind = one_of(Format, form, "--format")
     window = Window(*window_of(start, end))
     if (runs := runs_at(run_file)) is not None:
         if channels or start or end:
             raise InputError(
-                f"--channels, --from, --to: {run_file} is a study, which has no records over time;"
+                f"--channels, --from, --to: {run_file} is a study, which has no time series;"
                 " expected the result of a run."
             )
         show(*so_far(runs))

@@ -1,4 +1,4 @@
-"""`hydrosim replay`: a run in three dimensions, on a page."""
+"""`hydrosim replay`: write a page that shows a run in three dimensions."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from hydrosim.commands.terminal import show
 
 
 def replay(
-    run_file: Annotated[Path, typer.Argument(metavar="RUN.nc", help="The result of a run.")],
+    run_file: Annotated[Path, typer.Argument(metavar="RUN.nc", help="Result of a run.")],
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="REPLAY.html", help="Where to write the page."),
+        typer.Option("--output", "-o", metavar="REPLAY.html", help="Page to write."),
     ] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Write a run as a moving scene in three dimensions: one HTML file that needs no network."""
+    """Write a three-dimensional animation of a run: one HTML file that needs no network."""
     from hydrosim.report.document import replay_of
     from hydrosim.report.page import written_page
 

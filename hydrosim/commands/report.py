@@ -1,4 +1,4 @@
-"""`hydrosim report`: one HTML file that shows a result to people."""
+"""`hydrosim report`: write one HTML file that shows a result."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from hydrosim.commands.terminal import show
 def report(
     run_file: Annotated[
         Path,
-        typer.Argument(metavar="RESULT.nc", help="What run, sweep, operability or compare wrote."),
+        typer.Argument(metavar="RESULT.nc", help="Result of run, sweep, operability or compare."),
     ],
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="REPORT.html", help="Where to write the page."),
+        typer.Option("--output", "-o", metavar="REPORT.html", help="Page to write."),
     ] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Write a report as one HTML file that needs no network: of a run its case, assumptions,
-    stages, statistics with intervals, series to look closer at and energy; or what a study, its
-    limits of operation or a comparison has found."""
+    """Write a report as one HTML file that needs no network. The report of a run shows its case,
+    assumptions, stages, statistics with intervals, time series and energy. Studies, limits of
+    operation and comparisons have reports, too."""
     from hydrosim.report.document import report_of
     from hydrosim.report.page import written_page
 

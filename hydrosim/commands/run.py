@@ -24,20 +24,21 @@ def run(
     case_file: CaseFile,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="RUN.nc", help="Where to write the result."),
+        typer.Option("--output", "-o", metavar="RUN.nc", help="netCDF file to write."),
     ] = None,
     settings: Settings = [],  # noqa: B006  typer copies it
     plot_too: Annotated[bool, typer.Option("--plot", help="Also draw the pictures.")] = False,
     overwrite: Overwrite = False,
     resume: Annotated[
-        bool, typer.Option("--resume", help="Go on with a run that was killed or interrupted.")
+        bool, typer.Option("--resume", help="Continue a run that was killed or interrupted.")
     ] = False,
     every: Annotated[
         str,
         typer.Option(
             "--checkpoint",
             metavar="TIME",
-            help='Keep the run on the disk every so often: "10 min", or seconds.',
+            help='Interval at which the state of the run is saved to disk: "10 min", or a number'
+            " in seconds.",
         ),
     ] = "60 s",
     verbose: Verbose = False,
@@ -61,7 +62,7 @@ def run(
 
     apart = seconds("--checkpoint", every, 60.0)
     if apart < 0.0:
-        raise InputError(f"--checkpoint: found {apart:g} s; expected 0 s or more.")
+        raise InputError(f"--checkpoint: found {apart:g} s; expected a time of 0 s or more.")
 
     def simulated(case: Case, result: Output) -> xr.Dataset:
         return simulate_with_progress(case, result, resume, apart)
@@ -93,7 +94,7 @@ def _with_places(dataset: xr.Dataset, case: Case) -> xr.Dataset:
 
 
 def _require_room(case: Case, path: Path) -> None:
-    """Refuse a run whose result would not fit on the disk."""
+    """Raises InputError if the result of a run would not fit on the disk."""
     from shutil import disk_usage
 
     from hydrosim.compiling import sizes
@@ -103,21 +104,21 @@ def _require_room(case: Case, path: Path) -> None:
     if size > free:
         found = f"about {sizes.shown(size)}, and {sizes.shown(free)} are free"
         raise InputError(
-            f"--output: the result is {found} in {path.parent}; make room there, give another"
-            " place, or record less often (output.step)."
+            f"--output: the result is {found} in {path.parent}; free some space there, choose"
+            " another place, or record less often (a larger output.step)."
         )
 
 
 def _planned_pictures(result: Output) -> None:
-    """Refuses, before the run, pictures that would replace others."""
+    """Raises InputError before the run if its pictures would replace other files."""
     from hydrosim.plot.draw import planned
 
     planned(result.path.parent, result.path.stem, result.path, result.overwrite)
 
 
 def _save(dataset: xr.Dataset, result: Output) -> Path:
-    """Write a run; one that did not come to its end stands aside for one that did, and any for
-    what has come there meanwhile. Its path."""
+    """Write the result of a run; return its path. A run that did not complete never replaces a
+    complete one. No run replaces a file that appeared while it was computed."""
     from hydrosim.results.netcdf import status_of, write
     from hydrosim.studies.run.checkpoint import checkpoint_of
 

@@ -1,4 +1,4 @@
-"""What commands share that run a case: the runs it needs first, and progress."""
+"""Functions of all commands that run a case: earlier stages and progress."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ err = progress_console()
 
 @contextmanager
 def resumable(by: str) -> Iterator[None]:
-    """Says after an interrupt ``by`` what the command goes on."""
+    """After an interrupt, print that the command continues with the option ``by``."""
     try:
         yield
     except KeyboardInterrupt:
-        say(f"interrupted: what is complete is kept; {by} goes on from there")
+        say(f"interrupted: completed work is kept; {by} continues")
         raise typer.Exit(130) from None
 
 
@@ -47,7 +47,7 @@ def _counted(number: int, one: str, several: str) -> str:
 
 
 def complete(case: Case, run: Callable[[Case, Output], xr.Dataset]) -> None:
-    """Make the runs that the case needs, and say so."""
+    """Run the other cases that the case continues, and print their names."""
     from hydrosim.studies.run.stages import complete as made
 
     made(case, run, lambda text: say(f"first stage: {text}"))
@@ -56,7 +56,7 @@ def complete(case: Case, run: Callable[[Case, Output], xr.Dataset]) -> None:
 def simulate_with_progress(
     case: Case, result: Output, resume: bool = False, every: float = 60.0
 ) -> xr.Dataset:
-    """The run of a case, with a bar of how far it is, kept on the disk ``every`` so often [s]."""
+    """Simulate a case with a progress bar. Its state is saved to disk ``every`` so often [s]."""
     from hydrosim.compiling.restart import begin, opened
     from hydrosim.studies.run.checkpoint import Checkpoint, checkpoint_of
     from hydrosim.studies.run.simulation import simulate

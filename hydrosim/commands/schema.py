@@ -1,4 +1,4 @@
-"""`hydrosim schema`: what editors need to complete and check files as one types."""
+"""`hydrosim schema`: JSON schemas with which editors complete and check files."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import typer
 
 
 class Kind(StrEnum):
-    """The files that hydrosim reads."""
+    """Kinds of files that hydrosim reads."""
 
     CASE = "case"
     STUDY = "study"
@@ -18,13 +18,13 @@ class Kind(StrEnum):
 
 
 def schema(
-    kind: Annotated[Kind, typer.Argument(help="Say which files it is for.")] = Kind.CASE,
+    kind: Annotated[Kind, typer.Argument(help="Kind of file.")] = Kind.CASE,
 ) -> None:
     """Print the JSON schema of case files, of studies, or of recipes of databases.
 
-    Keep it beside a case, hydrosim schema case > case.schema.json, and begin the case with the line
-    "# yaml-language-server: $schema=case.schema.json": editors with a YAML language server then
-    complete keys, show what they mean, and mark what is wrong.
+    Save it beside a case: hydrosim schema case > case.schema.json. Begin the case with the line "#
+    yaml-language-server: $schema=case.schema.json". Editors with a YAML language server then
+    complete keys, show their meaning and mark mistakes.
     """
     typer.echo(json.dumps(schema_of(kind)))
 

@@ -1,4 +1,4 @@
-"""`hydrosim statistics`: what a run comes down to in figures."""
+"""`hydrosim statistics`: means, periods and extremes of a run."""
 
 from __future__ import annotations
 
@@ -12,14 +12,15 @@ from hydrosim.commands.options import From, Overwrite, Verbose, names_in, placed
 from hydrosim.commands.progress import progress
 from hydrosim.commands.terminal import not_complete, show, show_document
 
-SHORTEST = 0.1  # of the record: what extremes can be asked for
+SHORTEST = 0.1  # shortest duration of extremes, as a part of the record
 
 
 def statistics(
     run_file: Annotated[
         Path,
         typer.Argument(
-            metavar="RUN.nc", help="The result of a run, or of a study; a study's RUNS.nc.partial."
+            metavar="RUN.nc",
+            help="Result of a run or of a study, also of an unfinished one (RUNS.nc.partial).",
         ),
     ],
     start: From = "",
@@ -27,21 +28,25 @@ def statistics(
         str,
         typer.Option(
             metavar="TIME",
-            help='Tell extremes of "3 hour", or seconds; else of the record.',
+            help='Duration of the extremes: "3 hour", or a number in seconds; default: the record.',
         ),
     ] = "",
     channels: Annotated[
         str,
-        typer.Option(metavar="NAMES", help='Take these channels, too: "speed.*,force_mooring.*".'),
+        typer.Option(
+            metavar="NAMES",
+            help='Further channels, separated by commas: "speed.*,force_mooring.*".',
+        ),
     ] = "",
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="STATISTICS.nc", help="Where to write the result."),
+        typer.Option("--output", "-o", metavar="STATISTICS.nc", help="netCDF file to write."),
     ] = None,
     verbose: Verbose = False,
     overwrite: Overwrite = False,
 ) -> None:
-    """Print means, periods, extremes with two kinds of intervals, and crawl by phase."""
+    """Print means, periods, extremes with two kinds of intervals, and crawl in each contact
+    phase."""
     from hydrosim.commands.study import place_table, show_study
     from hydrosim.errors import InputError
     from hydrosim.results.channels import chosen, names
@@ -61,14 +66,15 @@ def statistics(
     begin, end = seconds("--from", start, 0.0), float(run.time[-1])
     if not enough_from(run, begin):
         raise InputError(
-            f"--from: found {begin:g} s; expected a time well before the end of the run, {end:g} s."
+            f"--from: found {begin:g} s; expected a time well before the end of the run at"
+            f" {end:g} s."
         )
     least = SHORTEST * (end - max(begin, float(run.time[0])))
     exposure = seconds("--duration", duration, inf) if duration else None
     if exposure is not None and not least <= exposure < inf:
         raise InputError(
-            f"--duration: found {exposure:g} s; expected a tenth of the record, {least:g} s, or"
-            " more: of a shorter time the record itself holds many."
+            f"--duration: found {exposure:g} s; expected at least a tenth of the record,"
+            f" {least:g} s. The record itself holds many samples of shorter durations."
         )
     asked = names_in(channels)
     known = names(run)

@@ -1,4 +1,4 @@
-"""Standard output and error that are closed, or that nobody reads any more, end no command."""
+"""Standard streams that are closed, or that nobody reads, do not end a command."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ import sys
 from typing import Any
 
 LOST: dict[str, type[OSError]] = {"stdout": BrokenPipeError, "stderr": OSError}
-"""What may happen to a stream, besides that its terminal is closed. A full disk below the standard
-output is told; messages and progress are a courtesy, and nobody can be told that they are lost."""
+"""Errors of a stream, besides a closed terminal. A full disk below the standard output is reported.
+Messages and progress may be lost in silence."""
 
 
 class _Lasting(io.FileIO):
-    """A file descriptor that takes everything, also after it has failed with ``lost`` or, if it is
-    a terminal, with any error."""
+    """File descriptor that accepts all writes, also after a write failed with ``lost`` or, on a
+    terminal, with any error."""
 
     def __init__(self, descriptor: int, lost: type[OSError]) -> None:
         super().__init__(descriptor, "w", closefd=False)
@@ -28,23 +28,23 @@ class _Lasting(io.FileIO):
 
 
 def make_streams_last() -> None:
-    """From now on standard output and error can be written to until the end, and what they have no
-    character for is printed as its number."""
+    """Make standard output and error writable until the process ends. Characters outside their
+    encoding are printed as numbers."""
     _open_closed_descriptors()
     for number, name in enumerate(("stdout", "stderr"), 1):
         stream = getattr(sys, name)
-        if stream is getattr(sys, f"__{name}__"):  # None if closed; no one else has put another
+        if stream is getattr(sys, f"__{name}__"):  # None if closed; other objects are left alone
             setattr(sys, name, _lasting(number, name, stream))
 
 
 def _open_closed_descriptors() -> None:
-    """Put nothing where standard streams are closed: the next file opened, a result perhaps, would
-    take their place, and what is printed."""
+    """Open the null device for closed standard streams. Otherwise the next file opened, such as a
+    result, would take their number and receive the printed text."""
     for descriptor in (0, 1, 2):
         try:
             os.fstat(descriptor)
         except OSError:
-            os.open(os.devnull, os.O_RDWR)  # takes the lowest number that is free
+            os.open(os.devnull, os.O_RDWR)  # open takes the lowest free number
 
 
 def _lasting(descriptor: int, name: str, stream: io.TextIOWrapper | None) -> io.TextIOWrapper:

@@ -1,4 +1,4 @@
-"""What commands do with a file of the runs of a study: tables, pictures."""
+"""Tables and pictures of the runs of a study."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ if TYPE_CHECKING:
 
     from hydrosim.outputs import Output
 
-HERE = Path()  # the folder in which the command was given
+HERE = Path()  # folder in which the command was given
 
 
 def stem_of(file: Path) -> str:
-    """What results of a file of runs are called after; of those on their way, "runs.partial"."""
+    """Stem of the results of a file of runs; "runs" for "runs.partial"."""
     return file.stem.replace(".nc", ".partial") if file.suffix == ".partial" else file.stem
 
 
@@ -44,14 +44,14 @@ def place_table(
     inputs: Iterable[Path] = (),
     overwrite: bool = False,
 ) -> Output:
-    """Where the tables of a ``file`` of runs go: to ``output``, or else into ``folder`` under the
-    name of the file. Raises InputError if they cannot go there; ``inputs`` stay."""
+    """Output for the tables of a ``file`` of runs: ``output``, or else a file in ``folder`` with
+    the same stem. Raises InputError if it cannot be written; ``inputs`` are never replaced."""
     default = str(folder / stem_of(file))
     return placed(output, default, "table", file, inputs=inputs, overwrite=overwrite, suffix=".csv")
 
 
 def show_study(runs: xr.Dataset, table: Output | None, verbose: bool = False) -> None:
-    """Show a study; if there is a ``table``, also write it as comma-separated values."""
+    """Print a study; with a ``table``, also write it as comma-separated values."""
     from hydrosim.statistics.effect_table import as_csv
     from hydrosim.wording.study import study_tables
 
@@ -65,7 +65,7 @@ def show_study(runs: xr.Dataset, table: Output | None, verbose: bool = False) ->
 def draw_runs(
     runs: xr.Dataset, folder: Path, file: Path, overwrite: bool = False, form: str = "png"
 ) -> None:
-    """Draw a study in the format ``form``, and say where the pictures are."""
+    """Draw a study in the format ``form``, and print where the pictures are."""
     from hydrosim.outputs import Output, make_folder
     from hydrosim.plot.effects import draw_study
 

@@ -1,4 +1,4 @@
-"""`hydrosim sweep`: a case over parameters and seeds, on all cores."""
+"""`hydrosim sweep`: run a case over parameters and seeds, on all cores."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ if TYPE_CHECKING:
     from hydrosim.studies.study_file import Enough
     from hydrosim.studies.sweep.study import Study
 
-# s and runs, after which the time of all is told
+# Seconds and number of runs after which the total time is estimated.
 LOOKED_AT = 10.0
 ENOUGH = 100
-MUCH = 60.0  # s: if it is more than that
+MUCH = 60.0  # s: shorter sweeps get no estimate
 LOCAL = "local"
 err = progress_console()
 
@@ -40,24 +40,25 @@ def sweep(
     study_file: StudyFile,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="RUNS.nc", help="Where to write the result."),
+        typer.Option("--output", "-o", metavar="RUNS.nc", help="netCDF file to write."),
     ] = None,
     workers: Workers = None,
     overwrite: Overwrite = False,
     resume: Annotated[
-        bool, typer.Option("--resume", help="Go on with a sweep that was killed or interrupted.")
+        bool, typer.Option("--resume", help="Continue a sweep that was killed or interrupted.")
     ] = False,
     scheduler: Annotated[
         str | None,
         typer.Option(
             metavar="ADDRESS",
-            help="Run on the workers of dask at tcp://HOST:8786 (or tls://); local: own processes.",
+            help="Address of a dask scheduler, tcp://HOST:8786 or tls://; local: processes of"
+            " this machine.",
         ),
     ] = None,
     plot_too: Annotated[bool, typer.Option("--plot", help="Also draw the figures.")] = False,
     verbose: Verbose = False,
 ) -> None:
-    """Run a case over parameters and seeds, as a study says; write one netCDF file, tables."""
+    """Run a case over the parameters and seeds of a study; write one netCDF file and tables."""
     from hydrosim.studies.many.reach import out_of_reach
     from hydrosim.studies.sweep.study import load_study
 
@@ -80,13 +81,13 @@ def sweep(
     pool = _pool(scheduler, workers)
     with announced(err), _with_progress(study, result, workers, resume, pool) as runs:
         path = Path(runs.encoding["source"])
-        if table is not None and path.name != result.path.name:  # what stands there is better
+        if table is not None and path.name != result.path.name:  # a better result stands there
             table = _table_beside(path, study, overwrite)
         _told(runs, study, path, table, overwrite, plot_too, verbose)
 
 
 def _table_beside(path: Path, study: Study, overwrite: bool) -> Output:
-    """Where the tables of the runs at ``path`` go. Raises InputError if they cannot go there."""
+    """Output for the tables of the runs at ``path``. Raises InputError if it cannot be written."""
     return place_table(path, None, path.parent, study.inputs, overwrite)
 
 
@@ -99,8 +100,8 @@ def _told(
     plot_too: bool,
     verbose: bool,
 ) -> None:
-    """Say and draw what came of the runs, with a ``table`` of figures; the exit code is that of the
-    worst of them."""
+    """Print and draw the runs, with a ``table`` of figures. The exit code is that of the worst
+    run."""
     status = runs.status.values.tolist()
     known = table is not None and "complete" in status
     show_study(runs, table if known else None, verbose)
@@ -111,7 +112,7 @@ def _told(
         lacks = "no run is complete" if study.figures else "the study asks for no figures"
         show(f"picture   none: {lacks}")
     if {"interrupted", "not run"} & {*status}:
-        show("what is complete is kept: --resume goes on from there")
+        show("completed runs are kept: --resume continues")
         raise typer.Exit(130)
     if "failed" in status:
         raise typer.Exit(3)
@@ -127,7 +128,7 @@ def _until(
     plot_too: bool,
     verbose: bool,
 ) -> None:
-    """A study with more and more seeds, ``by`` so many workers, or those of a scheduler."""
+    """Run a study with more and more seeds; ``by`` is the number of workers and the scheduler."""
     from hydrosim.interrupts import raise_if_interrupted
     from hydrosim.results.runs_file import open_runs
     from hydrosim.studies.sweep.precise import run_until
@@ -150,7 +151,7 @@ def _until(
 
 
 def _pool(scheduler: str | None, workers: int | None) -> Pool | None:
-    """Processes of this machine, or the workers of a scheduler, if one was named."""
+    """Processes of this machine, or the workers of a scheduler if one is named."""
     if scheduler is None:
         return None
     if scheduler == LOCAL:
@@ -183,7 +184,7 @@ def _with_progress(
 
 
 class _Pace:
-    """How many runs are made in a second, from the first on: ``done`` after so many seconds."""
+    """Pace of a sweep: ``each`` is the time of one run [s], after ``done`` runs."""
 
     def __init__(self) -> None:
         self.first: tuple[int, float] | None = None
@@ -191,7 +192,7 @@ class _Pace:
         self.each = nan
 
     def known(self, done: int) -> bool:
-        """Whether it is known now, the first time."""
+        """Whether the pace has just become known; True once."""
         now = perf_counter()
         self.first = self.first or (done, now)
         count = done - self.first[0]
@@ -204,7 +205,7 @@ class _Pace:
 
 
 def _estimate(pace: _Pace, total: int, folder: Path) -> Iterator[str]:
-    """How long a sweep will take, and how much room; nothing if it is soon at its end."""
+    """Estimated duration and size of a sweep; no line if it ends soon."""
     left = (total - pace.done) * pace.each
     if left < MUCH:
         return
@@ -212,6 +213,6 @@ def _estimate(pace: _Pace, total: int, folder: Path) -> Iterator[str]:
     room = 2e-6 * total / pace.done * (folder / "runs").stat().st_size
     free = 1e-6 * disk_usage(folder).free
     yield (
-        f"estimate  {total:,} runs, {1.0 / pace.each:.3g} a second: until {end:%d %b %H:%M}, in"
-        f" {timedelta(seconds=round(left))}; about {room:,.0f} MB of {free:,.0f} that are free"
+        f"estimate  {total:,} runs at {1.0 / pace.each:.3g} per second: until {end:%d %b %H:%M},"
+        f" in {timedelta(seconds=round(left))}; about {room:,.0f} MB of {free:,.0f} MB free"
     )

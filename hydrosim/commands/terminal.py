@@ -1,4 +1,4 @@
-"""What commands print: documents, and lines of text as they are."""
+"""Printing of documents and of plain lines of text."""
 
 from __future__ import annotations
 
@@ -12,29 +12,29 @@ from hydrosim.presentation.terminal import print_document, print_parts
 
 
 def show(*parts: RenderableType) -> None:
-    """Tables, and lines as they are: no markup, no colours, not broken."""
+    """Print tables and plain lines: no markup, no colours, no line breaks."""
     print_parts(Console(), *parts)
 
 
 def show_document(document: Document, verbose: bool = False) -> None:
-    """A document, with its details if ``verbose``."""
+    """Print a document, with its details if ``verbose``."""
     print_document(document, Console(), verbose)
 
 
 def say(text: str) -> None:
-    """A line of text as it is, to the standard error."""
+    """Print a plain line of text to the standard error."""
     print_parts(Console(stderr=True), text)
 
 
 def not_complete(attributes: Mapping[str, object]) -> list[str]:
-    """A line on how a run ended that is not complete, by its attributes; none of one that is."""
+    """Warning about the end of a run, from its attributes; empty if the run is complete."""
     status = attributes.get("status", "complete")
     said = f"warning   the run is {status}: {attributes.get('status_message', '')}"
     return [] if status == "complete" else [said]
 
 
 def progress_console() -> Console:
-    """Where bars of progress go: to a terminal alone, though notebooks and others may force colours
-    upon a stream that keeps every state of a bar."""
+    """Console for progress bars, which are drawn on terminals only. Notebooks and others may force
+    colours upon streams that keep every state of a bar."""
     is_terminal = sys.stderr is not None and sys.stderr.isatty()
     return Console(stderr=True, force_terminal=is_terminal)

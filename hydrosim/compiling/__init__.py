@@ -1,1 +1,1 @@
-"""From a scene to arrays, each part once."""
+"""Compilation of a scene to arrays."""

@@ -1,7 +1,7 @@
-"""A start at rest under the loads of the start: contacts, lines and buoyancy carry what they must.
+"""A start at rest under the loads at the start: contacts, lines and buoyancy carry all loads.
 
-The place is that of `hydrosim.linear.equilibrium`, without waves and without friction, near where
-the scene has its bodies; contacts begin there with nothing stretched.
+`hydrosim.linear.equilibrium` finds the position, without waves and without friction, near the
+initial position of the scene. Contacts begin there with unstretched springs.
 """
 
 from __future__ import annotations
@@ -30,30 +30,34 @@ NEAR = 1e-6  # m
 
 
 def states_at_rest(scene: Scene, model: Model, state: State) -> np.ndarray:
-    """The states (ny,) at rest near ``state``, without those of contacts.
+    """States (ny,) at rest near ``state``, without the states of contacts.
 
-    Raises InputError where there is no such place, with what nothing carries.
+    Raises InputError if there is no such position, and names the load that nothing carries.
     """
     weight = sum(body.mass for body in scene.bodies) * scene.environment.gravity
     smooth = model._replace(elements=without_friction(model.elements))
     try:
         rest = equilibrium(smooth, state, 0.0, weight)
     except InputError as error:
-        remedy = "Supports carry towards their axis, and on both sides of the centre of gravity."
+        remedy = (
+            "Supports carry loads along their axis. Place them on both sides of the centre"
+            " of gravity."
+        )
         raise InputError(f"initial: {PROMISE}; {error} {remedy}") from None
     if np.abs(rest.drift).max(initial=0.0) > ENOUGH * weight:
         worst = int(np.abs(rest.drift).argmax())
         lost = coordinates(scene)[worst]
         unit = "N" if lost.dof in DOFS[:3] else "N m"
         raise InputError(
-            f"initial: {PROMISE}, and nothing carries {rest.drift[worst]:.4g} {unit} in {lost.name}"
-            f"{_nearest(scene, model, rest.state)}; expected supports, lines or buoyancy that do."
+            f"initial: {PROMISE}, and nothing carries {rest.drift[worst]:.4g} {unit} in"
+            f" {lost.name}{_nearest(scene, model, rest.state)}; expected supports, lines or"
+            " buoyancy that carry it."
         )
     return rest.state.y
 
 
 def _nearest(scene: Scene, model: Model, state: State) -> str:
-    """Which open contact is nearest, in words, for a body that hovers over it."""
+    """Text on the nearest open contact, for a body that hovers over it."""
     fenders = model.elements.fenders
     motion = new_work(model).motion
     n = model.bodies.active.size
@@ -69,8 +73,8 @@ def _nearest(scene: Scene, model: Model, state: State) -> str:
         return ""
     name = min(gaps, key=gaps.__getitem__)
     if gaps[name] < NEAR:
-        return f" (the nearest contact, {name}, is there but does not carry that way)"
+        return f" (the nearest contact, {name}, touches but does not carry in that direction)"
     return (
-        f" (the nearest open contact, {name}, is {gaps[name]:.3g} m away: put the body so much"
-        " nearer to it, with its initial.position)"
+        f" (the nearest open contact, {name}, is {gaps[name]:.3g} m away: move the body towards"
+        " it by this distance with its initial.position)"
     )

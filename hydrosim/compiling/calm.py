@@ -1,5 +1,4 @@
-"""Scenes in calm water, and the waves on them: those that differ in their waves alone have all else
-in common."""
+"""Scenes in calm water, and their waves. Scenes that differ in their waves only share the rest."""
 
 from __future__ import annotations
 
@@ -36,10 +35,10 @@ if TYPE_CHECKING:
 
 
 def compile_calm(scene: Scene, wet: Sequence[WetGroup], known: Parts | None = None) -> Compiled:
-    """An `opened` scene in calm water, with its databases ``wet`` and its elements and tanks,
-    if they are ``known``.
+    """Compile an `opened` scene in calm water with its databases ``wet``, and with its elements and
+    tanks if they are ``known``.
 
-    Raises InputError where the scene cannot be compiled, or started.
+    Raises InputError if the scene cannot be compiled or started.
     """
     model = model_of(scene, wet, known)
     facts = facts_of(scene, wet, model)
@@ -50,14 +49,14 @@ def compile_calm(scene: Scene, wet: Sequence[WetGroup], known: Parts | None = No
 
 
 def in_waves(calm: Compiled, scene: Scene, sea: Sequence[Components]) -> Compiled:
-    """A scene of `compile_calm` in the ``sea`` drawn of its waves; ``scene`` may differ from the
-    calm one in waves, title and source. Raises InputError where a database does not fit the sea, or
+    """Scene of `compile_calm` in the ``sea`` drawn from its waves. ``scene`` may differ from the
+    calm one in waves, title and source. Raises InputError if a database does not fit the sea, or if
     the sea is shorter than the run."""
     end = begin(scene) + scene.duration
     check_span(scene.environment, 0.0, end)
     loaded = wave_bodies(scene, calm.facts.databases, calm.facts.met)
     bodies = [_as_locked(body, scene) for body in loaded]
-    # from 0, wherever the run begins: its loads are then to the bit those of a longer run
+    # from 0, wherever the run begins: its loads then equal those of a longer run to the bit
     bodies = list(_at_draughts(bodies, calm.wet))
     loads = wave_loads_model(sea, bodies, 0.0, scene.solver.step / 2, end)
     block = steps_per_block(scene) * grid_step(scene)
@@ -73,7 +72,7 @@ def in_waves(calm: Compiled, scene: Scene, sea: Sequence[Components]) -> Compile
 
 
 def _at_draughts(bodies: Sequence[WaveBody], wet: Sequence[WetGroup]) -> Iterator[WaveBody]:
-    """The bodies in waves, those with a family of databases once for each of its members."""
+    """Bodies in waves; a body with a family of databases occurs once per member."""
     members = members_of(wet)
     owners = {int(member.dofs[0]) for member in members}
     yield from (body for body in bodies if body.offset not in owners)
@@ -85,7 +84,7 @@ def _at_draughts(bodies: Sequence[WaveBody], wet: Sequence[WetGroup]) -> Iterato
 
 
 def _as_locked(body: WaveBody, scene: Scene) -> WaveBody:
-    """A body that waves meet at rest where it is locked away from there, in place or heading."""
+    """Body with the position that waves use: its position at rest, and its locked offsets."""
     at = np.where(body.active, 0.0, scene.bodies[body.offset // 6].position)
     loads = body.wave_forces
     if loads.position != Place.MEAN:
@@ -98,8 +97,8 @@ def _as_locked(body: WaveBody, scene: Scene) -> WaveBody:
 def wave_bodies(
     scene: Scene, databases: Mapping[str, HydroDatabase], met: Mapping[str, WaveForces]
 ) -> list[WaveBody]:
-    """All bodies of a scene in waves, with those of their ``databases`` that have loads, and where
-    waves meet them (`facts.met_by_waves`)."""
+    """All bodies of a scene in waves, with their ``databases`` that have loads, and the positions
+    where waves act (`facts.met_by_waves`)."""
     alone = {name: db for name, db in databases.items() if db.heading.size}
     return [
         WaveBody(

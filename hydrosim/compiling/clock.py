@@ -1,4 +1,4 @@
-"""The grid of steps of a run, the times that no step may cross, and the tolerances."""
+"""Step grid of a run, times that no step may cross, and tolerances."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
 
 
 def compile_clock(compiled: Compiled) -> Clock:
-    """The grid of steps, the output times on it, the times that no step may cross, tolerances."""
+    """Step grid, output times on it, times that no step may cross, and tolerances."""
     scene = compiled.scene
     begin = compiled.begin
     solver = scene.solver
     step = grid_step(scene)
-    # a run that starts on the grid of one from 0 keeps to it, so that its steps are the same
+    # a run that starts on the grid of a run from 0 keeps that grid, so that its steps are the same
     passed = round(begin / step)
     on_grid = abs(passed * step - begin) <= 1e-9 * step * max(passed, 1)
     ramps = [w.ramp for w in scene.environment.waves]
@@ -51,9 +51,10 @@ def compile_clock(compiled: Compiled) -> Clock:
 
 
 def _tolerances(scene: Scene, model: Model) -> np.ndarray:
-    """Absolute tolerance of every state (ny,): radiation states by what a velocity of the tolerance
-    would make of them in the long run, stretches of nodes by the force that they make of friction;
-    slip distances, headings that stay in a step and energies do not count."""
+    """Absolute tolerance of every state (ny,). Radiation states get the tolerance of velocities
+    times their steady response to a velocity. Springs of contact nodes get the tolerance of the
+    friction force that they make. Slip distances, headings held in a step and energies do not
+    count."""
     tolerance = scene.solver.tolerance
     n = model.bodies.active.size
     states = model.states

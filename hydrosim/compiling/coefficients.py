@@ -1,4 +1,4 @@
-"""Hydrodynamics by numbers alone, as a database that is constant and has no wave loads."""
+"""Hydrodynamics given as numbers: a database that is constant and has no wave loads."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ if TYPE_CHECKING:
     from hydrosim.scene import Body, Coefficients, Environment
 
 SOURCE = "coefficients of the case"
-CONSTANT = inf  # s: the period of what is the same at all periods
-_FREQUENCIES = np.array([1e-3, 1e3])  # rad/s, between which all motions are
+CONSTANT = inf  # s: placeholder period, because coefficients are the same at all periods
+_FREQUENCIES = np.array([1e-3, 1e3])  # rad/s, a range that holds all motions
 
 
 def database_of(given: Coefficients, body: Body, water: Environment) -> HydroDatabase:
-    """The database of a body, about its centre of gravity. Raises InputError where a matrix is not
-    one of a passive body."""
+    """Database of a body about its centre of gravity. Raises InputError if a matrix is not that of
+    a passive body."""
     for name in ("added_mass", "damping", "stiffness"):
         _check(f"bodies.{body.name}.hydrodynamics.{name}", np.asarray(getattr(given, name)))
     centre = np.array([body.centre_of_gravity])
@@ -44,26 +44,30 @@ def database_of(given: Coefficients, body: Body, water: Environment) -> HydroDat
 
 
 def no_memory(db: HydroDatabase) -> Retardation:
-    """Of what is constant: A_inf alone."""
+    """Retardation of constant coefficients: A_inf alone."""
     K = np.zeros((2, *db.added_mass.shape[1:]))
     report = KernelReport(0.0, 0.0, 0.0, 0.0, K[0])
     return Retardation(np.array([0.0, 1.0]), K, db.added_mass[0], report)
 
 
 def _check(key: str, matrix: np.ndarray) -> None:
-    """A scene that is written in Python may have any."""
+    """Check a matrix: a scene written in Python may have any."""
     if matrix.shape != (6, 6) or not np.isfinite(matrix).all():
-        raise InputError(f"{key}: found an array of {matrix.shape}; expected numbers (6, 6).")
+        raise InputError(
+            f"{key}: found an array of shape {matrix.shape}; expected numbers of shape (6, 6)."
+        )
     size = np.sqrt(np.where(np.diag(matrix) > 0.0, np.diag(matrix), 1.0))
     scaled = matrix / np.outer(size, size)
     if np.abs(scaled - scaled.T).max() > 1e-6:
-        raise InputError(f"{key}: found a matrix that is not symmetric; expected one that is.")
+        raise InputError(f"{key}: found a matrix that is not symmetric; expected a symmetric one.")
     if np.linalg.eigvalsh(scaled)[0] < -1e-9:
-        raise InputError(f"{key}: found a negative eigenvalue; expected none.")
+        raise InputError(
+            f"{key}: found a negative eigenvalue; expected a positive semidefinite matrix."
+        )
 
 
 def _mirrored(given: Coefficients) -> bool:
-    """Whether nothing couples surge, heave and pitch with sway, roll and yaw."""
+    """Whether no entry couples surge, heave and pitch with sway, roll and yaw."""
     even = np.arange(6) % 2 == 0
     matrices = (given.added_mass, given.damping, given.stiffness)
     return not any(np.asarray(matrix)[np.ix_(even, ~even)].any() for matrix in matrices)

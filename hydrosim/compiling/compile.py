@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class Radiation(StrEnum):
-    """Whose added mass and damping: of the scene's radiation model, or of its databases."""
+    """Source of added mass and damping: the scene's radiation model, or its databases."""
 
     MODEL = "model"
     DATABASE = "database"
@@ -33,10 +33,10 @@ class Radiation(StrEnum):
 
 @one_thread
 def compile_scene(scene: Scene, in_plane: bool = False) -> Compiled:
-    """The scene as arrays; ``in_plane`` without what is zero by symmetry, as `simulate` has it, see
-    `hydrosim.compiling.symmetry`.
+    """Compile a scene to arrays. With ``in_plane``, motions that are zero by symmetry are left out,
+    as `simulate` does (`hydrosim.compiling.symmetry`).
 
-    Raises InputError where a database or a run to start from cannot be read or does not fit the
+    Raises InputError if a database, or a run to start from, cannot be read or does not fit the
     scene.
     """
     with locating(scene.places):
@@ -48,8 +48,9 @@ def compile_scene(scene: Scene, in_plane: bool = False) -> Compiled:
 
 
 def planar(calm: Compiled, seas: Sequence[Components]) -> Compiled:
-    """A scene in calm water without what is zero by symmetry, also in the ``seas`` drawn of its
-    waves, see `hydrosim.compiling.symmetry`; else as it is. Its notes say which, and why."""
+    """Scene in calm water without motions that are zero by symmetry, also in the ``seas`` drawn
+    from its waves (`hydrosim.compiling.symmetry`). Other scenes are unchanged. Its notes give the
+    reason."""
     plane, notes = symmetry.in_plane(calm, seas)
     if plane is None:
         return replace(calm, notes=notes)
@@ -61,9 +62,9 @@ def planar(calm: Compiled, seas: Sequence[Components]) -> Compiled:
 def compile_in_calm(
     scene: Scene, states: float | None = None, seas: Sequence[Components] = ()
 ) -> Compiled:
-    """The scene as arrays without its waves; raises as `compile_scene` does. ``states`` is the
-    tolerance of fits in place of all convolutions, which cannot be made linear; of its databases it
-    uses what it needs in the ``seas``."""
+    """Compile a scene without its waves; raises as `compile_scene` does. With ``states``, the
+    tolerance of fits, state-space models replace all convolutions, which cannot be linearised.
+    Databases are checked for their use in the ``seas``."""
     with locating(scene.places):
         scene = opened(scene)
         check_scene(scene)
@@ -76,8 +77,8 @@ def compile_in_calm(
 def compile_for_linear(
     scene: Scene, radiation: Radiation = Radiation.MODEL, time: float = 0.0
 ) -> Compiled:
-    """The scene from its own start, in calm water, with a radiation that can be made linear: with
-    states, or none where it is that of the databases; long enough for ``time`` [s]."""
+    """Scene from its own start, in calm water, with radiation that can be linearised: state-space
+    models, or the frequency-dependent coefficients of databases. It lasts until ``time`` [s]."""
     calm = replace(scene, initial=None, duration=max(scene.duration, time))
     if radiation == Radiation.MODEL:
         return compile_in_calm(calm, TOLERANCE)

@@ -1,4 +1,4 @@
-"""`Compiled`: a scene as arrays, each part made once."""
+"""`Compiled`: a scene as arrays."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Compiled:
-    """What `compile_scene` makes of a scene, and all that runs or analyses it takes.
+    """Compiled scene, with all data that a run or an analysis needs.
 
-    ``scene`` is the one that is solved: the run that it starts from is in memory, and what is zero
-    by symmetry is out of it; ``whole`` is then the same in calm water in all degrees of freedom.
-    ``vibrations`` are modes that the step does not resolve, which matter if a run excites them.
-    ``wet`` are its databases, ``facts`` hold its ``model``, the constants, and what follows from
-    it, ``state`` is that of the start, ``sea`` its waves as drawn (none in calm water), ``notes``
-    what there is to say. Unpacks as model and state.
+    ``scene`` is the scene that is solved: the run that it starts from is in memory, and motions
+    that are zero by symmetry are left out. ``whole`` is the same scene in calm water in all degrees
+    of freedom. ``vibrations`` are modes that the step does not resolve; they matter if a run
+    excites them. ``wet`` are the databases of the scene. ``facts`` hold its ``model`` (the
+    constants) and derived data. ``state`` is the state at the start. ``sea`` holds its drawn waves
+    (empty in calm water). ``notes`` are messages. It unpacks as model and state.
     """
 
     scene: Scene
@@ -54,7 +54,7 @@ class Compiled:
 
     @property
     def method(self) -> Method:
-        """The method that steps it."""
+        """Integration method."""
         return method_named(self.scene.solver.method)
 
     @property
@@ -64,9 +64,9 @@ class Compiled:
 
     @cached_property
     def memory_errors(self) -> tuple[MemoryErrors, ...]:
-        """What fits and cuts of the memory of radiation do to motions, see there."""
+        """Changes of motions by fits and cuts of the radiation memory, see `memory_errors`."""
         return memory_errors(self.scene, self.wet, self.model, self.state, self.begin)
 
     def first_state(self) -> State:
-        """The state of the start, for a run to carry on."""
+        """Copy of the state at the start, which a run may change."""
         return deepcopy(self.state)

@@ -1,4 +1,4 @@
-"""The databases of a scene: opened, and grouped with their bodies."""
+"""Databases of a scene: opened, and grouped with their bodies."""
 
 from __future__ import annotations
 
@@ -31,8 +31,9 @@ Source = Path | Hydrodynamics | ChangedDatabase
 
 
 def opened(source: Source, given: Given = NOTHING_GIVEN) -> HydroDatabase:
-    """The database of a body: read from its file, unless it is in memory, and changed as asked for.
-    Raises InputError where that cannot be, or its frequencies and headings are out of order."""
+    """Database of a body: read from its file unless it is in memory, with the requested changes.
+    Raises InputError if it cannot be read or changed, or if its frequencies or headings are out of
+    order."""
     if isinstance(source, ChangedDatabase):
         return changed(opened(source.source, source.given), source.changes)
     if isinstance(source, Path):
@@ -45,17 +46,17 @@ def opened(source: Source, given: Given = NOTHING_GIVEN) -> HydroDatabase:
 
 
 def _unmistaken(db: HydroDatabase, given: Given) -> HydroDatabase:
-    """The database; raises InputError where its file says something else than what is given."""
+    """Return the database. Raises InputError if its file contradicts a given value."""
     for name in overruled(db, given):
         raise InputError(
             f"hydrodynamics.{key_of(name)}: found {getattr(given, name)}, but {db.source} itself"
-            f" says {np.ravel(getattr(db, name))}; expected the same. Leave the key out."
+            f" states {np.ravel(getattr(db, name))}; expected the same value. Leave the key out."
         )
     return db
 
 
 class Group(NamedTuple):
-    """The bodies of a scene, and their ``places`` among all, that share a database."""
+    """Bodies of a scene that share a database, and their ``places`` among all bodies."""
 
     database: HydroDatabase
     bodies: list[Body]
@@ -63,9 +64,8 @@ class Group(NamedTuple):
 
 
 def groups(scene: Scene) -> list[Group]:
-    """The databases of the scene but those of families, as they are read, and their bodies, in
-    their order. Raises
-    InputError where one cannot be read or has no loads though waves ask."""
+    """Databases of the scene as read, without families, and their bodies in order. Raises
+    InputError if one cannot be read, or has no loads though the scene has waves."""
     known: dict[Source, HydroDatabase] = {}
     found: dict[tuple[object, ...], Group] = {}
     for i, body in enumerate(scene.bodies):
@@ -73,7 +73,7 @@ def groups(scene: Scene) -> list[Group]:
         if source is None or isinstance(source, Family):
             continue
         db, body = _of_body(body, source, scene.environment, known)
-        # several bodies may be copies of the one in a database, far from each other
+        # several bodies may be copies of the body of one database, far from each other
         key = (i,) if db.bodies == 1 else (source, *body.location, body.heading)
         group = found.setdefault(key, Group(db, [], []))
         group.bodies.append(body)
@@ -91,7 +91,7 @@ def _of_body(
     water: Environment,
     known: dict[Source, HydroDatabase],
 ) -> tuple[HydroDatabase, Body]:
-    """Its database, read once, and the body as one of that database."""
+    """Database of the body, read once, and the body as a body of that database."""
     if isinstance(source, Coefficients):
         db = database_of(source, body, water)
         body = replace(body, radiation=ConstantRadiation(CONSTANT))
@@ -106,7 +106,7 @@ def _of_body(
 
 
 def _check_unloaded(db: HydroDatabase, body: Body) -> None:
-    """Raises InputError where wave loads are asked for that there are none of."""
+    """Raises InputError if the scene has waves and the database no wave loads."""
     if body.dofs and body.wave_forces.any:
         raise InputError(
             f"bodies.{body.name}: {db.source} has no wave loads, and the scene has waves. Use a"

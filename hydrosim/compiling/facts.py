@@ -1,4 +1,4 @@
-"""`Facts`: what is asked of a compiled scene again and again, found out once."""
+"""`Facts`: derived data of a compiled scene."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Facts:
-    """What follows from a scene, its databases and its ``model``.
+    """Data derived from a scene, its databases and its ``model``.
 
-    ``rows`` are the names of the rows of forces, ``layout`` that of y. By the names of bodies,
-    ``databases`` are the own parts of wet ones of their databases, and ``met`` says where waves
-    meet all of them.
-    ``headings`` are those of all bodies where the first run began [rad]. ``nonlinear`` says what is
-    not linear; a run is ``exact`` if it is propagated, not stepped.
+    ``rows`` are the names of the rows of forces, ``layout`` is the layout of y. ``databases`` has,
+    by name of a wet body, its own part of its database. ``met`` has, by name of a body, the
+    position where waves act. ``headings`` are the headings of all bodies at the start of the first
+    run [rad]. ``nonlinear`` names the parts that are not linear. An ``exact`` run is propagated,
+    not stepped.
     """
 
     model: Model
@@ -46,7 +46,7 @@ class Facts:
 
 
 def facts_of(scene: Scene, wet: Sequence[WetGroup], model: Model) -> Facts:
-    """The facts of an `opened` scene; raises InputError where waves cannot meet a body as asked."""
+    """Facts of an `opened` scene. Raises InputError if waves cannot act on a body as asked."""
     databases = each_alone(wet)
     nonlinear = tuple(nonlinearities(scene, model))
     return Facts(
@@ -62,13 +62,13 @@ def facts_of(scene: Scene, wet: Sequence[WetGroup], model: Model) -> Facts:
 
 
 def met_by_waves(scene: Scene, databases: Mapping[str, HydroDatabase]) -> dict[str, WaveForces]:
-    """Where waves meet all bodies of a scene, by their names, with their ``databases``."""
+    """Position at which waves act on each body of a scene, by name, with their ``databases``."""
     return {body.name: places(scene, body, databases.get(body.name)) for body in scene.bodies}
 
 
 def solution(scene: Scene, facts: Facts) -> str:
-    """How the motions of a scene are found, in words."""
+    """Text on how the motions of a scene are computed."""
     if scene.solver.linear == LinearScenes.STEP:
-        return "stepped: asked for by solver.linear"
+        return "stepped, as solver.linear asks"
     reasons = "; ".join(facts.nonlinear)
     return f"stepped, not linear: {reasons}" if reasons else "propagated exactly: linear"

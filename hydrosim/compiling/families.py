@@ -1,4 +1,5 @@
-"""Databases of one hull at several draughts: opened, held against the hull, mixed at the start."""
+"""Databases of one hull at several draughts: opened, checked against the hull, interpolated at the
+start."""
 
 from __future__ import annotations
 
@@ -25,12 +26,13 @@ if TYPE_CHECKING:
     from hydrosim.waves.components import Components
 
 VOLUME, CENTRE = 0.02, 0.01
-"""Of its volume and its length: by how much a database may miss the hull at its draught."""
+"""Largest difference between a database and the hull at its draught, relative to volume and
+length."""
 
 
 def all_groups(scene: Scene, seas: Sequence[Components], before: MemoryBefore) -> list[WetGroup]:
-    """The hydrodynamics of all wet bodies, those of families with all their members. Raises
-    InputError as `wet_groups` does, and where a family does not fit its hull or the scene."""
+    """Hydrodynamics of all wet bodies; families have all their members. Raises InputError as
+    `wet_groups` does, or if a family does not fit its hull or the scene."""
     families = [
         _family(i, body, body.hydrodynamics, scene, seas, before)
         for i, body in enumerate(scene.bodies)
@@ -40,12 +42,12 @@ def all_groups(scene: Scene, seas: Sequence[Components], before: MemoryBefore) -
 
 
 def members_of(wet: Sequence[WetGroup]) -> list[WetGroup]:
-    """All members of all families."""
+    """All members of all families, as groups."""
     return [member for group in wet for member in group.members]
 
 
 def parts(wet: Sequence[WetGroup], bodies: int) -> Iterator[tuple[np.ndarray, WetGroup]]:
-    """All databases and their DOFs (m,), among those of so many bodies and of all members."""
+    """All databases and their DOFs (m,), with all members of families."""
     members = members_of(wet)
     for group in wet:
         if not group.members:
@@ -55,7 +57,7 @@ def parts(wet: Sequence[WetGroup], bodies: int) -> Iterator[tuple[np.ndarray, We
 
 
 def constants(scene: Scene, wet: Sequence[WetGroup]) -> blending.Family:
-    """The families of a scene as the equation of motion needs them."""
+    """Constants of the families of a scene for the equation of motion."""
     chosen = [group for group in wet if group.members]
     members = members_of(wet)
     counts = [len(group.members) for group in chosen]
@@ -71,7 +73,7 @@ def constants(scene: Scene, wet: Sequence[WetGroup]) -> blending.Family:
 
 
 def _rest(body: Body) -> float:
-    """Draught of a body at its place at rest [m]."""
+    """Draught of a body at its position at rest [m]."""
     assert isinstance(body.hydrodynamics, Family)
     return body.hydrodynamics.members[0].draught
 
@@ -84,7 +86,7 @@ def _family(
     seas: Sequence[Components],
     before: MemoryBefore,
 ) -> WetGroup:
-    """The group of a body: its members, and as its database what they are at the start."""
+    """Group of a body: its members, and their interpolation at the start as its database."""
     _check(body, family, scene)
     rest = _rest(body)
     members = []
@@ -100,14 +102,15 @@ def _family(
         (group,) = groups(replace(scene, bodies=(alone,)))
         _check_draught(group.database, body, member.draught, rest)
         found = group_of(group._replace(places=[i]), scene, seas, before)
-        found = found.with_states(radiation.TOLERANCE)  # it cannot convolve
+        found = found.with_states(radiation.TOLERANCE)  # a family cannot use convolutions
         radiation.check(found.fits, found.database.source)
         members.append(replace(found, draught=member.draught))
     return _at_start(body, rest, tuple(members), scene)
 
 
 def _by_states(body: Body) -> Body:
-    """The body with states where its radiation is automatic, of the fits nearest to the memory."""
+    """Body with state-space radiation in place of automatic, with the fits nearest to the
+    memory."""
     chosen = radiation_of(body)
     return with_states(body, chosen.tolerance) if isinstance(chosen, AutomaticRadiation) else body
 
@@ -118,31 +121,32 @@ def _check(body: Body, family: Family, scene: Scene) -> None:
     found = ", ".join(f"{d:g}" for d in draughts)
     if len({*draughts}) < max(len(draughts), 2):
         raise InputError(
-            f"{key}.hydrodynamics: found draughts of {found} m; expected two or more, each another."
+            f"{key}.hydrodynamics: found draughts of {found} m; expected two or more different"
+            " draughts."
         )
     if body.hydrostatics is None:
         raise InputError(
-            f"{key}.hydrostatics: found matrix, and databases at draughts of {found} m; expected a"
-            " closed hull, {mesh: FILE} or {recipe: FILE, depth: ...}: a stiffness that is blended"
-            " would make energy."
+            f"{key}.hydrostatics: found a matrix, and databases at draughts of {found} m;"
+            f" expected a closed hull, {mesh: FILE} or {recipe: FILE, depth: ...}. An"
+            " interpolated stiffness would create energy."
         )
     if isinstance(radiation_of(body), ConvolutionRadiation):
         raise InputError(
-            f"{key}.radiation: found convolution, and databases at draughts of {found} m; expected"
-            " state_space or automatic, which takes states for a family: a convolution remembers"
-            " one velocity of a body, and a family has one for each of its draughts."
+            f"{key}.radiation: found convolution, and databases at draughts of {found} m;"
+            " expected state_space or automatic, which uses states for a family. A convolution"
+            " has one velocity history per body, and a family needs one per draught."
         )
     if scene.environment.current.speed != 0.0:
         raise InputError(
             f"{key}.hydrodynamics: found databases at draughts of {found} m, and a current;"
-            " expected still water: what added mass that changes does in a current is not modelled."
-            " Take one database, or a current of 0."
+            " expected still water. The effect of a current on changing added mass is not"
+            " modelled. Use one database, or a current of 0."
         )
 
 
 def _check_draught(db: HydroDatabase, body: Body, draught: float, rest: float) -> None:
-    """Raises InputError where a database displaces other water than the hull at this draught, or
-    has its origin at another place on it."""
+    """Raises InputError if a database and the hull at its draught differ in displaced volume or in
+    the position of the origin."""
     assert body.hydrostatics is not None
     corners = body.hydrostatics.corners + np.array([0.0, 0.0, rest - draught])
     low = corners[..., 2].min()
@@ -150,28 +154,29 @@ def _check_draught(db: HydroDatabase, body: Body, draught: float, rest: float) -
     key = f"bodies.{body.name}.hydrodynamics: {db.source} for a draught of {draught:g} m"
     if not low < 0.0 < high:
         raise InputError(
-            f"{key}: the hull is then from {low:.4g} to {high:.4g} m above the water; expected some"
-            " of it below and some above. Mend the draught, or the hull."
+            f"{key}: at this draught the lowest point of the hull is {low:.4g} m and the highest"
+            f" {high:.4g} m above the water; expected the water surface between them. Correct the"
+            " draught, or the hull."
         )
     own = integrals(immersed(corners))
     if db.volume is not None and abs(db.volume[0] - own.volume) > VOLUME * own.volume:
         raise InputError(
-            f"{key}: found a displaced volume of {db.volume[0]:.6g} m^3; expected that of the hull"
-            f" at this draught, {own.volume:.6g} m^3. Mend the draught, or the hull."
+            f"{key}: found a displaced volume of {db.volume[0]:.6g} m^3; expected the volume of"
+            f" the hull at this draught, {own.volume:.6g} m^3. Correct the draught, or the hull."
         )
     if db.centre_of_buoyancy is not None:
         there = db.centre_of_buoyancy[0, :2]
         here = own.centre_of_buoyancy[:2]
         if np.abs(there - here).max() > CENTRE * np.ptp(corners[..., 0]):
             raise InputError(
-                f"{key}: found its centre of buoyancy at x = {there[0]:.4g}, y = {there[1]:.4g} m;"
-                f" expected {here[0]:.4g} and {here[1]:.4g} m as of the hull: all databases of a"
-                " family have one origin on the hull. In a recipe, `position` moves it there."
+                f"{key}: found its centre of buoyancy at x = {there[0]:.4g}, y = {there[1]:.4g}"
+                f" m; expected the hull's, {here[0]:.4g} and {here[1]:.4g} m. All databases of a"
+                " family have the same origin on the hull. In a recipe, `position` moves it."
             )
 
 
 def _at_start(body: Body, rest: float, members: tuple[WetGroup, ...], scene: Scene) -> WetGroup:
-    """The group of the member nearest to the draught of the start, with a database in between."""
+    """Group of the member nearest to the draught at the start, with the interpolated database."""
     weights = _weights(rest - body.position[2], [member.draught for member in members])
     nearest = members[int(weights.argmax())]
     db = _between(nearest.database, [member.database for member in members], weights)
@@ -187,7 +192,7 @@ def _at_start(body: Body, rest: float, members: tuple[WetGroup, ...], scene: Sce
 
 
 def _weights(draught: float, draughts: Sequence[float]) -> np.ndarray:
-    """Squares of the roots at a draught, see `blending`."""
+    """Square roots of the weights at a draught, see `blending`."""
     weights = np.zeros(len(draughts))
     k = int(np.clip(np.searchsorted(draughts, draught) - 1, 0, len(draughts) - 2))
     part = np.clip((draught - draughts[k]) / (draughts[k + 1] - draughts[k]), 0.0, 1.0)
@@ -199,7 +204,7 @@ def _weights(draught: float, draughts: Sequence[float]) -> np.ndarray:
 def _between(
     grid: HydroDatabase, databases: Sequence[HydroDatabase], weights: np.ndarray
 ) -> HydroDatabase:
-    """A mixture of databases, at the frequencies and headings of one of them."""
+    """Weighted mean of databases, at the frequencies and headings of one of them."""
     if weights.max() > 1.0 - 1e-12:
         return grid
     omega = grid.frequency
@@ -232,6 +237,6 @@ def _between(
 
 
 def _at(omega: np.ndarray, known: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Matrices (nw, n, n) at other frequencies, linear between the ``known``."""
+    """Matrices (nw, n, n) at other frequencies, linear between the ``known`` ones."""
     each = values.reshape(known.size, -1).T
     return np.array([np.interp(omega, known, value) for value in each]).T.reshape(-1, 6, 6)

@@ -1,4 +1,4 @@
-"""What there is to say of where waves and a current meet the bodies of a scene."""
+"""Messages on the positions where waves and current act on the bodies of a scene."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ if TYPE_CHECKING:
     from hydrosim.database.database import HydroDatabase
     from hydrosim.stepping.dynamics import Model
 
-LOST = 0.05  # of the loads between the headings of a database is worth a warning
-AT_NODE = 1e-6  # rad: waves so near to a heading of the database are at it
-BESIDE = 0.01  # of the energy may be between headings without a word
+LOST = 0.05  # relative loss of loads between headings of a database that is worth a warning
+AT_NODE = 1e-6  # rad: waves this close to a heading of the database count as at it
+BESIDE = 0.01  # relative energy between headings that needs no message
 
 
 class Meeting(NamedTuple):
-    """Where waves meet a ``body``, and what is ``lost`` of its first-order forces and moments
-    between the headings of its ``database``, if it is met there and that is known; whether its
-    second-order loads do not follow it."""
+    """Position where waves act on a ``body``. ``lost`` is the relative loss of its first-order
+    forces and moments between the headings of its ``database``, if known. The last field says
+    whether its second-order loads do not follow the position."""
 
     body: Body
     database: HydroDatabase
@@ -38,7 +38,7 @@ class Meeting(NamedTuple):
 
 
 def meetings(scene: Scene, facts: Facts, seas: Sequence[Components]) -> Iterator[Meeting]:
-    """Of each body that waves load."""
+    """Meeting of each body that waves load."""
     alone = facts.databases
     for body in scene.bodies if seas else ():
         if body.name in alone and body.wave_forces.any:
@@ -52,33 +52,35 @@ def meetings(scene: Scene, facts: Facts, seas: Sequence[Components]) -> Iterator
 
 
 def said_of_waves(meeting: Meeting) -> Iterator[str]:
-    """Where the waves meet a body, if not at rest, and how exactly."""
+    """Text on the position where waves act on the body, and on the method; empty at rest."""
     body = meeting.body
     at = (meeting.position, meeting.headings)
     if {*at} != {Place.MEAN}:
         whole = {Place.MEAN: "at rest", Place.SLOW: "slow", Place.INSTANTANEOUS: "at the time"}
-        text = f"waves meet {body.name} at its place {whole[at[0]]}, heading {whole[at[1]]}"
+        text = f"waves act on {body.name} at its position {whole[at[0]]}, heading {whole[at[1]]}"
         if meeting.second_at_rest and meeting.headings != Place.MEAN:
-            text += "; second-order loads are those at rest, for its QTFs are not all round"
+            text += (
+                "; second-order loads are those at rest, because its QTFs do not cover all headings"
+            )
         yield text
     if meeting.lost is not None:
         yield f"{body.name}: {_said(meeting.lost, meeting.database)}"
 
 
 def coarse_headings(meeting: Meeting) -> Iterator[str]:
-    """A warning of a database whose headings are too coarse for its hull in this sea."""
+    """Warning about a database whose headings are too coarse for its hull in this sea."""
     lost = meeting.lost
     db = meeting.database
     if lost is not None and max(lost) > LOST:
         yield (
-            f"bodies.{meeting.body.name}: {_said(lost, db)}; expected less than {LOST:.0%}. Compute"
-            f" the database for headings {_spacing(db) / 2.0:.3g} deg apart, or take waves that go"
-            " to one of its headings as the body has them."
+            f"bodies.{meeting.body.name}: {_said(lost, db)}; expected less than {LOST:.0%}."
+            f" Compute the database for headings {_spacing(db) / 2.0:.3g} deg apart, or choose"
+            " waves that meet the body at a heading of the database."
         )
 
 
 def said_of_current(scene: Scene, model: Model) -> Iterator[str]:
-    """What the current does to the water that the bodies move."""
+    """Note on the effect of the current on the added-mass loads of the bodies."""
     for b in model.headings.turning if scene.environment.current.speed else ():
         A = model.added_mass[6 * b : 6 * b + 2, 6 * b : 6 * b + 2]
         yield _munk(scene, scene.bodies[b], A)
@@ -86,8 +88,9 @@ def said_of_current(scene: Scene, model: Model) -> Iterator[str]:
 
 def _said(lost: tuple[float, float], db: HydroDatabase) -> str:
     return (
-        f"between the headings of {db.source}, {_spacing(db):.3g} deg apart, about {lost[0]:.1%} of"
-        f" the first-order forces and {lost[1]:.1%} of the moments are lost in this sea"
+        f"the headings of {db.source} are {_spacing(db):.3g} deg apart; interpolation between"
+        f" them loses about {lost[0]:.1%} of the first-order forces and {lost[1]:.1%} of the"
+        " moments in this sea"
     )
 
 
@@ -96,27 +99,30 @@ def _spacing(db: HydroDatabase) -> float:
 
 
 def _between(body: Body, seas: Sequence[Components], db: HydroDatabase) -> bool:
-    """Whether the body at rest meets waves between the headings of its database."""
+    """Whether waves meet the body at rest between the headings of its database."""
     energy = np.concatenate([waves.amplitude**2 for waves in seas])
     to = np.concatenate([waves.heading for waves in seas]) - body.heading
     off = np.full(to.size, np.inf)
-    for heading in db.heading:  # one at a time: seas of long runs have many waves
+    for heading in db.heading:  # one at a time, because seas of long runs have many waves
         np.minimum(off, apart(to, heading), out=off)
     return bool(energy[off > AT_NODE].sum() > BESIDE * energy.sum())
 
 
 def _munk(scene: Scene, body: Body, A: np.ndarray) -> str:
-    """A steady current turns the hull by its added mass, and coefficients often have that too."""
+    """Note on the Munk moment, which measured coefficients often contain as well."""
     speed = scene.environment.current.speed
     largest = 0.5 * abs(A[1, 1] - A[0, 0]) * speed**2
-    text = f"the current turns {body.name} by its added mass (Munk), with {largest:.3g} N m at most"
+    text = (
+        f"the current turns {body.name} by its added mass (Munk moment), by at most"
+        f" {largest:.3g} N m"
+    )
     if any(
         isinstance(e, CurrentLoad) and e.body == body.name and np.any(e.yaw)
         for e in scene.forces.values()
     ):
         text += (
-            "; yaw coefficients of a current_load that were measured or computed for a steady flow"
-            f" hold it already, {0.5 * (A[0, 0] - A[1, 1]):.3g} sin(2 a) N m s^2/m^2 at a heading"
-            " of a: take that from them"
+            ". Yaw coefficients of a current_load that were measured or computed in a steady"
+            f" flow include this moment: subtract {0.5 * (A[0, 0] - A[1, 1]):.3g} sin(2 a) N m"
+            " s^2/m^2 at a heading of a"
         )
     return text

@@ -1,5 +1,5 @@
-"""What the fits of retardation functions, and the cut at their end, do to motions: estimated before
-a run, and said."""
+"""Errors of motions by the fits of retardation functions and by their truncation: estimated before
+a run, and printed."""
 
 from __future__ import annotations
 
@@ -25,19 +25,21 @@ if TYPE_CHECKING:
     from hydrosim.stepping.dynamics import Model
     from hydrosim.stepping.state import State
 
-BETWEEN = 3  # places for each frequency of the spectra: resonances are narrower than these
+BETWEEN = (
+    3  # points for each frequency of the spectra, because resonances are narrower than the spacing
+)
 FIT_WARNED, CUT_WARNED = 0.01, 0.05  # changes of motion that are worth a warning
-ALL = 0.98  # of what frequencies resolve: a memory as long is all of it, but for whole steps
+ALL = 0.98  # of the resolved length: a memory this long counts as complete
 
 
 @dataclass(frozen=True)
 class MemoryErrors:
-    """Of the databases ``names`` in a scene: by how much their fits change motions, nothing where
-    all memory is convolved, and by how much a memory of ``longer`` instead of ``length`` [s] does.
+    """Errors of the databases ``names`` in a scene: change of motions by their fits (none if all
+    memory is convolved), and by a memory of length ``longer`` instead of ``length`` [s].
 
-    ``resolved`` [s] is what the frequencies of the database tell. Of a memory that ends there, a
-    longer one has an echo: later parts are the mirror image of earlier ones, which are larger if
-    the memory decays.
+    ``resolved`` [s] is the length of memory that the frequencies of the database resolve. If the
+    memory ends there, a longer one contains an echo: its later part is the mirror image of the
+    earlier part. The earlier part is larger if the memory decays.
     """
 
     names: str
@@ -55,7 +57,7 @@ class MemoryErrors:
         return f"{cut}; the fits do so by at most {_size(self.fit)}" if self.fit else cut
 
     def warnings(self) -> Iterator[str]:
-        """What of it is too much to say nothing of."""
+        """Warnings about changes that are too large to ignore."""
         if self.fit and self.fit[0].size > FIT_WARNED:
             yield (
                 f"radiation of {self.names}: the state-space fits may change motions by"
@@ -63,18 +65,18 @@ class MemoryErrors:
             )
         if self.cut[0].size > CUT_WARNED:
             yield (
-                f"radiation of {self.names}: what is cut off its memory at {self.length:g} s may"
+                f"radiation of {self.names}: truncation of its memory at {self.length:g} s may"
                 f" change motions by {_size(self.cut)}; {self._remedy}."
             )
 
     @property
     def largest(self) -> float:
-        """The largest change of motions, by the fits or by the cut."""
+        """Largest change of motions, by the fits or by the truncation."""
         return max(change.size for change, _ in filter(None, (self.fit, self.cut)))
 
     @property
     def _is_all(self) -> bool:
-        """Whether no longer memory is resolved."""
+        """Whether the frequencies resolve no longer memory."""
         return self.length > ALL * self.resolved
 
     @property
@@ -85,20 +87,20 @@ class MemoryErrors:
     @property
     def _remedy(self) -> str:
         if self._is_all:
-            return f"{self._limit}: compute frequencies in between"
-        return f"give it more `length`: its frequencies resolve {self.resolved:.3g} s"
+            return f"{self._limit}: compute the database at frequencies in between"
+        return f"increase `length`: its frequencies resolve {self.resolved:.3g} s"
 
 
 @one_thread
 def memory_errors(
     scene: Scene, wet: Sequence[WetGroup], model: Model, state: State, time: float
 ) -> tuple[MemoryErrors, ...]:
-    """Of all databases with a memory, with all other forces made linear about ``state``."""
+    """Errors of all databases with a memory, with all other forces linearised about ``state``."""
     moving = model.bodies.active
     groups = [group for group in wet if np.isin(group.dofs, moving).any() and _remembers(group)]
     if not groups:
         return ()
-    duration = time + scene.duration  # a run that goes on remembers what was before
+    duration = time + scene.duration  # a continued run remembers earlier velocities
     found = [_spectra(group, duration) for group in groups]
     w = np.unique(np.concatenate([_between(of.w) for of in found]))
     K = [
@@ -127,7 +129,7 @@ def memory_errors(
 
 
 def _without_memory(model: Model, state: State, time: float) -> Linear:
-    """Places and rates, with all forces but the memory made linear."""
+    """Linearised matrices of positions and rates, with all forces except the memory."""
     others = model._replace(convolution=convolution_model(1.0, np.zeros((2, 0, 0))))
     return linearise(others, state, time=time, states=np.arange(2 * model.bodies.active.size))
 
@@ -143,7 +145,7 @@ def _spectra(group: WetGroup, duration: float) -> Spectra:
 
 
 def _missed(group: WetGroup, w: np.ndarray, of: Spectra, duration: float) -> np.ndarray:
-    """K^ of the fits less that of the memory, (nw, n, n)."""
+    """Difference of K^ between the fits and the memory, (nw, n, n)."""
     missed, s = np.zeros_like(of.K), 1.0 / duration + 1j * of.w
     for fit in group.fits:
         block = fit.dofs[:, None], fit.dofs
@@ -152,8 +154,8 @@ def _missed(group: WetGroup, w: np.ndarray, of: Spectra, duration: float) -> np.
 
 
 def _turned(group: WetGroup, values: np.ndarray) -> np.ndarray:
-    """``values`` (nw, n, n) along the headings of the bodies, for their coordinates: places along
-    the earth's axes, angles about the body's."""
+    """Transform ``values`` (nw, n, n) from the headings of the bodies to their coordinates:
+    positions along the earth's axes, angles about the body's."""
     headings = (body.heading + body.position[5] for body in group.bodies)
     P = block_diag(*(part for psi in headings for part in (about_z(psi), np.eye(3))))
     return np.asarray(P @ values @ P.T)

@@ -1,10 +1,10 @@
-"""Which force elements are not their own mirror image in a vertical plane along x.
+"""Force elements that are not their own mirror image in a vertical plane along x.
 
 An element that acts on all coordinates of a body is its own image if it does not couple surge,
-heave and pitch with sway, roll and yaw. What acts at points needs an image among the elements: each
-point of a fender, a spring, an applied force or the load of a stream its own, at the other side or
-in the plane. Points with rigid friction must be in the plane: beside it, how they share a load is
-not defined without motions that lead aside.
+heave and pitch with sway, roll and yaw. Elements that act at points need an image among the
+elements: each point of a fender, each spring, applied force and stream load, on the other side or
+in the plane. Points with rigid friction must be in the plane. Beside it, the shares of their load
+depend on the motions out of the plane.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ COUPLES = f"couples {', '.join(x for x in DOFS if x not in LATERAL)} with {', '.
 
 
 def couples(matrices: np.ndarray, lateral: np.ndarray) -> bool:
-    """Whether any of the ``matrices`` (..., m, m) couples those of its coordinates that are
-    ``lateral`` (m,) with the others, by more than `SMALL` of the geometric mean of their diagonals
-    (the largest of all matrices)."""
+    """Whether any of the ``matrices`` (..., m, m) couples ``lateral`` coordinates (m,) with the
+    others by more than `SMALL` times the geometric mean of their diagonals (the largest of all
+    matrices)."""
     size = np.abs(matrices).reshape(-1, lateral.size, lateral.size).max(axis=0)
     scale = np.sqrt(np.diag(size))
     coupled = size > SMALL * np.outer(scale, scale)
@@ -35,7 +35,7 @@ def couples(matrices: np.ndarray, lateral: np.ndarray) -> bool:
 
 
 def without_image(elements: Mapping[str, ForceElement], y: float) -> Iterator[str]:
-    """What is not symmetric about the plane at ``y`` [m] among force elements, in words."""
+    """Messages on force elements that are not symmetric about the plane at ``y`` [m]."""
     for name, element in elements.items():
         if any(couples(matrix, MIRROR_SIGN < 0.0) for matrix in element.couplings()):
             yield f"{name} {COUPLES}"
@@ -45,7 +45,7 @@ def without_image(elements: Mapping[str, ForceElement], y: float) -> Iterator[st
 
 
 def _alone(elements: Mapping[str, ForceElement], y: float) -> Iterator[str]:
-    """Names of the elements with parts that have no image; an image is that of one part."""
+    """Names of the elements with parts that have no image. One part has at most one image."""
     parts = [(name, part) for name, element in elements.items() for part in element.parts(y)]
     left = [part for _, part in parts]
     for name, part in parts:
@@ -58,8 +58,8 @@ def _alone(elements: Mapping[str, ForceElement], y: float) -> Iterator[str]:
 
 
 def _same(one: object, other: object) -> bool:
-    """Whether parts of elements are equal, entry by entry: numbers within `SMALL` of the largest of
-    their array."""
+    """Whether parts of elements are equal entry by entry: numbers within `SMALL` of the largest
+    number of their array."""
     if type(one) is type(other) and is_dataclass(one):
         return all(_same(getattr(one, f.name), getattr(other, f.name)) for f in fields(one))
     if isinstance(one, Mapping) and isinstance(other, Mapping):

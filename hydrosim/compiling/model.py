@@ -1,4 +1,4 @@
-"""From a scene and its databases to the constants of the equation of motion."""
+"""Constants of the equation of motion, from a scene and its databases."""
 
 from __future__ import annotations
 
@@ -41,14 +41,14 @@ if TYPE_CHECKING:
     from hydrosim.forces.kind import Parts
     from hydrosim.radiation.state_space import StateSpace
 
-SAME_STEP = 1e-9  # steps of tables may differ by this part: rounding
+SAME_STEP = 1e-9  # relative difference of table steps that is rounding
 
 
 def model_of(scene: Scene, wet: Sequence[WetGroup], known: Parts | None = None) -> Model:
-    """The model of a scene in calm water; its elements and tanks are compiled unless they are
+    """Model of a scene in calm water; its elements and tanks are compiled unless they are
     ``known``.
 
-    Raises InputError where radiation or an element does not fit the scene.
+    Raises InputError if radiation or an element does not fit the scene.
     """
     bodies = _bodies(scene)
     alone = each_alone(wet)
@@ -103,7 +103,7 @@ def model_of(scene: Scene, wet: Sequence[WetGroup], known: Parts | None = None) 
 
 
 def _impulses(rows: int, bodies: Bodies, parts: Parts) -> int:
-    """Number of integrals of impulses: of forces and their works, and of what units do."""
+    """Number of integrals of impulses: of forces, of their works, and of units."""
     return 2 * rows * 6 * bodies.each.size + forces.tally_count(parts)
 
 
@@ -132,7 +132,7 @@ def _bodies(scene: Scene) -> Bodies:
 
 
 def _headings(scene: Scene, bodies: Bodies, wet: Collection[str]) -> Headings:
-    """Heading axes of the bodies, and what the current is in them where the run began."""
+    """Heading axes of the bodies, and the current in these axes, at the start of the first run."""
     current = _velocity(scene.environment.current)
     stream = np.zeros((len(scene.bodies), 6))
     for b, psi in enumerate(initial_headings(scene)):
@@ -142,14 +142,14 @@ def _headings(scene: Scene, bodies: Bodies, wet: Collection[str]) -> Headings:
 
 
 def _groups(wet: WetGroup, dofs: np.ndarray, free: np.ndarray) -> list[StateSpace]:
-    """State-space models of a database, on its own ``dofs``; not those of DOFs that are zero by
+    """State-space models of a database on its own ``dofs``, without DOFs that are zero by
     symmetry."""
     moving = [fit for fit in wet.fits if np.isin(wet.dofs[fit.dofs], free).any()]
     return [replace(fit, dofs=dofs[fit.dofs]) for fit in moving]
 
 
 def _whole(size: int, blocks: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
-    """(..., size, size) array of blocks (..., m, m), each on its own DOFs (m,)."""
+    """Array (..., size, size) of blocks (..., m, m), each on its own DOFs (m,)."""
     leading = next((block.shape[:-2] for _, block in blocks), ())
     whole = np.zeros((*leading, size, size))
     for dofs, block in blocks:
@@ -179,8 +179,9 @@ def _convolution(
     if max(steps) - min(steps) > SAME_STEP * min(steps):
         names = ", ".join(name for wet in chosen for name in wet.names)
         raise InputError(
-            f"bodies.{names}.radiation: found convolutions with tables of different steps, among"
-            " them those that automatic takes where no fit holds; expected one step for all."
+            f"bodies.{names}.radiation: found convolutions with tables of different steps;"
+            " expected one step for all. Some of them may be chosen by automatic because no fit"
+            " meets the tolerance."
         )
     rows = max(time.size for time in times)
     kernels = _whole(size, [(wet.dofs, _padded(_kernel(wet, free), rows)) for wet in chosen])
@@ -188,13 +189,13 @@ def _convolution(
 
 
 def _padded(kernel: np.ndarray, rows: int) -> np.ndarray:
-    """The kernel with zeros after its end: a memory may be shorter than another's."""
+    """Kernel padded with zeros, because a memory may be shorter than another."""
     return np.pad(kernel, ((0, rows - len(kernel)), (0, 0), (0, 0)))
 
 
 def _kernel(wet: WetGroup, free: np.ndarray) -> np.ndarray:
-    """Retardation functions of the groups of DOFs of a database that are convolved, without those
-    of locked DOFs alone."""
+    """Retardation functions of the convolved groups of DOFs of a database, without groups whose
+    DOFs are all locked."""
     kernel = np.zeros_like(wet.memory.kernel)
     for dofs, _ in wet.convolved:
         if np.isin(wet.dofs[dofs], free).any():

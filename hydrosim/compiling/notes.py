@@ -1,4 +1,4 @@
-"""`Notes`: what compiling a scene found out."""
+"""`Notes`: messages and data from compiling a scene."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Notes:
-    """What compiling found out: ``skipped`` parts, ``warnings``, ``records`` that are interpolated;
-    where waves and current meet the bodies (``meetings``); what became of ``symmetry`` in words,
-    and the names of the coordinates that are ``zero`` by it; what the ``memory`` of radiation
-    leaves out; the ``radiation_error``, the largest change of motions that it makes, NaN if none is
-    known; the ``method`` that was chosen, and why.
+    """Messages and data from compiling: ``skipped`` parts; ``warnings``; ``records`` that are
+    interpolated; the ``meetings`` of bodies with waves and current. ``symmetry`` is a text on the
+    use of symmetry, and ``zero`` has the names of coordinates that are zero by it. ``memory`` holds
+    the errors of the radiation memory. ``radiation_error`` is the largest change of motions by
+    them, NaN if unknown. ``method`` is the chosen method, and the reason.
     """
 
     skipped: tuple[str, ...] = ()
@@ -31,12 +31,12 @@ class Notes:
     method: str = ""
 
     def of_memory(self, errors: Iterable[MemoryErrors]) -> Notes:
-        """The notes with what there is to say of ``errors`` of the memory of radiation."""
+        """Notes with messages on the ``errors`` of the radiation memory."""
         errors = tuple(errors)
         largest = max((each.largest for each in errors), default=nan)
         found = replace(self, memory=tuple(map(str, errors)), radiation_error=largest)
         return found.warned(text for each in errors for text in each.warnings())
 
     def warned(self, more: Iterable[str]) -> Notes:
-        """The notes with ``more`` warnings."""
+        """Notes with ``more`` warnings."""
         return replace(self, warnings=(*self.warnings, *more))

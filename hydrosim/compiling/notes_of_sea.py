@@ -1,4 +1,4 @@
-"""What there is to say of a scene in its sea: what is skipped, what is worth a warning."""
+"""Messages on a scene in its sea: skipped parts and warnings."""
 
 from __future__ import annotations
 
@@ -32,13 +32,15 @@ if TYPE_CHECKING:
     from hydrosim.stepping.dynamics import Model
 
 Seas = Sequence[Components]
-OUTSIDE_WARNED = 1e-3  # share of a sea's energy, or of its loads', beyond a database's frequencies
+OUTSIDE_WARNED = (
+    1e-3  # fraction of a sea's energy, or of its loads, outside a database's frequencies
+)
 
 
 def notes_of_sea(
     scene: Scene, wet: Sequence[WetGroup], facts: Facts, seas: Seas, notes: Notes
 ) -> Notes:
-    """The ``notes`` of a scene in calm water, and what there is to say of it in its ``seas``."""
+    """The ``notes`` of a scene in calm water, with messages on the scene in its ``seas``."""
     alone = facts.databases
     warnings = [text for group in wet for text in group.cut_lengths]
     warnings.extend(_fit_warnings(wet))
@@ -60,57 +62,61 @@ def notes_of_sea(
 
 
 def _fit_warnings(groups: Sequence[WetGroup]) -> Iterator[str]:
-    """Fits that had to become worse than asked for, to be passive."""
+    """Warnings about fits that had to exceed their tolerance to be passive."""
     for wet in each_database(groups):
         for fit in wet.fits:
             if fit.report.error > fit.report.tolerance:
                 at = f" at {wet.draught:g} m" if wet.draught else ""
                 yield (
-                    f"radiation of {dofs_of(fit.dofs, wet.names)}{at}: no passive fit is within the"
-                    f" tolerance {fit.report.tolerance:g}; the error of the nearest is"
-                    f" {fit.report.frequency_error:.1e}. Look at `hydrosim db check`."
+                    f"radiation of {dofs_of(fit.dofs, wet.names)}{at}: no passive fit is within"
+                    f" the tolerance {fit.report.tolerance:g}; the nearest fit has an error of"
+                    f" {fit.report.frequency_error:.1e}. Check the database with `hydrosim db"
+                    " check`."
                 )
 
 
 def range_warnings(seas: Seas, body: Body, db: HydroDatabase) -> Iterator[str]:
-    """Waves beyond a database's frequencies whose first-order loads would count; of more of them
-    than that is asked, see `questions.ranges`."""
+    """Warnings about waves outside a database's frequencies whose first-order loads would matter.
+    `questions.ranges` asks about larger parts."""
     if seas and body.wave_forces.first_order:
         found = outside(db, seas)
         if OUTSIDE_WARNED < found.share <= OUTSIDE_REFUSED:
-            yield f"environment.waves: {said_of_outside(found, body, db)}: no loads there."
+            yield (
+                f"environment.waves: {said_of_outside(found, body, db)}: these waves have no"
+                " first-order loads."
+            )
 
 
 def _heading_warnings(seas: Seas, body: Body, db: HydroDatabase) -> Iterator[str]:
-    """QTFs without pairs of headings."""
+    """Warnings about QTFs without pairs of different headings."""
     second = body.wave_forces.second_order == SecondOrder.QTF or body.wave_forces.sum_frequency
     for waves in seas if second else ():
         if separate_headings(db, waves):
             yield (
-                f"{db.source} has QTFs for pairs of waves of one heading only: waves of"
-                f" different headings give {body.name} no second-order load together."
+                f"{db.source} has QTFs for pairs of waves of one heading only: pairs of waves of"
+                f" different headings give {body.name} no second-order load."
             )
 
 
 def _records(scene: Scene) -> Iterator[str]:
-    """What is left out of recorded elevations, and how well the splines through recorded forces are
-    determined."""
+    """Notes on left-out parts of recorded elevations, and on the accuracy of splines through
+    recorded forces."""
     for train in scene.environment.waves:
         if isinstance(record := train.spectrum, RecordedElevation):
             energy = np.sum(components(train, scene.environment).amplitude ** 2) / 2.0
             left = max(1.0 - energy / (float(record.elevation.var()) or 1.0), 0.0)
             yield (
-                f"environment.waves: {record.time.size} recorded elevations; left out: their mean,"
-                f" {record.elevation.mean():.3g} m, and {left:.1%} of their energy, above"
+                f"environment.waves: {record.time.size} recorded elevations, without their mean,"
+                f" {record.elevation.mean():.3g} m, and without {left:.1%} of their energy, above"
                 f" {record.highest_frequency:g} rad/s"
             )
     for key, signal in signals_of(scene.forces):
         if isinstance(signal, Recorded):
             miss = signal.miss() / max(float(np.ptp(signal.value)), 1e-300)
             yield (
-                f"{key}: cubic spline through {signal.time.size} values; one through every other"
-                f" value misses the rest by up to {miss:.1e} of the range (a sixteenth of that is"
-                " the error of all, if they are smooth)"
+                f"{key}: cubic spline through {signal.time.size} values. A spline through every"
+                f" other value misses the rest by up to {miss:.1e} of the range; the error of the"
+                " full spline is about a sixteenth of that, if the signal is smooth"
             )
 
 
@@ -129,15 +135,18 @@ def _skipped(
             yield f"{body.name}: {', '.join(symmetric)} zero by symmetry, not in the state"
         if locked:
             text = f"{body.name}: {', '.join(locked)} locked, not in the state"
-            # waves load free directions alone, and memory is fitted for what moves
-            missing = "; forces there leave out waves and the memory of radiation"
+            # waves load free directions only, and memory is fitted for DOFs that move
+            missing = "; forces in these directions exclude waves and the radiation memory"
             yield text + (missing if body.name in wet else "")
         if body.name not in wet:
             yield f"{body.name}: dry, no hydrostatics, radiation or wave loads"
         elif seas and body.wave_forces.first_order:
             found = outside(wet[body.name], seas)
             if found.below + found.above > OUTSIDE_WARNED:
-                yield f"{said_of_outside(found, body, wet[body.name])}: no first-order loads there"
+                yield (
+                    f"{said_of_outside(found, body, wet[body.name])}: these waves have no"
+                    " first-order loads"
+                )
     owner = np.append(np.arange(len(scene.bodies)), model.family.owner)
     loaded = 6 * owner[model.waves.first_dof // 6] + model.waves.first_dof % 6
     unloaded = [
@@ -148,7 +157,7 @@ def _skipped(
         and i // 6 not in model.following.body
     ]
     if seas and unloaded:
-        yield "no first-order load, not synthesised: " + ", ".join(unloaded)
+        yield "no first-order loads, so these waves are left out: " + ", ".join(unloaded)
     if not seas:
         yield "no waves: no wave loads"
     if model.waves.second_dof.size + model.following.second.pairing.size == 0:

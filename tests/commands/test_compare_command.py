@@ -160,7 +160,7 @@ def test_a_recording_of_another_time_is_refused(hydrosim: Command) -> None:
         (("--channels", "position.*"), "--channels: found one.nc, a file of many runs"),
         (("--shift", "--bands", "0.2,2"), "--shift, --bands: found one.nc, a file of many runs"),
         (("--exact", "--from", "0"), "--from: found --exact, which compares all there is; expec"),
-        (("--but", "seed"), "--but: found no --exact; expected it"),
+        (("--ignore", "seed"), "--ignore: found no --exact; expected it"),
     ],
 )
 def test_an_option_that_would_do_nothing_is_refused(

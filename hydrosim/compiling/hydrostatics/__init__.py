@@ -1,1 +1,1 @@
-"""What floats and what is in it: hulls, weights, tanks that change, as constants of a model."""
+"""Hulls, weights and changing tanks as constants of a model."""

@@ -1,4 +1,4 @@
-"""Closed hulls of a scene: what their buoyancy is made of, and their stiffness at rest."""
+"""Closed hulls of a scene: constants of their buoyancy, and stiffness at rest."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from hydrosim.scene import Body, Environment, Hull, Scene, Weight
 if TYPE_CHECKING:
     from hydrosim.database.hydrostatics import Hydrostatics
 
-LOOKS = 20  # at attitudes, for whether a hull is its own mirror image
-ROLL = 3  # among a body's six coordinates
+LOOKS = 20  # attitudes at which a hull is compared with its mirror image
+ROLL = 3  # index among a body's six coordinates
 
 
 def hulls_of(scene: Scene, bodies: Bodies) -> Hulls:
-    """The hulls of all bodies that have one."""
+    """Constants of the hulls of all bodies that have one."""
     chosen = [(b, body, body.hydrostatics) for b, body in enumerate(scene.bodies)]
     each = [(b, body, hull) for b, body, hull in chosen if hull is not None]
     water = scene.environment
@@ -49,7 +49,7 @@ def at_rest(body: Body, hull: Hull, water: Environment) -> tuple[Hydrostatics, n
 
 
 def with_hulls(db: HydroDatabase, bodies: Sequence[Body], water: Environment) -> HydroDatabase:
-    """The database of these bodies with the hydrostatics of those that have a hull."""
+    """Database of these bodies, with the hydrostatics of those that have a hull."""
     if all(body.hydrostatics is None for body in bodies):
         return db
     size = len(bodies)
@@ -68,7 +68,8 @@ def with_hulls(db: HydroDatabase, bodies: Sequence[Body], water: Environment) ->
 
 
 def lopsided(p: Hulls, bodies: Bodies) -> Iterator[int]:
-    """The bodies whose hull does not heel to port as to starboard: no mirror image of itself."""
+    """Bodies whose hull heels differently to port and to starboard: it is not its own mirror
+    image."""
     motion, draw = new_motion(bodies), np.random.default_rng(1)
     for h, b in enumerate(p.body):
         solids = p.solids._replace(first=p.solids.first[h : h + 2])
@@ -92,7 +93,8 @@ def _stored(p: Hulls, bodies: Bodies, motion: Motion, b: int, trim: float, heel:
 
 
 def _weight(body: Body, hull: Hull) -> np.ndarray:
-    """V_0, V_0 p of a body whose weight is balanced at rest; none of one that carries it."""
+    """V_0 and V_0 p of a body whose weight is balanced at rest; zero for a body that carries its
+    weight."""
     if body.weight == Weight.CARRIED:
         return np.zeros(4)
     found = integrals(immersed(hull.corners))

@@ -1,4 +1,4 @@
-"""Tanks whose surface is level at any heel and trim, as constants of a model."""
+"""Tanks whose surface stays level at any heel and trim, as constants of a model."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from hydrosim.tanks.shapes import capacity, pieces, triangles, volume_at
 from hydrosim.tanks.surface import LIQUID, Liquids
 
 STEADY = -1
-ROLL = 3  # among a body's six coordinates
+ROLL = 3  # index among a body's six coordinates
 
 
 class Cut(NamedTuple):
-    """A ``tank`` of body number ``body`` whose ``shape`` the surface cuts."""
+    """A ``tank`` of the body with index ``body``; the liquid surface cuts its ``shape``."""
 
     body: int
     tank: Tank
@@ -29,8 +29,8 @@ class Cut(NamedTuple):
 
 
 def cut_shape(tank: Tank, scene: Scene) -> Box | TankMesh | None:
-    """The shape of a tank whose surface is found as the plane that cuts it. None where the shape is
-    not known, and in linear kinematics, where moments go with the angles."""
+    """Shape of a tank whose surface is found as a plane that cuts it. None if the shape is unknown,
+    and in linear kinematics, where moments are linear in the angles."""
     level = tank.surface == FreeSurface.QUASI_STATIC
     if not level or scene.solver.kinematics == Kinematics.LINEAR:
         return None
@@ -38,7 +38,7 @@ def cut_shape(tank: Tank, scene: Scene) -> Box | TankMesh | None:
 
 
 def cut_tanks(scene: Scene) -> Iterator[Cut]:
-    """All tanks that are cut, in the order of `Liquids`."""
+    """All tanks with a cut shape, in the order of `Liquids`."""
     for b, body in enumerate(scene.bodies):
         for tank in body.tanks:
             shape = cut_shape(tank, scene)
@@ -47,7 +47,7 @@ def cut_tanks(scene: Scene) -> Iterator[Cut]:
 
 
 def liquids_of(scene: Scene, bodies: Bodies) -> Liquids:
-    """Constants of all tanks that are cut."""
+    """Constants of all tanks with a cut shape."""
     every = list(cut_tanks(scene))
     origins = [np.asarray(scene.bodies[cut.body].centre_of_gravity) for cut in every]
     tables = [pieces(cut.shape, at) for cut, at in zip(every, origins, strict=True)]
@@ -77,6 +77,6 @@ def liquids_of(scene: Scene, bodies: Bodies) -> Liquids:
 
 
 def _places_of_volumes(scene: Scene) -> dict[tuple[int, str], int]:
-    """The tanks that change, by body and name, in the order of `Tanks`."""
+    """Tanks whose contents change, by body and name, in the order of `Tanks`."""
     every = [(b, tank.name) for b, body in enumerate(scene.bodies) for tank in changing(body)]
     return {name: k for k, name in enumerate(every)}

@@ -1,4 +1,4 @@
-"""Closed meshes as `Solids`: parcels of triangles that are near each other."""
+"""Closed meshes as `Solids`: groups of neighbouring triangles."""
 
 from __future__ import annotations
 
@@ -9,13 +9,15 @@ import numpy as np
 from hydrosim.database.hull import Triangles, areas
 from hydrosim.rigid.solids import MOMENTS, Solids
 
-UPRIGHT = 1e-12  # of a triangle's area, seen from above
-PARCEL = 16  # triangles at most
-LEVEL = 4.0  # how much rather parcels are parted by height: what is at one height gets wet at once
+UPRIGHT = (
+    1e-12  # projected horizontal area over area of a triangle, below which it counts as upright
+)
+PARCEL = 16  # triangles of a group at most
+LEVEL = 4.0  # weight of height in the split: triangles at one height get wet at the same time
 
 
 def solids_of(meshes: Sequence[Triangles]) -> Solids:
-    """The constants of closed meshes."""
+    """Constants of closed meshes."""
     parcels = [_parcels(_faces(corners)) for corners in meshes]
     parts = [part for own in parcels for part in own]
     every = np.concatenate([np.zeros((0, 3, 3)), *parts])
@@ -30,19 +32,19 @@ def solids_of(meshes: Sequence[Triangles]) -> Solids:
 
 
 def _faces(corners: Triangles) -> Triangles:
-    """The triangles that do not stand upright."""
+    """Triangles that are not upright."""
     vectors = areas(corners)
     return corners[np.abs(vectors[:, 2]) > UPRIGHT * np.linalg.norm(vectors, axis=1)]
 
 
 def _parcels(corners: np.ndarray) -> list[np.ndarray]:
-    """Triangles (nt, 3, 3) that are near each other, a few at a time."""
+    """Groups of a few neighbouring triangles (nt, 3, 3)."""
     middles, size = corners.mean(axis=1), np.ptp(corners, axis=(0, 1))
     return [corners[rows] for rows in _parted(middles / size * [1.0, 1.0, LEVEL])]
 
 
 def _parted(middles: np.ndarray) -> list[np.ndarray]:
-    """Rows of points (n, 3), halved along their longest side until they are few."""
+    """Indices of points (n, 3), halved along their longest side until groups are small."""
     rows = np.arange(len(middles))
     if rows.size <= PARCEL:
         return [rows]
@@ -52,13 +54,13 @@ def _parted(middles: np.ndarray) -> list[np.ndarray]:
 
 
 def _box(corners: np.ndarray) -> np.ndarray:
-    """The middle of the box around triangles, and half of its sides, (2, 3)."""
+    """Centre of the bounding box of triangles, and its half sides, (2, 3)."""
     low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
     return np.array([(low + high) / 2.0, (high - low) / 2.0])
 
 
 def _moments(corners: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-    """`MOMENTS` of triangles; the midpoints of their edges have the mean of what is quadratic."""
+    """`MOMENTS` of triangles. Midpoints of edges integrate quadratic functions exactly."""
     A, points = areas(corners)[:, 2], (corners + np.roll(corners, -1, axis=1)) / 2.0
     second = np.einsum("k,kpi,kpj->ij", A / 3.0, points, points)
     return float(A.sum()), A @ corners.mean(axis=1), second

@@ -1,4 +1,4 @@
-"""What tanks and pumps cannot do, in words, before the run."""
+"""Checks of tanks and pumps before a run."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from hydrosim.tanks.loading import at_start, body_without, least_moment, loaded
 from hydrosim.tanks.shapes import height
 from hydrosim.tanks.timeline import follow
 
-SAME = 1e-9  # of a density
+SAME = 1e-9  # relative difference of densities
 
 
 def check_lightship(body: Body, displaced: float, sinks: bool = False) -> None:
-    """Refuse a body that is heavier without what is in its tanks than what it displaces [kg], at
-    rest or, where it then ``sinks``, with its whole hull."""
+    """Refuse a body that without the contents of its tanks is heavier than its displacement [kg]:
+    at rest, or of the whole hull if it ``sinks``."""
     empty = body.mass - sum(t.density * volume for t, volume in at_start(body.tanks))
     if body.tanks and empty > displaced:
         raise InputError(
-            f"bodies.{body.name}.lightship: found {empty:.4g} kg without what is in the tanks;"
-            f" expected at most {displaced:.4g} kg, what the hull displaces"
-            f"{' when all of it is under water' if sinks else ''}: with all tanks empty it would"
-            f" still {'sink' if sinks else 'float deeper'}. Look at units, or at the"
+            f"bodies.{body.name}.lightship: found {empty:.4g} kg without the contents of tanks;"
+            f" expected at most {displaced:.4g} kg, the"
+            f" displacement{' of the submerged hull' if sinks else ''}. With all tanks empty the"
+            f" body would still {'sink' if sinks else 'float deeper'}. Check the units, and the"
             f" {'hull' if sinks else 'draught of the database'}."
         )
 
 
 def check_tanks(body: Body) -> None:
-    """What a case file says by its keys is true of a body that is written in Python, too."""
+    """Check rules that the keys of a case file ensure, for a body that is written in Python."""
     key = f"bodies.{body.name}"
     known = {tank.name: tank for tank in body.tanks}
     for tank in body.tanks:
@@ -40,7 +40,8 @@ def check_tanks(body: Body) -> None:
         if tank.plan is not None and tank.name in unforeseen_tanks(body):
             raise InputError(
                 f"{key}.tanks.{tank.name}.plan: found a plan, and a pump of this tank that begins"
-                " or ends by an event; expected one of them: a plan says all levels."
+                " or ends at an event; expected only one of them, because a plan gives all"
+                " levels."
             )
         if tank.plan is not None:
             _check_plan(f"{key}.tanks.{tank.name}.plan", tank)
@@ -48,8 +49,8 @@ def check_tanks(body: Body) -> None:
         _check_pump(f"{key}.pumps.{pump.name}", pump, known, changing(body))
     if body.tanks and body.weight != Weight.CARRIED:
         raise InputError(
-            f"{key}.weight: found {body.weight} and tanks; expected carried: what is in them is"
-            " weight that changes, or shifts."
+            f"{key}.weight: found {body.weight} and tanks; expected carried, because the contents"
+            " are weight that changes or shifts."
         )
     if body.tanks:
         _check_lightship(body)
@@ -78,14 +79,18 @@ def _check_pump(key: str, pump: Pump, tanks: dict[str, Tank], moved: Sequence[Ta
     for end, name in (("source", pump.source), ("target", pump.target)):
         if name is not None and name not in tanks:
             names = ", ".join([*tanks, "sea"])
-            raise InputError(f"{key}.{end}: there is no tank {name}; expected one of {names}.")
+            raise InputError(
+                f"{key}.{end}: found {name}, which is no tank; expected one of {names}."
+            )
     if pump.source == pump.target:
-        raise InputError(f"{key}: found {pump.source or 'sea'} at both ends; expected two places.")
+        raise InputError(
+            f"{key}: found {pump.source or 'sea'} at both ends; expected two different places."
+        )
     ends = [tanks[name] for name in (pump.source, pump.target) if name is not None]
     if abs(ends[0].density - ends[-1].density) > SAME * ends[0].density:
         raise InputError(
             f"{key}: found fluids of {ends[0].density:g} and {ends[-1].density:g} kg/m^3 at its"
-            " ends; expected one density: mixtures are not known."
+            " ends; expected one density. Mixtures are not modelled."
         )
     for name, when in (("start", pump.start), ("stop", pump.stop)):
         if not isinstance(when, LevelReached):
@@ -99,22 +104,24 @@ def _check_pump(key: str, pump: Pump, tanks: dict[str, Tank], moved: Sequence[Ta
     first = pump.start
     last = pump.stop
     if isinstance(first, float | int) and isinstance(last, float | int) and first >= last:
-        raise InputError(f"{key}.stop: found {last:g} s; expected after the start, {first:g} s.")
+        raise InputError(
+            f"{key}.stop: found {last:g} s; expected a time after the start, {first:g} s."
+        )
 
 
 def _check_lightship(body: Body) -> None:
-    """What is left of a body without what is in its tanks must be one."""
+    """Refuse a body whose tanks hold more than its mass."""
     mass = body.mass - sum(t.density * volume for t, volume in at_start(body.tanks))
     if mass <= 0.0:
         raise InputError(
-            f"bodies.{body.name}: found {body.mass:.4g} kg in all and {body.mass - mass:.4g} kg in"
-            " its tanks at the start; expected less in the tanks: mass is that of the body with"
-            " what is in them."
+            f"bodies.{body.name}: found {body.mass:.4g} kg in all and {body.mass - mass:.4g} kg"
+            " in its tanks at the start; expected less in the tanks. The key mass includes the"
+            " contents of tanks."
         )
 
 
 def check_flow(scene: Scene, p: Tanks) -> None:
-    """Follow the levels to the end of the run, and refuse what cannot be pumped."""
+    """Follow the levels to the end of the run; refuse pumps that overflow a tank or run it dry."""
     end = (scene.initial.time or 0.0 if scene.initial else 0.0) + scene.duration
     names = tank_names(scene)
     course = follow(p, end)
@@ -125,19 +132,21 @@ def check_flow(scene: Scene, p: Tanks) -> None:
         return
     tank = "" if problem.tank is None else names[problem.tank]
     text = {
-        "dry": f"{tank} runs dry at {problem.time:g} s, before the pump stops; expected an earlier"
-        " stop, a lower rate, more in the tank at the start, or no stop: it then ends when empty",
+        "dry": f"{tank} runs dry at {problem.time:g} s, before the pump stops; expected an"
+        " earlier stop, a lower rate, a higher level at the start, or no stop. Without a"
+        " stop, the pump ends when the tank is empty",
         "over": f"{tank} overflows at {problem.time:g} s, before the pump stops; expected an"
-        " earlier stop, a lower rate, or no stop: it then ends when the tank is full",
+        " earlier stop, a lower rate, or no stop. Without a stop, the pump ends when the"
+        " tank is full",
         "nothing": f"has nothing to pump at {problem.time:g} s: its source is empty, its target"
-        " full, or the level at which it stops is reached; expected something to pump then",
+        " full, or its final level reached; expected fluid to pump then",
     }[problem.what]
     raise InputError(f"{flows[problem.flow]}: {text}.")
 
 
 def _check_inertia(scene: Scene, volumes: np.ndarray, end: float) -> None:
-    """Refuse bodies that turn and have no inertia left with these ``volumes`` (nt,) [m^3] in the
-    tanks that change."""
+    """Refuse bodies that rotate and whose inertia without the contents is not positive at these
+    ``volumes`` (nt,) [m^3] of the changing tanks."""
     held = iter(volumes.tolist())
     for body in scene.bodies:
         here = [(tank, next(held)) for tank in changing(body)]
@@ -146,8 +155,8 @@ def _check_inertia(scene: Scene, volumes: np.ndarray, end: float) -> None:
         least = least_moment(body, loaded(left.mass, left.centre, left.inertia, here).inertia)
         if least <= 0.0 and not body.constant_inertia:
             raise InputError(
-                f"bodies.{body.name}.inertia, radii_of_gyration: found such that at {end:g} s, with"
-                f" what is in the tanks then, a moment of inertia of {least:.3g} kg m^2 is left;"
-                " expected larger ones: they are those of the body with what is in its tanks at"
-                " the start."
+                f"bodies.{body.name}.inertia, radii_of_gyration: found values for which a moment"
+                f" of inertia of {least:.3g} kg m^2 is left at {end:g} s, with the contents of"
+                " tanks at that time; expected larger values. They include the contents of tanks"
+                " at the start."
             )

@@ -1,4 +1,4 @@
-"""Tanks and pumps of a scene as constants; those that nothing changes are part of their bodies."""
+"""Constants of tanks and pumps. Tanks whose contents stay are part of their bodies."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ from hydrosim.tanks.shapes import capacity, pieces, volume_at
 
 
 def tanks_of(scene: Scene) -> Tanks:
-    """Constants of the tanks that change. Raises InputError where one would overflow or run dry, or
-    a pump has nothing to take."""
+    """Constants of the tanks whose contents change. Raises InputError if a tank would overflow or
+    run dry, or if a pump has nothing to pump."""
     for body in scene.bodies:
         check_tanks(body)
     if not has_flow(scene):
@@ -65,14 +65,14 @@ def tanks_of(scene: Scene) -> Tanks:
 
 
 def steady_surface(body: Body, scene: Scene) -> np.ndarray:
-    """Density times second moments (3,) of the free surfaces of tanks that do not change and are
-    not cut."""
+    """Density times second moments (3,) of the free surfaces of tanks whose contents stay and that
+    have no cut shape."""
     steady = [tank for tank in body.tanks if tank not in changing(body)]
     return sum((t.density * _held(t, body, scene)[SURFACE:] for t in steady), np.zeros(3))
 
 
 def _shape(tank: Tank, body: Body, scene: Scene) -> np.ndarray:
-    """Pieces of a tank about the origin of its body, without a free surface where it is frozen or
+    """Pieces of a tank about the origin of its body, without the free surface if it is frozen or
     cut."""
     found = pieces(tank.shape, np.asarray(body.centre_of_gravity))
     if tank.surface == FreeSurface.FROZEN or cut_shape(tank, scene):
@@ -81,19 +81,19 @@ def _shape(tank: Tank, body: Body, scene: Scene) -> np.ndarray:
 
 
 def _held(tank: Tank, body: Body, scene: Scene) -> np.ndarray:
-    """Quantities of `shapes` of a tank at its first level."""
+    """Quantities of `shapes` for a tank at its first level."""
     return at(_shape(tank, body, scene), volume_at(tank.shape, tank.level))
 
 
 def _image(body: Body, tank: Tank) -> str:
-    """Name of the tank that is the mirror image of one, of the tank itself if none is."""
+    """Name of the tank that is the mirror image of a tank; its own name if there is none."""
     tanks, _ = images(body)
     found = tanks[body.tanks.index(tank)]
     return tank.name if found is None else body.tanks[found].name
 
 
 def _rest(b: int, scene: Scene) -> tuple[object, ...]:
-    """What a body is without what is in the tanks that change."""
+    """Mass properties of a body without the contents of changing tanks."""
     body = scene.bodies[b]
     mass, moment, inertia = body.mass, np.zeros(3), np.array(body.inertia, dtype=float)
     for tank in changing(body):
@@ -106,7 +106,7 @@ def _rest(b: int, scene: Scene) -> tuple[object, ...]:
 
 
 def _flows(scene: Scene, index: dict[tuple[int, str], int]) -> tuple[list[tuple], list[tuple]]:
-    """All flows as `FLOW` and `RATE`."""
+    """Constants `FLOW` and `RATE` of all flows."""
     flows: list[tuple] = []
     rates: list[tuple] = []
     for b, body in enumerate(scene.bodies):
@@ -132,13 +132,13 @@ def _flows(scene: Scene, index: dict[tuple[int, str], int]) -> tuple[list[tuple]
 
 
 def _is_watched(pump: Pump, body: Body) -> bool:
-    """Whether it may end because there is nothing to pump: others are refused where that is so."""
+    """Whether a pump may end because there is nothing to pump; other pumps are then refused."""
     foreseen = unforeseen_tanks(body).isdisjoint({pump.source, pump.target})
     return not (isinstance(pump.stop, float | int) and foreseen)
 
 
 def _pieces(pump: Pump) -> Iterator[tuple[float, float]]:
-    """Rates of a pump by the times at which they end."""
+    """Rates of a pump, with the times at which each ends."""
     if isinstance(pump.start, float | int):
         yield pump.start, 0.0
     if isinstance(pump.stop, float | int):
@@ -161,7 +161,7 @@ def _planned(tank: Tank) -> Iterator[tuple[float, float]]:
 def _level(
     b: int, when: object, tanks: dict[str, Tank], index: dict[tuple[int, str], int]
 ) -> tuple[int, float, float]:
-    """Tank, volume and sign of a level that is waited for; the sea if there is none."""
+    """Tank, volume and sign of the level that an event waits for; the sea if there is no tank."""
     if not isinstance(when, LevelReached):
         return SEA, 0.0, 1.0
     volume = volume_at(tanks[when.tank].shape, when.level)

@@ -1,4 +1,4 @@
-"""Which bodies carry their own weight, and what can carry them."""
+"""Bodies that carry their own weight, and the elements that can carry them."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from hydrosim.scene import Body, Scene, Weight
 
 
 def weights_of(scene: Scene, alone: Mapping[str, HydroDatabase], rows: Sequence[str]) -> Weights:
-    """Constants of the weights; ``alone`` are the databases of wet bodies, ``rows`` the names of
-    those of forces. Raises InputError where nothing can carry a body."""
+    """Constants of the weights. ``alone`` are the databases of wet bodies, ``rows`` the names of
+    the rows of forces. Raises InputError if nothing can carry a body."""
     carried = [i for i, body in enumerate(scene.bodies) if body.weight == Weight.CARRIED]
     _check_supports(scene, alone)
     for body in scene.bodies:
@@ -35,7 +35,7 @@ def weights_of(scene: Scene, alone: Mapping[str, HydroDatabase], rows: Sequence[
 
 
 def _buoyancy(body: Body, alone: Mapping[str, HydroDatabase]) -> float:
-    """rho g V of a body at rest [N]; 0 of a dry one, and where its hull has all of it."""
+    """Buoyancy rho g V of a body at rest [N]; 0 for a dry body, and for one whose hull gives it."""
     if body.name not in alone or body.hydrostatics is not None:
         return 0.0
     db = alone[body.name]
@@ -49,17 +49,17 @@ def _check_supports(scene: Scene, alone: Mapping[str, HydroDatabase]) -> None:
             weight = body.mass * scene.environment.gravity
             raise InputError(
                 f"bodies.{body.name}.weight: found carried, and nothing that can carry"
-                f" {weight:.4g} N: no hydrodynamics with stiffness in heave, no contact, spring,"
-                " mooring or applied force between it and earth or a body that is carried; expected"
-                " one of them, heave locked, or weight: balanced."
+                f" {weight:.4g} N; expected hydrodynamics with stiffness in heave, a contact,"
+                " spring, mooring or applied force to earth or to a carried body, heave locked,"
+                " or weight: balanced."
             )
 
 
 def _supported(scene: Scene, alone: Mapping[str, HydroDatabase]) -> set[str]:
-    """Names of the bodies that float, are held, or hang on or rest on what is."""
+    """Names of the bodies that float, that are held, or that hang on or rest on such bodies."""
     found = {body.name for body in scene.bodies if _stands(body, alone)}
     links = list(_links(scene))
-    for _ in scene.bodies:  # as long as the longest chain
+    for _ in scene.bodies:  # chains of bodies are at most this long
         found |= {a for a, b in links if b is None or b in found}
     return found
 
@@ -73,7 +73,7 @@ def _stands(body: Body, alone: Mapping[str, HydroDatabase]) -> bool:
 
 
 def _links(scene: Scene) -> Iterator[tuple[str, str | None]]:
-    """Pairs of bodies of which the first may be carried by the second, None for earth."""
+    """Pairs of bodies: the second may carry the first; None is the earth."""
     for element in scene.forces.values():
         if element.carries():
             others = [name for _, name in element.others()] or [None]

@@ -1,9 +1,9 @@
-"""What a colleague would ask of a scene: values that are possible, and hardly meant.
+"""Questions about a scene: values that are possible, but probably mistakes.
 
-A question is a function, one or more to a `scene.Question`, from what is asked about to its doubts;
-`QUESTIONS` has them all. A doubt is a warning that names the key, what was found and what is usual;
-where nothing can float it is a refusal. Whoever means it writes the name under ``accept`` in the
-case file, and is not asked again.
+A question is a function (one or more for each `scene.Question`) from a subject to its doubts;
+`QUESTIONS` has them all. A doubt is a warning that names the key, the value found and the usual
+values. It is a refusal if the body cannot float. Users who mean the value write the name of the
+question under ``accept`` in the case file, and are not asked again.
 """
 
 from __future__ import annotations
@@ -57,8 +57,8 @@ QUESTIONS: Mapping[Question, Callable[[About], Iterator[Doubt]]] = {
 
 
 def asked(about: About) -> list[str]:
-    """All doubts about a scene but those that are accepted, in words. Raises InputError where
-    nothing can float."""
+    """Messages of all doubts about a scene except accepted ones. Raises InputError for doubts that
+    are refusals."""
     found = [
         (doubt, question)
         for question, ask in QUESTIONS.items()
@@ -73,6 +73,7 @@ def asked(about: About) -> list[str]:
 
 def _said(doubt: Doubt, question: Question) -> str:
     return (
-        f"{doubt.key}: found {doubt.found}; {doubt.usual}. {doubt.advice}"
-        f"{' ' if doubt.advice else ''}If it is meant so, accept: [{question}]."
+        f"{doubt.key}: found {doubt.found}; {doubt.usual}."
+        f" {doubt.advice}{' ' if doubt.advice else ''}If this is intended, add accept:"
+        f" [{question}] to the case."
     )
