@@ -127,7 +127,7 @@ def _check(body: Body, family: Family, scene: Scene) -> None:
     if body.hydrostatics is None:
         raise InputError(
             f"{key}.hydrostatics: found a matrix, and databases at draughts of {found} m;"
-            f" expected a closed hull, {mesh: FILE} or {recipe: FILE, depth: ...}. An"
+            f" expected a closed hull, {{mesh: FILE}} or {{recipe: FILE, depth: ...}}. An"
             " interpolated stiffness would create energy."
         )
     if isinstance(radiation_of(body), ConvolutionRadiation):

@@ -1,4 +1,4 @@
-"""What no scene may be: refused before it is compiled, or once its first state is known."""
+"""Rules for scenes: checked before compilation, and at the first state."""
 
 from __future__ import annotations
 
@@ -26,36 +26,42 @@ from hydrosim.stepping.names import spring_names
 if TYPE_CHECKING:
     from hydrosim.stepping.state import State
 
-TOGETHER = 1e-9  # of a spring's length: its ends are at one place
+TOGETHER = 1e-9  # of a spring's length, below which its ends coincide
 
 
 def check_scene(scene: Scene) -> None:
-    """Raises InputError where a scene is wrong as no case file can be, but one written in Python
+    """Raises InputError for mistakes that a case file cannot contain, but a scene written in Python
     can."""
     names = [body.name for body in scene.bodies]
     steps = scene.output_step / scene.solver.step if scene.solver.step > 0.0 else 0.0
     whole = scene.solver.method.adapts or abs(steps - round(steps)) <= 1e-9 * steps
     accuracy = scene.solver.accuracy
     problems = {
-        "bodies: there are none, or two of one name": not names or len({*names}) < len(names),
-        "bodies: none has a degree of freedom": not any(body.dofs for body in scene.bodies),
+        "bodies: found none, or two with the same name; expected at least one, with different"
+        " names": not names or len({*names}) < len(names),
+        "bodies: found no degree of freedom; expected at least one body that can move": not any(
+            body.dofs for body in scene.bodies
+        ),
         "duration, solver.step: must be above 0": not min(scene.duration, scene.solver.step) > 0.0,
         "solver.accuracy: must be from {:g} to {:g}".format(*ACCURACIES): accuracy is not None
         and not ACCURACIES[0] <= accuracy <= ACCURACIES[1],
-        "bodies.heading: kinematics: linear has no heading but 0; turn the rest of the scene, or"
-        " choose exact": scene.solver.kinematics == Kinematics.LINEAR
+        "bodies.heading: kinematics: linear allows only heading 0; rotate the rest of the scene,"
+        " or choose exact": scene.solver.kinematics == Kinematics.LINEAR
         and any(body.heading for body in scene.bodies),
-        "bodies.hydrostatics: kinematics: linear has small angles, and a hull is taken at any;"
+        "bodies.hydrostatics: kinematics: linear assumes small angles, which a hull does not;"
         " choose exact, or the matrix": scene.solver.kinematics == Kinematics.LINEAR
         and any(body.hydrostatics is not None for body in scene.bodies),
-        "initial, at_rest: one of them, not both": scene.at_rest and scene.initial is not None,
+        "initial, at_rest: found both; expected only one of them": scene.at_rest
+        and scene.initial is not None,
         "output_step: must be a whole multiple of solver.step": not (whole and round(steps) >= 1),
     }
     for name, element in scene.forces.items():
         for key, body in [("body", element.body), *element.others()]:
             lacks = body is not None and body not in names
-            problems[f"forces.{name}.{key}: there is no body {body}"] = lacks
-        text = f"forces.{name}: {type(element).__name__} is no element that hydrosim knows"
+            problems[f"forces.{name}.{key}: found {body}, which is no body of the scene"] = lacks
+        text = (
+            f"forces.{name}: found {type(element).__name__}; expected a force element of hydrosim"
+        )
         problems[text] = not is_known(element)
     found = [problem for problem, there in problems.items() if there]
     if found:
@@ -70,22 +76,23 @@ def check_scene(scene: Scene) -> None:
 
 
 def _check_record(key: str, time: np.ndarray, duration: float) -> None:
-    """A record is not known outside its times."""
+    """Refuse records that do not cover the whole run."""
     if time[0] > 0.0 or time[-1] < duration * (1.0 - 1e-9):
         raise InputError(
-            f"{key}: found a record from {time[0]:g} s to {time[-1]:g} s; expected one of the whole"
-            f" run, from 0 s to its end at {duration:g} s. Shorten the duration, or record more."
+            f"{key}: found a record from {time[0]:g} s to {time[-1]:g} s; expected a record of"
+            f" the whole run, from 0 s to its end at {duration:g} s. Shorten the duration, or"
+            " record more."
         )
 
 
 def check_start(scene: Scene, model: Model, state: State) -> None:
-    """Raises InputError where the state at the start cannot be gone on from."""
+    """Raises InputError if the run cannot continue from the state at the start."""
     _check_rigid_friction(scene, model, state)
     _check_springs(scene, model, state)
 
 
 def _check_rigid_friction(scene: Scene, model: Model, state: State) -> None:
-    """Refuse rigid friction in more directions than there is motion to hold."""
+    """Refuse rigid friction in more directions than the bodies can move in."""
     fenders = model.elements.fenders
     rigid = fenders.points["law"] == COULOMB
     if not rigid.any():
@@ -100,22 +107,22 @@ def _check_rigid_friction(scene: Scene, model: Model, state: State) -> None:
         rows_of = set(fenders.points["row"][rigid] - len(ROWS))
         names = ", ".join(name for i, name in enumerate(scene.forces) if i in rows_of)
         raise InputError(
-            f"forces.{names}: rigid friction holds {len(rows)} directions at {rigid.sum()} points"
-            f" where the bodies can move in {rank} of them, and how the points share the load is"
-            " not defined; expected law: stick_slip there (with a large stiffness, if it must be),"
-            " or fewer points."
+            f"forces.{names}: rigid friction holds {len(rows)} directions at {rigid.sum()}"
+            f" points, but the bodies can move in only {rank} of them. Then the shares of the"
+            " points are not defined; expected fewer points, or law: stick_slip with a large"
+            " stiffness."
         )
 
 
 def _check_springs(scene: Scene, model: Model, state: State) -> None:
-    """Refuse springs whose ends are at one place at the start."""
+    """Refuse springs whose ends coincide at the start."""
     motion = new_work(model).motion
     n = model.bodies.active.size
     place_bodies(state.y[:n], state.y[n : 2 * n], model.bodies, motion)
     for name, line in zip(spring_names(scene), model.elements.springs.lines, strict=True):
         if stretch(line, model.bodies, motion).length <= TOGETHER * line["length"]:
             raise InputError(
-                f"forces.{name}: its point and its anchor are at the same place at the start;"
-                " expected two places (point is in the body's frame, about its centre of gravity;"
-                " anchor in the earth's, or in that of anchor_body)."
+                f"forces.{name}: its point and its anchor are at the same position at the start;"
+                " expected different positions. point is in the frame of its body from the"
+                " centre of gravity; anchor is in the earth frame, or in that of anchor_body."
             )

@@ -1,9 +1,9 @@
-"""A run that starts from the state of another: `Scene.initial`.
+"""Start of a run from the state of another run: `Scene.initial`.
 
-What a run keeps of its whole state is in its dataset under names (`hydrosim.results.output`); here
-it is read again. Bodies, degrees of freedom and radiation must be the same; all else may differ:
-what is new begins with nothing stretched, slipped or lost, and a contact mode that cannot be any
-more is found anew. Time goes on, with the waves and all tables.
+The dataset of a run holds its whole state under names (`hydrosim.results.output`); this module
+reads it. Bodies, degrees of freedom and radiation must be the same, all else may differ. New
+elements begin unstretched, without slip or loss. A contact mode that has become impossible is
+determined anew. Time continues, with the waves and all tables.
 """
 
 from __future__ import annotations
@@ -40,18 +40,18 @@ if TYPE_CHECKING:
 
     from hydrosim.stepping.state_layout import StateLayout
 
-NEAR = 1e-6  # m or s: a stored mode may be so far past its end, and ends then as the run begins
-SAME_FIT = 1e-6  # of the largest entry: two fits of one database are the same to rounding
-HEADINGS = "initial_heading"  # of a dataset: of each body where its first run began [rad]
-MET = "waves_meet"  # of a dataset, with a body's name: position and headings of its wave forces
-ACCURACY = "solver_accuracy"  # of a dataset: of motions, for which its method was chosen
+NEAR = 1e-6  # m or s: a stored mode may exceed its end by this; it then ends as the run begins
+SAME_FIT = 1e-6  # of the largest entry: fits of one database agree to this rounding
+HEADINGS = "initial_heading"  # variable: heading of each body at the start of the first run [rad]
+MET = "waves_meet"  # variable, with a body's name: position and headings of its wave forces
+ACCURACY = "solver_accuracy"  # attribute: error of motions for which the method was chosen
 SHOWN = 5  # names in a message
 
 
 def opened(scene: Scene) -> Scene:
-    """The scene with the run that it starts from in memory and the time as it is recorded there.
+    """Scene with the run that it starts from in memory, and the time of the stored state.
 
-    Raises InputError if there is no such run, or nothing kept of its state at that time.
+    Raises InputError if there is no such run, or if it has no state at that time.
     """
     if scene.initial is None:
         return scene
@@ -61,7 +61,8 @@ def opened(scene: Scene) -> Scene:
 
 
 def _met_as_before(body: Body, start: Start) -> Body:
-    """The body, which waves meet as in the run before where that is left to the program."""
+    """The body; waves act on it where they did in the earlier run if the scene leaves that to the
+    program."""
     assert not isinstance(start.run, Path | str)
     stored = str(start.run.attrs.get(f"{MET}_{body.name}", "")).split()
     asked = body.wave_forces
@@ -75,25 +76,25 @@ def _met_as_before(body: Body, start: Start) -> Body:
 
 
 def opened_start(start: Start) -> Start:
-    """The start with its run in memory and its time as recorded; raises as `opened` does."""
+    """Start with its run in memory and the time of the stored state. Raises as `opened` does."""
     run = _read(start.run) if isinstance(start.run, Path | str) else start.run.load()
     if "state_value" not in run or "state_kind" not in run:
-        found = "has no states" if "state_value" not in run else "does not say what its states are"
+        found = "has no states" if "state_value" not in run else "does not name its states"
         raise InputError(
-            f"initial.run: {_source(run)} {found} to start from; expected the result of"
-            " `hydrosim run` or simulate of this version; run that case again."
+            f"initial.run: {_source(run)} {found}, so no run can start from it; expected the"
+            " result of `hydrosim run` or simulate of this version. Run that case again."
         )
     return Start(run, _recorded(run, start.time))
 
 
 def begin(scene: Scene) -> float:
-    """Time at which a run of an `opened` scene begins [s]: 0, or that of what it starts from."""
+    """Time at which a run of an `opened` scene begins [s]: 0, or the time of the stored state."""
     start = scene.initial
     return 0.0 if start is None or start.time is None else start.time
 
 
 def method_before(scene: Scene, accuracy: float) -> str | None:
-    """The method of the run that an `opened` scene starts from, where it was chosen for the same
+    """Method of the run that an `opened` scene starts from, if it was chosen for the same
     ``accuracy``; else None."""
     if scene.initial is None:
         return None
@@ -103,7 +104,7 @@ def method_before(scene: Scene, accuracy: float) -> str | None:
 
 
 def knows_slow_places(scene: Scene) -> bool:
-    """Whether an `opened` scene starts from a run that knows all its slow places in waves."""
+    """Whether an `opened` scene starts from a run that stored all its slow positions in waves."""
     if scene.initial is None:
         return False
     run = _run(scene)
@@ -121,14 +122,15 @@ def initial_headings(scene: Scene) -> list[float]:
 
 
 class MemoryBefore(NamedTuple):
-    """The coordinates, "surge of barge", whose memory a run has by convolution, and by states."""
+    """Coordinates ("surge of barge") whose memory a run computes by convolution, and by states."""
 
     convolved: frozenset[str] = frozenset()
     states: frozenset[str] = frozenset()
 
 
 def before(scene: Scene) -> MemoryBefore:
-    """That of the run that an `opened` scene starts from; none if it starts from rest."""
+    """Coordinates, as `memories`, of the run that an `opened` scene starts from; empty at a start
+    from rest."""
     start = scene.initial
     if start is None or isinstance(start.run, Path | str):
         return MemoryBefore()
@@ -138,9 +140,9 @@ def before(scene: Scene) -> MemoryBefore:
 
 
 def resume(scene: Scene, model: Model, layout: StateLayout, fresh: State) -> State:
-    """The state that an `opened` scene starts from; ``fresh`` is that of a start from rest.
+    """State that an `opened` scene starts from; ``fresh`` is the state of a start from rest.
 
-    Raises InputError if the stored state is not finite, or its memory too short.
+    Raises InputError if the stored state is not finite, or if its memory is too short.
     """
     run = _run(scene)
     time = begin(scene)
@@ -155,7 +157,7 @@ def resume(scene: Scene, model: Model, layout: StateLayout, fresh: State) -> Sta
     contents = slice(model.tanks.state, model.tanks.state + model.tanks.each.size)
     y[contents] = np.where(known, y, fresh.y)[contents]  # as at a start from rest
     for i, entry in enumerate(layout.of(StateKind.SLOW_DRAUGHT), model.draught):
-        if not known[i]:  # as deep as the body is
+        if not known[i]:  # at the draught of the body
             y[i] = there.get(Coordinate("heave", entry.owner).name, 0.0)
     modes = _modes(scene, model, run, y, known)
     return State(y, modes, _history(scene, model, run, fresh.history))
@@ -179,7 +181,7 @@ def _source(run: xr.Dataset) -> str:
 
 
 def _recorded(run: xr.Dataset, time: float | None) -> float:
-    """The time of the kept state at ``time``, or of the last one."""
+    """Index of the state stored at ``time``, or of the last state."""
     kept = run.state_time.values
     if time is None:
         return float(kept[-1])
@@ -189,15 +191,15 @@ def _recorded(run: xr.Dataset, time: float | None) -> float:
     text = f"initial.time: found {time:g} s; {_source(run)} has"
     if kept.size < run.sizes["time"]:
         raise InputError(
-            f"{text} the state at its end alone, {nearest:g} s; start there, or run that case with"
-            " output: {states: true}, which keeps the state at every output time."
+            f"{text} only the state at its end, {nearest:g} s. Start there, or run that case with"
+            f" output: {{states: true}}, which stores the state at every output time."
         )
-    raise InputError(f"{text} no state then; the nearest is at {nearest:g} s.")
+    raise InputError(f"{text} no state at that time; the nearest is at {nearest:g} s.")
 
 
 def check_fit(scene: Scene, model: Model, layout: StateLayout) -> None:
-    """Raises InputError where the bodies, degrees of freedom or radiation of an `opened` scene are
-    not those of the run that it starts from."""
+    """Raises InputError if bodies, degrees of freedom or radiation of an `opened` scene differ from
+    those of the run that it starts from."""
     run = _run(scene)
     moving = layout.moving()
     names = {entry.name: [q.name for q in entry.coordinates] for entry in moving}
@@ -209,18 +211,18 @@ def check_fit(scene: Scene, model: Model, layout: StateLayout) -> None:
     zero = {*str(run.attrs.get("zero_by_symmetry", "")).splitlines()}
     problems = {
         "it lacks": [name for name, of in names.items() if name not in stored and {*of} - zero],
-        "it has, and this scene has not,": [name for name in stored if name not in names],
+        "this scene lacks": [name for name in stored if name not in names],
     }
     found = "; ".join(f"{what} {_listed(names)}" for what, names in problems.items() if names)
     if not found and not _same_fit(model, layout, run):
         found = (
-            "its radiation states are of another fit (another database, other masses, or another"
-            " program version)"
+            "its radiation states belong to another fit (another database, other masses, or"
+            " another program version)"
         )
     if found:
         raise InputError(
-            f"initial.run: {_source(run)}: {found}; expected the bodies, degrees of freedom and"
-            " radiation of this scene; change them here, or run that case again with these."
+            f"initial.run: {_source(run)}: {found}; expected the same bodies, degrees of freedom"
+            " and radiation in both. Change this case, or run the earlier case again."
         )
 
 
@@ -230,7 +232,7 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def _same_fit(model: Model, layout: StateLayout, run: xr.Dataset) -> bool:
-    """Whether the radiation states that both have are of one fit."""
+    """Whether the radiation states that both have belong to one fit."""
     names = layout.names()[model.radiation :]
     here = radiation.input_rates(model.states)
     there = dict(zip(run.state.values, run.state_input.values, strict=True))
@@ -241,8 +243,8 @@ def _same_fit(model: Model, layout: StateLayout, run: xr.Dataset) -> bool:
 def _modes(
     scene: Scene, model: Model, run: xr.Dataset, y: np.ndarray, known: np.ndarray
 ) -> np.ndarray:
-    """Modes (rows, 3) of all units: those stored where they can be, else those of a start from
-    ``y``, of whose states those are ``known`` (ny,) that were in the run."""
+    """Modes (rows, 3) of all units: the stored mode if it is possible, else that of a start from
+    ``y``. ``known`` (ny,) are the states of ``y`` that the run had."""
     motion = new_work(model).motion
     time = begin(scene)
     renewing = [kind for kind in KINDS if isinstance(kind, Renewing)]
@@ -267,7 +269,7 @@ def _modes(
 def _restore(
     kind: Kind, rows: Modes, names: Sequence[str], at: xr.Dataset, modes: np.ndarray
 ) -> None:
-    """The stored modes of those units that are in a run by name, ``at`` the time of the start."""
+    """Stored modes of the units that the run has by name, ``at`` the time of the start."""
     there = [*at[kind.unit].values] if kind.unit in at.dims else []
     for i, name in enumerate(names):
         if name not in there:
@@ -284,10 +286,10 @@ def _restore(
 def _possible(
     time: float, y: np.ndarray, modes: np.ndarray, motion: Motion, model: Model
 ) -> np.ndarray:
-    """Which units (rows,) are in contact or not, and on their curve, as their mode says."""
+    """Whether each unit (rows,) is in contact, or on its curve, as its mode says."""
     count = len(modes)
     out = np.zeros((count, MARGINS))
-    unused = np.zeros((count, 2))  # headings and reactions do not matter to them
+    unused = np.zeros((count, 2))  # headings and reactions do not matter here
     every = np.ones(count, dtype=np.int64)
     elements = model.elements
     tanks = model.tanks
@@ -309,7 +311,7 @@ def _possible(
 def _history(
     scene: Scene, model: Model, run: xr.Dataset, fresh: VelocityHistory
 ) -> VelocityHistory:
-    """What a convolution remembers before the start: ``fresh``, filled with that of the run."""
+    """Memory of a convolution before the start: ``fresh``, filled with the memory of the run."""
     kernel = model.convolution
     time = begin(scene)
     if kernel.row.size == 0:
@@ -318,8 +320,8 @@ def _history(
     length = (len(kernel.K) - 1) * kernel.step
     if t[0] > max(0.0, time - length):
         raise InputError(
-            f"initial.time: found {time:g} s; {_source(run)} remembers velocities from {t[0]:g} s"
-            f" on, and a convolution needs {length:g} s of them; start at {t[0] + length:g} s or"
+            f"initial.time: found {time:g} s; {_source(run)} stores velocities from {t[0]:g} s"
+            f" on, and a convolution needs {length:g} s of them. Start at {t[0] + length:g} s or"
             " later."
         )
     column = dict(zip(memory_names(scene, model), np.unique(kernel.column), strict=True))
@@ -331,7 +333,7 @@ def _history(
 
 
 def started_from(scene: Scene) -> dict[str, object]:
-    """What the record of an `opened` scene says of the run it started from."""
+    """Record entries of an `opened` scene about the run that it started from."""
     start = scene.initial
     if start is None or isinstance(start.run, Path | str):
         return {}

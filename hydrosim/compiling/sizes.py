@@ -1,4 +1,4 @@
-"""How much memory a scene needs, and how large its result is, before any of it is tried."""
+"""Memory and result size of a scene, estimated before it is computed."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from hydrosim.scene.radiation import LENGTH
 from hydrosim.waves.spectra import cut_off
 
 NUMBER = 8  # bytes
-MOST_STEPS = 1e12  # of a run: months
-MOST_ROWS = 20_000  # of a table of retardation functions: 100 s every 5 ms
-MOST_WAVES = 2e6  # of all trains
+MOST_STEPS = 1e12  # steps of a run that takes months
+MOST_ROWS = 20_000  # rows of a table of retardation functions: 100 s every 5 ms
+MOST_WAVES = 2e6  # waves of all trains
 CONTAINER = Path("/sys/fs/cgroup/memory.max")
 
 
 class Part(NamedTuple):
-    """What needs memory: key and value that say so, the ``bytes``, and what to do about it."""
+    """A use of memory: the key and value that cause it, the ``bytes``, and the remedy."""
 
     key: str
     memory: float
@@ -37,18 +37,18 @@ class Part(NamedTuple):
 
 
 def memory(scene: Scene) -> float:
-    """Memory [bytes] that a run needs, about: within a factor of two or so."""
+    """Memory [bytes] that a run needs, within a factor of about two."""
     return sum(part.memory for part in _parts(scene))
 
 
 def result(scene: Scene) -> float:
-    """Size [bytes] of the result of a run, about."""
+    """Approximate size [bytes] of the result of a run."""
     states = _states(scene) if scene.output_states else 0.0
     return NUMBER * _records(scene) * (_channels(scene) + states)
 
 
 def check_sizes(scene: Scene) -> None:
-    """Raises InputError where a scene cannot fit into the memory, or would not end."""
+    """Raises InputError if a scene does not fit into the memory, or would take months."""
     steps = scene.duration / scene.solver.step
     if not scene.solver.method.adapts and steps > MOST_STEPS:
         raise InputError(
@@ -58,27 +58,28 @@ def check_sizes(scene: Scene) -> None:
     for body in scene.bodies:
         if _rows(body) > MOST_ROWS:
             raise InputError(
-                f"bodies.{body.name}.radiation: found a table of {_rows(body):.3g} rows"
-                f" (length over step); expected at most {MOST_ROWS:,}. Choose a larger step: it has"
-                " nothing to do with that of the run."
+                f"bodies.{body.name}.radiation: found a table of {_rows(body):.3g} rows (length"
+                f" over step); expected at most {MOST_ROWS:,}. Choose a larger step; it does not"
+                " depend on the step of the run."
             )
     count = sum(_waves(scene))
     if count > MOST_WAVES:
         raise InputError(
             f"environment.waves.repeat_period: found {count:.1e} waves in all trains; expected at"
-            f" most {MOST_WAVES:g}. Give periods about as long as the run, or fewer trains."
+            f" most {MOST_WAVES:g}. Choose periods about as long as the run, or fewer trains."
         )
     largest = max(_parts(scene), key=lambda part: part.memory)
     most = _available()
     if memory(scene) > most:
         raise InputError(
             f"{largest.key}: the run needs about {shown(memory(scene))} of memory,"
-            f" {shown(largest.memory)} of it for this; there are {shown(most)}. {largest.remedy}."
+            f" {shown(largest.memory)} of it for this; only {shown(most)} exist."
+            f" {largest.remedy}."
         )
 
 
 def shown(size: float) -> str:
-    """A number of bytes in words."""
+    """Number of bytes as text with a unit."""
     for unit in ("kB", "MB", "GB"):
         size /= 1000.0
         if size < 1000.0:
@@ -88,10 +89,12 @@ def shown(size: float) -> str:
 
 def _parts(scene: Scene) -> Iterator[Part]:
     motions = 6 * len(scene.bodies)
-    # what is recorded is laid out anew for the dataset
+    # records are copied once for the dataset
     recorded = NUMBER * _records(scene) * (2.0 * _channels(scene) + _states(scene))
     yield Part("output.step", recorded, "Record less often, or make a shorter run")
-    wave = NUMBER * (6 + 8 * (1 + motions))  # components, their loads, a table over time of both
+    wave = NUMBER * (
+        6 + 8 * (1 + motions)
+    )  # components, their loads, and a table over time of both
     waves = wave * sum(_waves(scene))
     yield Part("environment.waves.repeat_period", waves, "Shorten it")
     tables = NUMBER * 3 * FINER * 36 * sum(map(_rows, scene.bodies)) * len(scene.bodies)
@@ -103,7 +106,7 @@ def _records(scene: Scene) -> float:
 
 
 def _channels(scene: Scene) -> float:
-    """Numbers in a record that are written."""
+    """Numbers in a stored record."""
     motions = 6 * len(scene.bodies)
     forces = 4 + len(scene.forces)
     points = sum(len(element.unit_names(name)) for name, element in scene.forces.items())
@@ -112,7 +115,7 @@ def _channels(scene: Scene) -> float:
 
 
 def _states(scene: Scene) -> float:
-    """States of a scene; of radiation those of a usual fit."""
+    """Estimated number of states of a scene, with a usual number of radiation states."""
     return sum(12.0 + (60.0 if body.hydrodynamics is not None else 0.0) for body in scene.bodies)
 
 
@@ -140,5 +143,5 @@ def _available() -> float:
         most = float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
     try:
         return min(most, float(CONTAINER.read_text()))
-    except (OSError, ValueError):  # none, or "max"
+    except (OSError, ValueError):  # missing, or "max"
         return most

@@ -1,5 +1,5 @@
-"""The state that a run starts from: at rest with the offsets that the scene has, or that of the run
-before it."""
+"""State at the start of a run: at rest with the offsets of the scene, or the state of an earlier
+run."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 
 
 def first_state(scene: Scene, model: Model) -> State:
-    """The state of a start from rest, with the scene's offsets and velocities, or at the place at
-    rest near them if the scene begins there."""
+    """State of a start from rest with the scene's offsets and velocities, or at the equilibrium
+    near them if the scene asks for it."""
     bodies = model.bodies
     n = model.bodies.active.size
     y = np.zeros(model.size)
@@ -49,10 +49,10 @@ def first_state(scene: Scene, model: Model) -> State:
 
 
 def start_of(scene: Scene, model: Model, layout: StateLayout, fresh: State) -> State:
-    """The state that an `opened` scene starts from; ``fresh`` is its
-    `first_state`, ``layout`` that of y.
+    """State that an `opened` scene starts from. ``fresh`` is its `first_state`, ``layout`` is the
+    layout of y.
 
-    Raises InputError where the run to start from does not fit the scene.
+    Raises InputError if the run to start from does not fit the scene.
     """
     if scene.initial is None:
         return fresh
@@ -61,8 +61,8 @@ def start_of(scene: Scene, model: Model, layout: StateLayout, fresh: State) -> S
 
 
 def with_slow_places(scene: Scene, model: Model, state: State) -> State:
-    """The state with the slow places in waves of a body that has always moved as it does now, where
-    none are known from a run before."""
+    """The state with slow positions in waves of bodies that have always moved as they do now. Slow
+    positions of an earlier run are kept."""
     if not model.following.slow.any() or restart.knows_slow_places(scene):
         return state
     motion = new_work(model).motion
@@ -75,7 +75,8 @@ def with_slow_places(scene: Scene, model: Model, state: State) -> State:
 
 
 def _rates(bodies: Bodies, motion: Motion, q: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-    """Rates of the free coordinates for given velocities (6 nb,): angles' rates are E^-1 omega."""
+    """Rates of the free coordinates for given velocities (6 nb,). Rates of angles are E^-1
+    omega."""
     place_bodies(q, np.zeros_like(q), bodies, motion)
     rates = velocity.astype(float).copy()
     for b in range(bodies.each.size if bodies.exact else 0):
@@ -85,6 +86,6 @@ def _rates(bodies: Bodies, motion: Motion, q: np.ndarray, velocity: np.ndarray) 
 
 
 def _history(scene: Scene, model: Model) -> radiation.VelocityHistory:
-    """Room for what a convolution remembers."""
+    """Arrays for the memory of a convolution."""
     own = model.bodies.each.size + model.family.owner.size
     return radiation.history_for(model.convolution, 6 * own, grid_step(scene))

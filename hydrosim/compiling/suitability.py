@@ -1,4 +1,4 @@
-"""Whether a database suits a scene, by what the scene uses of it; all faults are said at once."""
+"""Check that a database has the data that a scene uses. All faults are reported at once."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from hydrosim.scene.given import ORIGIN_ASSUMED, POINTS_UNKNOWN, key_of
 if TYPE_CHECKING:
     from hydrosim.waves.components import Components
 
-HARDLY = 0.01  # share of a sea's energy that a database may lack, too
+HARDLY = 0.01  # also the fraction of a sea's energy that a database may lack
 _WATER = ("water_density", "gravity", "water_depth")
 
 
 class Fault(NamedTuple):
-    """Why a database does not suit a scene, and the ``keys`` of a case that mend it."""
+    """Reason why a database does not suit a scene, and the ``keys`` of a case that remedy it."""
 
     reason: str
     keys: tuple[str, ...] = ()
@@ -38,8 +38,8 @@ def suited(
     water: Environment,
     seas: Sequence[Components],
 ) -> HydroDatabase:
-    """The database, complete for ``bodies`` that move in the DOFs ``free``. Raises InputError with
-    all faults and their remedy."""
+    """Database with all data for ``bodies`` that move in the DOFs ``free``. Raises InputError with
+    all faults and their remedies."""
     if db.source == SOURCE:
         return db
     findings = refused(db, _use(db, bodies, free, seas))
@@ -54,9 +54,9 @@ def suited(
 def judged(
     db: HydroDatabase, bodies: Sequence[Body], free: np.ndarray, seas: Sequence[Components]
 ) -> tuple[str, ...]:
-    """Doubts about what the ``bodies``, which move in the DOFs ``free``, use of their database, as
-    it was read, in the ``seas``. Raises InputError where that cannot be right."""
-    if db.source == SOURCE:  # which is checked where it is made
+    """Warnings about the data that the ``bodies``, which move in the DOFs ``free``, use of their
+    database as read, in the ``seas``. Raises InputError if such data cannot be right."""
+    if db.source == SOURCE:  # checked where it is made
         return ()
     found = doubts(db, _use(db, bodies, free, seas))
     return (*found, *_unsaid_points(db, free))
@@ -72,18 +72,19 @@ def _use(
 
 
 def _unsaid_points(db: HydroDatabase, free: np.ndarray) -> Iterator[str]:
-    """A doubt about points that nobody gave; about which a body turns matters if it turns."""
+    """Warning about an assumed reference point, which matters for bodies that rotate."""
     assumed = db.attributes.get("assumed", "")
     if POINTS_UNKNOWN in assumed:
         yield (
-            f"{db.source}: it does not say which point moments refer to: those that are recorded"
-            " of bodies that do not turn are about its origin. Say it with reference_point."
+            f"{db.source}: it does not state the reference point of its moments. Recorded moments"
+            " of bodies that do not turn are about its origin. Give the point as"
+            " reference_point."
         )
     if ORIGIN_ASSUMED in assumed and (free % 6 > 2).any():
         yield (
-            f"{db.source}: its files do not say which point its moments and rotations refer to,"
-            " and the origin was assumed. Say it: `hydrodynamics: {file: ..., reference_point:"
-            " [0 m, 0 m, 0 m]}`."
+            f"{db.source}: its files do not state the reference point of moments and rotations;"
+            f" the origin was assumed. Give it: `hydrodynamics: {{file: ..., reference_point: [0"
+            f" m, 0 m, 0 m]}}`."
         )
 
 
@@ -103,8 +104,8 @@ def _parts(body: Body, waves: bool) -> Iterator[Part]:
 
 
 def _highest(db: HydroDatabase, seas: Sequence[Components]) -> float:
-    """Of the database's frequencies the first above which the waves have next to nothing, or
-    infinity: so that seas that differ little are judged once."""
+    """First frequency of the database above which the waves have almost no energy, or infinity.
+    Seas that differ little have the same frequency, so they are checked once."""
     if not seas:
         return inf
     omega, energy = (
@@ -121,12 +122,12 @@ def _said(db: HydroDatabase, bodies: Sequence[Body], faults: Sequence[Fault]) ->
     names = ", ".join(f"bodies.{body.name}" for body in bodies)
     reasons = "\n".join(f"  {fault.reason}" for fault in faults)
     keys = [key for fault in faults for key in fault.keys]
-    remedy = f"\nSay it in the case: `hydrodynamics: {{file: ..., {', '.join(keys)}}}`."
+    remedy = f"\nAdd to the case: `hydrodynamics: {{file: ..., {', '.join(keys)}}}`."
     return f"{db.source} does not suit {names}:\n{reasons}{remedy if keys else ''}"
 
 
 def _other_water(db: HydroDatabase, water: Environment) -> Iterator[Fault]:
-    """Water that a database was not made for."""
+    """Faults: water that a database was not made for."""
     assumed = db.attributes.get("assumed", "")
     for name in _WATER:
         here = getattr(water, name)
@@ -135,14 +136,14 @@ def _other_water(db: HydroDatabase, water: Environment) -> Iterator[Fault]:
             continue
         found = f"environment.{name}: found {here:g}, but the database was made for {there:g}"
         if name.replace("_", " ") in assumed:
-            reason = f"{found}, which is assumed: its files do not say it."
+            reason = f"{found}, which is assumed, because its files do not state it."
             yield Fault(reason, (f"{key_of(name)}: {here:g}",))
         else:
-            yield Fault(f"{found}. Use one made for this water, or change the case.")
+            yield Fault(f"{found}. Use a database made for this water, or change the case.")
 
 
 def _gaps(db: HydroDatabase, bodies: Sequence[Body], water: Environment) -> Iterator[Fault]:
-    """What the bodies need and the database lacks."""
+    """Faults: data that the bodies need and the database lacks."""
     assumed = db.attributes.get("assumed", "")
     density = water.water_density if "water density" in assumed else db.water_density
     by_matrix = [body for body in bodies if body.hydrostatics is None]
@@ -158,41 +159,49 @@ def _gaps(db: HydroDatabase, bodies: Sequence[Body], water: Environment) -> Iter
     if turning and POINTS_UNKNOWN in assumed:
         points = [[float(x) for x in body.centre_of_gravity] for body in bodies]
         yield Fault(
-            "It does not say the points that moments and rotations refer to (Capytaine's"
-            " rotation_center or, where none was set, center_of_mass), and its bodies turn.",
+            "It does not state the reference points of moments and rotations, and its bodies"
+            " turn. Capytaine stores them as rotation_center or, if that was not set, as"
+            " center_of_mass.",
             (f"reference_point: {_example(points)}",),
         )
     if tilting and db.centre_of_gravity is None:
         points = [[float(x) for x in body.centre_of_gravity] for body in bodies]
         yield Fault(
-            "It does not say the centres of gravity of its stiffness, and its bodies roll or"
+            "It does not state the centres of gravity of its stiffness, and its bodies roll or"
             " pitch.",
             (f"centre_of_gravity: {_example(points)}",),
         )
     if (tilting or weighed) and db.volume is None:
         volumes = [float(f"{body.mass / density:.6g}") for body in bodies]
         yield Fault(
-            "It does not say the displaced volumes, and its bodies roll or pitch, have tanks or"
-            " carry their weight.",
+            "It does not state the displaced volumes, and its bodies roll or pitch, have tanks"
+            " or carry their weight.",
             (f"volume: {_example(volumes)}",),
         )
 
 
 def _example(values: list[Any]) -> str:
-    """One value for each body, as a case has them."""
+    """One value for each body, as in a case."""
     return str(values[0] if len(values) == 1 else values)
 
 
 def _unproven(names: list[str], findings: Sequence[object]) -> Fault:
-    """Findings that refuse a database."""
+    """Fault: findings that refuse a database."""
     reasons = "\n  ".join(map(str, findings))
-    noise = " Where it is noise, `symmetrise: true` takes it away." if SYMMETRIES & {*names} else ""
-    reason = f"{reasons}\n  It cannot be right: accept it only where you know that it is.{noise}"
+    noise = (
+        " If the asymmetry is noise, remove it with `symmetrise: true`."
+        if SYMMETRIES & {*names}
+        else ""
+    )
+    reason = (
+        f"{reasons}\n  These data cannot be right: accept them only if you know that they"
+        f" are.{noise}"
+    )
     return Fault(reason, (f"accept: [{', '.join(names)}]",))
 
 
 def _completed(db: HydroDatabase, bodies: Sequence[Body]) -> HydroDatabase:
-    """The database with what it lacks and what no motion of the ``bodies`` feels."""
+    """Database in which data that no motion of the ``bodies`` needs are completed."""
     size = 6 * len(bodies)
     fill: dict[str, Any] = {
         "hydrostatic_stiffness": np.zeros((size, size)),

@@ -1,18 +1,18 @@
-"""Scenes that are their own mirror image: surge, heave and pitch are all that moves.
+"""Scenes that are their own mirror image move in surge, heave and pitch only.
 
-Where hulls, masses, force elements, waves and streams of a scene are symmetric about the vertical
-plane y = const through its bodies, and its state at the start is, no load leads out of that plane
-ever: sway, roll and yaw are zero. `in_plane` takes them out of a scene before it is run, as if it
-had been written without them.
+A scene is symmetric if hulls, masses, force elements, waves, streams and the state at the start are
+symmetric about the vertical plane y = const through its bodies. Then no load leads out of that
+plane: sway, roll and yaw are zero. `in_plane` removes these coordinates before the run, as if the
+scene had been written without them.
 
-Matrices and wave loads count as symmetric where what leads out of the plane is below `SMALL` (1e-6)
-of what stays in it. Only waves along the plane are symmetric, to 0 or 180 deg: of a sea with waves
-to both sides each is another one.
+Matrices and wave loads count as symmetric if the entries that lead out of the plane are below
+`SMALL` (1e-6) of the others. Only waves to 0 or 180 deg are symmetric. A random sea with waves to
+both sides is not, because each of its waves differs.
 
-Limits: the symmetric motion may be one that the least push would end. So a scene is left as it is
-where sway, roll and yaw are not stable at its start (a capsizing hull, a tanker that fishtails);
-what loses its stability later, as by a contact, is not noticed. Motions that nothing pulls back may
-count as unstable, for rounding makes them grow.
+Limits: the symmetric motion may be unstable. So sway, roll and yaw are kept if they are not stable
+at the start (a capsizing hull, a tanker that fishtails). A later loss of stability, for example by
+a contact, is not noticed. Motions without a restoring force may count as unstable, because rounding
+makes them grow.
 """
 
 from __future__ import annotations
@@ -49,21 +49,21 @@ if TYPE_CHECKING:
     from hydrosim.stepping.dynamics import Model
     from hydrosim.stepping.state import State
 
-NEAR = 1e-9  # m, rad and per second: a state so far out of the plane is in it
-GROWTH = 1e-4  # 1/s: slower than this is no instability but rounding
+NEAR = 1e-9  # m, rad and per second: a smaller state counts as in the plane
+GROWTH = 1e-4  # 1/s: slower growth is rounding, not instability
 ASIDE = MIRROR_SIGN < 0.0  # which of the six coordinates lead out of the plane
 
 
 def in_plane(calm: Compiled, sea: Sequence[Components]) -> tuple[Scene | None, Notes]:
-    """The scene without sway, roll and yaw if it is symmetric, also in the ``sea`` that is drawn of
-    its waves, else None; and notes that say which, and why."""
+    """Scene without sway, roll and yaw if it is symmetric, also in the ``sea`` drawn from its
+    waves, else None. The notes give the reason."""
     scene = calm.scene
     free = coordinates(scene)
     zero = tuple(coordinate.name for coordinate in free if _leads_aside([coordinate]))
     if not 0 < len(zero) < len(free):
         return None, calm.notes
     ignored = scene.solver.symmetry == Symmetry.IGNORE
-    reasons = ["asked for by solver.symmetry"] if ignored else list(_asymmetries(calm, sea))
+    reasons = ["as solver.symmetry asks"] if ignored else list(_asymmetries(calm, sea))
     moving = calm.facts.layout.moving()
     aside = {entry.name: _leads_aside(entry.coordinates) for entry in moving}
     reasons = reasons or list(_at_start(calm, aside))
@@ -71,14 +71,14 @@ def in_plane(calm: Compiled, sea: Sequence[Components]) -> tuple[Scene | None, N
         said = f"in all degrees of freedom: {'; '.join(reasons)}"
         return None, replace(calm.notes, symmetry=said)
     plane = _without(scene, {name for name in aside if aside[name]})
-    said = f"in the plane y = {_plane(scene.bodies[0]):g} m, which it is symmetric about"
+    said = f"in the plane y = {_plane(scene.bodies[0]):g} m, its plane of symmetry"
     return plane, replace(calm.notes, symmetry=said, zero=zero)
 
 
 def wave_asymmetries(
     scene: Scene, groups: Sequence[WetGroup], sea: Sequence[Components]
 ) -> Iterator[str]:
-    """Why waves of the scene load its bodies out of their plane; nothing if they do not."""
+    """Reasons why waves of the scene load its bodies out of their plane; empty if they do not."""
     alone = each_alone(groups)
     loaded = [b for b in scene.bodies if b.name in alone and b.wave_forces.any]
     headings = np.concatenate([np.zeros(0), *(waves.heading for waves in sea)])
@@ -132,7 +132,7 @@ def _load_differs(db: HydroDatabase, headings: np.ndarray) -> bool:
 
 
 def _asymmetries(calm: Compiled, sea: Sequence[Components]) -> Iterator[str]:
-    """What is not symmetric in a scene, but for its state at the start."""
+    """Parts of a scene that are not symmetric, without its state at the start."""
     scene = calm.scene
     y = _plane(scene.bodies[0])
     rotations = ASIDE[3:]
@@ -140,7 +140,7 @@ def _asymmetries(calm: Compiled, sea: Sequence[Components]) -> Iterator[str]:
         if abs(_plane(body) - y) > NEAR:
             yield f"{body.name} is beside {scene.bodies[0].name}"
         if body.heading != 0.0:
-            yield f"{body.name} heads to {np.degrees(body.heading):g} deg at rest"
+            yield f"{body.name} has a heading of {np.degrees(body.heading):g} deg at rest"
         if couples(np.asarray(body.inertia), rotations):
             yield f"the products of inertia of {body.name}"
         if alone := without_image_in(body):
@@ -163,7 +163,7 @@ def _plane(body: Body) -> float:
 
 
 def _couplings(group: WetGroup) -> Iterator[str]:
-    """Coefficients of a database that couple motions in the plane with those out of it."""
+    """Coefficients of a database that couple motions in the plane with motions out of it."""
     db = group.database
     aside = np.tile(ASIDE, len(group.bodies))
     for name in ("added_mass", "radiation_damping", "hydrostatic_stiffness"):
@@ -173,7 +173,7 @@ def _couplings(group: WetGroup) -> Iterator[str]:
 
 
 def _wave_loads_aside(db: HydroDatabase, wanted: WaveForces, headings: np.ndarray) -> Iterator[str]:
-    """Which loads of waves along the plane lead out of it."""
+    """Loads of waves along the plane that lead out of it."""
     waves = _probe(db.frequency, headings)
     second = wanted.second_order
     if wanted.first_order:
@@ -193,7 +193,7 @@ def _wave_loads_aside(db: HydroDatabase, wanted: WaveForces, headings: np.ndarra
 
 
 def _probe(frequency: np.ndarray, headings: np.ndarray) -> Components:
-    """Waves of unit height of all frequencies in all headings."""
+    """Waves of unit height at all frequencies, in all headings."""
     omega = np.tile(frequency, headings.size)
     heading = np.repeat(headings, frequency.size)
     one = np.ones(omega.size)
@@ -204,8 +204,8 @@ def _probe(frequency: np.ndarray, headings: np.ndarray) -> Components:
 def _load_aside(
     what: str, loads: np.ndarray, table: np.ndarray | None, db: HydroDatabase
 ) -> Iterator[str]:
-    """Loads (..., 6) of which some in sway, roll or yaw are more than `SMALL` of the largest force
-    or moment in the ``table`` (..., 6) of all headings."""
+    """Test whether loads (..., 6) in sway, roll or yaw exceed `SMALL` of the largest force or
+    moment in the ``table`` (..., 6) of all headings."""
     largest = np.abs(np.asarray(table)).reshape(-1, 2, 3).max(axis=(0, 2))
     size = np.abs(loads).reshape(-1, 6).max(axis=0)
     far = [dof for dof in LATERAL if size[DOFS.index(dof)] > SMALL * largest[DOFS.index(dof) // 3]]
@@ -214,8 +214,8 @@ def _load_aside(
 
 
 def _at_start(calm: Compiled, aside: Mapping[str, bool]) -> Iterator[str]:
-    """What leads out of the plane in the state that a scene starts from; ``aside`` says of the
-    first states in y whether they do."""
+    """Coordinates that lead out of the plane in the state at the start. ``aside`` says which of the
+    first states in y do."""
     model = calm.model
     state = calm.state
     leads = np.array([*aside.values()])
@@ -247,7 +247,7 @@ def _mirrored(model: Model, state: State) -> bool:
 
 
 def _growth(calm: Compiled, aside: np.ndarray) -> float:
-    """The fastest growth of motions out of the plane about a start from rest [1/s]."""
+    """Fastest growth of motions out of the plane about a start from rest [1/s]."""
     state = calm.state if calm.scene.initial is None else first_state(calm.scene, calm.model)
     jacobian = linearise(calm.model, state, time=calm.begin).jacobian
     J = jacobian[: aside.size, : aside.size][np.ix_(aside, aside)]
@@ -261,7 +261,7 @@ def _leads_aside(coordinates: Sequence[Coordinate]) -> bool:
 
 
 def _without(scene: Scene, aside: Collection[str]) -> Scene:
-    """The scene without coordinates that lead out of the plane, starting without those states."""
+    """Scene without coordinates that lead out of the plane, starting without those states."""
     bodies = tuple(
         replace(body, dofs=tuple(dof for dof in body.dofs if dof not in LATERAL))
         for body in scene.bodies

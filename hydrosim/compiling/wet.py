@@ -1,4 +1,5 @@
-"""What a database means for its bodies: about their centres of gravity, in time."""
+"""Databases as the equation of motion needs them: about the centres of gravity, in the time
+domain."""
 
 from __future__ import annotations
 
@@ -46,7 +47,8 @@ ALONG = 1e-12  # of a turn: rounding
 
 
 class Convolved(NamedTuple):
-    """A group of DOFs (m,) of a database whose memory is the integral itself, and the reason."""
+    """A group of DOFs (m,) of a database whose memory is computed by convolution, and the
+    reason."""
 
     dofs: np.ndarray
     reason: str = ""
@@ -54,18 +56,19 @@ class Convolved(NamedTuple):
 
 @dataclass(frozen=True)
 class WetGroup:
-    """The ``bodies`` of a scene that share a database, in its order, and their ``dofs`` (n,) among
-    the scene's.
+    """``bodies`` of a scene that share a database, in its order, and their ``dofs`` (n,) among
+    those of the scene.
 
-    ``database`` is about their centres of gravity, for all headings, ``read`` as it was read, and
-    ``alone``, by the names of the bodies, the part of each while the others are held. Radiation in
-    the time domain, all couplings included: the model of all its bodies, retardation functions,
-    their fits for a state-space model, the groups of DOFs of the database whose memory is
-    convolved, with the reasons if it was not asked for, and the constant part, ``added_mass`` and
-    ``damping`` (n, n): A_inf and zero but for constant radiation.
+    ``database`` is about their centres of gravity, for all headings. ``read`` is the database as
+    read. ``alone`` has, by name of a body, the part of that body while the others are held.
+    Radiation in the time domain includes all couplings: the radiation model of the bodies,
+    retardation functions, their state-space fits, the groups of DOFs whose memory is convolved
+    (with the reason if the user did not ask for it), and the constant matrices ``added_mass`` and
+    ``damping`` (n, n). These are A_inf and zero, except for constant radiation.
 
-    A family of draughts (`compiling.families`) has ``members``, a group each, with its ``draught``;
-    its own database and added mass are those at the start, all else that of the nearest.
+    A family of draughts (`compiling.families`) has ``members``, a group for each ``draught``. Its
+    own database and added mass are interpolated at the start. All other data are those of the
+    nearest member.
     """
 
     bodies: tuple[Body, ...]
@@ -84,12 +87,12 @@ class WetGroup:
 
     @property
     def free(self) -> np.ndarray:
-        """The DOFs of the database that can move."""
+        """DOFs of the database that can move."""
         return moving(self.bodies)
 
     def doubts(self, seas: Sequence[Components]) -> tuple[str, ...]:
-        """What there is to warn of in the database, in what is used of it in the ``seas``; raises
-        InputError where that cannot be right."""
+        """Warnings about the data of the database that the scene uses in the ``seas``. Raises
+        InputError if such data cannot be right."""
         each = self.members or (self,)
         found = (judged(one.read, one.bodies, one.free, seas) for one in each)
         return tuple(dict.fromkeys(text for texts in found for text in texts))
@@ -100,7 +103,7 @@ class WetGroup:
         return [body.name for body in self.bodies]
 
     def with_states(self, tolerance: float) -> WetGroup:
-        """The group with states instead of a convolution, whose memory cannot be linearised."""
+        """Group with states instead of a convolution, whose memory cannot be linearised."""
         bodies = tuple(with_states(body, tolerance) for body in self.bodies)
         chosen = radiation_of(bodies[0])
         if not isinstance(chosen, StateSpaceRadiation):
@@ -113,7 +116,7 @@ class WetGroup:
         return replace(own, members=members)
 
     def provenance(self) -> dict[str, str]:
-        """What the run's record says of it."""
+        """Record entries of a run about the radiation of the group."""
         if self.members:
             each = [(member.draught, member.provenance()) for member in self.members]
             keys = dict.fromkeys(key for _, said in each for key in said)
@@ -134,7 +137,8 @@ class WetGroup:
 
     @property
     def cut_lengths(self) -> tuple[str, ...]:
-        """Messages about lengths of memory that were given and that frequencies do not resolve."""
+        """Messages about lengths of memory that were given and that the frequencies do not
+        resolve."""
         if self.members:
             return tuple(text for member in self.members for text in member.cut_lengths)
         found = self.radiation.length if isinstance(self.radiation, Memory) else None
@@ -150,7 +154,7 @@ class WetGroup:
 
     @property
     def given(self) -> bool:
-        """Whether it is made of numbers of the case, not of a database."""
+        """Whether the coefficients are numbers of the case, not of a database."""
         return self.read.source == SOURCE
 
     def _described(self) -> str:
@@ -158,10 +162,10 @@ class WetGroup:
             return "constant added mass and damping, as given"
         match self.radiation:
             case ConstantRadiation(period):
-                return f"constant added mass and damping of {period:g} s"
+                return f"constant added mass and damping at {period:g} s"
             case None:
                 return "none"
-        found = "; ".join([*self._states(), *self._convolutions()]) or "no motion makes waves"
+        found = "; ".join([*self._states(), *self._convolutions()]) or "no motion radiates waves"
         chosen = isinstance(self.radiation, AutomaticRadiation)
         return f"{RadiationModel.AUTOMATIC}: {found}" if chosen else found
 
@@ -179,11 +183,11 @@ class WetGroup:
 
 
 def wet_groups(scene: Scene, seas: Sequence[Components], before: MemoryBefore) -> list[WetGroup]:
-    """The hydrodynamics of all wet bodies but those with a family of databases; a database of
-    several bodies once for all of them.
+    """Hydrodynamics of all wet bodies without families of databases. A database of several bodies
+    occurs once for all of them.
 
-    Raises InputError where a database cannot be read, does not fit the scene, or cannot be right
-    in what the scene uses of it in the ``seas``. ``before`` is the memory of the run to start from.
+    Raises InputError if a database cannot be read or does not fit the scene, or if data that the
+    scene uses in the ``seas`` cannot be right. ``before`` is the memory of the run to start from.
     """
     return [group_of(group, scene, seas, before) for group in groups(scene)]
 
@@ -191,7 +195,7 @@ def wet_groups(scene: Scene, seas: Sequence[Components], before: MemoryBefore) -
 def group_of(
     group: Group, scene: Scene, seas: Sequence[Components], before: MemoryBefore
 ) -> WetGroup:
-    """The hydrodynamics of bodies of one database."""
+    """Hydrodynamics of the bodies of one database."""
     read = group.database
     bodies = tuple(group.bodies)
     _check_members(read, bodies)
@@ -231,7 +235,7 @@ def _memory(db: HydroDatabase, chosen: Radiation | None) -> Retardation:
 
 
 def _with_memory(wet: WetGroup, before: MemoryBefore) -> WetGroup:
-    """The group with what its radiation model needs."""
+    """Group with the data of its radiation model."""
     match wet.radiation:
         case ConstantRadiation(period):
             if wet.given:
@@ -249,14 +253,15 @@ def _with_memory(wet: WetGroup, before: MemoryBefore) -> WetGroup:
 
 
 def _fits(wet: WetGroup, tolerance: float) -> tuple[StateSpace, ...]:
-    """Of all groups of DOFs of a database, with no more states than its bodies feel."""
+    """State-space fits of all groups of DOFs of a database, with no more states than its bodies
+    need."""
     db = wet.database
     fits = radiation.fit(db.checksum, wet.memory, db.frequency, wet.free, tolerance)
     return radiation.reduce(fits, db.checksum, wet.memory, db.frequency, floating_of(wet))
 
 
 def floating_of(wet: WetGroup) -> radiation.Floating:
-    """The bodies without all that holds them but the water."""
+    """The bodies without all restoring elements except the water."""
     parts = (part for body in wet.bodies for part in (body.mass * np.eye(3), body.inertia))
     inertia = block_diag(*parts)
     stiffness = wet.database.hydrostatic_stiffness
@@ -269,8 +274,8 @@ def _chosen(
     run: MemoryBefore,
     is_good: Callable[[StateSpace], bool],
 ) -> WetGroup:
-    """The group with those of the ``fits`` that are good, and convolutions for the others; but as
-    in the ``run`` that the scene starts from, where that has them."""
+    """Group with those ``fits`` that are good, and convolutions for the others. It has the memory
+    of the ``run`` that the scene starts from, if that run has one."""
     states = []
     convolved = []
     for fit in fits:
@@ -285,8 +290,8 @@ def _chosen(
 
 
 def moving(bodies: Sequence[Body]) -> np.ndarray:
-    """Those of the DOFs of ``bodies``, six each along their headings, that can move: surge and sway
-    are locked along the earth's axes, so that either moves both of a body that is turned."""
+    """DOFs of ``bodies``, six each along their headings, that can move. Surge and sway are locked
+    along the earth's axes, so if either is free, both move on a rotated body."""
     return np.array([6 * k + i for k, b in enumerate(bodies) for i in _moving(b)], dtype=np.int64)
 
 
@@ -297,15 +302,14 @@ def _moving(body: Body) -> list[int]:
 
 
 def radiation_of(body: Body) -> Radiation | None:
-    """The body's radiation model with its settings."""
+    """Radiation model of the body with its settings."""
     if isinstance(body.radiation, RadiationModel):
         return BY_NAME[body.radiation]
     return body.radiation
 
 
 def with_states(body: Body, tolerance: float) -> Body:
-    """The body with states instead of what may be a convolution, whose memory cannot be
-    linearised."""
+    """Body with states instead of a possible convolution, whose memory cannot be linearised."""
     chosen = radiation_of(body)
     if not isinstance(chosen, ConvolutionRadiation | AutomaticRadiation):
         return body
@@ -316,20 +320,21 @@ def with_states(body: Body, tolerance: float) -> Body:
 def in_states(
     scene: Scene, groups: Sequence[WetGroup], tolerance: float
 ) -> tuple[Scene, list[WetGroup]]:
-    """A scene and its hydrodynamics with states in place of all convolutions, of fits within the
-    ``tolerance`` or as near as passive ones come."""
+    """Scene and its hydrodynamics with states in place of all convolutions. Fits are within the
+    ``tolerance``, or as close as passive fits come."""
     bodies = tuple(with_states(body, tolerance) for body in scene.bodies)
     return replace(scene, bodies=bodies), [group.with_states(tolerance) for group in groups]
 
 
 def _at_period(db: HydroDatabase, body: Body, period: float) -> tuple[np.ndarray, np.ndarray]:
-    """A and B (n, n), linear between the frequencies of the database, and reciprocal."""
+    """A and B (n, n), interpolated linearly between the frequencies of the database, and
+    reciprocal."""
     w = db.frequency
     at = 2.0 * np.pi / period
     if not w[0] <= at <= w[-1]:
         raise InputError(
-            f"bodies.{body.name}.radiation.period: found {period:g} s; expected one in the range of"
-            f" {db.source}, {2.0 * np.pi / w[-1]:.3g} to {2.0 * np.pi / w[0]:.3g} s."
+            f"bodies.{body.name}.radiation.period: found {period:g} s; expected a period in the"
+            f" range of {db.source}, {2.0 * np.pi / w[-1]:.3g} to {2.0 * np.pi / w[0]:.3g} s."
         )
     k = min(int(np.searchsorted(w, at, side="right")) - 1, w.size - 2)
     part = (at - w[k]) / (w[k + 1] - w[k])
@@ -341,62 +346,63 @@ def _at_period(db: HydroDatabase, body: Body, period: float) -> tuple[np.ndarray
 
 
 def _check_members(db: HydroDatabase, bodies: Sequence[Body]) -> None:
-    """Refuse a group that is not all bodies of the database, or not of one radiation model."""
+    """Refuse a group that does not have all bodies of the database, or that mixes radiation
+    models."""
     first = bodies[0]
     if [body.database_body for body in bodies] != list(range(1, db.bodies + 1)):
         found = ", ".join(f"{body.database_body} ({body.name})" for body in bodies)
         x, y = first.location
         raise InputError(
             f"bodies.{first.name}.database_body: {db.source} has {db.bodies} bodies, and those of"
-            f" the scene at location [{x:g}, {y:g}], heading {np.degrees(first.heading):g} deg, are"
-            f" {found}; expected each of 1 to {db.bodies} once, at one location and heading, which"
-            " are those of the database's frame. Give a body that is"
-            " held `dofs: []`."
+            f" the scene at location [{x:g}, {y:g}], heading {np.degrees(first.heading):g} deg,"
+            f" are {found}; expected each of 1 to {db.bodies} once. All have the location and"
+            " heading of the database's frame. A body that does not move has `dofs: []`."
         )
     models = {radiation_of(body): body.radiation for body in bodies}
     if len(models) > 1:
         found = " and ".join(sorted(map(str, models.values())))
         raise InputError(
-            f"bodies.{first.name}.radiation: found {found} for bodies of one"
-            f" database, {db.source}, whose radiated waves are coupled; expected one for all."
+            f"bodies.{first.name}.radiation: found {found} for bodies of one database,"
+            f" {db.source}; expected one model for all, because their radiated waves are coupled."
         )
 
 
 def _check_content(db: HydroDatabase, bodies: Sequence[Body]) -> None:
-    """Refuse a database that is not the one that was meant."""
+    """Refuse a database whose checksum differs from the one in the case."""
     for body in bodies:
         if body.database_checksum not in (None, db.checksum):
             raise InputError(
-                f"bodies.{body.name}.database_checksum: {db.source} has another content than was"
-                f" meant: found {db.checksum}; expected {body.database_checksum}. Use the database"
-                " that has it, or remove the key."
+                f"bodies.{body.name}.database_checksum: the content of {db.source} has changed:"
+                f" found {db.checksum}; expected {body.database_checksum}. Use the database with"
+                " that checksum, or remove the key."
             )
 
 
 def _check_table(db: HydroDatabase, body: Body, table: Memory) -> None:
-    """Refuse a table of retardation functions whose lines are longer than the fastest waves."""
+    """Refuse a table of retardation functions with a step too long for the shortest periods."""
     longest = np.pi / float(db.frequency[-1])
     if table.step > longest:
         raise InputError(
             f"bodies.{body.name}.radiation.step: found {table.step:g} s; expected at most"
-            f" {longest:.3g} s, half the shortest period of {db.source}, or better a fifth of it."
+            f" {longest:.3g} s, half the shortest period of {db.source}. A fifth of that period"
+            " is better."
         )
 
 
 def each_database(groups: Sequence[WetGroup]) -> Iterator[WetGroup]:
-    """All groups, the members of families in the place of these."""
+    """All groups, with the members of families in place of the families."""
     for group in groups:
         yield from group.members or (group,)
 
 
 def each_alone(groups: Sequence[WetGroup]) -> dict[str, HydroDatabase]:
-    """By the names of all wet bodies, each one's own part of its database."""
+    """Own part of its database for each wet body, by name."""
     return {name: own for wet in groups for name, own in wet.alone.items()}
 
 
 def resonance(body: Body, stiffness: np.ndarray, db: HydroDatabase | None) -> Resonance:
-    """Resonance of each DOF of a body by itself, with ``stiffness`` (6,) besides hydrostatics,
-    along its axes at rest; ``db`` is the body's own part of its database, None if it is dry."""
+    """Resonance of each DOF of a body by itself, along its axes at rest, with ``stiffness`` (6,)
+    besides hydrostatics. ``db`` is the body's own part of its database, None if it is dry."""
     mass = np.array([body.mass] * 3 + list(np.diag(body.inertia)))
     if db is None:
         return Resonance(stiffness, mass)

@@ -74,6 +74,6 @@ def asked(about: About) -> list[str]:
 def _said(doubt: Doubt, question: Question) -> str:
     return (
         f"{doubt.key}: found {doubt.found}; {doubt.usual}."
-        f" {doubt.advice}{' ' if doubt.advice else ''}If this is intended, add accept:"
-        f" [{question}] to the case."
+        f" {doubt.advice}{' ' if doubt.advice else ''}If this is intended, accept:"
+        f" [{question}]."
     )

@@ -1,4 +1,4 @@
-"""Questions about bodies: what they weigh, whether they float, how they swing."""
+"""Questions about bodies: mass, flotation and natural periods."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from hydrosim.forces.signal import Harmonic, Signal
 from hydrosim.scene import Body, Weight
 from hydrosim.tanks.loading import at_start, body_without, least_moment
 
-MASS_TOLERANCE = 0.01  # relative difference of mass and displaced mass that is worth a word
-HOPELESS = 10.0  # times heavier or lighter than what is displaced: nothing holds that
+MASS_TOLERANCE = 0.01  # relative difference of mass and displaced mass that needs a question
+HOPELESS = 10.0  # ratio of mass to displaced mass, or its inverse, that no mooring can hold
 LIFTED = 0.5  # of the weight
 SHORTEST, LONGEST = 1.0, 1000.0  # s, of natural periods
-TILT = np.radians(0.3)  # of a body that is afloat level though its weight would tilt it
-LARGER = 1.25  # radii of gyration may be that of a body with all its mass at its ends
+TILT = np.radians(0.3)  # largest heel or trim by its own weight of a body that is afloat level
+LARGER = 1.25  # ratio: rounding, above the radius of gyration of a body with all mass at its ends
 
 
 def mass(about: About) -> Iterator[Doubt]:
-    """Bodies that do not weigh what they displace."""
+    """Ask about bodies whose mass differs from their displacement."""
     for _, body, db in about.wet():
         displaced = db.water_density * float(needed(db, "volume")[0])
         if abs(body.mass - displaced) > MASS_TOLERANCE * displaced:
@@ -36,35 +36,35 @@ def mass(about: About) -> Iterator[Doubt]:
             yield Doubt(
                 f"bodies.{body.name}.mass",
                 f"{body.mass:.4g} kg",
-                f"its database displaces {displaced:.4g} kg",
-                "No body of that mass floats there: look at its unit."
+                f"a displaced mass of {displaced:.4g} kg in its database",
+                "No body of that mass floats there: check its unit."
                 if hopeless
-                else "Weight and buoyancy are taken to balance.",
+                else "Weight and buoyancy are assumed to balance.",
                 hopeless,
             )
 
 
 def inertia(about: About) -> Iterator[Doubt]:
-    """Moments of inertia that no body has: one is at most the sum of the others."""
+    """Ask about moments of inertia that no rigid body has: one exceeds the sum of the others."""
     for body in about.scene.bodies:
         small, middle, large = np.linalg.eigvalsh(body.inertia)
         if large > (small + middle) * (1.0 + 1e-6) and any(dof in body.dofs for dof in DOFS[3:]):
             found = f"principal moments of {small:.3g}, {middle:.3g} and {large:.3g} kg m^2"
-            usual = "the largest of a rigid body is at most the sum of the others"
+            usual = "the largest moment of a rigid body is at most the sum of the others"
             yield Doubt(f"bodies.{body.name}.inertia, radii_of_gyration", found, usual)
         empty = least_moment(body, body_without(body, at_start(body.tanks)).inertia)
         if empty <= 0.0 and not body.constant_inertia:
             yield Doubt(
                 f"bodies.{body.name}.inertia, radii_of_gyration",
-                f"a moment of inertia of {empty:.3g} kg m^2 without what is in the tanks",
-                "they are those of the body with it, and larger",
-                "What is pumped out takes more than there is.",
+                f"a moment of inertia of {empty:.3g} kg m^2 without the contents of tanks",
+                "the moments include the contents of tanks and are larger",
+                "The contents that are pumped out have more inertia than the body.",
             )
     yield from _radii(about)
 
 
 def _radii(about: About) -> Iterator[Doubt]:
-    """Hulls with radii of gyration that are larger than they are."""
+    """Ask about radii of gyration that exceed the size of the hull."""
     for _, body, db in about.wet():
         size = extents(body, db)
         if size is None:
@@ -83,7 +83,7 @@ def _radii(about: About) -> Iterator[Doubt]:
 
 
 def trim(about: About) -> Iterator[Doubt]:
-    """Hulls that float level though their centre of gravity is not over that of buoyancy."""
+    """Ask about hulls that float level although weight and buoyancy are not on one vertical."""
     for _, body, db in about.wet():
         if body.weight == Weight.CARRIED or db.centre_of_buoyancy is None:
             continue
@@ -95,17 +95,18 @@ def trim(about: About) -> Iterator[Doubt]:
             roll, pitch = np.degrees(tilt)
             yield Doubt(
                 f"bodies.{body.name}.centre_of_gravity",
-                f"{off[0]:.3g} m along x and {off[1]:.3g} m along y from the centre of buoyancy of"
-                f" its database: a roll of {roll:.2g} deg and a pitch of {pitch:.2g} deg",
+                f"{off[0]:.3g} m along x and {off[1]:.3g} m along y from the centre of buoyancy"
+                f" of its database, which would cause a roll of {roll:.2g} deg and a pitch of"
+                f" {pitch:.2g} deg",
                 f"usual is up to {np.degrees(TILT):.2g} deg",
-                "It floats level all the same, for weight: balanced cancels that moment. Move one"
-                " of the two centres, or take weight: carried.",
+                "The simulation starts level, because weight: balanced cancels that moment. Move"
+                " one of the two centres, or use weight: carried.",
             )
 
 
 def _tilt(body: Body, stiffness: np.ndarray, moment: np.ndarray) -> np.ndarray:
-    """Roll and pitch (2,) [rad] of a hull under a ``moment`` (3,) on heave, roll, pitch; none of
-    one that would capsize."""
+    """Roll and pitch (2,) [rad] of a hull under a ``moment`` (3,) on heave, roll, pitch; zero for a
+    hull that would capsize."""
     free = np.array([k for k in range(3) if DOFS[2 + k] in body.dofs], dtype=int)
     found = np.zeros(3)
     own = stiffness[2:5, 2:5][np.ix_(free, free)]
@@ -115,7 +116,7 @@ def _tilt(body: Body, stiffness: np.ndarray, moment: np.ndarray) -> np.ndarray:
 
 
 def stability(about: About) -> Iterator[Doubt]:
-    """Hulls that capsize, or that no waterplane carries."""
+    """Ask about hulls that capsize, or that have no waterplane."""
     gravity = about.scene.environment.gravity
     for _, body, db in about.wet():
         stiffness = needed(db, "hydrostatic_stiffness")
@@ -124,23 +125,24 @@ def stability(about: About) -> Iterator[Doubt]:
             if height < 0.0 and DOFS[dof] in body.dofs:
                 found = f"a metacentric height of {height:.3g} m in {DOFS[dof]}"
                 usual = "usual is above 0.15 m"
-                advice = "The body capsizes: look at the height of its centre of gravity."
+                advice = "The body capsizes: check the height of its centre of gravity."
                 yield Doubt(f"bodies.{body.name}.centre_of_gravity", found, usual, advice)
 
 
 def periods(about: About) -> Iterator[Doubt]:
-    """Hulls that swing too fast or too slowly, each degree of freedom by itself."""
+    """Ask about natural periods that are too short or too long, for each degree of freedom by
+    itself."""
     for i, body, db in about.wet():
         for name, period in natural_periods(about, i, body, db).items():
             if not SHORTEST <= period <= LONGEST:
                 found = f"a natural period of {period:.3g} s in {name}"
                 usual = f"usual is {SHORTEST:g} to {LONGEST:g} s"
-                advice = "Look at stiffness, mass and their units."
+                advice = "Check stiffness, mass and their units."
                 yield Doubt(f"bodies.{body.name}", found, usual, advice)
 
 
 def lift(about: About) -> Iterator[Doubt]:
-    """Applied forces that lift a hull out of the water, or sink it."""
+    """Ask about applied forces that lift a hull out of the water, or sink it."""
     for _, body, _ in about.wet():
         if body.hydrostatics is not None:
             continue
@@ -155,13 +157,15 @@ def lift(about: About) -> Iterator[Doubt]:
             if force > LIFTED * weight:
                 found = f"applied forces that {what} by {force / weight:.0%} of the weight"
                 usual = f"usual is up to {LIFTED:.0%}"
-                advice = "Hydrostatics are linear, whatever is left of the hull in the water."
+                advice = (
+                    "Hydrostatics are linear, and ignore how much of the hull is left in the water."
+                )
                 out = what == "lift" and force >= weight
                 yield Doubt(f"bodies.{body.name}", found, usual, advice, out)
 
 
 def _extremes(signal: Signal, duration: float) -> tuple[float, float]:
-    """The smallest and the largest force [N] of a signal in a run; zero is among them."""
+    """Smallest and largest force [N] of a signal in a run; zero is included."""
     if isinstance(signal, Harmonic):
         found = np.array([-1.0, 1.0]) * signal.amplitude + signal.mean
     else:

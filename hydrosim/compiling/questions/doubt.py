@@ -1,4 +1,4 @@
-"""What questions are asked about, and what they give."""
+"""Subject and answer of questions about a scene."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
 
 class Doubt(NamedTuple):
-    """What was ``found`` at a ``key`` of the case, what would be ``usual``, and ``advice``, whole
-    sentences; ``refused`` where nothing can float, or nobody would wait for it."""
+    """Value ``found`` at a ``key`` of the case, the ``usual`` values, and ``advice`` (whole
+    sentences). ``refused`` if the body cannot float, or if the run would take too long."""
 
     key: str
     found: str
@@ -32,8 +32,8 @@ class Doubt(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class About:
-    """A scene as compiled with its ``facts``, its ``sea`` as drawn, the ``motion`` of all
-    bodies at the start, and the time of the ``end`` of the run [s]."""
+    """Subject of all questions: a scene as compiled with its ``facts``, its ``sea`` as drawn, the
+    ``motion`` of all bodies at the start, and the time of the ``end`` of the run [s]."""
 
     scene: Scene
     facts: Facts
@@ -43,7 +43,7 @@ class About:
     end: float
 
     def wet(self) -> Iterator[tuple[int, Body, HydroDatabase]]:
-        """Wet bodies that may move: index, body, database."""
+        """Wet bodies that can move: index, body, database."""
         for i, body in enumerate(self.scene.bodies):
             if body.name in self.facts.databases and body.dofs:
                 yield i, body, self.facts.databases[body.name]
@@ -54,21 +54,21 @@ class About:
         return self.facts.model
 
     def centre(self, b: int) -> np.ndarray:
-        """Where the centre of gravity of body ``b`` is at the start (3,) [m]."""
+        """Position of the centre of gravity of body ``b`` at the start (3,) [m]."""
         moved = self.motion.coordinates[6 * b : 6 * b + 3]
         return np.asarray(self.model.bodies.each["origin"][b] + moved)
 
     @property
     def index(self) -> dict[str, int]:
-        """The numbers of the bodies, by their names."""
+        """Indices of the bodies, by name."""
         return {body.name: i for i, body in enumerate(self.scene.bodies)}
 
 
 def describe_start(
     scene: Scene, facts: Facts, state: State, sea: Sequence[Components], end: float
 ) -> About:
-    """What questions are asked about, of a scene in its ``sea``, the ``state`` of its start, and
-    the time of its ``end`` [s]."""
+    """Subject of the questions, from a scene in its ``sea``, the ``state`` at the start, and the
+    time of its ``end`` [s]."""
     n = facts.model.bodies.active.size
     motion = new_work(facts.model).motion
     y = state.y

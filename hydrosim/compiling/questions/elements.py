@@ -1,4 +1,4 @@
-"""Questions about force elements: softness of fenders, friction and damping."""
+"""Questions about force elements: stiffness of fenders, friction and damping."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from hydrosim.forces.linear_mooring import LinearMooring
 from hydrosim.scene import Weight
 
 ROUGHEST = 1.0
-BERTHING = 0.1  # m/s: a large ship comes alongside at that speed (PIANC WG 33, 2002)
-SOFTEST = 3.0  # m: hardly any fender is thicker than twice that
-TOGETHER = 0.7  # cosine of the angle between the normals of fenders that share a load
+BERTHING = 0.1  # m/s: berthing speed of a large ship (PIANC WG 33, 2002)
+SOFTEST = 3.0  # m: hardly any fender is more than twice as thick
+TOGETHER = 0.7  # cosine of the largest angle between normals of fenders that share a load
 
 
 def softness(about: About) -> Iterator[Doubt]:
-    """Fenders that a body at the speed of berthing presses by metres."""
+    """Ask about fenders that a body at berthing speed compresses by metres."""
     fenders = [
         (name, fender)
         for name, fender in about.scene.forces.items()
@@ -39,11 +39,11 @@ def softness(about: About) -> Iterator[Doubt]:
         if mass > 0.0 and pressed > SOFTEST:
             yield Doubt(
                 f"forces.{name}.normal",
-                f"{_stiffness(fender):.3g} N/m a point: {mass:.3g} kg at {BERTHING:g} m/s would"
-                f" press the {len(others)} fenders of that side by {pressed:.3g} m"
+                f"{_stiffness(fender):.3g} N/m per point: {mass:.3g} kg at {BERTHING:g} m/s would"
+                f" compress the {len(others)} fenders of that side by {pressed:.3g} m"
                 if len(others) > 1
-                else f"{stiffness:.3g} N/m in all: {mass:.3g} kg at {BERTHING:g} m/s would press"
-                f" it by {pressed:.3g} m",
+                else f"{stiffness:.3g} N/m in all: {mass:.3g} kg at {BERTHING:g} m/s would"
+                f" compress it by {pressed:.3g} m",
                 f"usual is up to {SOFTEST:g} m",
                 "Is it in kN/m?",
             )
@@ -81,7 +81,7 @@ def _together(fender: Contact, other: Contact) -> bool:
 
 
 def _stiffness(fender: Contact) -> float:
-    """Force over compression of a point at the end of its curve [N/m]."""
+    """Secant stiffness of a point at the end of its curve [N/m]."""
     assert not isinstance(fender.normal, PrescribedNormal)
     return float(fender.normal.force[-1] / fender.normal.compression[-1])
 
@@ -94,7 +94,7 @@ def _mass(about: About, fender: Contact) -> float:
 
 
 def friction(about: About) -> Iterator[Doubt]:
-    """Coefficients above 1."""
+    """Ask about friction coefficients above 1."""
     for name, fender in about.scene.forces.items():
         law = fender.friction if isinstance(fender, Contact) else None
         largest = 0.0
@@ -109,7 +109,7 @@ def friction(about: About) -> Iterator[Doubt]:
 
 
 def damping(about: About) -> Iterator[Doubt]:
-    """Damping ratios above critical."""
+    """Ask about damping ratios above critical."""
     for name, element in about.scene.forces.items():
         if not isinstance(element, LinearMooring | LinearDamping) or element.damping_ratio is None:
             continue

@@ -1,9 +1,9 @@
-"""How large a hull is, as its water plane and its volume tell.
+"""Size of a hull, from its water plane and its volume.
 
-A rectangle of length L and breadth B with the area A and the second moments of the water plane has
-L^2 = 12 S_xx / A and B^2 = 12 S_yy / A. That is exact for a box. The rectangle of an ellipse is
-13 % shorter, that of a ship some 10 % narrower than it is. Hulls that float on columns fill little
-of their rectangle.
+The water plane has the area A and the second moments S_xx and S_yy. The rectangle of length L and
+breadth B with the same values has L^2 = 12 S_xx / A and B^2 = 12 S_yy / A. This is exact for a box.
+The rectangle is 13 % shorter than an ellipse, and some 10 % narrower than a ship. Hulls that float
+on columns fill only a small part of their rectangle.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
 
 class Extents(NamedTuple):
-    """The rectangle of a hull's water plane in the body frame: its ``centre`` (3,), its ``half``
-    length and breadth (2,), the part of it that is ``filled``; and the ``draught`` of upright sides
-    below the water plane. All in m."""
+    """Rectangle of a hull's water plane in the body frame: its ``centre`` (3,), its ``half`` length
+    and breadth (2,), and the fraction of it that is ``filled``. ``draught`` is the draught of
+    upright sides below the water plane. All lengths in m."""
 
     centre: np.ndarray
     half: np.ndarray
@@ -29,7 +29,7 @@ class Extents(NamedTuple):
 
 
 def extents(body: Body, db: HydroDatabase) -> Extents | None:
-    """The extents of a hull; None where its database does not tell."""
+    """Extents of a hull; None if its database does not have the data."""
     if db.hydrostatic_stiffness is None or db.volume is None or db.centre_of_buoyancy is None:
         return None
     C = db.hydrostatic_stiffness / (db.water_density * db.gravity)

@@ -1,4 +1,4 @@
-"""Questions about hulls near each other."""
+"""Questions about hulls close to each other."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ LOOKS = np.stack([np.cos(DIRECTIONS), np.sin(DIRECTIONS)], axis=1)
 
 
 def shielding(about: About) -> Iterator[Doubt]:
-    """Hulls near each other in waves, whose databases know nothing of each other."""
+    """Ask about hulls close to each other in waves whose databases do not include each other."""
     if not about.sea:
         return
     sizes = {
@@ -40,21 +40,21 @@ def shielding(about: About) -> Iterator[Doubt]:
             length = peak_wavelength(about.sea)
             yield Doubt(
                 f"bodies.{one.name}, bodies.{other.name}",
-                f"hulls with a database each that are {_said(gap)}, with a breadth of {breadth:.3g}"
-                f" m and waves of {length:.3g} m",
+                f"hulls with separate databases that are {_said(gap)}, with a breadth of"
+                f" {breadth:.3g} m and waves of {length:.3g} m",
                 f"usual is more than {NEAR:g} breadths",
-                "Neither shields the other from waves, and neither feels the waves that the other"
-                " makes. Compute one database of both with `hydrosim db build` (bodies: in the"
-                " recipe).",
+                "Neither hull shields the other from waves, and neither feels the waves radiated"
+                " by the other. Compute one database of both with `hydrosim db build` (bodies:"
+                " in the recipe).",
             )
 
 
 def _said(gap: float) -> str:
-    return f"about {gap:.3g} m apart" if gap > 0.0 else "not apart, seen from above"
+    return f"about {gap:.3g} m apart" if gap > 0.0 else "overlapping in plan"
 
 
 def _coupled(one: Body, other: Body) -> bool:
-    """Whether two bodies are of one database."""
+    """Whether two bodies belong to one database."""
     places = ((tuple(body.location), body.heading, body.hydrodynamics) for body in (one, other))
     first, second = places
     return first == second and one.database_body != other.database_body
@@ -68,7 +68,7 @@ def _gap(about: About, one: tuple[Body, Extents], other: tuple[Body, Extents]) -
 
 
 def _seen(about: About, body: Body, size: Extents) -> tuple[np.ndarray, np.ndarray]:
-    """The middle of a hull's rectangle (2,), and how far it reaches from there in all `LOOKS`."""
+    """Centre of a hull's rectangle (2,), and its extent from there in all directions `LOOKS`."""
     b = about.index[body.name]
     R = about.motion.rotation[b]
     middle = (about.centre(b) + R @ size.centre)[:2]

@@ -1,4 +1,4 @@
-"""Natural periods of hulls, each degree of freedom by itself."""
+"""Natural periods of hulls for each degree of freedom by itself."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def natural_periods(about: About, i: int, body: Body, db: HydroDatabase) -> dict[str, float]:
-    """Natural periods [s] of the degrees of freedom of body ``i``, each by itself, by name."""
+    """Natural periods [s] of body ``i`` for each degree of freedom by itself, by name."""
     model = about.model
     each = model.elements.linear_moorings
     moored = [e["stiffness"] for e in each if e["body"] == i]

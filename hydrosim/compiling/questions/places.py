@@ -1,4 +1,4 @@
-"""Questions about where fenders are on a hull."""
+"""Questions about the positions of fenders on a hull."""
 
 from __future__ import annotations
 
@@ -11,16 +11,19 @@ from hydrosim.compiling.questions.extents import Extents, extents
 from hydrosim.forces.contact.fender import Fender
 from hydrosim.rigid.kinematics import Motion
 
-COMPACT = 0.8  # filled part of the rectangle from which on a hull is taken for one body
-INNER = 0.8  # of length and breadth, where hulls have no sides
-ABOVE = 0.25  # of the draught above the water, where hulls still have sides
-UPRIGHT = 0.5  # of the normal's level part: a steeper plane is no wall
-ROUND = 2.0 / np.sqrt(3.0)  # an ellipse over the rectangle of its water plane
-STANDING_OFF = 5.0  # m, or half of the breadth: what fenders and brackets stand out at most
+COMPACT = 0.8  # filled fraction of the rectangle, above which a hull counts as one closed body
+INNER = 0.8  # of length and breadth, for hulls without sides
+ABOVE = 0.25  # of the draught: height above the water to which hulls have sides
+UPRIGHT = 0.5  # horizontal part of the normal, below which a plane is no wall
+ROUND = 2.0 / np.sqrt(3.0)  # axis of an ellipse over the side of the rectangle of its water plane
+STANDING_OFF = (
+    5.0  # m, or half of the breadth: largest distance of fenders and brackets from the hull
+)
 
 
 def points(about: About) -> Iterator[Doubt]:
-    """Fenders inside a hull, which goes through their plane before they touch, or far outside."""
+    """Ask about fender points inside a hull, which would cross the plane before contact, or far
+    outside."""
     each = {body.name: extents(body, db) for _, body, db in about.wet()}
     wet = set(about.facts.databases)
     for name, fender in about.scene.forces.items():
@@ -43,18 +46,18 @@ def points(about: About) -> Iterator[Doubt]:
                 f"point {worst + 1} inside the hull of {fender.body}, which reaches about"
                 f" {deep[worst]:.2g} m further towards the plane"
             )
-            usual = "usual is that points are at its side"
+            usual = "usual is a point at its side"
             yield Doubt(f"forces.{name}.points", found, usual, ADVICE)
 
 
 ADVICE = (
-    "The hull's size is that of its water plane. Points are in the body frame, from the centre of"
-    " gravity."
+    "The size of the hull is estimated from its water plane. Points are in the body frame, from"
+    " the centre of gravity."
 )
 
 
 def _normal(motion: Motion, index: dict[str, int], fender: Fender) -> np.ndarray:
-    """The plane's normal in the frame of the fender's body, at the start."""
+    """Normal of the plane in the frame of the fender's body, at the start."""
     normal = np.array(fender.plane.normal, float)
     if fender.plane.body is not None:
         normal = motion.rotation[index[fender.plane.body]] @ normal
@@ -63,7 +66,7 @@ def _normal(motion: Motion, index: dict[str, int], fender: Fender) -> np.ndarray
 
 
 def _outside(size: Extents, point: np.ndarray) -> float:
-    """How far a point is beside a hull, or below it [m]."""
+    """Distance of a point beside or below a hull [m]."""
     off = point - size.centre
     aside = np.maximum(np.abs(off[:2]) - ROUND * size.half, 0.0)
     below = max(-off[2] - ROUND * size.draught, 0.0)
@@ -71,8 +74,8 @@ def _outside(size: Extents, point: np.ndarray) -> float:
 
 
 def _inside(size: Extents, point: np.ndarray, normal: np.ndarray) -> float:
-    """How far a compact hull reaches beyond a point in it, towards an upright plane with this
-    ``normal`` [m]; 0 of other points."""
+    """Distance by which a compact hull extends beyond a point inside it, towards an upright plane
+    with this ``normal`` [m]; 0 for other points."""
     x, y, z = point - size.centre
     within = np.all(np.abs([x, y]) < INNER * size.half) and z < ABOVE * size.draught
     level = float(np.linalg.norm(normal[:2]))

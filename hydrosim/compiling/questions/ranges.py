@@ -1,4 +1,4 @@
-"""Questions about waves that a database does not reach."""
+"""Questions about waves outside the frequencies of a database."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ if TYPE_CHECKING:
     from hydrosim.database.database import HydroDatabase
     from hydrosim.scene import Body
 
-# share of the energy of the loads, or of that of the waves where those are not known
+# fraction of the energy of the loads, or of the waves if the loads are unknown
 OUTSIDE_REFUSED = 0.01
 
 
 def ranges(about: About) -> Iterator[Doubt]:
-    """Seas of which too much is outside the frequencies of a database."""
+    """Ask about seas with too much energy outside the frequencies of a database."""
     for _, body, db in about.wet():
         if about.sea and body.wave_forces.first_order:
             found = outside(db, about.sea)
             if found.share > OUTSIDE_REFUSED:
-                usual = f"usual is up to {OUTSIDE_REFUSED:.0%} of what loads it"
+                usual = f"usual is up to {OUTSIDE_REFUSED:.0%} of the energy of the loads"
                 advice = (
-                    "Waves there have no first-order loads. Use a database with a wider range, or"
-                    " other waves."
+                    "Waves there have no first-order loads. Use a database with a wider range,"
+                    " or other waves."
                 )
                 found_in_words = said_of_outside(found, body, db)
                 yield Doubt("environment.waves", found_in_words, usual, advice, refused=True)
 
 
 def said_of_outside(found: Outside, body: Body, db: HydroDatabase) -> str:
-    """What of a sea is outside the frequencies of the database of a body, in words."""
+    """Text on the part of a sea outside the frequencies of the database of a body."""
     low, high = db.frequency[[0, -1]]
     text = (
         f"{found.below + found.above:.1%} of the waves' energy outside the frequencies of the"
@@ -41,4 +41,7 @@ def said_of_outside(found: Outside, body: Body, db: HydroDatabase) -> str:
     )
     if found.loads is None or found.above == 0.0:
         return text
-    return f"{text}, and there about {found.below + found.loads:.2g} of the energy of its loads"
+    return (
+        f"{text}, with an estimated fraction {found.below + found.loads:.2g} of the energy of"
+        " its loads"
+    )

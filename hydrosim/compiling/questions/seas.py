@@ -1,4 +1,4 @@
-"""Heights, periods and lengths of seas as drawn."""
+"""Heights, periods and wavelengths of drawn seas."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def height_of(sea: Components) -> float:
-    """Height of a regular wave, significant height of others [m]."""
+    """Height of a regular wave, significant height of other seas [m]."""
     if sea.omega.size == 1:
         return 2.0 * float(sea.amplitude[0])
     return 4.0 * float(np.sqrt(np.sum(sea.amplitude**2) / 2.0))
@@ -25,13 +25,14 @@ def crossing_period(sea: Components) -> float:
 
 
 def peak_period(sea: Components) -> float:
-    """Period [s] of the mean frequency by the fourth power of the amplitudes, near the peak."""
+    """Period [s] of the mean frequency weighted by the fourth power of the amplitudes, near the
+    peak."""
     weight = sea.amplitude**4
     return float(2.0 * np.pi * weight.sum() / np.sum(weight * sea.omega))
 
 
 def peak_wavelength(seas: Sequence[Components]) -> float:
-    """Length [m] of the waves near the peak of the sea with the most energy."""
+    """Wavelength [m] near the peak of the sea with the most energy."""
     sea = max(seas, key=lambda waves: float(np.sum(waves.amplitude**2)))
     at = int(np.argmin(np.abs(sea.omega - 2.0 * np.pi / peak_period(sea))))
     return float(2.0 * np.pi / sea.wavenumber[at])

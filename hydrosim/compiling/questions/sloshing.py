@@ -1,8 +1,8 @@
-"""Questions about the fluid in tanks, which is level at all times here.
+"""Questions about sloshing in tanks, which is not modelled: surfaces stay level.
 
 The lowest mode of a box of breadth b, filled to h, has omega^2 = g k tanh(k h), k = pi / b (Lamb
-1932, Hydrodynamics, section 257). Of a tank of another shape b is the extent of its free surface.
-Rules of classification societies keep it a fifth away from the periods of the ship.
+1932, Hydrodynamics, section 257). For other shapes, b is the extent of the free surface. Rules of
+classification societies keep this period at least 20 % away from the periods of the ship.
 """
 
 from __future__ import annotations
@@ -31,21 +31,24 @@ if TYPE_CHECKING:
     from hydrosim.database.database import HydroDatabase
     from hydrosim.waves.components import Components
 
-NEAR = 0.1  # of the period: waves that make the fluid slosh
-SHARE = 0.1  # of the waves' energy there
-APART = 0.2  # of the period: a mode of the body so near to it drives it
-REACHED = 0.01  # of the waves' energy there, that move the body in that mode
+NEAR = 0.1  # of the period: waves within it make the fluid slosh
+SHARE = 0.1  # of the waves' energy within `NEAR`
+APART = 0.2  # of the period: a mode of the body within it drives the fluid
+REACHED = 0.01  # of the waves' energy within `NEAR` of that mode of the body
 MATTERS = 0.01  # of the mass of the body
-ENDS = 0.01  # of the height: a tank that is empty, or full, does not slosh
-LEVELS = 41  # between the lowest and the highest of the run
+ENDS = 0.01  # of the height: an empty or full tank does not slosh
+LEVELS = 41  # between the lowest and the highest level of the run
 
 
-DRIVEN = (("surge", "pitch", "yaw"), ("sway", "roll", "yaw"))  # by which fluid sloshes along x, y
+DRIVEN = (
+    ("surge", "pitch", "yaw"),
+    ("sway", "roll", "yaw"),
+)  # motions that excite sloshing along x, y
 
 
 class Resonance(NamedTuple):
-    """A tank, the levels (n,) at which it is near resonance, their periods and shares of waves; and
-    whether the body ``rolls`` with one."""
+    """A tank, the levels (n,) at which it is near resonance, their periods and fractions of wave
+    energy. ``rolls`` says whether the roll of the body is near such a period."""
 
     tank: Tank
     level: np.ndarray
@@ -55,7 +58,7 @@ class Resonance(NamedTuple):
 
 
 def sloshing(about: About) -> Iterator[Doubt]:
-    """Tanks whose fluid would slosh with the waves, or with the roll of their body."""
+    """Ask about tanks whose fluid would slosh with the waves, or with the roll of their body."""
     for b, body, db in about.wet():
         levels = dict(_levels(about, body)) if about.sea else {}
         for axis, driven in enumerate(DRIVEN if levels else ()):
@@ -69,8 +72,8 @@ def sloshing(about: About) -> Iterator[Doubt]:
 
 
 def _roll_period(about: About, i: int, body: Body, db: HydroDatabase) -> float:
-    """Natural period [s] in roll of body ``i`` at the start, as `hydrosim linear` finds it: with
-    the free surfaces of its tanks and all else that holds it. Infinite if it does not roll."""
+    """Natural period [s] in roll of body ``i`` at the start, as `hydrosim linear` computes it, with
+    the free surfaces of tanks and all restoring forces. Infinite if it does not roll."""
     calm = without_waves(about.model)
     try:
         periods = modes.natural_periods(linearise(calm, about.state))
@@ -90,12 +93,12 @@ def _doubt(body: Body, found: Sequence[Resonance], axis: int, roll: float) -> Do
     rolls = f", and a roll of about {roll:.3g} s" if any(hit.rolls for hit in found) else ""
     return Doubt(
         f"bodies.{body.name}.tanks ({names})",
-        f"fluid that sloshes along {'xy'[axis]} in {_range(worst.period)} s at levels of"
-        f" {_range(worst.level)} m ({worst.tank.name}), with {worst.share.max():.2g} of the energy"
-        f" of the waves within {NEAR:.0%} of such a period{rolls}",
-        f"usual is a period {APART:.0%} away from both",
-        "Fluid is level at all times here, and does not slosh. Divide the tanks, keep away from"
-        " these levels in such waves, or take its loads from a computation of sloshing.",
+        f"fluid that sloshes along {'xy'[axis]} with a period of {_range(worst.period)} s at"
+        f" levels of {_range(worst.level)} m ({worst.tank.name}), with a fraction of"
+        f" {worst.share.max():.2g} of the wave energy within {NEAR:.0%} of such a period{rolls}",
+        f"usual is a period {APART:.0%} away from those of waves and roll",
+        "The model keeps the fluid level, without sloshing. Divide the tanks, avoid these levels"
+        " in such waves, or take the loads from a computation of sloshing.",
     )
 
 
@@ -107,7 +110,7 @@ def _range(values: np.ndarray) -> str:
 def _resonance(
     about: About, body: Body, tank: Tank, level: np.ndarray, axis: int, roll: float
 ) -> Resonance | None:
-    """Where a tank is near resonance, if it is at any ``level`` (n,)."""
+    """Resonance of a tank; None if it has none at any ``level`` (n,)."""
     full = height(tank.shape)
     level = level[(level > ENDS * full) & (level < (1.0 - ENDS) * full)]
     widths = np.array([width(tank.shape, float(x), axis) for x in level])
@@ -154,8 +157,8 @@ def _width_of_mesh(corners: np.ndarray, level: float, axis: int) -> float:
 
 
 def _share(seas: Sequence[Components], angle: float, period: float, near: float) -> float:
-    """Share of the energy of waves within ``near`` of a period, and along a direction at an
-    ``angle`` [rad]."""
+    """Fraction of wave energy within ``near`` of a period, and along a direction at an ``angle``
+    [rad]."""
     total = sum(float(np.sum(sea.amplitude**2)) for sea in seas)
     within = 0.0
     for sea in seas:
@@ -166,8 +169,8 @@ def _share(seas: Sequence[Components], angle: float, period: float, near: float)
 
 
 def _levels(about: About, body: Body) -> Iterator[tuple[Tank, np.ndarray]]:
-    """Levels (n,) that tanks with a free surface go through in the run; a tank that is pumped by
-    events may be empty or full."""
+    """Levels (n,) of tanks with a free surface during the run. A tank that is pumped by events may
+    become empty or full."""
     names = tank_names(about.scene)
     p = about.model.tanks
     timeline = follow(p, about.end) if names else None

@@ -1,4 +1,4 @@
-"""Questions about the start: angles, speeds, what overlaps, what is on the wrong side."""
+"""Questions about the start: angles, speeds, overlaps, bodies on the wrong side."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from hydrosim.forces.spring import Spring, stretch
 from hydrosim.scene import ForceElement, GivenComponents, Weight
 
 TURN = 2.0 * np.pi * (1.0 + 1e-9)
-TILT = np.radians(30.0)  # of a body afloat, whose hydrostatics are linear
+TILT = np.radians(30.0)  # limit for a body afloat with linear hydrostatics
 FASTEST = 15.0  # m/s
 DEEPEST = 1.0  # m of compression at the start
 DROP = 3.0  # m above all that carries a body
@@ -22,7 +22,7 @@ STRETCHED = 0.2  # of a line's length
 
 
 def angles(about: About) -> Iterator[Doubt]:
-    """More than a turn: degrees that are read as radians."""
+    """Ask about angles of more than a turn: degrees that were read as radians."""
     for key, angle in _angles(about):
         if abs(angle) > TURN:
             found = f"{angle:g} rad, which is {np.degrees(angle):.5g} deg"
@@ -32,7 +32,7 @@ def angles(about: About) -> Iterator[Doubt]:
         for name, angle in zip(("roll", "pitch"), body.position[3:5], strict=True):
             if TILT < abs(angle) <= TURN:
                 found = f"a {name} of {np.degrees(angle):.3g} deg"
-                usual = "usual is less than 30 deg, for hydrostatics are linear"
+                usual = "usual is less than 30 deg, because hydrostatics are linear"
                 yield Doubt(f"bodies.{body.name}.initial.position", found, usual)
 
 
@@ -51,7 +51,7 @@ def _angles(about: About) -> Iterator[tuple[str, float]]:
 
 
 def speed(about: About) -> Iterator[Doubt]:
-    """Bodies that fly off."""
+    """Ask about speeds that no body has."""
     for body in about.scene.bodies:
         fastest = max(map(abs, body.velocity[:3]))
         if fastest > FASTEST:
@@ -60,24 +60,24 @@ def speed(about: About) -> Iterator[Doubt]:
 
 
 def overlap(about: About) -> Iterator[Doubt]:
-    """Points that are deep in their planes at the start."""
+    """Ask about fender points deep behind their planes at the start."""
     for name, fender, deep in _fenders(about):
         worst = int(np.argmax(deep))
         if isinstance(fender.normal, NormalCurve) and deep[worst] > DEEPEST:
-            found = f"point {worst + 1} {deep[worst]:.3g} m inside its plane at the start"
-            usual = f"usual is a gap, or up to {DEEPEST:g} m"
-            advice = "Look at points (body frame, from the centre of gravity) and plane.point."
+            found = f"point {worst + 1} {deep[worst]:.3g} m behind its plane at the start"
+            usual = f"usual is a gap, or a compression of up to {DEEPEST:g} m"
+            advice = "Check points (body frame, from the centre of gravity) and plane.point."
             yield Doubt(f"forces.{name}", found, usual, advice)
 
 
 def plane(about: About) -> Iterator[Doubt]:
-    """Planes whose body is behind them."""
+    """Ask about planes with their body on the wrong side."""
     for name, fender, deep in _fenders(about):
         here = about.centre(about.index[fender.body])
         behind = _inside(about, fender.planes()[0], here)
         if behind > 0.0 and np.all(behind > deep) and np.any(deep != 0.0):
             found = f"{fender.body}'s centre of gravity {behind:.3g} m behind the plane"
-            usual = f"usual is that the normal points to the side of {fender.body}"
+            usual = f"usual is a normal that points to the side of {fender.body}"
             advice = "Is plane.normal reversed? It points to the free side."
             yield Doubt(f"forces.{name}.plane", found, usual, advice)
 
@@ -109,14 +109,18 @@ def _touches(element: ForceElement) -> bool:
 
 
 def lines(about: About) -> Iterator[Doubt]:
-    """Lines that are far too short."""
+    """Ask about lines that are far too short."""
     springs = {name: of for name, of in about.scene.forces.items() if isinstance(of, Spring)}
     rows = about.model.elements.springs.lines
     for (name, line), row in zip(springs.items(), rows, strict=True):
         longer = float(stretch(row, about.model.bodies, about.motion).extension)
         if longer > max(STRETCHED * line.length, float(line.extension[-1])):
-            found = f"{line.length:g} m, and {longer:.3g} m more between its ends at the start"
-            yield Doubt(f"forces.{name}.length", found, f"usual is up to {STRETCHED:.0%} more")
+            found = (
+                f"{line.length:g} m, while its ends are {longer:.3g} m further apart at the start"
+            )
+            yield Doubt(
+                f"forces.{name}.length", found, f"usual is up to {STRETCHED:.0%} of its length"
+            )
 
 
 def _fenders(about: About) -> Iterator[tuple[str, Contact, np.ndarray]]:
@@ -131,7 +135,7 @@ def _fenders(about: About) -> Iterator[tuple[str, Contact, np.ndarray]]:
 
 
 def _inside(about: About, plane: Plane, place: np.ndarray) -> float:
-    """How far a ``place`` is behind a plane [m]."""
+    """Distance of a ``place`` behind a plane [m]."""
     normal, point = np.array(plane.normal, float), np.array(plane.point, float)
     if plane.body is not None:
         b = about.index[plane.body]
@@ -140,5 +144,5 @@ def _inside(about: About, plane: Plane, place: np.ndarray) -> float:
 
 
 def _place(about: About, b: int, point: np.ndarray) -> np.ndarray:
-    """Where a point of a body is at the start."""
+    """Position of a point of a body at the start."""
     return about.centre(b) + about.motion.rotation[b] @ point

@@ -1,9 +1,9 @@
 """Questions about the environment, and about steps for its waves.
 
-Steepness: in random seas 2 pi Hs / (g Tz^2) is at most 1/10 (DNV-RP-C205, 3.5.4), with the mean
-zero-crossing period Tz of what is drawn; a regular wave breaks at a height of 0.142 tanh(k d) of
-its length (Miche 1944). Current: the Gulf Stream at its fastest runs 2.5 m/s (NOAA, How fast is the
-Gulf Stream?); only tides in straits are faster.
+Steepness: 2 pi Hs / (g Tz^2) of random seas is at most 1/10 (DNV-RP-C205, 3.5.4), with the mean
+zero-crossing period Tz of the drawn sea. A regular wave breaks at a height of 0.142 tanh(k d)
+wavelengths (Miche 1944). Current: the Gulf Stream reaches 2.5 m/s (NOAA, How fast is the Gulf
+Stream?). Only tides in straits are faster.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ HIGHEST = 20.0
 PERIODS = (1.0, 30.0)
 STEEPEST = 0.1
 MICHE = 0.142
-MOST_STEPS = 1e9  # of a run: an hour, about
-STEPS = 10.0  # of a method to the period of the waves, at least
+MOST_STEPS = 1e9  # of a run: about an hour
+STEPS = 10.0  # fewest steps of a method in a period of the waves
 
 
 def water(about: About) -> Iterator[Doubt]:
-    """Another liquid, another planet."""
+    """Ask about density and gravity of another liquid or planet."""
     environment = about.scene.environment
     (low, high) = DENSITIES
     if not any(about.wet()):
@@ -53,7 +53,8 @@ def water(about: About) -> Iterator[Doubt]:
 
 
 def streams(about: About) -> Iterator[Doubt]:
-    """Currents like wind, winds beyond any storm, and those that load nothing."""
+    """Ask about currents as fast as wind, winds beyond any storm, and streams that load no
+    element."""
     environment = about.scene.environment
     felt = {stream for element in about.scene.forces.values() for stream in element.feels()}
     for name, stream, limit in (
@@ -67,14 +68,14 @@ def streams(about: About) -> Iterator[Doubt]:
         if stream.speed > 0.0 and name not in felt:
             yield Doubt(
                 f"environment.{name}",
-                f"{stream.speed:g} m/s and no force element that it drags",
+                f"{stream.speed:g} m/s and no force element that it loads",
                 FEELERS[name],
-                "Without one no body drifts with it.",
+                "Without such an element, no body drifts with it.",
             )
 
 
 def waves(about: About) -> Iterator[Doubt]:
-    """Seas higher, shorter or longer than seas are."""
+    """Ask about seas that are higher, shorter or longer than real seas."""
     for sea in about.sea:
         height = height_of(sea)
         peak = peak_period(sea)
@@ -87,7 +88,7 @@ def waves(about: About) -> Iterator[Doubt]:
 
 
 def steepness(about: About) -> Iterator[Doubt]:
-    """Waves that would have broken."""
+    """Ask about waves that would have broken."""
     environment = about.scene.environment
     for sea in about.sea:
         height = height_of(sea)
@@ -102,28 +103,32 @@ def steepness(about: About) -> Iterator[Doubt]:
             limit = STEEPEST
             what = f"a significant height of {height:.3g} m"
         if steep > limit:
-            found = f"{what} at a mean period of {period:.3g} s, {steep:.2g} of their length"
-            usual = f"waves break beyond {limit:.2g}"
-            yield Doubt("environment.waves", found, usual, "Linear waves are not what is there.")
+            found = f"{what} at a mean period of {period:.3g} s, a steepness of {steep:.2g}"
+            usual = f"waves break above {limit:.2g}"
+            yield Doubt(
+                "environment.waves", found, usual, "Linear waves do not describe such a sea."
+            )
 
 
 def ramp(about: About) -> Iterator[Doubt]:
-    """Seas that do not grow up in the run."""
+    """Ask about ramps that last longer than the run."""
     for sea in about.sea:
         if sea.ramp > about.end:
             found = f"{sea.ramp:g} s"
-            usual = f"usual is a part of the run, which ends at {about.end:g} s"
-            yield Doubt("environment.waves.ramp", found, usual, "The sea is never full.")
+            usual = f"usual is a ramp within the run, which ends at {about.end:g} s"
+            yield Doubt(
+                "environment.waves.ramp", found, usual, "The sea never reaches its full height."
+            )
 
 
 def step(about: About) -> Iterator[Doubt]:
-    """Steps too large for the waves, or so small that a run takes hours."""
+    """Ask about steps that are too large for the waves, or so small that a run takes hours."""
     solver = about.scene.solver
     duration = about.scene.duration
     free = solver.method.adapts or about.facts.exact
     if not free and duration > MOST_STEPS * solver.step:
         found = f"{solver.step:g} s, {duration / solver.step:.1e} steps of {duration:g} s"
-        usual = f"usual are up to {MOST_STEPS:g} steps, which may take an hour"
+        usual = f"usual is up to {MOST_STEPS:g} steps, which may take an hour"
         yield Doubt("solver.step", found, usual, refused=True)
     for sea in () if free else about.sea:
         period = peak_period(sea)

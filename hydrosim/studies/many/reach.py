@@ -43,7 +43,7 @@ def _said(text: str, share: float, accepted: bool) -> str:
         return f"{text}: no first-order loads there"
     return (
         f"found {text}; usual is up to {OUTSIDE_REFUSED:.0%} of what loads it. These runs are"
-        " refused. Use a database with a wider range, or other waves. If it is meant so, accept:"
+        " refused. Use a database with a wider range, or other waves. If this is intended, accept:"
         " [range]."
     )
 

@@ -84,7 +84,7 @@ def _pressed_by_metres(scene: Scene, run: xr.Dataset) -> Iterator[str]:
             yield (
                 f"forces.{name}: point {point + 1} was pressed by {deep[at, point]:.3g} m at"
                 f" {run.time.values[at]:.4g} s; usual is up to {SOFTEST:g} m. Look at"
-                f" forces.{name}.normal and its unit. If it is meant so, accept:"
+                f" forces.{name}.normal and its unit. If this is intended, accept:"
                 f" [{Question.SOFTNESS}]."
             )
 
