@@ -1,4 +1,4 @@
-"""A run against what was recorded elsewhere: `compare`, channel by channel, with what differs."""
+"""Comparison of a run with a recording, channel by channel: `compare`."""
 
 from hydrosim.compare.comparison import Comparison, compare
 from hydrosim.compare.mapping import MappingFile, read_mapping

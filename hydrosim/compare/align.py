@@ -1,8 +1,8 @@
-"""A run and a recording at the same times, in the same units, of the same point.
+"""A run and a recording at the same times, in the same units, for the same point.
 
-Both are compared at the times of the one with the larger steps, where they overlap; the other is a
-cubic spline through its values (normal forces of fenders a monotone one, which does not ring where
-contact begins). No spline bridges a gap: that is an error.
+Both are compared where they overlap, at the times of the series with the larger steps. The other
+series is interpolated by a cubic spline. Normal forces of fenders use a monotone spline, which does
+not ring where contact begins. No spline bridges a gap: a gap is an error.
 """
 
 from __future__ import annotations
@@ -27,18 +27,18 @@ from hydrosim.recordings import Recording
 
 LEAST = 10  # common times
 GAP = 10.0  # usual steps
-SAME = 1e-6  # of a step: times that differ less are the same
+SAME = 1e-6  # of a step: times that differ by less are equal
 MONOTONE = "fender_normal_force"
-MOVED = ("position", "velocity")  # what is of a point
-SMALLEST = 1e-250  # of a size: what is less has no digits that could be told
-EXACT = 16  # digits: more are not told apart from rounding
+MOVED = ("position", "velocity")  # quantities of a point
+SMALLEST = 1e-250  # of a size: smaller values have no countable digits
+EXACT = 16  # digits: more digits look like rounding
 Interpolate = Callable[[np.ndarray, np.ndarray], Any]
 
 
 class Pair(NamedTuple):
-    """A channel of a run and what was recorded of it: ``ours`` and ``recorded`` (n,) in ``unit``;
-    ``said`` is the recorded unit ("" if none was, so that it was taken for ours), ``precision``
-    half a unit of the last digit recorded."""
+    """A channel of a run and its recording: ``ours`` and ``recorded`` (n,) in ``unit``. ``said`` is
+    the unit in the recording; it is "" if there is none, and ours is assumed. ``precision`` is half
+    a unit of the last recorded digit."""
 
     channel: str
     column: str
@@ -51,8 +51,8 @@ class Pair(NamedTuple):
 
 @dataclass(frozen=True)
 class Overlap:
-    """Common ``time`` (n,) of a run and a recording; which parts of them are about it; and
-    ``method``, how they got there."""
+    """Common ``time`` (n,) of a run and a recording, the parts of both near that time, and the
+    interpolation ``method``."""
 
     time: np.ndarray
     ours: slice
@@ -68,9 +68,9 @@ def align(
     between: tuple[float, float],
     shift: float = 0.0,
 ) -> tuple[Overlap, list[Pair]]:
-    """The pairs of all channels in ``places`` at their common times, ``between`` two times of the
-    run [s]; ``shift`` [s] is added to the recorded times. Raises InputError with the file and line
-    of what is wrong."""
+    """Pairs of all channels in ``places`` at their common times, ``between`` two times of the run
+    [s]. ``shift`` [s] is added to the recorded times. Raises InputError with the file and line of
+    the fault."""
     stamps = recorded_time(recording, time) + shift
     overlap = _overlap(run.time.values, stamps, between, recording.source, recording.lines)
     pairs = []
@@ -92,13 +92,13 @@ def align(
 
 
 def recorded_time(recording: Recording, time: TimeColumn) -> np.ndarray:
-    """The recorded times [s], which rise; InputError says where they do not."""
+    """Recorded times [s]. Raises InputError with the place at which they do not increase."""
     named = recording.time_column() if time.column is None else recording.column(time.column)
     unit = time.unit or named.unit or "s"
     try:
         stamps = named.value * factor(unit, "s") + time.offset
     except ValueError as error:
-        remedy = "say it in a mapping, time: {unit: s}"
+        remedy = "give it in a mapping, time: {unit: s}"
         recording.source.wrong(f"found {error}, in {shown(named.name)}; expected s; {remedy}")
     require_finite(recording.source, stamps, recording.lines, f" in {shown(named.name)}")
     require_rising(recording.source, stamps, recording.lines)
@@ -120,12 +120,12 @@ def _overlap(
         remedy = (
             "choose others with --from and --to"
             if meet and _asked(between)
-            else "the offset of recorded times goes into a mapping, time: {offset: 100 s}"
+            else "give the offset of recorded times in a mapping, time: {offset: 100 s}"
         )
         raise InputError(
-            f"{source.file}: found records from {stamps[0]:g} s to {stamps[-1]:g} s, and a run from"
-            f" {ours[0]:g} s to {ours[-1]:g} s{_asked(between)}; expected {LEAST} common times or"
-            f" more; {remedy}"
+            f"{source.file}: found records from {stamps[0]:g} s to {stamps[-1]:g} s, and a run"
+            f" from {ours[0]:g} s to {ours[-1]:g} s{_asked(between)}; expected at least {LEAST}"
+            f" common times; {remedy}"
         )
     _refuse_gaps(source, stamps, record, lines)
     a, b = ours[run], stamps[record]
@@ -139,7 +139,7 @@ def _overlap(
 
 
 def _part(time: np.ndarray, start: float, end: float) -> slice:
-    """Where the times are that lie between two, but for rounding."""
+    """Indices of the times between two times, except for rounding."""
     slack = SAME * _step(time)
     return slice(
         int(np.searchsorted(time, start - slack)), int(np.searchsorted(time, end + slack, "right"))
@@ -151,13 +151,13 @@ def _wider(part: slice, size: int) -> slice:
 
 
 def _step(time: np.ndarray) -> float:
-    """The usual step."""
+    """Median time step."""
     return float(np.median(np.diff(time)))
 
 
 def _asked(between: tuple[float, float]) -> str:
     start, end = between
-    return f" (asked: {start:g} s to {end:g} s)" if np.isfinite(between).any() else ""
+    return f" (requested: {start:g} s to {end:g} s)" if np.isfinite(between).any() else ""
 
 
 def _refuse_gaps(
@@ -169,7 +169,7 @@ def _refuse_gaps(
         at = part.start + k + 1
         where = "" if lines else f" before record {at + 1}"
         source.wrong(
-            f"found nothing from {time[at - 1]:g} s to {time[at]:g} s{where}; expected records"
+            f"found no records from {time[at - 1]:g} s to {time[at]:g} s{where}; expected records"
             f" about {usual:g} s apart; fill the gap, or compare one side of it (--from, --to)",
             lines[at] if lines else None,
         )
@@ -179,27 +179,27 @@ def _at(
     at: np.ndarray, time: np.ndarray, values: np.ndarray, interpolate: Interpolate
 ) -> np.ndarray:
     same = at.size == time.size and np.allclose(at, time, rtol=0.0, atol=SAME * _step(time))
-    # the ends may differ by rounding, where no interpolation would go beyond
+    # the ends may differ by rounding; there no interpolation would extrapolate
     return values if same else interpolate(time, values)(np.clip(at, time[0], time[-1]))
 
 
 def _recorded(
     recording: Recording, channel: str, place: Place, unit: str, part: slice
 ) -> tuple[np.ndarray, str, float]:
-    """The whole recorded channel in our unit, the unit that it was in, and its precision over the
-    part that is compared."""
+    """The whole recorded channel in our unit, its unit in the recording, and its precision over the
+    compared part."""
     column = recording.column(place.column)
     said = column.unit if place.unit is None else place.unit
     try:
         scale = place.sign * (1.0 if said is None else factor(said, unit))
         if place.offset.unit is not None:
-            factor(place.offset.unit, unit)  # of another kind: ValueError
+            factor(place.offset.unit, unit)  # units of different kinds: ValueError
     except ValueError as error:
-        remedy = "say the right unit in a mapping"
+        remedy = "give the right unit in a mapping"
         recording.source.wrong(
             f"found {error}, for {shown(column.name)} as {channel}; expected {unit}; {remedy}"
         )
-    compared = np.zeros(column.value.size)  # what is missing elsewhere does no harm
+    compared = np.zeros(column.value.size)  # missing values outside the compared part do no harm
     compared[part] = column.value[part]
     require_finite(recording.source, compared, recording.lines, f" in {shown(column.name)}")
     precision = abs(scale) * precision_of(column.value[part])
@@ -207,8 +207,8 @@ def _recorded(
 
 
 def precision_of(values: np.ndarray) -> float:
-    """Half a unit of the last digit that the values were printed with; or their rounding error, if
-    they were not printed or are too few to tell."""
+    """Half a unit of the last digit that the values were printed with. If they were not printed, or
+    are too few to tell, their rounding error."""
     largest, eps = float(np.abs(values).max()), float(np.finfo(float).eps)
     if np.unique(values).size < LEAST:
         return largest * eps / 2.0
@@ -223,13 +223,11 @@ def precision_of(values: np.ndarray) -> float:
 
 
 def _ours(run: xr.Dataset, channel: str, place: Place) -> tuple[np.ndarray, str]:
-    """The channel of a run over all its time, at the point that was recorded, and its unit."""
+    """The channel of a run over all its time, at the recorded point, and its unit."""
     source = Source(Path(run.encoding.get("source", "run")), f"channels.{channel}")
     values, unit = select(source, run, channel)
     if not unit:
-        source.wrong(
-            "found no unit; expected units or dof_units among its attributes, as runs have"
-        )
+        source.wrong("found no unit; expected an attribute units or dof_units, as runs have")
     if place.point is not None:
         variable, *labels = channel.split(".")
         if variable not in MOVED:
@@ -244,8 +242,8 @@ def _ours(run: xr.Dataset, channel: str, place: Place) -> tuple[np.ndarray, str]
 
 
 def _moved(body: xr.Dataset, point: np.ndarray, variable: str) -> np.ndarray:
-    """What a point of a body does (nt, 6) beyond what its centre of gravity does: (R - 1) r of the
-    position, omega x R r of the velocity."""
+    """Motion of a point of a body (nt, 6) minus that of its centre of gravity: (R - 1) r for the
+    position, omega x R r for the velocity."""
     angles = body.position.values[:, 3:]
     arm = Rotation.from_euler("ZYX", angles[:, ::-1]).apply(point)
     more = np.zeros((len(arm), 6))

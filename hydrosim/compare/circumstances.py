@@ -1,5 +1,5 @@
-"""What two sets of runs differ in that is no number to test: their durations, and codes such as
-what extremes are by."""
+"""Differences between two sets of runs that are not numbers to test: durations, and codes such as
+the basis of extremes."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ DURATION = re.compile(r"^duration: (\S+)$", re.MULTILINE)
 
 
 def is_code(variable: xr.DataArray) -> bool:
-    """Whether values stand for words (CF conventions 1.11, section 3.5), so have no mean."""
+    """Whether values are codes for words (CF conventions 1.11, section 3.5), which have no mean."""
     return "flag_values" in variable.attrs or str(variable.name).endswith("_basis")
 
 
 def codes_apart(ours: xr.Dataset, theirs: xr.Dataset, paired: bool) -> tuple[str, ...]:
-    """The codes that differ in a pair of runs; where runs are no ``paired`` ones, those of which
-    other values occur."""
+    """Codes that differ in a pair of runs. If runs are not ``paired``, codes whose sets of values
+    differ."""
     both = [name for name in map(str, ours.data_vars) if name in theirs and is_code(ours[name])]
     return tuple(n for n in both if _apart(ours[n].values, theirs[n].values, paired))
 
 
 def durations_apart(ours: xr.Dataset, theirs: xr.Dataset, paired: bool) -> tuple[str, ...]:
-    """How long ours and theirs last, in words, where that differs and both files say it."""
+    """Durations of ours and theirs as text, if they differ and both files state them."""
     one, other = _durations(ours), _durations(theirs)
     if not one.size or not other.size or not _apart(one, other, paired):
         return ()
@@ -41,7 +41,7 @@ def _apart(ours: np.ndarray, theirs: np.ndarray, paired: bool) -> bool:
 
 
 def _durations(runs: xr.Dataset) -> np.ndarray:
-    """The duration of each run [s] (n,), as its case says it; empty if one does not."""
+    """Duration of each run [s] (n,) from its case; empty if a case does not state it."""
     cases = runs[CASE].values.tolist() if CASE in runs and runs[CASE].dims == (RUN,) else []
     found = [DURATION.search(case) for case in cases]
     return np.array([float(one[1]) for one in found if one] if all(found) else [])

@@ -1,4 +1,4 @@
-"""`compare`: a run against a recording, channel by channel."""
+"""`compare`: a run and a recording, channel by channel."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from hydrosim.compare.signals import Fit, fit
 from hydrosim.recordings import Recording
 from hydrosim.results.channels import channels, chosen
 
-SHARE, MOST = 0.1, 60.0  # of the time, and s: the largest lag that is looked for
+SHARE, MOST = 0.1, 60.0  # of the time, and s: largest lag of the search
 SHIFT = 0.5  # of the time: the largest shift
-ALIKE = 0.9  # correlation of channels that tell by how much the times are shifted
+ALIKE = 0.9  # smallest correlation of channels from which a time shift is estimated
 
 
 class Result(NamedTuple):
-    """What was found of a channel; ``verdict`` is in words, ``contact`` is of fenders."""
+    """Results for a channel; ``verdict`` is a text, ``contact`` exists for fenders only."""
 
     pair: Pair
     figures: Figures
@@ -36,16 +36,16 @@ class Result(NamedTuple):
 
     @property
     def error(self) -> float:
-        """What is held against the tolerance: rms over std, or the rms of a constant."""
+        """Value that is compared with the tolerance: rms over std, or the rms for a constant
+        channel."""
         return self.figures.rms if isnan(self.figures.relative) else self.figures.relative
 
 
 @dataclass(frozen=True)
 class Comparison:
     """Results by channel over their common ``overlap``. ``zero`` are channels that are zero in
-    both; ``unused`` are columns that are compared with nothing; ``guessed`` is true if there was no
-    mapping; ``shift`` [s] was estimated and added to the recorded times, NaN if it
-    could not be told."""
+    both. ``unused`` are columns without a channel. ``guessed`` is true without a mapping. ``shift``
+    [s] was estimated and added to the recorded times; NaN if it could not be estimated."""
 
     results: Mapping[str, Result]
     overlap: Overlap
@@ -66,18 +66,18 @@ def compare(
     edges: tuple[float, float] = EDGES,
     only: Sequence[str] = ("*",),
 ) -> Comparison:
-    """A run against a recording, by a ``mapping`` or else by guesses from names and units.
+    """Compare a run with a recording, by a ``mapping`` or by guesses from names and units.
 
-    ``shift`` estimates a shift of the recorded times first; ``between`` are times [s] of the run;
-    ``edges`` [rad/s] are between slow, waves and fast; ``only`` are patterns of channels. Raises
-    InputError with what is wrong in the recording, and where.
+    ``shift`` first estimates a shift of the recorded times. ``between`` are times [s] of the run.
+    ``edges`` [rad/s] separate slow, waves and fast. ``only`` are patterns of channels. Raises
+    InputError with the fault in the recording and its place.
     """
     places = guess(recording, channels(run)) if mapping is None else mapping.channels
     if not places:
         names = ", ".join(column.name for column in recording.columns)
         recording.source.wrong(
-            f"found no column that can be told to be a channel of the run, among {names};"
-            " expected one; say in a mapping which is which (--mapping)"
+            f"found no column that matches a channel of the run, among {names}; expected at least"
+            " one; assign columns to channels in a mapping (--mapping)"
         )
     wanted = {name: places[name] for name in chosen(places, only, "--channels")}
     time = TimeColumn() if mapping is None else mapping.time
@@ -100,14 +100,14 @@ def compare(
 
 
 def beyond(found: Comparison, tolerances: Mapping[str, float]) -> dict[str, float]:
-    """The ``tolerances``, as `by_channel` takes them, that are not kept, by channel."""
+    """``tolerances``, as for `by_channel`, that channels exceed, by channel."""
     held = by_channel(found, tolerances)
     return {name: limit for name, limit in held.items() if not found.results[name].error <= limit}
 
 
 def by_channel(found: Comparison, tolerances: Mapping[str, float]) -> dict[str, float]:
-    """The tolerance of each channel; ``tolerances`` are by channel or pattern, of which the last
-    that fits holds. Raises InputError where one fits no channel."""
+    """Tolerance of each channel. ``tolerances`` are by channel or pattern; the last match applies.
+    Raises InputError if one matches no channel."""
     chosen([*found.results, *found.zero], list(tolerances), "--tolerance")
     return {
         name: limit
@@ -126,8 +126,8 @@ def _result(time: np.ndarray, pair: Pair, edges: tuple[float, float]) -> Result:
 
 
 def _shift(time: np.ndarray, pairs: Sequence[Pair]) -> float:
-    """What to add to the recorded times [s]: the median over the channels that correlate then; NaN
-    if none does."""
+    """Time shift to add to the recorded times [s]: the median over the channels that then
+    correlate; NaN if none does."""
     fits = [fit(time, pair.ours, pair.recorded, SHIFT * float(np.ptp(time))) for pair in pairs]
     lags = [-found.lag for found in fits if abs(found.correlation) > ALIKE]
     return float(np.median(lags)) if lags else float("nan")

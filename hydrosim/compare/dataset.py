@@ -1,5 +1,5 @@
-"""Comparisons as datasets: of two runs both series, what is between them, and the figures; of two
-sets of runs the figures of each channel, and its values in all of them."""
+"""Comparisons as datasets. For two runs: both series, their difference, and figures. For two sets
+of runs: the figures of each channel, and its values in all runs."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from hydrosim.statistics.gumbel import INTERVAL
 
 OVER_TIME = {
     "ours": "the run",
-    "recorded": "the recording, in units and at the point of the run",
+    "recorded": "recording, in units and at the point of the run",
     "residual": "ours minus recorded",
 }
 PER_CHANNEL = {
@@ -32,8 +32,8 @@ PER_CHANNEL = {
     "correlation": "correlation",
 }
 OF_FIT = {
-    "gain": "of recorded(t) = gain ours(t - lag) + offset",
-    "lag": "of it [s]",
+    "gain": "in recorded(t) = gain ours(t - lag) + offset",
+    "lag": "in the same fit [s]",
     "offset": "of it",
 }
 PER_BAND = {
@@ -44,15 +44,19 @@ PER_BAND = {
 OF_STUDIES = {
     "ours_mean": ("ours", "mean over our runs"),
     "theirs_mean": ("theirs", "mean over their runs"),
-    "difference": ("difference", "mean difference, ours less theirs"),
-    "low": ("low", "lower end of its interval"),
-    "high": ("high", "upper end of its interval"),
+    "difference": ("difference", "mean difference, ours minus theirs"),
+    "low": ("low", "lower end of its 90 % interval"),
+    "high": ("high", "upper end of its 90 % interval"),
     "chance": ("chance", "probability of such a difference by chance"),
-    "differs": ("differs", "1 where it counts as different"),
+    "differs": ("differs", "1 if it counts as different"),
 }
 NO_TOLERANCES = MappingProxyType[str, float]({})
 CONTACT = dict(
-    zip(Contact._fields, ("first contact [s]",) * 2 + ("share of contact",) * 2, strict=True)
+    zip(
+        Contact._fields,
+        ("first contact [s]",) * 2 + ("fraction of time in contact",) * 2,
+        strict=True,
+    )
 )
 
 
@@ -61,8 +65,8 @@ def to_dataset(
     attributes: Mapping[str, object],
     tolerances: Mapping[str, float] = NO_TOLERANCES,
 ) -> xr.Dataset:
-    """Dimensions time, channel, band; units of a channel are in the coordinate ``units``;
-    ``tolerances`` are by channel."""
+    """Dataset with dimensions time, channel, band. Units of channels are in the coordinate
+    ``units``; ``tolerances`` are by channel."""
     results = list(found.results.values())
     pairs = [result.pair for result in results]
     ours, recorded = (
@@ -93,7 +97,7 @@ def to_dataset(
     )
     for name, text in (OVER_TIME | PER_CHANNEL | OF_FIT | PER_BAND | CONTACT).items():
         dataset[name].attrs["long_name"] = text
-    dataset.tolerance.attrs["long_name"] = "what rms over std, or rms of a constant, may be"
+    dataset.tolerance.attrs["long_name"] = "largest permitted rms over std, or rms of a constant"
     dataset.attrs.update(attributes, compared=found.overlap.method, band_edges=found.edges)
     dataset.attrs.update(guessed=int(found.guessed), unused="\n".join(found.unused))
     dataset.attrs["zero_in_both"] = "\n".join(found.zero)
@@ -103,7 +107,8 @@ def to_dataset(
 
 
 def studies_dataset(found: Studies, attributes: Mapping[str, object]) -> xr.Dataset:
-    """Dimensions channel, run (of ours) and other_run (of theirs); pairs are in one order."""
+    """Dataset with dimensions channel, run (of ours) and other_run (of theirs). Paired runs have
+    the same index."""
     each = found.channels
     values = {
         name: (("channel", dim), np.stack([one.values[k] for one in each]), {"long_name": said})

@@ -1,9 +1,10 @@
-"""What the difference between a recording and ours is, in words.
+"""Text on the difference between a recording and ours.
 
-The recorded series is fitted as gain * ours(t - lag) + offset; what of that explains the difference
-is named: a wrong sign or unit by its gain, then gain, lag and offset, each if the fit without it is
-clearly worse. Where waves of the same spectrum do not correlate it is another realisation; where
-they are a small part of what correlates otherwise, that is said of the waves alone.
+The recorded series is fitted as gain * ours(t - lag) + offset. First a wrong sign or unit is
+recognised by the gain. Then gain, lag and offset are named, each if the fit is clearly worse
+without it. If waves of the same spectrum do not correlate, the recording is another realisation. If
+these waves are a small part of a series that correlates otherwise, the text says so for the waves
+only.
 """
 
 from __future__ import annotations
@@ -18,16 +19,16 @@ from hydrosim.compare.figures import Figures, varies
 from hydrosim.compare.signals import Fit, fit, rms, split_bands
 from hydrosim.documents.units import factor
 
-EQUAL = 1e-3  # rms over std: what differs less is not told apart
-ALIKE = 0.8  # correlation: what is less is no gain, lag or offset
-UNLIKE = 0.5  # correlation in the wave band: what is less is of other waves
-SPECTRUM = 1.5  # ratio of std in the wave band: what is more is another spectrum
-WAVES = 0.05  # of the std: what is less in the wave band is none
+EQUAL = 1e-3  # rms over std: smaller differences count as equal
+ALIKE = 0.8  # correlation: below it no gain, lag or offset is named
+UNLIKE = 0.5  # correlation in the wave band: below it the waves are others
+SPECTRUM = 1.5  # ratio of std in the wave band: above it the spectrum is another
+WAVES = 0.05  # of the std: smaller motion in the wave band counts as none
 CLEAR = 0.3  # of the rms: an effect that is named
 MOSTLY = 0.7  # of the mean square
-NEAR = 0.03  # of a gain, to be that of units
+NEAR = 0.03  # relative distance of a gain from that of a unit
 ROUNDING = 1e-12  # of the largest value
-UNITS = {  # that are taken for ours
+UNITS = {  # units that may be mistaken for ours
     "m": ("mm", "cm", "ft"),
     "m/s": ("mm/s", "cm/s", "km/h", "ft/s"),
     "rad": ("deg",),
@@ -47,8 +48,7 @@ def diagnose(
     edges: tuple[float, float],
     most: float,
 ) -> str:
-    """One line about a pair, of which the figures and the fit are known; lags up to ``most`` [s]
-    are looked for."""
+    """Verdict on a pair, from its figures and its fit; lags up to ``most`` [s] are searched."""
     ours, recorded = pair.ours, pair.recorded
     largest = float(np.abs(np.concatenate([ours, recorded])).max())
     if largest == 0.0:
@@ -63,14 +63,14 @@ def diagnose(
     if other and abs(fitted.correlation) < UNLIKE:
         return "another realisation (same spectrum, no correlation): another seed?"
     if abs(fitted.correlation) < ALIKE:
-        said = f"other (correlation {fitted.correlation:.2f}){_where(found)}"
+        said = f"different (correlation {fitted.correlation:.2f}){_where(found)}"
     else:
         said = ", ".join(_named(time, pair, found, fitted, most))
     return f"{said}; its waves, {_share(found)}, are another realisation" if other else said
 
 
 def _share(found: Figures) -> str:
-    """How much of what was recorded is in the wave band."""
+    """Fraction of the recorded standard deviation in the wave band."""
     return f"{100.0 * found.band_recorded[1] / found.std:.2g} % of the std"
 
 
@@ -82,7 +82,7 @@ def _constant(pair: Pair, found: Figures, ours: float) -> str:
 
 
 def _other_waves(time: np.ndarray, pair: Pair, edges: tuple[float, float], most: float) -> bool:
-    """True if there are waves in both, of the same spectrum, that do not correlate at any lag."""
+    """Whether both have waves of the same spectrum that do not correlate at any lag."""
     a, r = (split_bands(time, x, edges)[1] for x in (pair.ours, pair.recorded))
     sizes = float(np.std(a)), float(np.std(r))
     if min(sizes) < WAVES * min(np.std(pair.ours), np.std(pair.recorded)):
@@ -94,7 +94,7 @@ def _other_waves(time: np.ndarray, pair: Pair, edges: tuple[float, float], most:
 
 
 def _named(time: np.ndarray, pair: Pair, found: Figures, fitted: Fit, most: float) -> Iterator[str]:
-    """What there is: sign, unit, gain, lag, offset, and how much is left."""
+    """Differences: sign, unit, gain, lag, offset, and the remainder."""
     sign = float(np.sign(fitted.gain))
     unit, size = _unit_taken(abs(fitted.gain), pair.unit)
     if sign < 0.0:
@@ -113,11 +113,11 @@ def _named(time: np.ndarray, pair: Pair, found: Figures, fitted: Fit, most: floa
     if causes and fitted.rest > max(EQUAL * std, CLEAR * before):
         yield f"{100.0 * fitted.rest / std:.3g} % of the std left"
     if not causes and before > EQUAL * std:
-        yield f"apart by {100.0 * before / std:.3g} % of the std{_where(found)}"
+        yield f"differs by {100.0 * before / std:.3g} % of the std{_where(found)}"
 
 
 def _causes(fitted: Fit, unit: str, before: float) -> Iterator[str]:
-    """Gain, lag and offset, those that matter."""
+    """Gain, lag and offset, if they matter."""
     if fitted.gain_effect > CLEAR * before:
         yield f"gain {fitted.gain:.4g}"
     if fitted.lag_effect > CLEAR * before:
@@ -127,7 +127,7 @@ def _causes(fitted: Fit, unit: str, before: float) -> Iterator[str]:
 
 
 def _unit_taken(gain: float, ours: str) -> tuple[str, float]:
-    """Which unit was taken for which, and the gain of that; "" and 1 if none."""
+    """Mistaken unit as text, and its gain; "" and 1 if there is none."""
     for other in UNITS.get(ours, ()):
         size = factor(other, ours)
         for text, expected in (
@@ -144,7 +144,7 @@ def _word(unit: str) -> str:
 
 
 def _where(found: Figures) -> str:
-    """In which band of frequencies the difference is, if it is mostly in one."""
+    """Band of frequencies that holds most of the difference, if one does."""
     squares = np.square(found.band_rms)
     squares[0] += found.mean**2
     worst = int(np.argmax(squares))
@@ -154,5 +154,5 @@ def _where(found: Figures) -> str:
 
 
 def _amount(value: float, unit: str) -> str:
-    """A value in the unit that people read."""
+    """A value in its usual unit."""
     return f"{np.degrees(value):.3g} deg" if unit == "rad" else f"{value:.3g} {unit}"

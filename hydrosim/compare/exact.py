@@ -1,6 +1,6 @@
-"""What "identical" means of two results: every variable, coordinate and attribute is equal to the
-bit, but for those that say when and where a result was made. It holds on one type of processor and
-one set of versions; NaN equals itself."""
+"""Exact comparison of two results. They are identical if every variable, coordinate and attribute
+is equal to the bit, except those that tell when and where a result was made. This holds on one type
+of processor and one set of versions. NaN equals itself."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from hydrosim.documents.files import no_file
 from hydrosim.errors import InputError
 
 OF_MAKING = frozenset({"wall_time", "history", "settings", "date_created", "host"})
-"""Variables and attributes that two makings of one result need not share."""
+"""Variables and attributes that differ between two makings of one result."""
 
 
-def differences(one: xr.Dataset, other: xr.Dataset, but: Collection[str] = ()) -> list[str]:
-    """All that differs between two results, a line each; none if they are identical.
+def differences(one: xr.Dataset, other: xr.Dataset, ignored: Collection[str] = ()) -> list[str]:
+    """All differences between two results, one per line; empty if they are identical.
 
-    Not looked at are `OF_MAKING` and what is named in ``but``, variables and attributes alike.
+    `OF_MAKING` and the names in ``ignored`` are skipped, variables and attributes alike.
     """
-    left_out = {*OF_MAKING, *but}
+    left_out = {*OF_MAKING, *ignored}
     return [*_attributes("", one.attrs, other.attrs, left_out), *_variables(one, other, left_out)]
 
 
 def read_result(path: Path) -> xr.Dataset:
-    """All of a netCDF file, in memory; InputError if it cannot be read."""
+    """All variables of a netCDF file, in memory. Raises InputError if it cannot be read."""
     if reason := no_file(path):
         raise InputError(f"{path}: {reason}; expected netCDF.")
     try:
@@ -55,7 +55,7 @@ def _values(name: str, one: xr.Variable, other: xr.Variable) -> Iterator[str]:
     a = _comparable(one.values)
     b = _comparable(other.values)
     if a.dtype != b.dtype:
-        yield f"{name}: of type {a.dtype} and {b.dtype}"
+        yield f"{name}: types {a.dtype} and {b.dtype}"
     elif (unequal := _unequal(a, b)).any():
         k = int(np.argmax(unequal))
         count = f"{np.count_nonzero(unequal)} of {unequal.size} values differ"
@@ -78,13 +78,13 @@ def _attributes(
 
 
 def _comparable(values: Any) -> np.ndarray:
-    """Texts of any length are of one type."""
+    """Array in which texts of any length have one type."""
     array = np.asarray(values)
     return array.astype(object) if array.dtype.kind in "US" else array
 
 
 def _unequal(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Which values of two arrays of one type and shape differ, flat."""
+    """Unequal values of two arrays of one type and shape, flattened."""
     if one.dtype.kind == "O":
         return np.asarray(one.ravel() != other.ravel(), dtype=bool)
     bits = f"V{one.dtype.itemsize}"

@@ -1,4 +1,4 @@
-"""How far a recorded channel is from ours, in figures. Differences are ours minus recorded."""
+"""Figures of the difference between a recorded channel and ours, which is ours minus recorded."""
 
 from __future__ import annotations
 
@@ -11,17 +11,18 @@ from hydrosim.compare.signals import correlation, rms, split_bands
 
 BANDS = ("slow", "waves", "fast")
 EDGES = (0.1, 2.5)  # rad/s, between them
-ENDS = 0.1  # of the time: what is averaged at its start and end for the drift
-CONSTANT = 1e-12  # of the largest value: what varies less does not
+ENDS = 0.1  # of the time: intervals at its start and end whose means give the drift
+CONSTANT = 1e-12  # of the largest value: smaller variation counts as constant
 CONTACT = ("fender_normal_force", "fender_compression")
-TOUCH = 1e-3  # of the largest value: what is more is contact
+TOUCH = 1e-3  # of the largest value: larger values are contact
 
 
 class Figures(NamedTuple):
-    """Of a channel, in its unit, of the difference: ``rms``, the same over the ``std`` of what was
-    recorded (NaN if that is constant), the largest and its time, the mean; the difference of what
-    each drifts from the first tenth of the time to the last; the rms in each band, and the std of
-    ours and of the recording in each."""
+    """Figures of a channel, in its unit. Of the difference: ``rms``; ``relative``, which is rms
+    over the ``std`` of the recording (NaN if that is constant); the largest value and its time; the
+    mean. drift is the difference of both drifts from the first tenth of the time to the last. The
+    last fields are the rms of the difference in each band, and the std of ours and of the recording
+    there."""
 
     rms: float
     relative: float
@@ -37,7 +38,7 @@ class Figures(NamedTuple):
 
 
 class Contact(NamedTuple):
-    """First contact [s] (NaN if there is none) and share of the time in contact, of each."""
+    """First contact [s] (NaN if there is none) and fraction of the time in contact, for both."""
 
     first_ours: float
     first_recorded: float
@@ -46,7 +47,7 @@ class Contact(NamedTuple):
 
 
 def figures(time: np.ndarray, pair: Pair, edges: tuple[float, float]) -> Figures:
-    """The figures of a pair over ``time`` (n,) [s]; ``edges`` [rad/s] are between the bands."""
+    """Figures of a pair over ``time`` (n,) [s]; ``edges`` [rad/s] separate the bands."""
     difference = pair.ours - pair.recorded
     size, worst = rms(difference), int(np.argmax(np.abs(difference)))
     std = varies(pair.recorded)
@@ -68,13 +69,13 @@ def figures(time: np.ndarray, pair: Pair, edges: tuple[float, float]) -> Figures
 
 
 def varies(values: np.ndarray) -> float:
-    """Standard deviation; 0 where it is but rounding."""
+    """Standard deviation; 0 if it is only rounding."""
     std = float(np.std(values))
     return std if std > CONSTANT * float(np.abs(values).max()) else 0.0
 
 
 def contact(time: np.ndarray, pair: Pair) -> Contact | None:
-    """When and how long a fender touches; None for other channels."""
+    """First contact and fraction of contact of a fender; None for other channels."""
     if not pair.channel.startswith(CONTACT):
         return None
     touching = [x > TOUCH * float(np.abs(x).max()) for x in (pair.ours, pair.recorded)]
@@ -83,6 +84,6 @@ def contact(time: np.ndarray, pair: Pair) -> Contact | None:
 
 
 def _drift(values: np.ndarray) -> float:
-    """Mean over the last tenth minus mean over the first."""
+    """Mean over the last tenth minus mean over the first tenth."""
     count = max(1, int(ENDS * values.size))
     return float(values[-count:].mean() - values[:count].mean())

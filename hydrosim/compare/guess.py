@@ -1,9 +1,9 @@
-"""Guesses which columns of a recording are which channels of a run, by their names and units.
+"""Guesses of the channel that a column of a recording holds, from names and units.
 
-A column that is called as a channel is that channel. Of others, the words in the name must all be
-of the channel ("barge heave velocity", "Z [m]", "run1.ROLL_deg", "fender 2"), those that tell a
-channel from the others (its degree of freedom, its number) must be there, and the unit must fit.
-Where two channels or two columns remain, nothing is guessed.
+A column with the name of a channel is that channel. Other columns match a channel under three
+conditions. All words of the name belong to the channel ("barge heave velocity", "Z [m]",
+"run1.ROLL_deg", "fender 2"). The words that distinguish the channel (its degree of freedom, its
+number) are among them. The unit fits. If two channels or two columns remain, nothing is guessed.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from hydrosim.dofs import DOFS
 from hydrosim.recordings.recording import Column, Recording, is_time
 from hydrosim.results.channels import Channel
 
-OURS = {  # the words of others, and our word for each
+OURS = {  # words of other programs, and our word for each
     "x": "surge",
     "y": "sway",
     "z": "heave",
@@ -32,12 +32,12 @@ OURS = {  # the words of others, and our word for each
     "waves": "wave",
     "contact": "fender",
 }
-# Of the variables that a column may be the first of these is meant: "heave" is a position.
+# If several variables match, the first of these is chosen: "heave" is a position.
 USUAL = ("position", "wave_elevation", "fender_normal_force", "spring_tension", "velocity")
 
 
 def guess(recording: Recording, channels: Sequence[Channel]) -> dict[str, Place]:
-    """The column of each channel that can be told; the others are not in it."""
+    """Column of each recognised channel; other channels are left out."""
     names, time = {channel.name for channel in channels}, recording.time_column()
     numbered = [
         (number, column)
@@ -58,8 +58,8 @@ def guess(recording: Recording, channels: Sequence[Channel]) -> dict[str, Place]
 
 
 def _readings(column: Column) -> Iterator[tuple[str, str | None]]:
-    """Names and units that a column may have, the plainest first: as it is, with a unit at its end
-    ("ROLL_deg"), and each without the names of groups that it is in ("run1.ROLL_deg")."""
+    """Possible names and units of a column, the plainest first: as it is, with a unit at its end
+    ("ROLL_deg"), and each without the names of its groups ("run1.ROLL_deg")."""
     groups = name_and_unit(column.name)[0].split(".")
     for k in range(len(groups)):
         name = ".".join(groups[k:])
@@ -70,7 +70,7 @@ def _readings(column: Column) -> Iterator[tuple[str, str | None]]:
 
 
 def _fitting(name: str, unit: str | None, channels: Sequence[Channel]) -> str | None:
-    """The one channel that a column of this name may be, if there is one."""
+    """The single channel that matches a column of this name; None if none or several do."""
     words = _words(name)
     fits = [c.name for c in channels if _fits(words, c.name) and _converts(unit, c.unit)]
     by_variable = [[name for name in fits if name.split(".")[0] == usual] for usual in USUAL]
@@ -86,7 +86,7 @@ def _fits(words: frozenset[str], channel: str) -> bool:
 
 
 def _words(name: str) -> frozenset[str]:
-    """The words in a name, in our terms; letters and digits are apart."""
+    """Words in a name, in our terms; letters and digits are separated."""
     return frozenset(OURS.get(word, word) for word in re.findall(r"[a-z]+|\d+", name.lower()))
 
 

@@ -1,4 +1,4 @@
-"""The mapping: which column of a recording is which channel of a run, in a small YAML file.
+"""Mapping between columns of a recording and channels of a run, in a small YAML file.
 
     time: {column: 1, unit: s, offset: 0 s, shift: false}
     channels:
@@ -6,10 +6,10 @@
       position.barge.pitch: {column: 6, unit: deg, sign: -1}
       position.barge.surge: {column: Xbow, unit: m, offset: 2 m, point: [80, 0, 7.5]}
 
-All keys but ``column`` may be left out. A recorded value becomes sign * value [unit] + offset; the
-offset is in SI or has a unit. ``point`` is in the body frame: the recorded motion (or velocity) is
-of that point, and the run's is moved there. The offset of the time is added to the recorded times;
-with ``shift`` a shift of them is estimated on top.
+All keys except ``column`` are optional. A recorded value becomes sign * value [unit] + offset; the
+offset is in SI or has a unit. ``point`` is in the body frame: the recorded motion or velocity
+belongs to that point, and the run is evaluated there. The offset of the time is added to the
+recorded times. With ``shift``, a further time shift is estimated.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ Column = StrictStr | StrictInt
 
 
 class TimeColumn(Strict):
-    """Which column is the time, and how it becomes the run's."""
+    """Column of the time, and its conversion to the time of the run."""
 
     column: Column | None = None
     unit: Unit | None = None
@@ -58,7 +58,7 @@ class TimeColumn(Strict):
 
 
 class Place(Strict):
-    """Where a channel is in a recording, and how it becomes ours."""
+    """Column of a channel in a recording, and its conversion to our unit, sign and point."""
 
     column: Column
     unit: Unit | None = None
@@ -68,7 +68,7 @@ class Place(Strict):
 
 
 class MappingFile(Strict):
-    """A mapping file."""
+    """Content of a mapping file."""
 
     time: TimeColumn = TimeColumn()
     channels: Annotated[
@@ -77,7 +77,7 @@ class MappingFile(Strict):
 
 
 def read_mapping(path: Path | str) -> MappingFile:
-    """The mapping in the YAML file ``path``; InputError has a line for each problem: file and line,
-    key, what was found, what was expected."""
+    """Read the mapping in the YAML file ``path``. Raises InputError with a line for each problem:
+    file and line, key, value found, value expected."""
     _, document = read_case(Path(path))
     return validated(document, MappingFile)

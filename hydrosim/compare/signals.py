@@ -1,5 +1,5 @@
-"""Two series over the same times: their correlation at lags, their bands of frequency, and the
-gain, lag and offset that make one of the other."""
+"""Two series over the same times: correlation at lags, frequency bands, and the gain, lag and
+offset between them."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from scipy.optimize import minimize_scalar
 from scipy.signal import correlate
 
 EVEN = 1e-6  # of a step
-CLOSE = 0.002  # correlations that differ less: the smaller lag is meant
+CLOSE = 0.002  # correlations that differ by less: the smaller lag is chosen
 
 
 class Fit(NamedTuple):
-    """recorded(t) = ``gain`` ours(t - ``lag``) + ``offset``, with ``rest`` the rms of what remains
-    and ``correlation`` at that lag; the effects are by how much the rms rises, in squares, if there
-    were no such gain, lag, offset."""
+    """Fit recorded(t) = ``gain`` ours(t - ``lag``) + ``offset``. ``rest`` is the rms of the
+    remainder, ``correlation`` the correlation at that lag. Each effect is the increase of the rms,
+    in squares, without that gain, lag or offset."""
 
     gain: float
     lag: float
@@ -30,19 +30,20 @@ class Fit(NamedTuple):
 
 
 def rms(values: np.ndarray) -> float:
-    """Root of the mean square."""
+    """Root mean square."""
     return float(np.sqrt(np.mean(values**2)))
 
 
 def correlation(ours: np.ndarray, recorded: np.ndarray) -> float:
-    """Pearson's; 0 where either is constant."""
+    """Pearson's correlation; 0 if either series is constant."""
     a, r = ours - ours.mean(), recorded - recorded.mean()
     size = rms(a) * rms(r)
     return float(np.mean(a * r) / size) if size > 0.0 else 0.0
 
 
 def evenly(time: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """The values at as many times of one step; by a cubic spline if they are not yet."""
+    """The values at the same number of evenly spaced times; by a cubic spline if they are
+    uneven."""
     steps = np.diff(time)
     if np.ptp(steps) <= EVEN * steps.mean():
         return values
@@ -52,8 +53,8 @@ def evenly(time: np.ndarray, values: np.ndarray) -> np.ndarray:
 def split_bands(
     time: np.ndarray, values: np.ndarray, edges: tuple[float, float]
 ) -> list[np.ndarray]:
-    """Three series that add up to the (even) values: slow, with mean and trend; of the waves; fast.
-    The ``edges`` between them are in rad/s."""
+    """Three series that add up to the (even) values: slow with mean and trend, waves, and fast.
+    ``edges`` between them are in rad/s."""
     even = evenly(time, values)
     step = (time[-1] - time[0]) / (time.size - 1)
     ends = np.polyfit(time - time[0], even, 1)
@@ -68,8 +69,8 @@ def split_bands(
 
 
 def best_lag(time: np.ndarray, ours: np.ndarray, recorded: np.ndarray, most: float) -> float:
-    """The lag [s] of the recorded series behind ours at which they correlate most, with either
-    sign; the smallest of those that are as good; ``most`` bounds it."""
+    """Lag [s] of the recorded series behind ours with the largest correlation of either sign. Among
+    equally good lags it is the smallest; ``most`` is its bound."""
     a, r = evenly(time, ours), evenly(time, recorded)
     step = (time[-1] - time[0]) / (time.size - 1)
     count = min(int(most / step), time.size // 2)
@@ -97,7 +98,7 @@ def best_lag(time: np.ndarray, ours: np.ndarray, recorded: np.ndarray, most: flo
 
 
 def fit(time: np.ndarray, ours: np.ndarray, recorded: np.ndarray, most: float) -> Fit:
-    """Least squares over the times that any lag leaves."""
+    """Least-squares fit over the times at which both series exist for this lag."""
     lag = best_lag(time, ours, recorded, most)
     inside = _inside(time, lag)
     now, r = ours[inside], recorded[inside]
@@ -114,7 +115,7 @@ def fit(time: np.ndarray, ours: np.ndarray, recorded: np.ndarray, most: float) -
 
 
 def _line(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float]:
-    """Gain, offset and rms of what remains of the line y = gain x + offset."""
+    """Gain, offset and rms of the remainder of the line y = gain x + offset."""
     dx = x - x.mean()
     spread = float(dx @ dx)
     gain = float(dx @ y) / spread if spread > 0.0 else 0.0
@@ -123,12 +124,13 @@ def _line(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float]:
 
 
 def _inside(time: np.ndarray, lag: float) -> np.ndarray:
-    """At which times there is one earlier by the lag."""
+    """Whether each time shifted by the lag lies within the record."""
     return (time - lag >= time[0]) & (time - lag <= time[-1])
 
 
 def _correlations(a: np.ndarray, r: np.ndarray, count: int) -> np.ndarray:
-    """Pearson's of r(i) and a(i - k) where both are, k from -count to count (2 count + 1,)."""
+    """Pearson's correlation of r(i) and a(i - k) where both exist, for k from -count to count (2
+    count + 1,)."""
     a, r = a - a.mean(), r - r.mean()
     k = np.arange(-count, count + 1)
     both = a.size - np.abs(k)

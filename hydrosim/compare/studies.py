@@ -1,10 +1,10 @@
-"""Two sets of runs against each other: two versions, two methods, or a campaign of tests.
+"""Comparison of two sets of runs: two versions, two methods, or a campaign of tests.
 
-Each channel is a number of each run: its figures, its place at the end, statistics of its motions
-and forces. Runs of the same parameters and seeds are pairs, in the same waves, and it is their
-differences that are tested (Student's t); else the two sets are independent (Welch's t). Many
-channels are looked at together: a channel differs if it does at `LEVEL` after Holm (1979,
-Scandinavian Journal of Statistics 6), so that by chance one or more of all are named that often.
+Each channel is a number of each run: its figures, its final position, statistics of its motions and
+forces. Runs of the same parameters and seeds are pairs, in the same waves, and their differences
+are tested (Student's t). Otherwise the two sets are independent (Welch's t). A channel differs if
+it does at `LEVEL` after Holm (1979, Scandinavian Journal of Statistics 6). So `LEVEL` is the
+probability that chance names one or more of all channels.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ APART = {"seed", "solver_steps", "solver_events", "energy_residual_relative", "c
 
 
 class Found(NamedTuple):
-    """A channel: means of both, the mean difference ours less theirs with its interval, the
-    probability of such a one by chance, whether it counts as different, and its ``values`` in the
-    runs of ours and of theirs (n,)."""
+    """A channel: means of both; the mean difference, ours minus theirs, with its interval; the
+    probability of such a difference by chance; whether it counts as different; and its ``values``
+    in the runs of ours and of theirs (n,)."""
 
     channel: str
     unit: str
@@ -48,8 +48,8 @@ class Found(NamedTuple):
 
 
 class Comparison(NamedTuple):
-    """All channels; of how many runs, ``paired`` or not; where they differ the ``durations`` of
-    ours and of theirs in words, and the names of ``codes``, which are not tested."""
+    """All channels, and the numbers of runs, ``paired`` or not. ``durations`` of ours and of theirs
+    are texts if they differ. ``codes`` are the names of codes that differ, which are not tested."""
 
     channels: list[Found]
     ours: int
@@ -60,15 +60,15 @@ class Comparison(NamedTuple):
 
     @property
     def kind(self) -> str:
-        """What the runs of both sets are to each other."""
+        """Relation of the runs of both sets."""
         if not self.durations:
             return KINDS[self.paired]
         kind = "pairs of the same seeds" if self.paired else KINDS[False]
-        return f"{kind}, but of other durations: ours {' and theirs '.join(self.durations)}"
+        return f"{kind}, but of different durations: ours {' and theirs '.join(self.durations)}"
 
 
 def compare_studies(ours: xr.Dataset, theirs: xr.Dataset) -> Comparison:
-    """Channel by channel what differs between two sets of runs; InputError where they have no
+    """Differences between two sets of runs, channel by channel. Raises InputError if they have no
     channel in common, or too few runs."""
     pairs = _pairs(ours, theirs)
     if pairs is not None:
@@ -87,8 +87,8 @@ def compare_studies(ours: xr.Dataset, theirs: xr.Dataset) -> Comparison:
     tested = [each for each in found if each is not None]
     if not tested:
         raise InputError(
-            f"compare: found no channel that {FEWEST} runs or more of both have; expected two files"
-            " of runs of one kind of case (hydrosim sweep)."
+            f"compare: found no channel with {FEWEST} or more runs in both files; expected two"
+            " files of runs of one kind of case (hydrosim sweep)."
         )
     sizes = ours.sizes[RUN], theirs.sizes[RUN]
     durations, codes = (f(ours, theirs, paired) for f in (durations_apart, codes_apart))
@@ -96,8 +96,8 @@ def compare_studies(ours: xr.Dataset, theirs: xr.Dataset) -> Comparison:
 
 
 def _pairs(ours: xr.Dataset, theirs: xr.Dataset) -> tuple[list[int], list[int]] | None:
-    """The runs that have the same seed and parameters; None if there is no such key, or a set has
-    one of them twice."""
+    """Pairs of runs with the same seed and parameters; None if there is no such key, or if one
+    occurs twice in a set."""
     shared = [str(n) for n in ours.coords if n in theirs.coords and ours[n].dims == (RUN,)]
     names = [name for name in shared if name != RUN and theirs[name].dims == (RUN,)]
     if "seed" not in names:
@@ -113,20 +113,20 @@ def _pairs(ours: xr.Dataset, theirs: xr.Dataset) -> tuple[list[int], list[int]] 
 
 
 def _refuse_pooled(*sets: xr.Dataset) -> None:
-    """Runs of other parameters are no runs of other seeds."""
+    """Refuse sets whose runs differ in parameters, because these are not other seeds."""
     for runs in sets:
         for name in map(str, runs.coords):
             varied = runs[name].dims == (RUN,) and name not in (RUN, "seed")
             if varied and np.unique(runs[name].values.astype(str)).size > 1:
                 raise InputError(
-                    f"compare: found runs of several values of {name}, which the two files do not"
-                    " share seed by seed; expected the same parameters and seeds in both, or one"
-                    " combination of parameters in each."
+                    f"compare: found runs with several values of {name}, which the two files do"
+                    " not share seed by seed; expected the same parameters and seeds in both, or"
+                    " one combination of parameters in each."
                 )
 
 
 def _channels(runs: xr.Dataset) -> Iterator[tuple[str, xr.DataArray]]:
-    """All numbers of a run by name: "crawl", "motion.barge.surge.largest"."""
+    """All numbers of a run by name, such as "crawl" and "motion.barge.surge.largest"."""
     for name, variable in runs.data_vars.items():
         others = [str(dim) for dim in variable.dims if dim != RUN]
         kept = RUN in variable.dims and variable.dtype.kind == "f" and name not in APART
@@ -165,7 +165,7 @@ def _tested(name: str, ours: xr.DataArray, theirs: xr.DataArray, paired: bool) -
 
 
 def _marked(found: list[Found]) -> list[Found]:
-    """Those that differ are marked, by Holm's procedure."""
+    """Channels with those marked that differ, by Holm's procedure."""
     order = np.argsort([each.chance for each in found])
     differs = np.zeros(len(found), dtype=bool)
     for rank, k in enumerate(order):

@@ -25,9 +25,8 @@ if TYPE_CHECKING:
     from hydrosim.stepping.dynamics import Model
     from hydrosim.stepping.state import State
 
-BETWEEN = (
-    3  # points for each frequency of the spectra, because resonances are narrower than the spacing
-)
+# points for each frequency of the spectra, because resonances are narrower than the spacing
+BETWEEN = 3
 FIT_WARNED, CUT_WARNED = 0.01, 0.05  # changes of motion that are worth a warning
 ALL = 0.98  # of the resolved length: a memory this long counts as complete
 

@@ -32,9 +32,8 @@ if TYPE_CHECKING:
     from hydrosim.stepping.dynamics import Model
 
 Seas = Sequence[Components]
-OUTSIDE_WARNED = (
-    1e-3  # fraction of a sea's energy, or of its loads, outside a database's frequencies
-)
+# fraction of a sea's energy, or of its loads, outside a database's frequencies
+OUTSIDE_WARNED = 1e-3
 
 
 def notes_of_sea(

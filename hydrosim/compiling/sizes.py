@@ -92,9 +92,8 @@ def _parts(scene: Scene) -> Iterator[Part]:
     # records are copied once for the dataset
     recorded = NUMBER * _records(scene) * (2.0 * _channels(scene) + _states(scene))
     yield Part("output.step", recorded, "Record less often, or make a shorter run")
-    wave = NUMBER * (
-        6 + 8 * (1 + motions)
-    )  # components, their loads, and a table over time of both
+    # components, their loads, and a table over time of both
+    wave = NUMBER * (6 + 8 * (1 + motions))
     waves = wave * sum(_waves(scene))
     yield Part("environment.waves.repeat_period", waves, "Shorten it")
     tables = NUMBER * 3 * FINER * 36 * sum(map(_rows, scene.bodies)) * len(scene.bodies)

@@ -1,5 +1,5 @@
-"""Picture of a comparison: run and recording over each other, and what is between them; beside it a
-close-up of where they are furthest apart."""
+"""Picture of a comparison: run and recording together, their difference, and a close-up at the
+largest difference."""
 
 from __future__ import annotations
 
@@ -20,20 +20,22 @@ from hydrosim.presentation.units import DEFAULT, Shown, Units
 
 CHANNELS = 8  # in a picture
 WIDTH, HEIGHT = 11.0, 2.3  # inches of the picture, and of a channel in it
-CLOSE, SHARE = 120, 0.04  # times in a close-up, at least, and its share of all
+CLOSE, SHARE = 120, 0.04  # times in a close-up, at least, and its fraction of all times
 
 
 def draw_comparison(
     found: Comparison, title: str, output: Path | Output, units: Units = DEFAULT
 ) -> None:
-    """Write the picture of the channels in the units that they are read in. Of more than
-    `CHANNELS`, the ones that are furthest apart."""
+    """Write the picture of the channels. If there are more than `CHANNELS`, it shows those with the
+    largest difference."""
     furthest = sorted(found.results, key=lambda name: -found.results[name].error)[:CHANNELS]
     shown = [result for name, result in found.results.items() if name in furthest]
     more = len(found.results) - len(shown)
     figure = Figure((WIDTH, HEIGHT * len(shown) + 0.8), dpi=DPI, layout="constrained")
     FigureCanvasAgg(figure)
-    figure.suptitle(f"{title}; {more} channels that are closer are not drawn" if more else title)
+    figure.suptitle(
+        f"{title}; {more} channels with smaller differences are not drawn" if more else title
+    )
     ratios = {"width_ratios": [3, 1], "height_ratios": [2, 1] * len(shown)}
     axes = figure.subplots(2 * len(shown), 2, gridspec_kw=ratios)
     for row, result in enumerate(shown):
@@ -73,7 +75,7 @@ def _draw(
     factor: float,
     part: slice = slice(None),
 ) -> None:
-    """Both series above, their difference below, each times a factor."""
+    """Draw both series above, and their difference below."""
     ours = factor * result.pair.ours[part]
     recorded = factor * result.pair.recorded[part]
     for name, values, dash in (("ours", ours, "-"), ("recorded", recorded, "--")):

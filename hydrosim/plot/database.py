@@ -1,4 +1,5 @@
-"""Picture of a database: a column each for the translations and rotations of every body."""
+"""Picture of a database: one column for the translations and one for the rotations of every
+body."""
 
 from __future__ import annotations
 
@@ -23,17 +24,17 @@ from hydrosim.plot.styles import COLOURS
 from hydrosim.presentation.units import DEFAULT, Units
 
 WIDTH, HEIGHT = 7.0, 2.6  # inches of a panel
-HEADINGS = (0.0, 90.0, 180.0)  # deg: the nearest of the database are drawn
-DASHES = ("-", "--", ":")  # of those headings
-NONE = 1e-3  # of a panel's largest value: what stays below is not drawn
-SEEN = 0.1  # of a line's largest value: below it its phase says little
+HEADINGS = (0.0, 90.0, 180.0)  # deg: the nearest headings of the database are drawn
+DASHES = ("-", "--", ":")  # number of those headings
+NONE = 1e-3  # of a panel's largest value: lines below it are not drawn
+SEEN = 0.1  # of a line's largest value: below it the phase means little
 KINDS = (range(3), range(3, 6))  # translations and rotations
 DECADES = 1e4  # of a logarithmic panel
 
 COEFFICIENTS = Units({"rad": "rad"})
 """Coefficients are read per radian, as in all programs that compute them."""
 Lines = dict[str, tuple[np.ndarray, str, str]]
-"""Values (nw,), colour and dash by name."""
+"""Lines by name: values (nw,), colour and dashes."""
 
 
 class _Column(NamedTuple):
@@ -53,7 +54,7 @@ class _Column(NamedTuple):
         return self.dofs.start == 3
 
     def own(self, array: np.ndarray) -> np.ndarray:
-        """(..., 3) of (..., n)."""
+        """Three DOFs (..., 3) of an array (..., n)."""
         return array[..., 6 * self.body + self.dofs.start :][..., :3]
 
     def unit(self, translation: str, rotation: str) -> str:
@@ -61,8 +62,8 @@ class _Column(NamedTuple):
 
 
 def draw_database(db: HydroDatabase, output: Path | Output) -> None:
-    """Draw added mass, damping, amplitude and phase of the excitation, and mean drift; the file
-    appears under its name, of which the suffix is the format, only when it is complete."""
+    """Draw added mass, damping, amplitude and phase of the excitation, and mean drift. The suffix
+    of the file name is the format. The file appears under its name when it is complete."""
     columns = [_Column(db, body, dofs) for body in range(db.bodies) for dofs in KINDS]
     rows = [_added_mass, _damping]
     rows += [_amplitude, _phase] if db.heading.size else []
@@ -100,7 +101,7 @@ def _amplitude(column: _Column, axis: Axes) -> None:
 
 
 def _phase(column: _Column, axis: Axes) -> None:
-    """Lead to the crest, where there is a load."""
+    """Phase lead to the crest; NaN without a load."""
     unit, factor = DEFAULT.shown("rad")
     loads = _drawn(_excitation(column))
     for name, (load, colour, dash) in loads.items():
@@ -113,7 +114,7 @@ def _phase(column: _Column, axis: Axes) -> None:
 
 
 def _broken(x: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The line with a gap wherever it leaves the circle on one side and comes back on the other."""
+    """Line with a gap wherever the phase jumps by a full turn."""
     jumps = np.flatnonzero(np.abs(np.diff(angle)) > np.pi) + 1
     return np.insert(x, jumps, np.nan), np.insert(angle, jumps, np.nan)
 
@@ -149,7 +150,7 @@ def _headings(db: HydroDatabase) -> Iterator[int]:
 
 
 def _drawn(lines: Lines) -> Lines:
-    """Those that are not noise."""
+    """Lines that are not noise."""
     largest = max(np.abs(values).max() for values, *_ in lines.values())
     return {name: line for name, line in lines.items() if np.abs(line[0]).max() > NONE * largest}
 
@@ -166,7 +167,7 @@ def _plot(column: _Column, axis: Axes, what: str, unit: str, lines: Lines) -> No
 
 
 def _logarithmic(axis: Axes, lines: Lines) -> None:
-    """If no line would lose more than noise below zero."""
+    """Whether a logarithmic axis would hide only noise of every line."""
     largest = max(values.max() for values, *_ in lines.values())
     if largest > 0.0 and min(values.min() for values, *_ in lines.values()) > -largest / DECADES:
         axis.set_yscale("log", nonpositive="mask")

@@ -1,4 +1,4 @@
-"""`draw`: the pictures of a run as files, and `figure`, one of them."""
+"""`draw` writes the pictures of a run to files; `figure` returns one of them."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ ALWAYS = Window()
 
 
 class Format(StrEnum):
-    """How pictures are written."""
+    """Formats of pictures."""
 
     PNG = "png"
     SVG = "svg"
@@ -34,15 +34,15 @@ class Format(StrEnum):
 
 @dataclass(frozen=True)
 class View:
-    """What is drawn of a run: the time, the channels if others than usual are asked for, and the
-    format of the files."""
+    """Selection for the pictures of a run: the time, the channels (default: the usual ones), and
+    the format."""
 
     window: Window = ALWAYS
     channels: Sequence[str] = ()
     format: Format = Format.PNG
 
     def pictures(self) -> dict[str, str]:
-        """The names of the files that there can be, by what is added to the name of the run."""
+        """Names of all possible files, by the suffix after the name of the run."""
         suffixes = ["_channels"] if self.channels else [*PICTURES]
         return {suffix: f"{suffix}.{self.format}" for suffix in suffixes}
 
@@ -58,10 +58,11 @@ def draw(
     overwrite: bool = False,
     view: View = USUAL,
 ) -> list[Path]:
-    """Write the pictures of ``run``: ``stem``.png is the overview, ``stem``_motions.png and so on
-    are the details; or ``stem``_channels.png of the channels that are asked for. Returns their
-    paths; raises InputError if the folder cannot be made, where other files than earlier pictures
-    of the same run, ``origin``, have these names, or the run has fewer than two records then."""
+    """Write the pictures of ``run`` and return their paths. ``stem``.png is the overview;
+    ``stem``_motions.png and so on are the details; ``stem``_channels.png shows requested channels.
+    Raises InputError if the folder cannot be made, if a picture would replace a file that is no
+    earlier picture of the run ``origin``, or if the run has fewer than two records in the
+    window."""
     _check(run, view.window)
     outputs = planned(folder, stem, origin, overwrite, view)
     found = zip(view.pictures(), outputs, strict=True)
@@ -80,7 +81,7 @@ def planned(
     overwrite: bool = False,
     view: View = USUAL,
 ) -> list[Output]:
-    """All pictures that there can be of a run; raises as `draw` does."""
+    """Outputs for all possible pictures of a run; raises as `draw` does."""
     make_folder(folder)
     made_of = origin or folder / f"{stem}.nc"
     paths = [folder / f"{stem}{name}" for name in view.pictures().values()]
@@ -91,8 +92,8 @@ def planned(
 
 
 def figure(run: xr.Dataset, name: str = "overview", window: Window = ALWAYS) -> Figure:
-    """One of the pictures of a run by its name, "overview", "motions"; InputError if there is none
-    of that name, or the run has nothing that it shows."""
+    """Picture of a run by its name, such as "overview" or "motions". Raises InputError if there is
+    no such picture, or if the run has no data for it."""
     known = {of.__name__: suffix for suffix, of in PICTURES.items()}
     panels = PICTURES[known[name]](run) if name in known else []
     if not panels:
@@ -129,7 +130,7 @@ def _frame(run: xr.Dataset, suffix: str, window: Window) -> Frame:
     title = title if status == "complete" else f"{title} ({status})"
     remarks = seas(plain(str(run.attrs.get("case_resolved", ""))))
     if length := coarse(run.time.values, window):
-        remarks.append(f"bands: from the least to the largest of each {length:g} s; lines: mean")
+        remarks.append(f"bands: smallest to largest of each {length:g} s; lines: mean")
     shaded, group = phases(run)
     said = ", ".join(f"{phase.name} to {phase.end:.0f} s" for phase in shaded[:-1])
     under = [f"phases of {group}: {said}, then {shaded[-1].name}"] if shaded else []
@@ -142,6 +143,6 @@ def _check(run: xr.Dataset, window: Window) -> None:
     time = run.time.values
     if time[window.of(time)].size < 2:
         raise InputError(
-            f"--from, --to: found {window.start:g} to {window.end:g} s; the run is {time[0]:g} to"
-            f" {time[-1]:g} s, with fewer than two records then."
+            f"--from, --to: found {window.start:g} to {window.end:g} s, with fewer than two"
+            f" records; expected times of the run, {time[0]:g} to {time[-1]:g} s."
         )

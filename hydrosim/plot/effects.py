@@ -1,7 +1,7 @@
-"""Pictures of a study: a figure over its parameters, with what seeds make of it.
+"""Pictures of a study: a figure over its parameters, with its scatter over seeds.
 
-A plan of one parameter is a line with bands, of two a heat map, of one parameter at a time a
-tornado chart; samples are points, Sobol's indices bars.
+A plan of one parameter is a line with bands, of two parameters a heat map, of one parameter at a
+time a tornado chart. Samples are points, and Sobol's indices are bars.
 """
 
 from __future__ import annotations
@@ -26,19 +26,20 @@ from hydrosim.presentation.units import Shown, units_of
 from hydrosim.statistics import effects
 from hydrosim.statistics.effects import Plan, Row, Spread
 
-DECADES = 1.5  # of values, from which on their axis is logarithmic
+DECADES = 1.5  # ratio of values above which their axis is logarithmic
 SIZE = (5.0, 3.6)  # inches of a panel
 TALLEST, WIDEST = 3, 3  # panels above each other, until there are so many beside each other
 
 
 def draw_study(runs: xr.Dataset, output: Output) -> list[Path]:
-    """A picture for each plan of the file of ``runs``, called after ``output`` and the plan."""
+    """Draw a picture for each plan of the file of ``runs``; its name is that of ``output`` with the
+    plan."""
     return [save_picture(page(plan), place) for plan, place in planned_of(runs, output)]
 
 
 def planned_of(runs: xr.Dataset, output: Output) -> list[tuple[Plan, Output]]:
-    """The plans that have something to draw, and where; InputError where none has, or a picture
-    must not be replaced."""
+    """Plans with something to draw, and their outputs. Raises InputError if there are none, or if a
+    picture must not be replaced."""
     found, form = [], output.path.suffix if output.path.suffix != ".nc" else ".png"
     for plan in effects.plans(runs):
         stem = f"{output.path.stem}_{plan.name}" if plan.name else output.path.stem
@@ -47,14 +48,15 @@ def planned_of(runs: xr.Dataset, output: Output) -> list[tuple[Plan, Output]]:
             found.append((plan, place.checked()))
     if not found:
         raise InputError(
-            f"{output.origin}: its study has no figures, so there is nothing to draw;"
-            " ask for some: figures: {NAME: {channel: .., statistic: ..}}."
+            f"{output.origin}: its study has no figures to draw. Add some to the study: figures:"
+            f" {{NAME: {{channel: .., statistic: ..}}}}."
         )
     return found
 
 
 def page(plan: Plan) -> Figure:
-    """The picture of a plan: a panel for each figure, of samples one for each parameter too."""
+    """Picture of a plan: a panel for each figure; for samples, a panel for each figure and
+    parameter."""
     draw = _chart(plan)
     each = len(plan.parameters) if draw is _points else 1
     across = each if draw is _points else _columns(len(plan.figures))
@@ -98,7 +100,7 @@ def _words(name: str) -> str:
 
 
 def runs_title(runs: xr.Dataset) -> str:
-    """What the file of runs is called."""
+    """Name of the file of runs."""
     return str(runs.attrs.get("title", "study"))
 
 
@@ -148,8 +150,8 @@ def _rows(plan: Plan, figure: str) -> list[Row]:
 
 
 def _by_seed(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
-    """Where nothing but seeds is varied: each of them, the mean with its interval, and the band
-    of 90 % of the seeds."""
+    """Draw a plan that varies seeds only: each seed, the mean with its interval, and the band of 90
+    % of the seeds."""
     axis, (row,) = axes[0], _rows(plan, figure)
     seeds = plan.runs["seed"].values if "seed" in plan.runs else np.arange(row.runs.size)
     names = seeds if seeds.ndim == 1 else seeds[:, 0]
@@ -164,8 +166,8 @@ def _by_seed(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
 
 
 def _band(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
-    """The mean over the values with its interval, and the band of 90 % of the seeds; several
-    parameters in the order of their combinations."""
+    """Draw the mean over the values with its interval, and the band of 90 % of the seeds. Several
+    parameters are in the order of their combinations."""
     rows, axis = _rows(plan, figure), axes[0]
     names = list(rows[0].values)
     place, ticks = _places(
@@ -196,7 +198,7 @@ def _band(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
 
 
 def _places(values: Sequence[object], axis: Axes) -> tuple[np.ndarray, list[str]]:
-    """Where values are on an axis, and what they are called where they are no numbers."""
+    """Positions of values on an axis, and their labels if they are not numbers."""
     if not all(isinstance(value, int | float) for value in values):
         return np.arange(len(values), dtype=float), [str(value) for value in values]
     x = np.array(values, dtype=float)
@@ -211,7 +213,7 @@ def _places(values: Sequence[object], axis: Axes) -> tuple[np.ndarray, list[str]
 
 
 def _heat(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
-    """The mean over the values of two parameters."""
+    """Draw the mean over the values of two parameters."""
     rows, axis = _rows(plan, figure), axes[0]
     first, second = (plan.axis(parameter) for parameter in plan.parameters)
     x, y = ([*dict.fromkeys(row.values[name] for row in rows)] for name in (first, second))
@@ -235,8 +237,8 @@ def _heat(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
 
 
 def _tornado(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
-    """From the least to the largest mean that each parameter makes, that of the case among them,
-    the widest on top."""
+    """Draw a bar from the smallest to the largest mean of each parameter, including that of the
+    case, the widest on top."""
     rows, axis = _rows(plan, figure), axes[0]
     base = next(row.spread.mean for row in rows if not row.values["varied"])
     bars: list[tuple[float, float, list[Row], str]] = []
@@ -273,11 +275,11 @@ def _points(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
 
 
 def _bars(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
-    """First-order and total indices with their intervals."""
+    """Draw first-order and total indices with their intervals."""
     found, axis = [each for each in effects.indices(plan) if each.figure == figure], axes[0]
     for shift, kind, colour in ((-0.2, "first", COLOURS[0]), (0.2, "total", COLOURS[1])):
         value, low, high = np.array([getattr(each, kind) for each in found]).T
-        label = "alone" if kind == "first" else "with all others"
+        label = "alone" if kind == "first" else "with all interactions"
         y = np.arange(len(found)) + shift
         sure = np.clip([value - low, high - value], 0.0, None)
         axis.barh(y, value, 0.35, xerr=sure, color=colour, label=label, capsize=3)

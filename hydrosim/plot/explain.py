@@ -1,5 +1,5 @@
-"""The picture of `hydrosim explain`: what pushed a body over time and where it went meanwhile, by
-contact mode; of many runs the means of that over the stages, with their intervals."""
+"""Picture of `hydrosim explain`: forces on a body and its displacement, by contact mode. For many
+runs it shows means over the stages, with intervals."""
 
 from __future__ import annotations
 
@@ -33,8 +33,7 @@ def draw_explained(
     output: Path | Output,
     name: str = "",
 ) -> Path:
-    """Draw a run, or many of them, whose explanation has been ``found``. ``name`` says which runs
-    of a study these are."""
+    """Draw a run, or many runs, with the explanation ``found``."""
     if "run" in found.dims:
         units = units_of(run.attrs)
         figure = _of_runs(found, body, direction, units)
@@ -53,7 +52,7 @@ def draw_explained(
 
 
 def _pushes(run: xr.Dataset, body: str, direction: str) -> Iterator[Panel]:
-    """Where the body is, and the impulses of all forces on it."""
+    """Panels of the position of the body, and of the impulses of all forces on it."""
     units = units_of(run.attrs)
     time = run.time.values
     at = {"body": body, "dof": direction}
@@ -66,7 +65,8 @@ def _pushes(run: xr.Dataset, body: str, direction: str) -> Iterator[Panel]:
 
 
 def _contacts(run: xr.Dataset, axis: str) -> Iterator[Panel]:
-    """Impulses of friction of each group, where its points went in each mode, and the modes."""
+    """Panels for each group: impulses of friction, displacement of its points in each mode, and
+    modes."""
     if "contact_friction" not in run:
         return
     units = units_of(run.attrs)
@@ -114,7 +114,7 @@ def _of_runs(found: xr.Dataset, body: str, direction: str, units: Units) -> Figu
 
 
 def _bars(axis: Axes, values: xr.DataArray, dim: str, label: str) -> None:
-    """A group of bars for each stage, one bar for each entry of ``dim`` that matters."""
+    """Draw a group of bars for each stage, with one bar for each entry of ``dim`` that matters."""
     stages = lasting(values)
     shown = matter(values, dim, LITTLE)
     width = 0.8 / max(len(shown), 1)

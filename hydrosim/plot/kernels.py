@@ -1,4 +1,4 @@
-"""Picture of retardation functions: those of each degree of freedom by itself, and couplings."""
+"""Picture of retardation functions: one of each degree of freedom by itself, and couplings."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The picture that panels stand in: its title and remarks, one axis of time, phases shaded."""
+"""Layout of a picture: title and remarks, one time axis, shaded phases."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from hydrosim.plot.styles import SHADE
 
 WIDTH, DPI = 10.0, 100  # inches of a picture; dots per inch
 LABEL = 0.65  # inches from an axis to its label
-LETTER = 0.008  # of the picture: about the width of one, in the name of a phase
+LETTER = 0.008  # of the picture: approximate width of a letter in the name of a phase
 
 
 class Phase(NamedTuple):
-    """A stretch of time [s] with a name."""
+    """An interval of time [s] with a name."""
 
     name: str
     start: float
@@ -28,8 +28,8 @@ class Phase(NamedTuple):
 
 
 class Frame(NamedTuple):
-    """What the panels of a picture share: a title, remarks under it, the time that they show, the
-    phases that are shaded, in how many columns they stand."""
+    """Common properties of the panels of a picture: title, remarks under it, time interval, shaded
+    phases, and number of columns."""
 
     title: str = ""
     remarks: Sequence[str] = ()
@@ -39,7 +39,7 @@ class Frame(NamedTuple):
 
 
 def picture(panels: Sequence[Panel], frame: Frame | str) -> Figure:
-    """The panels above each other, or row by row, over one time axis."""
+    """Draw the panels below each other, or row by row, over one time axis."""
     frame = Frame(frame) if isinstance(frame, str) else frame
     rows = -(-len(panels) // frame.columns)
     heights = [panel.height for panel in panels[:: frame.columns]]
@@ -81,7 +81,7 @@ def _dress(axis: Axes, frame: Frame) -> None:
 
 
 def _name_phases(top: Sequence[Axes], phases: Sequence[Phase]) -> None:
-    """The names of phases above the first row, where they have room."""
+    """Write the names of phases above the first row, if there is room."""
     for axis in top:
         first, last = axis.get_xlim()
         for phase in phases:
@@ -100,7 +100,7 @@ def _name_phases(top: Sequence[Axes], phases: Sequence[Phase]) -> None:
 
 
 def _level(axes: Sequence[Axes]) -> None:
-    """One range of values for all panels of one label."""
+    """Give all panels with the same label the same range of values."""
     for label in {axis.get_ylabel() for axis in axes} - {""}:
         alike = [axis for axis in axes if axis.get_ylabel() == label]
         ends = np.array([axis.get_ylim() for axis in alike])

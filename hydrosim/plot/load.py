@@ -1,4 +1,4 @@
-"""`open_run`: the dataset of a run from its file."""
+"""`open_run`: reads the dataset of a run from its file."""
 
 from __future__ import annotations
 
@@ -11,9 +11,11 @@ from hydrosim.results.netcdf import REMEDY, read
 
 
 def open_run(path: Path) -> xr.Dataset:
-    """The dataset of a run in the netCDF file ``path``, in memory; raises InputError if the file
-    is missing, is not netCDF or is not the result of a run with at least two records."""
+    """Dataset of the run in the netCDF file ``path``, in memory. Raises InputError if the file is
+    missing, is not netCDF, is not the result of a run, or has fewer than two records."""
     run = read(path)
     if run.sizes["time"] < 2:
-        raise InputError(f"{path}: has fewer than two records, nothing to draw; {REMEDY}.")
+        raise InputError(
+            f"{path}: has fewer than two records, so there is nothing to draw; {REMEDY}."
+        )
     return run

@@ -1,4 +1,4 @@
-"""The picture of a loading condition: tanks from the side and from above, and how full they are."""
+"""Picture of a loading condition: tanks from the side and from above, and their filling."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from hydrosim.scene import TankMesh, TankTable
 from hydrosim.studies.ballast.loading import Condition, TankState
 
 FLUID, WALL = "#4c8fbd", "#444444"
-PALE = "#b7d2e5"  # the fluid where triangles lie on each other, as pale as elsewhere
+PALE = "#b7d2e5"  # opacity of the fluid, reduced where triangles overlap
 AXES = "xyz"
 
 
 def draw_loading(
     found: Sequence[Condition], time: float, output: Path | Output, units: Units = DEFAULT
 ) -> None:
-    """A row for each body: x and z, x and y, y and z, in the unit that lengths are read in."""
+    """Draw a row for each body: x and z, x and y, y and z."""
     figure = Figure(figsize=(14.0, 3.6 * len(found)), layout="constrained")
     rows = figure.subplots(len(found), 3, squeeze=False)
     for condition, row in zip(found, rows, strict=True):
@@ -59,7 +59,7 @@ def _dress(axis: Axes, i: int, j: int, length: Shown) -> None:
 
 
 def _draw_tank(state: TankState, i: int, j: int, axis: Axes) -> None:
-    """A box or a mesh and the fluid in it, seen along an axis; of a table its centroid."""
+    """Draw a box or a mesh and the fluid in it, seen along an axis; for a table, its centroid."""
     shape = state.tank.shape
     if isinstance(shape, TankMesh):
         _draw_mesh(shape.corners, state, i, j, axis)
@@ -91,7 +91,7 @@ def _draw_mesh(corners: np.ndarray, state: TankState, i: int, j: int, axis: Axes
 
 
 def _label(state: TankState, x: float, y: float, j: int, axis: Axes) -> None:
-    """Name and filling, where tanks do not stand behind each other: from above."""
+    """Write name and filling in the view from above, where tanks do not hide each other."""
     if j == 1:
         text = f"{state.tank.name}\n{100.0 * state.filled:.0f} %"
         axis.annotate(text, (x, y), ha="center", va="center", fontsize=7)

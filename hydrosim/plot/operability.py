@@ -1,4 +1,4 @@
-"""The picture of limits: significant height over peak period, with the criterion that governs."""
+"""Picture of limits: significant height over peak period, with the governing criterion."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ SIZE = (7.5, 3.6)  # inches of a panel
 
 
 def draw_limits(found: xr.Dataset, output: Path | Output) -> None:
-    """A panel for each stage, a line with its interval for each heading and swell, and at each
-    point the mark of the criterion that governs there."""
+    """Draw a panel for each stage, with a line and its interval for each heading and swell. The
+    marker at each point shows the criterion that governs there."""
     stages = [str(stage) for stage in found.stage.values]
     figure = Figure((SIZE[0], SIZE[1] * len(stages) + 0.4), dpi=100, layout="constrained")
     FigureCanvasAgg(figure)
@@ -36,7 +36,7 @@ def draw_limits(found: xr.Dataset, output: Path | Output) -> None:
         _panel(axis, found.sel(stage=stage), names)
         axis.set_title(stage if len(stages) > 1 else "", loc="left", fontsize="medium")
     axes[-1].set_xlabel("peak period [s]")
-    share = f"{found.attrs['probability']:.3g} of the seas hold all criteria"
+    share = f"{found.attrs['probability']:.3g} of the seas meet all criteria"
     figure.suptitle(f"{found.attrs['title']}: limits up to which {share}")
     save_picture(figure, output)
 

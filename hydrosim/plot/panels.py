@@ -1,7 +1,8 @@
 """Panels of a picture: lines over time, and bands of modes over time.
 
-What has more records than a panel has room for is drawn as a band from the smallest to the largest
-value of each stretch of time, with its mean; a little more, as a line through these.
+A series with many more records than a panel can show is drawn as a band from the smallest to the
+largest value of each interval, with its mean. A series with slightly more is a line through these
+values.
 """
 
 from __future__ import annotations
@@ -23,33 +24,33 @@ HEIGHT = 1.6  # inches of a panel
 BAND = 0.35  # inches of a band
 NAMES, ENTRIES = 24, 8  # letters of a line of the legend; entries of a column of it
 WORDS = 20  # letters of a line beside an axis
-BINS = 800  # of a line: about as many as a panel has pixels
-DENSE = 10  # records in a bin, from which on their smallest and largest are drawn as a band
+BINS = 800  # of a line: about the number of pixels of a panel
+DENSE = 10  # records in a bin from which on a band is drawn
 COLUMNS = 200  # of bands of modes
 APART = 4  # lines in one panel
 ALIKE = 1e-6  # of the largest value: lines that differ less are drawn once
 DIGITS = (-3, 6)  # powers of ten between which numbers beside an axis are written out
 
 Series = Mapping[str, np.ndarray]
-"""Lines (nt,) by the names in the legend, or several under one name (n, nt), drawn from the least
-to the largest of them; one without a name is not in the legend."""
+"""Lines (nt,) by their names in the legend. Several lines under one name (n, nt) are drawn as a
+band from the smallest to the largest. A line without a name is not in the legend."""
 
 
 class Window(NamedTuple):
-    """The time that is drawn [s]."""
+    """Time interval of a picture [s]."""
 
     start: float = -inf
     end: float = inf
 
     def of(self, time: np.ndarray) -> slice:
-        """The records in it."""
+        """Indices of the records in the interval."""
         return slice(
             int(np.searchsorted(time, self.start)), int(np.searchsorted(time, self.end, "right"))
         )
 
 
 class Panel(NamedTuple):
-    """What draws on an axis, and the height of that axis [inch]."""
+    """A panel: a function that draws on an axis, and the height of that axis [inch]."""
 
     draw: Callable[[Axes, Window], None]
     height: float = HEIGHT
@@ -62,21 +63,21 @@ def lines(
     series: Series,
     order: Sequence[str] = (),
 ) -> Panel:
-    """A panel of lines in SI, drawn in the unit that is ``shown``. Lines that are alike are drawn
-    once, with all their names. Their styles follow the ``order`` of all names that there may
-    be."""
+    """A panel of lines. Equal lines are drawn once, with all their names. Styles follow the
+    ``order`` of all possible names. The prefix of the unit suits the ``largest`` value; default:
+    that of these lines."""
     drawn = _scaled(shown.factor, series, styles(order))
     return Panel(partial(_plot_lines, time, labelled(label, shown.unit), drawn))
 
 
 def apart(time: np.ndarray, label: str, shown: Shown, series: Series) -> Iterator[Panel]:
-    """A panel for each line, as they would hide each other, all over one range of values."""
+    """A panel for each line, because they would hide each other, all over one range of values."""
     for line in _scaled(shown.factor, series):
         yield Panel(partial(_plot_named, time, labelled(label, shown.unit), line))
 
 
 def bands(time: np.ndarray, modes: Series) -> Panel:
-    """A band for each contact point, its height shared by the modes as they share the time."""
+    """A band for each contact point, whose height is divided like the time in each mode."""
     return Panel(partial(_plot_bands, time, modes), max(HEIGHT, BAND * len(modes)))
 
 
@@ -92,16 +93,16 @@ def peak(series: Series) -> float:
 
 
 def coarse(time: np.ndarray, window: Window) -> float:
-    """How long the stretches are [s] whose smallest and largest values are drawn as bands; zero
-    where lines are drawn."""
+    """Length [s] of the intervals whose smallest and largest values are drawn as bands; zero if
+    lines are drawn."""
     inside = time[window.of(time)]
     size = _size(inside.size)
     return size * float(inside[1] - inside[0]) if size > DENSE else 0.0
 
 
 def thinned(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The smallest and the largest value of each of `BINS` bins, in their order in time: a line
-    through them looks like the line through all."""
+    """Smallest and largest value of each of `BINS` bins, in their order in time. A line through
+    them looks like the line through all values."""
     size = _size(time.size)
     if size <= 2:
         return time, values
@@ -113,7 +114,7 @@ def thinned(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 def alike(series: Series) -> list[tuple[list[str], np.ndarray]]:
-    """Lines that are alike as one, with all their names."""
+    """Lines, with equal ones merged under all their names."""
     least = ALIKE * peak(series)
     groups: list[tuple[list[str], np.ndarray]] = []
     for name, values in series.items():
@@ -128,7 +129,7 @@ def alike(series: Series) -> list[tuple[list[str], np.ndarray]]:
 
 
 class _Line(NamedTuple):
-    """A line as it is drawn."""
+    """A line of a panel."""
 
     name: str
     values: np.ndarray
@@ -140,7 +141,8 @@ def _size(count: int) -> int:
 
 
 def _scaled(factor: float, series: Series, look: Mapping[str, Style] | None = None) -> list[_Line]:
-    """The lines times a factor, alike ones as one."""
+    """The unit with a prefix that suits the largest value, and the lines in that unit, with equal
+    ones merged. Metres and degrees have no prefix."""
     known = look or {}
     return [
         _Line(_joined(names), factor * values, known.get(names[0], STYLES[k % len(STYLES)]))
@@ -166,7 +168,7 @@ def _plot_lines(
 
 
 def _plot_named(time: np.ndarray, label: str, line: _Line, axis: Axes, window: Window) -> None:
-    """A line with its name in the panel."""
+    """Draw a line with its name in the panel."""
     _plot_lines(time, label, [_Line("", line.values, STYLES[0])], axis, window)
     axis.margins(y=0.25)  # room for the name
     paper = {"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 1.0}
@@ -175,7 +177,7 @@ def _plot_named(time: np.ndarray, label: str, line: _Line, axis: Axes, window: W
 
 
 def _plot_line(axis: Axes, time: np.ndarray, values: np.ndarray, line: _Line) -> None:
-    """A line, or a band with its mean where there is more than a line can show."""
+    """Draw a line, or a band with its mean if there are more records than a line can show."""
     look: dict[str, Any] = {
         "color": line.style.colour,
         "linestyle": line.style.dash,
@@ -209,11 +211,11 @@ def _plot_bands(time: np.ndarray, modes: Series, axis: Axes, window: Window) -> 
             base = top
     axis.set_yticks(-np.arange(len(modes)), labels=list(modes))
     axis.set_ylim(0.5 - len(modes), 0.5)
-    _legend(axis, "share of time in")
+    _legend(axis, "fraction of time in")
 
 
 def _legend(axis: Axes, title: str = "") -> None:
-    """Beside the panel, where it hides nothing."""
+    """Draw the legend beside the panel, where it hides nothing."""
     columns = -(-len(axis.get_legend_handles_labels()[1]) // ENTRIES)
     legend = axis.legend(
         loc="upper left",

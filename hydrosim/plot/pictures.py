@@ -1,7 +1,7 @@
-"""The pictures of a run: one overview, and one each of motions, contacts, lines, tanks, energies.
+"""Pictures of a run: an overview, and one each of motions, contacts, lines, tanks and energies.
 
-What a scene does not have (fenders, waves, a degree of freedom that moves) has no panel, and a
-picture without panels is not drawn.
+Absent parts of a scene (fenders, waves, a degree of freedom that moves) have no panel. A picture
+without panels is not drawn.
 """
 
 from __future__ import annotations
@@ -20,14 +20,15 @@ from hydrosim.results.stages import transferred
 from hydrosim.statistics.contact import crawl
 from hydrosim.wording.run import unit_of
 
-STILL = 1e-6  # m or rad: what moves less does not move
-LITTLE = 1e-3  # of the largest friction: what is less along an axis is not drawn
-MANY = 12  # contacts or lines with panels of their own; of more, each group or element has one
+STILL = 1e-6  # m or rad: smaller motions count as none
+LITTLE = 1e-3  # of the largest friction: smaller components along an axis are not drawn
+# contacts or lines with panels of their own; if there are more, each group or element has a panel
+MANY = 12
 KINDS = {"displacement": DOFS[:3], "rotation": DOFS[3:]}
 
 
 def overview(run: xr.Dataset) -> list[Panel]:
-    """What happened, in one picture."""
+    """Panels of the overview."""
     panels = [*_motions_together(run), *_elevation(run)]
     if "fender" in run.dims:
         panels += [_lines(run, "normal force", "N", _by_fender(run, run.fender_normal_force))]
@@ -38,7 +39,7 @@ def overview(run: xr.Dataset) -> list[Panel]:
 
 
 def motions(run: xr.Dataset) -> list[Panel]:
-    """A panel for each degree of freedom that moves, with all bodies, and the waves."""
+    """Panels for each degree of freedom that moves, with all bodies, and for the waves."""
     single, order = run.sizes["body"] == 1, _labels(run, "body")
     panels = []
     for dof, bodies in _moving(run).items():
@@ -48,7 +49,7 @@ def motions(run: xr.Dataset) -> list[Panel]:
 
 
 def fender_forces(run: xr.Dataset) -> list[Panel]:
-    """Of each contact point its normal force, and its friction by directions beside it."""
+    """Panels of the normal force of each contact point, with its friction components beside it."""
     if "fender" not in run.dims:
         return []
     time, order = run.time.values, _labels(run, "axis")
@@ -66,7 +67,7 @@ def fender_forces(run: xr.Dataset) -> list[Panel]:
 
 
 def contact(run: xr.Dataset) -> list[Panel]:
-    """Modes, compression, and how far the contact points have gone and slipped."""
+    """Panels of modes, compression, path length and slip of the contact points."""
     if "fender" not in run.dims:
         return []
     by = {"compression": ("m", run.fender_compression.clip(min=0.0))}
@@ -83,7 +84,8 @@ def contact(run: xr.Dataset) -> list[Panel]:
 
 
 def transfer(run: xr.Dataset) -> list[Panel]:
-    """Of a weight that goes from one group of contacts to another: its share, loads, clearances."""
+    """Panels of a transfer of weight between groups of contacts: its fraction, loads,
+    clearances."""
     if "contact_weight" not in run.coords:
         return []
     share, load = transferred(run), run.contact_load
@@ -93,14 +95,15 @@ def transfer(run: xr.Dataset) -> list[Panel]:
     return [
         _lines(run, "transferred", "1", {g: share.sel(contact_group=g).values for g in groups}),
         _lines(run, "load", "N", {g: load.sel(contact_group=g).values for g in groups}),
-        _lines(run, "load of each", "N", _by_fender(taken, taken.fender_normal_force)),
+        _lines(run, "load of each group", "N", _by_fender(taken, taken.fender_normal_force)),
         _lines(run, "gap", "m", _by_fender(taken, gaps)),
         *_clearances(run),
     ]
 
 
 def tensions(run: xr.Dataset) -> list[Panel]:
-    """Tension of each line, all over one range, and what is used of capacities."""
+    """Panels of the tension of each line, all over one range, and of the utilisation of
+    capacities."""
     if "spring" not in run.dims:
         return []
     tension = _few(run, run.spring_tension, "spring")
@@ -109,7 +112,7 @@ def tensions(run: xr.Dataset) -> list[Panel]:
 
 
 def tanks(run: xr.Dataset) -> list[Panel]:
-    """Levels of tanks, and what pumps move."""
+    """Panels of tank levels and pump rates."""
     found = {"tank": ("tank_level", "level", "m"), "pump": ("pump_rate", "pumped", "kg/s")}
     return [
         _lines(
@@ -121,7 +124,7 @@ def tanks(run: xr.Dataset) -> list[Panel]:
 
 
 def energies(run: xr.Dataset) -> list[Panel]:
-    """The ledger: what is held, what was put in, what was lost, what cannot be accounted for."""
+    """Panels of the energy balance: energy held, work, losses, residual."""
     panels = [_lines(run, "kinetic energy", "J", {"": run.energy_kinetic.values})]
     for part, label in {"stored": "stored", "work": "work done", "dissipated": "lost"}.items():
         start = f"energy_{part}_"
@@ -144,11 +147,12 @@ PICTURES: dict[str, Callable[[xr.Dataset], list[Panel]]] = {
     "_tanks": tanks,
     "_energies": energies,
 }
-"""What can be drawn of a run, by what is added to its name."""
+"""All pictures of a run, by the suffix of their file names."""
 
 
 def channels(run: xr.Dataset, chosen: Sequence[str]) -> list[Panel]:
-    """Panels of channels by name: those of one kind and unit in one, many of them in one each."""
+    """Panels of channels by name: channels of one kind and unit share a panel; many channels have
+    one each."""
     kinds: dict[tuple[str, str], dict[str, np.ndarray]] = {}
     for name in chosen:
         values, unit = series(run, name)
@@ -171,7 +175,8 @@ def _lines(
 def _components(
     time: np.ndarray, label: str, shown: Shown, panels: Sequence[Series]
 ) -> Iterator[Panel]:
-    """A panel for each, of the same components, those that are not little throughout."""
+    """A panel for each contact or line, with the same components, without components that are small
+    throughout. All have the prefix that suits the largest value."""
     order, largest = [*panels[0]], max(peak(each) for each in panels)
     acting = [a for a in order if any(peak({a: x[a]}) > LITTLE * largest for x in panels)]
     alone = len(acting) < 2
@@ -182,7 +187,7 @@ def _components(
 
 
 def _motions_together(run: xr.Dataset) -> Iterator[Panel]:
-    """Of each body all translations in one panel, all rotations in another."""
+    """For each body, a panel of all translations and a panel of all rotations."""
     moving = _moving(run)
     for body in _labels(run, "body"):
         for kind, dofs in KINDS.items():
@@ -197,7 +202,7 @@ def _motions_together(run: xr.Dataset) -> Iterator[Panel]:
 
 
 def _moving(run: xr.Dataset) -> dict[str, list[str]]:
-    """The bodies that move in each degree of freedom; all of them where nothing moves at all."""
+    """Bodies that move in each degree of freedom; all bodies if none moves at all."""
     reach = run.position.max("time") - run.position.min("time")
     moves = reach > STILL if (reach > STILL).any() else reach >= 0.0
     return {
@@ -217,7 +222,7 @@ def _elevation(run: xr.Dataset) -> Iterator[Panel]:
 
 
 def _utilisation(run: xr.Dataset) -> Iterator[Panel]:
-    """Forces over capacities; where one is used up, the line is at 1."""
+    """Panels of forces over capacities; a fully used capacity is at 1."""
     each = {
         n.partition(".")[2]: series(run, n)[0] for n in names(run) if n.startswith("utilisation.")
     }
@@ -236,8 +241,8 @@ def _modes(run: xr.Dataset) -> Panel:
 
 
 def _crawl(run: xr.Dataset) -> Iterator[Panel]:
-    """How far the contact nodes have gone since the start; while open, where they last touched.
-    Only along the axes where that is more than rounding."""
+    """Path length of the contact nodes since the start, along axes where it exceeds rounding. While
+    open, a node stays at the point of last contact."""
     gone = crawl(run)
     by_axis = {axis: gone.sel(axis=axis) for axis in _labels(run, "axis")}
     largest = max(peak({"": x.values}) for x in by_axis.values())
@@ -247,21 +252,20 @@ def _crawl(run: xr.Dataset) -> Iterator[Panel]:
 
 
 def _by_fender(run: xr.Dataset, values: xr.DataArray) -> Series:
-    """A line for each contact point; for each group of them if they are more than one panel
-    takes."""
+    """A line for each contact point; for each group if there are more than one panel can show."""
     each = _each(values, "fender")
     return each if len(alike(each)) <= APART else _by_group(run, values)
 
 
 def _by_spring(values: xr.DataArray) -> Series:
-    """Lines as they are, as their tensions are smooth; of very many, from the least to the
-    largest."""
+    """Lines as they are, because tensions are smooth; if there are very many, a band from the
+    smallest to the largest."""
     each = _each(values, "spring")
     return each if len(each) <= len(COLOURS) else {f"{len(each)} lines": np.array([*each.values()])}
 
 
 def _few(run: xr.Dataset, values: xr.DataArray, dim: str = "fender") -> Series:
-    """A line for each; of very many contacts, for each group."""
+    """A line for each contact; for each group if there are very many."""
     many = run.sizes[dim] > MANY and dim == "fender"
     return _by_group(run, values) if many else _each(values, dim)
 

@@ -1,4 +1,4 @@
-"""The picture of a linear analysis: RAOs over frequency, a line for each heading."""
+"""Picture of a linear analysis: RAOs over frequency, with a line for each heading."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ STILL = 1e-6  # of the largest motion: it has no phase
 
 
 def draw_response(found: xr.Dataset, output: Path | Output) -> None:
-    """Amplitudes and phases of all motions that waves excite, those of all bodies together."""
+    """Draw amplitudes and phases of all motions that waves excite, with all bodies together."""
     units = units_of(found.attrs)
     dofs = [str(d) for d in found.dof.values if np.any(found.rao_amplitude.sel(dof=d) > 0.0)]
     rows = max(len(dofs), 1)
@@ -42,7 +42,7 @@ def draw_response(found: xr.Dataset, output: Path | Output) -> None:
 
 
 def _draw_motion(at: xr.Dataset, amplitude: Shown, units: Units, size: Axes, phase: Axes) -> None:
-    """A line of one body for each heading."""
+    """Draw a line of one body for each heading."""
     angle = units.shown("rad")
     for heading in at.heading.values:
         rao = at.sel(heading=heading)

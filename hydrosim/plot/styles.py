@@ -1,4 +1,4 @@
-"""Colours and dashes of lines, the same in all pictures, and apart without colours too."""
+"""Colours and dashes of lines: the same in all pictures, and distinct without colours."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from itertools import cycle
 from typing import NamedTuple
 
-# Okabe & Ito (2008): colours that the colour-blind can tell apart. The first three are as apart in
-# grey; of those after them, all are dashed, and dotted the next time round.
+# Okabe & Ito (2008): colours that the colour-blind can distinguish. The first three are also
+# distinct in grey. Later lines are dashed, and dotted in the next round.
 COLOURS = ("#0072B2", "#E69F00", "#000000", "#009E73", "#D55E00", "#56B4E9", "#CC79A7")
 SOLID = 3
 MODES = {2: ("slip", "#E69F00"), 1: ("stick", "#0072B2"), 0: ("open", "#DDDDDD")}  # bottom to top
@@ -15,7 +15,7 @@ SHADE = "#EDEDED"  # of every other phase
 
 
 class Style(NamedTuple):
-    """How a line is drawn."""
+    """Style of a line."""
 
     colour: str
     dash: str
@@ -30,5 +30,5 @@ STYLES = [
 
 
 def styles(names: Iterable[str]) -> dict[str, Style]:
-    """The style of each of many names, by their order."""
+    """Style of each of many names, by their order."""
     return dict(zip(names, cycle(STYLES), strict=False))

@@ -1,5 +1,5 @@
-"""Recordings of other programs and tests: `read_recording`, whatever the format of the file;
-`write_recording` writes one."""
+"""Recordings of other programs and tests: `read_recording` reads all formats; `write_recording`
+writes text."""
 
 from hydrosim.recordings.load import read_recording
 from hydrosim.recordings.recording import Column, Recording

@@ -1,4 +1,4 @@
-"""Recordings in HDF5: as they are, as MATLAB 7.3 writes them, and those that are netCDF."""
+"""Recordings in HDF5: plain, as MATLAB 7.3 writes them, and netCDF."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from hydrosim.documents.text import Source, spelled
 from hydrosim.recordings import netcdf
 from hydrosim.recordings.recording import Recording, of_arrays
 
-UNITS = ("units", "unit", "Units", "Unit")  # attributes that may say it
+UNITS = ("units", "unit", "Units", "Unit")  # attributes that may give the unit
 OF_NETCDF = "_NCProperties"
 
 
 def read(source: Source) -> Recording:
-    """The datasets over time in an HDF5 file, called by their paths, "group.dataset"."""
+    """Datasets over time in an HDF5 file, named by their paths, "group.dataset"."""
     if reason := fault(source.file):
         source.wrong(f"cannot be read as HDF5 ({reason}); is it complete?")
     with h5py.File(source.file) as file:
@@ -25,7 +25,7 @@ def read(source: Source) -> Recording:
 
 
 def read_matlab(source: Source) -> Recording:
-    """The arrays over time in a MATLAB 7.3 file, with structs as groups."""
+    """Arrays over time in a MATLAB 7.3 file, with structs as groups."""
     if reason := fault(source.file):
         source.wrong(f"cannot be read as MATLAB 7.3 file ({reason}); is it complete?")
     with h5py.File(source.file) as file:
@@ -36,7 +36,7 @@ def _read(source: Source, form: str, file: h5py.File) -> Recording:
     arrays, units = dict[str, np.ndarray](), dict[str, str | None]()
 
     def take(path: str, item: h5py.Group | h5py.Dataset) -> None:
-        # "#refs#" is what MATLAB's cells point to
+        # the cells of MATLAB point to "#refs#"
         if isinstance(item, h5py.Dataset) and item.dtype.kind in "iuf" and path[0] != "#":
             name = path.replace("/", ".")
             arrays[name] = item[()]

@@ -1,4 +1,4 @@
-"""`read_recording`: what kind of file it is, from its beginning, and what is in it."""
+"""`read_recording`: recognises the kind of file from its beginning, and reads it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from hydrosim.recordings import hdf5, matlab, netcdf, text
 from hydrosim.recordings.recording import Recording
 
 Reader = Callable[[Source], Recording]
-READERS: Mapping[bytes, Reader] = {  # by what a file begins with; all else is text
+READERS: Mapping[bytes, Reader] = {  # by the first bytes of a file; all other files are text
     b"MATLAB 5.0 MAT-file": matlab.read,
     b"MATLAB 7.3 MAT-file": hdf5.read_matlab,
     b"\x89HDF": hdf5.read,
@@ -19,9 +19,10 @@ READERS: Mapping[bytes, Reader] = {  # by what a file begins with; all else is t
 
 
 def read_recording(path: Path | str) -> Recording:
-    """All columns of a recorded series: text, MATLAB (v5, v7.3), HDF5, or netCDF, such as a run.
+    """Read all columns of a recorded series: text, MATLAB (v5, v7.3), HDF5, or netCDF, such as a
+    run.
 
-    Raises InputError with the file, the line of a text, what was found, what was expected.
+    Raises InputError with the file, the line of a text, the value found and the value expected.
     """
     source = Source(Path(path))
     head = source.head(max(map(len, READERS)))

@@ -11,7 +11,7 @@ import numpy as np
 from hydrosim.documents.text import Source, name_and_unit
 from hydrosim.recordings.recording import Recording, of_arrays
 
-# What scipy raises about damaged files.
+# exceptions of scipy about damaged files
 _DAMAGE = (
     ArithmeticError,
     EOFError,
@@ -26,7 +26,7 @@ _DAMAGE = (
 
 
 def read(source: Source) -> Recording:
-    """The arrays over time in a MATLAB file; those in a struct are called "struct.field"."""
+    """Arrays over time in a MATLAB file; arrays in a struct are named "struct.field"."""
     from scipy.io import loadmat
     from scipy.io.matlab import MatReadError
 

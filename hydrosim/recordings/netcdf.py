@@ -1,4 +1,4 @@
-"""Recordings in netCDF; of a run, columns are called as in `hydrosim.documents.series`."""
+"""Recordings in netCDF. Columns of a run have the names of `hydrosim.documents.series`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from hydrosim.recordings.recording import Column, Recording, is_time
 
 
 def read(source: Source) -> Recording:
-    """The variables over time, ``VARIABLE.SELECTION``; places along a dimension without names are
+    """Variables over time, ``VARIABLE.SELECTION``. Entries of a dimension without names are
     numbered from 1 on."""
     try:
         with xr.open_dataset(source.file, engine="netcdf4", decode_times=False) as opened:
@@ -34,7 +34,8 @@ def read(source: Source) -> Recording:
 
 
 def _labelled(found: xr.Dataset, time: str) -> xr.Dataset:
-    """The numbers in it, over a dimension called time, with words for the places along others."""
+    """Numeric variables over a dimension called time, with names for the entries of other
+    dimensions."""
     renamed = found.rename({time: "time"}) if time != "time" else found
     numbers = renamed[[name for name, array in renamed.items() if array.dtype.kind in "iuf"]]
     labels = {
@@ -46,5 +47,5 @@ def _labelled(found: xr.Dataset, time: str) -> xr.Dataset:
 
 
 def _unit(text: str | None) -> str | None:
-    """The unit of an attribute, such as "s" of "seconds since 2020-01-01"."""
+    """Unit from an attribute, such as "s" from "seconds since 2020-01-01"."""
     return None if text is None else spelled(text.split(" since ")[0])

@@ -1,4 +1,4 @@
-"""`Recording`: the columns of a file, by name or number, with their units if the file says them."""
+"""`Recording`: columns of a file, by name or number, with their units if the file has them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from hydrosim.documents.units import shown
 
 @dataclass(frozen=True)
 class Column:
-    """Values (n,) of what is called ``name``, in ``unit`` ("" is a plain number, None not said)."""
+    """Values (n,) of a column ``name``, in ``unit`` ("" for a plain number, None if unknown)."""
 
     name: str
     unit: str | None
@@ -23,8 +23,8 @@ class Column:
 
 @dataclass(frozen=True)
 class Recording:
-    """All columns of a file, the time among them, of one length; ``form`` is what the file is,
-    ``lines`` are the numbers of the lines of a text, ``left_out`` is what is not over time."""
+    """All columns of a file, including the time, of one length. ``form`` is the format of the file,
+    ``lines`` are the line numbers of a text, and ``left_out`` names data that are not over time."""
 
     source: Source
     form: str
@@ -33,8 +33,8 @@ class Recording:
     left_out: Sequence[str] = ()
 
     def column(self, key: str | int) -> Column:
-        """The column of that name, with or without its unit, or number, from 1 on; InputError names
-        those that there are."""
+        """Column of that name, with or without its unit, or of that number, from 1 on. Raises
+        InputError that lists the columns."""
         if isinstance(key, int):
             if not 1 <= key <= len(self.columns):
                 text = f"found no column {key}; expected a number from 1 to {len(self.columns)}"
@@ -43,26 +43,27 @@ class Recording:
         named = [column for column in self.columns if column.name == key]
         named = named or [c for c in self.columns if name_and_unit(c.name)[0] == key]
         if len(named) > 1:
-            self.source.wrong(f"found more than one column {shown(key)}; call it by its number")
+            self.source.wrong(f"found more than one column {shown(key)}; use its number")
         if not named:
             self.source.unknown("column", key, [column.name for column in self.columns])
         return named[0]
 
     def time_column(self) -> Column:
-        """The column named time or t, else the first."""
+        """Column named time or t, else the first."""
         return next((column for column in self.columns if is_time(column.name)), self.columns[0])
 
 
 def is_time(name: str) -> bool:
-    """True of "time", "Time (s)", "test3.t"."""
+    """Whether a name is "time", "Time (s)", "test3.t" or similar."""
     return TIME.fullmatch(name_and_unit(name)[0].rsplit(".")[-1]) is not None
 
 
 def of_arrays(
     source: Source, form: str, arrays: Mapping[str, np.ndarray], units: Mapping[str, str | None]
 ) -> Recording:
-    """The recording that a file of arrays holds: those that are as long as the array of the time,
-    or else as most are; of an array (n, m) or (m, n) each column, with its number in the name."""
+    """Recording from the arrays of a file. It keeps arrays that are as long as the array of the
+    time, or else of the most frequent length. An array (n, m) or (m, n) gives m columns, with their
+    number in the name."""
     numbers = {name: a for name, a in arrays.items() if a.dtype.kind in "iuf" and a.size > 1}
     lengths = [max(a.shape) for name, a in numbers.items() if is_time(name)]
     lengths = lengths or [
@@ -75,12 +76,14 @@ def of_arrays(
         for i, row in enumerate(rows, 1):
             columns.append(Column(f"{name} {i}" if len(rows) > 1 else name, units.get(name), row))
     if not columns:
-        source.wrong("found no numbers over time; expected arrays of one length, one of them time")
+        source.wrong(
+            "found no numbers over time; expected arrays of one length, one of which is the time"
+        )
     return Recording(source, form, columns, left_out=left_out)
 
 
 def _over_time(array: np.ndarray, count: int) -> list[np.ndarray]:
-    """The columns of an array that is over time along either dimension; none if it is not."""
+    """Columns of an array that is over time along either dimension; empty if it is not."""
     flat = np.squeeze(array)
     if flat.ndim == 1 and flat.size == count:
         return [flat]

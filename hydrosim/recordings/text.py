@@ -1,4 +1,4 @@
-"""Recordings in text: csv, columns apart by blanks or tabs, tables as aNySIM prints them."""
+"""Recordings in text: csv, columns separated by blanks or tabs, and tables of aNySIM."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from hydrosim.recordings.recording import Column, Recording
 
 
 def read(source: Source) -> Recording:
-    """The columns of a text file; those without names are called "column 2" and so on."""
+    """Columns of a text file; columns without names are called "column 2" and so on."""
     table = parse(source)
     names = table.names or [f"column {i}" for i in range(1, table.rows.shape[1] + 1)]
     columns = [

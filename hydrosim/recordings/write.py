@@ -1,10 +1,9 @@
-"""`write_recording`: channels of a run as a table in text, as other programs read it.
+"""`write_recording`: channels of a run as a text table for other programs.
 
-The layout: lines that begin with # say what it is; a line of names; a line of units in brackets; a
-line for each time. All are right-aligned in columns of fixed width, two blanks apart or more (names
-may hold single blanks), so that the file can be read by position or by blanks. The first column is
-the time. Numbers have 17 significant digits unless fewer are asked for: with 17 each is read back
-as it was, bit by bit.
+Layout: comment lines with #, a line of names, a line of units in brackets, and a line for each
+time. Columns are right-aligned, of fixed width, and at least two blanks apart (names may contain
+single blanks). So the file can be read by position or by blanks. The first column is the time.
+Numbers have 17 significant digits by default, which restore each number to the bit.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from hydrosim.documents.series import select
 from hydrosim.documents.text import Source
 from hydrosim.outputs import Output, as_output
 
-EXACT = 17  # significant digits that tell any two float64 apart
+EXACT = 17  # significant digits that distinguish any two float64
 GAP = 2  # blanks between columns, at least
 
 

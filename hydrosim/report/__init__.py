@@ -1,4 +1,4 @@
-"""Reports: one HTML file that shows a run or a study to people, without a network."""
+"""Reports: one HTML file that shows a result, without a network."""
 
 from hydrosim.report.document import replay_of, report_of
 from hydrosim.report.page import written_page

@@ -1,4 +1,4 @@
-"""A drawing of the arrangement to scale: bodies, contacts and lines in plan and from the side, with
+"""Drawing of the arrangement to scale: bodies, contacts and lines in plan and from the side, with
 the directions of waves, current and wind, the axes, and a scale."""
 
 from __future__ import annotations
@@ -24,21 +24,21 @@ from hydrosim.scene import GivenComponents, Scene
 
 WIDTH = 720.0
 ROOM = 70.0
-"""Beside what is drawn, for names and arrows."""
+"""Margin around the drawing, for names and arrows."""
 TALLEST = 420.0
-"""A view is drawn smaller where it would be taller."""
+"""Largest height of a view; taller views are scaled down."""
 LABEL = 12.0
 """Height of a line of text."""
 ARROW = 46.0
 CONTACT, LINE = np.array([6.0, -6.0]), np.array([6.0, 14.0])
-"""From a contact, and from the start of a line, to its name."""
+"""Offset of a name from its contact, and from the start of its line."""
 PLAN, SIDE = (0, 1), (0, 2)
 STEPS = (1.0, 2.0, 5.0, 10.0)
 Points = np.ndarray
 
 
 class Placed(NamedTuple):
-    """A body as it lies at rest: its ``name`` and the corners (n, 3) of its shape [m]."""
+    """A body at rest: its ``name`` and the corners (n, 3) of its shape [m]."""
 
     name: str
     corners: Points
@@ -53,8 +53,8 @@ class Line(NamedTuple):
 
 
 class Arrangement(NamedTuple):
-    """What is drawn: bodies, contact points (n, 3) by element, lines, and streams as arrows to a
-    heading [rad] by name."""
+    """Content of the drawing: bodies, contact points (n, 3) by element, lines, and streams by name,
+    as arrows to a heading [rad]."""
 
     bodies: list[Placed]
     contacts: dict[str, Points]
@@ -63,7 +63,7 @@ class Arrangement(NamedTuple):
 
 
 def arrangement_nodes(run: xr.Dataset) -> Iterator[Node]:
-    """The drawing of the scene of a run; none where its case cannot be read again."""
+    """Drawing of the scene of a run; None if its case cannot be read again."""
     scene = scene_of(run)
     if scene is not None:
         drawn = svg(arranged(scene), units_of(run.attrs))
@@ -100,7 +100,7 @@ def arranged(scene: Scene) -> Arrangement:
 
 
 def svg(of: Arrangement, units: Units) -> str:
-    """The drawing as SVG: the plan above, the side below, at one scale."""
+    """Drawing as SVG: the plan above, the side view below, at one scale."""
     low, high = _extent(of)
     views = [("plan", PLAN), ("side", SIDE)]
     scale = (WIDTH - 2.0 * ROOM) / (high - low)[0]
@@ -118,7 +118,7 @@ def svg(of: Arrangement, units: Units) -> str:
 
 
 class _View:
-    """A projection on two axes of the earth, to the picture's pixels."""
+    """Projection on two earth axes, to the pixels of the picture."""
 
     def __init__(self, axes: tuple[int, int], low: Points, high: Points, scale: float, top: float):
         self.axes = axes
@@ -139,7 +139,7 @@ class _View:
 
     @property
     def top(self) -> float:
-        """The upper edge of what is drawn."""
+        """Upper edge of the drawn content."""
         return self._top
 
 
@@ -164,7 +164,7 @@ def _drawn(of: Arrangement, view: _View, name: str) -> Iterator[str]:
 
 
 def _names(of: Arrangement, view: _View) -> Iterator[str]:
-    """Names of bodies at their middles, of contacts and lines beside them, without overlaps."""
+    """Names of bodies at their centres, and of contacts and lines beside them, without overlaps."""
     middles = {body.name: view.at(body.corners).mean(axis=0) for body in of.bodies}
     contacts = {name: view.at(points)[0] + CONTACT for name, points in of.contacts.items()}
     lines = {line.name: view.at(line.start)[0] + LINE for line in of.lines}
@@ -186,7 +186,7 @@ def _arrows(streams: Sequence[tuple[str, float]], view: _View) -> Iterator[str]:
 
 
 def _axes(view: _View) -> Iterator[str]:
-    """The axes of the earth frame, in the upper left corner of a view."""
+    """Axes of the earth frame, in the upper left corner of a view."""
     x, y = 30.0, view.top - 12.0
     second = "y" if view.axes == PLAN else "z"
     yield _arrow((x + 17.0, y), 0.0, 34.0)
@@ -233,7 +233,8 @@ def _streams(scene: Scene) -> Iterator[tuple[str, float]]:
 
 
 def _extent(of: Arrangement) -> tuple[Points, Points]:
-    """Corners of the box around bodies and contacts, and the water; lines may leave it."""
+    """Corners of the box around bodies and contacts, and the water surface; lines may extend beyond
+    it."""
     points = [body.corners for body in of.bodies] + list(of.contacts.values()) + [np.zeros((1, 3))]
     every = np.concatenate([points[0], *points[1:]])
     low, high = every.min(axis=0), every.max(axis=0)
@@ -243,7 +244,7 @@ def _extent(of: Arrangement) -> tuple[Points, Points]:
 
 
 def _outline(points: Points) -> Points:
-    """The convex outline (n, 2) of points (m, 2), the box around them where they are in a line."""
+    """Convex outline (n, 2) of points (m, 2), or the box around them if they are on one line."""
     from scipy.spatial import ConvexHull, QhullError
 
     try:

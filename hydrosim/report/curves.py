@@ -1,4 +1,4 @@
-"""Where the points, bars and ticks of curves are in a picture."""
+"""Positions of the points, bars and ticks of curves in a picture."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ STEPS = (1.0, 2.0, 5.0, 10.0)  # between ticks, times a power of ten
 
 
 class Point(NamedTuple):
-    """A point with its bar, and what is said of it."""
+    """A point with its bar, and a remark."""
 
     x: float
     y: float
@@ -44,8 +44,7 @@ class Drawn(NamedTuple):
 
 
 def drawn(of: Curves, units: Units) -> Drawn:
-    """The picture of curves, in the units that they are read in, without points that are not
-    finite."""
+    """Picture of curves, in display units, without points that are not finite."""
     x_unit, x_scale = units.shown(of.x_unit)
     y_unit, y_scale = units.shown(of.y_unit)
     curves = {name: _scaled(curve, x_scale, y_scale) for name, curve in of.curves.items()}

@@ -1,4 +1,4 @@
-"""`report_of`: the document of a result, whatever kind of result it is."""
+"""`report_of`: document of a result of any kind."""
 
 from __future__ import annotations
 
@@ -25,29 +25,29 @@ KINDS: tuple[tuple[Callable[[xr.Dataset], bool], Callable[[xr.Dataset], Document
     (is_comparison, comparison_document),
     (is_of_studies, studies_document),
 )
-"""What results there are besides those of a run."""
+"""Kinds of results besides runs."""
 EXPECTED = "expected the result of `hydrosim run`, `sweep`, `operability` or `compare`"
 
 
 def report_of(path: Path) -> Document:
-    """What there is to show of the result in a file, of a run, of many, of limits of operation or
-    of a comparison; InputError where it is none."""
+    """Document of the result in a file: a run, many runs, limits of operation or a comparison.
+    Raises InputError if the file is none of these."""
     other = _other(path)
     return run_document(read(path, EXPECTED)) if other is None else other
 
 
 def replay_of(path: Path) -> Document:
-    """The replay of the run in a file; InputError where it is none."""
+    """Replay of the run in a file. Raises InputError if the file has no run."""
     if (runs := open_runs(path)) is not None:
         raise InputError(
             f"{path}: holds {runs.sizes[RUN]} runs, without their motions over time; expected the"
-            " result of `hydrosim run`. hydrosim report shows a study."
+            " result of `hydrosim run`. `hydrosim report` shows studies."
         )
     return replay_document(read(path))
 
 
 def _other(path: Path) -> Document | None:
-    """The document of a result that is none of a run; None where the file is anything else."""
+    """Document of a result that is not a run; None if the file is of another kind."""
     if not os.path.isfile(path):
         return None
     try:

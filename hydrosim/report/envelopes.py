@@ -1,4 +1,4 @@
-"""Series for a page: as they are, or the smallest and the largest value of each stretch of time."""
+"""Series for a page: complete, or the smallest and largest value of each interval."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from hydrosim.presentation.figures import Chart
 from hydrosim.presentation.units import Units
 from hydrosim.results.envelopes import envelope
 
-ROOM = 4_000_000  # bytes of all series of a page together, as numbers of four bytes
+ROOM = 4_000_000  # bytes of all series of a page together, as 32-bit numbers
 MOST = 5000  # stretches
-MODES = (1, 2)  # stick and slip: their shares of a stretch; what is left is open
+MODES = (1, 2)  # stick and slip: their fractions of an interval; the rest is open
 STRETCHES = 800  # of modes
 
 
 def stretch(count: int, lines: int) -> int:
-    """How many records are put together where there are so many ``lines`` of ``count`` records."""
+    """Number of records per interval, for so many ``lines`` of ``count`` records."""
     if 4 * count * lines <= ROOM and count <= MOST:
         return 1
     stretches = min(MOST, max(ROOM // (8 * max(lines, 1)), 50))
@@ -27,7 +27,7 @@ def stretch(count: int, lines: int) -> int:
 
 
 def packed(chart: Chart, size: int, units: Units) -> dict[str, Any]:
-    """What the page draws of a chart, of stretches of ``size`` records."""
+    """Data of a chart for the page, with intervals of ``size`` records."""
     rows = [shares(x) if chart.modes else envelope(x, size) for x in chart.series.values()]
     unit, scale = units.shown(chart.unit)
     return {
@@ -41,14 +41,14 @@ def packed(chart: Chart, size: int, units: Units) -> dict[str, Any]:
 
 
 def shares(modes: np.ndarray) -> np.ndarray:
-    """Shares (2, n) of the time in `MODES` in each of `STRETCHES` of equal length."""
+    """Fractions (2, n) of the time in `MODES` in each of `STRETCHES` intervals of equal length."""
     starts = np.unique(np.linspace(0, modes.size, STRETCHES + 1)[:-1].astype(int))
     length = np.diff(np.append(starts, modes.size))
     return np.array([np.add.reduceat((modes == k).astype(float), starts) / length for k in MODES])
 
 
 def base64_of(values: np.ndarray | Sequence[float]) -> str:
-    """Numbers of four bytes, the lowest first; what is beyond them is not a number."""
+    """32-bit numbers, little-endian; values outside their range become NaN."""
     with np.errstate(over="ignore", invalid="ignore"):
         small = np.asarray(values, dtype="<f4")
     return b64encode(np.where(np.isfinite(small), small, np.float32(np.nan)).tobytes()).decode()

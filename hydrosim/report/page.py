@@ -1,7 +1,7 @@
-"""From a document to HTML: one file without links to others, in which nothing of a case can run.
+"""HTML of a document: one file without links to other files, in which nothing from a case can run.
 
-Texts are escaped by the template; data are JSON in which no character can end the element around
-it; a content security policy allows the program's own scripts and styles alone, by their digests.
+The template escapes texts. Data are JSON without characters that could end their element. A content
+security policy allows only the program's own scripts and styles, by their digests.
 """
 
 from __future__ import annotations
@@ -23,11 +23,12 @@ from hydrosim.report.curves import drawn
 from hydrosim.report.envelopes import base64_of, packed, stretch
 
 LARGEST = 10_000_000  # bytes of a page
-ESCAPED = {ord(c): f"\\u{ord(c):04x}" for c in "<>&'"}  # none of them stands outside a text
+ESCAPED = {ord(c): f"\\u{ord(c):04x}" for c in "<>&'"}  # none of them occurs outside a text
 
 
 def written_page(document: Document, output: Output) -> int:
-    """Write a page; how many bytes it has. InputError where it would be too large to be sent."""
+    """Write a page; return its size in bytes. Raises InputError if it would be too large to
+    send."""
     page = html(document, output.mark).encode("utf-8", "backslashreplace")
     if len(page) > LARGEST:
         found = f"{len(page) / 1e6:.1f} MB; expected at most {LARGEST / 1e6:g} MB"
@@ -40,7 +41,7 @@ def written_page(document: Document, output: Output) -> int:
 
 
 def html(document: Document, mark: str) -> str:
-    """The page; ``mark`` says what it is and of which file."""
+    """HTML of the page; ``mark`` says what it is and names its source file."""
     try:
         from jinja2 import Environment, PackageLoader, StrictUndefined
     except ImportError:
@@ -75,12 +76,12 @@ def html(document: Document, mark: str) -> str:
 
 
 def embedded(data: Any) -> str:
-    """JSON that can stand in an element of HTML."""
+    """JSON that can stand in an HTML element."""
     return json.dumps(data, allow_nan=False).translate(ESCAPED)
 
 
 def _data(document: Document) -> dict[str, Any]:
-    """What the scripts of the page draw."""
+    """Data for the scripts of the page."""
     charts, time = list(_of(document, Chart)), document.time
     size = stretch(time.size, sum(len(chart.series) for chart in charts if not chart.modes))
     replays = [replay.data for replay in _of(document, Replay)]
@@ -98,7 +99,7 @@ def _of(document: Document, kind: type[Any]) -> list[Any]:
 
 
 def _policy(scripts: list[str], style: str) -> str:
-    """Nothing from elsewhere; scripts and styles of these digests alone."""
+    """Policy: nothing from elsewhere, and only scripts and styles with these digests."""
     allowed = " ".join(_digest(code) for code in scripts)
     return (
         f"default-src 'none'; script-src {allowed}; style-src {_digest(style)};"

@@ -1,4 +1,4 @@
-"""The replay of a run in three dimensions: what its page draws, at moments of the run."""
+"""Replay of a run in three dimensions: data of its page at moments of the run."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ from hydrosim.report.tanks import SAID, tanks_of
 from hydrosim.scene import Scene
 from hydrosim.wording.parts import title_of
 
-ROOM = 2_200_000  # bytes of all moments, in numbers of four bytes
+ROOM = 2_200_000  # bytes of all moments, as 32-bit numbers
 FACTORS = (1, 2, 5, 10, 20, 50)  # of motions
-SHORT = 1.0  # s: moments further apart do not show waves
-COARSE = ", straight between: too far apart to follow waves"
-BETWEEN = ", straight between"
-SEEN = 0.02  # of the size of the scene: how large motions are to be drawn
-PLANE = 0.12  # of the size of the scene: half a side of a plane without corners
+SHORT = 1.0  # s: moments further apart do not resolve waves
+COARSE = ", linearly interpolated: too far apart to follow waves"
+BETWEEN = ", linearly interpolated"
+SEEN = 0.02  # of the size of the scene: drawn size of motions
+PLANE = 0.12  # of the size of the scene: half the side of a plane without corners
 
 
 def replay_document(run: xr.Dataset) -> Document:
-    """The replay of a run alone."""
+    """Document with the replay of a run only."""
     nodes = list(replay_nodes(run))
     if not nodes:
         raise InputError("the run has fewer than two records: there is nothing to replay.")
@@ -42,7 +42,7 @@ def replay_document(run: xr.Dataset) -> Document:
 
 
 def replay_nodes(run: xr.Dataset) -> Iterator[Node]:
-    """The replay of a run of two records or more."""
+    """Replay of a run with at least two records."""
     if run.time.size < 2:
         return
     scene = scene_of(run)
@@ -60,7 +60,7 @@ def replay_nodes(run: xr.Dataset) -> Iterator[Node]:
         *(f"{b} is drawn as {s.said}." for b, s in zip(run.body.values, shapes, strict=True)),
     ]
     every = float(frames.time[1] - frames.time[0])
-    notes.append(f"Motions are those of every {every:g} s{COARSE if every > SHORT else BETWEEN}.")
+    notes.append(f"Motions are shown every {every:g} s{COARSE if every > SHORT else BETWEEN}.")
     names = list(map(str, run.body.values))
     units = units_of(run.attrs)
     data = {
@@ -89,7 +89,7 @@ def replay_nodes(run: xr.Dataset) -> Iterator[Node]:
 
 
 def _stride(run: xr.Dataset) -> int:
-    """How many records there are from one moment to the next."""
+    """Number of records from one moment to the next."""
     single = run.sizes.get("spring", 0) + run.sizes.get("tank", 0)
     each = 6 * run.sizes["body"] + 2 * run.sizes.get("fender", 0) + single
     return -(-run.time.size * 4 * each // ROOM)
@@ -110,7 +110,7 @@ def _rest(run: xr.Dataset, scene: Scene | None) -> list[list[float]]:
 
 
 def _factor(position: np.ndarray, size: float) -> int:
-    """How many times as large motions are drawn at first."""
+    """Factor by which motions are first enlarged."""
     moves = float(np.nanstd(position[:, :, :3], axis=0).max())
     turns = size * float(np.nanstd(position[:, :, 3:], axis=0).max())
     wanted = SEEN * size / max(moves, turns, 1e-9)
@@ -127,7 +127,7 @@ def _body_number(scene: Scene, name: str | None) -> int:
 
 
 def _contacts(frames: xr.Dataset, scene: Scene | None) -> dict[str, Any]:
-    """Contact points, on their bodies, with modes and forces (nt, nf)."""
+    """Contact points on their bodies, with modes and forces (nt, nf)."""
     if "fender_mode" not in frames or scene is None:
         return {"contacts": [], "modes": "", "forces": ""}
     places = [
@@ -149,7 +149,8 @@ def _contacts(frames: xr.Dataset, scene: Scene | None) -> dict[str, Any]:
 
 
 def _planes(scene: Scene, size: float) -> Iterator[dict[str, Any]]:
-    """Planes of fenders as polygons, seats of landings as points, each on its body or the earth."""
+    """Planes of fenders as polygons, and seats of landings as points, each on its body or the
+    earth."""
     for element in scene.forces.values():
         if isinstance(element, Fender):
             plane = element.plane

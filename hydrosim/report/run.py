@@ -1,4 +1,4 @@
-"""The report of a run: what happened, figures, series, energy, and on what all of it rests."""
+"""Report of a run: events, figures, series, energy, and assumptions."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ DIMENSIONS = ("time", "body", "dof")
 
 
 def run_document(run: xr.Dataset) -> Document:
-    """The report of a run, also of one that failed or was interrupted."""
+    """Report of a run, also of one that failed or was interrupted."""
     if missing := [name for name in DIMENSIONS if name not in run.coords]:
         raise InputError(f"the result has no coordinate {', '.join(missing)}; {REMEDY}.")
     time = run.time.values.astype(float)
@@ -57,7 +57,7 @@ def _series(run: xr.Dataset) -> Iterator[Node]:
     if size > 1:
         yield Sentence(
             f"Lines are envelopes: the smallest and the largest of each {size} records"
-            f" ({size * step:g} s). The result file holds every record, {step:g} s apart."
+            f" ({size * step:g} s). The result file has every record, {step:g} s apart."
         )
     else:
         yield Sentence(f"Lines show every record, {step:g} s apart.")
@@ -77,4 +77,4 @@ PARTS: Parts = {
     "energy": ("Energy", _energy),
     "convergence": ("Convergence", convergence),
 }
-"""Sections by name: the heading, and what gives the nodes below it."""
+"""Sections by name: the heading, and the function that gives its nodes."""

@@ -1,4 +1,4 @@
-"""What stands in a replay: the scene of a run once more, hulls, contacts, planes, lines, waves."""
+"""Scenery of a replay, from the case of a run: hulls, contacts, planes, lines, waves."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from hydrosim.scene import Body, ChangedDatabase, Family, Hull, Scene
 from hydrosim.studies.run.repeat import case_of
 from hydrosim.waves import Components, sea
 
-DECK = 1.2  # times the draught: depth of a hull whose recipe names none
-UNKNOWN = 10.0  # m: side of a box for a body of which nothing is known
-THIN = 0.1  # of its longest side: the least of a box
-MOST = 1200  # components of the waves of a page
-SAME = 1e-6  # of the largest elevation: waves that are made again
+DECK = 1.2  # times the draught: depth of a hull whose recipe gives none
+UNKNOWN = 10.0  # m: side of the box for a body of unknown size
+THIN = 0.1  # of its longest side: the shortest side of a box
+MOST = 1200  # wave components on a page
+SAME = 1e-6  # of the largest elevation: accuracy of recomputed waves
 TRIED = 50  # records at which they are compared
 FACES = np.array(
     [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
@@ -29,14 +29,14 @@ CORNERS = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in
 
 
 class Shape(NamedTuple):
-    """Triangles (nt, 3, 3) about the centre of gravity of a body, and what they are."""
+    """Triangles (nt, 3, 3) about the centre of gravity of a body, and their description."""
 
     triangles: np.ndarray
     said: str
 
 
 def scene_of(run: xr.Dataset) -> Scene | None:
-    """The scene that a run is of, from the case in it; None where that cannot be read again."""
+    """Scene of a run, from the case in it; None if that cannot be read again."""
     try:
         text = case_of(run)
         with TemporaryDirectory() as folder:
@@ -49,10 +49,10 @@ def scene_of(run: xr.Dataset) -> Scene | None:
 
 
 def shape_of(body: Body | None, keel: float | None = None) -> Shape:
-    """What a body is drawn as: its hull, or else a box of its radii of gyration, down to its
-    ``keel`` [m] if that is known: how high it is touched from below."""
+    """Shape of a body: its hull, or else a box with its radii of gyration, down to its ``keel`` [m]
+    if known, which is the height at which it is touched from below."""
     if body is None:
-        return Shape(box(np.full(3, UNKNOWN)), "a box: its case cannot be read again")
+        return Shape(box(np.full(3, UNKNOWN)), "a box, because its case cannot be read again")
     if body.hydrostatics is not None:
         return Shape(body.hydrostatics.corners - body.centre_of_gravity, "its hull")
     found = _recipe_hull(body)
@@ -64,9 +64,9 @@ def shape_of(body: Body | None, keel: float | None = None) -> Shape:
     least = max(float(sides.max()), 1e-6) * THIN**2
     made = box(np.sqrt(np.maximum(sides, least)))
     if keel is None:
-        return Shape(made, "a box of its radii of gyration")
+        return Shape(made, "a box with its radii of gyration")
     made[..., 2] = np.where(made[..., 2] < 0.0, keel, made[..., 2])
-    return Shape(made, "a box of its radii of gyration, down to where it is touched from below")
+    return Shape(made, "a box with its radii of gyration, down to its contact from below")
 
 
 def box(sides: np.ndarray) -> np.ndarray:
@@ -76,7 +76,7 @@ def box(sides: np.ndarray) -> np.ndarray:
 
 
 def _recipe_hull(body: Body) -> Hull | None:
-    """The hull of the recipe beside the database, if there is one with a draught."""
+    """Hull of the recipe beside the database, if it exists and has a draught."""
     import netCDF4
 
     from hydrosim.database.build.closed import hull_of_recipe
@@ -113,11 +113,13 @@ def _depth(recipe: Path, body: int) -> float | None:
 
 
 def waves_of(scene: Scene | None, run: xr.Dataset) -> tuple[list[Components], str]:
-    """The largest components of the waves of a run, and what they are; none where the waves of its
-    case are not those that it holds."""
+    """Largest components of the waves of a run, and their description. Empty if the waves of its
+    case are not those in the run."""
     if not np.any(run.wave_elevation):
         return [], "There are no waves."
-    level = "The water is drawn level: the waves of the run cannot be made again from its case."
+    level = (
+        "The water is drawn flat, because the waves of the run cannot be recomputed from its case."
+    )
     if scene is None:
         return [], level
     try:

@@ -1,7 +1,7 @@
-"""What carries a landing in a replay: arms from its points to their body, columns under its seats.
+"""Supports of landings in a replay: arms from its points to their body, columns under its seats.
 
-Both are for the eye: a case says places, not shapes. They have the colour of the contact's mode,
-the more so the harder it is pressed.
+Both are for illustration: a case has positions, not shapes. They have the colour of the contact's
+mode, more intense with a larger force.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ from hydrosim.forces.contact.landing import Landing
 from hydrosim.report.envelopes import base64_of
 from hydrosim.scene import Scene
 
-THICK = 0.008  # of the size of the scene: half a side of an arm or a column
-DEEP = 0.15  # of the size of the scene: how far columns go below the water, or to the bed
-ACROSS = 0.9  # of a normal: what is more is of a plane that is nearly level
-SAID = "Arms and columns at landings are drawn for the eye; the case says places, not shapes."
-EARTH = -1  # in place of the number of a body
+THICK = 0.008  # of the size of the scene: half the side of an arm or a column
+DEEP = 0.15  # of the size of the scene: depth of columns below the water, at most to the bed
+ACROSS = 0.9  # vertical part of a normal, above which a plane is nearly level
+SAID = "Arms and columns at landings are illustrations; the case has positions, not shapes."
+EARTH = -1  # in place of the index of a body
 
 
 def keel_of(scene: Scene, name: str) -> float | None:
-    """How high in its frame a body is touched from below [m], by a landing or on a plane of its
-    own; None if it is not."""
+    """Height in the body frame [m] at which a landing or a plane of the body is touched from below;
+    None if there is none."""
     found = [z for element in scene.forces.values() for z in _touched(element, name)]
     return min((z for z in found if z < 0.0), default=None)
 
@@ -40,8 +40,8 @@ def _touched(element: object, name: str) -> Iterator[float]:
 
 
 def supports_of(scene: Scene, shapes: Sequence[np.ndarray], size: float) -> list[dict[str, Any]]:
-    """Arms and columns as triangles in the frame of a body or the earth's, each with the number of
-    its contact; ``shapes`` are the triangles of the bodies."""
+    """Arms and columns as triangles in the frame of a body or the earth, each with the index of its
+    contact. ``shapes`` are the triangles of the bodies."""
     numbers = {body.name: k for k, body in enumerate(scene.bodies)}
     depth = min(DEEP * size, scene.environment.water_depth)
     found: list[dict[str, Any]] = []
@@ -69,8 +69,8 @@ def supports_of(scene: Scene, shapes: Sequence[np.ndarray], size: float) -> list
 
 
 def column(one: np.ndarray, other: np.ndarray, half: float) -> np.ndarray:
-    """Triangles (12, 3, 3) of a square column between two points, ``half`` a side wide each way;
-    none where they are one."""
+    """Triangles (12, 3, 3) of a square column between two points, with sides of twice ``half``;
+    empty if the points coincide."""
     along = np.asarray(other, float) - one
     if np.linalg.norm(along) == 0.0:
         return np.zeros((0, 3, 3))
@@ -85,6 +85,6 @@ def column(one: np.ndarray, other: np.ndarray, half: float) -> np.ndarray:
 
 
 def _nearest(triangles: np.ndarray, point: np.ndarray) -> np.ndarray:
-    """The place nearest to a point in the box around a shape."""
+    """Position nearest to a point in the box around a shape."""
     corners = triangles.reshape(-1, 3)
     return np.clip(point, corners.min(axis=0), corners.max(axis=0))

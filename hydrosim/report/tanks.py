@@ -1,4 +1,4 @@
-"""Tanks in a replay: boxes on their bodies, filled as far as they are at each moment."""
+"""Tanks in a replay: boxes on their bodies, filled to their level at each moment."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from hydrosim.scene import Box, Scene, TankMesh
 from hydrosim.scene.tanks import TankShape
 
 SAID = (
-    "Tanks are drawn as boxes, filled to their levels; hulls are translucent, so that tanks are"
-    " seen. A tank of a mesh is the box around it; tanks of tables have no shape and are left out."
+    "Tanks are drawn as boxes, filled to their levels; hulls are translucent. A mesh tank is the"
+    " box around it; tanks given by tables have no shape and are left out."
 )
 
 
 def tanks_of(frames: xr.Dataset, scene: Scene | None) -> dict[str, Any]:
-    """Corners of tanks about the centres of gravity of their bodies, and the shares of their
-    heights that are full (nt, nk)."""
+    """Corners of tanks about the centres of gravity of their bodies, and the filled fractions of
+    their heights (nt, nk)."""
     every = [(k, body) for k, body in enumerate(scene.bodies if scene else ()) if body.tanks]
     known = _levels(frames)
     drawn, full = [], []
@@ -35,7 +35,7 @@ def tanks_of(frames: xr.Dataset, scene: Scene | None) -> dict[str, Any]:
 
 
 def _levels(frames: xr.Dataset) -> dict[str, np.ndarray]:
-    """The levels (nt,) of the tanks that change."""
+    """Levels (nt,) of the changing tanks."""
     if "tank_level" not in frames:
         return {}
     levels = frames.tank_level.transpose("tank", "time")
@@ -43,7 +43,7 @@ def _levels(frames: xr.Dataset) -> dict[str, np.ndarray]:
 
 
 def _ends(shape: TankShape) -> np.ndarray | None:
-    """The lowest and the highest corner (2, 3) of the box that a tank is drawn as."""
+    """Lowest and highest corner (2, 3) of the box of a tank."""
     if isinstance(shape, Box):
         return np.array([shape.low, shape.high], float)
     if isinstance(shape, TankMesh):

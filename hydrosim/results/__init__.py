@@ -1,1 +1,1 @@
-"""From the record of a run to a dataset, its channels, and files of one run or many."""
+"""Datasets of runs, their channels, and files of one run or many."""

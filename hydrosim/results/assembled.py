@@ -1,7 +1,7 @@
-"""Datasets whose coordinates are those of datasets before them, and whether they are.
+"""Datasets that share coordinates with earlier datasets, and their comparison.
 
-Making an index of names or times takes xarray longer than all else of a small dataset; runs of one
-study have the same, so that indexes once made are kept.
+xarray takes longer to index names or times than to build the rest of a small dataset. Runs of one
+study have the same coordinates, so indexes are kept and used again.
 """
 
 from __future__ import annotations
@@ -30,8 +30,9 @@ def assembled(
 
 
 def differing(one: xr.Dataset, other: xr.Dataset) -> str | None:
-    """A coordinate that two datasets do not both have with the same values, None if there is none.
-    Indexes that are one object, as of datasets that are `assembled`, are not looked into."""
+    """Name of a coordinate that differs between two datasets or is missing in one; None if all
+    agree. Indexes that are the same object, as in datasets that are `assembled`, are not
+    compared."""
     here, there = one.xindexes, other.xindexes
     for name in dict.fromkeys([*one.coords, *other.coords]):
         if name in here and name in there:
@@ -45,7 +46,7 @@ def differing(one: xr.Dataset, other: xr.Dataset) -> str | None:
 
 
 def _dims(name: str, coordinate: Any) -> tuple[str, ...]:
-    """Of an array of xarray, of a tuple (dimensions, values, ...), or of the values along
+    """Dimensions of an array of xarray, of a tuple (dimensions, values, ...), or of values along
     ``name``."""
     if hasattr(coordinate, "dims"):
         return tuple(map(str, coordinate.dims))

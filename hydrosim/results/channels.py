@@ -1,7 +1,8 @@
-"""The channels of a run, ``VARIABLE.SELECTION.SELECTION``, and which of them are asked for.
+"""Channels of a run, ``VARIABLE.SELECTION.SELECTION``, and their selection by name.
 
-What is recorded over time is a channel, see `hydrosim.documents.series`: "position.barge.surge",
-"fender_normal_force.interface 1", "clearance.to_leg", "wave_elevation". Others follow from that:
+Every variable recorded over time gives channels (`hydrosim.documents.series`):
+"position.barge.surge", "fender_normal_force.interface 1", "clearance.to_leg", "wave_elevation".
+Other channels are derived:
 
 speed.BODY                              horizontal, of the centre of gravity
 fender_normal_force.GROUP               sum over the contact points of a group, "interface"
@@ -11,7 +12,7 @@ relative_position.POINT to POINT.AXIS   of the first point from the second, in t
 relative_velocity.POINT to POINT.AXIS
 utilisation.UNIT                        force of a contact point or line over its capacity
 
-`series` gives values and unit of any of them.
+`series` gives the values and the unit of any channel.
 """
 
 from __future__ import annotations
@@ -36,9 +37,10 @@ USUAL = ("position.*", "velocity.*", "wave_elevation", "force_*", "fender_*", "s
 TO = " to "  # between two points
 MOST = 40  # names in a message
 CAPABLE = {"fender": "fender_normal_force", "spring": "spring_tension"}
-"""Units that may have a capacity, `fender_capacity` and so on, and what is held against it."""
+"""Units that may have a capacity (`fender_capacity`, `spring_capacity`), and the load that is
+compared with it."""
 NEVER_NEGATIVE = ("fender_normal_force", "spring_tension", "speed", "utilisation")
-"""Kinds of channels that zero bounds: contacts only push, lines only pull."""
+"""Kinds of channels that are never negative: contacts only push, lines only pull."""
 
 
 class Channel(NamedTuple):
@@ -49,24 +51,24 @@ class Channel(NamedTuple):
 
 
 def channels(run: xr.Dataset) -> list[Channel]:
-    """All channels that are recorded of a run."""
+    """All recorded channels of a run."""
     return [Channel(name, select(RUN, run, name)[1]) for name in columns_of(run)]
 
 
 def lowest_value(name: str) -> float:
-    """What a channel, or the channels of a variable, are never below."""
+    """Lower bound of a channel, or of the channels of a variable."""
     return 0.0 if name.partition(".")[0] in NEVER_NEGATIVE else -np.inf
 
 
 def names(run: xr.Dataset) -> list[str]:
-    """The names of all channels of a run, of those too that follow from what is recorded."""
+    """Names of all channels of a run, including derived ones."""
     derived = (f"{kind}.{of}" for kind, each in KINDS.items() for of in each.names(run))
     return [*columns_of(run), *derived]
 
 
 def series(run: xr.Dataset, name: str) -> tuple[np.ndarray, str]:
-    """Values (nt,) and unit of the channel ``name`` of a run; InputError if it has none, with the
-    names that it has."""
+    """Values (nt,) and unit of the channel ``name`` of a run. Raises InputError that lists the
+    channels if the run has no such channel."""
     kind, _, of = name.partition(".")
     if kind in KINDS and of in KINDS[kind].names(run):
         return KINDS[kind].values(run, of), KINDS[kind].unit
@@ -76,7 +78,7 @@ def series(run: xr.Dataset, name: str) -> tuple[np.ndarray, str]:
 
 
 def unknown(run: xr.Dataset, name: str) -> str:
-    """In words: that a run has no channel ``name``, and which it has."""
+    """Message that a run has no channel ``name``, and which channels it has."""
     kind = name.partition(".")[0]
     known = names(run)
     alike = [each for each in known if each.partition(".")[0] == kind]
@@ -87,14 +89,14 @@ def unknown(run: xr.Dataset, name: str) -> str:
 
 
 def usual(run: xr.Dataset) -> list[str]:
-    """The channels of motions, waves, forces, fenders and springs that are not zero throughout."""
+    """Channels of motions, waves, forces, fenders and springs that are not zero throughout."""
     known = columns_of(run)
     return [name for name in known if _fits(name, USUAL) and select(RUN, run, name)[0].any()]
 
 
 def chosen(names: Iterable[str], patterns: Sequence[str], option: str) -> list[str]:
-    """The names that one of the patterns ("position.*") fits; InputError if a pattern of the
-    ``option`` fits none."""
+    """Names that match one of the patterns ("position.*"). Raises InputError if a pattern of the
+    ``option`` matches none."""
     known = list(names)
     for pattern in patterns:
         if not any(fnmatchcase(name, pattern) for name in known):
@@ -104,7 +106,8 @@ def chosen(names: Iterable[str], patterns: Sequence[str], option: str) -> list[s
 
 
 def _some(name: str, known: Sequence[str]) -> list[str]:
-    """All names if they are few; else those of the kind of ``name``, or "KIND.*" of every kind."""
+    """All names if they are few; else the names of the same kind as ``name``, or "KIND.*" of every
+    kind."""
     if len(known) <= MOST:
         return list(known)
     alike = [each for each in known if each.partition(".")[0] == name.partition(".")[0]]
@@ -117,8 +120,8 @@ def _fits(name: str, patterns: Sequence[str]) -> bool:
 
 
 class Kind(NamedTuple):
-    """Channels that follow from others: which there are in a run, by what comes after the kind,
-    the values (nt,) of one, and the unit of all."""
+    """Derived channels: their names after the kind, for a run; the values (nt,) of one channel; the
+    unit of all."""
 
     names: Callable[[xr.Dataset], Iterable[str]]
     values: Callable[[xr.Dataset, str], np.ndarray]
@@ -144,7 +147,7 @@ def _group_force(run: xr.Dataset, group: str) -> np.ndarray:
 
 
 def _points(run: xr.Dataset) -> Iterator[str]:
-    """ "bow of barge.x", ..."""
+    """Names such as "bow of barge.x"."""
     return (".".join(each) for each in product(_labels(run, "point"), _labels(run, "axis")))
 
 
@@ -153,7 +156,7 @@ def _moving_points(run: xr.Dataset) -> Iterator[str]:
 
 
 def _pairs(run: xr.Dataset) -> Iterator[str]:
-    """ "bow of barge to foot of topside.x", ..."""
+    """Names such as "bow of barge to foot of topside.x"."""
     pairs = (TO.join(pair) for pair in permutations(_labels(run, "point"), 2))
     return (".".join(each) for each in product(pairs, _labels(run, "axis")))
 
@@ -163,7 +166,7 @@ def _place(run: xr.Dataset, point: str) -> np.ndarray:
 
 
 def _body_of(run: xr.Dataset, point: str) -> str:
-    """The body that a point is on; files of earlier versions say it by the point's name alone."""
+    """Body of a named point. Files of earlier versions have it only in the name of the point."""
     if "point_body" in run.coords:
         return str(run.point_body.sel(point=point).item())
     named = (body for body in _labels(run, "body") if point.endswith(f" of {body}"))
@@ -171,8 +174,8 @@ def _body_of(run: xr.Dataset, point: str) -> str:
 
 
 def _arm(run: xr.Dataset, point: str) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """The lever (nt, 3) of a point about the centre of gravity of its body; velocities and, where
-    recorded, accelerations (nt, 6) of that."""
+    """Lever (nt, 3) of a point about the centre of gravity of its body; velocities and, if
+    recorded, accelerations (nt, 6) of that body."""
     body = _body_of(run, point)
     moves = {
         name: run[name].sel(body=body).transpose("time", "dof").values
@@ -184,14 +187,14 @@ def _arm(run: xr.Dataset, point: str) -> tuple[np.ndarray, dict[str, np.ndarray]
 
 
 def _velocity(run: xr.Dataset, point: str) -> np.ndarray:
-    """v + omega x r."""
+    """Velocity of a point: v + omega x r."""
     r, moves = _arm(run, point)
     v = moves["velocity"]
     return np.asarray(v[:, :3] + np.cross(v[:, 3:], r))
 
 
 def _acceleration(run: xr.Dataset, point: str) -> np.ndarray:
-    """a + alpha x r + omega x (omega x r)."""
+    """Acceleration of a point: a + alpha x r + omega x (omega x r)."""
     r, moves = _arm(run, point)
     a = moves["acceleration"]
     omega = moves["velocity"][:, 3:]
@@ -199,7 +202,7 @@ def _acceleration(run: xr.Dataset, point: str) -> np.ndarray:
 
 
 def _along(of: Callable[[xr.Dataset, str], np.ndarray]) -> Callable[[xr.Dataset, str], np.ndarray]:
-    """One axis of what is known of a point, or of the first of two less that of the second."""
+    """One axis of a quantity of a point, or of the difference between two points."""
 
     def values(run: xr.Dataset, name: str) -> np.ndarray:
         points, _, axis = name.rpartition(".")
@@ -245,4 +248,4 @@ NEEDS = {
     "utilisation": "a capacity of a fender, landing or spring in the case",
     "impulse": "output: {impulses: true} in the case",
 }
-"""What a case must say for a run to have channels of a kind."""
+"""Remedy: keys of a case that give a run the channels of a kind."""

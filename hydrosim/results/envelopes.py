@@ -1,4 +1,4 @@
-"""Smallest and largest values of stretches of a series: what is drawn of long ones."""
+"""Smallest and largest values of intervals of a series, for pictures of long series."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ import numpy as np
 
 
 def envelope(x: np.ndarray, size: int) -> np.ndarray:
-    """Smallest and largest values (2, n) of stretches of ``size`` records, or x (1, nt) itself."""
+    """Smallest and largest values (2, n) of intervals of ``size`` records; x (1, nt) itself if that
+    is 1."""
     if size == 1:
         return x[None]
     starts = np.arange(0, x.size, size)
@@ -14,7 +15,7 @@ def envelope(x: np.ndarray, size: int) -> np.ndarray:
 
 
 def means(x: np.ndarray, size: int) -> np.ndarray:
-    """Mean (n,) of each stretch of ``size`` records, of what is finite in it."""
+    """Mean (n,) of the finite values in each interval of ``size`` records."""
     starts, known = np.arange(0, x.size, size), np.isfinite(x)
     count = np.add.reduceat(known.astype(float), starts)
     total = np.add.reduceat(np.where(known, x, 0.0), starts)

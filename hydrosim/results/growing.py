@@ -1,4 +1,4 @@
-"""Runs of a set while they are made: those that are in its folder `RUNS.nc.partial` so far."""
+"""Runs of an unfinished study, from its folder `RUNS.nc.partial`."""
 
 from __future__ import annotations
 
@@ -23,38 +23,38 @@ from hydrosim.results.runs_file import (
 )
 
 PARTIAL = ".partial"
-GATHERED = "gathered"  # attribute of runs that are not all in: what is, in words
+GATHERED = "gathered"  # attribute of unfinished runs: how many are complete, in words
 
 
 def runs_at(path: Path) -> xr.Dataset | None:
-    """The runs in a file of many, or in the folder of a set on its way; None of another file.
-    Raises InputError for a folder that is none of these or has no complete run yet."""
+    """Runs in a file of many runs, or in the folder of an unfinished study; None for another file.
+    Raises InputError for another folder, or if no run is complete yet."""
     other = path.with_suffix("") if path.suffix == PARTIAL else Path(f"{path}{PARTIAL}")
     if os.path.exists(other) and not os.path.exists(path):
-        of = "the result of the sweep" if path.suffix == PARTIAL else "a sweep on its way"
-        raise InputError(f"{path}: is not there; {other} is, {of}.")
+        of = "the result of the sweep" if path.suffix == PARTIAL else "an unfinished sweep"
+        raise InputError(f"{path}: does not exist; {other} is {of}.")
     if not os.path.exists(path) and (rounds := _rounds(path)):
         raise InputError(
-            f"{path}: is not there; a study on its way that takes seeds until a mean is known well"
+            f"{path}: does not exist. An unfinished study that adds seeds until a mean is precise"
             f" keeps its last round in {rounds[-1]}."
         )
     return growing(path) if os.path.isdir(path) else open_runs(path)
 
 
 def _rounds(path: Path) -> list[Path]:
-    """The rounds of a study `until` something is known, see `hydrosim.studies.sweep.precise`."""
+    """Rounds of a study with `until`, see `hydrosim.studies.sweep.precise`."""
     result = path.with_suffix("") if path.suffix == PARTIAL else path
     folder = Path(f"{result}.rounds")
     return sorted(folder.glob("*.nc*")) if os.path.isdir(folder) else []
 
 
 def growing(folder: Path) -> xr.Dataset:
-    """The dataset of a set on its way, in memory and like that of its file in the end: NaN or -1 of
-    a run that is not in, whose status is "not run". Variables of a thousand values a run and more
-    are left out. The attribute ``gathered`` says in words how many runs are in. Nothing in the
-    folder is changed, and whoever makes the runs may go on meanwhile."""
+    """Dataset of an unfinished study, in memory, in the form of its later file. Runs that are not
+    complete have NaN or -1, and the status "not run". Variables of a thousand or more values per
+    run are left out. The attribute ``gathered`` says how many runs are complete. Nothing in the
+    folder is changed, and the study may continue meanwhile."""
     if not (folder / RUNS).is_file():
-        raise InputError(f"{folder}: holds no runs of a sweep{_near(folder)}.")
+        raise InputError(f"{folder}: has no runs of a sweep{_near(folder)}.")
     if not (folder / KNOWN).is_file():
         raise _earlier(folder, f"lacks {KNOWN}")
     try:
@@ -65,17 +65,18 @@ def growing(folder: Path) -> xr.Dataset:
         with (folder / RUNS).open("rb") as file:
             return _gathered(folder, known, first, file)
     except FileNotFoundError:
-        raise InputError(f"{folder}: is gone, as its sweep has come to an end.") from None
+        raise InputError(f"{folder}: no longer exists, because its sweep has ended.") from None
     except (OSError, RuntimeError, ValueError) as error:
         raise InputError(
-            f"{folder}: cannot be read ({error}); sweep --resume says whether it can go on."
+            f"{folder}: cannot be read ({error}); sweep --resume tells whether the sweep can"
+            " continue."
         ) from None
 
 
 def _earlier(folder: Path, found: str) -> InputError:
     return InputError(
-        f"{folder}: {found}, as the program that began it is of an earlier version;"
-        " expected a folder of this one. Let it end, or go on with that program."
+        f"{folder}: {found}, because an earlier version of the program began it; expected a"
+        " folder of this version. Let that program finish, or continue with it."
     )
 
 
@@ -106,11 +107,13 @@ def _gathered(
             )
     done = int(np.sum(status == COMPLETE))
     failed = [f"run {k}: {messages[k]}" for k in np.flatnonzero(status == "failed")]
-    said = f"{done:,} of {count:,} runs are in" + (f", {len(failed):,} failed" if failed else "")
+    said = f"{done:,} of {count:,} runs are complete" + (
+        f", {len(failed):,} failed" if failed else ""
+    )
     if first is None or not done:
         raise InputError(
-            f"{folder}: {said} and whole; wait for the first one or, where nobody makes them any"
-            f" more, go on with --resume. {' '.join(failed[:1])}".strip()
+            f"{folder}: {said}. Wait for the first complete run, or continue the sweep with"
+            f" --resume. {' '.join(failed[:1])}".strip()
         )
     texts = {"status": status, "status_message": messages, "warnings": warnings}
     found = known.assign({name: known[name].copy(data=text) for name, text in texts.items()})
@@ -122,7 +125,7 @@ def _gathered(
 
 
 def _values(column: np.ndarray) -> np.ndarray:
-    """As xarray reads them from a file: whole numbers of which some are missing are floats."""
+    """Values as xarray reads them from a file: integers with missing values become floats."""
     if column.dtype.kind == "f":
         return np.ascontiguousarray(column)
     found = column.astype(np.promote_types(column.dtype, np.float32))
@@ -131,7 +134,7 @@ def _values(column: np.ndarray) -> np.ndarray:
 
 
 def _empty(count: int, form: np.dtype[np.void]) -> np.ndarray:
-    """A row for each run in which nothing is."""
+    """An empty row for each run."""
     row = np.zeros((), form)
     for name in form.names or ():
         row[name] = np.nan if form[name].base.kind == "f" else MISSING
@@ -139,9 +142,9 @@ def _empty(count: int, form: np.dtype[np.void]) -> np.ndarray:
 
 
 def _near(folder: Path) -> str:
-    """What somebody may have meant who gave another folder."""
+    """Suggestion for a user who gave another folder."""
     meant = sorted(part.parent.name for part in folder.glob(f"*{PARTIAL}/{FIRST}"))
     example = f"{folder / meant[0]}" if meant else "RUNS.nc.partial"
-    more = f" (here are {', '.join(meant)})" if len(meant) > 1 else ""
-    way = f"the folder of a sweep on its way, such as {example}{more}"
+    more = f" (others here: {', '.join(meant)})" if len(meant) > 1 else ""
+    way = f"the folder of an unfinished sweep, such as {example}{more}"
     return f"; expected the result of a run or of a study, or {way}"

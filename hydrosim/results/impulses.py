@@ -1,8 +1,8 @@
 """Impulses and works of forces, as variables of a run that records them (`Scene.output_impulses`).
-All are integrals since the start.
+All are integrals since the start of the run.
 
-`impulse` and `work` (time, force, body, dof) are those of every row of forces, and their sums the
-changes of `momentum` (time, body, dof) and of `energy_kinetic`.
+`impulse` and `work` (time, force, body, dof) have a row for each force. Their sums are the changes
+of `momentum` (time, body, dof) and of `energy_kinetic`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ def coordinates(scene: Scene) -> dict[str, object]:
 
 
 def tallies(model: Model, y: np.ndarray, units: int) -> np.ndarray:
-    """Further integrals (nt, units, k) of units, of the states (nt, ny)."""
+    """Further integrals (nt, units, k) of units, from the states (nt, ny)."""
     forces = 2 * model.rows * 6 * model.bodies.each.size
     return y[:, model.impulse + forces :].reshape(len(y), units, -1)
 
@@ -33,7 +33,7 @@ def tallies(model: Model, y: np.ndarray, units: int) -> np.ndarray:
 def recorded(
     scene: Scene, model: Model, values: Mapping[str, np.ndarray]
 ) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
-    """The variables, of the ``values`` (nt, ...) of a record by name."""
+    """Variables from the ``values`` (nt, ...) of a record by name."""
     if not scene.output_impulses:
         return {}
     integrals = values["y"][:, model.impulse :]

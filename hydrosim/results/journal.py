@@ -1,11 +1,11 @@
-"""The runs of a set that are complete, on the disk one by one: what is killed goes on from there.
+"""Journal of the complete runs of a study on the disk, so that a killed study can continue.
 
-A journal is three files of a folder, beside the `result.nc` that is made meanwhile. `known.nc` has
-what is known of all runs before the first of them. `first.nc` is the first run that came to its
-end: the form of them all. `runs` has a line of JSON for what the set is, and for each run one, then
-the bytes of its variables, in the order of the first; of a run that failed there is the line alone.
-A line begins with the checksum of all that follows it, up to the next one, and each run has those
-of the files beside it: what was cut off while it was written, or has changed since, is not read.
+A journal has three files in a folder beside the unfinished `result.nc`. `known.nc` has the data of
+all runs that are known before the first run. `first.nc` is the first complete run; it defines the
+form of all runs. `runs` has a line of JSON for the identity of the study and one for each run. The
+bytes of the variables follow each line of a complete run; a failed run has the line only. A line
+begins with a checksum of itself and of these bytes. Each run also has the checksums of the two
+other files. Entries that were cut off while written, or have changed since, are not read.
 """
 
 from __future__ import annotations
@@ -31,16 +31,16 @@ RUNS = "runs"
 KNOWN = "known.nc"
 RESULT = "result.nc"
 MARKED = {KNOWN: "sweep", RESULT: "sweep", FIRST: "first run"}
-"""What other files than `runs` say that they are."""
-PARTIAL = ".partial"  # ends the name of a file that is being written
+"""Marks of the other files than `runs`."""
+PARTIAL = ".partial"  # suffix of a file that is being written
 LINE = re.compile(rb"[0-9a-f]{8} {")
-"""How the lines of `runs` begin."""
+"""Beginning of the lines of `runs`."""
 EARLIER = b'{"the program": '
-"""How `runs` began when lines had no checksum."""
+"""Beginning of `runs` in the version without checksums."""
 
 
 class Kept(NamedTuple):
-    """A complete run: the variables that are kept of it, its attributes, what there is to say."""
+    """A complete run: its kept variables, its attributes, its warnings."""
 
     found: xr.Dataset
     attributes: Mapping[str, object]
@@ -48,9 +48,9 @@ class Kept(NamedTuple):
 
 
 class Journal:
-    """The runs of the set with this ``identity`` (texts by name) that are kept in ``folder``.
+    """Journal in ``folder`` of the runs of the study with this ``identity`` (texts by name).
 
-    ``run in journal`` and ``len(journal)`` say which and how many are there, ``read`` gives one.
+    ``run in journal`` tests for a run, ``len(journal)`` counts the runs, and ``read`` returns one.
     """
 
     def __init__(self, folder: Path, identity: Mapping[str, str]) -> None:
@@ -69,7 +69,7 @@ class Journal:
             self._go_on()
 
     def _go_on(self) -> None:
-        """Find what is there; cut off what is not whole."""
+        """Index the entries; cut off an incomplete one."""
         self._file.seek(0)
         self._file.readline()
         whole = self._file.tell()
@@ -88,20 +88,20 @@ class Journal:
         return len(self._places)
 
     def read(self, run: int) -> Kept:
-        """One of the runs that are there."""
+        """Read a run of the journal."""
         self._file.seek(self._places[run])
         known, values = _entry(self._file)
         assert self._first is not None
         return Kept(_of_form(self._first, values), known["attributes"], known["warnings"])
 
     def take_known(self, file: Path) -> None:
-        """Keep the file of what is known of all runs, before the first of them."""
+        """Write the file of data that are known before the first run."""
         file.replace(self._folder / KNOWN)
         self._beside[KNOWN] = _checksum(self._folder / KNOWN)
 
     def add(self, run: int, kept: Kept) -> None:
-        """Keep a complete run, unless its form is not that of the first; it is on the disk, or with
-        the system, when this returns."""
+        """Append a complete run, unless its form differs from the first. On return, it is on the
+        disk or in the system's buffers."""
         if self._last is None:
             _store_first(kept.found, self._folder)
             self._beside[FIRST] = _checksum(self._folder / FIRST)
@@ -116,46 +116,48 @@ class Journal:
         self._places[run] = self._append(known, values)
 
     def note(self, run: int, status: str, message: str) -> None:
-        """Say that a run is not complete: readers are told, a set that goes on makes it again."""
+        """Record that a run is not complete. Readers see it, and a continued study makes the run
+        again."""
         self._append({"run": run, "status": status, "message": message}, b"")
 
     def _append(self, known: dict[str, Any], values: bytes) -> int:
-        """The place of an entry, which is on the disk, or with the system, when this returns."""
+        """Append an entry and return its place; it is then on the disk or in the system's
+        buffers."""
         place = self._file.seek(0, 2)
         self._file.write(_entry_of({**known, "beside": self._beside, "bytes": len(values)}, values))
         self._file.flush()
         return place
 
     def close(self) -> None:
-        """Nothing more will be added."""
-        with suppress(OSError):  # a full disk: what did not get there is run again
+        """Close the journal."""
+        with suppress(OSError):  # full disk: entries that were not written are computed again
             self._file.close()
 
     def remove(self) -> None:
-        """The set is done: nothing of this is needed any more."""
+        """Remove the journal of a finished study."""
         self.close()
         forget(self._folder)
 
 
 def is_empty(folder: Path) -> bool:
-    """Whether no run is kept there."""
+    """Whether the journal has no run."""
     return not (folder / FIRST).exists()
 
 
 def identity_of(folder: Path) -> dict[str, str]:
-    """What the set in the folder is; nothing if that cannot be read."""
+    """Identity of the study in the folder; empty if that cannot be read."""
     with suppress(OSError, ValueError), (folder / RUNS).open("rb") as file:
         return _entry(file)[0]
     return {}
 
 
 def is_earlier(folder: Path) -> bool:
-    """Whether the journal in the folder is of a version without checksums of lines."""
+    """Whether the journal in the folder belongs to the version without checksums of lines."""
     return _beginning(folder / RUNS).startswith(EARLIER)
 
 
 def is_part(path: Path) -> bool:
-    """Whether a file is one of a journal's, by its name and by what it says."""
+    """Whether a file belongs to a journal, by its name and its mark."""
     if path.name != RUNS:
         name = path.name.removesuffix(PARTIAL)
         return name in MARKED and is_marked(path, MARKED[name])
@@ -167,23 +169,23 @@ def is_part(path: Path) -> bool:
 
 
 def _beginning(path: Path) -> bytes:
-    """The first line of a file; nothing if it cannot be read."""
+    """First line of a file; empty if it cannot be read."""
     with suppress(OSError), path.open("rb") as file:
         return file.readline()
     return b""
 
 
 def forget(folder: Path) -> None:
-    """Remove a journal, and its folder if nothing else is in it."""
+    """Remove a journal, and its folder if that is empty."""
     remove_folder(folder, is_part)
 
 
 def entries(
     file: BinaryIO, folder: Path, needed: Collection[str] = (FIRST, KNOWN)
 ) -> Iterator[tuple[int, dict[str, Any], bytes]]:
-    """Of each run from here on its place, what is known of it and its values, none of one that
-    failed; up to the first that is not whole. Raises InputError if no run fits the files beside it
-    that are ``needed``, since one of these has changed."""
+    """Yield place, description and values of each run from the current position on, up to the first
+    incomplete entry. Values of a failed run are empty. Raises InputError if no run matches the
+    files beside it that are ``needed``, because one of them has changed."""
     sums = {name: _checksum(folder / name) for name in needed if (folder / name).exists()}
     fitting = 0
     changed = ""
@@ -200,19 +202,19 @@ def entries(
     if changed and not fitting:
         raise InputError(
             f"{folder / changed}: is damaged (its checksum has changed), and the runs beside it"
-            " cannot be read without it. Put it back from a copy, or begin anew with --overwrite."
+            " cannot be read without it. Restore it from a copy, or start again with"
+            " --overwrite."
         )
 
 
 def _entry_of(known: dict[str, Any], values: bytes = b"") -> bytes:
-    """A line, and the values that follow it."""
+    """A line with its checksum, and the values that follow it."""
     text = json.dumps(known).encode() + b"\n" + values
     return b"%08x %s" % (crc32(text), text)
 
 
 def _entry(file: BinaryIO) -> tuple[dict[str, Any], bytes]:
-    """What a line says, and the values that follow it; ValueError if they are not what they
-    were."""
+    """Description of a run, and its values. Raises ValueError if the checksum does not match."""
     check, _, line = file.readline().partition(b" ")
     known = json.loads(line, object_hook=_decoded)
     values = file.read(known.get("bytes", 0))
@@ -226,7 +228,7 @@ def _checksum(path: Path) -> int:
 
 
 def form_of(first: xr.Dataset) -> np.dtype[np.void]:
-    """How the values of a run lie in its bytes: those of the first, by name."""
+    """Layout of the values of a run in its bytes: that of the first run, by name."""
     parts = {name: first.variables[name] for name in first.data_vars}
     return np.dtype([(str(name), part.dtype, part.shape) for name, part in parts.items()])
 
@@ -263,7 +265,7 @@ def _store_first(found: xr.Dataset, folder: Path) -> None:
 
 
 def _encoded(value: object) -> object:
-    """numpy's numbers and arrays with their type, all else as it is."""
+    """JSON for numbers and arrays of numpy with their type; other values are unchanged."""
     if not isinstance(value, np.ndarray | np.generic):
         return value
     array = np.asarray(value)

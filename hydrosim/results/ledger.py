@@ -1,17 +1,18 @@
-"""The energy ledger as a guard: how far a run does not add up, and whether that is too much.
+"""Check of the energy balance: the residual of a run, and whether it is too large.
 
     residual(t) = kinetic + stored - work + dissipated,   since the start
 
-It is zero but for the error of the time integration. Over a stretch of time it is compared with the
-energy that was exchanged there: what came into motion or went out of it, and what was lost,
+The residual is zero except for the error of the time integration. In each interval of time, it is
+compared with the energy that was exchanged there, which is kinetic energy gained or lost, and
+dissipated energy:
 
     exchanged = largest kinetic + sum over output times of |change of kinetic| + |change of lost|
 
-What a slow load lifts or a spring holds is large and says nothing; it does not count. A run is cut
-into overlapping stretches, and the worst of them, or the run as a whole, is the relative residual:
-one great impact hides nothing that comes before or after it. In a stretch quieter than usual the
-scale is the geometric mean of its exchange and that of a usual one, because errors of motion go
-with the root of their energy. Roundings of large energies are left out, as is what hardly moves.
+Energy that a slow load lifts or a spring holds does not count, because it is large without motion.
+A run is cut into overlapping intervals. The relative residual is that of the worst interval, or of
+the whole run, so a great impact hides no error before or after it. In quiet intervals, the scale is
+the geometric mean of the exchange there and in a median interval, because errors of motion grow
+with the root of their energy. Rounding of large energies is left out, and so is very small motion.
 """
 
 from __future__ import annotations
@@ -26,18 +27,18 @@ from hydrosim.scene import Method
 if TYPE_CHECKING:
     import xarray as xr
 
-CLOSED = 1e-4  # of the exchanged energy: a residual beyond is warned of
-STRETCHES = 16  # of a run, half overlapping
-FEWEST = 8  # output times in a stretch
-LEAST = 1e-6  # J/kg of all bodies that may move, as at 1.4 mm/s: less is hardly motion
-ROUNDING = 1e-11  # of the largest energy: integrals of many steps
+CLOSED = 1e-4  # of the exchanged energy: larger residuals cause a warning
+STRETCHES = 16  # of a run; intervals overlap by half
+FEWEST = 8  # output times in an interval
+LEAST = 1e-6  # J/kg of all bodies that can move, as at 1.4 mm/s: less counts as no motion
+ROUNDING = 1e-11  # of the largest energy, by integrals of many steps
 ADAPTIVE_REMEDY = "Try a smaller solver.tolerance"
 REMEDY = "Try a smaller solver.step"
 
 
 class Gap(NamedTuple):
-    """The stretch of time [s] that adds up worst: ``energy`` [J] is missing or too much, a
-    ``relative`` part of what was exchanged."""
+    """The interval [s] with the largest relative residual: ``energy`` [J] is missing or in excess,
+    ``relative`` is its ratio to the exchanged energy."""
 
     begin: float
     end: float
@@ -46,7 +47,8 @@ class Gap(NamedTuple):
 
 
 def gap(run: xr.Dataset, least: float = 0.0) -> Gap:
-    """The worst gap in the ledger of a run; ``least`` [J] counts as exchanged in any stretch."""
+    """Worst gap in the energy balance of a run; ``least`` [J] is the smallest exchange of an
+    interval."""
     time, residual, kinetic = (
         run.variables[name].values for name in ("time", "energy_residual", "energy_kinetic")
     )
@@ -66,34 +68,35 @@ def gap(run: xr.Dataset, least: float = 0.0) -> Gap:
 
 
 def guard(run: xr.Dataset, mass: float = 0.0) -> None:
-    """Put the relative residual of a run of bodies of this ``mass`` [kg] among its attributes, and
-    warnings if its ledger is open or its friction gives energy."""
-    with np.errstate(over="ignore", invalid="ignore"):  # of a run that has failed
+    """Store the relative residual of a run of bodies of this ``mass`` [kg] in its attributes. Add
+    warnings if the energy balance is open, or if friction adds energy."""
+    with np.errstate(over="ignore", invalid="ignore"):  # of a failed run
         worst = gap(run, LEAST * mass)
     run.attrs["energy_residual_relative"] = worst.relative
     warn(run, [*_open(run, worst), *_giving(run)])
 
 
 def warn(run: xr.Dataset, more: Iterable[str]) -> None:
-    """Put ``more`` warnings behind those that the run has."""
+    """Append ``more`` warnings to those of the run."""
     said = [*str(run.attrs.get("warnings", "")).splitlines(), *more]
     if said:
         run.attrs["warnings"] = "\n".join(said)
 
 
 def _open(run: xr.Dataset, worst: Gap) -> Iterator[str]:
-    """A gap that is too wide, in words."""
+    """Warning about a gap that is too large."""
     if worst.relative > CLOSED:
         yield (
-            f"the energy ledger is open: from {worst.begin:g} to {worst.end:g} s {worst.energy:.2g}"
-            f" J are not accounted for, {worst.relative:.1e} of the energy exchanged; expected at"
-            f" most {CLOSED:g}. {_remedy(run)}: motions may be wrong by more than that part."
+            f"the energy balance is open: from {worst.begin:g} to {worst.end:g} s"
+            f" {worst.energy:.2g} J are not accounted for, {worst.relative:.1e} of the energy"
+            f" exchanged; expected at most {CLOSED:g}. {_remedy(run)}: motions may be wrong by"
+            " more than this fraction."
         )
 
 
 def _giving(run: xr.Dataset) -> Iterator[str]:
-    """Points whose friction has given energy: their loss falls by more than the ledger may be
-    open."""
+    """Warnings about points whose friction adds energy: their loss falls by more than the tolerance
+    of the balance."""
     if "fender" not in run.dims or run.time.size < 2:
         return
     exchanged = _exchanged(run)[-1]
@@ -103,8 +106,8 @@ def _giving(run: xr.Dataset) -> Iterator[str]:
         if fall.max() > CLOSED * exchanged / STRETCHES:
             at = float(run.time[int(fall.argmax())])
             yield (
-                f"friction of {name} gives energy, {fall.max():.2g} J until {at:g} s, where it can"
-                f" only take it. {_remedy(run)}."
+                f"friction of {name} adds energy, {fall.max():.2g} J until {at:g} s; expected"
+                f" only losses. {_remedy(run)}."
             )
 
 
@@ -115,7 +118,7 @@ def _remedy(run: xr.Dataset) -> str:
 
 
 def _energies(run: xr.Dataset) -> dict[str, np.ndarray]:
-    """All energies (nt,) of the ledger but its residual."""
+    """All energies (nt,) of the balance except its residual."""
     left_out = ("energy_residual", "energy_wave_absolute")
     return {
         str(name): run.variables[name].values
@@ -133,7 +136,8 @@ def _exchanged(run: xr.Dataset) -> np.ndarray:
 
 
 def _stretches(count: int) -> Iterator[tuple[int, int]]:
-    """First and last output time of all stretches, the whole run the first."""
+    """Indices of the first and last output time of all intervals; the whole run is the first
+    interval."""
     yield 0, count - 1
     length = max((count - 1) // STRETCHES, FEWEST)
     for first in range(0, count - 1 - length, max(length // 2, 1)):

@@ -1,6 +1,7 @@
-"""What a convolution remembers, in the dataset of a run: see `hydrosim.radiation.history`.
+"""Velocity history of a convolution in the dataset of a run, see `hydrosim.radiation.history`.
 
-It is kept as it was at the last step but one: a run that goes on takes the node at its start anew.
+The stored history ends at the last step but one. A continued run computes the node at its start
+anew.
 """
 
 from __future__ import annotations
@@ -21,14 +22,14 @@ if TYPE_CHECKING:
 
 ROWS = ("double integral", "integral", "velocity before", "velocity")
 NODE = ("double integral", "integral", "velocity", "acceleration")
-SHORTEST = 1e-6  # of an interval: less than that from a point of the grid to a time is nothing
+SHORTEST = 1e-6  # of a step of the grid: smaller distances from a point of the grid count as zero
 
 
 def packed(
     scene: Scene, model: Model, history: VelocityHistory
 ) -> tuple[dict[str, tuple[tuple[str, ...], np.ndarray]], dict[str, object]]:
-    """The points of the grid, the oldest first, and the node, with their dimensions; and their
-    coordinates. Nothing without a convolution."""
+    """Points of the grid, oldest first, and the node, with their dimensions and coordinates. Empty
+    without a convolution."""
     if not history.time[THEN] < np.inf:
         return {}, {}
     dofs, newest = np.unique(model.convolution.column), history.place[2]
@@ -36,13 +37,17 @@ def packed(
     points = np.arange(max(newest + 1 - (history.grid.shape[2] - first), 0), newest + 1)
     time = history.begin[0] + points * history.step
     coords: dict[str, object] = {
-        "memory_row": ("memory_row", list(ROWS), {"long_name": "what is remembered"}),
+        "memory_row": ("memory_row", list(ROWS), {"long_name": "remembered quantity"}),
         "memory_dof": ("memory_dof", memory_names(scene, model), {"long_name": "coordinate"}),
         "memory_time": ("memory_time", time, {"units": "s", "long_name": "time"}),
-        "memory_node_row": ("memory_node_row", list(NODE), {"long_name": "what is remembered"}),
+        "memory_node_row": ("memory_node_row", list(NODE), {"long_name": "remembered quantity"}),
         "memory_node_time": ((), history.time[THEN], {"units": "s", "long_name": "time"}),
         "memory_begin": ((), history.begin[0], {"units": "s", "long_name": "time of point 0"}),
-        "memory_origin": ((), history.place[3], {"long_name": "point that integrals begin at"}),
+        "memory_origin": (
+            (),
+            history.place[3],
+            {"long_name": "index of the point at which integrals begin"},
+        ),
     }
     past = history.grid[:, dofs][:, :, first + newest - points]
     node = history.node[THEN][:, dofs]
@@ -54,8 +59,8 @@ def packed(
 
 
 def take_over(run: xr.Dataset, dofs: np.ndarray, history: VelocityHistory) -> bool:
-    """Fill the empty ``history`` with all that ``run`` remembers of these ``dofs``, in its order:
-    False, and nothing is done, if its grid is another or its room too small."""
+    """Fill the empty ``history`` with the history of ``run`` for these ``dofs``, in its order.
+    Returns False and changes nothing if the grids differ."""
     time = run.memory_time.values
     begin, step = float(run.memory_begin), history.step
     points = np.rint((time - begin) / step).astype(int)
@@ -72,8 +77,8 @@ def take_over(run: xr.Dataset, dofs: np.ndarray, history: VelocityHistory) -> bo
 
 
 def push_again(run: xr.Dataset, until: float, dofs: np.ndarray, history: VelocityHistory) -> None:
-    """Fill the empty ``history`` with what ``run`` remembers before the time ``until`` [s], as the
-    cubics between the points of its grid."""
+    """Fill the empty ``history`` with the history of ``run`` before the time ``until`` [s]: cubics
+    between the points of its grid."""
     time, past = run.memory_time.values, run.memory_past.values
     count = int(np.searchsorted(time, until - SHORTEST * history.step))
     starts, ends = _accelerations(time[:count], past[:, :, :count])
@@ -85,8 +90,8 @@ def push_again(run: xr.Dataset, until: float, dofs: np.ndarray, history: Velocit
 
 
 def _accelerations(time: np.ndarray, past: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Accelerations (dofs, points) after and before each point: third derivatives at both ends of
-    the polynomials of degree 5 for the double integral; zero before the first."""
+    """Accelerations (dofs, points) after and before each point. They are third derivatives at both
+    ends of the polynomials of degree 5 through the double integral; zero before the first point."""
     h, (Y, X) = np.diff(time), past[:2]
     rise, v0, v1 = 60.0 * np.diff(Y), past[3, :, :-1] * h * h, past[2, :, 1:] * h * h
     X0, X1 = X[:, :-1] * h, X[:, 1:] * h

@@ -1,4 +1,4 @@
-"""The netCDF file of a run: written whole, and read only where it is one."""
+"""netCDF file of a run: written completely, and read only if it is the result of a run."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ if TYPE_CHECKING:
 
 NEEDED = ("position", "wave_elevation", "energy_kinetic", "energy_residual")
 FORMAT, LATEST = "hydrosim run", 2
-"""Files of runs say "hydrosim run 2"; those of the first format say nothing."""
+"""Format of files of runs: "hydrosim run 2". Files of the first format have no such text."""
 REMEDY = "expected the result of `hydrosim run`, such as run.nc"
-SHOWN = ("limits of ", "comparison of ")  # what is no run, and has a report
+SHOWN = ("limits of ", "comparison of ")  # results that are no run, and have a report
 
 
 def write(dataset: xr.Dataset, target: Path | Output) -> None:
-    """Write netCDF; the file appears under its name only when it is complete. Raises as `Output`
-    does where it may not be written."""
+    """Write netCDF; the file appears under its name when it is complete. Raises as `Output` does if
+    it must not be written."""
     output = as_output(target, "result")
     with output.written() as path:
         marked = dataset.assign_attrs(output.attributes)
@@ -32,8 +32,8 @@ def write(dataset: xr.Dataset, target: Path | Output) -> None:
 
 
 def read(path: Path, expected: str = REMEDY) -> xr.Dataset:
-    """The dataset of a run in the netCDF file ``path``, in memory; raises InputError if the file
-    is missing, is not netCDF or is not the result of a run; it says what is ``expected``."""
+    """Dataset of the run in the netCDF file ``path``, in memory. Raises InputError if the file is
+    missing, is not netCDF or is not the result of a run. ``expected`` ends the message."""
     if reason := no_file(path):
         raise InputError(f"{path}: {reason}; {expected}.")
     import xarray as xr  # slow to load, and few cases start from a run
@@ -48,14 +48,16 @@ def read(path: Path, expected: str = REMEDY) -> xr.Dataset:
         if (made := content(path) or "").startswith(SHOWN):
             found = f"holds the {made}, which `hydrosim report` shows"
         elif "run" in run.dims:
-            found = f"holds {run.sizes['run']} runs without status, which those of a study have"
+            found = (
+                f"holds {run.sizes['run']} runs without their status, so it is no result of a study"
+            )
         raise InputError(f"{path}: {found}; {expected}.")
     _require_known(path, str(run.attrs.get("format", "")))
     return run
 
 
 def _require_known(path: Path, found: str) -> None:
-    """Refuses files of later versions."""
+    """Refuse files of later versions."""
     number = found.removeprefix(FORMAT).strip()
     if number.isdecimal() and int(number) > LATEST:
         expected = f"expected {FORMAT} {LATEST} or older; read it with a later version of hydrosim"
@@ -63,7 +65,7 @@ def _require_known(path: Path, found: str) -> None:
 
 
 def status_of(path: Path) -> str | None:
-    """How the run in a file has ended; None if there is none."""
+    """Status of the run in a file; None if there is no run."""
     import xarray as xr  # slow to load
 
     try:

@@ -1,14 +1,14 @@
-"""From the record of a run to an xarray dataset, and to netCDF.
+"""Dataset of a run, from its record.
 
 Dimensions: time, body, dof, fender (contact points), spring, probe, axis. Wrenches are (force,
-moment about the centre of gravity) in the earth frame. The ledger: `energy_kinetic` and
-`energy_stored_*` are what the system holds, `energy_work_*` what was put in, `energy_dissipated_*`
-what was lost, all since the start; `energy_residual` is holdings minus start minus work plus
-losses, zero but for the error of the time integration. A run that starts from another counts on
-from there; its residual is its own, zero where it begins.
+moment about the centre of gravity) in the earth frame. Energies are relative to the start:
+`energy_kinetic` and `energy_stored_*` are held by the system, `energy_work_*` was put in,
+`energy_dissipated_*` was lost. `energy_residual` is the energy held, minus its value at the start,
+minus work, plus losses. It is zero except for the error of the time integration. A continued run
+adds to the energies of the earlier run; its residual begins at zero.
 
-The whole state y is in `state_value` (state_time, state) by name, for a start from there
-(`hydrosim.compiling.restart`): at the end, or at every output time if the scene says so.
+The state y is in `state_value` (state_time, state) by name: at the end, or at every output time if
+the scene asks for it. Another run can start from it (`hydrosim.compiling.restart`).
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def to_dataset(
     history: VelocityHistory,
     attributes: Mapping[str, object],
 ) -> xr.Dataset:
-    """The first ``count`` records as a dataset with ``attributes``, the waves of the ``sea`` at the
+    """Dataset of the first ``count`` records with ``attributes``, the waves of the ``sea`` at the
     probes, and the velocity ``history`` at the end."""
     values = unpack(model, record, count)
     time = values["time"]
@@ -108,7 +108,7 @@ def _states(
     values: dict[str, np.ndarray],
     modes: np.ndarray,
 ) -> tuple[Columns, dict[str, object]]:
-    """What a run can start from, at the end or at every output time, and its coordinates."""
+    """State that a run can start from, at the end or at every output time, and its coordinates."""
     kept = slice(None) if scene.output_states else slice(-1, None)
     of_memory = (q for entry in layout.of(StateKind.RADIATION) for q in entry.coordinates)
     remembered = dict.fromkeys(q.name for q in of_memory)
@@ -120,7 +120,11 @@ def _states(
         "state_kind": ("state", layout.kinds(), {"long_name": "kind of the state"}),
         "state_owner": ("state", layout.owners(), {"long_name": "body, unit or row of the state"}),
         **({"radiation_dof": ("radiation_dof", [*remembered])} if remembered else {}),
-        "state_component": ("state", layout.components(), {"long_name": "what the state is of it"}),
+        "state_component": (
+            "state",
+            layout.components(),
+            {"long_name": "component that the state describes"},
+        ),
     }
     states: Columns = {
         "state_value": (("state_time", "state"), values["y"][kept]),
@@ -132,7 +136,7 @@ def _states(
 
 
 def _of_modes(unit: str, rows: Modes, modes: np.ndarray) -> Columns:
-    """What a run starts from besides the states, of the ``modes`` (nt, n, 3) of units."""
+    """Data of the ``modes`` (nt, n, 3) of units that a run can start from, besides the states."""
     found: Columns = {}
     if rows.size and rows.first is not None:
         segments = (modes[:, :, SEGMENT] - rows.first).astype(np.int16)
@@ -146,7 +150,7 @@ def _of_modes(unit: str, rows: Modes, modes: np.ndarray) -> Columns:
 def _kept(
     kind: Kind, p: Any, model: Model, values: Mapping[str, np.ndarray], modes: np.ndarray
 ) -> Kept:
-    """What is kept of the units of a kind."""
+    """Data of the units of a kind that are kept."""
     y = values["y"]
     rows = kind.modes(p).size
     observed = values.get(kind.unit, np.zeros((len(y), rows, 0)))
@@ -156,7 +160,7 @@ def _kept(
 
 
 def _phases(scene: Scene, time: np.ndarray, data: Columns) -> Columns:
-    """Phases of the operation by its contacts."""
+    """Phases of the operation, from its contacts."""
     if "fender_mode" not in data:
         return {}
     _, modes = data["fender_mode"]
@@ -165,7 +169,7 @@ def _phases(scene: Scene, time: np.ndarray, data: Columns) -> Columns:
 
 
 def _draughts(model: Model, y: np.ndarray) -> Columns:
-    """Slow draughts (nt, nb) of bodies with a family of databases, not a number of others."""
+    """Slow draughts (nt, nb) of bodies with a family of databases; NaN for other bodies."""
     family = model.family
     if family.body.size == 0:
         return {}
@@ -176,7 +180,8 @@ def _draughts(model: Model, y: np.ndarray) -> Columns:
 
 
 def _probes(scene: Scene, sea: Sequence[Components], time: np.ndarray) -> Columns:
-    """Elevation at the probes: a sum over the components, for nothing in a run depends on it."""
+    """Elevation at the probes: a sum over the components, computed afterwards because no motion
+    depends on it."""
     if not scene.wave_probes:
         return {}
     points = np.array(list(scene.wave_probes.values()))
@@ -225,8 +230,8 @@ def _coordinates(scene: Scene, time: np.ndarray) -> dict[str, object]:
 
 
 def fixed_coordinates(scene: Scene) -> dict[str, object]:
-    """Names of bodies, contacts, springs, points and what goes with them: a run of the scene has
-    them whatever happens."""
+    """Coordinates of the bodies, contacts, springs and points of a scene. Every run of the scene
+    has them."""
     return {
         "body": ("body", [b.name for b in scene.bodies], {"long_name": "body"}),
         "dof": ("dof", list(DOFS), {"long_name": "degree of freedom"}),
@@ -241,7 +246,7 @@ def fixed_coordinates(scene: Scene) -> dict[str, object]:
 
 def _probe_places(scene: Scene) -> dict[str, object]:
     x, y = np.array(list(scene.wave_probes.values())).T
-    place = {"units": "m", "long_name": "place of the probe", "frame": EARTH}
+    place = {"units": "m", "long_name": "position of the probe", "frame": EARTH}
     return {
         "probe": ("probe", list(scene.wave_probes)),
         "probe_x": ("probe", x, place),

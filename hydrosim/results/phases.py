@@ -1,7 +1,7 @@
-"""The phases of an operation that begins free and ends held by friction, from the contact history.
+"""Phases of an operation that begins free and ends held by friction, from the contact history.
 
-Contacts of one element are a group, whose phases are told apart from those of others: a fender that
-is always in contact hides no operation at another one.
+Contacts of one element form a group. Each group has its own phases, so a fender that is always in
+contact hides no operation at another element.
 
     moored           until the first contact of any fender of the group
     initial contact  until there is always a fender in contact
@@ -59,8 +59,8 @@ def contact_phases(time: np.ndarray, modes: np.ndarray) -> np.ndarray:
 
 
 def group_phases(time: np.ndarray, modes: np.ndarray, groups: Sequence[str]) -> np.ndarray:
-    """Phases (nt, ng) of each group of contacts in the order of their names, for contact ``modes``
-    (nt, nf), each of one of the ``groups`` (nf,)."""
+    """Phases (nt, ng) of each group of contacts, in the order of their names, from contact
+    ``modes`` (nt, nf). ``groups`` (nf,) are the groups of the contacts."""
     names = np.array(groups)
     each = [contact_phases(time, modes[:, names == name]) for name in dict.fromkeys(groups)]
     return np.stack(each, axis=1)
@@ -72,7 +72,7 @@ def _last(condition: np.ndarray) -> int:
 
 
 def _sticks_from(time: np.ndarray, modes: np.ndarray) -> int:
-    """Where the last window begins that has too little stick, and all later ones have enough."""
+    """Index from which on all windows have enough stick."""
     share = np.mean(modes == STICK, axis=1)
     width = max(round(WINDOW / (time[1] - time[0])), 1)
     if share.size < width:

@@ -1,4 +1,4 @@
-"""Named points of bodies over time, and clearances between them, by the motions of a run."""
+"""Named points of bodies over time, and clearances between them, from the motions of a run."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ if TYPE_CHECKING:
     from hydrosim.stepping.dynamics import Model
 
 Frames = tuple[np.ndarray, np.ndarray]
-"""Places of the centres of gravity (nt, nb, 3), and rotations (nt, nb, 3, 3)."""
+"""Positions of the centres of gravity (nt, nb, 3), and rotation matrices (nt, nb, 3, 3)."""
 
 
 def point_names(scene: Scene) -> list[str]:
-    """All named points, "bow of barge"."""
+    """All named points, such as "bow of barge"."""
     return [f"{name} of {body.name}" for body in scene.bodies for name in body.points]
 
 
 def point_positions(scene: Scene, frames: Frames) -> np.ndarray:
-    """Places (nt, np, 3) of all named points in the earth frame [m]."""
+    """Positions (nt, np, 3) of all named points in the earth frame [m]."""
     return np.stack([_place(b, point, frames) for b, point in _points(scene)], axis=1)
 
 
 def coordinates(scene: Scene) -> dict[str, object]:
-    """Names of all points and of the body that each is on."""
+    """Coordinates: names of all points, and the body of each."""
     names = point_names(scene)
     owners = [scene.bodies[b].name for b, _ in _points(scene)]
     said = {"long_name": "body of the point"}
@@ -37,25 +37,27 @@ def coordinates(scene: Scene) -> dict[str, object]:
 
 
 def _points(scene: Scene) -> Iterator[tuple[int, tuple[float, ...]]]:
-    """Of all named points the index of their body and their place there."""
+    """Body index and body-frame position of all named points."""
     for b, body in enumerate(scene.bodies):
         yield from ((b, point) for point in body.points.values())
 
 
 def clearances(scene: Scene, frames: Frames) -> np.ndarray:
-    """Clearances (nt, nc) [m]: distances between two points, or of a point from a plane, negative
-    behind that."""
+    """Clearances (nt, nc) [m]: distances between two points, or between a point and a plane. They
+    are negative behind the plane."""
     return np.stack([_clearance(scene, c, frames) for c in scene.clearances.values()], axis=1)
 
 
 def check_points(scene: Scene) -> None:
-    """Raises InputError where a clearance is of a point that there is not."""
+    """Raises InputError if a clearance names a point that does not exist."""
     known = point_names(scene)
     bodies = [body.name for body in scene.bodies]
     for name, c in scene.clearances.items():
         for key, point in (("of", c.of), ("to", c.to)):
             if point is not None and point not in known:
-                there = ", ".join(known) or "none in this scene (bodies.NAME.points)"
+                there = ", ".join(known) or (
+                    "no point in this scene has a name (bodies.NAME.points)"
+                )
                 text = f"found {point}; expected one of the named points: {there}"
                 raise InputError(f"output.clearances.{name}.{key}: {text}.")
         if c.body is not None and c.body not in bodies:
@@ -64,7 +66,7 @@ def check_points(scene: Scene) -> None:
 
 
 def frames_of(model: Model, coordinates: np.ndarray) -> Frames:
-    """Where the bodies are at ``coordinates`` (nt, 6 nb)."""
+    """Positions and rotations of the bodies at ``coordinates`` (nt, 6 nb)."""
     bodies = model.bodies
     motion = new_motion(model.bodies)
     count = len(bodies.each)

@@ -1,4 +1,4 @@
-"""A netCDF file of many runs, written as they come."""
+"""A netCDF file of many runs, written one after another."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ BLOCK = 256
 BLOCK_BYTES = 2**24
 TEXTS = {
     "status": f"complete, failed, interrupted, or {NOT_RUN}",
-    "status_message": "why a run failed",
-    "warnings": "what there is to say of the run",
+    "status_message": "reason why a run failed",
+    "warnings": "warnings of the run",
 }
 
 
 def open_runs(path: Path) -> xr.Dataset | None:
-    """The runs in a netCDF file of many; None if the file is none of these, whatever else it is."""
+    """Runs in a netCDF file of many runs; None if the file is of another kind."""
     if not os.path.isfile(path):
         return None
     try:
@@ -46,17 +46,17 @@ def open_runs(path: Path) -> xr.Dataset | None:
 
 
 def is_of_runs(found: xr.Dataset) -> bool:
-    """Whether a dataset is one of many runs."""
+    """Whether a dataset holds many runs."""
     return RUN in found.dims and "status" in found
 
 
 class RunsFile:
-    """The datasets of ``count`` runs in a new file, along a dimension ``run``.
+    """Writer for the datasets of ``count`` runs in a new file, along a dimension ``run``.
 
-    All runs have the variables, coordinates and sizes of the one that is added first; what is not
-    there of a run is NaN, -1 or empty. ``along`` are coordinates or texts of the runs that are
-    known before, with their attributes; ``mark`` is its history, ``attributes`` are the file's.
-    Runs come in their order, and are written in blocks; the same runs give the same bytes.
+    The first run that is added defines variables, coordinates and sizes of all. Missing values of a
+    run are NaN, -1 or empty. ``along`` are coordinates or texts of the runs that are known before,
+    with their attributes. ``mark`` is the history of the file, ``attributes`` are its attributes.
+    Runs are added in order and written in blocks. The same runs give the same bytes.
     """
 
     def __init__(
@@ -88,7 +88,7 @@ class RunsFile:
             self._file.createVariable(name, str, (RUN,)).long_name = what
 
     def _along(self, name: str, values: np.ndarray) -> netCDF4.Variable:
-        """What is known of all runs, a number or a text each, or several."""
+        """Write data of all runs: numbers or texts, one or several per run."""
         more = [f"{name}_{i}" for i in range(1, values.ndim)]
         for dimension, size in zip(more, values.shape[1:], strict=True):
             self._file.createDimension(dimension, size)
@@ -101,8 +101,8 @@ class RunsFile:
     def add(
         self, run: int, found: xr.Dataset, attributes: Mapping[str, object], warnings: str = ""
     ) -> None:
-        """Take a complete run, the next in order; ``attributes`` are those of the file as far as
-        all runs agree."""
+        """Add a complete run, the next in order. Of its ``attributes``, the file keeps those that
+        all runs share."""
         if self._last is None:
             self._define(found, attributes)
         self._last = found.coords.to_dataset()
@@ -114,7 +114,7 @@ class RunsFile:
         self._take(run, values, (COMPLETE, "", warnings))
 
     def mark(self, run: int, status: str, message: str = "", warnings: str = "") -> None:
-        """Say how a run went that has no values, the next in order."""
+        """Add the status of a run without values, the next in order."""
         self._take(run, {}, (status, message, warnings))
 
     def _take(self, run: int, values: Mapping[str, np.ndarray], texts: tuple[str, ...]) -> None:
@@ -126,7 +126,7 @@ class RunsFile:
             self._write()
 
     def _write(self) -> None:
-        """Put the runs that wait into the file, each variable at once."""
+        """Write the waiting runs into the file, each variable at once."""
         if not self._block:
             return
         rows = slice(self._written, self._written + len(self._block))
@@ -144,11 +144,11 @@ class RunsFile:
         self._bytes = 0
 
     def differs(self, found: xr.Dataset) -> str | None:
-        """A coordinate of a run that the runs before it have otherwise."""
+        """Name of a coordinate of a run that differs from earlier runs."""
         return None if self._last is None else differing(found, self._last)
 
     def close(self) -> None:
-        """Finish the file: runs that were not added are not run."""
+        """Finish the file; the status of missing runs is "not run"."""
         try:
             self._write()
             while self._written < self._count:
@@ -187,7 +187,7 @@ class RunsFile:
 
 
 def in_common(one: Mapping[str, object], other: Mapping[str, object]) -> dict[str, object]:
-    """The attributes that both have, with the same values of the same types."""
+    """Attributes that both have, with equal values of the same type."""
     return {name: value for name, value in one.items() if _same(other.get(name), value)}
 
 

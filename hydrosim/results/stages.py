@@ -1,4 +1,4 @@
-"""The stages of a group of contacts: of a transfer of weight from one to another, or of a fender.
+"""Stages of a group of contacts: a transfer of weight to or from it, or the contacts of a fender.
 
     first contact       of any contact of the group
     25, 50, 75, 100 %   of the weight transferred: taken by a group that begins without load, given
@@ -7,12 +7,12 @@
                         half of the weight
     separated           for the last time, and to the end of the run
 
-A re-contact is a contact that closes after the group was open: how many, the largest force and the
-largest speed of closing. All of it comes from events and from the impulse of the load
-(`forces.contact.group`), so that it does not depend on how often a run is recorded.
+A re-contact is a contact that closes after the whole group was open. Re-contacts have a count, a
+largest force and a largest closing speed. All figures come from events and from the impulse of the
+load (`forces.contact.group`), so they do not depend on the output step.
 
-The weight is that of the body that carries its own weight and has no water: the topside. Where none
-is known, nothing is transferred, and the group is open once nothing touches any more. A transfer
+The weight is that of a body that carries its own weight and is dry: the topside. Without a known
+weight nothing is transferred, and the group is open when no contact touches any more. A transfer
 counts as complete within `WITHIN`.
 """
 
@@ -33,17 +33,17 @@ if TYPE_CHECKING:
 Share = Callable[[np.ndarray], np.ndarray]
 
 SLOW = 60.0  # s
-LOOK = 0.1  # s: as often a share is looked at
+LOOK = 0.1  # s: time step at which the transferred fraction is computed
 WITHIN = 0.005  # of the weight
 PARTS = (0.25, 0.5, 0.75, 1.0)
 STAGES = ("first contact", *(f"{part:.0%} transferred" for part in PARTS), "open", "separated")
 FIGURES = {
-    "closings": ("contacts that closed", "1"),
-    "closing_speed": ("largest speed at which one closed", "m/s"),
+    "closings": ("number of contact closings", "1"),
+    "closing_speed": ("largest closing speed of a contact", "m/s"),
     "largest_contact_force": ("largest force of a contact", "N"),
-    "recontacts": ("contacts that closed again after all were open", "1"),
-    "recontact_speed": ("largest speed at which they closed again", "m/s"),
-    "recontact_force": ("largest force after they closed again", "N"),
+    "recontacts": ("number of contact closings after all contacts were open", "1"),
+    "recontact_speed": ("largest closing speed after all contacts were open", "m/s"),
+    "recontact_force": ("largest contact force after all contacts were open", "N"),
     "end_clearance": ("smallest clearance at the end, negative if compressed", "m"),
 }
 IMPULSE = "group_impulse"
@@ -52,8 +52,8 @@ WEIGHT = "contact_weight"
 
 
 class Group(NamedTuple):
-    """A group of contacts in a run: the ``time`` (nt,) of records, ``impulse`` and ``load`` (nt,)
-    then, and its ``weight`` [N]."""
+    """A group of contacts in a run: ``impulse`` and ``load`` (nt,) at the output ``time`` (nt,),
+    and its ``weight`` [N]."""
 
     time: np.ndarray
     impulse: np.ndarray
@@ -61,7 +61,7 @@ class Group(NamedTuple):
     weight: float
 
     def share(self) -> Share:
-        """The share of the weight transferred over time, of the slow load."""
+        """Transferred fraction of the weight over time, from the slow load."""
         from scipy.interpolate import CubicHermiteSpline  # slow to import, and few runs have stages
 
         spline = CubicHermiteSpline(self.time, self.impulse, self.load)
@@ -77,7 +77,7 @@ class Group(NamedTuple):
         return at
 
     def transferred(self) -> list[float]:
-        """The times at which `PARTS` of the weight are transferred."""
+        """Times at which the fractions `PARTS` of the weight are transferred."""
         if not self.weight > 0.0 or self.time.size < 2:
             return [NEVER] * len(PARTS)
         share = self.share()
@@ -88,7 +88,7 @@ class Group(NamedTuple):
 
 def staged(run: xr.Dataset, groups: Sequence[Remembered]) -> xr.Dataset:
     """The ``run`` with loads and impulses of its groups of contacts, times of their stages and
-    `FIGURES`; not a number of groups that are not among the ``groups`` that remember."""
+    `FIGURES`. They are NaN for groups that are not in ``groups``."""
     if not groups or run.sizes["time"] == 0:
         return run
     load = run.fender_normal_force.groupby("fender_group").sum()
@@ -119,13 +119,13 @@ def staged(run: xr.Dataset, groups: Sequence[Remembered]) -> xr.Dataset:
         },
     }
     run = run.assign(found).assign_coords(stage=list(STAGES))
-    said = _said("weight that the group carries or takes", "N")
+    said = _said("weight that the group carries or takes over", "N")
     return run.assign_coords({WEIGHT: (over, weight, said)}) if np.any(weight > 0.0) else run
 
 
 def _times(own: np.ndarray, parts: Sequence[float], ends_open: bool) -> list[float]:
-    """The times of `STAGES` [s] by what a group remembers, not a number of those that it does not
-    come to."""
+    """Times of `STAGES` [s] from the stored events of a group; NaN for stages that did not
+    happen."""
     first, opened, last = own[[group.FIRST, group.OPENED, group.LAST]]
     after = (time if time == NEVER else max(time, first) for time in parts)  # the mean looks ahead
     known = (first, *after, opened, last if ends_open else NEVER)
@@ -133,7 +133,7 @@ def _times(own: np.ndarray, parts: Sequence[float], ends_open: bool) -> list[flo
 
 
 def _figures(own: np.ndarray) -> list[float]:
-    """The values of all `FIGURES` but the last."""
+    """Values of all `FIGURES` except the last."""
     count, speed, force = own[group.CLOSINGS : group.AGAIN]
     again, again_speed, again_force = own[group.AGAIN :]
     unknown = np.nan
@@ -144,7 +144,7 @@ def _figures(own: np.ndarray) -> list[float]:
 
 
 def _reaches(level: float, time: np.ndarray, values: np.ndarray, share: Share) -> float:
-    """When a share first comes to a ``level``; `NEVER` if it does not."""
+    """Time at which a fraction first reaches a ``level``; `NEVER` if it does not."""
     if not (values >= level).any():
         return NEVER
     k = int((values >= level).argmax())
@@ -160,12 +160,12 @@ def _said(what: str, unit: str) -> dict[str, str]:
 
 
 def stages(run: xr.Dataset) -> dict[str, xr.DataArray]:
-    """What a run says of the stages of its groups; nothing if it has none."""
+    """Stage times and figures of a run; empty if it has none."""
     return {name: run[name] for name in (TIME, *FIGURES) if name in run}
 
 
 def transferred(run: xr.Dataset) -> xr.DataArray:
-    """Share of the weight transferred (time, contact_group), of groups whose weight is known."""
+    """Transferred fraction of the weight (time, contact_group), for groups of known weight."""
     load = run.contact_load.sel(contact_group=run[WEIGHT] > 0.0).transpose(..., "contact_group")
     impulse = run[IMPULSE].sel(contact_group=load.contact_group).transpose(*load.dims)
     time = run.time.values

@@ -1,6 +1,6 @@
-"""What the variables of a run are: their names in words, units and frames, and what modes mean.
+"""Variables of a run: their long names, units and frames, and the meanings of modes.
 
-Where the degrees of freedom have units of their own, `dof_units` says them in place of `units`.
+If degrees of freedom have different units, `dof_units` replaces `units`.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
 EARTH = "earth"
 HEADING = "axes that turn with the yaw of the body"
-MIXED = "SI"  # of numbers that have different units
+MIXED = "SI"  # for numbers with different units
 OWN = {
-    # name: long_name, units, frame; a name that ends in "_" is of all that begin with it
+    # name: long_name, units, frame; a name that ends in "_" is a prefix
     "position": Variable(
         "displacement of the centre of gravity from rest; angles", "m or rad", EARTH
     ),
@@ -34,34 +34,32 @@ OWN = {
     ),
     "momentum": Variable("momentum of body and added mass", "N s or N m s", EARTH),
     "impulse": Variable(
-        "integral of a force, of its moment, since the start", "N s or N m s", EARTH
+        "time integral of a force and of its moment since the start", "N s or N m s", EARTH
     ),
     "work": Variable("work of a force by degree of freedom since the start", "J", EARTH),
-    "reference_position": Variable("place of the centre of gravity at rest", "m", EARTH),
-    "slow_draught": Variable("draught, slow, that the coefficients of a family are for", "m"),
+    "reference_position": Variable("position of the centre of gravity at rest", "m", EARTH),
+    "slow_draught": Variable("slow draught, at which the coefficients of a family are taken", "m"),
     "wave_elevation": Variable("undisturbed wave elevation at the origin", "m", EARTH),
     "wave_elevation_at_probe": Variable("undisturbed wave elevation at a probe", "m", EARTH),
     "force_": Variable("force; moment about the centre of gravity", "N or N m", EARTH),
     "contact_phase": Variable(
-        "phase of the operation by the contacts of a group",
+        "phase of the operation, from the contacts of a group",
         "1",
         flags=" ".join(phase.name.lower() for phase in Phase),
     ),
-    "point_position": Variable("place of a named point", "m", EARTH),
+    "point_position": Variable("position of a named point", "m", EARTH),
     "clearance": Variable("clearance of a named point", "m"),
     "energy_kinetic": Variable("kinetic energy, with added mass", "J"),
     "energy_stored_": Variable("stored energy", "J"),
     "energy_work_": Variable("work done on the bodies since the start", "J"),
     "energy_dissipated_": Variable("energy lost since the start", "J"),
     "energy_wave_absolute": Variable("integral of |wave power| since the start", "J"),
-    "energy_residual": Variable("energy that the ledger cannot account for", "J"),
-    "state_value": Variable("state that a run can start from", MIXED, "that of each state"),
+    "energy_residual": Variable("residual of the energy balance", "J"),
+    "state_value": Variable("state that a run can start from", MIXED, "unit of each state"),
     "state_input": Variable("rate of a radiation state for unit velocities", MIXED, "body"),
-    "memory_past": Variable(
-        "velocity that a convolution remembers, and its integrals", MIXED, HEADING
-    ),
+    "memory_past": Variable("velocity history of a convolution, and its integrals", MIXED, HEADING),
     "memory_node": Variable(
-        "the same with the acceleration, at the last step but one", MIXED, HEADING
+        "velocity history at the last step but one, with the acceleration", MIXED, HEADING
     ),
 }
 VARIABLES: dict[str, Variable] = OWN | {
@@ -70,7 +68,8 @@ VARIABLES: dict[str, Variable] = OWN | {
 
 
 def units_of(units: str) -> dict[str, str]:
-    """The one unit; or those of the six degrees of freedom; or that each number has its own."""
+    """The common unit; or units of the six degrees of freedom; or a note that each number has its
+    own."""
     translation, _, rotation = units.partition(" or ")
     if rotation:
         return {"dof_units": ", ".join([translation] * 3 + [rotation] * 3)}

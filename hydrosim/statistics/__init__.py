@@ -1,1 +1,2 @@
-"""What a series, a run or many runs tell: moments, extremes, figures, effects, and how sure."""
+"""Statistics of series, of runs and of many runs: moments, extremes, figures, effects, and their
+uncertainty."""

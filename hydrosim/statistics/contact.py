@@ -1,4 +1,4 @@
-"""What contact and friction did in a run: time in each mode, slip, crawl by phase."""
+"""Statistics of contact and friction in a run: time in each mode, slip, crawl by phase."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ import xarray as xr
 
 from hydrosim.results.phases import Phase
 
-CRAWL = 60.0  # s: mean of the place at the ends of a phase
+CRAWL = 60.0  # s: the position is averaged over this time at both ends of a phase
 
 
 def contact_statistics(run: xr.Dataset) -> dict[str, xr.DataArray]:
-    """Of each fender the share of the time in each mode, and slip; of each group of fenders the
-    time in each phase, and how far each body crawls in it."""
+    """Time fraction in each mode and slip of each fender. For each group of fenders, time fraction
+    of each phase, and crawl of each body in it."""
     modes, phase = run.fender_mode, run.contact_phase.transpose("contact_group", "time").values
     names = modes.attrs["flag_meanings"].split()
     share = np.array([(modes.values == k).mean(axis=0) for k in range(len(names))])
@@ -24,7 +24,7 @@ def contact_statistics(run: xr.Dataset) -> dict[str, xr.DataArray]:
             share,
             {"mode": names, "fender": run.fender},
             ("mode", "fender"),
-            attrs=_said("share of the time", "1"),
+            attrs=_said("fraction of the time", "1"),
         ),
         "fender_slipped": run.fender_slip_distance.isel(time=-1, drop=True).assign_attrs(
             _said("distance slipped", "m")
@@ -34,7 +34,7 @@ def contact_statistics(run: xr.Dataset) -> dict[str, xr.DataArray]:
             np.array(crawl),
             {**phases, "body": run.body, "axis": ["x", "y"]},
             (*phases, "body", "axis"),
-            attrs=_said("slow displacement from beginning to end", "m"),
+            attrs=_said("slow displacement from the beginning to the end of the phase", "m"),
         ),
     }
 
@@ -50,8 +50,8 @@ def phase_durations(run: xr.Dataset) -> xr.DataArray:
 
 
 def crawl(run: xr.Dataset) -> xr.DataArray:
-    """How far the contact nodes (time, fender, axis) have gone since the start [m]; while open,
-    where they last touched, not a number before that."""
+    """Path length of the contact nodes (time, fender, axis) since the start [m]. While open, a node
+    stays at the point of last contact; NaN before the first contact."""
     node = run.fender_node.transpose("time", "fender", "axis")
     gone = (node - node[0]).values
     rows = np.arange(run.sizes["time"])[:, None]
@@ -63,7 +63,8 @@ def crawl(run: xr.Dataset) -> xr.DataArray:
 
 
 def _moved(run: xr.Dataset, during: np.ndarray) -> np.ndarray:
-    """Displacement (nb, 2) in x and y of the mean place from beginning to end of a phase."""
+    """Displacement (nb, 2) in x and y of the averaged position, from the beginning to the end of a
+    phase."""
     place = run.position.transpose("time", "body", "dof").values[:, :, :2]
     if not during.any():
         return np.zeros(place.shape[1:])

@@ -1,18 +1,18 @@
-"""How often a sampled Gaussian process rises above a level, and in how many groups.
+"""Upcrossings of a level by a sampled Gaussian process, and the number of their groups.
 
-Of values of unit variance, one in so many is the first above u after one below it:
+Values have unit variance. The probability that a value is above u and its predecessor below is
 
     p(u) = 2 T(u, a),     a = sqrt((1 - r) / (1 + r)),     r the correlation of neighbours
 
-T being Owen's function (1956, Annals of Mathematical Statistics 27); where steps are short this is
-Rice's rate, a / pi exp(-u^2 / 2). Values above u come in groups, fewer than they are, the more so
-the narrower the band and the lower the level; groups come at random, and are a share
+T is Owen's function (1956, Annals of Mathematical Statistics 27). For short steps this is Rice's
+rate, a / pi exp(-u^2 / 2). Values above u come in groups. The narrower the band and the lower the
+level, the fewer the groups. Groups come at random, and their number is a fraction
 
     g(u) = 1 - exp(-k u)     (Vanmarcke 1975, Journal of Applied Mechanics 42)
 
-of them. The largest of n values is below u with the probability exp(-n p g); that of a short time
-times 1 - exp(-u^2 / 2), with which the envelope is below u when it begins. From that, and from the
-largest values of many windows, follows k.
+of the upcrossings. The largest of n values is below u with probability exp(-n p g). For short times
+this is multiplied by 1 - exp(-u^2 / 2), the probability that the envelope begins below u. The
+factor k follows from this law and the largest values of many windows.
 """
 
 from __future__ import annotations
@@ -23,15 +23,16 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import owens_t
 
-LOWEST = 0.5  # level, below which the largest of a record is not
-SHARES = (0.01, 0.99)  # between which a share of groups is
-STEEP = 1e3  # of a: neighbours have nothing in common
-ROUNDS, CLOSE = 50, 1e-12  # of a fixed point that moves by logarithms
+LOWEST = 0.5  # lower bound of levels
+SHARES = (0.01, 0.99)  # bounds of the fraction of groups
+STEEP = 1e3  # of a: neighbours are uncorrelated
+ROUNDS, CLOSE = 50, 1e-12  # of a fixed-point iteration on logarithms
 
 
 class Crossings(NamedTuple):
-    """Of a process of so many ``values``: a as ``steepness``, k as ``grouping``; the logarithm of
-    by what factor more or fewer groups were found than there can be is ``beyond``."""
+    """A process of so many ``values``, with a as ``steepness`` and k as ``grouping``. ``beyond`` is
+    the logarithm of the ratio of the groups found to the groups that are possible; zero within
+    bounds."""
 
     values: float
     steepness: float
@@ -39,13 +40,13 @@ class Crossings(NamedTuple):
     beyond: float
 
     def groups(self, u: float) -> float:
-        """How often the process exceeds u on average, in groups."""
+        """Mean number of groups above u."""
         u = max(u, LOWEST)
         share = -np.expm1(-self.grouping * u)
         return float(self.values * 2.0 * owens_t(u, self.steepness) * share)
 
     def level(self, exceeded: float) -> float:
-        """The level u that is exceeded so often on average; zero at least."""
+        """Level u that so many groups exceed on average; at least zero."""
         u, before = LOWEST, 0.0
         for _ in range(ROUNDS):
             if abs(u - before) < CLOSE:
@@ -56,8 +57,8 @@ class Crossings(NamedTuple):
 
 
 def crossings(rate: float, at: float, peaks: np.ndarray, windows: int, values: int) -> Crossings:
-    """Of a process that rises above the level ``at``, zero or more, once in 1 / ``rate`` of its
-    ``values``, and whose largest values are ``peaks`` (n,) in so many ``windows``."""
+    """Crossings of a process that rises above the level ``at`` >= 0 at the ``rate`` per value, out
+    of so many ``values``. Its largest values are ``peaks`` (n,) in so many ``windows``."""
     steepness = _steepness(rate, at)
     u = np.sqrt(max(-2.0 * np.log(np.exp(-0.5 * peaks**2).mean()), LOWEST**2))
     begins = -np.log(-np.expm1(-0.5 * u**2))
@@ -68,7 +69,7 @@ def crossings(rate: float, at: float, peaks: np.ndarray, windows: int, values: i
 
 
 def _steepness(rate: float, at: float) -> float:
-    """The a of which a process rises above a level so often."""
+    """The a for which a process rises above a level at this rate."""
     if not 2.0 * owens_t(at, STEEP) > rate:
         return STEEP
     return float(brentq(lambda a: 2.0 * owens_t(at, a) - rate, 0.0, STEEP, rtol=1e-12))

@@ -16,8 +16,8 @@ COLUMNS = ("runs", "mean", "mean_low", "mean_high", "another_low", "another_high
 
 
 def as_csv(runs: xr.Dataset) -> str:
-    """Each figure of each plan at each combination of values, a line each, in the units that the
-    study is read in."""
+    """Text with a line for each figure of each plan at each combination of values, in the units of
+    the study."""
     units = units_of(runs.attrs)
     plans = effects.plans(runs)
     each = [(plan, row) for plan in plans for row in effects.rows(plan)]

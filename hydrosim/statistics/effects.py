@@ -1,7 +1,8 @@
-"""What parameters of a study do to its figures: tables over seeds, differences, Sobol's indices.
+"""Effects of the parameters of a study on its figures: tables over seeds, differences, Sobol's
+indices.
 
-Means have an interval that holds the true one, and there is another that holds the value of another
-seed, both of 90 % by Student's t, exact where the figure is normal over seeds:
+Means have two 90 % intervals by Student's t: a confidence interval for the true mean, and a
+prediction interval for one more seed. Both are exact if the figure is normal over seeds:
 
     mean +- t s / sqrt(n),     mean +- t s sqrt(1 + 1/n)
 
@@ -27,8 +28,8 @@ DRAWN = ("latin_hypercube", "sobol", "sobol_indices")
 
 
 class Plan(NamedTuple):
-    """A plan of a study, from its file of ``runs``, those of this plan alone: its ``name`` and
-    ``design``, the keys of its ``parameters``, the ``figures`` that were asked for."""
+    """A plan of a study, with its ``runs``: its ``name`` and ``design``, the keys of its
+    ``parameters``, and the requested ``figures``."""
 
     name: str
     design: str
@@ -38,20 +39,21 @@ class Plan(NamedTuple):
     runs: xr.Dataset
 
     def short(self, parameter: str) -> str:
-        """The last two words of the key, or the name of what is linked."""
+        """Last two words of the key, or the name of a linked parameter."""
         return " ".join(self.axis(parameter).split(".")[-2:]).replace("_", " ")
 
     def axis(self, parameter: str) -> str:
-        """The coordinate that says the values of a parameter: their names, or the first key."""
+        """Coordinate of the values of a parameter: their names, or the first key."""
         return parameter if parameter in self.runs else self.parameters[parameter][0]
 
     def unit(self, name: str) -> str:
-        """The unit of the values of a coordinate, empty if they have none."""
+        """Unit of the values of a coordinate, empty if there is none."""
         return str(self.runs[name].attrs.get("units", "")).removeprefix("1")
 
 
 class Spread(NamedTuple):
-    """A figure over ``n`` seeds: its mean, the interval of that, that of another seed."""
+    """A figure over ``n`` seeds: its mean, the confidence interval of the mean, and the prediction
+    interval of one more seed."""
 
     n: int
     mean: float
@@ -73,8 +75,9 @@ class Row(NamedTuple):
 
 
 class Difference(NamedTuple):
-    """How a figure changes with a parameter, from a ``low`` to a ``high`` value, per unit of it:
-    over seeds; the std of that, and the share of seeds in which contacts went another way."""
+    """Change of a figure with a parameter, from a ``low`` to a ``high`` value, per unit of the
+    parameter: mean over seeds and its standard deviation. The last field is the fraction of seeds
+    in which contacts changed mode differently."""
 
     parameter: str
     figure: str
@@ -87,8 +90,8 @@ class Difference(NamedTuple):
 
 
 class Index(NamedTuple):
-    """Sobol's indices of a parameter for a figure, each with its interval: the share of the
-    variance that it makes alone, and with all others."""
+    """Sobol's indices of a parameter for a figure, with intervals: its fraction of the variance
+    alone, and with all interactions."""
 
     parameter: str
     figure: str
@@ -97,11 +100,11 @@ class Index(NamedTuple):
 
 
 def plans(runs: xr.Dataset) -> list[Plan]:
-    """The plans of a file of runs; InputError where it has none, or no figures."""
+    """Plans of a file of runs. Raises InputError if it has none, or no figures."""
     if "design" not in runs.attrs:
         raise InputError(
-            f"{runs.encoding.get('source', 'the file')}: has no attribute design: its runs are of"
-            " no study file, or of one of an earlier version. Run the study again with hydrosim"
+            f"{runs.encoding.get('source', 'the file')}: has no attribute design, so its runs do"
+            " not come from a study file of this version. Run the study again with hydrosim"
             " sweep."
         )
     known = json.loads(runs.attrs["design"])
@@ -115,7 +118,7 @@ def plans(runs: xr.Dataset) -> list[Plan]:
 
 
 def spread(values: np.ndarray) -> Spread:
-    """Of values (n,), those left out that are not numbers; NaN for what needs more of them."""
+    """Statistics of values (n,) without those that are NaN; NaN if too few are left."""
     x = values[np.isfinite(values)]
     if x.size < 2:
         return Spread(x.size, float(x[0]) if x.size else np.nan, *[np.nan] * 4)
@@ -126,8 +129,8 @@ def spread(values: np.ndarray) -> Spread:
 
 
 def combinations(plan: Plan) -> Iterator[tuple[dict[str, Any], np.ndarray]]:
-    """The values of the parameters, by coordinate, and the runs (n,) of the plan that have them, in
-    their order."""
+    """Values of the parameters, by coordinate, with the indices (n,) of the runs of the plan that
+    have them, in order."""
     names = [*dict.fromkeys(plan.axis(parameter) for parameter in plan.parameters)]
     names += ["varied"] if plan.design == "one_at_a_time" else []
     each = list(zip(*(plan.runs[name].values.tolist() for name in names), strict=True))
@@ -149,8 +152,8 @@ def rows(plan: Plan) -> Iterator[Row]:
 
 
 def differences(plan: Plan) -> Iterator[Difference]:
-    """Of a plan that varies one parameter at a time, or only one: each figure, from the least to
-    the largest value of each parameter that is a number."""
+    """Effects in a plan that varies one parameter at a time, or only one parameter: each figure,
+    from the smallest to the largest value of each numeric parameter."""
     for parameter, keys in plan.parameters.items():
         values, runs = plan.runs[keys[0]].values, plan.runs
         if plan.design == "one_at_a_time":
@@ -175,37 +178,38 @@ def differences(plan: Plan) -> Iterator[Difference]:
 
 
 def _by_seed(runs: xr.Dataset, at: np.ndarray) -> dict[str, int]:
-    """Of the runs ``at`` these places, the place of each seed."""
+    """Index of each seed among the runs ``at``."""
     seeds = runs.seed.values[at].tolist() if "seed" in runs else [0] * at.size
     return {str(seed): k for seed, k in zip(seeds, at.tolist(), strict=True)}
 
 
 def _changed(runs: xr.Dataset, pairs: np.ndarray) -> float:
-    """The share of ``pairs`` (2, n) of runs whose contacts went another way."""
+    """Fraction of ``pairs`` (2, n) of runs whose contacts changed mode differently."""
     if "contact_sequence" not in runs:
         return np.nan
     first, last = runs.contact_sequence.values[pairs].astype(float)
-    known = np.isfinite(first) & np.isfinite(last)  # runs that failed have none
+    known = np.isfinite(first) & np.isfinite(last)  # failed runs have none
     return float(np.mean((first != last)[known])) if known.any() else np.nan
 
 
 def _remedy(runs: xr.Dataset) -> str:
-    """What to do where some runs have no value."""
+    """Remedy if some runs have no value."""
     if GATHERED in runs.attrs:
-        return f"The study is on its way ({runs.attrs[GATHERED]}): wait for the rest."
-    return "Take ranges in which no run fails."
+        return f"The study is unfinished ({runs.attrs[GATHERED]}): wait for the other runs."
+    return "Choose ranges in which no run fails."
 
 
 def indices(plan: Plan) -> Iterator[Index]:
-    """Sobol's indices, by the estimators of Saltelli et al. (2010) and Jansen, of the mean over the
-    seeds; intervals by drawing samples again. InputError where some run failed."""
+    """Sobol's indices of the mean over seeds, by the estimators of Saltelli et al. (2010) and
+    Jansen, with bootstrap intervals. Raises InputError if some run failed."""
     n, d = int(plan.samples or 0), len(plan.parameters)
     for figure in plan.figures:
         values = plan.runs[figure].values.reshape(n * (d + 2), -1).mean(axis=1)
         if not np.isfinite(values).all():
             raise InputError(
                 f"{figure}: has no value in {np.sum(~np.isfinite(values))} of {values.size}"
-                f" samples; Sobol's indices need all. {_remedy(plan.runs)}"
+                " samples; expected a value in each, because Sobol's indices need all."
+                f" {_remedy(plan.runs)}"
             )
         sets = {
             "f_A": values[None, :n],

@@ -1,15 +1,17 @@
-"""Why a body moved: mean forces, works and displacements by element, mode of contact and direction,
-over the stages of a run that records its impulses (`hydrosim.results.impulses`).
+"""Causes of the motion of a body in the stages of a run that records impulses
+(`hydrosim.results.impulses`): mean forces, works and displacements by element, contact mode and
+direction.
 
-The mean force of every row over a stage is its impulse over the time, and their sum the change of
-momentum over that. Of friction in slip, with the time T that a point slips and E the mean over it,
+The mean force of a row in a stage is its impulse over the duration. The sum of mean forces is the
+change of momentum over the duration. For friction in slip, with the time T in which a point slips
+and the mean E over that time,
 
     int f dt = -mu_k T (E[N] E[d] + Cov(N, d)) - int C3 |v2| d dt
 
-so it has a mean for three reasons: the point slips longer one way (`DIRECTION`), it is pressed
-harder while it slips one way (`COVARIANCE`), or it slips further one way (`DAMPING`: C3). What a
-law gives less than mu_k N is `OTHER`. In `STICK` friction is what holds. A direction in which a
-body does not move at all is held: its `REACTION` is what the other forces lack.
+so it has a mean for three reasons. The point slips longer one way (`DIRECTION`). It is pressed
+harder while it slips one way (`COVARIANCE`). It slips further one way (`DAMPING`: C3). The part by
+which a law gives less than mu_k N is `OTHER`. In `STICK`, friction holds the point. A direction in
+which a body does not move at all is held: its `REACTION` balances the other forces.
 """
 
 from __future__ import annotations
@@ -27,7 +29,7 @@ from hydrosim.results.variables import units_of
 
 AXES = {"surge": "x", "sway": "y", "heave": "z"}
 LITTLE = 1e-6
-"""Of the largest: what is less throughout is not shown."""
+"""fraction of the largest value, below which a row is not shown"""
 NEEDED = ("impulse", "work", "momentum")
 REMEDY = "expected a run with output: {impulses: true}, as of hydrosim run CASE.yaml --set"
 REMEDY += " output.impulses=true"
@@ -35,7 +37,7 @@ STICK, DIRECTION, COVARIANCE, DAMPING, OTHER = PARTS = (
     *("stick", "direction of slip", "load with direction"),
     *("slip damping", "below mu_k N"),
 )
-REACTION = "reaction of what is held"
+REACTION = "reaction of held directions"
 WHOLE, CONTACT = "whole run", "in contact"
 PHASES = tuple(phase.name.lower().replace("_", " ") for phase in Phase)
 SAID = {
@@ -43,11 +45,11 @@ SAID = {
     "span_end": ("end of the stage", "s"),
     "mean_force": ("mean force, mean moment", "N or N m"),
     "force_work": ("work of the force by degree of freedom", "J"),
-    "momentum_rate": ("change of momentum over the time", "N or N m"),
-    "unbalanced": ("mean forces less the change of momentum over the time", "N or N m"),
-    "work_missing": ("works of all forces less the change of kinetic energy", "J"),
+    "momentum_rate": ("change of momentum over the duration", "N or N m"),
+    "unbalanced": ("mean forces minus the change of momentum over the duration", "N or N m"),
+    "work_missing": ("works of all forces minus the change of kinetic energy", "J"),
     "displacement": ("displacement over the stage", "m or rad"),
-    "mode_share": ("share of the time in a contact mode", "1"),
+    "mode_share": ("fraction of the time in a contact mode", "1"),
     "mode_friction": ("mean over the stage of friction in a contact mode", "N"),
     "mode_press": ("mean over the stage of the normal force in a contact mode", "N"),
     "mode_moved": ("displacement of the point along the plane in a contact mode", "m"),
@@ -55,17 +57,17 @@ SAID = {
     "slip_mean_load": ("mean normal force in slip", "N"),
     "slip_mean_direction": ("mean direction of slip", "1"),
     "slip_covariance": ("covariance of normal force and direction of slip", "N"),
-    "friction_part": ("mean over the stage of what friction comes from", "N"),
+    "friction_part": ("mean of friction over the stage, by its cause", "N"),
     "slip_ahead": ("displacement of the node in slip towards the positive axis", "m"),
     "slip_astern": ("displacement of the node in slip towards the negative axis", "m"),
     "load_ahead": ("mean normal force in slip towards the positive axis", "N"),
     "load_astern": ("mean normal force in slip towards the negative axis", "N"),
 }
-"""Long names and units of what is found."""
+"""Long names and units of the explained variables."""
 
 
 class Stage(NamedTuple):
-    """A stage by name, from the output time ``begin`` to ``end``; None where there is none."""
+    """A stage with its name, from the output time ``begin`` to ``end``; None if there is none."""
 
     name: str
     begin: int | None
@@ -73,10 +75,10 @@ class Stage(NamedTuple):
 
 
 def explained(run: xr.Dataset, start: float = -np.inf, until: float = np.inf) -> xr.Dataset:
-    """What the variables of `SAID` are over every stage (span, ...) from ``start`` to ``until``
-    [s]; not a number where a run has no such stage, or a contact no slip in it.
+    """Variables of `SAID` for every stage (span, ...) from ``start`` to ``until`` [s]. They are NaN
+    if a run has no such stage, or a contact no slip in it.
 
-    Raises InputError if the run has no impulses, or fewer than two output times then."""
+    Raises InputError if the run has no impulses, or fewer than two output times in the interval."""
     missing = [name for name in NEEDED if name not in run]
     if missing:
         raise InputError(f"found a run without {', '.join(missing)}; {REMEDY}.")
@@ -93,7 +95,8 @@ def explained(run: xr.Dataset, start: float = -np.inf, until: float = np.inf) ->
 
 
 def of_runs(runs: xr.Dataset) -> xr.Dataset:
-    """What is explained of each of many runs, of a file of them; InputError where it is not."""
+    """Explained variables of each run in a file of many runs. Raises InputError if the runs have no
+    impulses."""
     if "mean_force" not in runs:
         raise InputError(f"found runs without impulses; {REMEDY}, or a study with the same.")
     groups = [name for name in ("fender_group", "fender_kinetic") if name in runs]
@@ -101,7 +104,8 @@ def of_runs(runs: xr.Dataset) -> xr.Dataset:
 
 
 def stages(run: xr.Dataset) -> Iterator[Stage]:
-    """The whole run, the phases of each group of contacts, and all of it from the first contact."""
+    """Stages: the whole run, the phases of each group of contacts, and the time from its first
+    contact on."""
     yield Stage(WHOLE, 0, run.time.size - 1)
     groups = run.contact_group.values if "contact_group" in run.dims else ()
     for group in groups:
@@ -115,7 +119,7 @@ def stages(run: xr.Dataset) -> Iterator[Stage]:
 
 
 def _transfer(run: xr.Dataset, group: str, prefix: str) -> Iterator[Stage]:
-    """From each stage of a transfer of weight to the next."""
+    """Stages between the stages of a transfer of weight."""
     times = run[TIME].sel(contact_group=group, stage=list(STAGES)).values
     at = [int(np.searchsorted(run.time.values, t)) if np.isfinite(t) else None for t in times]
     for k, name in enumerate(STAGES[1:]):
@@ -126,7 +130,7 @@ def _transfer(run: xr.Dataset, group: str, prefix: str) -> Iterator[Stage]:
 
 
 def _where(name: str, during: np.ndarray) -> Stage:
-    """From where a condition begins to hold to where it does not any more."""
+    """Stage from the first to the last time at which a condition holds."""
     at = np.flatnonzero(during)
     if at.size == 0 or at[0] == during.size - 1:
         return Stage(name, None, None)
@@ -134,7 +138,7 @@ def _where(name: str, during: np.ndarray) -> Stage:
 
 
 def _over(run: xr.Dataset, stage: Stage) -> xr.Dataset:
-    """The figures of one stage."""
+    """Variables of one stage."""
     begin, end = stage.begin or 0, stage.end or 0
     d = run[_integrals(run)].isel(time=end) - run[_integrals(run)].isel(time=begin)
     ends = run.time.values[[begin, end]]
@@ -171,7 +175,7 @@ CONTACTS = {
 
 
 def _contacts(d: xr.Dataset, run: xr.Dataset, time: float) -> dict[str, xr.DataArray]:
-    """What contacts did in a stage of this ``time`` [s], of the changes ``d``."""
+    """Variables of the contacts in a stage of this ``time`` [s], from the changes ``d``."""
     slipped = d.contact_time.sel(contact_mode="slip", drop=True)
     slipped = slipped.where(slipped > 0.0)
     load = d.contact_impulse.sel(contact_mode="slip", drop=True) / slipped
@@ -202,7 +206,7 @@ def _contacts(d: xr.Dataset, run: xr.Dataset, time: float) -> dict[str, xr.DataA
 
 
 def _both_ways(d: xr.Dataset) -> dict[str, xr.DataArray]:
-    """Slip towards the positive and the negative axes apart."""
+    """Slip towards the positive and the negative axes, separately."""
     ahead, load = d.slip_direction_ahead, d.slip_load_ahead
     astern, other = ahead - d.slip_direction, load - d.slip_load
     return {
@@ -214,12 +218,12 @@ def _both_ways(d: xr.Dataset) -> dict[str, xr.DataArray]:
 
 
 def lasting(values: xr.DataArray) -> list[str]:
-    """The spans for which there are numbers."""
+    """Stages that have values."""
     known = values.notnull().any([dim for dim in values.dims if dim != "span"])
     return [str(span) for span in known.span.values[known.values]]
 
 
 def matter(values: xr.DataArray, dim: str, share: float = LITTLE) -> list[str]:
-    """The entries of a dimension that are more than a share of the largest, somewhere."""
+    """Entries of a dimension that somewhere exceed a fraction of the largest value."""
     largest = abs(values).max([d for d in values.dims if d != dim])
     return [str(name) for name in values[dim].values[largest.values > share * float(largest.max())]]

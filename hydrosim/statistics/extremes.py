@@ -1,25 +1,26 @@
-"""The largest value of a record: the most probable one, and between which values it will lie.
+"""Largest value of a record: the most probable maximum, and intervals.
 
-The most probable maximum of a time is the value that is exceeded once on average in it, below which
-the largest is with the probability exp(-1). A record is taken for Gaussian, clipped where it often
-stays at its smallest value (a contact that opens), unless
+The most probable maximum of a duration is the value that is exceeded once on average. The largest
+value is below it with probability exp(-1). A record counts as Gaussian, clipped if it often stays
+at its smallest value (a contact that opens), unless
 
-* its third or fourth moment says otherwise and matters for the largest value,
-* there are impacts, which have a law of their own (`hydrosim.statistics.impacts`), or
+* its third or fourth moment is not Gaussian and matters for the largest value,
+* it has impacts, which have a law of their own (`hydrosim.statistics.impacts`), or
 * it is slow: more than `SLOW` of its variance is below the frequencies of the waves, and that part
-  has too few cycles to show its moments. Slow drift is quadratic in the waves, its tail nearly
-  exponential (Naess 1986, Applied Ocean Research 8).
+  has too few cycles to show its moments. Slow drift is quadratic in the waves, and its tail is
+  nearly exponential (Naess 1986, Applied Ocean Research 8).
 
-Then extremes are Gumbel's over windows of the record, the fewer the longer it remembers: over
-windows of that power of it which makes the tail exponential, as its upcrossings of levels say, the
-upper ones where they differ. Levels of a slow record do not reach its tail: it is as it is where it
-leans to its larger values, as slow drift does; else the power is between one and what levels say
-(what contacts move slowly has nearly Gaussian tails). Of a magnitude, which comes down to zero and
-is never below, that is taken of the square.
+Otherwise a Gumbel law is fitted to window maxima. The longer the correlation time, the fewer
+windows. Fast records are first raised to the power that makes their tail exponential. That power
+follows from the upcrossings of levels; if upper and lower levels differ, from the upper ones. Slow
+records do not reach their tail. They are fitted as they are if they are skewed towards the largest
+values, as slow drift is. Otherwise the power is between one and the value from the levels, because
+slow motions by contacts have nearly Gaussian tails. A magnitude, which reaches zero and is never
+negative, is fitted by its square.
 
-A law is believed only if, fitted to one half of the record, it lets the largest value of the other
-half happen, both ways. There is none of a slow part that goes to and fro between bounds, or where
-mean or variance change (`hydrosim.statistics.stationarity`).
+A law is accepted only if its fit to one half of the record allows the largest value of the other
+half, both ways. No law is fitted to a slow part that oscillates between bounds, or if mean or
+variance change (`hydrosim.statistics.stationarity`).
 """
 
 from __future__ import annotations
@@ -40,29 +41,30 @@ from hydrosim.statistics.stationarity import begins_larger, changes
 
 MEMORIES = 4  # in a window, at least
 LEAST, MOST = 8, 50  # windows
-GUMBEL = (8, 10, 13, 17, 22, 28, 34)  # windows: shorter ones hold too few waves for Gumbel's law
-WAVES, ENOUGH = 70, 13  # waves in a window, at least, if there are so many windows
-SLOW, FEW = 0.05, 250.0  # of the variance; memories of that part: more show their moments
-CLIPPED = 0.005  # of the time: what is at the smallest value for longer is clipped there
-ALIKE = 1e-3  # of the range: maxima that differ by less are one, as those of a regular wave
-PERIODIC = 0.05  # of the mean period: the same of periods
-UNLIKELY = 1e-4  # times that a largest value is exceeded on average: less, and it is of no law
+GUMBEL = (8, 10, 13, 17, 22, 28, 34)  # windows: shorter windows hold too few waves for Gumbel's law
+WAVES, ENOUGH = 70, 13  # waves in a window, at least, unless that leaves fewer windows than this
+SLOW, FEW = 0.05, 250.0  # of the variance; memories: a longer slow part shows its moments
+CLIPPED = 0.005  # of the time: a record that is longer at its smallest value is clipped there
+ALIKE = 1e-3  # of the range: maxima that differ by less are equal, as in a regular wave
+PERIODIC = 0.05  # of the mean period: periods that differ by less are equal
+UNLIKELY = 1e-4  # mean number of exceedances of the largest value, below which the law is rejected
 FEWEST = 20  # waves
-SHAPES = (0.5, 4.0)  # of a tail: lighter ones are nearly cut off
-GAUSSIAN = 2.0  # shape of a tail: often crossed levels of slow drift have less
-LIGHTEST = (2.0, 4.0)  # shape that the tail may have of a slow record that is no slow drift
-OFF = 1.3  # times the shape over the root of the number of waves: the scatter of shapes
-NORMAL = 1.645  # 5 % of a normal distribution are beyond
-NEAR = 0.02  # of the range: a magnitude comes so near to zero
-SPREAD = 0.48, 0.9  # of the mean: std of a magnitude, 0.52 of two Gaussian components, 0.76 of one
-RARELY = 0.0025  # probability of a largest value of one half by the law of the other, on each side
-UNEXPECTED = 1e-3  # times that the largest value is expected by the tail of the many
-BOUNDED = 1.9  # kurtosis of a slow part: 1.5 of a sine, 1.8 of an even distribution, 3 of a normal
+SHAPES = (0.5, 4.0)  # of a tail: larger shapes are nearly cut off
+GAUSSIAN = 2.0  # shape of a tail: slow drift has smaller shapes at often crossed levels
+LIGHTEST = (2.0, 4.0)  # bounds of the shape of a slow record that is not slow drift
+OFF = 1.3  # scatter of shapes: this times the shape over the root of the number of waves
+NORMAL = 1.645  # quantile of a normal distribution that 5 % exceed
+NEAR = 0.02  # of the range: a magnitude comes this close to zero
+# of the mean: standard deviation of a magnitude, 0.52 for two Gaussian components, 0.76 for one
+SPREAD = (0.48, 0.9)
+RARELY = 0.0025  # probability of the largest value of one half by the law of the other, each side
+UNEXPECTED = 1e-3  # mean number of exceedances of the largest value by the tail of the other waves
+BOUNDED = 1.9  # kurtosis of a slow part: 1.5 for a sine, 1.8 uniform, 3 normal
 ROUNDING = 1e-12  # of the largest value
 
 
 class Basis(IntEnum):
-    """What extremes are by, if it is one of `LAWS`; else why there are none."""
+    """Method of extremes, if it is one of `LAWS`; else the reason why there are none."""
 
     GAUSSIAN = 0
     CLIPPED_GAUSSIAN = 1
@@ -89,8 +91,8 @@ CHANGES = (Basis.MEAN_CHANGES, Basis.STD_CHANGES)
 
 
 class Extremes(NamedTuple):
-    """Most probable maximum with its confidence interval; prediction interval of the largest; NaN
-    where the ``basis`` says that there are none."""
+    """Most probable maximum with its confidence interval, and prediction interval of the largest
+    value. NaN if the ``basis`` is a reason for none."""
 
     mpm: float
     mpm_lower: float
@@ -100,15 +102,15 @@ class Extremes(NamedTuple):
     basis: Basis
 
     def scaled(self, factor: float, offset: float = 0.0) -> Extremes:
-        """Of offset + factor x: of its smallest value, if the factor is negative."""
+        """Extremes of offset + factor x; of its smallest value if the factor is negative."""
         order = [0, 1, 2, 3, 4] if factor > 0.0 else [0, 2, 1, 4, 3]
         return _of(offset + factor * np.array(self[:-1])[order], self.basis)
 
 
 class _Record(NamedTuple):
-    """What is known of a record: how many ``memories`` it is long, whether it is ``slow``, and the
-    skewness of its slow part; an exposure of ``ratio`` times its length; the probabilities of the
-    ``ends`` of the prediction interval."""
+    """Properties of a record: its length in ``memories``; whether it is ``slow``; the skewness of
+    its slow part; the ``ratio`` of the exposure to its length; the probabilities of the ``ends`` of
+    the prediction interval."""
 
     memories: float
     slow: bool
@@ -117,20 +119,22 @@ class _Record(NamedTuple):
     ends: tuple[float, float] = ENDS
 
     def half(self) -> _Record:
-        """Half of the record, whose law is to predict the largest value of the other half."""
+        """Properties of half of the record, whose law must predict the largest value of the other
+        half."""
         ends = (RARELY, 1.0 - RARELY)
         return self._replace(memories=0.5 * self.memories, ratio=1.0, ends=ends)
 
     def reversed(self) -> _Record:
-        """Of the record times -1."""
+        """Properties of the record times -1."""
         return self._replace(skewness=-self.skewness)
 
 
 def extremes(
     x: np.ndarray, step: float, exposure: float | None = None, slowest: float = 0.0
 ) -> tuple[Extremes, Extremes]:
-    """Of the smallest and of the largest value in an ``exposure`` [s], by default the length of the
-    record x (nt,) in ``step`` [s]; the waves have no energy below ``slowest`` [rad/s]."""
+    """Extremes of the smallest and of the largest value in an ``exposure`` [s]; default: the length
+    of the record x (nt,) with time ``step`` [s]. The waves have no energy below ``slowest``
+    [rad/s]."""
     said = trivial(x)
     if said is not None:
         return none(said), none(said)
@@ -157,28 +161,28 @@ def extremes(
 
 
 def _is_magnitude(x: np.ndarray) -> bool:
-    """True of a record that comes down to zero, does not stay there, and scatters as one without a
-    mean direction: a speed, the size of a motion."""
+    """Whether a record is a magnitude (a speed, the size of a motion): it comes close to zero, does
+    not stay there, and scatters like one without a mean direction."""
     near = 0.0 <= x.min() < NEAR * np.ptp(x) and not _stays(x, x.min())
     least, most = SPREAD
     return bool(near and least * x.mean() < x.std() < most * x.mean())
 
 
 def _of_squares(x: np.ndarray, record: _Record) -> Extremes:
-    """Of the largest value of a magnitude: its square is near to Gumbel's law, as the energy of a
-    Gaussian motion is, and so are its intervals."""
+    """Extremes of a magnitude. Its square is close to Gumbel's law, as the energy of a Gaussian
+    motion is; so intervals are computed for the square."""
     middle, size = float(np.median(x**2)), float(np.ptp(x**2))
     found = _of_largest((x**2 - middle) / size, record).scaled(size, middle)
     return _of(np.sqrt(found[:-1]), found.basis)
 
 
 def none(basis: Basis) -> Extremes:
-    """No extremes, and why."""
+    """No extremes, with the reason."""
     return _of([np.nan] * 5, basis)
 
 
 def trivial(x: np.ndarray) -> Basis | None:
-    """Why a record x (nt,) has no extremes that need be looked for."""
+    """Reason why a record x (nt,) has no extremes without any fit."""
     if not np.isfinite(x).all():
         return Basis.NOT_FINITE
     if not np.ptp(x) > ROUNDING * np.abs(x).max():
@@ -195,8 +199,8 @@ def _of_largest(x: np.ndarray, record: _Record) -> Extremes:
 
 
 def _holds_between_halves(x: np.ndarray, record: _Record) -> bool:
-    """Whether the law of each half of a record (nt,) lets the largest value of the other happen. A
-    half that has no law by itself says nothing."""
+    """Whether the law of each half of a record (nt,) allows the largest value of the other half. A
+    half without a law of its own is not tested."""
     middle = x.size // 2
     for fitted, other in ((x[:middle], x[middle:]), (x[middle:], x[:middle])):
         law = _by_law(fitted, record.half())
@@ -234,21 +238,22 @@ def _by_law(x: np.ndarray, record: _Record) -> Extremes:
 
 
 def _stays(x: np.ndarray, value: float) -> bool:
-    """Whether a record is at a value for a while: at its largest every record is once."""
+    """Whether a record stays at a value for some time; it reaches its largest value at least
+    once."""
     return int(np.count_nonzero(x == value)) > max(CLIPPED * x.size, 1)
 
 
 def _count(x: np.ndarray, windows: int, record: _Record) -> int:
-    """Windows of Gumbel's law, of so many at most: those of waves come in groups, which count for
-    less the higher the level is, so that short windows see large values too seldom."""
+    """Number of windows for Gumbel's law. Waves come in groups, which matter less at higher levels,
+    so short windows contain too few large values."""
     waves = upcrossings(x - x.mean()).size
     most = windows if record.slow else min(windows, max(waves // WAVES, ENOUGH))
     return max(count for count in GUMBEL if count <= most)
 
 
 def _by_windows(x: np.ndarray, count: int, record: _Record) -> Extremes:
-    """By Gumbel's law of so many windows: of x itself if it is slow, else of (x - origin)^shape,
-    whose tail is exponential."""
+    """Extremes by Gumbel's law of so many windows: of x itself if it is slow, else of (x -
+    origin)^shape, whose tail is exponential."""
     if record.slow:
         return _by_slow_part(x, count, record)
     tail = _tail(x, fit_upper_tail)
@@ -262,23 +267,24 @@ def _by_windows(x: np.ndarray, count: int, record: _Record) -> Extremes:
 
 
 def _by_slow_part(x: np.ndarray, count: int, record: _Record) -> Extremes:
-    """By Gumbel's law of windows of a slow record: of x itself where it leans to its larger values,
-    as what is quadratic in the waves does. Of what leans the other way, and of what is clipped,
-    where that says nothing, the tail may have any shape from exponential to that of the levels
-    that are often crossed. Where leaning and levels do not agree, intervals span both."""
+    """Extremes by Gumbel's law of windows of a slow record. A record that is skewed towards its
+    largest values is fitted as it is, because quadratic wave loads have an exponential tail. For
+    other records, and for clipped ones, whose skewness says nothing, the shape may have any value
+    between one (exponential) and the shape at the often crossed levels. If skewness and levels
+    disagree, intervals span both."""
     exponential = partial(_by_shape, x, float(x.mean()), 1.0, 0.0, count, record)
     tail = _tail(x, fit_tail)
     leans = record.skewness > 0.0 and not _stays(x, x.min())
     if np.isnan(tail.shape) or (leans and tail.shape < GAUSSIAN):
         return exponential()
     lightest = float(np.clip(tail.shape, *LIGHTEST))
-    error = (lightest - 1.0) / np.sqrt(12.0)  # of an even distribution
+    error = (lightest - 1.0) / np.sqrt(12.0)  # standard deviation of a uniform distribution
     between = _by_shape(x, tail.origin, 0.5 * (1.0 + lightest), error, count, record)
     return _spanning(between, exponential()) if leans else between
 
 
 def _spanning(first: Extremes, second: Extremes) -> Extremes:
-    """Intervals that span those of both, about the middle of both."""
+    """Extremes with intervals that span both, around the mean of both."""
     if Basis.ALONE in (first.basis, second.basis):
         return none(Basis.ALONE)
     values = np.array([first[:-1], second[:-1]])
@@ -289,7 +295,7 @@ def _spanning(first: Extremes, second: Extremes) -> Extremes:
 
 
 def _by_tail(x: np.ndarray, tail: Tail, count: int, record: _Record) -> Extremes:
-    """By Gumbel's law of windows of (x - origin)^shape."""
+    """Extremes by Gumbel's law of windows of (x - origin)^shape, with the shape of the tail."""
     shape = max(tail.shape, SHAPES[0])
     return _by_shape(x, tail.origin, shape, shape * OFF / np.sqrt(tail.crossings), count, record)
 
@@ -297,8 +303,8 @@ def _by_tail(x: np.ndarray, tail: Tail, count: int, record: _Record) -> Extremes
 def _by_shape(
     x: np.ndarray, origin: float, shape: float, error: float, count: int, record: _Record
 ) -> Extremes:
-    """By Gumbel's law of windows of (x - origin)^shape. The ``error`` of the shape, a standard
-    deviation, widens intervals."""
+    """Extremes by Gumbel's law of windows of (x - origin)^shape. The ``error`` of the shape, a
+    standard deviation, widens the intervals."""
     z = x - origin
     found = _of_power(z, shape, count, record)
     if found is None:
@@ -312,14 +318,15 @@ def _by_shape(
 
 
 def _by_impacts(hits: Hits, record: _Record) -> Extremes:
-    """By the law of impacts alone: the waves between them are far below the largest."""
+    """Extremes by the law of impacts alone: the waves between them are far below the largest
+    value."""
     law = fit_impacts(hits)
     return none(Basis.ALONE) if law is None else _by(law, record, 1.0, Basis.IMPACTS)
 
 
 def _of_power(z: np.ndarray, shape: float, count: int, record: _Record) -> np.ndarray | None:
-    """Figures (5,) by Gumbel's law of z^shape, z being from the origin of the tail; None where the
-    largest value is not of it."""
+    """Values (5,) by Gumbel's law of z^shape, with z from the origin of the tail; None if the
+    largest value does not fit the law."""
     law = fit_record(np.sign(z) * np.abs(z) ** shape, count, record.memories)
     if law.exceedances(z.max() ** shape, count) < UNLIKELY:
         return None
@@ -328,9 +335,9 @@ def _of_power(z: np.ndarray, shape: float, count: int, record: _Record) -> np.nd
 
 
 def _tail(x: np.ndarray, fit: Callable[[np.ndarray, float], Tail]) -> Tail:
-    """The upper tail of a record x (nt,): about its mean, or, if it is nearly cut off as seen from
-    there, about the middle of what is above: friction in slip is as large one way as the other, and
-    seldom near its mean."""
+    """Upper tail of a record x (nt,) about its mean. If it appears nearly cut off from there, the
+    origin is the median of the values above the mean. Friction in slip is an example: it is equally
+    large both ways, and seldom close to its mean."""
     tail = fit(x, float(x.mean()))
     if tail.shape > SHAPES[1]:
         return fit(x, float(np.median(x[x > x.mean()])))
@@ -338,7 +345,7 @@ def _tail(x: np.ndarray, fit: Callable[[np.ndarray, float], Tail]) -> Tail:
 
 
 def _regular(x: np.ndarray) -> bool:
-    """True if the largest values and the periods of all waves are alike."""
+    """Whether the largest values and the periods of all waves are equal."""
     crossings = upcrossings(x - x.mean())
     periods, first = np.diff(crossings), np.ceil(crossings).astype(int)
     maxima = np.maximum.reduceat(x, first)[:-1]
@@ -347,7 +354,7 @@ def _regular(x: np.ndarray) -> bool:
 
 
 def _by(law: Gaussian | Gumbel | Impacts, record: _Record, count: float, basis: Basis) -> Extremes:
-    """Extremes by a law of one of ``count`` windows of a record."""
+    """Extremes by a law for the largest value in one of ``count`` windows of a record."""
     ratio = record.ratio * count
     predicted = law.prediction(ratio, record.ends)
     return _of([law.expected(ratio), *law.confidence(ratio), *predicted], basis)

@@ -1,4 +1,4 @@
-"""Figures of a run: one number each, a statistic of a channel, over all of it or in one phase.
+"""Figures of a run: one number each, a statistic of a channel over the whole run or in one phase.
 
 end, change             the last value; the last less the first
 end_absolute            how far the last value is from zero
@@ -89,8 +89,8 @@ class Asked(Protocol):
 
 
 class Figure(NamedTuple):
-    """What is asked of each run: a ``statistic`` of a ``channel`` in a phase of the operation, of
-    any group of contacts, or over all times from ``start`` [s] on."""
+    """A requested figure: a ``statistic`` of a ``channel`` in a phase of the operation of any group
+    of contacts, or over all times from ``start`` [s] on."""
 
     name: str
     channel: str

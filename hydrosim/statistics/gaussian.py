@@ -1,16 +1,16 @@
 """A record as a Gaussian process m + s z(t), clipped at its smallest value if it often stays there.
 
-m and s have the greatest likelihood of the values (Tobin 1958, Econometrica 26: what is clipped
-counts with the probability of being below); they are mean and standard deviation where nothing is
-clipped. The value that is exceeded once on average is m + s u, u being that of
-`hydrosim.statistics.crossings`, which largest values of many windows have a part in.
+m and s maximise the likelihood of the values; clipped values count with the probability of being
+below (Tobin 1958, Econometrica 26). Without clipping they are mean and standard deviation. The
+value that is exceeded once on average is m + s u. The level u comes from
+`hydrosim.statistics.crossings`, which uses the largest values of many windows.
 
-Scores are derivatives of the log likelihood by m, s and the third and fourth Hermite moments: of a
-value He_k(z), of a clipped one -phi(z0) He_(k-1)(z0) / Phi(z0). The parameters are off by the
-inverse information times the mean scores, and u by what the windows' mean of exp(-z^2 / 2) is, z
-the largest value of each: all of it scatters together, for where waves are high, so are both. That
-says what a fit is worth, and whether the third and fourth moments, zero of a Gaussian process,
-would move the extremes.
+Scores are derivatives of the log likelihood by m, s and the third and fourth Hermite moments. A
+value contributes He_k(z), a clipped value -phi(z0) He_(k-1)(z0) / Phi(z0). The errors of the
+parameters are the inverse information times the mean scores. The error of u follows from the
+windows' mean of exp(-z^2 / 2), z being the largest value of each window. All errors are drawn
+together, because both are high where waves are high. They give the uncertainty of the fit. They
+also show whether third and fourth moments, zero for a Gaussian process, would move the extremes.
 """
 
 from __future__ import annotations
@@ -28,14 +28,15 @@ from hydrosim.statistics.series import scatter, slow_parts
 ORDER = 4
 ROUNDS, CLOSE = 50, 1e-10  # of the search for m and s
 EDGE, NODES = 8.0, 801  # of integrals over z
-FAR = 1e-3  # probability that the largest of a Gaussian record is doubted, on each side
-DOUBT = 0.01  # probability that a Gaussian record is doubted, for each moment
+FAR = 1e-3  # probability that the largest value of a Gaussian record is rejected, on each side
+DOUBT = 0.01  # probability that a Gaussian record is rejected, for each moment
 
 
 class Gaussian(NamedTuple):
-    """A fit to a record: ``mean``, ``std``; the mean ``scores`` (4,), draws (4, k) of their
-    ``scatter``, the ``information`` (4, 4); ``crossings`` of levels, how they move with mean and
-    std, ``moved`` (2,), and draws (k,) of the scatter of what they are ``counted`` by."""
+    """A fit to a record: ``mean`` and ``std``; the mean ``scores`` (4,) and draws (4, k) of their
+    ``scatter``; the ``information`` (4, 4). ``crossings`` are the upcrossings of levels, and
+    ``moved`` (2,) is their change with mean and std. ``counted`` (k,) are draws of the scatter of
+    the group count."""
 
     mean: float
     std: float
@@ -47,12 +48,12 @@ class Gaussian(NamedTuple):
     counted: np.ndarray
 
     def expected(self, ratio: float) -> float:
-        """The value that is exceeded once on average in ``ratio`` times the length."""
+        """Value that is exceeded once on average in ``ratio`` times the length."""
         return self.mean + self.std * self._level(ratio, np.exp(-1.0))
 
     def confidence(self, ratio: float) -> np.ndarray:
-        """Interval (2,) that holds the true `expected` value. Where more groups were found than
-        there can be it is about what was found, as far as that is possible."""
+        """Confidence interval (2,) of the `expected` value. If more groups were found than are
+        possible, the interval is centred on the groups found, as far as possible."""
         u = self._level(ratio, np.exp(-1.0))
         found = self.mean + self.std * u
         whole = self._error(u)
@@ -62,16 +63,16 @@ class Gaussian(NamedTuple):
         return found + np.array([min(beyond - whole, -size), min(beyond + whole, size)])
 
     def prediction(self, ratio: float, ends: tuple[float, float] = ENDS) -> np.ndarray:
-        """Interval (2,) whose ``ends`` have these probabilities to be above the largest value in
-        ``ratio`` times the length. The scatter of the largest and the error of the fit are added
-        in squares."""
+        """Prediction interval (2,) of the largest value in ``ratio`` times the length; ``ends`` are
+        the probabilities of its ends. The scatter of the largest value and the error of the fit are
+        added in squares."""
         middle = self._level(ratio, 0.5)
         levels = [self._level(ratio, p) for p in ends]
         apart = [np.hypot(self.std * (u - middle), self._error(u, odds=ends[1])) for u in levels]
         return self.mean + self.std * middle + np.array([-apart[0], apart[1]])
 
     def doubtful(self) -> bool:
-        """True if the third or fourth moment is not that of a Gaussian record, and would move the
+        """Whether the third or fourth moment is not that of a Gaussian record, and would change the
         largest value."""
         u = self._level(1.0, np.exp(-1.0))
         usual = self._weights(u, 2)
@@ -83,19 +84,19 @@ class Gaussian(NamedTuple):
         return False
 
     def unlikely(self, largest: float) -> bool:
-        """True if the largest value is so far from what is expected that it would be as rare as a
-        record that is doubted."""
+        """Whether the largest value is so far from its expectation that a Gaussian record is
+        rejected."""
         u = (largest - self.mean) / self.std
         exceeded = self.crossings.groups(u)
         return bool(exceeded < FAR or exceeded > -np.log(FAR))
 
     def _level(self, ratio: float, probability: float) -> float:
-        """u below which the largest is with a probability."""
+        """Level u below which the largest value is with a probability."""
         return self.crossings.level(-np.log(probability) / ratio)
 
     def _error(self, u: float, counted: bool = True, odds: float = ENDS[1]) -> float:
-        """Distance of m + s u from the end of its interval that has the probability ``odds``; of
-        m and s alone if u is not ``counted``."""
+        """Distance of m + s u from the end of its interval that has the probability ``odds``.
+        Without ``counted``, from the errors of m and s alone."""
         shape = np.array([1.0, u])
         off = np.zeros(self.counted.size)
         if counted and u > 0.0:
@@ -105,7 +106,8 @@ class Gaussian(NamedTuple):
         return float(stdtrit(draws.size, odds)) * self.std * _size(draws)
 
     def _weights(self, u: float, order: int) -> np.ndarray:
-        """How the value at u moves with the mean scores (4,), if so many parameters are free."""
+        """Derivative of the value at u with respect to the mean scores (4,), if so many parameters
+        are free."""
         shape = hermevander(u, ORDER - 1)[0, :order]
         found = np.zeros(ORDER)
         found[:order] = np.linalg.solve(self.information[:order, :order], shape)
@@ -113,8 +115,8 @@ class Gaussian(NamedTuple):
 
 
 def fit_gaussian(x: np.ndarray, independent: float, windows: int) -> Gaussian | None:
-    """The fit to a record x (nt,) that is so many times as long as its memory; None if there is
-    none. What is at the smallest value is clipped, if that is more than one."""
+    """Fit to a record x (nt,) that is so many times as long as its memory; None if there is none.
+    Values at the smallest value are clipped if there are several."""
     floor = x.min()
     clipped = x == floor
     if clipped.sum() == 1:
@@ -135,9 +137,9 @@ def fit_gaussian(x: np.ndarray, independent: float, windows: int) -> Gaussian | 
 def _counted(
     x: np.ndarray, mean: float, std: float, windows: int, count: int
 ) -> tuple[Crossings, np.ndarray, np.ndarray]:
-    """Crossings of a record by the largest values of its windows, what they move by, and so many
-    draws of their scatter."""
-    at = max(float(x.min()), mean)  # where x can be seen to rise from
+    """Crossings of a record from the largest values of its windows, their derivatives, and draws of
+    their scatter."""
+    at = max(float(x.min()), mean)  # level above which upcrossings are visible
     rate = np.count_nonzero((x[:-1] <= at) & (x[1:] > at)) / x.size
     z = (sliding(x, windows) - mean) / std
     weight = np.exp(-0.5 * z**2)
@@ -145,12 +147,13 @@ def _counted(
     moved = np.array([(weight * z).mean(), (weight * z**2).mean()])
     found = crossings(rate, (at - mean) / std, z, windows, x.size)
     slow = slow_parts(weight - 1.0, count)
-    # a mean over windows that slide has less of what is faster
+    # a mean over sliding windows has less of the fast variation
     return found, moved, slow / np.sinc(0.5 * np.arange(1, slow.size + 1) / windows)
 
 
 def _begin(x: np.ndarray, clipped: np.ndarray) -> tuple[float, float]:
-    """Mean and standard deviation by two quantiles of what is not clipped."""
+    """Estimate of mean and standard deviation from two quantiles of the values that are not
+    clipped."""
     if not clipped.any():
         return float(x.mean()), float(x.std())
     probability = np.array([clipped.mean(), 0.5 * (1.0 + clipped.mean())])
@@ -160,14 +163,14 @@ def _begin(x: np.ndarray, clipped: np.ndarray) -> tuple[float, float]:
 
 
 def _scores(z: np.ndarray, clipped: np.ndarray, edge: float) -> np.ndarray:
-    """Scores (4, nt) of values z (nt,), of which some are ``clipped`` at the edge."""
+    """Scores (4, nt) of values z (nt,), some of which are ``clipped`` at the edge."""
     scores = np.ascontiguousarray(hermevander(z, ORDER)[:, 1:].T)
     scores[:, clipped] = _of_clipped(edge)[:, None]
     return scores
 
 
 def _of_clipped(edge: float) -> np.ndarray:
-    """Scores (4,) of what is clipped at the edge."""
+    """Scores (4,) of a value that is clipped at the edge."""
     if np.isinf(edge):
         return np.zeros(ORDER)
     hazard = np.exp(-0.5 * edge**2 - log_ndtr(edge)) / np.sqrt(2.0 * np.pi)

@@ -1,15 +1,15 @@
-"""Gumbel's law of the largest value, fitted to maxima by likelihood, and what such a fit is worth.
+"""Gumbel's law of the largest value, fitted to maxima by maximum likelihood, with intervals.
 
     P(largest <= x) = exp(-exp(-(x - a) / b))
 
-Of maxima that follow the law, (a - a_fit) / b_fit and b / b_fit have distributions that depend on
-how many there are alone: they are drawn once, and every interval follows from them, exact for any
+For maxima that follow the law, the distributions of (a - a_fit) / b_fit and b / b_fit depend only
+on the number of maxima. They are drawn once, and every interval follows from them, exact for any
 number of maxima (Lawless 2003, Statistical Models and Methods for Lifetime Data, section 5.2).
-Maxima over windows that slide by an eighth of their length hold more than those of windows side by
-side (Buecher and Segers 2018, Extremes 21); the draws slide in the same way. Windows of a record
-know of each other, the more the fewer memories they are long: as those of the energy of an
-oscillator in noise do, |Z|^2 of a complex process with the autocorrelation exp(-t / 2) over
-memories t. Draws of these are brought to Gumbel's law by their ranks.
+Windows that slide by an eighth of their length contain more information than adjacent windows
+(Buecher and Segers 2018, Extremes 21); the draws slide in the same way. Windows of a record are
+correlated, the more so the fewer memories they last. Their model is the energy of an oscillator in
+noise, |Z|^2 of a complex process with the autocorrelation exp(-t / 2) over t memories. Draws of
+this energy are mapped to Gumbel's law by rank.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ DRAWS = 4000
 ROUNDS = 8  # of Newton's method, which has converged by then
 INTERVAL = 0.9  # probability of all intervals
 ENDS = (0.05, 0.95)
-DOUBTED = 0.637  # of Anderson's and Darling's test of Gumbel's law: 10 % are beyond
+DOUBTED = 0.637  # statistic of Anderson's and Darling's test of Gumbel's law that 10 % exceed
 CERTAIN = 1e-15
-LONGEST = 16  # memories: of longer windows it does not matter what they know of each other
+LONGEST = 16  # memories: longer windows count as independent
 
 
 class Gumbel(NamedTuple):
-    """A fit to ``windows`` maxima; if they slide, each is ``memories`` long, more than `LONGEST`
-    being all the same."""
+    """A fit to ``windows`` maxima. If they slide, each is ``memories`` long; lengths above
+    `LONGEST` are equivalent."""
 
     location: float
     scale: float
@@ -39,21 +39,21 @@ class Gumbel(NamedTuple):
     memories: int | None
 
     def expected(self, ratio: float) -> float:
-        """The value that is exceeded once on average in so many windows."""
+        """Value that is exceeded once on average in so many windows."""
         return float(self.location + self.scale * np.log(ratio))
 
     def exceedances(self, value: float, ratio: float) -> float:
-        """How often a value is exceeded on average in so many windows."""
+        """Mean number of exceedances of a value in so many windows."""
         return float(ratio * np.exp((self.location - value) / self.scale))
 
     def confidence(self, ratio: float) -> np.ndarray:
-        """Interval (2,) that holds the true `expected` value."""
+        """Confidence interval (2,) of the `expected` value."""
         moved, wider = _pivots(self.windows, self.memories)[:2]
         return self._ends(moved + np.log(ratio) * wider)
 
     def prediction(self, ratio: float, ends: tuple[float, float] = ENDS) -> np.ndarray:
-        """Interval (2,) whose ``ends`` have these probabilities to be above the largest value of a
-        time of so many windows."""
+        """Prediction interval (2,) of the largest value in so many windows; ``ends`` are the
+        probabilities of its ends."""
         moved, wider, largest = _pivots(self.windows, self.memories)
         return self._ends(moved + (np.log(ratio) + largest) * wider, ends)
 
@@ -62,20 +62,20 @@ class Gumbel(NamedTuple):
 
 
 def exceeding(probability: float) -> float:
-    """In how many times the length of a record a value is exceeded once on average below which its
-    largest is with a ``probability``: such a quantile is `expected` of so long a time."""
+    """Multiple of the record's length for which `expected` is a quantile. The largest value of one
+    record is below that quantile with this ``probability``."""
     return float(-1.0 / np.log(probability))
 
 
 def fit_maxima(maxima: np.ndarray) -> Gumbel:
-    """The law of independent maxima (n,), not all of one value."""
+    """Law of independent maxima (n,), not all equal."""
     location, scale = _fit(maxima)
     return Gumbel(float(location), float(scale), maxima.size, None)
 
 
 def follows_gumbel(maxima: np.ndarray, law: Gumbel) -> bool:
-    """Whether independent maxima (n,) may be of the ``law`` that is fitted to them, by the test of
-    Anderson and Darling, which doubts one in ten that are (Stephens 1977, Biometrika 64)."""
+    """Whether independent maxima (n,) are compatible with the ``law`` fitted to them, by the test
+    of Anderson and Darling at 10 % (Stephens 1977, Biometrika 64)."""
     count = maxima.size
     below = np.exp(-np.exp((law.location - np.sort(maxima)) / law.scale))
     below = np.clip(below, CERTAIN, 1.0 - CERTAIN)
@@ -85,15 +85,15 @@ def follows_gumbel(maxima: np.ndarray, law: Gumbel) -> bool:
 
 
 def fit_record(x: np.ndarray, windows: int, memories: float) -> Gumbel:
-    """The law of the largest in a window of a record x (nt,), of which there are so many, and which
-    is so many times as long as its memory."""
+    """Law of the largest value in a window of a record x (nt,), from so many windows; the record is
+    so many times as long as its memory."""
     location, scale = _fit(sliding(x, windows))
     each = min(max(round(memories / windows), 1), LONGEST + 1)
     return Gumbel(float(location), float(scale), windows, each)
 
 
 def sliding(x: np.ndarray, windows: int) -> np.ndarray:
-    """Maxima over windows that slide by an eighth of their length; a rest of less than one part of
+    """Maxima over windows that slide by an eighth of their length. A rest shorter than one part of
     a window is left out."""
     size = x.size // (SLIDE * windows)
     return _slid(x[: size * SLIDE * windows].reshape(-1, size).max(axis=1))
@@ -105,8 +105,8 @@ def _slid(parts: np.ndarray) -> np.ndarray:
 
 
 def _fit(maxima: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Location and scale of the greatest likelihood, over the last axis: the scale is the zero of
-    b - mean(x) + sum(x e) / sum(e), e = exp(-x / b)."""
+    """Location and scale by maximum likelihood, over the last axis. The scale is the zero of b -
+    mean(x) + sum(x e) / sum(e), e = exp(-x / b)."""
     least = maxima.min(axis=-1, keepdims=True)
     x = maxima - least
     mean, b = x.mean(axis=-1, keepdims=True), x.std(axis=-1, keepdims=True) * np.sqrt(6.0) / np.pi
@@ -123,7 +123,8 @@ def _fit(maxima: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 @lru_cache
 def _pivots(windows: int, memories: int | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Draws (`DRAWS`,) of (a - a_fit) / b_fit, b / b_fit and of a largest value, a = 0, b = 1."""
+    """Draws (`DRAWS`,) of (a - a_fit) / b_fit, of b / b_fit and of a largest value, for a = 0, b =
+    1."""
     random = np.random.default_rng(windows)
     if memories is None:
         drawn = _reduced(random.random((DRAWS, windows)))
@@ -137,8 +138,8 @@ def _pivots(windows: int, memories: int | None) -> tuple[np.ndarray, np.ndarray,
 
 
 def _energies(random: np.random.Generator, windows: int, memories: int) -> np.ndarray:
-    """Largest energies (`DRAWS`, windows x `SLIDE`) in parts of windows, of values that are a
-    memory apart or less: about as often an oscillator turns whose memory is so long."""
+    """Largest energies (`DRAWS`, windows x `SLIDE`) in parts of windows. Samples are at most one
+    memory apart, about one cycle of an oscillator with that memory."""
     steps = -(-memories // SLIDE)  # of a part
     kept = np.exp(-0.5 * memories / (steps * SLIDE))
     z, found = random.normal(size=(2, DRAWS)), np.zeros((windows * SLIDE, DRAWS))

@@ -1,14 +1,13 @@
 """Impacts on a Gaussian motion, and the law of their largest values.
 
-An impact is a rise that the motion before it does not foretell. A Gaussian motion is foretold by a
-linear prediction, and what that is off scatters normally (`prediction_errors`): `BEYOND` times its
-scatter does not happen. The largest values that impacts lead to come at random, and are exponential
-above some level, as sizes are that go on with one mean (Davison and Smith 1990, Journal of the
-Royal Statistical Society B 52):
+An impact is a rise that the earlier motion does not predict. A linear prediction of a Gaussian
+motion has normal errors (`prediction_errors`), and errors of `BEYOND` times their scatter do not
+happen. The largest values after impacts come at random. Above some level they are exponential
+(Davison and Smith 1990, Journal of the Royal Statistical Society B 52):
 
     times above v: n exp(-(v - level) / mean)
 
-n has the error of a Poisson count, the mean that of n exponential sizes.
+n has the error of a Poisson count, and the mean has the error of a mean of n exponential sizes.
 """
 
 from __future__ import annotations
@@ -24,18 +23,19 @@ from hydrosim.statistics.series import prediction_errors, upcrossings
 
 BEYOND = 6.0  # times the usual error of a prediction
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
-ABNORMAL = 0.15  # standard deviations that a quantile of a normal distribution is not off
-WAVES_ABOVE = (100.0, 30.0, 10.0, 3.0, 1.0)  # of the motion, above levels that are tried
+ABNORMAL = 0.15  # standard deviations: largest error of a quantile of a normal distribution
+WAVES_ABOVE = (100.0, 30.0, 10.0, 3.0, 1.0)  # of the motion: waves above the levels that are tried
 HIGHEST, LEADING = 7, 3  # crests of a motion
 FEWEST, MOST = 6, 20  # impacts of a law
-EXPONENTIAL = 1.062  # of Anderson's and Darling's test: 10 % are beyond (Stephens 1974)
+EXPONENTIAL = 1.062  # statistic of Anderson's and Darling's test that 10 % exceed (Stephens 1974)
 CERTAIN = 1e-12
-ONE_STD = 0.6827  # of a normal distribution is within one standard deviation of its mean
+ONE_STD = 0.6827  # fraction of a normal distribution within one standard deviation
 
 
 class Hits(NamedTuple):
-    """The largest values (n,) that impacts of a motion lead to, falling; the ``middle`` and ``std``
-    of the motion without them, its ``waves``, and how many of its ``highest`` crests are theirs."""
+    """Largest values (n,) after the impacts on a motion, descending; the ``middle`` and ``std`` of
+    the motion without them; its ``waves``; the number of its ``highest`` crests that are due to
+    impacts."""
 
     values: np.ndarray
     middle: float
@@ -44,39 +44,40 @@ class Hits(NamedTuple):
     highest: int
 
     def lead(self) -> bool:
-        """Whether the highest crests are of impacts, and not by chance."""
+        """Whether impacts cause the highest crests, more than by chance."""
         return self.highest >= LEADING
 
     def level(self, above: float) -> float:
-        """The level that so many waves of the motion alone are above."""
+        """Level that so many waves of the motion alone exceed."""
         return float(self.middle + self.std * np.sqrt(2.0 * np.log(self.waves / above)))
 
 
 class Impacts(NamedTuple):
-    """A ``number`` of impacts of a record lead above a ``level``, by this ``mean``."""
+    """Law of impacts: a ``number`` of values in the record exceed a ``level``, on average by
+    ``mean``."""
 
     number: int
     level: float
     mean: float
 
     def expected(self, ratio: float) -> float:
-        """The value that is exceeded once on average in ``ratio`` times the length."""
+        """Value that is exceeded once on average in ``ratio`` times the length."""
         return float(self.level + self.mean * np.log(self.number * ratio))
 
     def confidence(self, ratio: float) -> np.ndarray:
-        """Interval (2,) that holds the true `expected` value."""
+        """Confidence interval (2,) of the `expected` value."""
         means, counts, _ = self._draws()
         return np.asarray(np.quantile(self.level + means * np.log(counts * ratio), ENDS))
 
     def prediction(self, ratio: float, ends: tuple[float, float] = ENDS) -> np.ndarray:
-        """Interval (2,) whose ``ends`` have these probabilities to be above the largest value in
-        ``ratio`` times the length."""
+        """Prediction interval (2,) of the largest value in ``ratio`` times the length; ``ends`` are
+        the probabilities of its ends."""
         means, counts, largest = self._draws()
         values = self.level + means * (np.log(counts * ratio) + largest)
         return np.asarray(np.quantile(values, ends))
 
     def _draws(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """What mean and count (`DRAWS`,) may be, and largest values of Gumbel's law."""
+        """Draws (`DRAWS`,) of mean and count, and of a largest value by Gumbel's law."""
         random = np.random.default_rng(self.number)
         means = self.mean * self.number / random.gamma(self.number, size=DRAWS)
         counts = random.gamma(self.number + 0.5, size=DRAWS)
@@ -84,8 +85,8 @@ class Impacts(NamedTuple):
 
 
 def find_impacts(x: np.ndarray) -> Hits | None:
-    """The impacts upwards in a record (nt,); None if there are none, or if what else there is is no
-    Gaussian motion."""
+    """Upward impacts in a record (nt,); None if there are none, or if the rest is no Gaussian
+    motion."""
     middle = float(np.median(x))
     if not _is_nearly_normal(x):
         return None
@@ -103,8 +104,8 @@ def find_impacts(x: np.ndarray) -> Hits | None:
 
 
 def fit_impacts(hits: Hits) -> Impacts | None:
-    """The law of the largest impacts, from the lowest level on from which it is exponential; None
-    where too few are above it."""
+    """Law of the largest impacts, above the lowest level from which it is exponential; None if too
+    few exceed it."""
     for above in WAVES_ABOVE:
         level = hits.level(above)
         values = hits.values[hits.values > level]
@@ -119,7 +120,7 @@ def fit_impacts(hits: Hits) -> Impacts | None:
 
 
 def _is_nearly_normal(x: np.ndarray) -> bool:
-    """Whether quantiles of a record are those of a normal distribution, its tails left out."""
+    """Whether the inner quantiles of a record are those of a normal distribution."""
     quantiles = np.quantile(x, QUANTILES)
     normal = ndtri(QUANTILES)
     spread = (quantiles[3] - quantiles[1]) / (normal[3] - normal[1])
@@ -128,8 +129,8 @@ def _is_nearly_normal(x: np.ndarray) -> bool:
 
 
 def _find_events(z: np.ndarray, period: float) -> list[tuple[int, int]]:
-    """First and last index of each rise of z (nt,) that is not foretold; a ``period`` is a number
-    of steps. What follows within half of it is of the same impact, also its end."""
+    """First and last index of each unpredicted rise of z (nt,). A ``period`` is a number of steps.
+    Rises within half a period belong to the same impact, also at its end."""
     errors, stride = prediction_errors(z)
     usual = np.median(np.abs(errors)) / ndtri(0.75)
     found = np.flatnonzero(np.abs(errors) > BEYOND * usual)
@@ -142,7 +143,7 @@ def _find_events(z: np.ndarray, period: float) -> list[tuple[int, int]]:
 
 
 def _are_exponential(excesses: np.ndarray) -> bool:
-    """Whether ``excesses`` (n,) may be of an exponential distribution, by the test of Anderson and
+    """Whether ``excesses`` (n,) may follow an exponential distribution, by the test of Anderson and
     Darling (Stephens 1974, Journal of the American Statistical Association 69)."""
     count = excesses.size
     below = -np.expm1(-np.sort(excesses) / excesses.mean())

@@ -1,8 +1,9 @@
-"""Mean forces where the records do not have them: from impulses, if a run keeps any.
+"""Mean forces from impulses, for runs that record them.
 
-A force that chatters, or knocks between two records, has another mean at the records than over the
-time. Its impulse, an integral over the solver's own steps, knows the mean: that is the one to print
-where both differ by more than `SHARE` of the force's standard deviation.
+A force that chatters, or peaks between two output times, has a different mean in the records than
+over the time. Its impulse, an integral over the solver's own steps, gives the true mean. It
+replaces the mean of the records if both differ by more than `SHARE` of the force's standard
+deviation.
 """
 
 from __future__ import annotations
@@ -15,8 +16,8 @@ NORMAL = "fender_normal_force"
 
 
 def means_between_records(run: xr.Dataset, name: str, values: np.ndarray) -> np.ndarray | None:
-    """Means (nt,) of a channel ``name`` of force since the record before, if these have another
-    mean than its recorded ``values`` (nt,); not a number at the first."""
+    """Means (nt,) of a force channel ``name`` since the previous record, NaN at the first; None if
+    their mean agrees with that of the recorded ``values`` (nt,)."""
     impulse = _impulse(run, name)
     if impulse is None or values.size < 2:
         return None
@@ -30,7 +31,7 @@ def means_between_records(run: xr.Dataset, name: str, values: np.ndarray) -> np.
 
 
 def _impulse(run: xr.Dataset, name: str) -> np.ndarray | None:
-    """Integral (nt,) of a channel of force, if the run has it."""
+    """Time integral (nt,) of a force channel, if the run has it."""
     kind, _, of = name.partition(".")
     if kind == NORMAL and "contact_impulse" in run:
         own = [of] if of in run.fender.values else run.fender.values[run.fender_group.values == of]

@@ -1,9 +1,9 @@
-"""What the largest values of runs say of another run where they follow no law.
+"""Intervals for one more run from the values of n runs, without a distribution.
 
-Of n + 1 values that are drawn alike each is as likely the smallest: one more lies between the
-smallest and the largest of n with the probability (n - 1) / (n + 1). A quantile lies between two of
-the n in order as the binomial distribution says (David and Nagaraja 2003, Order Statistics,
-sections 7.1, 7.2).
+Each of n + 1 equally distributed values is equally likely to be the smallest. So one more value
+lies between the smallest and the largest of n with probability (n - 1) / (n + 1). A quantile lies
+between two of the n ordered values with a binomial probability (David and Nagaraja 2003, Order
+Statistics, sections 7.1, 7.2).
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from scipy.stats import quantile_test
 
 from hydrosim.statistics.gumbel import INTERVAL
 
-ENOUGH = 19  # values whose smallest and largest hold another one with `INTERVAL`
+ENOUGH = 19  # values whose smallest and largest contain another one with `INTERVAL`
 ROUNDING = 1e-9
 
 
 class Held(NamedTuple):
-    """An interval from ``low`` to ``high`` that holds another value with a ``probability``."""
+    """An interval from ``low`` to ``high`` that contains another value with a ``probability``."""
 
     low: float
     high: float
@@ -28,8 +28,8 @@ class Held(NamedTuple):
 
 
 def find_prediction(values: np.ndarray) -> Held:
-    """The interval of another value, given n of them, two or more: with `INTERVAL` at least, or, of
-    fewer than `ENOUGH`, as often as the smallest and the largest hold it."""
+    """Prediction interval for one more value, from n >= 2 values. Its probability is at least
+    `INTERVAL`; for fewer than `ENOUGH` values, that of their smallest to largest."""
     ordered = np.sort(values)
     count = ordered.size
     outside = int(0.5 * (1.0 - INTERVAL) * (count + 1) + ROUNDING)
@@ -39,8 +39,8 @@ def find_prediction(values: np.ndarray) -> Held:
 
 
 def find_confidence(values: np.ndarray, probability: float) -> tuple[float, float]:
-    """The interval that holds the value below which another one is with a ``probability``. An end
-    that so few values do not know is infinite."""
+    """Confidence interval of a quantile: the value below which another one is with a
+    ``probability``. An end is infinite if there are too few values for it."""
     found = quantile_test(values, p=probability).confidence_interval(INTERVAL)
     low = -np.inf if np.isnan(found.low) else float(found.low)
     high = np.inf if np.isnan(found.high) else float(found.high)

@@ -1,9 +1,9 @@
-"""Peaks of a record, the largest value of each wave above the mean, and Weibull's law of them.
+"""Peaks of a record (the largest value of each wave above the mean), and their Weibull law.
 
     P(peak <= x) = 1 - exp(-(x / scale)^shape)
 
-The shape is 2 where peaks have Rayleigh's law, as those of a narrow-banded Gaussian record have
-(Longuet-Higgins 1952), and less where large ones are more frequent.
+The shape is 2 if peaks follow Rayleigh's law, as in a narrow-banded Gaussian record
+(Longuet-Higgins 1952). It is smaller if large peaks are more frequent.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ import numpy as np
 from hydrosim.statistics.series import upcrossings
 
 FEWEST = 3  # peaks
-LEVELS, MANY = 40, 20  # above the mean; crossings
-NEAR = 0.3  # of the logarithm of a rate: lower levels are in the midst of small waves
+LEVELS, MANY = 40, 20  # number of levels above the mean; crossings of a used level
+NEAR = 0.3  # of the logarithm of a rate: lower levels are among small waves
 CURVED = 4.0  # over the root of crossings: shapes of lower and upper levels scatter by less
 ROUNDS, CLOSE = 50, 1e-12  # of Newton's method
 
 
 class Weibull(NamedTuple):
-    """A law of peaks; NaN where there are too few, or all are alike."""
+    """Weibull law of peaks; NaN if there are too few, or all are equal."""
 
     shape: float
     scale: float
@@ -30,8 +30,8 @@ class Weibull(NamedTuple):
 
 class Tail(NamedTuple):
     """A record rises above a level ``waves`` exp(-((level - origin) / scale)^shape) times. The
-    shape is 2 of a Gaussian process about its mean, however broad its band; it is by so many
-    ``crossings``."""
+    shape is 2 for a Gaussian process about its mean, for any bandwidth. ``crossings`` is the number
+    of upcrossings behind the shape."""
 
     origin: float
     shape: float
@@ -40,20 +40,20 @@ class Tail(NamedTuple):
     crossings: int
 
     def exceedances(self, level: float) -> float:
-        """How often the record is expected to rise above a level."""
+        """Expected number of upcrossings of a level."""
         return float(self.waves * np.exp(-(((level - self.origin) / self.scale) ** self.shape)))
 
 
 def peaks(x: np.ndarray) -> np.ndarray:
-    """The largest value (n,) above the mean between each two upcrossings of it."""
+    """Largest values (n,) above the mean between successive upcrossings of it."""
     z = x - x.mean()
     first = np.ceil(upcrossings(z)).astype(int)
     return np.maximum.reduceat(z, first)[:-1] if first.size > 1 else np.zeros(0)
 
 
 class _Falls(NamedTuple):
-    """How far the logarithm of upcrossings has ``fallen`` at some levels, which are crossed so many
-    times."""
+    """Decrease of the logarithm of upcrossings, ``fallen``, at some levels, and the number of
+    crossings of each."""
 
     levels: np.ndarray
     fallen: np.ndarray
@@ -66,7 +66,7 @@ class _Falls(NamedTuple):
         return _Falls(*lower), _Falls(*upper)
 
     def fits(self) -> bool:
-        """True if there are enough levels for a shape."""
+        """Whether there are enough levels for a shape."""
         return self.levels.size >= FEWEST and float(np.ptp(self.fallen)) > 0.0
 
     def fit(self) -> tuple[float, float]:
@@ -76,21 +76,21 @@ class _Falls(NamedTuple):
         return float(shape), float(np.exp(-offset / shape))
 
     def tail(self, origin: float, waves: int) -> Tail:
-        """The tail by all of these levels; of not a number where they are too few."""
+        """Tail by all of these levels; NaN if they are too few."""
         shape, scale = self.fit() if self.fits() else (np.nan, np.nan)
         return Tail(origin, shape, scale, waves, waves)
 
 
 def fit_tail(x: np.ndarray, origin: float) -> Tail:
-    """The tail of a record x (nt,) above an origin, by its upcrossings of those levels that it
-    crosses often; of not a number where these are too few."""
+    """Tail of a record x (nt,) above an origin, from its upcrossings of often crossed levels; NaN
+    if these are too few."""
     falls, waves = _falls(x, origin)
     return falls.tail(origin, waves)
 
 
 def fit_upper_tail(x: np.ndarray, origin: float) -> Tail:
-    """`fit_tail`, but by the upper half of the levels where these fall faster than the lower ones,
-    again and again."""
+    """`fit_tail`, but by the upper half of the levels if the shape is larger there than at the
+    lower ones, repeatedly."""
     falls, waves = _falls(x, origin)
     tail = falls.tail(origin, waves)
     while True:
@@ -105,7 +105,7 @@ def fit_upper_tail(x: np.ndarray, origin: float) -> Tail:
 
 
 def _falls(x: np.ndarray, origin: float) -> tuple[_Falls, int]:
-    """Of the levels above an origin that are crossed often, and how often the origin is."""
+    """Often crossed levels above an origin, and the number of crossings of the origin."""
     z = x - origin
     levels = z.max() * np.arange(1, LEVELS) / LEVELS
     counts = np.array([np.count_nonzero((z[:-1] < u) & (z[1:] >= u)) for u in (0.0, *levels)])
@@ -115,8 +115,8 @@ def _falls(x: np.ndarray, origin: float) -> tuple[_Falls, int]:
 
 
 def fit_weibull(heights: np.ndarray) -> Weibull:
-    """The law of greatest likelihood of ``heights`` (n,) above zero: the shape k is the zero of
-    sum(x^k log x) / sum(x^k) - 1 / k - mean(log x)."""
+    """Maximum likelihood law of ``heights`` (n,) above zero. The shape k is the zero of sum(x^k log
+    x) / sum(x^k) - 1 / k - mean(log x)."""
     if heights.size < FEWEST or not np.ptp(heights) > CLOSE * heights.max():
         return Weibull(np.nan, np.nan)
     top = float(heights.max())

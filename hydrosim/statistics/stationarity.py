@@ -1,10 +1,10 @@
-"""Whether mean and variance of a record change over its time.
+"""Tests whether mean and variance of a record change over its time.
 
-The lowest cosine coefficients of a stationary series are independent and equally large, however
-long its memory, if the record is many memories long (Mueller 2007, Journal of Econometrics 141). A
-steady trend is in the first of them, others are in the first few: their mean square over that of
-the rest has Fisher's distribution if there is none. Of the variance it is the logarithm of short
-stretches that is looked at, for it is nearly normal.
+The lowest cosine coefficients of a stationary series are independent and have equal variance, for
+any memory, if the record is many memories long (Mueller 2007, Journal of Econometrics 141). A
+steady trend appears in the first coefficient, other trends in the first few. Without a trend, their
+mean square over that of the rest has Fisher's distribution. For the variance, the series is the
+logarithm of the variance of short intervals, which is nearly normal.
 """
 
 from __future__ import annotations
@@ -16,20 +16,20 @@ from scipy.stats import ttest_ind
 from hydrosim.statistics.series import binned, prediction_errors, slow_parts
 
 TRENDS = (1, 3)  # coefficients
-GUSTS = 12  # coefficients of the variance: waves that wax and wane
+GUSTS = 12  # coefficients of the variance: groups of waves that vary slowly
 BEGINNINGS = (8, 16, 32, 64)  # parts of the record, the first of which may be a transient
-FEWEST = 10  # stretches of a beginning
-ALIKE = 1e-9  # logarithms of variances: all that is below is of rounding
-LARGER = 1e-5  # probability of a false alarm, if stretches knew nothing of each other
-ALARM = 0.001  # probability of a false one, for each trend of mean and of variance
+FEWEST = 10  # intervals of a beginning
+ALIKE = 1e-9  # logarithms of variances: smaller differences are rounding
+LARGER = 1e-5  # probability of a false alarm, for independent intervals
+ALARM = 0.001  # probability of a false alarm, for each trend of mean and of variance
 PARTS = 6  # of a memory: coefficients that are slow against it
 STRETCH = 2  # memories
-LITTLE = 0.05  # of the variance: less in a stretch does not matter
+LITTLE = 0.05  # of the variance: less in an interval does not matter
 
 
 def changes(x: np.ndarray, independent: float) -> tuple[bool, bool]:
-    """Whether mean and variance of a record x (nt,) change, which is so many times as long as its
-    memory."""
+    """Whether mean and variance of a record x (nt,) change; the record is so many times as long as
+    its memory."""
     z = (x - x.mean()) / x.std()
     variance = _log_variances(z, independent)
     count = int(independent / PARTS)
@@ -37,8 +37,8 @@ def changes(x: np.ndarray, independent: float) -> tuple[bool, bool]:
 
 
 def begins_larger(x: np.ndarray, independent: float) -> bool:
-    """Whether the variance of a record x (nt,) is larger at its beginning than later, as while it
-    forgets how it began: Student's test of the logarithms of the variance of short stretches."""
+    """Whether the variance of a record x (nt,) is larger at its beginning than later, as in a
+    transient. The test is Student's, on logarithms of the variance of short intervals."""
     variance = _log_variances((x - x.mean()) / x.std(), independent)
     for part in BEGINNINGS:
         first = variance[: variance.size // part]
@@ -51,7 +51,7 @@ def begins_larger(x: np.ndarray, independent: float) -> bool:
 
 
 def _log_variances(z: np.ndarray, independent: float) -> np.ndarray:
-    """Logarithms of the variance of z (nt,) in short stretches."""
+    """Logarithms of the variance of z (nt,) in short intervals."""
     stretches = max(int(independent / STRETCH), 1)
     variance = binned(z**2, stretches) / binned(np.ones(z.size), stretches)
     return np.asarray(np.log(variance + LITTLE))
@@ -64,8 +64,8 @@ def _has_trend(series: np.ndarray, count: int) -> bool:
 
 
 def _has_gusts(z: np.ndarray, independent: float) -> bool:
-    """Whether waves wax and wane slowly: whether more of the lowest coefficients of the variance of
-    what is not foretold, which scatters least, are larger than the rest, if these are as many."""
+    """Whether the size of waves varies slowly. The test compares more of the lowest coefficients
+    with an equal number of others, for the variance of prediction errors, which scatters least."""
     errors, _ = prediction_errors(z)
     variance = _log_variances(errors / errors.std(), independent)
     squares = slow_parts(variance - variance.mean(), int(independent / PARTS)) ** 2

@@ -1,9 +1,8 @@
-"""Statistics of a run: moments, periods, extremes and spectra, and what contact did.
+"""Statistics of a run: moments, periods, extremes and spectra, and contact.
 
-Extremes are in `hydrosim.statistics.extremes`: of each channel the most probable smallest and
-largest value with a confidence interval, and a prediction interval of the smallest and largest of
-another such run. Where there are none, for a channel is not stationary or too short, its basis says
-why.
+`hydrosim.statistics.extremes` gives, for each channel, the most probable smallest and largest value
+with a confidence interval, and a prediction interval for another such run. If a channel is too
+short or not stationary, there are none, and its basis gives the reason.
 """
 
 from __future__ import annotations
@@ -39,8 +38,8 @@ from hydrosim.statistics.peaks import fit_weibull, peaks
 from hydrosim.statistics.series import lowest_frequency, upcrossings
 
 ENDS = ("first_mean", "last_mean", "first_std", "last_std")
-MOMENTS = ("skewness", "kurtosis")  # the kurtosis of a Gaussian record is 3
-PEAKS = ("peak_shape", "peak_scale")  # Weibull's law of the peaks above the mean
+MOMENTS = ("skewness", "kurtosis")  # kurtosis of a Gaussian record is 3
+PEAKS = ("peak_shape", "peak_scale")  # Weibull law of the peaks above the mean
 NAMES = ("mean", "std", "significant", "period", *ENDS, "smallest", "largest", *MOMENTS, *PEAKS)
 SIDES = ("smallest", "largest")
 FIGURES = Extremes._fields[:-1]
@@ -59,10 +58,10 @@ OWN = {  # coordinates of statistics
     "phase": [phase.name.lower().replace("_", " ") for phase in Phase],
 }
 Found = dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, Any]]]
-"""Of a variable its dimensions, its values and its attributes."""
-EACH = ""  # units that the coordinate unit says
+"""Dimensions, values and attributes of a variable."""
+EACH = ""  # units for the coordinate ``unit``
 OWN_UNITS = {APART: "period: s, skewness: 1, kurtosis: 1, peak_shape: 1"}
-CHANNELS = {  # that a run may have: name, variable, its dimensions but time, units
+CHANNELS = {  # variables that a run may have: name, variable, its dimensions without time, units
     "motion": ("position", MOTION, "m or rad"),
     "wave": ("wave_elevation", (), "m"),
     "fender_force": ("fender_normal_force", ("fender",), "N"),
@@ -71,7 +70,7 @@ CHANNELS = {  # that a run may have: name, variable, its dimensions but time, un
 
 
 def enough_from(run: xr.Dataset, start: float) -> bool:
-    """Whether a run has records for `statistics` from ``start`` [s] on."""
+    """Whether a run has enough records for `statistics` from ``start`` [s] on."""
     return int(np.count_nonzero(run.time.values >= start)) >= FEWEST
 
 
@@ -81,11 +80,12 @@ def statistics(
     exposure: float | None = None,
     channels: Sequence[str] = (),
 ) -> xr.Dataset:
-    """Statistics of motions, of the wave, of fenders and springs, and of the ``channels`` that are
-    asked for (`hydrosim.results.channels`), of these by phase, too, from ``start`` [s] on, by
-    ``statistic``; extremes of an ``exposure`` [s], by default as long as that; spectra of motions;
-    and, of the whole run, of each fender the time in each mode and slip, and of each group of them
-    crawl by phase. InputError where there is no such channel."""
+    """Statistics of motions, of the wave, of fenders and springs, and of the requested ``channels``
+    (`hydrosim.results.channels`), from ``start`` [s] on, by ``statistic``. Requested channels also
+    have statistics by phase. Extremes are for an ``exposure`` [s]; default: the length of the
+    record. Spectra are those of motions. For the whole run, each fender has the time in each mode
+    and its slip, and each group of fenders the crawl by phase. Raises InputError if a channel does
+    not exist."""
     found, coords, attributes = columns(run, start, exposure, channels)
     return assembled({**found, **of_contacts(run)}, coords, attributes)
 
@@ -103,7 +103,7 @@ def columns(
     exposure: float | None = None,
     channels: Sequence[str] = (),
 ) -> tuple[Found, dict[str, Any], dict[str, Any]]:
-    """`statistics` but those of contacts: variables, coordinates and attributes."""
+    """`statistics` without contacts: variables, coordinates and attributes."""
     late = _late(run, start)
     time = run.variables["time"].values[late]
     step = float(np.diff(time[:2])[0])
@@ -143,8 +143,8 @@ def columns(
 
 
 def _late(run: xr.Dataset, start: float) -> slice:
-    """The records from ``start`` [s] on, without the end of a run that is not a whole step after
-    the record before it."""
+    """Records from ``start`` [s] on. The last record of a run is left out if it is not a whole
+    output step after the record before it."""
     time = run.variables["time"].values
     first = int(np.searchsorted(time, start))
     steps = np.diff(time[first:].astype(float))
@@ -153,7 +153,7 @@ def _late(run: xr.Dataset, start: float) -> slice:
 
 
 def _coordinates(run: xr.Dataset, found: Found) -> dict[str, Any]:
-    """Coordinates of what is ``found``: those of the run, and names of its own."""
+    """Coordinates of the variables ``found``: those of the run, and names of their own."""
     dims = {dim for over, *_ in found.values() for dim in over}
     of_run = {str(name): run.variables[name] for name in run.coords}
     of_run = {name: each for name, each in of_run.items() if {*each.dims} <= dims}
@@ -163,15 +163,15 @@ def _coordinates(run: xr.Dataset, found: Found) -> dict[str, Any]:
 def _named(
     run: xr.Dataset, late: slice, names: Sequence[str]
 ) -> tuple[xr.Variable, dict[str, Any]]:
-    """Channels (channel, time) by their names, and their names and units as coordinates."""
+    """Channels (channel, time) by name, with names and units as coordinates."""
     values, units = zip(*(series(run, name) for name in names), strict=True)
     coords = {"channel": list(names), "unit": ("channel", list(units))}
     return xr.Variable(("channel", "time"), np.array(values)[:, late]), coords
 
 
 def _by_phase(run: xr.Dataset, late: slice, series: np.ndarray, step: float) -> Found:
-    """Figures of channels in the phases of each group of contacts; not a number where a phase has
-    fewer than `FEWEST` values."""
+    """Statistics of channels in the phases of each group of contacts; NaN if a phase has fewer than
+    `FEWEST` values."""
     if "contact_group" not in run.dims:
         return {}
     phases = _phases(run, late)
@@ -186,7 +186,7 @@ def _by_phase(run: xr.Dataset, late: slice, series: np.ndarray, step: float) -> 
         for of in phases
     ]
     dims = ("contact_group", "phase", "channel", "statistic")
-    said = _said("figures of a channel in a phase", EACH) | OWN_UNITS
+    said = _said("statistics of a channel in a phase", EACH) | OWN_UNITS
     return {f"{NAMED}_phase": (dims, np.array(found), said)}
 
 
@@ -198,9 +198,9 @@ def _of_channels(
     growing: bool,
     unit: str,
 ) -> Found:
-    """Figures, extremes and their basis of all channels of a variable, along its dimensions, that
-    are never below the ``lowest`` of each; the arguments of `extremes` besides; ``growing`` are the
-    waves."""
+    """Statistics, extremes and their basis of all channels of a variable, along its dimensions. The
+    channels are never below the ``lowest`` of each. Other arguments are those of `extremes`;
+    ``growing`` says that the waves still grow."""
     dims = tuple(map(str, series.dims[:-1]))
     size = series.shape[:-1]
     channels = series.values.reshape(-1, series.shape[-1])
@@ -226,9 +226,9 @@ def _of_channels(
 
 
 def _figures(x: np.ndarray, step: float) -> list[float]:
-    """The values of `NAMES`: significant is four standard deviations, a double amplitude; period
-    the mean between upcrossings of the mean, NaN if there are fewer than two; skewness and kurtosis
-    the mean third and fourth powers of (x - mean) / std, NaN of what is constant; of its peaks
+    """Values of `NAMES`. significant is four standard deviations, a double amplitude. period is the
+    mean time between upcrossings of the mean, NaN if there are fewer than two. skewness and
+    kurtosis are the mean third and fourth powers of (x - mean) / std, NaN for a constant. For peaks
     see `hydrosim.statistics.peaks`."""
     mean = x.mean()
     std = x.std()
@@ -246,8 +246,8 @@ def _figures(x: np.ndarray, step: float) -> list[float]:
 
 
 def _by_impulse(kind: str, run: xr.Dataset, names: Sequence[str], found: Found) -> Found:
-    """What records have for the means of channels of force whose means are others: those become the
-    means by impulses, in the figures ``found`` of a ``kind`` and in those by phase."""
+    """Replace means of force channels by means from impulses, if these differ, in the statistics
+    ``found`` of a ``kind`` and by phase. Returns the means of the records that were replaced."""
     dims, figures, said = found[kind]
     recorded = np.full(len(names), np.nan)
     for k, name in enumerate(names):
@@ -268,7 +268,8 @@ def _by_impulse(kind: str, run: xr.Dataset, names: Sequence[str], found: Found) 
 
 
 def _by_impulse_in_phases(figures: np.ndarray, run: xr.Dataset, means: np.ndarray) -> None:
-    """Means by impulses into the ``figures`` (contact_group, phase, statistic) of a channel."""
+    """Write means by impulses into the ``figures`` (contact_group, phase, statistic) of a
+    channel."""
     for own, phases in zip(figures, _phases(run, slice(None)), strict=True):
         for each, phase in zip(own, Phase, strict=True):
             if np.isfinite(each[NAMES.index("mean")]):
@@ -278,20 +279,20 @@ def _by_impulse_in_phases(figures: np.ndarray, run: xr.Dataset, means: np.ndarra
 def _judged(
     x: np.ndarray, how: tuple[float, float | None, float], growing: bool
 ) -> tuple[Extremes, Extremes]:
-    """The extremes, of which there are none while the waves grow."""
+    """Extremes of a channel; none while the waves grow."""
     if growing and trivial(x) is not Basis.CONSTANT:
         return none(Basis.WAVES_GROW), none(Basis.WAVES_GROW)
     return extremes(x, *how)
 
 
 def _phases(run: xr.Dataset, late: slice) -> np.ndarray:
-    """The phase (contact_group, time) that each group of contacts is in."""
+    """Phase (contact_group, time) of each group of contacts."""
     phases = run.variables["contact_phase"].transpose("contact_group", "time")
     return np.asarray(phases.values[:, late])
 
 
 def _has_phases(run: xr.Dataset, late: slice) -> bool:
-    """True if a group of contacts is in one phase for a while and then in another."""
+    """Whether a group of contacts is in one phase for some time and then in another."""
     if "contact_group" not in run.dims:
         return False
     phases = _phases(run, late)
@@ -300,8 +301,9 @@ def _has_phases(run: xr.Dataset, late: slice) -> bool:
 
 
 def _leave_out_laws(found: Found) -> None:
-    """What bodies and contacts do in an operation has no law, if any of it changes over the time:
-    phases alone may be a long time without a contact."""
+    """Extremes are not fitted where a channel is not stationary. In an operation this holds for all
+    channels of bodies and contacts if one of them changes, because single phases may be long
+    without a contact."""
     names = [name for name in (*CHANNELS, NAMED) if name != "wave" and name in found]
     each = {name: found[f"{name}_basis"][1] for name in names}
     if not any(np.isin(basis, CHANGES).any() for basis in each.values()):
@@ -317,8 +319,8 @@ def _lowest_of_waves(elevation: np.ndarray, step: float) -> float:
 
 
 def _spectrum(x: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
-    """Frequencies [rad/s] and one-sided densities over them, by Welch's method: segments that
-    overlap by half are straightened and tapered, all at once, and their spectra averaged."""
+    """Frequencies [rad/s] and one-sided spectral densities by Welch's method: segments that overlap
+    by half are detrended and tapered, and their spectra are averaged."""
     size = max(2 * x.shape[-1] // (SEGMENTS + 1), 2)
     segments = sliding_window_view(x, size, axis=-1)[..., :: size - size // 2, :]
     straight = signal.detrend(segments, type="linear")
@@ -328,7 +330,7 @@ def _spectrum(x: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
 
 def _flags() -> dict[str, Any]:
     return {
-        "long_name": "what extremes are by, or why there are none",
+        "long_name": "method of extremes, or reason why there are none",
         "flag_values": np.array(list(Basis), dtype=np.int8),
         "flag_meanings": " ".join(basis.name.lower() for basis in Basis),
     }

@@ -1,8 +1,8 @@
-"""How long to wait in a hindcast for a window of workable sea.
+"""Waiting time in a hindcast for a window of workable sea.
 
-A state of the sea lasts until the next one. A window is a stretch that is workable for so long; an
-operation may begin in it until there is too little left. From any moment of the record one waits
-until the next time that it may begin.
+A sea state lasts until the next one. A window is an interval that is workable for the required
+length. An operation may begin at any time in it, until the remaining time is too short. The waiting
+time from any moment lasts until the operation may begin.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Hindcast:
-    """States of the sea that begin at rising ``time`` (n,) [s]: ``height`` (n,) [m], ``period``
-    (n,) [s], ``coming`` (n,) [rad], the bearing that waves come from, clockwise from north, and
-    ``date``, that of the time 0; these are None where they are not known. The last state lasts as
-    long as the one before it."""
+    """Sea states that begin at increasing ``time`` (n,) [s]: ``height`` (n,) [m], ``period`` (n,)
+    [s], ``coming`` (n,) [rad] (the bearing that waves come from, clockwise from north), and
+    ``date`` (the date of time 0). Unknown ones are None. The last state lasts as long as the one
+    before it."""
 
     time: np.ndarray
     date: np.datetime64 | None
@@ -29,12 +29,12 @@ class Hindcast:
 
     @property
     def ends(self) -> np.ndarray:
-        """When each state ends [s]."""
+        """End of each state [s]."""
         return np.append(self.time[1:], 2.0 * self.time[-1] - self.time[-2])
 
     def months(self) -> Iterator[tuple[int, np.ndarray]]:
-        """Each month of the year that there is, from 1 on, and when it begins and ends (k, 2) [s]
-        in the years of the record. None without a date."""
+        """Months in the record, from 1 on, with begin and end (k, 2) [s] in each of its years. None
+        without a date."""
         if self.date is None:
             return
         first, last = float(self.time[0]), float(self.ends[-1])
@@ -51,8 +51,8 @@ class Hindcast:
 
 class Waiting(NamedTuple):
     """Waiting times from all moments of a record until a window begins: median and 90 % quantile
-    [s]; the share of moments after which there is no window any more; the share of the time in
-    which the sea is workable, and in which a window may be begun."""
+    [s]; the fraction of moments after which no window follows; the fraction of time in which the
+    sea is workable, and in which a window may begin."""
 
     median: float
     p90: float
@@ -62,8 +62,8 @@ class Waiting(NamedTuple):
 
 
 def windows(hindcast: Hindcast, held: np.ndarray, length: float) -> np.ndarray:
-    """Begin and end (k, 2) [s] of each stretch whose states are workable, ``held`` (n,), for the
-    ``length`` [s] or longer."""
+    """Begin and end (k, 2) [s] of each workable interval of at least ``length`` [s]; ``held`` (n,)
+    says which states are workable."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], held, [False]]).astype(int)))
     first, after = edges.reshape(-1, 2).T
     found = np.stack([hindcast.time[first], hindcast.ends[after - 1]], axis=1)
@@ -73,8 +73,8 @@ def windows(hindcast: Hindcast, held: np.ndarray, length: float) -> np.ndarray:
 def waiting(
     hindcast: Hindcast, held: np.ndarray, length: float, moments: np.ndarray | None = None
 ) -> Waiting:
-    """How long to wait for ``length`` [s] of states that are workable, ``held`` (n,), from any of
-    the ``moments`` (k, 2) [s], from and to, of the record on; of all of it, if they are None."""
+    """Waiting times for ``length`` [s] of workable states, ``held`` (n,), from any moment in the
+    intervals ``moments`` (k, 2) [s]; None is the whole record."""
     ends = hindcast.ends
     first, last = float(hindcast.time[0]), float(ends[-1])
     spans = np.array([[first, last]]) if moments is None else moments
@@ -82,7 +82,7 @@ def waiting(
     begins = windows(hindcast, held, length) - np.array([0.0, length])
     gaps = np.stack([np.append(first, begins[:, 1]), np.append(begins[:, 0], last)], axis=1)
     of, parts = _common(gaps, spans)
-    until = gaps[of, 1:] - parts[:, ::-1]  # least and longest wait in a part of a gap
+    until = gaps[of, 1:] - parts[:, ::-1]  # shortest and longest wait in a part of a gap
     never = of == len(begins)
     at_once = float(np.ptp(_common(begins, spans)[1], axis=1).sum())
     calm = np.stack([hindcast.time, ends], axis=1)[held]
@@ -96,8 +96,8 @@ def waiting(
 
 
 def _common(stretches: np.ndarray, spans: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """What stretches (n, 2) have in common with spans (k, 2), both rising: of which stretch, and
-    from and to (m, 2)."""
+    """Intersections of intervals (n, 2) with spans (k, 2), both increasing: index of the interval,
+    and begin and end (m, 2)."""
     of, low, high = [], [], []
     for a, b in spans:
         near = np.arange(np.searchsorted(stretches[:, 1], a), np.searchsorted(stretches[:, 0], b))
@@ -108,9 +108,9 @@ def _common(stretches: np.ndarray, spans: np.ndarray) -> tuple[np.ndarray, np.nd
 
 
 def _quantile(at_once: float, waits: np.ndarray, wanted: float) -> float:
-    """The time w for which ``wanted`` of the moments wait no longer: those ``at_once``, and of each
-    of the ``waits`` (n, 2), evenly from and to, as many as are below w; infinite where there are
-    too few."""
+    """Time w for which a fraction ``wanted`` of the moments waits at most w. The fraction
+    ``at_once`` does not wait; ``waits`` (n, 2) are uniform from first to last. Infinite if too few
+    wait so briefly."""
     if wanted <= at_once:
         return 0.0
     if wanted > at_once + float(np.ptp(waits, axis=1).sum()):

@@ -1,7 +1,7 @@
-"""What limits mean in the weather there is: workability, alpha factors.
+"""Operational limits in weather: workability, alpha factors.
 
-Limits are significant heights over peak periods, or over headings and peak periods; between these
-they are on straight lines, and outside of them nothing is workable.
+Limits are significant wave heights over peak periods, or over headings and peak periods. They are
+interpolated linearly; nothing is workable outside their range.
 """
 
 from __future__ import annotations
@@ -12,34 +12,34 @@ import numpy as np
 
 from hydrosim.errors import InputError
 
-WIDEST = np.radians(45.0)  # between headings that have a straight line between them
+WIDEST = np.radians(45.0)  # largest distance of headings that are interpolated
 ROUNDING = 1e-9  # rad
 
 
 @dataclass(frozen=True)
 class Curve:
-    """Limiting ``height`` (n,) [m] over rising ``period`` (n,) [s]."""
+    """Limiting ``height`` (n,) [m] over increasing ``period`` (n,) [s]."""
 
     period: np.ndarray
     height: np.ndarray
 
     def at(self, period: np.ndarray) -> np.ndarray:
-        """Limits [m] at any periods [s], NaN outside of those there are."""
+        """Limits [m] at any periods [s]; NaN outside the range."""
         return np.interp(period, self.period, self.height, left=np.nan, right=np.nan)
 
 
 @dataclass(frozen=True)
 class Surface:
-    """Limiting ``height`` (m, n) [m] over rising ``heading`` (m,) [rad], in one turn, and rising
-    ``period`` (n,) [s]."""
+    """Limiting ``height`` (m, n) [m] over increasing ``heading`` (m,) [rad], within one turn, and
+    increasing ``period`` (n,) [s]."""
 
     heading: np.ndarray
     period: np.ndarray
     height: np.ndarray
 
     def at(self, heading: np.ndarray, period: np.ndarray) -> np.ndarray:
-        """Limits (k,) [m] of seas of any ``heading`` (k,) and ``period`` (k,): NaN at periods
-        outside of those there are, and between headings more than `WIDEST` apart."""
+        """Limits (k,) [m] of seas of any ``heading`` (k,) and ``period`` (k,). NaN at periods
+        outside the range, and between headings more than `WIDEST` apart."""
         first, turn = self.heading[0], 2.0 * np.pi
         on = first + np.mod(np.asarray(heading) - first + ROUNDING, turn) - ROUNDING
         nodes = np.append(self.heading, first + turn)
@@ -57,7 +57,8 @@ class Surface:
 
 @dataclass(frozen=True)
 class Scatter:
-    """How often there are seas of each ``height`` (n,) [m] and ``period`` (m,) [s]: ``count``."""
+    """Scatter diagram: ``count`` of sea states of each ``height`` (n,) [m] and ``period`` (m,)
+    [s]."""
 
     height: np.ndarray
     period: np.ndarray
@@ -66,8 +67,8 @@ class Scatter:
 
 @dataclass(frozen=True)
 class Alpha:
-    """A table of alpha factors, ``factors`` (n, m) for operations ``planned`` (n,) [s] to take so
-    long, limited to ``heights`` (m,) [m]; ``source`` says which table."""
+    """Table of alpha factors, ``factors`` (n, m), for operations ``planned`` (n,) [s] to take so
+    long, with limiting ``heights`` (m,) [m]. ``source`` names the table."""
 
     source: str
     planned: np.ndarray
@@ -75,22 +76,22 @@ class Alpha:
     factors: np.ndarray
 
     def factor(self, planned: float, limit: np.ndarray) -> np.ndarray:
-        """Of the row for the planned time [s], the next longer one; straight lines between the
-        heights, the last factor beyond them, NaN below: the table has none. InputError where the
-        operation takes longer than the table goes."""
+        """Alpha factors from the row of the next longer planned time [s], interpolated linearly
+        over heights. Above the last height its factor is used; below the first there is none (NaN).
+        Raises InputError if the operation takes longer than the table covers."""
         row = int(np.searchsorted(self.planned, planned))
         if row == self.planned.size:
             raise InputError(
                 f"operability.operation.planned: found {planned / 3600:g} h; expected at most"
-                f" {self.planned[-1] / 3600:g} h, as far as the table {self.source} goes. Divide"
-                " the operation."
+                f" {self.planned[-1] / 3600:g} h, the longest time in the table {self.source}."
+                " Divide the operation."
             )
         return np.interp(limit, self.heights, self.factors[row], left=np.nan)
 
 
 def workability(scatter: Scatter, curve: Curve) -> tuple[float, float]:
-    """The share of a scatter diagram that is workable, and the share at other peak periods than the
-    curve has, which is not."""
+    """Workable fraction of a scatter diagram, and the fraction at peak periods outside the curve,
+    which is not workable."""
     limit = curve.at(scatter.period)
     count = scatter.count / scatter.count.sum()
     workable = float(count[scatter.height[:, None] <= limit].sum())

@@ -9,9 +9,8 @@ import numpy as np
 from hydrosim.database.hull import Triangles, areas
 from hydrosim.rigid.solids import MOMENTS, Solids
 
-UPRIGHT = (
-    1e-12  # projected horizontal area over area of a triangle, below which it counts as upright
-)
+# projected horizontal area over area of a triangle, below which it counts as upright
+UPRIGHT = 1e-12
 PARCEL = 16  # triangles of a group at most
 LEVEL = 4.0  # weight of height in the split: triangles at one height get wet at the same time
 

@@ -16,9 +16,8 @@ INNER = 0.8  # of length and breadth, for hulls without sides
 ABOVE = 0.25  # of the draught: height above the water to which hulls have sides
 UPRIGHT = 0.5  # horizontal part of the normal, below which a plane is no wall
 ROUND = 2.0 / np.sqrt(3.0)  # axis of an ellipse over the side of the rectangle of its water plane
-STANDING_OFF = (
-    5.0  # m, or half of the breadth: largest distance of fenders and brackets from the hull
-)
+# m, or half of the breadth: largest distance of fenders and brackets from the hull
+STANDING_OFF = 5.0
 
 
 def points(about: About) -> Iterator[Doubt]:

@@ -40,10 +40,8 @@ ENDS = 0.01  # of the height: an empty or full tank does not slosh
 LEVELS = 41  # between the lowest and the highest level of the run
 
 
-DRIVEN = (
-    ("surge", "pitch", "yaw"),
-    ("sway", "roll", "yaw"),
-)  # motions that excite sloshing along x, y
+# motions that excite sloshing along x, y
+DRIVEN = (("surge", "pitch", "yaw"), ("sway", "roll", "yaw"))
 
 
 class Resonance(NamedTuple):

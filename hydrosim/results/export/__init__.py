@@ -1,1 +1,1 @@
-"""Channels of a run in the files of other programs: one format a file."""
+"""Export of channels to files of other programs: one module per format."""

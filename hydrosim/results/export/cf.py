@@ -1,7 +1,7 @@
-"""netCDF by the conventions CF 1.11: a variable for each channel, so that each has one unit.
+"""netCDF by the conventions CF 1.11, with one variable per channel, so that each has one unit.
 
-``time`` is in seconds since a date. A run has none of its own: where none is given it is `DATE`,
-and the file says so. ``elapsed_time`` is the same in seconds since the start.
+``time`` is in seconds since a date. A run has no date: without a given one it is `DATE`, and the
+file states that. ``elapsed_time`` is in seconds since the start of the run.
 """
 
 from __future__ import annotations
@@ -15,19 +15,19 @@ import xarray as xr
 from hydrosim.program import program_version
 from hydrosim.results.export.table import Column, Table, identifiers
 
-LONGEST = 250  # a name of a variable
+LONGEST = 250  # valid name of a variable
 DATE = datetime(2000, 1, 1, tzinfo=UTC)
 
 
 def write(table: Table, path: Path, mark: str, date: datetime | None = None) -> None:
-    """Write the columns of a table as netCDF; ``date`` is that of the start of the run."""
+    """Write the columns of a table as netCDF. ``date`` is the date at time 0 s of the run."""
     named = identifiers(table.columns, LONGEST, "time", "elapsed_time")
     begin = (date or DATE).strftime("%Y-%m-%d %H:%M:%S")
     of_time = {"units": f"seconds since {begin}", "standard_name": "time", "axis": "T"}
     of_time |= {"calendar": "proleptic_gregorian", "long_name": "time in UTC"}
     of_time["units_metadata"] = "leap_seconds: none"
     if date is None:
-        of_time["comment"] = "The run has no date: that of its start is chosen freely."
+        of_time["comment"] = "The run has no date: the date of time 0 s is arbitrary."
     elapsed = {"units": "s", "long_name": "time since the start of the run"}
     dataset = xr.Dataset(
         {name: ("time", column.values, _attributes(column)) for name, column in named},

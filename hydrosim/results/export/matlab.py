@@ -1,6 +1,6 @@
-"""MATLAB, version 5: ``time`` and a variable for each channel, columns both; ``channels`` says in
-its rows the name of the variable, that of the channel, the unit, what it is, and what the numbers
-of a mode mean.
+"""MATLAB, version 5: columns ``time`` and one variable for each channel. The rows of ``channels``
+give the name of the variable, the name of the channel, the unit, a description, and the meanings of
+mode numbers.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import numpy as np
 
 from hydrosim.results.export.table import Table, identifiers
 
-LONGEST = 63  # a name of a variable
+LONGEST = 63  # valid name of a variable
 
 
 def write(table: Table, path: Path, mark: str) -> None:

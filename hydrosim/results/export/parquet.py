@@ -1,6 +1,6 @@
-"""Parquet: ``time`` and a column for each channel, by its own name. The metadata of the file has
-under ``channels``, as JSON, the unit of each column, what it is, and what the numbers of a mode
-mean: any reader of Parquet gives these, not only that of Arrow.
+"""Parquet: ``time`` and a column for each channel under its own name. The metadata of the file has,
+under ``channels`` as JSON, the unit, the description and the meanings of mode numbers of each
+column. Every reader of Parquet gives these metadata, not only Arrow.
 """
 
 from __future__ import annotations
@@ -26,7 +26,8 @@ def write(table: Table, path: Path, mark: str) -> None:
     columns = pa.table({name: pa.array(values) for name, values in arrays.items()})
     with parquet.ParquetWriter(path, columns.schema, store_schema=False) as file:
         file.write_table(columns)
-        file.add_key_value_metadata({**said, "source": mark})  # last, where `outputs` looks for it
+        # last, because `outputs` looks for it there
+        file.add_key_value_metadata({**said, "source": mark})
 
 
 def _said(column: Column) -> dict[str, str]:

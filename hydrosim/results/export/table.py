@@ -1,4 +1,4 @@
-"""The channels of a run as columns over one time, each with one unit: what every format writes."""
+"""Channels of a run as columns over one time, each with one unit: the content of every format."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ NOT_IN_NAMES = re.compile(r"[^A-Za-z0-9]+")
 
 @dataclass(frozen=True)
 class Column:
-    """A channel: its ``values`` (nt,), unit, and what it is. Modes are whole numbers, each with one
-    of the ``meanings``."""
+    """A channel: its ``values`` (nt,), unit and description. Modes are whole numbers; ``meanings``
+    explain them."""
 
     name: str
     unit: str
@@ -42,7 +42,8 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """``columns`` at the rising ``time`` (nt,) [s] since the start; what the run says of itself."""
+    """``columns`` at the increasing ``time`` (nt,) [s] since the start, and attributes of the
+    run."""
 
     time: np.ndarray
     columns: Sequence[Column]
@@ -54,17 +55,18 @@ class Table:
 
 
 def table_of(run: xr.Dataset, patterns: Sequence[str], start: float, end: float) -> Table:
-    """The channels of a run that one of the ``patterns`` fits, all that are recorded if there are
-    none, from ``start`` to ``end`` [s]; InputError where there is nothing."""
+    """Channels of a run that match one of the ``patterns`` (without patterns, all recorded
+    channels), from ``start`` to ``end`` [s]. Raises InputError if nothing is left."""
     source = Source(run.encoding.get("source", "run"))
     time = np.asarray(run["time"].values, dtype=float)
     require_finite(source, time, None)
     require_rising(source, time, None)
     inside = (time >= start) & (time <= end)
     if not inside.any():
-        there = f"{time[0]:g} to {time[-1]:g} s" if time.size else "without any time"
+        there = f"{time[0]:g} to {time[-1]:g} s" if time.size else "without records"
         raise InputError(
-            f"--from, --to: found {start:g} to {end:g} s; the run is {there}, with no record then."
+            f"--from, --to: found {start:g} to {end:g} s, but the run has records for {there};"
+            " expected an interval that contains some."
         )
     recorded = [*columns_of(run), *columns_of(run, modes=True)]
     known = dict.fromkeys([*recorded, *names(run)]) if patterns else recorded
@@ -83,8 +85,8 @@ def _read_in(column: Column, units: Units) -> Column:
 
 
 def identifiers(columns: Iterable[Column], most: int, *taken: str) -> Iterator[tuple[str, Column]]:
-    """Columns by names of letters, digits and underscores that begin with a letter, at ``most`` so
-    long, each once, and none of those that are ``taken``."""
+    """Columns by valid names: letters, digits and underscores, a letter first, at ``most`` so many
+    characters, all different, none of ``taken``."""
     used = {*taken}
     for column in columns:
         bare = NOT_IN_NAMES.sub("_", column.name).strip("_")

@@ -1,9 +1,9 @@
-"""Comma-separated values: a remark on what made the file, the names, the units, then the numbers in
-as many digits as it takes to read them back to the bit.
+"""Comma-separated values: a comment on the origin, names, units, and numbers with enough digits to
+read them back to the bit.
 
-Names and units come from the run. Spreadsheets take a cell that begins with =, +, - or @ for a
-formula, and run it: such text gets an apostrophe ahead, also after what another spreadsheet takes
-for the border of a cell.
+Names and units come from the run. Spreadsheets run a cell as a formula if it begins with =, +, - or
+@. Such text is preceded by an apostrophe, also after characters that spreadsheets take for the end
+of a cell.
 """
 
 from __future__ import annotations
@@ -31,5 +31,5 @@ def write(table: Table, path: Path, mark: str) -> None:
 
 
 def harmless(text: str) -> str:
-    """The text, such that no spreadsheet takes it for a formula."""
+    """Text that no spreadsheet takes for a formula."""
     return FORMULA.sub(r"\1'", text)

@@ -1,1 +1,1 @@
-"""Bodies with tanks: loading conditions, and plans of their pumps."""
+"""Bodies with tanks: loading conditions, and pump plans."""

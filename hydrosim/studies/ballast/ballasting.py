@@ -1,13 +1,13 @@
-"""Plans: which pumps run for how much of a time, so that a body is lifted or rises on level keel.
+"""Pump plans: durations of pumping that lift a weight off a body or let it rise, on level keel.
 
-The masses x that the pumps of a body move are those of the linear program
+The masses x that the pumps of a body move solve the linear program
 
-    least sum x,   A x = b,   0 <= x <= rate T,   0 <= what is in each tank <= its capacity
+    minimise sum x,   A x = b,   0 <= x <= rate T,   0 <= contents of each tank <= its capacity
 
-A: weight that leaves, and its moments about the body's origin, by what is moved between the
-centroids of source and target; b: what makes the body rest where it is wanted. A and b are those of
-straight walls and small angles at first, and are then corrected by where the body is at rest with
-the plan, until it is level (Newton's method).
+A: weight that leaves, and its moments about the body's origin, per mass moved between the centroids
+of source and target. b: values for which the body rests at the wanted position. A and b first
+assume straight walls and small angles. They are corrected by the equilibrium with the plan, until
+the body is level (Newton's method).
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ SLACK = 1e-9  # of the largest mass
 
 @dataclass(frozen=True)
 class Plan:
-    """Pumps by name with the ``mass`` [kg] that each moves within ``within`` [s]; ``volume`` (nt,)
-    of the tanks that change, and the ``position`` (nb, 6) at rest, afterwards."""
+    """Pumps by name with the ``mass`` [kg] that each moves within ``within`` [s]. Afterwards,
+    ``volume`` (nt,) is in the changing tanks, and ``position`` (nb, 6) is the equilibrium."""
 
     pumps: tuple[str, ...]
     mass: np.ndarray
@@ -50,10 +50,10 @@ class Plan:
 def plan(
     compiled: Compiled, body: str, within: float, lift: float | None = None, rise: float = 0.0
 ) -> Plan:
-    """The plan that takes a weight of ``lift`` [N] out of a body, or, without, lets it ``rise``
-    [m] from where it rests at the start, on level keel, within a time [s] from the start.
+    """Plan that compensates a weight of ``lift`` [N] taken off a body, or lets it ``rise`` [m] from
+    its equilibrium at the start, on level keel, within a time [s] from the start.
 
-    Raises InputError where the pumps cannot, with what limits them.
+    Raises InputError if the pumps cannot do it, and names the limits.
     """
     problem = _Program(compiled, body, within)
     g = compiled.scene.environment.gravity
@@ -64,7 +64,7 @@ def plan(
     x = np.zeros(len(problem.pumps))
     for turn in range(ROUNDS):
         missing = wanted - now.position[problem.body, [2, 3, 4]]
-        if lift is not None:  # how far it rises by that is a guess, for the moments alone
+        if lift is not None:  # estimated rise by that weight, for the moments only
             missing[0] = 0.0 if turn else lift / problem.stiffness(now)[0, 0]
         done = abs(missing[0]) <= NEAR and np.abs(missing[1:]).max() <= LEVEL
         if done and (lift is None or x.any()):
@@ -76,13 +76,14 @@ def plan(
         volume = problem.volume(x)
         now = afloat(compiled, volume)
     raise InputError(
-        f"bodies.{body}: no plan leaves it level: after {ROUNDS} corrections it is still"
-        f" {np.degrees(np.abs(missing[1:]).max()):.2g} deg off. Look at its stability."
+        f"bodies.{body}: no plan leaves it level: after {ROUNDS} corrections the error is"
+        f" {np.degrees(np.abs(missing[1:]).max()):.2g} deg; expected convergence. Check its"
+        " stability."
     )
 
 
 class _Program:
-    """The linear program of the pumps of one body."""
+    """Linear program of the pumps of one body."""
 
     def __init__(self, compiled: Compiled, body: str, within: float) -> None:
         scene = compiled.scene
@@ -93,7 +94,7 @@ class _Program:
         own = scene.bodies[self.body].pumps
         self.pumps: list[tuple[str, Pump]] = [(pump.name, pump) for pump in own]
         if not self.pumps:
-            raise InputError(f"bodies.{body}.pumps: there are none; a plan needs some.")
+            raise InputError(f"bodies.{body}.pumps: found no pump; a plan needs at least one.")
         self.names = tank_names(scene)
         first = flow_names(scene).index(f"{own[0].name} of {body}")
         flows = self.p.flows[first : first + len(own)]
@@ -107,17 +108,17 @@ class _Program:
         self.rest = afloat(compiled, self.first)
 
     def stiffness(self, now: Afloat) -> np.ndarray:
-        """In heave, roll and pitch of the body, (3, 3)."""
+        """Stiffness in heave, roll and pitch of the body, (3, 3)."""
         k = 6 * self.body + np.array([2, 3, 4])
         return now.stiffness[np.ix_(k, k)]
 
     def volume(self, x: np.ndarray) -> np.ndarray:
-        """Volumes (nt,) in the tanks with the masses ``x`` moved."""
+        """Volumes (nt,) in the tanks after the masses ``x`` moved."""
         return self.first + self.moves @ x / self.p.each["density"]
 
     def solved(self, b: np.ndarray, volume: np.ndarray) -> np.ndarray:
-        """The masses (n,) that change weight and moments by ``b`` (3,); tanks are as wide as on the
-        way to ``volume`` (nt,)."""
+        """Masses (n,) that change weight and moments by ``b`` (3,). Tanks have their mean width on
+        the way to ``volume`` (nt,)."""
         from scipy.optimize import linprog
 
         A = self._matrix(volume)
@@ -131,7 +132,7 @@ class _Program:
         found = linprog(np.ones(n), *limits, A, b, bounds)
         if found.status != 0:
             raise InputError(self._refusal(A, b, limits))
-        # of all plans that pump as little, the one whose hardest working pump works least
+        # among all plans that pump least, the one with the smallest utilisation of its busiest pump
         beside = np.zeros((len(limits[0]), 1))
         total = found.x.sum() * (1.0 + SLACK)
         rows = [np.hstack([limits[0], beside]), np.append(np.ones(n), 0.0)[None]]
@@ -143,12 +144,12 @@ class _Program:
         return np.asarray(even.x[:n] if even.status == 0 else found.x)
 
     def _matrix(self, volume: np.ndarray) -> np.ndarray:
-        """A (3, n): mass, and its moments about x and y, by what each pump moves."""
+        """A (3, n): mass, and its moments about x and y, per mass moved by each pump."""
         place = np.array([self._place(k, volume[k]) for k in range(self.p.each.size)])
         return np.vstack([self.moves.sum(axis=0), place.T @ self.moves])
 
     def _place(self, k: int, volume: float) -> np.ndarray:
-        """x and y (2,) of what is moved from or to a tank."""
+        """x and y (2,) of the centroid of fluid that enters or leaves a tank."""
         first = self.first[k]
         step = volume - first
         if abs(step) < SLACK * self.p.each["capacity"][k]:
@@ -157,14 +158,14 @@ class _Program:
         return np.array([np.diff(quantity(self.p, k, ends, FIRST + i))[0] / step for i in (0, 1)])
 
     def _limits(self) -> tuple[np.ndarray, np.ndarray]:
-        """What tanks have room for, and what is in them: rows of L x <= l."""
+        """Limits by the room and the contents of tanks: rows of L x <= l."""
         density = self.p.each["density"]
         held = density * self.first
         room = density * (self.p.each["capacity"] - self.first)
         return np.vstack([self.moves, -self.moves]), np.concatenate([room, held])
 
     def _refusal(self, A: np.ndarray, b: np.ndarray, limits: tuple[np.ndarray, np.ndarray]) -> str:
-        """How much of it can be done, and which limits bind then."""
+        """Message with the feasible fraction and the limits that bind there."""
         from scipy.optimize import linprog
 
         n = len(self.pumps)
@@ -182,8 +183,8 @@ class _Program:
         part = 0.0 if found.status == 3 else float(found.x[-1])
         if part <= SLACK:
             return (
-                f"{key}: found pumps that cannot do any of this on level keel; expected ones that"
-                " move weight on both sides, or the other way."
+                f"{key}: found pumps that cannot do any of this on level keel; expected pumps"
+                " that move weight on both sides, or in the other direction."
             )
         binding = [
             f"{name} ({pump.rate * 3.6:.4g} t/hour for {self.within:g} s)"
@@ -194,6 +195,6 @@ class _Program:
         duals = zip(kinds, found.ineqlin.marginals, strict=True)
         binding += [kind for kind, dual in duals if dual < -SLACK * 1e-9]
         return (
-            f"{key}: found that at most {part:.1%} of this can be pumped on level keel; what limits"
-            f" it: {', '.join(binding)}; expected a longer time, a higher rate or another tank."
+            f"{key}: found that at most {part:.1%} of this can be pumped on level keel, limited"
+            f" by {', '.join(binding)}; expected a longer time, a higher rate or another tank."
         )

@@ -1,12 +1,12 @@
-"""Loading conditions of bodies with tanks: what they weigh, how they float, how stable they are.
+"""Loading conditions of bodies with tanks: weight, flotation and stability.
 
-At rest without waves, weight and buoyancy balance with all else that holds the bodies. Metacentric
-heights are those of weight and buoyancy alone, K / (m g) with their stiffness K there in heel or
-trim at a constant displacement; free surfaces have lowered them by J / m (`forces.weight`), with
-the second moments J of the surfaces as they lie at rest. All are slopes at rest, however soon a
-surface meets bottom or top. Where it does, less is lost at a heel phi: its moment by m g sin(phi),
-a secant. With the stiffness of lines and
-contacts, too, they say how stable the body is as it is held.
+At rest without waves, weight and buoyancy balance all other loads that hold the bodies. Metacentric
+heights are those of weight and buoyancy alone, K / (m g), with the stiffness K in heel or trim at
+constant displacement. They include the loss J / m by free surfaces (`forces.weight`), with the
+second moments J of the surfaces at rest. These values are slopes at rest, even if a surface soon
+meets bottom or top. Beyond that angle less is lost: at a heel phi, the loss is the moment over m g
+sin(phi), a secant. With the stiffness of lines and contacts, the heights describe the stability of
+the body as it is held.
 """
 
 from __future__ import annotations
@@ -45,8 +45,8 @@ FINEST = 1e-8  # m, rad: finer differences are lost in rounding
 
 
 class TankState(NamedTuple):
-    """A tank with its ``level`` [m], the ``mass`` [kg] in it, how far it is ``filled``, and the
-    ``reach`` (2,) of a free surface: heel and trim [rad] at which it meets bottom or top."""
+    """A tank with its ``level`` [m], the ``mass`` [kg] in it, the fraction ``filled``, and the
+    ``reach`` (2,) of its free surface: heel and trim [rad] at which it meets bottom or top."""
 
     tank: Tank
     level: float
@@ -57,10 +57,11 @@ class TankState(NamedTuple):
 
 @dataclass(frozen=True)
 class Condition:
-    """A body with what is in its ``tanks``: its ``loading`` in the database's frame and that of the
-    ``lightship``; its ``position`` (6,) at rest; ``metacentric`` heights [m] of heel and trim (NaN
-    where it cannot turn), the ``loss`` by free surfaces in them, what they are as ``held``, and the
-    ``secant`` of the loss at a heel (NaN where none is asked for, or the body cannot heel)."""
+    """A body with its ``tanks``: its ``loading`` in the database's frame, that of the
+    ``lightship``, and its ``position`` (6,) at rest. ``metacentric`` heights [m] are for heel and
+    trim (NaN if it cannot turn), ``loss`` is the part lost by free surfaces, ``held`` are the
+    heights as it is held. ``secant`` is the loss at a heel (NaN if none is requested, or if the
+    body cannot heel)."""
 
     body: Body
     loading: Loading
@@ -74,8 +75,9 @@ class Condition:
 
 
 class Afloat(NamedTuple):
-    """All bodies at rest: ``position`` (nb, 6), and the stiffness K (6 nb, 6 nb), zero where a
-    coordinate is locked, of all that holds them and of weight and buoyancy alone, ``floating``."""
+    """All bodies at rest: ``position`` (nb, 6), and the stiffness K (6 nb, 6 nb), zero for locked
+    coordinates. One K is that of all loads, the other, ``floating``, that of weight and buoyancy
+    alone."""
 
     position: np.ndarray
     stiffness: np.ndarray
@@ -83,13 +85,13 @@ class Afloat(NamedTuple):
 
 
 def volumes_at(compiled: Compiled, time: float) -> np.ndarray:
-    """Volumes (nt,) [m^3] in the tanks that change, at a time [s], before any of them runs over."""
+    """Volumes (nt,) [m^3] in the changing tanks at a time [s], before any of them overflows."""
     p = compiled.model.tanks
     return follow(p, max(time, 1e-9)).at(time) if p.each.size else np.zeros(0)
 
 
 def pumped(compiled: Compiled, time: float) -> State:
-    """The state of the start with what is in the tanks at a time [s]."""
+    """State at the start with the tank contents at a time [s]."""
     state = compiled.first_state()
     p = compiled.model.tanks
     state.y[p.state : p.state + p.each.size] = volumes_at(compiled, time)
@@ -97,9 +99,9 @@ def pumped(compiled: Compiled, time: float) -> State:
 
 
 def as_at(compiled: Compiled, time: float) -> Compiled:
-    """The scene without waves, with what is in its tanks at a time [s], and with its bodies and
-    their slow draught at rest then, if they are anywhere: what it is made linear about. Loads of
-    waves along a slow path are a table of the block that the state is in, and nothing beyond it."""
+    """Scene without waves, with its tank contents at a time [s] and, if there is an equilibrium,
+    with its bodies and their slow draught there. The linearisation is about this state. The table
+    of wave loads along a slow path covers only the block that contains the state."""
     state = pumped(compiled, time)
     scene = compiled.scene
     waveless = without_waves(compiled.model)
@@ -124,8 +126,8 @@ def as_at(compiled: Compiled, time: float) -> Compiled:
 def afloat(
     compiled: Compiled, volume: np.ndarray, time: float = 0.0, within: float = np.inf
 ) -> Afloat:
-    """The bodies at rest with so much in their tanks, and their stiffness there by differences that
-    stay ``within`` an angle [rad]. Raises InputError if they are at rest nowhere."""
+    """Equilibrium with these tank contents, and the stiffness there, by differences ``within`` an
+    angle [rad]. Raises InputError if there is no equilibrium."""
     model = _still(compiled.model)
     state = compiled.first_state()
     scene = compiled.scene
@@ -149,7 +151,7 @@ def afloat(
 
 
 def _still(model: Model) -> Model:
-    """The model with nothing flowing."""
+    """Model without flows."""
     p = model.tanks
     rates = p.rates.copy()
     rates["rate"] = 0.0
@@ -157,8 +159,8 @@ def _still(model: Model) -> Model:
 
 
 def conditions(compiled: Compiled, time: float = 0.0, heel: float | None = None) -> list[Condition]:
-    """Of all bodies with tanks, at a time [s], with what free surfaces take at a ``heel`` [rad].
-    Raises InputError where there is no rest."""
+    """Conditions of all bodies with tanks at a time [s], with the loss by free surfaces at a
+    ``heel`` [rad]. Raises InputError if there is no equilibrium."""
     volume = volumes_at(compiled, time)
     scene = compiled.scene
     contents = _contents(scene, volume)
@@ -179,8 +181,8 @@ def conditions(compiled: Compiled, time: float = 0.0, heel: float | None = None)
 
 
 def _contents(scene: Scene, volume: np.ndarray) -> list[list[tuple[Tank, float]]]:
-    """The tanks of each body with the volumes [m^3] in them; ``volume`` (nt,) of those that
-    change."""
+    """Tanks of each body with the volumes [m^3] in them; ``volume`` (nt,) are those of the changing
+    tanks."""
     moved = iter(volume)
     each = []
     for body in scene.bodies:
@@ -190,15 +192,15 @@ def _contents(scene: Scene, volume: np.ndarray) -> list[list[tuple[Tank, float]]
 
 
 def _least_reach(tanks: Sequence[TankState]) -> float:
-    """The smallest angle [rad] at which a free surface meets bottom or top, infinite if none
-    does; tanks that are empty or full have none."""
+    """Smallest angle [rad] at which a free surface meets bottom or top; infinite if none does.
+    Empty and full tanks have none."""
     angles = np.array([tank.reach for tank in tanks])
     return float(angles[angles > 0.0].min(initial=np.inf))
 
 
 def _righting(K: np.ndarray) -> np.ndarray:
-    """Stiffness in roll and in pitch (2,) of that in heave, roll and pitch, (3, 3), where heave
-    follows so that what is displaced stays the same."""
+    """Stiffness in roll and pitch (2,) from that in heave, roll and pitch, (3, 3), with heave at
+    constant displacement."""
     follows = K[0, 1:] * K[1:, 0] / K[0, 0] if K[0, 0] > 0.0 else np.zeros(2)
     return np.asarray(np.diag(K)[1:] - follows)
 

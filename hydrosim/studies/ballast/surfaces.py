@@ -1,4 +1,4 @@
-"""What free surfaces take of the stability of bodies: at rest, and at a heel."""
+"""Loss of stability of bodies by free surfaces: at rest, and at a heel."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ XX, YY = 0, 2  # of second moments xx, xy, yy
 
 
 class FreeSurfaces:
-    """The free surfaces of a compiled scene with ``volume`` (nt,) [m^3] in the tanks that change
-    and its bodies at a ``position`` (nb, 6)."""
+    """Free surfaces of a compiled scene with ``volume`` (nt,) [m^3] in the changing tanks and its
+    bodies at a ``position`` (nb, 6)."""
 
     def __init__(self, compiled: Compiled, volume: np.ndarray, position: np.ndarray) -> None:
         self.compiled = compiled
@@ -33,8 +33,8 @@ class FreeSurfaces:
         self.y[first : first + volume.size] = volume
 
     def slopes(self, b: int) -> np.ndarray:
-        """Moments in heel and trim (2,) per angle and g of body ``b`` at its place [kg m]: density
-        times the second moments of the surfaces, as they lie there."""
+        """Moments in heel and trim (2,) per angle and g of body ``b`` at its position [kg m]:
+        density times the second moments of the surfaces."""
         from scipy.spatial.transform import Rotation  # slow to load, and few scenes have tanks
 
         self._place(b, *self.position[b, 3:5])
@@ -52,7 +52,7 @@ class FreeSurfaces:
         return found
 
     def lever(self, b: int, heel: float) -> float:
-        """Moment in heel by g of body ``b`` at this heel and its trim [kg m]."""
+        """Moment in heel divided by g of body ``b`` at this heel and its trim [kg m]."""
         self._place(b, heel, float(self.position[b, 4]))
         contents = self.work.contents
         with_surfaces = self._moment(b)
@@ -61,7 +61,7 @@ class FreeSurfaces:
         return (with_surfaces - self._moment(b)) / self.model.weights.gravity
 
     def _place(self, b: int, heel: float, trim: float) -> None:
-        """Put body ``b`` there, without yaw, and look where its surfaces are."""
+        """Place body ``b`` there, without yaw, and compute its free surfaces."""
         q = self.model.bodies.locked.copy()
         q[6 * b + 3] = heel
         q[6 * b + 4] = trim
@@ -72,7 +72,7 @@ class FreeSurfaces:
         update_contents(self.y, self.model, self.work)
 
     def _moment(self, b: int) -> float:
-        """Moment of weights [N m] about the level axis that body ``b`` heads along."""
+        """Moment of weights [N m] about the level axis along the heading of body ``b``."""
         model = self.model
         motion = self.work.motion
         wrench = np.zeros((model.rows, 6 * model.bodies.each.size))

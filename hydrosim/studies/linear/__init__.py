@@ -1,1 +1,1 @@
-"""The linear analysis: place at rest, natural modes, responses to waves."""
+"""Linear analysis: equilibrium, natural modes, responses to waves."""

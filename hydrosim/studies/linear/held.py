@@ -1,4 +1,4 @@
-"""How long contacts that are pressed at rest stay as a linear analysis has them."""
+"""Contacts that are pressed at rest in a linear analysis: how long their state lasts."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from hydrosim.linear.equilibrium import Rest
     from hydrosim.studies.linear.response import Responder
 
-LARGEST = 3.7  # standard deviations: the most probable largest of a thousand waves
+LARGEST = 3.7  # standard deviations: most probable largest value of a thousand waves
 
 
 class Grip(NamedTuple):
-    """Of a point at rest: the `Touch`, its normal force N [N], what friction can hold, mu_s N, and
+    """A contact point at rest: the `Touch`, its normal force N [N], the friction limit mu_s N, and
     the traction per displacement and per velocity along the plane."""
 
     contact: Touch
@@ -38,7 +38,8 @@ class Grip(NamedTuple):
 def contact_remarks(
     compiled: Compiled, rest: Rest, about: Responder, contacts: Contacts
 ) -> Iterator[str]:
-    """What contacts are taken to do, and whether they would in the waves of the scene."""
+    """Remarks on the assumed state of contacts, and on whether the waves of the scene would change
+    it."""
     names = contact_names(compiled.scene)
     found = pressed(rest.model, rest.state)
     if not found.size:
@@ -46,7 +47,7 @@ def contact_remarks(
     which = _listed([names[i] for i in found])
     if contacts != Contacts.STUCK:
         what = "slide without friction" if contacts == Contacts.SLIDING else "are taken as open"
-        yield f"pressed at rest, {which} {what}: that was asked for."
+        yield f"pressed at rest, {which} {what}, as requested."
         return
     rigid = compiled.model.elements.fenders.points["law"] == COULOMB
     how = "springs and dampers along the plane"
@@ -54,8 +55,8 @@ def contact_remarks(
         held = _listed([names[i] for i in found if rigid[i]])
         how = "no motion along the plane" if rigid[found].all() else f"{how}, none at {held}"
     yield (
-        f"pressed at rest, {which} hold by friction: {how}. The place at rest is that without"
-        " friction."
+        f"pressed at rest, {which} hold by friction: {how}. The position at rest is computed"
+        " without friction."
     )
     active = about.linear.active
     waves = [(w.omega, about.motions(w)[:, active] @ about.map.T) for w in compiled.sea]
@@ -73,7 +74,7 @@ def contact_remarks(
 
 
 def grip(i: int, compiled: Compiled, rest: Rest) -> Grip:
-    """How point ``i`` is pressed at ``rest``."""
+    """Grip of point ``i`` at ``rest``."""
     model = compiled.model
     y = rest.state.y
     n = rest.model.bodies.active.size
@@ -94,7 +95,7 @@ def grip(i: int, compiled: Compiled, rest: Rest) -> Grip:
 
 
 def _apart(i: int, grip: Grip, compiled: Compiled, motions: np.ndarray) -> np.ndarray:
-    """Complex displacements (nw, 3) of point ``i`` against its plane."""
+    """Complex displacements (nw, 3) of point ``i`` relative to its plane."""
     point = compiled.model.elements.fenders.points[i]
     moved = _moved(int(point["body"]), grip.contact.arm, motions)
     if point["plane_body"] != EARTH:
@@ -105,7 +106,7 @@ def _apart(i: int, grip: Grip, compiled: Compiled, motions: np.ndarray) -> np.nd
 def _traction(
     grip: Grip, i: int, compiled: Compiled, omega: np.ndarray, motions: np.ndarray
 ) -> np.ndarray:
-    """Complex traction (nw, 2) of the node of point ``i``; rigid friction has none."""
+    """Complex traction (nw, 2) of the node of point ``i``; zero for rigid friction."""
     moved = _apart(i, grip, compiled, motions)
     along = moved @ np.array([grip.contact.tangent1, grip.contact.tangent2]).T
     return np.asarray((grip.stiffness + 1j * omega * grip.damping)[:, None] * along)
@@ -119,22 +120,23 @@ def _let_go(
     motions: np.ndarray,
     traction: np.ndarray,
 ) -> Iterator[str]:
-    """Whether the most probable largest ``traction`` (nw, 2) of a thousand waves is beyond what
-    friction holds, or the largest motion apart beyond the compression."""
+    """Remarks if the most probable largest value of a thousand waves of the ``traction`` (nw, 2)
+    exceeds the friction limit, or that of the normal motion exceeds the compression."""
     point = compiled.model.elements.fenders.points[i]
     moved = _apart(i, grip, compiled, motions)
     apart = LARGEST * float(np.sqrt(0.5 * np.sum(np.abs(moved @ grip.contact.normal) ** 2)))
     largest = LARGEST * float(np.sqrt(0.5 * np.sum(np.abs(traction) ** 2, axis=0).max()))
     if largest > grip.holds:
         yield (
-            f"in these waves {name} would slip: its friction would reach {largest:.3g} N, and holds"
-            f" {grip.holds:.3g} N. Smaller waves are linear; for these, `hydrosim run`."
+            f"in these waves {name} would slip: its friction would reach {largest:.3g} N, but the"
+            f" limit is {grip.holds:.3g} N. The linear analysis holds for smaller waves; use"
+            " `hydrosim run` for these."
         )
     if not point["prescribed"] and apart > grip.contact.compression:
         yield (
-            f"in these waves {name} would open: it moves by {apart:.3g} m across the plane, and is"
-            f" compressed by {grip.contact.compression:.3g} m. Smaller waves are linear; for these,"
-            " `hydrosim run`."
+            f"in these waves {name} would open: it moves by {apart:.3g} m across the plane, but"
+            f" is compressed by only {grip.contact.compression:.3g} m. The linear analysis holds"
+            " for smaller waves; use `hydrosim run` for these."
         )
 
 

@@ -1,12 +1,13 @@
 """Responses of a scene to waves in the frequency domain: RAOs, spectra, short-term extremes.
 
-About a place at rest, with contacts held as they are there, motions q of amplitude a wave are
+Near a position at rest, with contacts held as they are there, motions q of amplitude per wave
+amplitude are
 
     D(w) q = X(w),   D(w) = K - w^2 (M + A(w)) + i w B(w),
 
-with K, M and damping by the linearisation of the scene's own equation of motion (`linear`), and
-A(w), B(w) as its radiation model has them, or as the database has. A Gaussian sea of density S(w)
-gives the response density |q|^2 S; its most probable largest value is that of
+K, M and the damping come from the linearised equation of motion of the scene (`linear`). A(w) and
+B(w) are those of the radiation model or of the database. A Gaussian sea of density S(w) gives the
+response density |q|^2 S. Its most probable largest value is that of
 `hydrosim.statistics.excursions`.
 """
 
@@ -42,16 +43,16 @@ if TYPE_CHECKING:
     from hydrosim.stepping.state import State
     from hydrosim.waves.body import WaveBody
 
-ROUNDING = 1e-12  # of the largest motion: it is none
+ROUNDING = 1e-12  # of the largest motion: smaller ones count as none
 
 
 @dataclass(frozen=True)
 class Responder:
-    """A scene made linear about a state, and its ``bodies`` in waves.
+    """A scene linearised about a state, and its ``bodies`` in waves.
 
-    ``linear`` has everything but, if they are the ``databases``', added mass and damping. ``map`` S
-    (6 nb, n) is that of velocities, v = S q', and loads, S^T F. Added mass and damping are in axes
-    that are turned by the headings of the ``bodies``.
+    ``linear`` has all matrices; with ``databases``, it lacks added mass and damping. ``map`` S (6
+    nb, n) maps velocities, v = S q', and loads, S^T F. Added mass and damping are in axes that are
+    turned by the headings of the ``bodies``.
     """
 
     linear: Linear
@@ -62,9 +63,9 @@ class Responder:
     databases: Sequence[WetGroup] = ()
 
     def raos(self, heading: float, omega: np.ndarray) -> np.ndarray:
-        """Complex amplitudes (nw, 6 nb) of all coordinates [m, rad] in waves of 1 m to ``heading``
-        [rad] of frequencies ``omega`` (nw,) [rad/s], for exp(+i w t) and elevations at the
-        earth's origin."""
+        """Complex amplitudes (nw, 6 nb) of all coordinates [m, rad] in waves of 1 m amplitude to
+        ``heading`` [rad] at frequencies ``omega`` (nw,) [rad/s]. The time factor is exp(+i w t),
+        with elevations at the earth's origin."""
         depth = self.environment.water_depth
         gravity = self.environment.gravity
         k = wavenumber(omega, depth, gravity)
@@ -72,7 +73,7 @@ class Responder:
         return self.motions(Components(omega, ones, 0.0 * ones, k, heading * ones, 0.0, 0.0))
 
     def motions(self, waves: Components) -> np.ndarray:
-        """Complex amplitudes (nw, 6 nb) of all coordinates [m, rad] in each of some waves."""
+        """Complex amplitudes (nw, 6 nb) of all coordinates [m, rad] in each of the given waves."""
         loads = self.loads(waves)
         D = self.dynamic_stiffness(waves.omega)
         found = np.zeros((len(loads), self.map.shape[0]), dtype=complex)
@@ -81,14 +82,14 @@ class Responder:
         return found
 
     def reactions(self, waves: Components) -> np.ndarray:
-        """Complex amplitudes (nw, m) of the forces of constraints in each of some waves."""
+        """Complex amplitudes (nw, m) of the constraint forces in each of the given waves."""
         loads = self.loads(waves)
         D = self.dynamic_stiffness(waves.omega)
         q = self.linear.freedom.solve_motions(D, loads)
         return self.linear.freedom.solve_reactions((D @ q[:, :, None])[:, :, 0] - loads)
 
     def loads(self, waves: Components) -> np.ndarray:
-        """Complex amplitudes (nw, n) of the generalised loads of each of some waves."""
+        """Complex amplitudes (nw, n) of the generalised loads of each of the given waves."""
         return np.asarray(first_order(waves, self.bodies).amplitude @ self.map)
 
     def dynamic_stiffness(self, omega: np.ndarray) -> np.ndarray:
@@ -110,7 +111,7 @@ class Responder:
         return np.asarray(D + along.T @ radiated @ along)
 
     def modes(self) -> list[NaturalMode]:
-        """The natural modes, with the same added mass and damping."""
+        """Natural modes, with the same added mass and damping."""
         if self.databases:
             return modes_of_stiffness(self.dynamic_stiffness, self.linear)
         return natural_modes(self.linear)
@@ -123,12 +124,12 @@ def responder(
     time: float = 0.0,
     contacts: Contacts | None = None,
 ) -> Responder:
-    """The scene, or what `compile_for_linear` makes of it, made linear about ``state`` (of its
-    start, or `at_rest`), with applied forces as at ``time`` [s] and with contacts as they are
-    there, or as ``contacts`` has those that are pressed there.
+    """Linearise a scene (or the output of `compile_for_linear`) about ``state``, that of its start
+    or `at_rest`, with applied forces at ``time`` [s]. Contacts are as they are there, or as
+    ``contacts`` sets those that are pressed there.
 
-    A convolution counts as its state-space model, and waves meet all bodies where these are at
-    rest. Raises InputError if the scene cannot be compiled, or its contacts not be linear.
+    A convolution is replaced by its state-space model, and waves act on all bodies at rest. Raises
+    InputError if the scene cannot be compiled, or if its contacts cannot be linearised.
     """
     compiled = scene if isinstance(scene, Compiled) else compile_for_linear(scene, radiation, time)
     scene = compiled.scene
@@ -157,8 +158,8 @@ def _met_at_rest(body: Body) -> Body:
 
 
 def _of_model(model: Model, state: State, start: State) -> State:
-    """The place and contacts of a state at rest, for a model with other memory, with what is in the
-    tanks at the ``start``."""
+    """Position and contacts of a state at rest, for a model with another memory, with the tank
+    contents at the ``start``."""
     y = np.zeros(model.size)
     n = model.bodies.active.size
     tanks = model.tanks

@@ -1,4 +1,4 @@
-"""Where a scene is at rest, under its mean loads and without friction."""
+"""Equilibrium of a scene under its mean loads, without friction."""
 
 from __future__ import annotations
 
@@ -27,12 +27,11 @@ if TYPE_CHECKING:
 def at_rest(
     scene: Scene | Compiled, time: float = 0.0, mean_drift: bool = False, free: bool = False
 ) -> Rest:
-    """The place at rest near that of the scene's start, with applied forces as at ``time`` [s].
+    """Equilibrium near the start of the scene, with applied forces at ``time`` [s].
 
-    ``mean_drift``: with the mean second-order loads of the sea, of bodies that have any. Raises
-    InputError if there is none, with the loads that are left; with ``free`` only if there is none
-    in the directions that have a stiffness: all others stay where they are, and `Rest.drift` has
-    the loads along them.
+    ``mean_drift`` includes the mean second-order loads of the sea. Raises InputError with the
+    remaining loads if there is no equilibrium. With ``free``, only directions with a stiffness must
+    be in equilibrium. The others keep their position, and `Rest.drift` has the loads along them.
     """
     calm = (
         scene
@@ -50,15 +49,15 @@ def at_rest(
     if not free and np.abs(rest.drift).max(initial=0.0) > ENOUGH * weight:
         share = np.abs(rest.drift).max() / weight
         raise InputError(
-            f"equilibrium at {time:g} s: none found; loads of {share:.1e} of the weight act where"
-            " there is no stiffness. Look for a force that nothing balances, or hold the bodies"
-            " by a mooring."
+            f"equilibrium at {time:g} s: none found, because loads of {share:.1e} of the weight"
+            " act in directions without stiffness. Look for an unbalanced force, or hold the"
+            " bodies by a mooring."
         )
     return rest
 
 
 def _in_mean_drift(model: Model, calm: Compiled, time: float) -> Model:
-    """The model under the mean second-order loads of the whole sea."""
+    """Model with the mean second-order loads of the whole sea."""
     scene = calm.scene
     seas = calm.sea or sea(calm.scene.environment)
     pushed = replace(scene, bodies=tuple(map(_drifting, scene.bodies)))
@@ -70,7 +69,7 @@ def _in_mean_drift(model: Model, calm: Compiled, time: float) -> Model:
 
 
 def _drifting(body: Body) -> Body:
-    """The body with mean second-order loads alone, if it has any."""
+    """Body with mean second-order loads only, if it has any."""
     any_order = body.wave_forces.second_order != SecondOrder.NONE
     load = SecondOrder.MEAN_DRIFT if any_order else SecondOrder.NONE
     drift = WaveForces(False, load, headings=Place.MEAN, position=Place.MEAN)

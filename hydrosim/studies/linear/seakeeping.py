@@ -1,6 +1,6 @@
-"""The linear analysis of a scene as one dataset: rest, natural modes, RAOs, response in its sea.
+"""Linear analysis of a scene as one dataset: equilibrium, natural modes, RAOs, response in its sea.
 
-Dimensions: body, dof, mode, heading, frequency. Angles in rad, phases of RAOs in rad for
+Dimensions: body, dof, mode, heading, frequency. Angles are in rad. Phases of RAOs are in rad for
 exp(+i w t), relative to the elevation at the earth's origin.
 """
 
@@ -43,9 +43,9 @@ MOTION = ("body", "dof")
 
 @dataclass(frozen=True)
 class Wanted:
-    """What to analyse: at ``time`` [s] of the applied forces; RAOs for ``headings`` [rad] at
-    ``frequencies`` [rad/s], by default those of the sea and of the databases; whose added mass and
-    damping; extremes of an ``exposure`` [s]; what contacts do that are pressed at rest."""
+    """Settings of an analysis: ``time`` [s] of the applied forces; RAOs for ``headings`` [rad] at
+    ``frequencies`` [rad/s] (default: those of the sea and of the databases); source of added mass
+    and damping; ``exposure`` [s] of extremes; state of contacts that are pressed at rest."""
 
     time: float = 0.0
     headings: Sequence[float] = ()
@@ -57,9 +57,9 @@ class Wanted:
 
 @one_thread
 def linear_analysis(scene: Scene, wanted: Wanted) -> xr.Dataset:
-    """Everything linear about a scene's place at rest; raises InputError if there is none in the
-    directions that have a stiffness. Where there is none it is told in the attribute ``remarks``,
-    with whatever else the figures take for granted."""
+    """Linear analysis about the equilibrium of a scene. Raises InputError if directions with a
+    stiffness have no equilibrium. The attribute ``remarks`` names directions without a stiffness
+    and other assumptions."""
     calm = compile_for_linear(scene, wanted.radiation, wanted.time)
     compiled = replace(calm, sea=sea(scene.environment))
     rest = at_rest(compiled, wanted.time, free=True)
@@ -98,14 +98,15 @@ def linear_analysis(scene: Scene, wanted: Wanted) -> xr.Dataset:
 
 
 def _rough_memory(compiled: Compiled) -> Iterator[str]:
-    """Fits that stand for convolutions and are not within their tolerance."""
+    """Remarks on fits that replace convolutions and exceed their tolerance."""
     for group in compiled.wet:
         for fit in group.fits:
             if not fit.report.holds:
                 yield (
-                    f"the radiation of {dofs_of(fit.dofs, group.names)} is that of the nearest"
-                    f" passive state-space model, {fit.report.frequency_error:.1e} off. With"
-                    " the added mass and damping of the databases (`--database`) RAOs need none."
+                    f"the radiation of {dofs_of(fit.dofs, group.names)} uses the nearest passive"
+                    f" state-space model, with an error of {fit.report.frequency_error:.1e}. RAOs"
+                    " need no such model with the added mass and damping of the databases"
+                    " (`--database`)."
                 )
 
 
@@ -113,13 +114,13 @@ def _unloaded(compiled: Compiled) -> Iterator[str]:
     for group in compiled.wet:
         if not group.read.heading.size:
             yield (
-                f"{group.read.source} has no wave loads: nothing drives {', '.join(group.names)} in"
-                " these RAOs but the other bodies."
+                f"{group.read.source} has no wave loads: in these RAOs only the other bodies"
+                f" drive {', '.join(group.names)}."
             )
 
 
 def _drifting(scene: Scene, drifted: Rest) -> Iterator[str]:
-    """Free coordinates along which loads act that nothing holds."""
+    """Remark on free coordinates with mean loads but without stiffness."""
     names, active = coordinate_names(scene), drifted.model.bodies.active
     weight = drifted.model.bodies.each["mass"].sum() * scene.environment.gravity
     pushed = [
@@ -128,9 +129,9 @@ def _drifting(scene: Scene, drifted: Rest) -> Iterator[str]:
     ]
     if pushed:
         yield (
-            f"mean loads act where there is no stiffness, and make the bodies drift:"
-            f" {', '.join(pushed)}. Modes and responses are those about the place and heading of"
-            " the start."
+            "mean loads act in directions without stiffness, and make the bodies drift:"
+            f" {', '.join(pushed)}. Modes and responses are computed at the initial position and"
+            " heading."
         )
 
 
@@ -139,13 +140,14 @@ def _unstable(scene: Scene, modes: Sequence[NaturalMode]) -> Iterator[str]:
         if mode.kind == Kind.UNSTABLE:
             yield (
                 f"{_called(scene, mode)} is unstable, and grows by a factor e in"
-                f" {1 / mode.eigenvalue.real:.3g} s: responses are those of a motion that does not"
-                " last. Look at its stiffness (metacentric height, line, load) and its damping."
+                f" {1 / mode.eigenvalue.real:.3g} s, so the responses do not last. Check its"
+                " stiffness (metacentric height, line, load) and its damping."
             )
 
 
 def _shallow(scene: Scene, rest: Rest, found: xr.Dataset) -> Iterator[str]:
-    """Free surfaces that meet bottom or top of their tanks at the angles of the response."""
+    """Remarks on free surfaces that meet bottom or top of their tanks at the angles of the
+    response."""
     angles = np.abs(found.position_at_rest.values[:, 3:5])
     if "response_maximum" in found:
         angles = angles + np.nan_to_num(found.response_maximum.values[:, 3:5])
@@ -156,16 +158,16 @@ def _shallow(scene: Scene, rest: Rest, found: xr.Dataset) -> Iterator[str]:
             reach = heel_and_trim(tank.shape, np.array([volume]))[0]
             for k in np.flatnonzero(angles[b] > reach):
                 yield (
-                    f"the free surface in {tank.name} of {scene.bodies[b].name} is taken as that at"
+                    f"the free surface in {tank.name} of {scene.bodies[b].name} is taken as at"
                     f" rest, and meets bottom or top at a {('heel', 'trim')[k]} of"
-                    f" {np.degrees(reach[k]):.2g} deg; the response reaches"
-                    f" {np.degrees(angles[b, k]):.2g} deg, where it takes less stability. Look at"
-                    " `hydrosim ballast --heel`, and run the case."
+                    f" {np.degrees(reach[k]):.2g} deg. The response reaches"
+                    f" {np.degrees(angles[b, k]):.2g} deg, where the surface reduces stability"
+                    " less. Check it with `hydrosim ballast --heel`, and run the case."
                 )
 
 
 def _at_rest(scene: Scene, rest: Rest, drifted: Rest) -> xr.Dataset:
-    """Place at rest, and how far mean drift takes the bodies from it."""
+    """Position at rest, and the offset by mean drift."""
     loads = np.zeros(6 * len(scene.bodies))
     loads[drifted.model.bodies.active] = drifted.drift
     return xr.Dataset(
@@ -179,7 +181,7 @@ def _at_rest(scene: Scene, rest: Rest, drifted: Rest) -> xr.Dataset:
             "drift_load": (
                 MOTION,
                 loads.reshape(-1, 6),
-                _said("mean loads where there is no stiffness", "N or N m"),
+                _said("mean loads in directions without stiffness", "N or N m"),
             ),
         },
         coords=_bodies(scene),
@@ -195,12 +197,16 @@ def _modes(scene: Scene, linear: Linear, modes: Sequence[NaturalMode]) -> xr.Dat
     damping = np.where(free, np.nan, [m.damping_ratio for m in modes])
     return xr.Dataset(
         {
-            "mode_kind": ("mode", [str(m.kind) for m in modes], {"long_name": "how it decays"}),
+            "mode_kind": ("mode", [str(m.kind) for m in modes], {"long_name": "kind of decay"}),
             "natural_period": ("mode", [m.natural_period for m in modes], _said("", "s")),
             "damped_period": ("mode", [m.damped_period for m in modes], _said("", "s")),
             "damping_ratio": ("mode", damping, _said("of critical", "1")),
             "mode_shape": (of, shapes.reshape(by_body), _motion("undamped motion")),
-            "mode_share": (of, share.reshape(by_body), _said("share of the kinetic energy", "1")),
+            "mode_share": (
+                of,
+                share.reshape(by_body),
+                _said("fraction of the kinetic energy", "1"),
+            ),
         },
         coords={**_bodies(scene), "mode": [_called(scene, mode) for mode in modes]},
     )
@@ -227,7 +233,7 @@ def _raos(scene: Scene, about: Responder, wanted: Wanted) -> xr.Dataset:
         },
         coords={
             **_bodies(scene),
-            "heading": ("heading", headings, _said("where the waves go to", "rad")),
+            "heading": ("heading", headings, _said("heading that the waves go to", "rad")),
             "frequency": ("frequency", omega, _said("angular frequency", "rad/s")),
         },
     )
@@ -250,14 +256,14 @@ def _in_regular_waves(scene: Scene, waves: Sequence[Components], about: Responde
             **_bodies(scene),
             "wave_period": ("wave", 2.0 * np.pi / omega, _said("period of the wave", "s")),
             "wave_amplitude": ("wave", amplitude, _said("amplitude of the wave", "m")),
-            "wave_heading": ("wave", heading, _said("where the wave goes to", "rad")),
+            "wave_heading": ("wave", heading, _said("heading that the wave goes to", "rad")),
         },
     )
 
 
 def _most_probable(m0: float, m1: float, m2: float, exposure: float) -> float:
-    """The largest value of a motion that is exceeded once on average in an ``exposure`` [s]; NaN of
-    one that has no period."""
+    """Largest value of a motion that is exceeded once on average in an ``exposure`` [s]; NaN for a
+    motion without a period."""
     if not m2 > 0.0:
         return np.nan
     return sqrt(m0) * find_excursions(m0, m1, m2, exposure).level(exp(-1.0))
@@ -286,7 +292,7 @@ def _in_sea(
         {
             "response_std": of(np.sqrt(m0), "standard deviation"),
             "response_period": of(period, "mean zero-crossing period", "s"),
-            "response_maximum": of(np.array(largest), f"most probable maximum of {exposure:g} s"),
+            "response_maximum": of(np.array(largest), f"most probable maximum in {exposure:g} s"),
             "response_spectrum": (
                 ("sea_frequency", *MOTION),
                 np.array(density).T.reshape(BINS, -1, 6),

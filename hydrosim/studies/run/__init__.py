@@ -1,1 +1,1 @@
-"""One run: simulated, kept on its way, checked before and judged after."""
+"""One run: simulation, checkpoints, and checks before and after it."""

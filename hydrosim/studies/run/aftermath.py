@@ -1,5 +1,5 @@
-"""What a run turned out to be that its assumptions did not foresee: bodies far from where waves met
-them, coupled bodies that moved apart, angles that are not small, fenders pressed by metres.
+"""Checks of a run against its assumptions. Bodies may be far from the position where waves act on
+them, coupled bodies may move apart, angles may be large, and fenders may be compressed by metres.
 
 `noticed` reads the motions of a run; it changes nothing.
 """
@@ -33,19 +33,22 @@ if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
     from hydrosim.database.database import HydroDatabase
 
-CHANGED = 0.1  # of the loads: what a slow yaw may change unsaid
-PHASE = 0.5  # rad: how far waves of rms wave number may have gone along a slow drift
+CHANGED = 0.1  # of the loads: change by slow yaw below which nothing is reported
+# rad: phase of waves of rms wave number over a slow drift, below which nothing is reported
+PHASE = 0.5
 APART, TURNED = 0.1, np.radians(3.0)
-"""Of the distance of coupled bodies, and between their headings, that may be unsaid."""
-BEYOND = 0.2  # of what is between two draughts: how far beyond the last is unsaid
-SMALL = np.radians(10.0)  # sin and cos are off by 0.5 and 1.5 % there
-SAMPLES = 200  # waves of equal energy that stand for a sea
-BLOCK = 1024  # records at once: all of a long run, for each sample, need much memory
-PERIODS = 3.0  # of the waves: what is slower is slow
+"""Relative change of distance, and angle between headings of coupled bodies, below which nothing is
+reported."""
+# of the interval between draughts: distance beyond the last one, below which nothing is reported
+BEYOND = 0.2
+SMALL = np.radians(10.0)  # errors of sin and cos are 0.5 and 1.5 % there
+SAMPLES = 200  # waves of equal energy that represent a sea
+BLOCK = 1024  # records at once, because all records of a long run would need much memory
+PERIODS = 3.0  # of the waves: longer periods are slow
 
 
 class Sample(NamedTuple):
-    """Waves that stand for a sea: frequency, heading and wave number, (`SAMPLES`,) each."""
+    """Waves that represent a sea: frequency, heading and wave number, (`SAMPLES`,) each."""
 
     omega: np.ndarray
     heading: np.ndarray
@@ -53,7 +56,7 @@ class Sample(NamedTuple):
 
 
 def noticed(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
-    """What to warn of after a ``run`` of the compiled scene, in words with figures."""
+    """Warnings after a ``run`` of the compiled scene, as texts with figures."""
     scene = compiled.scene
     seas = compiled.sea
     exact = scene.solver.kinematics == Kinematics.EXACT
@@ -73,7 +76,7 @@ def noticed(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
 
 
 def _pressed_by_metres(scene: Scene, run: xr.Dataset) -> Iterator[str]:
-    """Fenders that were thinner than they were pressed."""
+    """Warn of fenders with an implausibly large compression."""
     for name, fender in scene.forces.items():
         if not isinstance(fender, Contact) or isinstance(fender.normal, PrescribedNormal):
             continue
@@ -82,20 +85,20 @@ def _pressed_by_metres(scene: Scene, run: xr.Dataset) -> Iterator[str]:
         at, point = np.unravel_index(int(np.argmax(deep)), deep.shape)
         if deep[at, point] > SOFTEST:
             yield (
-                f"forces.{name}: point {point + 1} was pressed by {deep[at, point]:.3g} m at"
-                f" {run.time.values[at]:.4g} s; usual is up to {SOFTEST:g} m. Look at"
+                f"forces.{name}: point {point + 1} was compressed by {deep[at, point]:.3g} m at"
+                f" {run.time.values[at]:.4g} s; usual is up to {SOFTEST:g} m. Check"
                 f" forces.{name}.normal and its unit. If this is intended, accept:"
                 f" [{Question.SOFTNESS}]."
             )
 
 
 def _of_points(run: xr.Dataset, names: Iterable[str]) -> xr.Dataset:
-    """Modes and compressions of some contact points, without a copy of all else."""
+    """Modes and compressions of some contact points, without a copy of all other data."""
     return run[["fender_mode", "fender_compression"]].sel(fender=list(names))
 
 
 def _beside_seats(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
-    """Landings that came down beside their seats, which did not carry them."""
+    """Warn of landings that came down beside their seats, which then carry nothing."""
     landings = {
         name: element
         for name, element in compiled.scene.forces.items()
@@ -108,19 +111,19 @@ def _beside_seats(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
             late = np.flatnonzero(below[:, point])
             off = _off_seat(compiled, run.isel(time=late), landing, int(point))
             beside = np.flatnonzero(off > landing.reach())
-            if not beside.size:  # it only begins to touch
+            if not beside.size:  # points that only begin to touch
                 continue
             at = late[beside[0]]
             yield (
                 f"forces.{name}: at {run.time.values[at]:.4g} s point {point + 1} was below its"
                 f" seat and {off[beside[0]]:.3g} m beside it, where nothing carries it; a seat"
-                f" carries {landing.reach():.3g} m far (on.extent)."
+                f" has a radius of {landing.reach():.3g} m (on.extent)."
             )
             break
 
 
 def _off_seat(compiled: Compiled, run: xr.Dataset, landing: Landing, point: int) -> np.ndarray:
-    """How far a point of a landing is from the axis of its seat [m], at each time (nt,)."""
+    """Distance of a point of a landing from the axis of its seat [m], at each time (nt,)."""
     index = {body.name: i for i, body in enumerate(compiled.scene.bodies)}
     places, rotations = frames_of(compiled.model, run.position.values.reshape(run.time.size, -1))
     b = index[landing.body]
@@ -136,7 +139,7 @@ def _off_seat(compiled: Compiled, run: xr.Dataset, landing: Landing, point: int)
 
 
 def _met_elsewhere(compiled: Compiled, run: xr.Dataset, sea: Sample) -> Iterator[str]:
-    """Bodies that were not where waves met them."""
+    """Warn of bodies that were not where waves act on them."""
     scene = compiled.scene
     alone = compiled.facts.databases
     for body in scene.bodies:
@@ -156,14 +159,14 @@ def _large_angles(run: xr.Dataset) -> Iterator[str]:
     if angles.max() > SMALL:
         _, b, j = np.unravel_index(angles.argmax(), angles.shape)
         yield (
-            f"solver.kinematics: linear is for small angles, and {run.dof.values[3 + j]} of"
-            f" {run.body.values[b]} reached {np.degrees(angles.max()):.3g} deg; expected less than"
-            f" {np.degrees(SMALL):.2g} deg. Choose exact."
+            f"solver.kinematics: linear assumes small angles, but {run.dof.values[3 + j]} of"
+            f" {run.body.values[b]} reached {np.degrees(angles.max()):.3g} deg; expected less"
+            f" than {np.degrees(SMALL):.2g} deg. Choose exact."
         )
 
 
 def _shallow(scene: Scene, run: xr.Dataset) -> Iterator[str]:
-    """Tanks that are not cut, and whose free surface met bottom or top."""
+    """Warn of tanks without a cut shape whose free surface met bottom or top."""
     names = run.variables["tank"].values.tolist() if "tank_mass" in run else []
     angles = np.abs(run.position.values[:, :, 3:5])
     for b, body in enumerate(scene.bodies):
@@ -180,8 +183,8 @@ def _shallow(scene: Scene, run: xr.Dataset) -> Iterator[str]:
             at, k = np.unravel_index(beyond.argmax(), beyond.shape)
             if beyond[at, k] > 0.0:
                 yield (
-                    f"bodies.{body.name}.tanks.{tank.name}: its free surface is that of upright"
-                    f" walls, and met bottom or top: at {run.time.values[at]:.4g} s"
+                    f"bodies.{body.name}.tanks.{tank.name}: its free surface is modelled for"
+                    f" upright walls, but met bottom or top: at {run.time.values[at]:.4g} s"
                     f" {('heel', 'trim')[k]} was {np.degrees(angles[at, b, k]):.3g} deg; expected"
                     f" less than {np.degrees(reach[at, k]):.3g} deg at its level then. Give it as"
                     " a box or a mesh, with solver.kinematics: exact."
@@ -189,7 +192,7 @@ def _shallow(scene: Scene, run: xr.Dataset) -> Iterator[str]:
 
 
 def _slow(run: xr.Dataset, name: str, sea: Sample) -> np.ndarray:
-    """Surge, sway and yaw (nt, 3) without what is as fast as the waves: running means."""
+    """Slow surge, sway and yaw (nt, 3): running means over several wave periods."""
     of = run.variables["body"].values.tolist().index(name)
     q = run.variables["position"].values[:, of, [0, 1, 5]]
     step = float(np.median(np.diff(run.variables["time"].values)))
@@ -201,20 +204,22 @@ def _slow(run: xr.Dataset, name: str, sea: Sample) -> np.ndarray:
 
 
 def _drifted(body: Body, run: xr.Dataset, slow: np.ndarray, sea: Sample) -> Iterator[str]:
-    """A body that was far from its place at rest while waves met it there."""
+    """Warn of a body that was far from its position at rest while waves act on it there."""
     blocks = (slow[k : k + BLOCK] for k in range(0, len(slow), BLOCK))
     phase = np.concatenate([_phases(block, sea) for block in blocks])
     at = int(phase.argmax())
     if phase[at] > PHASE:
         yield (
-            f"bodies.{body.name}: waves met it as at rest, and at {run.time.values[at]:.4g} s it"
-            f" was {np.hypot(*slow[at, :2]):.3g} m away, {phase[at]:.2g} rad of the waves' phase;"
-            f" expected less than {PHASE:g} rad. Set wave_forces.position: slow."
+            f"bodies.{body.name}: waves act on it at its position at rest, but at"
+            f" {run.time.values[at]:.4g} s it was {np.hypot(*slow[at, :2]):.3g} m away,"
+            f" {phase[at]:.2g} rad of the waves' phase; expected less than {PHASE:g} rad. Set"
+            " wave_forces.position: slow."
         )
 
 
 def _phases(slow: np.ndarray, sea: Sample) -> np.ndarray:
-    """Root mean square phase [rad], (nt,), of the waves along the places ``slow`` (nt, 3)."""
+    """Root mean square phase [rad], (nt,), of the waves between rest and the positions ``slow``
+    (nt, 3)."""
     along = slow[:, :1] * np.cos(sea.heading) + slow[:, 1:2] * np.sin(sea.heading)
     return np.asarray(np.sqrt(np.mean(np.square(sea.wavenumber * along), axis=1)))
 
@@ -222,7 +227,7 @@ def _phases(slow: np.ndarray, sea: Sample) -> np.ndarray:
 def _turned_first(
     body: Body, run: xr.Dataset, slow: np.ndarray, sea: Sample, db: HydroDatabase
 ) -> Iterator[str]:
-    """A body that was turned from the heading at which waves met it."""
+    """Warn of a body that turned away from the heading at which waves act on it."""
     at, yaw = _most_turned(slow)
     if yaw == 0.0 or not body.wave_forces.first_order:
         return
@@ -231,15 +236,16 @@ def _turned_first(
     change = _change(here, turned, yaw, 0.0)
     if change > CHANGED:
         yield (
-            f"bodies.{body.name}: waves met it at its heading at rest, and {_there(run, at, yaw)}"
-            f" {change:.0%}; expected less than {CHANGED:.0%}. Set wave_forces.headings: slow."
+            f"bodies.{body.name}: waves act on it at its heading at rest, but"
+            f" {_there(run, at, yaw)} {change:.0%}; expected less than {CHANGED:.0%}. Set"
+            " wave_forces.headings: slow."
         )
 
 
 def _turned_second(
     body: Body, run: xr.Dataset, slow: np.ndarray, sea: Sample, db: HydroDatabase
 ) -> Iterator[str]:
-    """The same of second-order loads, as mean drift has it."""
+    """Warn of the same for second-order loads, from the change of mean drift."""
     at, yaw = _most_turned(slow)
     if yaw == 0.0 or db.mean_drift is None:
         return
@@ -248,10 +254,10 @@ def _turned_second(
     change = _change(here, turned, yaw, float(np.sqrt(body.inertia[2, 2] / body.mass)))
     if change > CHANGED:
         yield (
-            f"bodies.{body.name}: second-order loads are those of its heading at rest, and"
+            f"bodies.{body.name}: second-order loads are computed for its heading at rest, but"
             f" {_there(run, at, yaw)} {change:.0%}; expected less than {CHANGED:.0%}. Set"
-            " wave_forces.headings: slow, with loads for headings all round (of QTFs, too); or give"
-            f" bodies.{body.name}.heading as it lies on average."
+            " wave_forces.headings: slow, with loads (and QTFs) for all headings; or set"
+            f" bodies.{body.name}.heading to its mean heading."
         )
 
 
@@ -263,14 +269,15 @@ def _most_turned(slow: np.ndarray) -> tuple[int, float]:
 
 def _there(run: xr.Dataset, at: int, yaw: float) -> str:
     return (
-        f"at {run.time.values[at]:.4g} s its slow yaw was {np.degrees(yaw):.3g} deg, where the"
-        " loads are others by"
+        f"at {run.time.values[at]:.4g} s its slow yaw was {np.degrees(yaw):.3g} deg, which"
+        " changes the loads by"
     )
 
 
 def _change(here: np.ndarray, turned: np.ndarray, yaw: float, arm: float) -> float:
-    """Root mean square change of forces or moments (n, 6), the larger, over that of ``here``; a
-    moment being no less than the force on an ``arm`` [m]: by symmetry it may happen to be zero."""
+    """Root mean square change of forces or moments (n, 6), whichever is larger, relative to
+    ``here``. Moments are at least the force times ``arm`` [m], because symmetry may make them
+    zero."""
     change, size = (
         np.sqrt(np.mean(np.abs(x.reshape(-1, 2, 3)) ** 2, axis=(0, 2)))
         for x in (loads_about_z(turned, yaw) - here, here)
@@ -292,7 +299,7 @@ def _sampled(seas: Sequence[Components]) -> Sample:
 
 
 def _beyond_draughts(group: WetGroup, run: xr.Dataset) -> Iterator[str]:
-    """A body that was slowly at draughts that its family of databases has not."""
+    """Warn of a body whose slow draught left the range of its family of databases."""
     if not group.members:
         return
     draughts = [member.draught for member in group.members]
@@ -303,13 +310,13 @@ def _beyond_draughts(group: WetGroup, run: xr.Dataset) -> Iterator[str]:
     if beyond[at] > BEYOND * float(np.diff(draughts).min()):
         yield (
             f"bodies.{name}.hydrodynamics: at {run.time.values[at]:.4g} s its slow draught was"
-            f" {slow[at]:.4g} m, and its databases are for {draughts[0]:g} to {draughts[-1]:g} m:"
-            " coefficients were those of the nearest. Add a database for that draught."
+            f" {slow[at]:.4g} m, but its databases cover {draughts[0]:g} to {draughts[-1]:g} m."
+            " The coefficients of the nearest were used. Add a database for that draught."
         )
 
 
 def _coupled(group: WetGroup, run: xr.Dataset) -> Iterator[str]:
-    """Bodies of one database that have moved from the places for which their waves were coupled."""
+    """Warn of bodies of one database that moved from the positions for which it was computed."""
     names = run.variables["body"].values.tolist()
     of = [names.index(name) for name in group.names]
     q = run.variables["position"].values[:, of]
@@ -321,8 +328,9 @@ def _coupled(group: WetGroup, run: xr.Dataset) -> Iterator[str]:
         if away.max() > APART * distance or turned.max() > TURNED:
             yield (
                 f"bodies.{group.names[one]}, {group.names[other]}: their waves are coupled as at"
-                f" rest, {distance:.4g} m apart and parallel, and they came {away.max():.3g} m and"
-                f" {np.degrees(turned.max()):.3g} deg away from that; expected less than"
-                f" {APART * distance:.3g} m and {np.degrees(TURNED):.2g} deg. What one does to the"
-                " other is uncertain by as much; compute a database for the places that they take."
+                f" rest, {distance:.4g} m apart and parallel, but their relative position changed"
+                f" by {away.max():.3g} m and {np.degrees(turned.max()):.3g} deg; expected less"
+                f" than {APART * distance:.3g} m and {np.degrees(TURNED):.2g} deg. The loads"
+                " between them are uncertain to that extent. Compute a database for their"
+                " positions in the run."
             )

@@ -1,9 +1,10 @@
-"""Whether the motions of a run hold more energy than anything can have given them.
+"""Test whether the motions of a run hold more energy than any source can have given.
 
-What bodies hold at a time, kinetic and stored, is at most what they held at the start and what was
-put in since: the work of waves, applied forces and streams, and what a prescribed normal force or a
-damper in a current gave. A solution that is far beyond that is one of the numbers alone. Friction
-and dampers that give energy, and steps that make it, are found here, long before numbers overflow.
+The kinetic and stored energy of bodies is at most their energy at the start plus the energy
+supplied since. Supplies are the work of waves, applied forces and streams, and energy from a
+prescribed normal force or a damper in a current. A solution far beyond this bound is a numerical
+artefact. The test finds friction and dampers that add energy, and unstable steps, long before
+numbers overflow.
 """
 
 from __future__ import annotations
@@ -23,16 +24,17 @@ if TYPE_CHECKING:
     from hydrosim.stepping.dynamics import Model
     from hydrosim.stepping.record import Record
 
-FAR = 10.0  # times what can be there
-LEAST = 1e-3  # J/kg of all bodies, as at 0.04 m/s: less has no source worth a look
+FAR = 10.0  # times the possible energy
+LEAST = 1e-3  # J/kg of all bodies, as at 0.04 m/s: less energy is not tested
 
 
 def blown_up(scene: Scene, model: Model, record: Record, first: int, count: int) -> int | None:
-    """The first record, from ``first`` to ``count``, at which a run is `FAR` beyond its supply."""
+    """First record, from ``first`` to ``count``, at which the energy is `FAR` times its supply."""
     if count <= first:
         return None
     start = unpack(model, record, 1)
-    values = unpack(model, record, count, first)  # no more: a run is looked at many times
+    # only these records, because a run is tested many times
+    values = unpack(model, record, count, first)
     with np.errstate(over="ignore", invalid="ignore"):
         held = values["kinetic"] + values["stored"].sum(axis=1)
     works = slice(model.energy, model.energy + model.rows)
@@ -55,8 +57,8 @@ def blown_up(scene: Scene, model: Model, record: Record, first: int, count: int)
 
 
 def holder(scene: Scene, model: Model, record: Record, count: int) -> str:
-    """What holds most energy at the last record: the element that has stored it, or the degree of
-    freedom that moves, as of a body by itself: "heave of body barge"."""
+    """Name of the part with most energy at the last record: an element that stores it, or a degree
+    of freedom of a single body, such as "heave of body barge"."""
     values = unpack(model, record, count)
     stored = values["stored"][-1]
     if not stored.max() < values["kinetic"][-1]:
@@ -68,8 +70,9 @@ def holder(scene: Scene, model: Model, record: Record, count: int) -> str:
 
 
 def _may_give(scene: Scene, row: int) -> bool:
-    """Whether a row of dissipation may be negative; memory gives back what it had at the start."""
+    """Whether a row of dissipation may be negative; radiation memory returns energy that it had at
+    the start."""
     element = element_of(scene, row)
     if element is None:
         return row == RADIATION and scene.initial is not None
-    return element.may_give() or element.active is not None  # what it holds as it begins
+    return element.may_give() or element.active is not None  # energy that it holds at the start

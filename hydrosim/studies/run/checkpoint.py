@@ -1,8 +1,8 @@
-"""Checkpoints: a run on its way, kept on the disk. One that was killed goes on from there and comes
-to the same numbers, to the bit, as if nothing had happened.
+"""Checkpoints: the state of an unfinished run on the disk. A killed run continues from there to the
+same numbers, to the bit.
 
-All that changes in a run is in its arrays; a checkpoint is a copy of them, put back in their place.
-It is good for one model, start and program alone, which it knows by their digests.
+All data that change in a run are in its arrays; a checkpoint is a copy of them. It is valid only
+for one model, start and program, which it identifies by digests.
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
 
 EVERY = 60.0  # s of wall time
-SHARE = 0.01  # of the wall time, at most, goes into checkpoints
+SHARE = 0.01  # of the wall time: largest cost of checkpoints
 CASE = "case"
 
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """Where a run is kept ``every`` so many seconds of wall time, or as seldom as it takes to cost
-    less than a hundredth of the run; with ``resume`` it goes on from what is there. ``say`` is told
-    what there is to say."""
+    """Settings of checkpoints. A run is saved ``every`` so many seconds of wall time, but at most
+    one hundredth of the time is spent on it. With ``resume``, the run continues from an existing
+    checkpoint. ``say`` receives messages."""
 
     output: Output
     every: float = EVERY
@@ -47,24 +47,24 @@ class Checkpoint:
 
 
 def checkpoint_of(result: Output) -> Output:
-    """The file of the checkpoints of a run that is to be written to ``result``. Raises InputError
-    if something else stands there, which is not replaced even where the result would be."""
+    """Output for the checkpoints of a run that is to be written to ``result``. Raises InputError if
+    another kind of file stands there; that is never replaced."""
     path = result.path.with_name(f"{result.path.name}.checkpoint")
     if os.path.lexists(path) and not is_marked(path, "checkpoint"):
         raise InputError(
-            f"{path}: is no checkpoint of this program; expected one, or nothing, beside the result"
-            " of a run. Move it away, or give the result another name."
+            f"{path}: is not a checkpoint of this program; expected a checkpoint or no file"
+            " beside the result of a run. Move it away, or give the result another name."
         )
     return result.at(path, "checkpoint").checked()
 
 
 def program() -> str:
-    """All of the program that numbers depend on."""
+    """Versions and digests of all parts of the program that numbers depend on."""
     return f"hydrosim {program_version()}, {versions()}, {sources_digest()}"
 
 
 class Keeper:
-    """Keeps a ``run`` of what is compiled."""
+    """Checkpoints of a ``run`` of a compiled scene."""
 
     def __init__(self, kept: Checkpoint, compiled: Compiled, run: Run) -> None:
         self._kept = kept
@@ -75,43 +75,43 @@ class Keeper:
         self._next = perf_counter() + kept.every
 
     def begin(self) -> None:
-        """Count time from now on."""
+        """Start the clock."""
         self._start = running_time()
         self._next = perf_counter() + self._kept.every
 
     @property
     def wall_time(self) -> float:
-        """Seconds that the run has taken, those before a checkpoint included."""
+        """Seconds that the run has taken, including those before the checkpoint."""
         return self._before + running_time() - self._start
 
     def take_up(self) -> None:
-        """Put the run where the checkpoint has it, if it is to go on from there. Raises InputError
-        where that is of another case, database or program, or damaged."""
+        """Restore the run from its checkpoint, if it is to continue. Raises InputError if the
+        checkpoint is damaged, or belongs to another case, database or program."""
         path = self._kept.output.path
         if not path.exists():
             if self._kept.resume:
-                self._kept.say(f"there is no checkpoint {path}: the run begins anew")
+                self._kept.say(f"there is no checkpoint {path}: the run starts at the beginning")
         elif not self._kept.resume:
-            self._kept.say(f"{path} is of a run that was not finished: --resume goes on from it")
+            self._kept.say(f"{path} belongs to an unfinished run: --resume continues it")
         else:
             self._before = self._restore(*_read(self._kept.output))
             done = self._run.counters[POINT] / self._run.clock.points
-            self._kept.say(f"the run goes on from {path}, {done:.1%} of the way")
+            self._kept.say(f"the run continues from {path}, {done:.1%} complete")
 
     def look(self) -> None:
-        """Keep the run if it is time to."""
+        """Save the run if it is due."""
         if perf_counter() > self._next:
             self.save()
 
     def save(self) -> None:
-        """Keep the run as it is, unless it has failed; one that cannot be written is told."""
+        """Save the run, unless it has failed. A failure to write is reported."""
         begun = perf_counter()
         if self._run.counters[STATUS] != RUNNING:
             return
         try:
             self._write()
         except (WritingError, InputError) as error:
-            self._kept.say(f"warning: {error} The run goes on without a new checkpoint.")
+            self._kept.say(f"warning: {error} The run continues without a new checkpoint.")
         cost = perf_counter() - begun
         self._next = perf_counter() + max(self._kept.every, cost / SHARE)
 
@@ -125,19 +125,19 @@ class Keeper:
             np.savez(file, allow_pickle=False, **arrays)
 
     def _restore(self, texts: dict[str, Any], stored: dict[str, np.ndarray]) -> float:
-        """The arrays of the run as ``stored``; the wall time until then."""
+        """Copy the ``stored`` arrays into the run; return the wall time until then."""
         self._check(texts)
-        # the number of records comes first: it says how much of the record there is
+        # the number of records comes first: it gives the length of the record
         self._run.counters[:] = stored["a0"]
         for k, array in enumerate(_arrays(self._run)):
             kept = stored.get(f"a{k}")
             if kept is None or (kept.shape, kept.dtype) != (array.shape, array.dtype):
-                raise _damaged(self._kept.output, f"a{k} is not what it was")
+                raise _damaged(self._kept.output, f"a{k} has changed")
             array[...] = kept
         return float(texts["wall_time"])
 
     def _identity(self) -> dict[str, str]:
-        """What must be the same, by what it is called in a message."""
+        """Digests that must agree, by their names in messages."""
         compiled = self._compiled
         run = self._run
         databases = {
@@ -157,13 +157,13 @@ class Keeper:
             return
         lines = _changes(stored.get(CASE, ""), here[CASE])
         raise InputError(
-            f"--resume: {self._kept.output.path} was made with another state of: {other[0]}."
-            f"{lines} Run it without --resume, from the start, or with what it was made with."
+            f"--resume: {self._kept.output.path} was made with a different state of:"
+            f" {other[0]}.{lines} Run without --resume from the start, or restore that state."
         )
 
 
 def _arrays(run: Run) -> Iterator[np.ndarray]:
-    """All arrays of a run that change, the counters first; of the record as much as there is."""
+    """All arrays of a run that change, counters first; of the record, the part in use."""
     yield run.counters
     count = int(run.counters[RECORDS])
     yield run.record.channels[:count]
@@ -182,25 +182,25 @@ def _leaves(tree: Any) -> Iterator[Any]:
 
 
 def _read(output: Output) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-    """The texts and the arrays of a checkpoint; InputError if it is damaged or no checkpoint."""
+    """Texts and arrays of a checkpoint. Raises InputError if it is damaged or no checkpoint."""
     try:
         with np.load(output.path, allow_pickle=False) as stored:
             arrays = {name: stored[name] for name in stored.files}
         return dict(json.loads(arrays["texts"].tobytes())), arrays
-    except Exception as error:  # of a damaged archive, readers raise whatever they like
+    except Exception as error:  # a damaged archive raises exceptions of many types
         raise _damaged(output, error) from None
 
 
 def _damaged(output: Output, found: object) -> InputError:
-    text = f"--resume: {output.path} is damaged ({found}); run it anew, without --resume."
+    text = f"--resume: {output.path} is damaged ({found}). Run again without --resume."
     return InputError(text)
 
 
 def _changes(before: str, now: str) -> str:
-    """The first lines that two texts of a case do not share."""
+    """First lines that differ between two texts of a case."""
     lines = unified_diff(before.splitlines(), now.splitlines(), n=0, lineterm="")
     changed = [line for line in lines if line[0] in "+-" and line[:3] not in ("+++", "---")]
     told = "; ".join(
         f"{'now' if line[0] == '+' else 'then'}: {line[1:].strip()}" for line in changed[:2]
     )
-    return f" The case reads {told}." if told else ""
+    return f" Differences of the case: {told}." if told else ""

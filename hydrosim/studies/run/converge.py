@@ -1,8 +1,8 @@
-"""Error against run time of a scene, over methods and steps.
+"""Error against run time of a scene, for methods and steps.
 
-Every run is compared with a reference: rk4 at a quarter of the smallest step. The error of the
-reference itself is estimated by Richardson's rule from the run at twice its step,
-|x_h - x_2h| / (2^p - 1) with p = 4, and says below which figure the other errors mean nothing.
+Every run is compared with a reference: rk4 at a quarter of the smallest step. Richardson's rule
+estimates the error of the reference from a run at twice its step, |x_h - x_2h| / (2^p - 1) with p =
+4. Errors below that figure are meaningless.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from hydrosim.errors import InputError, SimulationError
 from hydrosim.scene import LinearScenes, Method, Scene, Tolerance
 from hydrosim.studies.run.simulation import simulate
 
-FINER = 4  # the reference's step is the smallest one over this
+FINER = 4  # ratio of the smallest step to the step of the reference
 ORDER = 4  # of the reference
 Report = Callable[[str], None]
 
 
 @dataclass(frozen=True)
 class Trial:
-    """One run: ``setting`` is its step [s], or the tolerance of an adaptive method. Errors are the
-    largest of all bodies and times: ``motion`` [m], ``angle`` [rad], and ``crawl`` [m], that of the
-    horizontal place at the end; NaN with a ``remark`` if the run failed or
-    was refused."""
+    """One run. ``setting`` is its step [s], or the tolerance of an adaptive method. Errors are the
+    largest over bodies and times: ``motion`` [m], ``angle`` [rad], and ``crawl`` [m], the error of
+    the final horizontal position. They are NaN with a ``remark`` if the run failed or was
+    refused."""
 
     method: Method
     setting: float
@@ -41,7 +41,7 @@ class Trial:
     remark: str = ""
 
     def order(self, coarser: Trial) -> float:
-        """Observed order in the step, against a run of the same method with a larger one."""
+        """Observed order of convergence, against a run of the same method with a larger step."""
         if self.method.adapts or not (self.motion > 0.0 and coarser.motion > 0.0):
             return np.nan
         return log(coarser.motion / self.motion) / log(coarser.setting / self.setting)
@@ -65,8 +65,8 @@ def converge(
 ) -> Study:
     """Run the scene with every method and step (adaptive methods: tolerance).
 
-    Raises InputError if the steps have no common multiple to compare at, and SimulationError if
-    the reference cannot be run.
+    Raises InputError if the steps have no common multiple at which to compare, and SimulationError
+    if the reference fails.
     """
     fine = min(steps) / FINER
     scene = replace(scene, output_step=common_multiple([*steps, 2 * fine], scene.output_step))
@@ -82,16 +82,19 @@ def converge(
 
 
 def common_multiple(steps: Sequence[float], wanted: float) -> float:
-    """The multiple of all steps nearest above ``wanted`` [s], or the smallest one above it."""
+    """Multiple of all steps nearest above ``wanted`` [s], or the smallest one above it."""
     largest = max(steps)
     for k in range(max(1, round(wanted / largest)), 1000):
         if all(isclose(k * largest / s, round(k * largest / s), rel_tol=1e-9) for s in steps):
             return k * largest
-    raise InputError(f"--steps: {list(steps)} have no common multiple; choose simple ratios.")
+    raise InputError(
+        f"--steps: found {list(steps)} without a common multiple; expected simple"
+        " ratios, such as 0.1,0.05."
+    )
 
 
 def to_dataset(study: Study, title: str) -> xr.Dataset:
-    """The study as a dataset over ``trial``."""
+    """Study as a dataset over ``trial``."""
     trials = study.trials
     units = {"motion": "m", "angle": "rad", "crawl": "m", "energy": "1"}
     data = {
@@ -115,8 +118,8 @@ def _settings(
 
 
 def _with(scene: Scene, method: Method, setting: float) -> Scene:
-    """The scene with this method and step, or with this tolerance in m and 1 (angles: a hundredth
-    of it, as if at an arm of 100 m)."""
+    """Scene with this method and step, or with this tolerance in m and 1; the tolerance of angles
+    is a hundredth of it, as for an arm of 100 m."""
     solver = replace(scene.solver, linear=LinearScenes.STEP, accuracy=None)
     if method.adapts:
         tolerance = Tolerance(setting, setting, setting / 100)
@@ -136,7 +139,8 @@ def _trial(scene: Scene, method: Method, setting: float, reference: xr.Dataset) 
 
 
 def _errors(run: xr.Dataset, reference: xr.Dataset) -> tuple[float, float, float]:
-    """Largest differences of places [m], angles [rad], and of the horizontal place at the end."""
+    """Largest differences of positions [m], of angles [rad], and of the final horizontal
+    position."""
     difference = np.abs(run.position.values - reference.position.values)
     end = np.hypot(*(run.position.values - reference.position.values)[-1, :, :2].T)
     return float(difference[..., :3].max()), float(difference[..., 3:].max()), float(end.max())

@@ -1,4 +1,4 @@
-"""`digest`: one number for all that is in a model or a scene, which changes with any bit of it."""
+"""`digest`: a checksum of all data in a model or a scene, which changes with any bit."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ APART = {"title", "source", "places"}  # of a scene: they change no number
 
 
 def digest(tree: Any) -> str:
-    """SHA-256 (hex) of what is in nested tuples, lists, mappings and dataclasses: arrays, numbers,
-    texts; databases by their checksum, datasets by their values."""
+    """SHA-256 (hex) of nested tuples, lists, mappings and dataclasses with arrays, numbers and
+    texts. Databases count by their checksum, datasets by their values."""
     found = hashlib.sha256()
     for leaf in _leaves(tree):
         if isinstance(leaf, np.ndarray) and not leaf.dtype.hasobject:

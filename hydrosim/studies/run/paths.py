@@ -1,4 +1,4 @@
-"""Paths beside a run: they begin with its own state at a record, or near it."""
+"""Paths beside a run, which begin with or near the state of the run at a record."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from hydrosim.stepping.state import EVALUATIONS, RECORDS, STATUS, Run, new_run
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
 
-AT_ONCE = 5_000  # evaluations between two looks at where a path is
-PLACES = 8  # among changes, at which it is looked how nearby paths part
-NEARBY = 1e-6  # of the range of a motion: how far apart they begin
-STEEPEST = 100.0  # of the logarithm of a growth: more cannot be told from it
+AT_ONCE = 5_000  # evaluations between two tests of a path
+PLACES = 8  # among changes, at which the growth of distances is measured
+NEARBY = 1e-6  # of the range of a motion: initial distance
+STEEPEST = 100.0  # of the logarithm of a growth: larger values are indistinguishable
 
 
 class Path:
-    """A path of what is ``compiled``, with the steps of the ``run`` or others. It begins with the
-    state of the run at its record ``begin``, ``moved`` by so much. Of its records it keeps how far
-    a ``channel`` is from that of the run."""
+    """A path of a ``compiled`` scene, with the steps of the ``run`` or others. It begins with the
+    state of the run at its record ``begin``, displaced by ``moved``. At each record it keeps the
+    difference of a ``channel`` from the run."""
 
     def __init__(
         self,
@@ -56,17 +56,17 @@ class Path:
 
     @property
     def evaluations(self) -> int:
-        """Evaluations of its equation, so far."""
+        """Evaluations of the equation of motion so far."""
         return int(self._run.counters[EVALUATIONS])
 
     @property
     def failed(self) -> bool:
-        """Whether it cannot go on."""
+        """Whether the path cannot continue."""
         return bool(self._run.counters[STATUS])
 
     def follow(self, evaluations: float, last: int) -> None:
-        """Go on to the record ``last``, or until it has taken so many evaluations, and one record
-        at least."""
+        """Continue to the record ``last``, or until so many evaluations are spent, but at least to
+        the next record."""
         while self.end < last and not self.failed:
             left = int(evaluations) - self.evaluations
             if left <= 0 and self.end > self.begin:
@@ -75,10 +75,10 @@ class Path:
             self._compare()
 
     def _compare(self) -> None:
-        """Keep the gaps at the records that are new, and make room for others: a long record would
-        need as much memory as that of the run. A step takes an evaluation at least."""
+        """Keep the differences at new records, and clear the record: a long one would need as much
+        memory as that of the run. A step takes at least one evaluation."""
         counters = self._run.counters
-        known = min(len(self._gaps), 1)  # a record without any would begin the path anew
+        known = min(len(self._gaps), 1)  # an empty record would begin the path anew
         theirs = recorded(self._run, self._channel, known)
         first = self.end + 1
         self.end += len(theirs)
@@ -86,29 +86,30 @@ class Path:
         counters[RECORDS] = min(counters[RECORDS], 1)
 
     def apart(self, ranges: np.ndarray) -> np.ndarray:
-        """How far the two are apart at their common records, (nt, nb), over ``ranges`` (nb, 2)."""
+        """Largest differences at the common records (nt, nb), relative to ``ranges`` (nb, 2)."""
         gaps = self.gaps()
         widest = np.abs(gaps).reshape(len(gaps), -1, 2, 3).max(axis=3)
         return (widest / ranges).max(axis=2)
 
     def gaps(self) -> np.ndarray:
-        """How far the channel is from that of the run at the common records, (nt, n)."""
+        """Differences of the channel from the run at the common records, (nt, n)."""
         return np.concatenate(self._gaps)
 
 
 class Growth(NamedTuple):
-    """By what factor the distance of nearby paths grows, at most; evaluations that were taken."""
+    """Largest factor by which the distance of nearby paths grows, and the evaluations spent."""
 
     factor: float = 1.0
     evaluations: int = 0
 
 
 def growth(run: Run, compiled: Compiled, begin: int, granted: float) -> Growth:
-    """The growth of a small distance from the record ``begin`` of a ``run`` on.
+    """Growth of a small distance from the record ``begin`` of a ``run`` on.
 
-    A nearby path with the steps of the run is followed at some `PLACES` among the changes of modes,
-    its distance is handed on from one to the next. What is not followed grows as fast. At the first
-    place the distance takes the direction in which it grows.
+    A nearby path with the steps of the run is followed at `PLACES` records among the changes of
+    modes. Its distance is handed on from one place to the next. Intervals that are not followed are
+    assumed to grow at the same rate. At the first place, the distance turns into the direction of
+    growth.
     """
     changes = recorded(run, "events")
     last = len(changes) - 1
@@ -128,8 +129,10 @@ def growth(run: Run, compiled: Compiled, begin: int, granted: float) -> Growth:
         path.follow(granted / (len(places) - 1), following)
         spent += path.evaluations
         gaps = path.gaps()[1:]
-        gaps[:, model.slow : model.draught] = 0.0  # paths in waves, which each takes anew
-        if not len(gaps):  # it has failed before the next record
+        gaps[:, model.slow : model.draught] = (
+            0.0  # slow positions in waves, which each path determines anew
+        )
+        if not len(gaps):  # it failed before the next record
             continue
         distances = np.abs(gaps[:, : size.size] / size).max(axis=1)
         calm = len(gaps) // 2 + int(distances[len(gaps) // 2 :].argmin())  # between two impacts
@@ -146,13 +149,13 @@ def growth(run: Run, compiled: Compiled, begin: int, granted: float) -> Growth:
 
 
 def recorded(run: Run, channel: str, first: int = 0, last: int | None = None) -> np.ndarray:
-    """A channel of the records ``first`` to ``last``, that included, or to the end."""
+    """A channel of the records ``first`` to ``last``, inclusive, or to the end."""
     count = int(run.counters[RECORDS]) if last is None else last + 1
     return unpack(run.model, run.record, count, first)[channel]
 
 
 def _sizes(run: Run) -> np.ndarray:
-    """Ranges of coordinates and rates: the largest of three places or angles of a body counts."""
+    """Ranges of coordinates and rates: the largest of the three positions or angles of a body."""
     active = run.model.bodies.active
     ranges = np.ptp(recorded(run, "y")[:, : 2 * active.size], axis=0)
     groups = np.concatenate([active // 3, -1 - active // 3])
@@ -161,7 +164,7 @@ def _sizes(run: Run) -> np.ndarray:
 
 
 def _places(changes: np.ndarray, begin: int, last: int) -> list[int]:
-    """Records from ``begin`` to ``last`` between which there are as many ``changes``."""
+    """Records from ``begin`` to ``last`` with equal numbers of ``changes`` between them."""
     wanted = np.linspace(changes[begin], changes[last], PLACES + 1)[:-1]
     before = np.searchsorted(changes, wanted, side="right") - 1
     return [*np.unique(np.maximum(before, begin)), last]

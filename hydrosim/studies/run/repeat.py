@@ -1,4 +1,4 @@
-"""`case_of`: the case that repeats a run, from what the run holds of it."""
+"""`case_of`: the case that repeats a run, from the data in its result."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ RESOLVED, RUN = "case_resolved", "run"
 
 
 def case_of(result: xr.Dataset, number: int | None = None) -> str:
-    """A case file (YAML) with every default of a run and what was chosen where the case leaves it
-    to the program, which repeats it; of a file of many runs that of the ``number``, from 0 on.
+    """Case file (YAML) with every default of a run and all automatic choices. For a file of many
+    runs, it is the case of run ``number``, from 0 on.
 
-    What radiation: automatic has chosen is a remark: it follows from database and settings.
-    Raises InputError where the result is not of a case file.
+    The choice of radiation: automatic is only a comment, because it follows from database and
+    settings. Raises InputError if the result is not from a case file.
     """
     run = _one(result, number)
     text = run.attrs.get(RESOLVED)
@@ -36,10 +36,12 @@ def case_of(result: xr.Dataset, number: int | None = None) -> str:
 
 
 def _one(result: xr.Dataset, number: int | None) -> xr.Dataset:
-    """A run with its own texts as attributes."""
+    """One run of many, with its own texts as attributes."""
     if RUN not in result.dims:
         if number is not None:
-            raise InputError(f"--run: found {number}, and the result of one run; remove it.")
+            raise InputError(
+                f"--run: found {number}, and the result of one run; remove the option."
+            )
         return result
     last = result.sizes[RUN] - 1
     if number is None or not 0 <= number <= last:
@@ -53,7 +55,7 @@ def _one(result: xr.Dataset, number: int | None) -> xr.Dataset:
 
 
 def _met(run: xr.Dataset) -> Iterator[tuple[str, str]]:
-    """Where waves met the bodies."""
+    """Keys for the position where waves act on bodies."""
     for body in map(str, run.body.values):
         chosen = str(run.attrs.get(f"{MET}_{body}", "")).split()
         for key, place in zip(("position", "headings"), chosen, strict=False):
@@ -61,14 +63,14 @@ def _met(run: xr.Dataset) -> Iterator[tuple[str, str]]:
 
 
 def _contents(run: xr.Dataset) -> Iterator[tuple[str, str]]:
-    """What was in the databases."""
+    """Keys for the checksums of the databases."""
     for body in map(str, run.body.values):
         if checksum := run.attrs.get(f"database_checksum_{body}"):
             yield f"bodies.{body}.database_checksum", str(checksum)
 
 
 def _seeds(run: xr.Dataset, case: Any) -> Iterator[tuple[str, int]]:
-    """Of one run of many, which a study may have given other seeds than its case."""
+    """Keys of one run of many, to which a study may have given other seeds than its case."""
     if "seed" in run.variables:
         trains = case["environment"]["waves"]
         waves = [k for k, train in enumerate(trains) if train["spectrum"] != "none"]
@@ -78,8 +80,8 @@ def _seeds(run: xr.Dataset, case: Any) -> Iterator[tuple[str, int]]:
 
 
 def _remarks(run: xr.Dataset) -> Iterator[str]:
-    yield f"all of {run.attrs['case_file']}, in SI and radians"
-    yield f"as {run.attrs['program']} took it, with {run.attrs['versions']}"
+    yield f"case of {run.attrs['case_file']} with all defaults, in SI and radians"
+    yield f"as used by {run.attrs['program']}, with {run.attrs['versions']}"
     for body in map(str, run.body.values):
         if chosen := run.attrs.get(f"radiation_{body}"):
             yield f"radiation of {body}: {chosen}"

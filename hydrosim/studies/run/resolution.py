@@ -1,4 +1,5 @@
-"""What the step of a scene resolves: modes that a run excites, and that its method gets wrong."""
+"""Accuracy of the step of a scene: modes that a run excites and that its method does not
+resolve."""
 
 from __future__ import annotations
 
@@ -20,14 +21,15 @@ if TYPE_CHECKING:
 
 ACCURATE = 1e-3  # of the range of a motion: an error that is worth a warning
 FADED, ROOM = 0.1, 8.0
-"""Of what the method damps by more than that part, a finer step has more: this room is left."""
-RESOLVED = 1e-2  # of the amplitude of a vibration, by the end of a run
-STILL = 1e-6  # m, rad: a smaller range is none
+"""If the method damps a vibration by more than the first number, a finer step excites it more. The
+second number is the safety factor for that."""
+RESOLVED = 1e-2  # of the amplitude of a vibration, at the end of a run
+STILL = 1e-6  # m, rad: a smaller range counts as none
 
 
 class Need(NamedTuple):
-    """The ``step`` [s] that a vibration asks for, and the ``error`` of motions, of their range, at
-    that of the run."""
+    """The ``step`` [s] that a vibration needs, and the ``error`` of motions, relative to their
+    range, at the step of the run."""
 
     step: float
     error: float
@@ -38,7 +40,7 @@ class Need(NamedTuple):
 def scene_combinations(
     compiled: Compiled, each_alone: bool = False, watch: Watch = unwatched
 ) -> list[Combination]:
-    """The combinations of contacts that a scene is linearised with, see `stability`."""
+    """Combinations of contacts for which a scene is linearised, see `stability`."""
     return combinations(compiled.scene, compiled.model, compiled.state, each_alone, watch)
 
 
@@ -46,16 +48,16 @@ def scene_combinations(
 def scene_vibrations(
     compiled: Compiled, found: Sequence[Combination], error: float = ACCURATE
 ) -> tuple[Vibration, ...]:
-    """What of the combinations ``found`` vibrates with more than an ``error`` of its amplitude at
-    the step of the scene, see `accuracy`."""
+    """Vibrations in the combinations ``found`` with an error of more than ``error`` of their
+    amplitude at the step of the scene, see `accuracy`."""
     scene = compiled.scene
     of = (scene.duration, scene.solver.step, error)
     return tuple(vibrations(found, compiled.method, compiled.model, compiled.facts.layout, *of))
 
 
 def accuracy_limit(compiled: Compiled, found: Sequence[Combination]) -> str:
-    """One line on the largest step that resolves whatever may vibrate, in the combinations of
-    contacts ``found``: which of it is excited, only a run can tell."""
+    """Line on the largest step that resolves all possible vibrations in the combinations of
+    contacts ``found``. Only a run can tell which vibrations are excited."""
     scene = compiled.scene
     of = (compiled.method, scene.solver.step, scene.duration, RESOLVED)
     needs = [(v.accurate_step(*of), v) for v in scene_vibrations(compiled, found, RESOLVED)]
@@ -67,15 +69,15 @@ def accuracy_limit(compiled: Compiled, found: Sequence[Combination]) -> str:
     step, vibration = min(needs, key=lambda need: need[0])
     return (
         f"largest accurate step {step:.3g} s, within {RESOLVED:g} of its amplitude over the run:"
-        f" {described(vibration, compiled)} at {scene.solver.step:g} s. It matters where waves,"
-        " impacts or the start excite it: a run tells"
+        f" {described(vibration, compiled)} at {scene.solver.step:g} s. It matters if waves,"
+        " impacts or the start excite it; the run reports whether they do"
     )
 
 
 def unresolved(compiled: Compiled, record: Record, count: int) -> Iterator[str]:
-    """A warning, if what a run with ``count`` records has excited moves by more than `ACCURATE` of
-    the range of a motion otherwise than it should. It is that of one vibration alone: where
-    contacts change often, errors are several times as large, see `hydrosim.studies.run.twin`."""
+    """Warning if a vibration that a run with ``count`` records excited has an error above
+    `ACCURATE` of the range of a motion. The error is that of one vibration alone. If contacts
+    change often, errors are several times as large, see `hydrosim.studies.run.twin`."""
     needs = list(_needs(compiled, record, count))
     if needs:
         step = min(need.step for need in needs)
@@ -83,20 +85,20 @@ def unresolved(compiled: Compiled, record: Record, count: int) -> Iterator[str]:
         worst = max(needs, key=lambda need: need.error)
         yield (
             f"solver.step {scene.solver.step:g} s does not resolve"
-            f" {described(worst.vibration, compiled)}; it is excited, and motions may be wrong by"
-            f" {worst.error:.1g} of their range. Choose solver.step:"
+            f" {described(worst.vibration, compiled)}. The run excites it, and motions may be"
+            f" wrong by {worst.error:.1g} of their range. Choose solver.step:"
             f" {fitting_step(scene, step):.6g} s, or solver.method: dopri5."
         )
 
 
 def described(vibration: Vibration, compiled: Compiled) -> str:
-    """What vibrates, and what the method makes of it."""
+    """Text on a vibration, and on the error of the method."""
     scene = compiled.scene
     omega = vibration.eigenvalue.imag
     error = vibration.error(compiled.method, scene.solver.step, 2 * np.pi / omega)
     return (
-        f"{vibration.what} at {omega:.3g} rad/s ({vibration.contact}), which {scene.solver.method}"
-        f" changes by {error:.1g} of its amplitude in each period"
+        f"{vibration.what} at {omega:.3g} rad/s ({vibration.contact}), which"
+        f" {scene.solver.method} changes by {error:.1g} of its amplitude in each period"
     )
 
 
@@ -121,15 +123,15 @@ def _needs(compiled: Compiled, record: Record, count: int) -> Iterator[Need]:
 
 
 def _ranges(motion: np.ndarray, active: np.ndarray) -> np.ndarray:
-    """Range (n,) of each coordinate of ``motion`` (nt, n): that of its body in its widest
-    direction, or about its widest axis."""
+    """Range (n,) of each coordinate of ``motion`` (nt, n): that of its body in the direction of its
+    largest range, or about the axis of its largest range."""
     own = np.ptp(motion, axis=0)
     kind = active // 3
     return np.maximum([own[kind == k].max() for k in kind], STILL)
 
 
 def fitting_step(scene: Scene, limit: float) -> float:
-    """A step [s] of few digits that is no more than ``limit`` [s], and fits the output."""
+    """A step [s] of few digits that is at most ``limit`` [s], and fits the output."""
     fewest = ceil(scene.output_step / limit * (1.0 - 1e-9))
     parts = (scene.output_step / n for n in range(fewest, 10 * fewest))
     few = (part for part in parts if isclose(part, float(f"{part:.2g}")))

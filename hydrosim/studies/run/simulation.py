@@ -1,4 +1,4 @@
-"""`simulate`: from a case or a scene to the dataset of its run."""
+"""`simulate`: runs a case or a scene, and returns its dataset."""
 
 from __future__ import annotations
 
@@ -65,17 +65,17 @@ if TYPE_CHECKING:
     from hydrosim.case import Case
     from hydrosim.stepping.dynamics import Model
 
-CHUNK = 0.1  # s of the processor's time between reports of progress
+CHUNK = 0.1  # s of processor time between reports of progress
 MESSAGES = {
     NOT_FINITE: "{where} is no longer finite",
-    CAPSIZED: "the pitch of body {where} is beyond 85 deg, or the heel of its hull or tanks, where"
-    " angles lose their meaning",
+    CAPSIZED: "the pitch of body {where} is beyond 85 deg, or the heel of its hull or tanks,"
+    " where angles are no longer defined",
     CHATTERING: "a contact or spring changes its mode endlessly (more than 200 times in one step)",
-    STEP_TOO_SMALL: "no step is small enough to go on (200,000 were taken in the time"
-    " of one solver.step, or the last was 1e-12 of the time)",
+    STEP_TOO_SMALL: "no step is small enough to continue (200,000 steps were taken within one"
+    " solver.step, or the last was 1e-12 of the time)",
     NO_SOLUTION: "the implicit method finds no solution for a step",
-    BLOWN_UP: "the solution blows up: there is more than ten times the energy that anything can"
-    " have given, most of it in {where}",
+    BLOWN_UP: "the solution blows up: it holds more than ten times the energy that all sources"
+    " can have given, most of it in {where}",
 }
 REMEDY = "Try a smaller solver.step, or check the stiffness and damping of that element."
 REMEDIES = {
@@ -85,19 +85,19 @@ REMEDIES = {
     " solver.tolerance, or check the stiffness and damping of that element.",
     NO_SOLUTION: "Try solver.method: dopri5, or check the stiffness and damping of that element.",
 }
-"""Where another one is better than `REMEDY`."""
+"""Remedies for a status if another one is better than `REMEDY`."""
 
 NAMED = {
-    StateKind.SLOW_PLACE: "the slow place in waves, {entry.name}",
+    StateKind.SLOW_PLACE: "the slow position in waves, {entry.name}",
     StateKind.SLOW_DRAUGHT: "the {entry.name}",
     StateKind.RADIATION: "a radiation state",
     StateKind.ENERGY: "an energy",
     StateKind.IMPULSE: "an impulse",
 }
-"""How a state that is not finite is told, but for coordinates and their rates."""
+"""Description of a state that is not finite, other than coordinates and their rates."""
 
 Progress = Callable[[float, int], None]
-"""Called now and then with the time reached [s] and the number of steps taken."""
+"""Function that is called at times with the simulated time [s] and the number of steps."""
 
 
 def simulate(
@@ -105,15 +105,15 @@ def simulate(
     progress: Progress | None = None,
     kept: Checkpoint | None = None,
 ) -> xr.Dataset:
-    """Run a case, a scene or what is compiled of one; the dataset is described in
-    `hydrosim.results.output`. The runs that a case needs are made first, see
-    `hydrosim.studies.run.stages`. What is compiled is run as it is: a symmetric scene in its plane
-    if it was compiled ``in_plane``, as cases and scenes are here. With a checkpoint what is stepped
-    is ``kept`` on the disk now and then; who writes the result removes it.
+    """Run a case, a scene or a compiled scene; `hydrosim.results.output` describes the dataset.
+    Runs that a case needs are made first, see `hydrosim.studies.run.stages`. Cases and scenes are
+    compiled ``in_plane``, which leaves out motions that are zero by symmetry; a compiled scene is
+    run as it is. With ``kept``, checkpoints are saved to disk; the caller removes them after
+    writing the result.
 
     An interrupt from the keyboard ends the run early, with ``status`` "interrupted". Raises
-    InputError if the scene cannot be compiled and SimulationError, which carries the ``dataset``
-    up to there with ``status`` "failed", if the run cannot go on.
+    InputError if the scene cannot be compiled, and SimulationError if the run cannot continue. That
+    error carries the ``dataset`` until then, with ``status`` "failed".
     """
     if isinstance(case, Compiled):
         return run_compiled(warned_of_steps(case), progress, kept)
@@ -124,7 +124,7 @@ def simulate(
 
 
 def prepared(case: Case | Scene, progress: Progress | None = None) -> Scene:
-    """The scene of a case, the runs that it needs made."""
+    """Scene of a case, after the runs that it needs were made."""
     if isinstance(case, Scene):
         return case
     complete(case, lambda stage, _: simulate(stage, progress))
@@ -137,20 +137,20 @@ def run_compiled(
     kept: Checkpoint | None = None,
     estimates: bool = True,
 ) -> xr.Dataset:
-    """`simulate` for a scene that is compiled and whose step limits are known. It ``estimates`` its
-    error by a twin or leaves that out."""
+    """`simulate` for a compiled scene whose step limits are known. With ``estimates``, a twin run
+    estimates its error."""
     scene = compiled.scene
     model = compiled.model
     clock = compile_clock(compiled)
     record = new_record(model, clock, scene.output_accelerations)
     run = new_run(clock, model, compiled.method, compiled.first_state(), record)
     counters = run.counters
-    exact = compiled.facts.exact  # in no time: it is not kept
+    exact = compiled.facts.exact  # computed at once: no checkpoint
     keeper = Keeper(kept, compiled, run) if kept and not exact else None
     if keeper:
         keeper.take_up()
     chunks = propagate(run) if exact else _chunks(run)
-    time = next(chunks)  # the first one takes no step
+    time = next(chunks)  # the first chunk takes no step
     start = running_time()
     status = "complete"
     if keeper:
@@ -195,11 +195,11 @@ def run_compiled(
 
 
 def _chunks(run: Run) -> Iterator[float]:
-    """Advance to the end in chunks of about 0.1 s, however short the steps are, so that an
-    interrupt is served; yields the time reached, first of all that of the start.
+    """Advance to the end in chunks of about 0.1 s of processor time, so that an interrupt is
+    handled; yields the simulated time, first that of the start.
 
-    The processor's time of this thread counts: a chunk that waits for other processes would make
-    the next ones shorter, and each is followed by a look at its records.
+    The processor time of this thread counts. Otherwise, a chunk that waits for other processes
+    would shorten the next ones, each of which is followed by a test of its records.
     """
     counters = run.counters
     held = Held(run)
@@ -215,8 +215,8 @@ def _chunks(run: Run) -> Iterator[float]:
 
 
 def _guarded(chunks: Iterator[float], compiled: Compiled, run: Run) -> Iterator[float]:
-    """The times of ``chunks``, up to the record at which the run blows up: what comes after is
-    forgotten."""
+    """Times of ``chunks``, up to the record at which the run blows up. Later records are
+    discarded."""
     seen = 0
     counters = run.counters
     record = run.record
@@ -233,7 +233,8 @@ def _guarded(chunks: Iterator[float], compiled: Compiled, run: Run) -> Iterator[
 
 
 def _failure(compiled: Compiled, run: Run, time: float) -> str:
-    """When, what and where: the message of a run that cannot go on, and what it was warned of."""
+    """Message of a run that cannot continue: time, reason, element, remedy, and earlier
+    warnings."""
     scene = compiled.scene
     model = compiled.model
     counters = run.counters
@@ -248,11 +249,11 @@ def _failure(compiled: Compiled, run: Run, time: float) -> str:
         f"at t = {time:.6g} s {what}. The largest force at the last record is that of {name},"
         f" {size:.3g} N. {REMEDIES.get(int(counters[STATUS]), REMEDY)}"
     )
-    return "\n".join([message, *(f"Warned of: {text}" for text in compiled.notes.warnings)])
+    return "\n".join([message, *(f"Earlier warnings: {text}" for text in compiled.notes.warnings)])
 
 
 def _where(compiled: Compiled, state: State) -> str:
-    """What is not finite in the state, or else the body with the steepest angle."""
+    """Name of the state that is not finite, or else of the body with the steepest angle."""
     scene = compiled.scene
     model = compiled.model
     n = model.bodies.active.size
@@ -279,7 +280,7 @@ def _largest_force(scene: Scene, model: Model, record: Record, count: int) -> tu
 
 
 def _provenance(compiled: Compiled) -> dict[str, object]:
-    """Where the numbers come from: case, databases, seeds, radiation, solver."""
+    """Attributes on the origin of the numbers: case, databases, seeds, radiation, solver."""
     scene = compiled.scene
     notes = compiled.notes
     return {
@@ -316,7 +317,7 @@ def _provenance(compiled: Compiled) -> dict[str, object]:
 
 
 def _met(compiled: Compiled) -> dict[str, str]:
-    """Where waves meet each wet body, for runs that go on from this one."""
+    """Positions where waves act on each wet body, for runs that continue this one."""
     met = compiled.facts.met
     wet = [name for name in met if name in compiled.facts.databases]
     return {f"{MET}_{name}": f"{met[name].position} {met[name].headings}" for name in wet}

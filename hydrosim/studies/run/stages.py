@@ -1,7 +1,8 @@
-"""Studies in stages: cases that are driven by the runs of other cases.
+"""Runs in stages: cases that use the results of other cases.
 
-A recorded series of a case may name the case that it is a run of. `complete` simulates what is not
-there, or was made from another text of that case or by another version of the program.
+A recorded series of a case may name the case that produces it. `complete` simulates such a case if
+its result is missing, or was made from a different text of that case or by another version of the
+program.
 """
 
 from __future__ import annotations
@@ -23,9 +24,9 @@ if TYPE_CHECKING:
 
 
 def outdated(stage: Stage) -> str | None:
-    """Why the run of a stage must be made (again); None if it need not."""
+    """Reason why the run of a stage must be made (again); None if it is up to date."""
     if not os.path.isfile(stage.file):
-        return f"{stage.file} is not there"
+        return f"{stage.file} does not exist"
 
     import xarray as xr  # slow to load, and few cases have stages
 
@@ -35,11 +36,11 @@ def outdated(stage: Stage) -> str | None:
     except (OSError, ValueError, RuntimeError):
         return f"{stage.file} is not the result of a run"
     if made.get("case") != stage.case.text:
-        return f"{stage.file} was made from another text of {stage.case.path}"
+        return f"{stage.file} was made from a different text of {stage.case.path}"
     if made.get("program") != f"hydrosim {program_version()}":
         return f"{stage.file} was made by {made.get('program')}"
     if made.get("status") != "complete":
-        return f"{stage.file} is of a run that did not come to its end"
+        return f"{stage.file} is the result of an incomplete run"
     return None
 
 
@@ -49,12 +50,12 @@ def complete(
     announce: Callable[[str], None] = lambda _: None,
     above: tuple[Path, ...] = (),
 ) -> bool:
-    """Make the runs that ``case`` needs by ``run``, which is told where a run goes, the
-    first of them first; True if any was made.
+    """Make the runs that ``case`` needs with ``run``, which receives the path of the result, in
+    order; True if any was made.
 
-    ``announce`` is told why a run is made; ``above`` are the cases that need this one. Raises
-    InputError where cases need each other, KeyboardInterrupt if a run is interrupted: only whole
-    runs are written.
+    ``announce`` receives the reason for each run. ``above`` are the cases that need this one.
+    Raises InputError if cases need each other, and KeyboardInterrupt if a run is interrupted; only
+    complete runs are written.
     """
     from hydrosim.studies.run.checkpoint import checkpoint_of  # slow to load
 
@@ -63,8 +64,8 @@ def complete(
     for stage in case.stages():
         if stage.case.path.resolve() in chain:
             raise InputError(
-                f"{case.path}: found a series from a run of {stage.case.path}, which needs a run of"
-                " this case; expected cases that do not need each other."
+                f"{case.path}: found a series from a run of {stage.case.path}, which itself needs"
+                " a run of this case; expected cases that do not need each other."
             )
         anew = complete(stage.case, run, announce, chain)
         reason = f"{stage.file} needs another run" if anew else outdated(stage)
@@ -82,14 +83,14 @@ def complete(
 
 
 def _result(stage: Stage) -> Output:
-    """The file of a stage, beside its own case: a case file makes no file anywhere else, and
-    replaces none but an earlier run of that case."""
+    """Output of a stage, beside its own case. A case file writes no file elsewhere, and replaces
+    only an earlier run of that case."""
     home = stage.case.path.parent
     key = f"file: {stage.file.name} (a run of {stage.case.path})"
     if not stage.file.parent.resolve() == home.resolve() or stage.file.suffix != ".nc":
         raise InputError(
             f"{key}: found {stage.file}; expected a name that ends in .nc in the folder of that"
-            f" case, {home}, where alone its run is written."
+            f" case, {home}, the only folder for its result."
         )
     inputs = stage.case.inputs()
     made = Output(

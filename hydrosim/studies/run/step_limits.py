@@ -1,4 +1,4 @@
-"""Whether the step of a scene is stable, and what to choose where it is not."""
+"""Stability of the step of a scene, and alternatives to an unstable step."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
 @one_thread
 def warned_of_steps(compiled: Compiled) -> Compiled:
-    """With a warning of a step above the stable limit, and with what the step does not resolve;
-    InputError if a step above the limit is not wanted."""
+    """Compiled scene with a warning about a step above the stable limit, and with the modes that
+    the step does not resolve. Raises InputError if the scene refuses a step above the limit."""
     scene = compiled.scene
     step = scene.solver.step
     if compiled.method.adapts or compiled.facts.exact:
@@ -49,20 +49,20 @@ def warned_of_steps(compiled: Compiled) -> Compiled:
 
 
 def _advice(scene: Scene, limit: StepLimit) -> str:
-    """What to choose instead of a step above its limit: a step of few digits that fits the output,
-    another method."""
+    """Alternatives to a step above its limit: a step of few digits that fits the output, or another
+    method."""
     step = fitting_step(scene, limit.step)
     others = ", ".join(
         f"solver.method: {method.name} ({method.why_any_step})" for method in methods_for_any_step()
     )
     return (
-        f"Choose solver.step: {step:.10g} s or less, {others},"
-        " or solver.unstable: warn to run it all the same."
+        f"Choose solver.step: {step:.10g} s or less, {others}, or run this step anyway with"
+        " solver.unstable: warn."
     )
 
 
 def scene_step_limits(compiled: Compiled, found: Sequence[Combination] = ()) -> list[StepLimit]:
-    """What limits the step of a scene with its method, of the combinations of contacts ``found``,
+    """Limits of the step of a scene with its method, for the combinations of contacts ``found``,
     see `stability.step_limits`."""
     found = found or scene_combinations(compiled)
     return step_limits(found, compiled.method, compiled.facts.layout, compiled.scene.solver.step)

@@ -1,22 +1,22 @@
-"""How wrong is a run? A twin with finer steps, or a tighter tolerance, tells.
+"""Error of a run, estimated by a twin run with finer steps or a tighter tolerance.
 
-Where contacts and springs change, errors are not those of one smooth vibration: each change adds
-its own, and impacts, and blocks that rattle on their corners, can make each grow by a factor every
-time they happen (Guckenheimer & Holmes 1983, 2.4). So the two runs are compared. Errors go with the
-order p of the method, which makes of the distance d of the two that of the run from the truth,
-d / (1 - r^p), for a twin whose steps are r times as long (Richardson 1911). Where finer steps give
-another motion each time, they are no remedy, and statistics may hold all the same (Lorenz 1963).
+If contacts and springs change, errors are not those of one smooth vibration. Each change adds an
+error. Impacts, and blocks that rattle on their corners, can multiply errors each time they happen
+(Guckenheimer & Holmes 1983, 2.4). So the run is compared with a twin. For a method of order p, and
+a twin whose steps are r times as long, the error of the run is d / (1 - r^p) with the distance d of
+the two (Richardson 1911). If finer steps give a different motion each time, they are no remedy, but
+statistics may still hold (Lorenz 1963).
 
-A twin is run only where contacts and springs change often. It begins with the run's own state at
-the last record before the first change. A short run is followed to its end. In a longer one half of
-the evaluations that are granted, `SHARE` of the run's own or `FIRST`, goes into the beginning. The
-other half is spent at places among the later changes. There a path that begins near the run is
-followed for a while, and its distance is handed on to the next place (Benettin et al. 1980, see
-`hydrosim.studies.run.paths`). If the error at the beginning, grown by so much, would matter, the
-twin goes on to the end, or until the error is `LOST` of the range of a motion: two runs of a
-chaotic scene may be no further apart by the end. A convolution remembers what no record holds: then
-all that is granted goes into the beginning. The attribute `twin_evaluations` of a result says what
-it has cost, beside `solver_evaluations`.
+A twin is run only if contacts and springs change often. It begins with the state of the run at the
+last record before the first change. In a short run, it continues to the end. In a longer run, a
+budget of evaluations is granted: `SHARE` of those of the run, or `FIRST`. One half is spent on the
+beginning. The other half is spent at places among the later changes. There, a path that begins near
+the run is followed for some time, and its distance is handed on to the next place (Benettin et al.
+1980, see `hydrosim.studies.run.paths`). If the error at the beginning times this growth would
+matter, the twin continues to the end, or until the error is `LOST` of the range of a motion. The
+latter is needed because two runs of a chaotic scene may happen to be close at the end. The memory
+of a convolution is not in the record; then all granted evaluations are spent on the beginning. The
+attribute `twin_evaluations` of a result gives the cost, beside `solver_evaluations`.
 """
 
 from __future__ import annotations
@@ -39,32 +39,34 @@ from hydrosim.studies.run.paths import Growth, Path, growth, recorded
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
 
-WRONG = 5e-4  # of the range of a motion: what is told; half of what matters, being estimated
-"""Where the method is chosen for an accuracy, that is told which is beyond it."""
-LOST = 0.3  # of the range of a motion: nothing of its path is left
-STILL = 1e-6  # m, rad: a smaller range is none
-SMALL = (1e-3, 1e-5)  # m, rad: nor is this of a method that is chosen for an accuracy
-ASKED = 10.0  # tolerances: an error that adaptive methods may make, however small a motion is
-# steps of the twin for one of the run, and tolerances
+# of the range of a motion: reported errors are above; half of an error that matters, because it is
+# an estimate
+WRONG = 5e-4
+"""If the method is chosen for an accuracy, errors above that accuracy are reported."""
+LOST = 0.3  # of the range of a motion: the path is lost
+STILL = 1e-6  # m, rad: a smaller range counts as none
+SMALL = (1e-3, 1e-5)  # m, rad: the same for a method that is chosen for an accuracy
+ASKED = 10.0  # tolerances: error that adaptive methods may make, however small a motion is
+# number of twin steps per step of the run, and ratio of tolerances
 FINER = 1.4
 TIGHTER = 4.0
 LEAST = 1e-12  # of a tolerance
-OFTEN = 20  # events in a run: with fewer it is what it is in any smooth motion
-# evaluations of a twin's equation that are granted: so many, or this share of the run's own
+OFTEN = 20  # events in a run: with fewer events, errors are those of a smooth motion
+# evaluations granted to a twin: this number, or this fraction of those of the run
 FIRST = 60_000
 SHARE = 0.15
-LOCAL = 1e-7  # of the range of a motion: an error that steps make in any case
+LOCAL = 1e-7  # of the range of a motion: error that steps make in any case
 
 
 class Estimate(NamedTuple):
-    """What to warn of, and the evaluations that it took to know."""
+    """Warnings, and the evaluations spent on them."""
 
     warnings: tuple[str, ...] = ()
     evaluations: int = 0
 
 
 def estimated(compiled: Compiled, run: Run) -> Estimate:
-    """By how much a ``run`` of the compiled scene, which has ended, is not that of finer steps."""
+    """Error of a ``run`` of the compiled scene, which has ended, against finer steps."""
     if run.counters[EVENTS] < OFTEN:
         return Estimate()
     finer = _finer(compiled)
@@ -78,7 +80,7 @@ def estimated(compiled: Compiled, run: Run) -> Estimate:
 
 
 def _doubts(scene: Scene, finer: Scene, time: np.ndarray, wrong: np.ndarray) -> Iterator[str]:
-    """What to say of motions that are ``wrong`` by so much of their range, (nt, nb)."""
+    """Warnings about motions that are ``wrong`` by these fractions of their range, (nt, nb)."""
     limit = _limit(scene.solver)
     far = np.flatnonzero(wrong.max(axis=1) > limit)
     if far.size:
@@ -86,16 +88,16 @@ def _doubts(scene: Scene, finer: Scene, time: np.ndarray, wrong: np.ndarray) -> 
         name = scene.bodies[int(worst.argmax())].name
         yield (
             f"the motion of {name} may be wrong by {min(worst.max(), 1.0):.1g} of its range by"
-            f" {time[-1]:.4g} s, and by more than {limit:g} from {time[far[0]]:.4g} s on: with"
-            f" {_said(finer.solver)} it is another. Choose that or less, as long as this"
-            " figure shrinks with it. Where it does not, contacts part what begins alike: take"
-            " statistics over runs that begin a little apart, or give the contacts more damping or"
-            " friction."
+            f" {time[-1]:.4g} s, and by more than {limit:g} from {time[far[0]]:.4g} s on. A run"
+            f" with {_said(finer.solver)} gives a different motion. Choose that value or a"
+            " smaller one, as long as this error decreases with it. If it never does, the"
+            " contact is chaotic: use statistics over several runs with slightly different"
+            " starts, or give the contacts more damping or friction."
         )
 
 
 def _twin(run: Run, compiled: Compiled, finer: Compiled, ranges: np.ndarray) -> tuple[Path, int]:
-    """A twin, as far as it is worth it; the evaluations that other paths took to know that."""
+    """A twin, as far as it is needed; and the evaluations spent on other paths."""
     changes = recorded(run, "events")
     last = len(changes) - 1
     remembers = run.state.history.grid.shape[1] > 0
@@ -117,18 +119,18 @@ def _twin(run: Run, compiled: Compiled, finer: Compiled, ranges: np.ndarray) -> 
 
 
 def _follow(twin: Path, last: int, ranges: np.ndarray) -> None:
-    """Go on to the record ``last``, or until nothing is left of the path of a motion."""
+    """Continue to the record ``last``, or until the path of a motion is lost."""
     while twin.end < last and not twin.failed and twin.apart(ranges).max() < LOST:
         twin.follow(2 * twin.evaluations, last)
 
 
 @one_thread
 def _finer(compiled: Compiled) -> Compiled:
-    """The scene with finer steps or a tighter tolerance, with the same databases and sea."""
+    """Scene with finer steps or a tighter tolerance, with the same databases and sea."""
     scene = replace(compiled.scene, solver=_finer_solver(compiled.scene))
     calm = compile_calm(scene, compiled.wet)
     ours = compiled.model
-    if ours.following.slow.any():  # paths are taken anew every so many steps
+    if ours.following.slow.any():  # slow positions in waves are updated every so many steps
         return in_waves(calm, scene, compiled.sea)
     model = calm.model._replace(waves=ours.waves, following=ours.following)
     return replace(calm, facts=facts_of(scene, calm.wet, model))
@@ -145,7 +147,7 @@ def _finer_solver(scene: Scene) -> Solver:
 
 
 def _share(compiled: Compiled, finer: Compiled) -> float:
-    """How much of the error of a run is the distance to its finer twin."""
+    """Ratio of the distance to the finer twin to the error of a run."""
     if compiled.method.adapts:
         return 1.0 - 1.0 / TIGHTER
     shorter = finer.scene.solver.step / compiled.scene.solver.step
@@ -153,8 +155,8 @@ def _share(compiled: Compiled, finer: Compiled) -> float:
 
 
 def _ranges(run: Run, solver: Solver) -> np.ndarray:
-    """What errors are held to, (nb, 2): the range of each body's places [m], and of its angles
-    [rad], but no less than is worth it."""
+    """Scales of errors, (nb, 2): the range of each body's positions [m], and of its angles [rad],
+    with a lower bound."""
     least = np.full(2, STILL)
     if solver.accuracy is not None:
         least = np.array(SMALL)
@@ -166,7 +168,7 @@ def _ranges(run: Run, solver: Solver) -> np.ndarray:
 
 
 def _limit(solver: Solver) -> float:
-    """The error of motions, of their range, beyond which a run is told to be wrong."""
+    """Error of motions, relative to their range, above which a run gets a warning."""
     return WRONG if solver.accuracy is None else solver.accuracy
 
 
@@ -174,5 +176,8 @@ def _said(solver: Solver) -> str:
     if solver.accuracy is not None:
         return f"solver.tolerance: {accuracy_of(solver):.2g}"
     if solver.method.adapts:
-        return f"solver.tolerance.relative: {solver.tolerance.relative:.2g} (and others alike)"
+        return (
+            f"solver.tolerance.relative: {solver.tolerance.relative:.2g} (and position and"
+            " angle reduced likewise)"
+        )
     return f"solver.step: {solver.step:.3g} s"
