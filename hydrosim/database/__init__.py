@@ -1,4 +1,4 @@
-"""Hydrodynamic databases: what they hold, reading, checking, moving to another point."""
+"""Hydrodynamic databases: content, reading, checks, change of reference points."""
 
 from hydrosim.database.checks import Finding, Part, Use, check, doubts, in_order
 from hydrosim.database.database import HydroDatabase, all_headings, needed

@@ -1,6 +1,6 @@
-"""What is done to a database on the way from its file: cuts, symmetry, findings that are accepted.
+"""Changes of a database after reading: fewer frequencies, symmetry, accepted findings.
 
-Each change is said in the attribute ``changed``, so that a run, or a file that is written, says it.
+The attribute ``changed`` describes each change, so that results and written files state it.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from hydrosim.dofs import MIRROR_SIGN
 from hydrosim.errors import InputError
 from hydrosim.scene import Changes, Without
 
-CHANGED = "changed"  # attribute: what was done, in words
-APART = "bodies_apart"  # attribute: "yes" where bodies do not feel each other
+CHANGED = "changed"  # attribute: changes as text
+APART = "bodies_apart"  # attribute: "yes" if bodies have no hydrodynamic interaction
 
 _WITHOUT = {
     Without.DRIFT: ("mean_drift", "mean_drift_held", "drift_imbalance"),
@@ -28,7 +28,7 @@ _WITHOUT = {
 
 
 def changed(db: HydroDatabase, changes: Changes) -> HydroDatabase:
-    """The database with the ``changes``; raises `InputError` where they do not fit it."""
+    """Database with the ``changes``. Raises `InputError` if they do not fit it."""
     if changes.frequencies is not None:
         db = _cut(db, *changes.frequencies)
     for part in changes.without:
@@ -46,7 +46,7 @@ def changed(db: HydroDatabase, changes: Changes) -> HydroDatabase:
 
 def _words(changes: Changes) -> Iterator[str]:
     if changes.frequencies is not None:
-        yield "frequencies {:g} to {:g} rad/s alone".format(*changes.frequencies)
+        yield "only frequencies {:g} to {:g} rad/s".format(*changes.frequencies)
     for part in changes.without:
         yield f"without {part}"
     if changes.bodies_apart:
@@ -66,8 +66,8 @@ def _cut(db: HydroDatabase, lowest: float, highest: float) -> HydroDatabase:
     keep = (db.frequency >= lowest) & (db.frequency <= highest)
     if np.count_nonzero(keep) < 2:
         raise InputError(
-            f"hydrodynamics.frequencies: found {lowest:g} to {highest:g} rad/s, and {db.source} has"
-            f" {np.count_nonzero(keep)} frequencies there; expected two or more, of"
+            f"hydrodynamics.frequencies: found {lowest:g} to {highest:g} rad/s, in which"
+            f" {db.source} has {np.count_nonzero(keep)} frequencies; expected at least two, of"
             f" {db.frequency[0]:g} to {db.frequency[-1]:g} rad/s."
         )
     return of_frequencies(db, keep)
@@ -81,7 +81,7 @@ def _without(db: HydroDatabase, part: Without) -> HydroDatabase:
 
 
 def without_loads(db: HydroDatabase) -> HydroDatabase:
-    """The database with no heading, and so no loads of waves."""
+    """Database without headings, and so without wave loads."""
     for part in (Without.DRIFT, Without.QTF):
         db = _without(db, part)
     none = np.zeros((db.frequency.size, 0, 6 * db.bodies), dtype=complex)
@@ -89,7 +89,7 @@ def without_loads(db: HydroDatabase) -> HydroDatabase:
 
 
 def _apart(db: HydroDatabase) -> HydroDatabase:
-    """Without the blocks of the matrices that couple bodies."""
+    """Database without the blocks of the matrices that couple bodies."""
     body = np.arange(6 * db.bodies) // 6
     own = (body[:, None] == body).astype(float)
     attributes = {**db.attributes, APART: "yes"}
@@ -97,8 +97,8 @@ def _apart(db: HydroDatabase) -> HydroDatabase:
 
 
 def _symmetric(db: HydroDatabase) -> HydroDatabase:
-    """Matrices that are their own transposes and, of bodies that are their own mirror images, do
-    not couple what the image keeps with what it reverses."""
+    """Database with symmetric matrices. If bodies are symmetric, entries that couple symmetric with
+    antisymmetric motions are zero."""
     halves = replace(
         db,
         **{

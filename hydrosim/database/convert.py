@@ -1,4 +1,4 @@
-"""Writing a database in the format that the name of the file asks for."""
+"""Write a database; the suffix of the file selects the format."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ WHOLE = {".nc", ".h5"}  # formats of one file
 
 
 def format_of(path: Path) -> str:
-    """The suffix of ``path``; raises `InputError` if no database can be written with it."""
+    """Suffix of ``path``. Raises `InputError` if no database can be written with it."""
     if path.suffix not in WRITERS:
         raise InputError(
-            f"{path}: the suffix {path.suffix or '(none)'} is of no format that can be written;"
-            f" expected one of {', '.join(WRITERS)}."
+            f"{path}: found the suffix {path.suffix or '(none)'}; expected one of"
+            f" {', '.join(WRITERS)}."
         )
     return path.suffix
 
 
 def set_of(path: Path) -> list[Path]:
-    """A database file and those that may be read with it: in its folder, of its name."""
+    """A database file, and files in its folder with its name that may be read with it."""
     if path.suffix in WHOLE:
         return [path]
     beside = path.parent.glob(f"{escape(path.stem)}.*")
@@ -40,8 +40,8 @@ def set_of(path: Path) -> list[Path]:
 
 
 def write(db: HydroDatabase, target: Path | Output) -> list[Path]:
-    """Write ``db``; the files, which are returned, appear under their names when all are complete.
-    Raises `InputError` rather than write over one that must not be replaced."""
+    """Write ``db`` and return the paths. The files appear under their names when all are complete.
+    Raises `InputError` if one would replace a file that must be kept."""
     output = as_output(target, "database")
     marked = replace(db, attributes={**db.attributes, **output.attributes})
     with output.written() as path:

@@ -2,7 +2,7 @@
 
 Frame: the database's own, origin on the still waterline, x forward, y to port, z up. Coefficients
 refer to ``reference_point``. Phases refer to the wave elevation at the frame's origin and to the
-time factor exp(+i w t). Headings are where the waves go to.
+time factor exp(+i w t). Headings are the directions that waves go to.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 TURN = 2 * np.pi
-SAME_HEADING = 1e-9  # rad: headings closer than this are one
+SAME_HEADING = 1e-9  # rad: closer headings are equal
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -51,9 +51,9 @@ class HydroDatabase:
     over all ordered pairs, so that T-_21 = conj T-_12 where the headings swap too, T+_21 = T+_12,
     and the diagonal of T- is the mean drift.
 
-    ``port_starboard_symmetric``: each body is its own mirror image in y = 0. ``attributes`` say
-    what the hull is and what computed it. What the file did not hold is None; `needed` asks for it.
-    Raises `InputError` where a shape does not fit or a number is NaN.
+    ``port_starboard_symmetric``: each body is symmetric about y = 0. ``attributes`` describe the
+    hull and the program that computed it. Data that the file did not have are None; `needed`
+    returns them or raises. Raises `InputError` if a shape does not fit or a number is NaN.
     """
 
     source: str
@@ -93,7 +93,8 @@ class HydroDatabase:
                 raise InputError(
                     f"{self.source}: {name} has shape {value.shape}, expected {expected} for"
                     f" {self.bodies} bodies, {self.frequency.size} frequencies and"
-                    f" {self.heading.size} headings. Mend the file or the recipe that wrote it."
+                    f" {self.heading.size} headings. Correct the file, or the recipe that made"
+                    " it."
                 )
             if not np.isfinite(value).all():
                 raise InputError(
@@ -145,7 +146,8 @@ class HydroDatabase:
 
     @cached_property
     def checksum(self) -> str:
-        """SHA-256 (hex) over all numbers: two databases with the same one give the same results."""
+        """SHA-256 (hex) over all numbers: databases with the same checksum give the same
+        results."""
         digest = hashlib.sha256()
         for item in fields(self):
             value = getattr(self, item.name)
@@ -158,7 +160,7 @@ class HydroDatabase:
 
 
 def needed(db: HydroDatabase, name: str) -> Real:
-    """An array that a file may lack; raises `InputError` if this one does."""
+    """An optional array. Raises `InputError` if this database does not have it."""
     value = getattr(db, name)
     if value is None:
         raise InputError(
@@ -170,12 +172,11 @@ def needed(db: HydroDatabase, name: str) -> Real:
 
 
 def all_headings(db: HydroDatabase) -> HydroDatabase:
-    """The database with the full circle of headings, ascending in [0, 2 pi).
+    """Database with the full circle of headings, ascending in [0, 2 pi).
 
-    Waves towards -b on a hull that is its own mirror image load it as waves towards b do, with
-    sway, roll and yaw reversed; headings that the database lacks come from such images. So do
-    pairs of headings of the quadratic transfer functions. The headings of a hull without symmetry
-    are only brought into the range.
+    On a symmetric hull, loads of waves towards -b equal those towards b with sway, roll and yaw
+    reversed. Missing headings are added by this rule, and so are pairs of headings of the quadratic
+    transfer functions. Headings of a hull without symmetry are only brought into the range.
     """
     heading, rows, sign = _full_circle(db, db.heading[:, None])
     pair, pair_rows, pair_sign = _full_circle(
@@ -215,15 +216,15 @@ _BY_FREQUENCY = (
 
 
 def of_frequencies(db: HydroDatabase, keep: NDArray[np.bool_]) -> HydroDatabase:
-    """The database with some of its frequencies (nw,); quadratic transfer functions, which have
-    their own, stay."""
+    """Database with some of its frequencies (nw,). Quadratic transfer functions have their own
+    frequencies and are unchanged."""
     values = {name: getattr(db, name) for name in _BY_FREQUENCY}
     return replace(db, **{name: v[keep] for name, v in values.items() if v is not None})
 
 
 def _full_circle(db: HydroDatabase, angle: Real) -> tuple[Real, NDArray[np.intp], Real]:
-    """Directions (m, k) of k waves each, with their images, in the first turn and each once; which
-    rows of ``angle`` they come from, and the signs (m, n) that the loads take."""
+    """Directions (m, k) of k waves each and of their images, each once in the first turn; indices
+    of their rows in ``angle``; the signs (m, n) of their loads."""
     rows = np.arange(len(angle))
     mirrored = np.zeros(len(angle), dtype=bool)
     if db.port_starboard_symmetric:
@@ -237,7 +238,7 @@ def _full_circle(db: HydroDatabase, angle: Real) -> tuple[Real, NDArray[np.intp]
 
 
 def _directions(angle: Real) -> NDArray[np.intp]:
-    """Whole numbers that ascend with the angles, the same for the same direction."""
+    """Integers that increase with the angles, equal for equal directions."""
     order = np.argsort(angle, axis=None)
     numbers = np.empty(angle.size, dtype=np.intp)
     numbers[order] = np.cumsum(np.diff(angle.ravel()[order], prepend=-TURN) > SAME_HEADING)

@@ -1,8 +1,8 @@
-"""Closed hulls of plane triangles: from mesh files, and their hydrostatics at rest.
+"""Closed hulls of plane triangles: reading of mesh files, and hydrostatics at rest.
 
-Frame: the database's, z up from the still water. All integrals over the volume below it are ones
-over the wetted triangles with the vertical part of their normal, by Gauss's theorem; the three
-midpoints of a triangle's edges integrate quadratics exactly.
+Frame: the database's, z up from the still water. By Gauss's theorem, integrals over the volume
+below the water are integrals over the wetted triangles with the vertical part of their normal. The
+midpoints of a triangle's edges integrate quadratic functions exactly.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from hydrosim.scene import Hull
 
 Triangles = np.ndarray  # (nt, 3 corners, 3 coordinates), normals into the water
 
-CLOSED = 1e-6  # of the area and of the volume: what a closed hull may miss by rounding of its file
+CLOSED = 1e-6  # of the area and of the volume: rounding of the file of a closed hull
 
 
 def read_hull(path: Path, keys: MeshKeys = MeshKeys()) -> Hull:
-    """The closed hull in a mesh file of any format that meshio reads, placed as its ``keys`` say.
-    Raises `InputError` where it cannot be read, is open, or is not in the water."""
+    """Closed hull in a mesh file of any format that meshio reads; the ``keys`` place it. Raises
+    `InputError` if it cannot be read, is open, or does not cross the water surface."""
     return closed(keys.placed(_read(path)), str(path))
 
 
@@ -38,40 +38,39 @@ def read_closed(path: Path, keys: MeshKeys = MeshKeys()) -> Triangles:
 
 
 def closed(corners: Triangles, source: str) -> Hull:
-    """A hull with its normals outward. Raises `InputError` if it is open, or if no part of it is in
-    the water, or none above."""
+    """Hull with normals outward. Raises `InputError` if it is open, or if no part of it is below or
+    above the water."""
     found = outward(corners, source)
     low = corners[..., 2].min()
     high = corners[..., 2].max()
     if not low < 0.0 < high:
         raise InputError(
-            f"{source}: found a hull from {low:.4g} to {high:.4g} m above the still water; expected"
-            " some of it below and some above. Mend waterline, scale, axes, offset or"
-            " depth."
+            f"{source}: found a hull from {low:.4g} to {high:.4g} m above the still water;"
+            " expected a hull that crosses the water surface. Correct waterline, scale, axes,"
+            " offset or depth."
         )
     return Hull(found, source)
 
 
 def outward(corners: Triangles, source: str) -> Triangles:
-    """A closed mesh with its normals outward. Its area vectors are zero in sum, and its volume by
-    x, y and z is the same three times, if it has no holes and its panels agree on their inner side;
-    raises `InputError` if not."""
+    """Closed mesh with normals outward. If it has no holes and consistent normals, its area vectors
+    add up to zero, and its volumes by x, y and z are equal. Otherwise `InputError` is raised."""
     area = areas(corners)
     volumes = np.sum(area * corners.mean(axis=1), axis=0)
     open_by = np.abs(area.sum(axis=0)).max() / np.abs(area).sum()
     if open_by > CLOSED or np.ptp(volumes) > CLOSED * np.abs(volumes).max():
         found = ", ".join(f"{volume:.6g}" for volume in volumes)
         raise InputError(
-            f"{source}: found an open mesh: its area vectors leave {open_by:.1e} of its area, its"
-            f" volumes by x, y and z are {found} m^3; expected nothing and the same three times,"
-            " deck or lid included, with all normals outward. Close the mesh; one that ends at the"
-            " waterline does not say what is above it."
+            f"{source}: found an open mesh: the sum of its area vectors is {open_by:.1e} of its"
+            f" area, and its volumes by x, y and z are {found} m^3; expected zero and equal"
+            " volumes, including deck or lid, with all normals outward. Close the mesh. A mesh"
+            " that ends at the waterline has no shape above it."
         )
     return corners if volumes[2] > 0 else corners[:, ::-1]
 
 
 def integrals(corners: Triangles) -> Hydrostatics:
-    """Hydrostatics of a hull of which these triangles are what is under water."""
+    """Hydrostatics of a hull with these triangles below the water."""
     weight = areas(corners)[:, 2] / 3
     x, y, z = np.moveaxis((corners + np.roll(corners, -1, axis=1)) / 2, -1, 0)
 
@@ -93,7 +92,7 @@ def integrals(corners: Triangles) -> Hydrostatics:
 
 
 def immersed(corners: Triangles) -> Triangles:
-    """What of the triangles is below z = 0."""
+    """Parts of the triangles below z = 0."""
     wet = (corners[..., 2] < 0.0).sum(axis=1)
     cut = [part for triangle in corners[(wet == 1) | (wet == 2)] for part in _cut(triangle)]
     return np.concatenate([corners[wet == 3], np.reshape(cut, (-1, 3, 3))])
@@ -110,7 +109,7 @@ def triangles_of(panels: np.ndarray) -> Triangles:
 
 
 def _cut(triangle: np.ndarray) -> list[np.ndarray]:
-    """The one or two triangles of the part below z = 0 of one that reaches above it."""
+    """One or two triangles for the part below z = 0 of a triangle that crosses it."""
     below = triangle[:, 2] < 0.0
     lone = int(np.flatnonzero(below if below.sum() == 1 else ~below)[0])
     a, b, c = np.roll(triangle, -lone, axis=0)
@@ -121,8 +120,8 @@ def _cut(triangle: np.ndarray) -> list[np.ndarray]:
 
 
 def read_quietly(read: Callable[[Path], Any], path: Path, formats: str) -> Any:
-    """The mesh that a library reads of a file. Readers of many formats raise whatever they like;
-    meshio prints what is wrong and ends the program. All that becomes one InputError."""
+    """Mesh from a library's reader. Readers of many formats raise exceptions of many types; meshio
+    prints messages and ends the program. This function turns all of that into one InputError."""
     said = StringIO()
     try:
         with redirect_stdout(said), redirect_stderr(said), np.errstate(all="ignore"):

@@ -1,4 +1,4 @@
-"""`Hydrostatics`: integrals over a hull under water, and its stiffness."""
+"""`Hydrostatics`: integrals over the submerged hull, and its stiffness."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ class Hydrostatics:
     second_xy: float = 0.0
 
     def stiffness(self, height: float, density: float, gravity: float) -> np.ndarray:
-        """Stiffness (6, 6) about a centre of gravity at ``height`` [m] over the centre of buoyancy,
-        weight and buoyancy being equal (Newman 1977, Marine Hydrodynamics, chapter 6)."""
+        """Stiffness (6, 6) about a centre of gravity at ``height`` [m] above the centre of
+        buoyancy, for weight equal to buoyancy (Newman 1977, Marine Hydrodynamics, chapter 6)."""
         x, y, z = self.centre_of_buoyancy
         lever = self.volume * (z - height)
         C = np.zeros((6, 6))

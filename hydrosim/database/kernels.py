@@ -1,4 +1,4 @@
-"""Retardation functions of a database as a table."""
+"""Table of the retardation functions of a database."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from hydrosim.radiation.retardation import (
     retardation_function,
 )
 
-SEEN = 1e-6  # of the diagonal functions: pairs below have none but rounding
-UNITS = ("N/m", "N/rad", "N m/rad")  # of K, by the number of rotations among the two
+SEEN = 1e-6  # of the diagonal functions: pairs below this are rounding
+UNITS = ("N/m", "N/rad", "N m/rad")  # unit of K, by the number of rotations in the pair
 
 
 class Kernel(NamedTuple):
-    """A function of ``time`` (nt,) [s] of a pair of degrees of freedom, its name and unit; and the
+    """A function of ``time`` (nt,) [s] for a pair of degrees of freedom, its name and unit; and the
     added mass at infinite frequency."""
 
     name: str
@@ -31,8 +31,8 @@ class Kernel(NamedTuple):
 
 
 def kernels(db: HydroDatabase, length: float, step: float) -> tuple[Real, list[Kernel], str]:
-    """Times, K(t) = 2/pi int B cos(w t) dw of the pairs that radiate, about the database's
-    reference points, and how much of the memory they hold. K_ij = K_ji, of which one is given."""
+    """Times, and K(t) = 2/pi int B cos(w t) dw of the pairs that radiate, about the database's
+    reference points, with the resolved length of memory. K_ij = K_ji, so one of them is given."""
     found = retardation(db.frequency, db.added_mass, db.radiation_damping, length=length, step=step)
     mean = (db.radiation_damping + db.radiation_damping.swapaxes(1, 2)) / 2
     K, names = retardation_function(db.frequency, mean, found.time), dof_names(db.bodies)
@@ -50,12 +50,12 @@ def kernels(db: HydroDatabase, length: float, step: float) -> tuple[Real, list[K
     report = str(found.report)
     if length > (known := resolved_length(db.frequency)):
         apart = f"{np.pi / known:.3g} rad/s apart"
-        report += f"\nfrequencies {apart} resolve {known:.3g} s: what comes later is an echo"
+        report += f"\nfrequencies {apart} resolve {known:.3g} s: later values are an echo"
     return found.time, functions, report
 
 
 def write_table(db: HydroDatabase, time: Real, functions: list[Kernel], output: Output) -> None:
-    """Comma-separated columns with a name and a unit each, below lines that begin with #."""
+    """Write comma-separated columns with names and units, below comment lines with #."""
     points = "; ".join(", ".join(f"{x:g}" for x in point) for point in db.reference_point)
     heading = [
         f"# {output.mark}",

@@ -1,4 +1,4 @@
-"""`load`: from a file to a checked database."""
+"""`load`: reads and checks a database file."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ from hydrosim.errors import InputError
 from hydrosim.scene import Changes
 from hydrosim.scene.given import NOTHING_GIVEN, POINTS_UNKNOWN, Given
 
-HEAD = 4096  # bytes that a format is recognised by
+HEAD = 4096  # bytes by which a format is recognised
 NOTHING_CHANGED = Changes()
-NOT_READ = {  # files that stand beside those that are, or are of programs that are not
-    ".lis": "a listing of AQWA, which is read beside an .AH1 file; name that one",
-    ".rao": "no table of HydroStar with its head; let it write WAMIT's format",
-    ".tec": "a table for Tecplot and none of a Nemoh project",
+NOT_READ = {  # files beside databases, or files of programs without a reader
+    ".lis": "a listing of AQWA, which is read beside an .AH1 file; give the .AH1 file",
+    ".rao": "a table without the header of HydroStar; let HydroStar write WAMIT's format",
+    ".tec": "a table for Tecplot that belongs to no Nemoh project",
 }
 
 
 def load(
     path: Path | str, given: Given = NOTHING_GIVEN, changes: Changes = NOTHING_CHANGED
 ) -> HydroDatabase:
-    """The database in the file ``path``, of any format that `readers` know, with ``changes``, and
-    checked.
+    """Read and check the database in the file ``path``, of any format that `readers` know, with
+    ``changes``.
 
-    Raises `InputError` where the file is missing, not a database, incomplete or breaks physics so
-    clearly that a sign, unit or convention must be wrong. Milder findings are warnings.
+    Raises `InputError` if the file is missing, no database, incomplete, or so inconsistent that a
+    sign, unit or convention must be wrong. Milder findings are warnings.
     """
     db = changed(in_order(read(path, given)), changes)
     if POINTS_UNKNOWN in db.attributes.get("assumed", ""):
@@ -51,19 +51,19 @@ def load(
 
 
 def read(path: Path | str, given: Given = NOTHING_GIVEN) -> HydroDatabase:
-    """The database in the file ``path``, unchecked. A name without suffix stands for the files with
-    that name; the first of them that a reader knows is read."""
+    """Database in the file ``path``, unchecked. A name without suffix means the files with that
+    name; the first that a reader recognises is read."""
     reader, file = recognise(path)
     if given.draught is not None and reader.NAME != DRAUGHTS:
         raise InputError(
-            f"{path}: draught: found {given.draught}, but a file of {reader.NAME} has one draught;"
-            " expected none. Name the file that is for the draught."
+            f"{path}: draught: found {given.draught}, but a file of {reader.NAME} has only one"
+            " draught. Leave the draught out, and name the file for that draught."
         )
     return reader.read(file, given)
 
 
 def overruled(db: HydroDatabase, given: Given) -> list[str]:
-    """Names of what is ``given`` although the file says something else, which counts."""
+    """Names of ``given`` values that are not used because the file has other values."""
     return [
         item.name
         for item in fields(Given)
@@ -76,8 +76,8 @@ def overruled(db: HydroDatabase, given: Given) -> list[str]:
 
 
 def recognise(path: Path | str) -> tuple[Reader, Path]:
-    """What reads ``path``, and the file that it reads; raises `InputError` where that is missing or
-    of no known format."""
+    """Reader of ``path``, and the file to read. Raises `InputError` if it is missing or of no known
+    format."""
     path = Path(path)
     for file in _files(path):
         head = _head(file)
@@ -87,11 +87,11 @@ def recognise(path: Path | str) -> tuple[Reader, Path]:
     names = ", ".join(reader.NAME for reader in READERS)
     if what := NOT_READ.get(path.suffix.lower()):
         raise InputError(f"{path}: is {what}; expected one of {names}.")
-    raise InputError(f"{path}: is of no format that is known here; expected one of {names}.")
+    raise InputError(f"{path}: is of no known format; expected one of {names}.")
 
 
 def _files(path: Path) -> list[Path]:
-    """The file itself, or those of its name with any suffix."""
+    """The file itself, or files with its name and any suffix."""
     reason = no_file(path)
     if not reason:
         return [path]

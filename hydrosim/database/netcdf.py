@@ -1,11 +1,10 @@
-"""hydrosim's own database file: one netCDF-4 layout, dimensions by name, everything in SI.
+"""hydrosim's own database file: netCDF-4 with dimensions by name, all in SI.
 
 Variables are those of `HydroDatabase`; a complex one has a last dimension ``complex`` (re, im).
-DOFs are ``surge`` to ``yaw``, with several bodies ``body1__surge`` and so on. Optional variables
-are absent where the database has none. Packed numbers (``scale_factor``) are unpacked, other units
-are refused, and a checksum over all numbers tells whether they are those that were written. netCDF4
-is used rather than xarray because importing xarray takes longer than everything else; the files
-open in xarray all the same.
+DOFs are ``surge`` to ``yaw``; with several bodies, ``body1__surge`` and so on. Optional variables
+may be absent. Packed numbers (``scale_factor``) are unpacked, and other units are refused. A
+checksum over all numbers tells whether the file was changed. netCDF4 is used because importing
+xarray takes longer than everything else; xarray can open the files all the same.
 """
 
 from __future__ import annotations
@@ -28,17 +27,20 @@ if TYPE_CHECKING:
     import netCDF4
 
 NAME = "hydrosim netCDF"
-CHECKSUM = "checksum"  # attribute of a file: that of the database when it was written
-NUMBERS = "numbers"  # attribute of a database that was read: whether they are those, in words
+CHECKSUM = "checksum"  # attribute of a file: checksum of the database when it was written
+NUMBERS = "numbers"  # attribute of a database: result of the comparison with that checksum
 AS_WRITTEN, ALTERED = "as written", "altered"
-_MOST_ALONG = 10_000  # frequencies, headings, pairs of them
+_MOST_ALONG = 10_000  # frequencies, headings, pairs of headings
 _MOST = 10**8  # numbers in a file
-FRAME = "origin on the still waterline, x forward, y to port, z up; headings: where waves go to"
+FRAME = (
+    "origin on the still waterline, x forward, y to port, z up; headings: directions that"
+    " waves go to"
+)
 PHASE = "F(t) = Re{X a exp(+i w t)}, elevation at the origin Re{a exp(+i w t)}"
 
 
 class Variable(NamedTuple):
-    """How one array is stored; a row of loads has the unit of a force and of a moment."""
+    """Storage of one array. A row of loads has the unit of a force or of a moment."""
 
     dimensions: tuple[str, ...]
     units: str
@@ -52,8 +54,8 @@ _LOADS = ("frequency", "heading", "influenced_dof")
 _POINT = ("body", "axis")
 _QTF = ("qtf_pair", "qtf_frequency", "qtf_frequency_2", "influenced_dof")
 
-# Matrices and loads mix translations and rotations: with metres and radians every entry is in
-# coherent SI, and the unit given is that of the translations.
+# Matrices and loads mix translations and rotations. With metres and radians every entry is in
+# coherent SI, and the given unit is that of translations.
 VARIABLES = {
     "frequency": Variable(("frequency",), "rad s-1", "wave frequency"),
     "heading": Variable(("heading",), "rad", "direction the waves go to, counter-clockwise from x"),
@@ -95,14 +97,14 @@ VARIABLES = {
 
 
 def sniff(path: Path, head: bytes) -> bool:
-    """Any netCDF-4 file that no other reader, asked before, knows for its own: so that a damaged
-    one of ours is still told what is missing."""
+    """Whether it is a netCDF-4 file. This reader is asked last, so a damaged hydrosim file still
+    gets a message about its missing parts."""
     return head.startswith(hdf5.MAGIC)
 
 
 def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
-    """The database in a netCDF file of this layout. The volume and centres that a file lacks are
-    what is ``given``, nothing else of which is needed; raises `InputError` for what is missing."""
+    """Database in a netCDF file of this layout. Volumes and centres that the file lacks come from
+    ``given``. Raises `InputError` for missing variables."""
     import netCDF4  # slow to load, and dry scenes have no databases
 
     if problem := hdf5.fault(path):
@@ -110,7 +112,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
             f"{path}: not a netCDF-4/HDF5 file ({problem}); expected a hydrosim database."
         )
     try:
-        with undisturbed():  # netCDF4 drops an interrupt that comes as it opens a file
+        with undisturbed():  # netCDF4 loses an interrupt that arrives while it opens a file
             file = netCDF4.Dataset(path)
     except (OSError, RuntimeError) as error:
         raise InputError(f"{path}: cannot be read as netCDF ({error}).") from error
@@ -142,7 +144,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
 
 
 def _check_sizes(file: netCDF4.Dataset) -> None:
-    """Raises `InputError` for numbers beyond reason, of which a few bytes may promise any count."""
+    """Raises `InputError` for implausibly large arrays, which a few damaged bytes may request."""
     for name in ("frequency", "heading", "qtf_frequency", "qtf_pair"):
         size = file.dimensions[name].size if name in file.dimensions else 0
         if size > _MOST_ALONG:
@@ -154,12 +156,12 @@ def _check_sizes(file: netCDF4.Dataset) -> None:
     if count > _MOST:
         raise InputError(
             f"{file.filepath()}: has {count:,} numbers; expected at most {_MOST:,}. The file is"
-            " damaged, or has more pairs of waves than any sea needs."
+            " damaged, or has more pairs of waves than needed."
         )
 
 
 def write(db: HydroDatabase, path: Path) -> None:
-    """Write the database; ``read`` gives the same numbers back bit for bit."""
+    """Write the database; ``read`` returns the same numbers to the bit."""
     import netCDF4
 
     with netCDF4.Dataset(path, "w", format="NETCDF4") as file:
@@ -172,7 +174,7 @@ def write(db: HydroDatabase, path: Path) -> None:
 
 
 def dof_names(bodies: int) -> list[str]:
-    """``surge`` to ``yaw``, prefixed by ``body1__`` and so on where there are several bodies."""
+    """``surge`` to ``yaw``, with the prefix ``body1__`` and so on if there are several bodies."""
     if bodies == 1:
         return list(DOFS)
     return [f"{body}__{dof}" for body in body_names(bodies) for dof in DOFS]
@@ -210,7 +212,7 @@ def _array(file: netCDF4.Dataset, name: str, variable: Variable) -> Any:
 
 
 def _of_bodies(given: Given, path: Path, bodies: int) -> dict[str, Any]:
-    """Volume and centres that are given, in the shapes of the database."""
+    """Given volumes and centres, in the shapes of the database."""
     shapes = {"volume": (bodies,), "centre_of_buoyancy": (bodies, 3)}
     shapes["centre_of_gravity"] = (bodies, 3)
     arrays = {}
@@ -241,7 +243,7 @@ def _attributes(db: HydroDatabase) -> dict[str, str]:
 
 
 def _dimensions(file: netCDF4.Dataset, db: HydroDatabase) -> None:
-    """Dimensions, and the labels of those that are not numbers."""
+    """Dimensions, and the labels of dimensions without numbers."""
     file.createDimension("frequency", db.frequency.size)
     file.createDimension("heading", db.heading.size)
     if db.qtf_frequency is not None and db.qtf_heading is not None:

@@ -1,4 +1,4 @@
-"""What is in a database and what its checks found, as documents."""
+"""Documents on the content of a database and on its checks."""
 
 from __future__ import annotations
 
@@ -37,13 +37,13 @@ _OPTIONAL = (
 
 
 def contents(db: HydroDatabase, form: str) -> Document:
-    """What the database holds; ``form`` is what its file's format is called."""
+    """Content of the database; ``form`` is the name of its file format."""
     said = (("format", form), *_water(db), *_ranges(db), *_bodies(db), *_rest(db))
     return Document(db.attributes.get("title", db.source), [Table(("", ""), list(said))])
 
 
 def verdicts(db: HydroDatabase, findings: Sequence[Finding]) -> Document:
-    """A row for each check, and what to do about those that did not pass."""
+    """A row for each check, and remedies for checks that did not pass."""
     nodes: list[Node] = [_verdict_of(finding) for finding in findings if not finding.passed]
     if not nodes:
         nodes.append(Verdict(Outcome.GOOD, "All checks are passed."))
@@ -70,7 +70,7 @@ def _row(finding: Finding) -> list[Cell]:
 
 
 def memory(db: HydroDatabase) -> str:
-    """How much of the memory of the radiated waves the data hold, of all bodies together."""
+    """Resolved length of radiation memory, of all bodies together."""
     found = retardation(db.frequency, db.added_mass, db.radiation_damping)
     return f"retardation functions to {found.time[-1]:g} s: {found.report}"
 
@@ -95,7 +95,7 @@ def _ranges(db: HydroDatabase) -> Iterator[tuple[str, str]]:
     if db.qtf_frequency is not None and db.qtf_heading is not None:
         pairs = f"{len(db.qtf_heading)} pairs of headings"
         yield "QTF", f"{_range(db.qtf_frequency, 'rad/s')}; {pairs}"
-    symmetry = "port and starboard alike" if db.port_starboard_symmetric else "none"
+    symmetry = "symmetric about y = 0" if db.port_starboard_symmetric else "none"
     yield "symmetry", symmetry
 
 

@@ -1,4 +1,4 @@
-"""Moving a database to other centres of gravity; one body out of several."""
+"""Change of a database to other centres of gravity; extraction of one body of several."""
 
 from __future__ import annotations
 
@@ -30,19 +30,19 @@ POINTS = ("reference_point", "centre_of_gravity", "centre_of_buoyancy")
 
 
 def move_reference(db: HydroDatabase, centre_of_gravity: ArrayLike) -> HydroDatabase:
-    """The database with its coefficients about new centres of gravity (nb, 3), database frame.
+    """Database with its coefficients about new centres of gravity (nb, 3), database frame.
 
-    With v_ref = T v the velocity of the reference points for the velocity v of the new ones, equal
-    power gives loads T^T X and matrices T^T A T (Newman 1977, Marine Hydrodynamics, chapter 4).
-    Phases still refer to the elevation at the frame's origin.
+    The velocity of the reference points is v_ref = T v for the velocity v of the new ones. Equal
+    power then gives loads T^T X and matrices T^T A T (Newman 1977, Marine Hydrodynamics, chapter
+    4). Phases still refer to the elevation at the frame's origin.
 
-    The stiffness moves in the same way, for it is the second derivative of an energy that is
-    stationary at rest. A centre of gravity that rises by dz, with the weight equal to the
-    buoyancy, moreover takes rho g V dz from roll and pitch (GM falls by dz; Newman 1977, chapter
-    6). A sideways shift of the centre of gravity must be balanced by other means: the body is
+    The stiffness transforms in the same way, because it is the second derivative of an energy that
+    is stationary at rest. With weight equal to buoyancy, a centre of gravity that rises by dz also
+    reduces roll and pitch stiffness by rho g V dz (GM falls by dz; Newman 1977, chapter 6). A
+    sideways shift of the centre of gravity must be balanced by other means, because the body stays
     at rest in the position of the database.
 
-    ``inertia_matrix`` is dropped when a centre of gravity moves, since it is that of another
+    ``inertia_matrix`` is dropped when a centre of gravity moves, because it belongs to another
     distribution of mass. Returns ``db`` itself if nothing moves.
     """
     new = np.reshape(np.asarray(centre_of_gravity, dtype=float), (db.bodies, 3))
@@ -76,10 +76,10 @@ def move_reference(db: HydroDatabase, centre_of_gravity: ArrayLike) -> HydroData
 
 
 def body_of(db: HydroDatabase, index: int) -> HydroDatabase:
-    """The database of one body, counted from 0, of several; the others are held.
+    """Database of one body of several, counted from 0, while the others are held.
 
-    ``drift_imbalance`` is dropped, since it is that of all bodies. Returns ``db`` itself if it has
-    one body only.
+    ``drift_imbalance`` is dropped, because it belongs to all bodies. Returns ``db`` itself if it
+    has only one body.
     """
     if db.bodies == 1:
         return db
@@ -99,7 +99,8 @@ def body_of(db: HydroDatabase, index: int) -> HydroDatabase:
 
 
 def velocity_transfer(offset: Real) -> Real:
-    """T (n, n): the velocity at points ``offset`` (nb, 3) from the centres is T times theirs."""
+    """Matrix T (n, n): the velocity at points ``offset`` (nb, 3) from the centres is T times
+    theirs."""
     T = np.eye(6 * len(offset))
     for body, (x, y, z) in enumerate(offset):
         rows = slice(6 * body, 6 * body + 3)

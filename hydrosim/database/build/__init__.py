@@ -1,2 +1,2 @@
-"""Making a database from a hull, by Capytaine (the extra ``bem``); nothing of it is imported
-elsewhere."""
+"""Computation of a database from a hull, by Capytaine (the extra ``bem``); no other package imports
+this one."""

@@ -1,8 +1,8 @@
-"""Hulls of a recipe where they float: what the solver sees, and their hydrostatics.
+"""Hulls of a recipe as they float: geometry for the solver, and hydrostatics.
 
-Barges, boxes and spheres have their own origin over their centre of buoyancy, a mesh where its file
-has it. A body alone is at the database's origin; several are placed and turned, and computed by
-halves where they are together their own mirror image in y = 0.
+The origin of barges, boxes and spheres is above their centre of buoyancy; the origin of a mesh is
+that of its file. A single body is at the database's origin. Several bodies are placed and turned.
+If together they are symmetric about y = 0, one half is computed.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ from hydrosim.errors import InputError
 
 @dataclass(frozen=True)
 class Afloat:
-    """Hulls in the database's frame: what the solver sees, and the hydrostatics of each in its own
-    frame. ``alike``: each body is its own mirror image in y = 0."""
+    """Hulls in the database's frame for the solver, and the hydrostatics of each hull in its own
+    frame. ``alike``: each body is symmetric about y = 0."""
 
     hull: Hull
     integrals: tuple[Hydrostatics, ...]
@@ -44,8 +44,8 @@ class Afloat:
 
 @dataclass(frozen=True)
 class _Own:
-    """A hull in its own frame: all its panels (n, 4, 3) and those of its lid, or of both those at
-    y >= 0 where it is ``halved``."""
+    """A hull in its own frame: its panels (n, 4, 3) and those of its lid. If ``halved``, the panels
+    of both are those at y >= 0."""
 
     panels: Panels
     lid: Panels
@@ -53,14 +53,14 @@ class _Own:
     integrals: Hydrostatics
 
     def whole(self) -> tuple[Panels, Panels]:
-        """All panels and all of the lid."""
+        """All panels of the hull and all panels of the lid."""
         return (
             (mirrored(self.panels), mirrored(self.lid)) if self.halved else (self.panels, self.lid)
         )
 
 
 def afloat(recipe: Recipe, share: float = 1.0) -> Afloat:
-    """The hulls of ``recipe``, with a ``share`` of the panels that it says."""
+    """Hulls of ``recipe``, with a ``share`` of its number of panels."""
     own = [_own(recipe, part, share) for part in recipe.data.parts]
     integrals = tuple(each.integrals for each in own)
     direct = recipe.data.method is Method.DIRECT
@@ -81,7 +81,7 @@ def afloat(recipe: Recipe, share: float = 1.0) -> Afloat:
 
 
 def floating(recipe: Recipe, floats: Afloat, water: Water) -> Floating:
-    """Mass and stiffness of all bodies, each with its weight equal to its buoyancy and over it."""
+    """Mass and stiffness of all bodies, each with its weight equal to its buoyancy and above it."""
     pairs = zip(recipe.data.parts, floats.integrals, strict=True)
     bodies = [_floating(recipe, part, integrals, water) for part, integrals in pairs]
     return Floating(
@@ -103,7 +103,7 @@ def _turn(part: Part) -> np.ndarray:
 
 
 def _placed(part: Part, points: np.ndarray) -> np.ndarray:
-    """Points (..., 3) of the body's own frame in the database's."""
+    """Points (..., 3) of the body's own frame in the database's frame."""
     if not _moved(part):
         return points
     turned = points @ _turn(part).T if part.heading else points
@@ -111,8 +111,8 @@ def _placed(part: Part, points: np.ndarray) -> np.ndarray:
 
 
 def _together(panels: list[Panels], lids: list[Panels], halve: bool) -> tuple[Hull, bool]:
-    """All hulls, or where they may be halved and are their own mirror image those at y >= 0; and
-    whether that is so of each body."""
+    """All hulls; if they may be halved and are symmetric, those at y >= 0. The second value says
+    which bodies are symmetric."""
     every, lid = np.concatenate(panels), np.concatenate(lids)
     owner = np.repeat(np.arange(len(panels)), [len(each) for each in panels])
     none = ((0.0, 0.0, 0.0),)
@@ -128,15 +128,16 @@ def _together(panels: list[Panels], lids: list[Panels], halve: bool) -> tuple[Hu
 
 
 def _check_apart(recipe: Recipe, panels: Sequence[Panels]) -> None:
-    """No hull begins where another one is, seen from above in boxes around each."""
+    """Refuse hulls whose bounding boxes overlap in plan."""
     names = [*getattr(recipe.data, "bodies", {"hull": None})]
     ends = [(each.min(axis=(0, 1)), each.max(axis=(0, 1))) for each in panels]
     for i, (low, high) in enumerate(ends):
         for j, (lower, higher) in enumerate(ends[:i]):
             if (low[:2] < higher[:2]).all() and (lower[:2] < high[:2]).all():
                 raise InputError(
-                    f"{recipe.path}: bodies.{names[i]}.position: found it in the place of"
-                    f" {names[j]}, seen from above; expected boxes around the hulls that are apart."
+                    f"{recipe.path}: bodies.{names[i]}.position: found it inside the box around"
+                    f" {names[j]}, seen from above; expected boxes around the hulls that do not"
+                    " overlap."
                 )
 
 
@@ -181,8 +182,9 @@ def _floating(recipe: Recipe, part: Part, integrals: Hydrostatics, water: Water)
     if aside > 0.01 * np.cbrt(integrals.volume):
         x, y = buoyancy[:2]
         raise InputError(
-            f"{recipe.path}: centre_of_gravity: found it {aside:g} m beside the centre of buoyancy;"
-            f" expected it above or below that, at x = {x:g} m, y = {y:g} m, or the hull heels."
+            f"{recipe.path}: centre_of_gravity: found it {aside:g} m beside the centre of"
+            f" buoyancy; expected it above or below that, at x = {x:g} m, y = {y:g} m. Otherwise"
+            " the hull heels or trims."
         )
     mass = water.density * integrals.volume
     inertia = block_diag(mass * np.eye(3), _turning(part, mass))

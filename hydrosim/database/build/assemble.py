@@ -1,4 +1,5 @@
-"""From a solver's results to a `HydroDatabase`: exact symmetries, drift of the floating body."""
+"""From a solver's results to a `HydroDatabase`: exact symmetries, mean drift of the floating
+body."""
 
 from __future__ import annotations
 
@@ -42,10 +43,10 @@ def assemble(
     """Database of one or several bodies from their ``solutions``.
 
     ``limits`` are the added masses at zero frequency, if known, and at infinite frequency. Added
-    mass and damping are made symmetric and, for a ``symmetric`` hull, everything that
-    port-starboard symmetry forbids is set to zero; the solver gives both but for its error. The
-    mean drift is that of the body floating free, without viscous damping, and of the body held;
-    its imbalance that of the first, if asked for.
+    mass and damping are made symmetric. For a ``symmetric`` hull, all entries that port-starboard
+    symmetry forbids are set to zero. The solver satisfies both except for its error. The mean drift
+    is that of the free body, without viscous damping, and of the held body. If requested, its
+    energy imbalance is that of the free body.
     """
     rules = Rules(symmetric, headings)
     added_mass = rules.matrices(np.array([s.added_mass for s in solutions]))
@@ -88,7 +89,8 @@ def assemble(
 
 
 def asymmetry(matrices: Real) -> Real:
-    """(n, n): largest |M_ij - M_ji| over the frequencies, relative to the largest M_ii and M_jj."""
+    """Matrix (n, n): largest |M_ij - M_ji| over the frequencies, relative to the largest M_ii and
+    M_jj."""
     skew = np.abs(matrices - np.swapaxes(matrices, -1, -2)).max(axis=0)
     scale = np.sqrt(np.abs(np.diagonal(matrices, axis1=-2, axis2=-1)).max(axis=0))
     return skew / np.outer(scale, scale)
@@ -102,7 +104,7 @@ def _drifts(
 
 
 def floating_waves(body: Floating, s: Solution, A: Real, B: Real, X: Complex) -> Complex:
-    """Kochin functions (headings, directions) of the body that floats free in waves."""
+    """Kochin functions (headings, directions) of the free body in waves."""
     w = s.frequency
     impedance = body.stiffness - w**2 * (body.inertia + A) + 1j * w * B
     motion = np.linalg.solve(impedance, X.T).T
@@ -112,19 +114,19 @@ def floating_waves(body: Floating, s: Solution, A: Real, B: Real, X: Complex) ->
 
 @dataclass(frozen=True)
 class Rules:
-    """What reciprocity demands and port-starboard symmetry forbids."""
+    """Largest errors of reciprocity and of port-starboard symmetry."""
 
     symmetric: bool
     headings: Real
 
     def matrices(self, matrices: Real) -> Real:
-        """The symmetric part (..., n, n), without coupling across the plane of symmetry."""
+        """Symmetric part (..., n, n), without coupling across the plane of symmetry."""
         lateral = np.resize(LATERAL, matrices.shape[-1])
         coupled = (lateral[:, None] == lateral) | (not self.symmetric)
         return np.where(coupled, (matrices + np.swapaxes(matrices, -1, -2)) / 2, 0.0)
 
     def loads(self, loads: Sequence[np.ndarray]) -> np.ndarray:
-        """(frequencies, headings, n) without sway, roll and yaw in waves along the hull."""
+        """Loads (frequencies, headings, n) without sway, roll and yaw in waves along the hull."""
         found = np.array(loads)
         along = np.isclose(np.sin(self.headings), 0.0, atol=1e-9) & self.symmetric
         return np.where(along[:, None] & np.resize(LATERAL, found.shape[-1]), 0.0, found)

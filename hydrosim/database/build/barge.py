@@ -1,8 +1,8 @@
 """A parametric launch barge: plane faces, vertical sides, raked ends; its hydrostatics and panels.
 
-Frame: x forward from the stern, y to port, z up from the waterline. The hull is symmetric about
-y = 0. Half-breadth and bottom are piecewise linear in x, so that every face is plane and the
-hydrostatic integrals are exact.
+Frame: x forward from the stern, y to port, z up from the waterline. The hull is symmetric about y =
+0. Half-breadth and bottom are piecewise linear in x, so every face is plane and the hydrostatic
+integrals are exact.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Barge:
     rake_length: float
 
     def half_breadth(self, x: np.ndarray) -> np.ndarray:
-        """Half the breadth [m] at ``x`` [m], the same at all depths."""
+        """Half-breadth [m] at ``x`` [m], the same at all depths."""
         taper = [self.stern_length, self.length - self.bow_length]
         return np.interp(x, taper, [self.beam / 2, self.bow_beam / 2])
 
@@ -50,7 +50,7 @@ class Barge:
         return np.interp(x, corners, [wall, keel, keel, wall])
 
     def corners(self) -> list[float]:
-        """Stations [m] where the breadth or the bottom has a corner, ends included."""
+        """Stations [m] at which the breadth or the bottom has a corner, including both ends."""
         ends = [0.0, self.rake_length, self.length - self.rake_length, self.length]
         return sorted({*ends, self.stern_length, self.length - self.bow_length})
 
@@ -78,9 +78,10 @@ def hydrostatics(hull: Barge) -> Hydrostatics:
 
 @dataclass(frozen=True)
 class Resolution:
-    """Numbers of panels of the half hull: ``along`` between the hull's corners, first and last on
-    the rakes; ``across`` the half bottom; ``down`` the side; ``wall_across`` and ``wall_down`` on
-    each end wall; and of the half lid, ``lid_along`` between the corners of the waterline."""
+    """Numbers of panels of the half hull. ``along`` is between the hull's corners, first and last
+    on the rakes; ``across`` is over the half bottom; ``down`` is over the side. ``wall_across`` and
+    ``wall_down`` are on each end wall. ``lid_along`` of the half lid is between the corners of the
+    waterline."""
 
     along: tuple[int, ...] = (10, 8, 24, 17, 10)
     across: int = 9
@@ -94,8 +95,8 @@ class Resolution:
 def half_hull(hull: Barge, mesh: Resolution) -> Panels:
     """Panels of the hull at y >= 0, normals into the water.
 
-    They shrink towards the bilge, the keel and both edges of the rakes, where the flow turns round
-    a corner, and towards the waterline, because short waves fade with depth.
+    Panels shrink towards the bilge, the keel and both edges of the rakes, where the flow turns
+    round a corner. They also shrink towards the waterline, because short waves decay with depth.
     """
     x = _stations(hull, mesh)
     to_bilge = np.sin(np.linspace(0, np.pi / 2, mesh.across + 1))
@@ -119,14 +120,14 @@ def half_lid(hull: Barge, mesh: Resolution) -> Panels:
 
 
 def box(length: float, beam: float, draught: float) -> Barge:
-    """A barge without taper and rakes; its corners only part the panels."""
+    """A barge without taper and rakes; its corners only separate groups of panels."""
     third = length / 3
     end = min(length / 5, beam / 2)
     return Barge(length, beam, draught, beam, third, third, draught, end)
 
 
 def resolution(hull: Barge, size: float) -> Resolution:
-    """Panels of about ``size`` [m] or less where they are largest."""
+    """Numbers of panels for a largest size of about ``size`` [m]."""
 
     def count(span: float, finer: float = 1.0) -> int:
         return max(2, math.ceil(finer * span / size))
@@ -146,7 +147,7 @@ def resolution(hull: Barge, size: float) -> Resolution:
 
 
 def mirrored(panels: Panels) -> Panels:
-    """The panels and their mirror image in y = 0; triangles have their last corner twice there
+    """The panels and their mirror image in y = 0. The last corner of triangles is doubled there,
     too."""
     return np.concatenate([panels, panels[:, [1, 0, 3, 2]] * [1, -1, 1]])
 
@@ -159,7 +160,7 @@ def _stations(hull: Barge, mesh: Resolution) -> np.ndarray:
 
 
 def _cosine(count: int) -> np.ndarray:
-    """0 to 1 in ``count`` steps that are small at both ends."""
+    """Values from 0 to 1 in ``count`` steps that are small at both ends."""
     return (1 - np.cos(np.linspace(0, np.pi, count + 1))) / 2
 
 

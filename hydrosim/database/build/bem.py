@@ -1,7 +1,7 @@
-"""Linear potential flow round the hulls of one or several bodies, by Capytaine.
+"""Linear potential flow around one or several bodies, by Capytaine.
 
-Capytaine's time factor is exp(-i w t); loads are conjugated here, to exp(+i w t), and nowhere else.
-The Kochin functions stay as they are, for `drift`.
+Capytaine's time factor is exp(-i w t). Only this module conjugates loads, to exp(+i w t). The
+Kochin functions are unchanged, for `drift`.
 """
 
 from __future__ import annotations
@@ -27,20 +27,20 @@ from hydrosim.database.build.workers import compute_all
 from hydrosim.dofs import DOFS
 from hydrosim.program import digest_of_sources
 
-Progress = Callable[[int, int], None]  # told how many frequencies are done, and of how many
+Progress = Callable[[int, int], None]  # receives the number of completed frequencies and the total
 Point = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
 class Hull:
-    """Panels (n, 4, 3) of the wetted hulls, normals into the water, and of the lids on the
-    waterplanes inside them, which remove the irregular frequencies, or none (0, 4, 3). If
-    ``symmetric``, of those at y >= 0 only. A triangle has its last corner twice.
+    """Panels (n, 4, 3) of the wetted hulls with normals into the water, and of the lids on the
+    waterplanes inside them. Lids remove irregular frequencies; without them their array is (0, 4,
+    3). If ``symmetric``, only panels at y >= 0 are given. The last corner of a triangle is doubled.
 
-    Moments of each body are about its own point of ``centres`` [m]; ``owner`` says which body each
-    panel of the whole is part of, those of the mirror image last, and may be left out for one. If
-    ``direct``, pressures are by the integral equation for the potential; otherwise, and the far
-    field always, by that for sources on the panels.
+    Moments of each body are about its own point of ``centres`` [m]. ``owner`` is the body of each
+    panel of the whole, with the mirror image last; it is optional for one body. If ``direct``,
+    pressures come from the integral equation for the potential. Otherwise, they come from sources
+    on the panels, which always give the far field.
     """
 
     panels: Real
@@ -52,7 +52,7 @@ class Hull:
 
     @cached_property
     def body(self) -> cpt.FloatingBody:
-        """Capytaine's body, which stands for all of them."""
+        """Capytaine's body, which represents all bodies."""
         mesh = self._mesh(self.panels)
         return cpt.FloatingBody(
             mesh=mesh,
@@ -66,7 +66,7 @@ class Hull:
         return cpt.ReflectionSymmetricMesh(half=mesh, plane="xOz") if self.symmetric else mesh
 
     def _motions(self, points: Real) -> dict[str, Real]:
-        """Motions (panels, 3) of each DOF, body by body; the others stay where they are."""
+        """Motions (panels, 3) of each DOF, body by body, while the other bodies are held."""
         owner = np.array(self.owner or np.zeros(len(points)))
         found = {}
         for number, centre in enumerate(self.centres):
@@ -86,9 +86,9 @@ def mesh_of(panels: Real) -> cpt.Mesh:
 
 
 class Solution(NamedTuple):
-    """One frequency [rad/s] in SI, n = 6 x number of bodies: added mass and damping (n, n), loads
-    per unit wave amplitude (headings, n), Kochin functions of unit motions (n, directions) and of
-    the diffracted waves of unit amplitude (headings, directions)."""
+    """Results at one frequency [rad/s] in SI, n = 6 x number of bodies: added mass and damping (n,
+    n); loads per unit wave amplitude (headings, n); Kochin functions of unit motions (n,
+    directions) and of the diffracted waves of unit amplitude (headings, directions)."""
 
     frequency: float
     added_mass: Real
@@ -104,9 +104,9 @@ def solve_all(
 ) -> list[Solution]:
     """Solutions at all ``frequencies`` [rad/s] for ``headings`` [rad], by ``jobs`` processes.
 
-    Each is kept on disk once it is there, so that the work can be interrupted and taken up again.
+    Each solution is stored on the disk at once, so an interrupted computation can continue.
     """
-    _ = hull.body  # goes to the processes with the hull, since making it takes a second
+    _ = hull.body  # sent to the processes with the hull, because making it takes a second
     calls = (joblib.delayed(_stored)(hull, water, float(w), headings) for w in frequencies)
     done = []
     for solution in compute_all(calls, jobs):
@@ -142,8 +142,8 @@ def solve(hull: Hull, water: Water, frequency: float, headings: Real) -> Solutio
 
 
 def kochin(results: Sequence[cpt.LinearPotentialFlowResult]) -> Complex:
-    """Kochin functions (results, directions) of results of one body and frequency, together: most
-    of the time goes into waves that they share."""
+    """Kochin functions (results, directions) of results of one body and frequency. They are
+    computed together, because the waves that they share take most of the time."""
     together = copy(results[0])
     together.sources = np.array([result.sources for result in results]).T
     return np.ascontiguousarray(compute_kochin(together, DIRECTIONS).T)
@@ -179,14 +179,14 @@ def _stored(hull: Hull, water: Water, frequency: float, headings: Real) -> Solut
 
 
 def solution_key(hull: Hull, water: Water, frequency: float, headings: Real) -> str:
-    """Hash of all that `solve` and `limit_added_mass` depend on, the program included."""
+    """Hash of all data that `solve` and `limit_added_mass` depend on, including the program."""
     shape = hull.panels, hull.lid, hull.symmetric, np.array(hull.centres), hull.direct
     numbers = water.density, water.gravity, water.depth, frequency, headings, DIRECTIONS
     return key_of(cpt.__version__, _sources(), *shape, np.array(hull.owner), *numbers)
 
 
 def _sources() -> str:
-    """The program's own part in a solution."""
+    """Version of the program's own part of a solution."""
     return digest_of_sources(Path(__file__).parent, "bem.py", "green.py")
 
 
@@ -203,7 +203,8 @@ def _given(hull: Hull, water: Water, frequency: float) -> dict[str, Any]:
 @cache
 def solver(deep: bool = True, direct: bool = False) -> cpt.BEMSolver:
     """Capytaine's solver, made once."""
-    cpt.set_logging("ERROR")  # It warns of panels over 1/8 wavelength; their error is measured.
+    # Capytaine warns of panels over 1/8 wavelength; their error is measured.
+    cpt.set_logging("ERROR")
     given = {} if deep else {"green_function": green.FiniteDepth()}
     return cpt.BEMSolver(method="direct" if direct else "indirect", **given)
 

@@ -1,4 +1,4 @@
-"""`build`: from a recipe to a database."""
+"""`build`: computes a database from a recipe."""
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ QTF = "near field, with Pinkster's second-order potential; surge, sway and yaw s
 
 
 def silent(done: int, total: int) -> None:
-    """Progress that nobody watches."""
+    """Default for ``progress``: ignores it."""
 
 
 def build(recipe: Recipe, jobs: int = 1, progress: Progress = silent) -> HydroDatabase:
-    """The database of ``recipe``, computed by ``jobs`` processes.
+    """Database of ``recipe``, computed by ``jobs`` processes.
 
-    ``progress`` is told after each frequency how many are done of `Recipe.steps`. What is done is
-    kept on disk: the same recipe started again goes on from there. Raises `InputError` for
-    what cannot be computed; warns of irregular frequencies.
+    ``progress`` receives the number of completed frequencies and `Recipe.steps`. Completed
+    frequencies are stored on the disk, and the same recipe continues from there. Raises
+    `InputError` if the database cannot be computed; warns of irregular frequencies.
     """
     data = recipe.data
     water = Water(data.water.density, data.water.gravity, data.water.depth)
@@ -76,13 +76,13 @@ def build(recipe: Recipe, jobs: int = 1, progress: Progress = silent) -> HydroDa
 
 
 def _all_of(total: int, progress: Progress) -> Progress:
-    """Tells ``progress`` how many of all frequencies are done, whatever they are solved for."""
+    """Report the number of completed frequencies to ``progress``, over all computations."""
     done = count(1)
     return lambda _, __: progress(next(done), total)
 
 
 def _limits(hull: Hull, water: Water) -> tuple[Real | None, Real]:
-    """Added mass at zero frequency, in deep water only, and at infinite frequency."""
+    """Added mass at zero frequency (deep water only) and at infinite frequency."""
     zero = limit_added_mass(hull, water, 0.0) if water.is_deep else None
     return zero, limit_added_mass(hull, water, np.inf)
 
@@ -112,7 +112,7 @@ def _with_qtf(
     jobs: int,
     progress: Progress,
 ) -> HydroDatabase:
-    """``db`` with the QTFs that are ``wanted`` of the ``body`` floating free in deep water."""
+    """``db`` with the ``wanted`` QTFs of the ``body``, floating freely in deep water."""
     frequency, headings = np.array(wanted.frequencies), np.array(wanted.headings)
     water = Water(db.water_density, db.gravity)
     flows = first_order_all(hull, body, water, frequency, headings, jobs, progress)
@@ -140,21 +140,23 @@ def _check_depth(recipe: Recipe, floats: Afloat, water: Water) -> None:
         k = SHALLOWEST / water.depth
         least = np.sqrt(water.gravity * k * np.tanh(SHALLOWEST))
         raise InputError(
-            f"{recipe.path}: frequencies: found {lowest:g} rad/s; expected {least:.3g} rad/s or"
-            f" more in {water.depth:g} m of water: waves more than {2 * np.pi / SHALLOWEST:.0f}"
-            " times longer than the depth are beyond the solver."
+            f"{recipe.path}: frequencies: found {lowest:g} rad/s; expected at least {least:.3g}"
+            f" rad/s in {water.depth:g} m of water. The solver cannot compute waves more than"
+            f" {2 * np.pi / SHALLOWEST:.0f} times longer than the depth."
         )
 
 
 def _warn_of_irregular(recipe: Recipe, floats: Afloat, water: Water) -> None:
-    """Without a lid the water inside the hull has its own resonances, which spoil the results."""
+    """Warn of irregular frequencies: without a lid, the water inside the hull has resonances that
+    spoil the results."""
     if len(floats.hull.lid):
         return
     first = floats.hull.body.first_irregular_frequency_estimate(g=water.gravity)
     if recipe.frequencies[-1] > 0.95 * first:
         warnings.warn(
-            f"{recipe.path}: without a lid, the coefficients have spikes at irregular frequencies,"
-            f" the first near {first:.3g} rad/s; stay below, or set lid: auto.",
+            f"{recipe.path}: without a lid, the coefficients have spikes at irregular"
+            f" frequencies, the first near {first:.3g} rad/s. Use lower frequencies, or set lid:"
+            " auto.",
             stacklevel=3,
         )
 

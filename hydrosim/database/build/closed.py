@@ -1,4 +1,4 @@
-"""The closed hull of a recipe: the one whose database it makes, with a deck."""
+"""Closed hull of a recipe: the hull of its database, with a deck."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from hydrosim.scene import Hull
 
 
 def hull_of_recipe(path: Path, body: int = 1, depth: float | None = None) -> Hull:
-    """The hull of a ``body`` of a recipe, in the database's frame. The sides of barges and boxes go
-    up to a flat deck ``depth`` [m] above the keel. Raises `InputError` where that is not possible.
+    """Hull of a ``body`` of a recipe, in the database's frame. The sides of barges and boxes extend
+    to a flat deck ``depth`` [m] above the keel. Raises `InputError` if that is not possible.
     """
     recipe = load_recipe(path)
     if body > len(recipe.data.parts):
@@ -27,7 +27,7 @@ def hull_of_recipe(path: Path, body: int = 1, depth: float | None = None) -> Hul
     if isinstance(hull, SphereHull) or isinstance(hull, MeshHull) == (depth is not None):
         raise InputError(
             f"{path}: its hull is a {hull.type}, and depth is {depth}; expected a barge or a box"
-            " and their depth, keel to deck, or a mesh without one. Give a file as mesh instead."
+            " with a depth (keel to deck), or a mesh without one. Give a file as mesh instead."
         )
     if isinstance(hull, MeshHull):
         own = read_hull(path.parent / hull.file, hull).corners
@@ -37,7 +37,8 @@ def hull_of_recipe(path: Path, body: int = 1, depth: float | None = None) -> Hul
 
 
 def barge_with_deck(hull: Barge, depth: float) -> np.ndarray:
-    """Triangles (n, 3, 3) of a barge, origin over its centre of buoyancy as in its database."""
+    """Triangles (n, 3, 3) of a barge, with the origin above its centre of buoyancy as in its
+    database."""
     x = np.array(hull.corners())
     side = hull.half_breadth(x)[:, None] * [-1.0, 1.0]
     low, high = hull.bottom(x)[:, None], np.full((x.size, 1), depth - hull.draught)

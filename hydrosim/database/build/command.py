@@ -1,4 +1,4 @@
-"""What `hydrosim db build` does."""
+"""The command `hydrosim db build`."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ def build_database(
     settings: Sequence[str] = (),
     progress: Progress = lambda done, total: None,
 ) -> list[Path]:
-    """Compute the database of the recipe that is the ``output``'s origin, with ``settings``
-    KEY=VALUE laid over it, by ``jobs`` processes, and write it; with ``picture`` also pages about
-    it. ``progress`` is told how many frequencies are done, of how many. The files written."""
+    """Compute the database of the recipe that is the origin of ``output``, with ``settings``
+    KEY=VALUE that override it. ``jobs`` processes share the work, with a progress bar. With
+    ``picture``, draw pages about it, too. Returns the paths of the files."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # processes share the work, not threads
     try:
         from hydrosim.database.build.afloat import afloat

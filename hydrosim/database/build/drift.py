@@ -1,8 +1,8 @@
-"""Mean drift of a floating body from the waves it sends out.
+"""Mean drift of a floating body from its radiated and diffracted waves.
 
-A body's outgoing waves are described by the Kochin function H(t), t the direction they go to, in
-Capytaine's normalisation and time factor exp(-i w t); H is that of the diffracted waves of unit
-amplitude plus those of the body's motion.
+The Kochin function H(t) describes a body's outgoing waves in the direction t, in Capytaine's
+normalisation and time factor exp(-i w t). H is the sum for the diffracted waves of unit amplitude
+and for the body's motion.
 """
 
 from __future__ import annotations
@@ -18,40 +18,42 @@ from hydrosim.database.build.water import Water
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-# |H|^2 has Fourier orders up to 2 k R, R the body's half-length: 720 directions serve k R < 180.
+# |H|^2 has Fourier orders up to 2 k R with the half-length R of the body: 720 directions suffice
+# for k R < 180.
 DIRECTIONS = np.arange(720) * (2 * np.pi / 720)
 STEP = DIRECTIONS[1]
 
 
 class Drifting(StrEnum):
-    """How a body takes part in its mean drift: floating free, or held at rest."""
+    """State of a body for its mean drift: floating freely, or held at rest."""
 
     FREE = "free"
     HELD = "held"
 
 
 class Drift(NamedTuple):
-    """Mean drift per amplitude squared (headings, 6) [N/m^2, N m/m^2] and the relative energy
-    imbalance (headings,) of the far field: zero for an exact solution of an undamped body."""
+    """Mean drift per amplitude squared (headings, 6) [N/m^2, N m/m^2], and the relative energy
+    imbalance (headings,) of the far field, which is zero for an exact solution of an undamped
+    body."""
 
     force: Real
     imbalance: Real
 
 
 def mean_drift(kochin: Complex, frequency: float, headings: Real, water: Water) -> Drift:
-    """Drift in surge, sway and yaw in waves of unit amplitude, for ``kochin`` (headings,
-    directions); headings are multiples of half a degree.
+    """Drift in surge, sway and yaw in waves of unit amplitude, from ``kochin`` (headings,
+    directions). Headings are multiples of half a degree.
 
-    With k the wavenumber, b the heading and the factors c of `_factors`,
+    With the wavenumber k, the heading b and the factors c of `_factors`,
 
         Fx = c2 int |H|^2 (cos b - cos t) dt            (Maruo 1960; sines for Fy)
         Mz = c1 / k Re H'(b) - c2 / k Im int H* H' dt   (Newman 1967)
 
-    In Newman's own form of the force the first cosine has the factor -c1 Im H(b) instead of
-    c2 int |H|^2. These are the energy taken from the incident wave and the energy radiated, equal
-    without viscous damping; the second cancels less against the rest. The imbalance is their ratio
-    less one. The moment is about the vertical through the origin; heave, roll and pitch do not
-    show in the far field and are zero.
+    In Newman's own form of the force, the first cosine has the factor -c1 Im H(b) instead of c2 int
+    |H|^2. These factors are the energy taken from the incident wave and the energy radiated, which
+    are equal without viscous damping. The second one leads to less cancellation. The imbalance is
+    their ratio minus one. The moment is about the vertical through the origin. Heave, roll and
+    pitch do not appear in the far field and are zero.
     """
     k = water.wavenumber(frequency)
     c1, c2 = _factors(k, frequency, water)
@@ -81,6 +83,6 @@ def _factors(k: float, frequency: float, water: Water) -> tuple[float, float]:
 
 
 def _derivative(kochin: Complex) -> Complex:
-    """dH/dt by Fourier series."""
+    """Derivative dH/dt by Fourier series."""
     orders = np.fft.fftfreq(DIRECTIONS.size, 1 / DIRECTIONS.size)
     return np.fft.ifft(1j * orders * np.fft.fft(kochin, axis=-1), axis=-1)

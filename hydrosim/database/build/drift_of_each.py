@@ -1,9 +1,9 @@
-"""Mean drift of each of several bodies, in the waves of all.
+"""Mean drift of each of several bodies, in the waves of all of them.
 
-The far field tells the drift of all bodies together, the pressure on each hull that of each: the
-diagonal of `qtf.quadratic`, which converges slowly with the panels. So the force of each body is by
-the pressures, and what these miss of the far field's surge and sway is shared among the bodies in
-proportion to their forces. Heave and moments are those of the pressures.
+The far field gives the drift of all bodies together. The pressure on each hull gives the drift of
+that hull: the diagonal of `qtf.quadratic`, which converges slowly with the panels. So the forces
+come from the pressures. Their difference from the far field in surge and sway is shared among the
+bodies in proportion to their forces. Heave and moments come from the pressures.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ def drift_of_each(
     jobs: int,
     progress: Progress,
 ) -> dict[Drifting, Real]:
-    """Mean drift per amplitude squared (frequencies, headings, n) of the bodies floating free and
-    held, by ``jobs`` processes, in deep water; kept on disk by frequencies."""
+    """Mean drift per amplitude squared (frequencies, headings, n) of the free and of the held
+    bodies, by ``jobs`` processes, in deep water. Results are stored on the disk by frequency."""
     _ = hull.body
     solutions, found = list(solutions), {}
     for kind in kinds:
@@ -51,8 +51,8 @@ def drift_of_each(
 
 
 def brought_to(near: Real, far: Real) -> Real:
-    """The drift ``near`` (..., n) of the bodies, with surge and sway that add up to those of all of
-    them, ``far`` (..., 6)."""
+    """Drift ``near`` (..., n) of the bodies, corrected so that surge and sway add up to those of
+    all bodies, ``far`` (..., 6)."""
     each = near.reshape(*near.shape[:-1], -1, 6)
     size = np.abs(each) + np.finfo(float).tiny
     missing = far[..., None, :] - each.sum(axis=-2, keepdims=True)
@@ -62,7 +62,7 @@ def brought_to(near: Real, far: Real) -> Real:
 
 
 def _far(body: Floating, kind: Drifting, s: Solution, headings: Real, water: Water) -> Real:
-    """The drift (headings, 6) of all bodies together."""
+    """Drift (headings, 6) of all bodies together."""
     free = kind is Drifting.FREE
     waves = (
         floating_waves(body, s, s.added_mass, s.damping, s.excitation)
@@ -83,7 +83,7 @@ def _stored(
 def _near(
     hull: Hull, floating: Floating | None, water: Water, frequency: float, headings: Real
 ) -> Real:
-    """The drift (headings, n) of each body by the pressures on its hull."""
+    """Drift (headings, n) of each body from the pressures on its hull."""
     parts = parts_of(hull)
     flows = first_order_of_each(hull.body, parts, floating, water, frequency, headings)
     pairs = zip(parts, flows, strict=True)

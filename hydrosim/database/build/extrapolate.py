@@ -1,10 +1,10 @@
-"""Added mass and damping of ever smaller panels, from two sets of them.
+"""Added mass and damping extrapolated to infinitely small panels, from two sets of panels.
 
-The water turns round the right angles of a barge's bilge, and its velocity grows without bound
-there, as the power -1/3 of the distance. With panels that shrink towards the edge as the square of
-their number, what they miss of added mass and damping falls as the power -4/3 of that number: on
-the barge of H-851, roll damping at 0.7 rad/s is 3.875, 3.976 and 4.013e9 N m s with 0.6, 1 and 1.4
-times the panels, and any two of these tell of 4.079e9 without any.
+At the right angles of a barge's bilge, the velocity of the water grows without bound, as the power
+-1/3 of the distance. Panels shrink towards the edge as the square of their number. Then the error
+of added mass and damping decreases as the power -4/3 of that number. On the barge of H-851, roll
+damping at 0.7 rad/s is 3.875, 3.976 and 4.013e9 N m s with 0.6, 1 and 1.4 times the panels. Any two
+of these values extrapolate to 4.079e9.
 """
 
 from __future__ import annotations
@@ -32,8 +32,9 @@ class Radiation(NamedTuple):
 
 
 def coarser(counts: Resolution, share: float) -> Resolution:
-    """The panels with a ``share`` of their number round every section, on both rakes and end walls.
-    Along the hull and on the lid, where they are as small as waves are short, they stay."""
+    """Panels with a ``share`` of their number around every section, on both rakes and on end walls.
+    Along the hull and on the lid their number is unchanged, because short waves determine their
+    size there."""
 
     def fewer(count: int) -> int:
         return max(1, round(share * count))
@@ -52,12 +53,12 @@ def coarser(counts: Resolution, share: float) -> Resolution:
 def extrapolated(
     db: HydroDatabase, coarse: Radiation, share: float, draught: float
 ) -> HydroDatabase:
-    """``db`` with added mass and damping as of no panels' size, from its own and from those of a
-    ``share`` of the panels (Richardson 1911).
+    """``db`` with added mass and damping extrapolated to zero panel size, from its own and from
+    those of a ``share`` of the panels (Richardson 1911).
 
-    Waves shorter than the ``draught`` [m] do not reach the bilge, and what panels miss there is
-    something else: the change fades as exp(-(k T / 4)^2). So damping stays positive where it is
-    next to nothing.
+    Waves shorter than the ``draught`` [m] do not reach the bilge, and the error of panels has
+    another cause there. So the change decays as exp(-(k T / 4)^2), and small damping stays
+    positive.
     """
     factor = 1 / (share**-ORDER - 1)
     k = wavenumber(db.frequency, db.water_depth, db.gravity)

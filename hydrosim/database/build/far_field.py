@@ -1,13 +1,14 @@
-"""Loads and damping by the waves that motions make far away.
+"""Loads and damping from the waves that motions radiate into the far field.
 
-By Haskind's relation the loads X of waves follow from the Kochin functions H of the motions, and
-the damping B from the loads (Newman 1977, Marine Hydrodynamics, 6.18), in deep water
+By Haskind's relation the wave loads X follow from the Kochin functions H of the motions, and the
+damping B from the loads (Newman 1977, Marine Hydrodynamics, 6.18). In deep water
 
     X_i(b) = -4 pi i rho g / w H_i(b + pi),   B_ij = w^3 / (4 pi rho g^3) Re int X_i X_j* db.
 
-Loads by pressures on the hull and these differ by the error of the panels, and in resonances of the
-water between bodies, where pressures can make the damping negative, their mean is nearer to what
-finer panels give than either. In long waves H of surge, sway and roll is a small difference.
+These loads differ from loads by pressures on the hull by the error of the panels. In resonances of
+the water between bodies, pressures can make the damping negative. There, the mean of both is closer
+to the result of finer panels than either. In long waves, H of surge, sway and roll is a small
+difference of large numbers.
 """
 
 from __future__ import annotations
@@ -25,9 +26,9 @@ from hydrosim.database.build.water import Water
 def by_far_field(
     solutions: Sequence[Solution], headings: Real, wanted: FarField, water: Water
 ) -> list[Solution]:
-    """The ``solutions`` with loads that are in part by Haskind's relation, and the damping of these
-    loads: symmetric, and without negative eigenvalues, as energy demands. The ``headings`` are
-    evenly spaced round the circle; the water is deep."""
+    """``solutions`` with loads that come partly from Haskind's relation, and with the damping of
+    these loads. The damping is symmetric and has no negative eigenvalues, as energy conservation
+    requires. The ``headings`` are evenly spaced around the circle; the water is deep."""
     return [_mixed(solution, headings, wanted, water) for solution in solutions]
 
 
@@ -42,8 +43,8 @@ def _mixed(solution: Solution, headings: Real, wanted: FarField, water: Water) -
 
 
 def haskind(kochin: Complex, frequency: float, headings: Real, water: Water) -> Complex:
-    """Loads (headings, n) for exp(+i w t) of Kochin functions (n, directions) in Capytaine's
-    normalisation and time factor; headings are multiples of half a degree."""
+    """Loads (headings, n) for exp(+i w t) from Kochin functions (n, directions) in Capytaine's
+    normalisation and time factor. Headings are multiples of half a degree."""
     behind = np.rint((headings + np.pi) / STEP).astype(int) % DIRECTIONS.size
     factor = -4j * np.pi * water.density * water.gravity / frequency
     return np.conj(factor * kochin[:, behind].T)

@@ -1,4 +1,4 @@
-"""Keys of a recipe's hulls, and of the water that they float in."""
+"""Keys of a recipe for its hulls and for the water."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from hydrosim.documents.units import Quantity, problem
 Size = Annotated[float, Quantity("length", "m", "12.4 m", above=0)]
 Stiffness = Annotated[float, Quantity("stiffness", "N/m", "132105 kN/m", above=0)]
 Count = Annotated[int, Field(strict=True, ge=1, le=1000)]
-PANELS = 1000  # of the default size that would cover the wetted hull
+PANELS = 1000  # number of panels of default size that would cover the wetted hull
 
 
 class Water(Strict):
@@ -50,7 +50,7 @@ class Counts(Strict):
     """Panels of the lid across half of the beam. Example: 9."""
 
     def resolution(self) -> barge.Resolution:
-        """As the barge's panels need them."""
+        """Resolution for the panels of a barge."""
         return barge.Resolution(**dict(self))
 
 
@@ -61,7 +61,7 @@ PanelsOf = Annotated[
 
 
 class BargeHull(Strict):
-    """A launch barge; its full beam is as long as ``stern_length`` or the heave stiffness says."""
+    """A launch barge; ``stern_length`` or the heave stiffness gives the length of full beam."""
 
     type: Literal["barge"]
     """A launch barge."""
@@ -154,7 +154,7 @@ AnyHull = Annotated[BargeHull | BoxHull | SphereHull | MeshHull, Discriminator("
 
 
 def resolution(hull: BargeHull | BoxHull, shape: barge.Barge) -> barge.Resolution:
-    """The panels of a barge or a box: as many as given, or of the given size, or of the default."""
+    """Panels of a barge or a box: the given numbers, the given size, or the default."""
     if isinstance(hull.panels, Counts):
         return hull.panels.resolution()
     around = 2 * (shape.length + shape.beam) * shape.draught
@@ -163,7 +163,7 @@ def resolution(hull: BargeHull | BoxHull, shape: barge.Barge) -> barge.Resolutio
 
 
 def check_hull(hull: AnyHull, water: Water) -> None:
-    """Refuses a barge whose corners are not where they must be."""
+    """Refuse a barge whose corners are in the wrong order."""
     if isinstance(hull, BargeHull | BoxHull):
         _check_corners(hull.shape(water))
 
@@ -176,6 +176,6 @@ def _check_corners(shape: barge.Barge) -> None:
         found = ", ".join(f"{x:g}" for x in corners)
         raise problem(
             f"corners of the hull at {found} m from the stern",
-            "six in different places: both ends, both rakes, both ends of the taper",
-            "mend stern_length (or heave_stiffness), bow_length or rake_length",
+            "six different positions: both ends, both rakes, both ends of the taper",
+            "correct stern_length (or heave_stiffness), bow_length or rake_length",
         )

@@ -17,21 +17,21 @@ from hydrosim.documents.mesh_keys import MeshKeys
 from hydrosim.errors import InputError
 
 NONE: Panels = np.empty((0, 4, 3))
-_SAME = 1e-5  # of the hull's size: points nearer than this are one
-_CLOSED = 0.01  # by how much the volumes of a closed hull may differ
+_SAME = 1e-5  # of the hull's size: closer points are merged
+_CLOSED = 0.01  # largest relative difference of the volumes of a closed hull
 
 
 def read_panels(path: Path, keys: MeshKeys) -> Panels:
-    """Panels (n, 4, 3) below the waterline, normals into the water, from a file of any format that
-    Capytaine or meshio reads, placed as its ``keys`` say. Raises `InputError` for what is no closed
+    """Panels (n, 4, 3) below the waterline, with normals into the water, from a file in any format
+    of Capytaine or meshio. The ``keys`` place the hull. Raises `InputError` if it is no closed
     hull."""
     panels = keys.placed(_read(path))
     if not (panels[..., 2] < 0).any():
         lowest = panels[..., 2].min() + keys.waterline
         raise InputError(
-            f"{path}: found no panel below the water, the lowest point being at {lowest:g} m;"
-            f" expected a hull that reaches below {keys.waterline:g} m; mend `waterline`, `scale`,"
-            " `axes` or `offset`."
+            f"{path}: found no panel below the water; the lowest point is at {lowest:g} m;"
+            f" expected a hull that extends below {keys.waterline:g} m. Correct `waterline`,"
+            " `scale`, `axes` or `offset`."
         )
     wet = panels_of(mesh_of(panels).immersed_part())
     wet = wet[wet[..., 2].min(axis=1) < -_SAME * np.ptp(wet[..., 2])]  # no panels in the waterplane
@@ -44,7 +44,7 @@ def integrals(panels: Panels) -> Hydrostatics:
 
 
 def is_symmetric(panels: Panels) -> bool:
-    """True if every panel has its mirror image in y = 0."""
+    """Whether every panel has its mirror image in y = 0."""
     middles = centres(panels)
     apart, _ = cKDTree(middles).query(middles * [1, -1, 1])
     return bool(apart.max() < _SAME * np.ptp(middles, axis=0).max())
@@ -56,17 +56,17 @@ def centres(panels: Panels) -> np.ndarray:
 
 
 def port_half(panels: Panels) -> Panels:
-    """The panels at y >= 0, cut where they reach across."""
+    """Panels at y >= 0; panels that cross the plane are cut."""
     return panels_of(mesh_of(panels).clipped(origin=(0, 0, 0), normal=(0, -1, 0)))
 
 
 def lid_of(panels: Panels) -> Panels:
-    """Capytaine's lid of a whole hull: squares that fit inside its waterline."""
+    """Capytaine's lid of a whole hull: squares inside its waterline."""
     return panels_of(mesh_of(panels).generate_lid())
 
 
 def panels_of(mesh: cpt.Mesh) -> Panels:
-    """The mesh as (n, 4, 3); triangles have their last corner twice."""
+    """Mesh as (n, 4, 3); the last corner of triangles is doubled."""
     return np.asarray(mesh.vertices[mesh.faces]) if mesh.nb_faces else NONE
 
 
@@ -82,14 +82,14 @@ def _read(path: Path) -> Panels:
 
 
 def _outward(panels: Panels, path: Path) -> Panels:
-    """Normals into the water. The volume by x, y and z is the same three times if the panels leave
-    no holes and agree on their inner side."""
+    """Panels with normals into the water. The volumes by x, y and z are equal if the panels leave
+    no holes and have consistent normals."""
     corners = hull.triangles_of(panels)
     volumes = np.sum(hull.areas(corners) * corners.mean(axis=1), axis=0)
     if np.ptp(volumes) > _CLOSED * np.abs(volumes).max():
         found = ", ".join(f"{volume:.4g}" for volume in volumes)
         raise InputError(
-            f"{path}: the volumes by x, y and z are {found} m^3; expected the same three times."
-            " The hull has holes below the water, or some normals point in and some out."
+            f"{path}: the volumes by x, y and z are {found} m^3; expected equal values. The hull"
+            " has holes below the water, or inconsistent normals."
         )
     return panels if volumes[2] > 0 else panels[:, ::-1]

@@ -1,8 +1,8 @@
-"""First-order flow at a floating body's wetted surface, by Capytaine, in deep water.
+"""First-order flow on a floating body's wetted surface, by Capytaine, in deep water.
 
-What pressure integration needs to second order: velocities of the water at the hull's panels,
-wave elevation relative to the hull along the waterline, motions and loads. All results have the
-time factor exp(+i w t) and are per unit wave amplitude.
+Quantities for pressure integration to second order: water velocities at the hull's panels, wave
+elevation relative to the hull along the waterline, motions and loads. All results have the time
+factor exp(+i w t) and are per unit wave amplitude.
 """
 
 from __future__ import annotations
@@ -24,14 +24,15 @@ from hydrosim.database.build.water import Water
 from hydrosim.database.build.workers import compute_all
 from hydrosim.program import digest_of_sources
 
-ROWS = 400  # points at a time, of 64 bytes for each panel of hull and lid
+ROWS = 400  # points at a time, with 64 bytes for each panel of hull and lid
 
 
 class Wetted(NamedTuple):
-    """The wetted surface at rest, from the reference point. Panels: their middles ``arm`` (n, 3);
-    ``area`` (n, 6), outward normals and their moments times the area [m^2, m^3]; ``sharp``
-    (n, 3, 3), see `_sharp`. Edges in the waterline: their middles ``edge_arm`` (m, 3); ``edge``
-    (m, 6), normals and moments times the area wetted per rise of the water [m, m^2]."""
+    """Wetted surface at rest, from the reference point. For panels: centres ``arm`` (n, 3);
+    ``area`` (n, 6), which has outward normals and their moments times the area [m^2, m^3];
+    ``sharp`` (n, 3, 3), see `_sharp`. For edges in the waterline: centres ``edge_arm`` (m, 3);
+    ``edge`` (m, 6), which has normals and moments times the area wetted per rise of the water [m,
+    m^2]."""
 
     arm: Real
     area: Real
@@ -41,10 +42,10 @@ class Wetted(NamedTuple):
 
 
 class Flow(NamedTuple):
-    """At one ``frequency`` [rad/s], for every heading: ``motion`` and first-order ``load``
-    (headings, 6) about the reference point, fluid and weight together; ``velocity`` of the water
-    at the panels (headings, n, 3); elevation ``rise`` of the water over the hull's own waterline
-    (headings, m)."""
+    """Flow at one ``frequency`` [rad/s], for every heading. ``motion`` and first-order ``load``
+    (headings, 6) are about the reference point; the load is that of fluid and weight together.
+    ``velocity`` of the water is at the panels (headings, n, 3). ``rise`` is the elevation of the
+    water relative to the hull's waterline (headings, m)."""
 
     frequency: float
     motion: Complex
@@ -54,7 +55,7 @@ class Flow(NamedTuple):
 
 
 class Part(NamedTuple):
-    """One of several bodies: its number, its own wetted ``mesh``, and its ``centre`` (3,)."""
+    """One of several bodies: its index, its own wetted ``mesh``, and its ``centre`` (3,)."""
 
     number: int
     mesh: cpt.Mesh
@@ -62,12 +63,12 @@ class Part(NamedTuple):
 
     @property
     def dofs(self) -> slice:
-        """Its degrees of freedom among those of all."""
+        """Indices of its degrees of freedom among those of all bodies."""
         return slice(6 * self.number, 6 * self.number + 6)
 
 
 def whole(body: cpt.FloatingBody) -> Part:
-    """A body alone, about its centre of mass."""
+    """A single body, about its centre of mass."""
     return Part(0, body.mesh.merged(), np.asarray(body.center_of_mass))
 
 
@@ -102,8 +103,8 @@ def first_order(
     frequency: float,
     headings: Real,
 ) -> Flow:
-    """Flow at one ``frequency`` [rad/s] for ``headings`` [rad] round a body that floats freely, or
-    is held at rest where ``floating`` is None; about its centre of mass."""
+    """Flow at one ``frequency`` [rad/s] for ``headings`` [rad] around a body about its centre of
+    mass. The body floats freely; without ``floating`` it is held at rest."""
     return first_order_of_each(body, [whole(body)], floating, water, frequency, headings)[0]
 
 
@@ -115,10 +116,11 @@ def first_order_of_each(
     frequency: float,
     headings: Real,
 ) -> list[Flow]:
-    """Flow round each of the ``parts`` of a ``body``, in the waves of all.
+    """Flow around each of the ``parts`` of a ``body``, in the waves of all.
 
-    Along a panel, the velocity is the difference of the potential between its corners, which has
-    a fraction of the error of the sources' own velocity; across it is the hull's.
+    Along a panel, the velocity is the difference of the potential between its corners, which has a
+    fraction of the error of the sources' own velocity. Normal to the panel, it is the hull's
+    velocity.
     """
     given = {"body": body, "omega": frequency, "rho": water.density, "g": water.gravity}
     radiated = [solver().solve(cpt.RadiationProblem(radiating_dof=d, **given)) for d in body.dofs]
@@ -149,8 +151,8 @@ def first_order_all(
     jobs: int,
     progress: Progress,
 ) -> list[Flow]:
-    """`first_order` at all ``frequencies`` [rad/s] round the freely floating ``hull``, by ``jobs``
-    processes; kept on disk one by one like the solutions of `bem.solve_all`."""
+    """`first_order` at all ``frequencies`` [rad/s] around the freely floating ``hull``, by ``jobs``
+    processes. Results are stored on the disk like those of `bem.solve_all`."""
     _ = hull.body
     one = joblib.delayed(_stored)
     calls = (one(hull, floating, water, float(w), headings) for w in frequencies)
@@ -211,8 +213,8 @@ def _velocity(
 
 
 def _gradient(mesh: cpt.Mesh, corner: Complex, normal: Complex) -> Complex:
-    """Gradients (headings, n, 3) at the panels of a potential (headings, corners of ``mesh``) by
-    its differences along the diagonals, and its ``normal`` derivatives (headings, n)."""
+    """Gradients (headings, n, 3) at the panels of a potential (headings, corners of ``mesh``), from
+    its differences along the diagonals and its ``normal`` derivatives (headings, n)."""
     place = mesh.vertices[mesh.faces]
     value = corner[:, mesh.faces]
     diagonals = [place[:, 2] - place[:, 0], place[:, 3] - place[:, 1]]
@@ -228,7 +230,7 @@ def _rise(
     sources: Complex,
     motion: Complex,
 ) -> Complex:
-    """Elevation -i w phi / g over the hull's own waterline (headings, m)."""
+    """Elevation -i w phi / g relative to the hull's own waterline (headings, m)."""
     problem = fixed[0]
     edges = wetted.edge_arm + part.centre
     potential = np.array([airy_waves_potential(edges, wave) for wave in fixed])
@@ -247,12 +249,12 @@ def _potential(problem: cpt.DiffractionProblem, sources: Complex, points: Real) 
 
 
 def _sharp(mesh: cpt.Mesh) -> Real:
-    """Factors (n, 3, 3) of the panels' mean velocities that give the mean of their square.
+    """Factors (n, 3, 3) that convert the panels' mean velocities to the mean of their square.
 
-    Where the hull turns by an angle t, the potential is that of the flow round a corner, c s^a at
-    a distance s from it, a = pi / (pi + t). The mean square of its slope over a panel that ends
-    there is a^2 / (2 a - 1) times the square of the mean slope, 4/3 at a right angle. The error of
-    the integral then falls with the panel's width to the power 2/3 and no longer 1/3.
+    At an edge where the hull turns by an angle t, the potential is that of flow around a corner, c
+    s^a at a distance s, a = pi / (pi + t). The mean square of its slope over a panel at the edge is
+    a^2 / (2 a - 1) times the square of the mean slope, 4/3 at a right angle. The error of the
+    integral then decreases as the panel's width to the power 2/3 instead of 1/3.
     """
     sharp = np.tile(np.eye(3), (mesh.nb_faces, 1, 1))
     panel, other, along = _neighbours(mesh)
@@ -284,7 +286,7 @@ def _neighbours(mesh: cpt.Mesh) -> tuple[np.ndarray, np.ndarray, Real]:
 
 
 def _waterline(mesh: cpt.Mesh) -> tuple[Real, Real]:
-    """Middles (m, 3) of the panels' edges at z = 0 and their panels' normals (m, 3) times the
+    """Centres (m, 3) of the panels' edges at z = 0, and their panels' normals (m, 3) times the
     edge's length over sqrt(1 - n_z^2)."""
     corners = mesh.vertices[mesh.faces]
     nexts = np.roll(corners, -1, axis=1)

@@ -39,8 +39,8 @@ def draw(db: HydroDatabase, panels: np.ndarray, output: Path | Output) -> None:
 
 
 def draw_qtf(db: HydroDatabase, output: Path | Output) -> None:
-    """Write a picture of the magnitudes of the difference-frequency QTFs over both frequencies, for
-    each DOF in the waves where it is largest."""
+    """Draw the magnitudes of the difference-frequency QTFs over both frequencies, for each DOF at
+    the heading at which it is largest."""
     figure = Figure(figsize=(11, 9.5), layout="constrained")
     largest = np.abs(needed(db, "qtf_difference")).max(axis=(1, 2)).argmax(axis=0)
     for axis, dof in zip(figure.subplots(2, 2).flat, QTFS, strict=True):
@@ -61,7 +61,7 @@ def _draw_transfer(axis: Axes, db: HydroDatabase, pair: int, dof: int) -> None:
 
 
 def _draw_panels(axis: Axes, panels: np.ndarray, plane: tuple[int, int], name: str) -> None:
-    """The panels seen along the third axis."""
+    """Draw the panels, seen along the third axis."""
     across, up = plane
     shape = PolyCollection(list(panels[:, :, plane]), facecolor="lightsteelblue", edgecolor="black")
     shape.set_linewidth(0.3)
@@ -75,7 +75,7 @@ def _draw_panels(axis: Axes, panels: np.ndarray, plane: tuple[int, int], name: s
 def _draw_matrix(
     axis: Axes, db: HydroDatabase, matrices: np.ndarray, dofs: tuple[int, ...], name: str, unit: str
 ) -> None:
-    """Diagonals over three decades, in thousands, millions... that suit the largest."""
+    """Draw diagonals over three decades, with a power of ten in the unit that suits the largest."""
     values = matrices[:, dofs, dofs]
     power = 3 * int(np.log10(values.max()) // 3)
     for dof, line in zip(dofs, values.T, strict=True):
@@ -94,7 +94,7 @@ def _draw_excitation(axis: Axes, db: HydroDatabase) -> None:
 
 
 def _draw_drift(axis: Axes, db: HydroDatabase) -> None:
-    """Floating free in full lines, held in broken ones."""
+    """Draw the drift of the free body as full lines, of the held body as dashed lines."""
     for name, drift, style in (("free", db.mean_drift, "-"), ("held", db.mean_drift_held, "--")):
         axis.set_prop_cycle(None)  # the same colours again
         for dof, degrees in ((0, 0), (0, 180), (1, 90)) if drift is not None else ():

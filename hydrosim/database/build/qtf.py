@@ -24,7 +24,7 @@ from hydrosim.errors import InputError
 
 FAR_FIELD = np.array([True, True, False, False, False, True])
 SCALES = 0.5, 2.0  # limits of the ratio of far to near field
-SMALL = 0.25  # part of the largest diagonal, below which the ratio is not trusted
+SMALL = 0.25  # of the largest diagonal: below it the ratio is not used
 TURN = 2 * np.pi
 
 
@@ -36,12 +36,12 @@ def difference_qtf(
     crossing: bool = False,
 ) -> tuple[Real, Complex]:
     """Pairs of headings (np, 2) [rad] and T- (np, nq, nq, 6) [N/m^2, N m/m^2] about the reference
-    point, at the frequencies of ``flows`` (nq) and for their ``headings`` (nh,): each with itself,
-    or with ``crossing`` every one with every other.
+    point, at the frequencies (nq) and ``headings`` (nh,) of ``flows``. Each heading is paired with
+    itself or, with ``crossing``, with every heading.
 
     T- is `quadratic`, brought to the far field's diagonal by `scaled`, plus
-    `second_order_potential`. ``db`` is the body's own database, its mean drift that of the same
-    body, floating or held. Raises `InputError` where it lacks a heading or a frequency.
+    `second_order_potential`. ``db`` is the body's own database, with the mean drift of the same
+    body, floating or held. Raises `InputError` if it lacks a heading or a frequency.
     """
     water = Water(db.water_density, db.gravity)
     count = range(len(headings))
@@ -63,7 +63,7 @@ def difference_qtf(
 
 
 def mean_load(water: Water, wetted: Wetted, flow: Flow) -> Real:
-    """Mean load (headings, 6) of regular waves per amplitude squared, by the pressures."""
+    """Mean load (headings, 6) of regular waves per amplitude squared, from the pressures."""
     count = range(len(flow.motion))
     return np.array([_diagonal(quadratic(water, wetted, [flow], a, a))[0] for a in count])
 
@@ -71,17 +71,19 @@ def mean_load(water: Water, wetted: Wetted, flow: Flow) -> Real:
 def quadratic(
     water: Water, wetted: Wetted, flows: Sequence[Flow], first: int, second: int
 ) -> Complex:
-    """T- (nq, nq, 6) by products of first-order quantities for the headings of these two indices.
+    """T- (nq, nq, 6) from products of first-order quantities, for the headings with these two
+    indices.
 
-    With n the outward normal, s the rise of the water over the hull's own waterline, X the
-    displacement, A the rotation and F the first-order force of fluid and weight, it comes from
+    n is the outward normal, s the rise of the water relative to the hull's waterline, X the
+    displacement, A the rotation and F the first-order force of fluid and weight. Then it follows
+    from
 
         -rho g / 2 int s^2 n / sqrt(1 - n_z^2) dl + rho / 2 int |grad phi|^2 n dS
         + rho int (X . grad phi_t) n dS + A x F
 
-    (Pinkster 1980, Low frequency second order wave exciting forces on floating structures) and
-    the hydrostatic load of a rotation's second order, see `_turned`. Moments are about the
-    reference point as it moves: for them, the arm is crossed with n and F is the moment.
+    (Pinkster 1980, Low frequency second order wave exciting forces on floating structures) and the
+    hydrostatic load by second-order rotation, see `_turned`. Moments are about the moving reference
+    point: the arm is crossed with n, and F is the moment.
     """
     forward = _products(water, wetted, flows, first, second)
     back = forward if first == second else _products(water, wetted, flows, second, first)
@@ -91,8 +93,8 @@ def quadratic(
 def second_order_potential(
     db: HydroDatabase, frequency: Real, first: float, second: float
 ) -> Complex:
-    """T- (nq, nq, 6) by the second-order potential of the incident waves, diffracted as if it were
-    a first-order wave of the same length (Pinkster 1980), for two headings [rad].
+    """T- (nq, nq, 6) from the second-order potential of the incident waves, for two headings [rad].
+    It is diffracted like a first-order wave of the same length (Pinkster 1980).
 
     Waves with w_1 > w_2 and wave vectors k_1, k_2 at an angle b force the potential
 
@@ -115,16 +117,16 @@ def second_order_potential(
 
 
 def scaled(transfer: Complex, near: Real, far: Real) -> Complex:
-    """``transfer`` (nq, nq, 6) between two headings, with ``near`` (2, nq, 6), the diagonals that
-    the same pressures give for either heading, brought to the better ones, ``far`` (2, nq, 6):
+    """``transfer`` (nq, nq, 6) between two headings, corrected to the better diagonals ``far`` (2,
+    nq, 6). ``near`` (2, nq, 6) are the diagonals that the same pressures give for either heading:
 
         T_12 sqrt(r_1 r_2) + (e_1 + e_2) / 2
         r = (far near + s^2) / (near^2 + s^2),  e = far - r near
 
-    with s a quarter of the largest of near: r is the ratio of both where they are large, and one
-    where they pass through zero and say nothing about the pairs beside the diagonal. It is kept
-    between 1/2 and 2. The result is Hermitian, and its diagonal far for equal headings; for two,
-    which have no common diagonal, e is left out.
+    with s a quarter of the largest value of near. r is the ratio of both diagonals where they are
+    large. It is one where they pass through zero, because they tell nothing about other pairs
+    there. It is limited to 1/2 to 2. The result is Hermitian, and for equal headings its diagonal
+    is far. Two different headings have no common diagonal, so e is left out.
     """
     small = np.square(SMALL * np.abs(near).max(axis=1, keepdims=True))
     with np.errstate(invalid="ignore"):
@@ -140,7 +142,7 @@ def scaled(transfer: Complex, near: Real, far: Real) -> Complex:
 def _products(
     water: Water, wetted: Wetted, flows: Sequence[Flow], first: int, second: int
 ) -> Complex:
-    """Terms of `quadratic` before their Hermitian part is taken."""
+    """Terms of `quadratic` before the Hermitian part is taken."""
     density, weight = water.density, water.density * water.gravity
     w = np.array([flow.frequency for flow in flows])
     one, two = _heading(flows, first), _heading(flows, second)
@@ -156,7 +158,7 @@ def _products(
 
 
 def _turned(weight: float, wetted: Wetted, one: Complex, two: Complex) -> Complex:
-    """Hydrostatic load (nq, nq, 6) of the second order of rotation vectors (nq, 3).
+    """Hydrostatic load (nq, nq, 6) by the second order of rotation vectors (nq, 3).
 
     A point at (x, y, z) from the reference point rises by A_z (A_x x + A_y y) / 2
     - (A_x^2 + A_y^2) z / 2. Its pressure over the hull is a force that the first-order buoyancy
@@ -203,8 +205,8 @@ def _drift(db: HydroDatabase, frequency: Real, headings: Real) -> Real:
     rows = [int(np.argmin(np.abs(db.heading - heading))) for heading in headings]
     if not np.allclose(db.heading[rows], headings):
         raise InputError(
-            f"{db.source}: has no mean drift for all of the headings {np.degrees(headings)} deg"
-            f" that are to have a QTF, only for {np.degrees(db.heading)}. Compute it with these."
+            f"{db.source}: has mean drift for the headings {np.degrees(db.heading)} deg; expected"
+            f" it for all headings of the QTF, {np.degrees(headings)} deg. Compute it for these."
         )
     drift = needed(db, "mean_drift")[:, rows].reshape(len(db.frequency), -1)
     values = np.array([np.interp(frequency, db.frequency, column) for column in drift.T])
@@ -212,8 +214,8 @@ def _drift(db: HydroDatabase, frequency: Real, headings: Real) -> Real:
 
 
 def _excitation(db: HydroDatabase, frequency: Real, direction: Real) -> Complex:
-    """Excitation (..., 6) by splines over the frequencies, from a static rise of the water on, and
-    linear between the headings."""
+    """Excitation (..., 6) by splines over the frequencies, starting from a static rise of the
+    water, and linear between the headings."""
     _check_range(db, frequency[frequency > db.frequency[0]])
     full = all_headings(db)
     static = np.broadcast_to(needed(db, "hydrostatic_stiffness")[:, 2], full.excitation.shape[1:])
@@ -235,7 +237,7 @@ def _check_range(db: HydroDatabase, frequency: Real) -> None:
     low, high = db.frequency[[0, -1]]
     if frequency.size and not (low <= frequency.min() and frequency.max() <= high):
         raise InputError(
-            f"{db.source}: covers {low:g} to {high:g} rad/s, but its QTF needs"
-            f" {frequency.min():g} to {frequency.max():g} rad/s. Compute it for more frequencies"
+            f"{db.source}: covers {low:g} to {high:g} rad/s; expected {frequency.min():g} to"
+            f" {frequency.max():g} rad/s for its QTF. Compute the database for more frequencies,"
             " or the QTF for fewer."
         )

@@ -1,4 +1,4 @@
-"""Recipes of databases: YAML files with units that say which hull to compute, where and how."""
+"""Recipes of databases: YAML files with units that give the hull, the water and the method."""
 
 from __future__ import annotations
 
@@ -32,22 +32,22 @@ T = TypeVar("T")
 
 
 class Lid(StrEnum):
-    """Panels on the waterplane inside the hull, against irregular frequencies."""
+    """Panels on the waterplane inside the hull, which remove irregular frequencies."""
 
     AUTO = "auto"
     NONE = "none"
 
 
 class Symmetry(StrEnum):
-    """Whether half of the hull is computed, where it is its own mirror image in y = 0."""
+    """Whether one half is computed if the hull is symmetric about y = 0."""
 
     AUTO = "auto"
     NONE = "none"
 
 
 class Method(StrEnum):
-    """The integral equation that pressures are from: for sources on the panels (indirect), or for
-    the potential (direct), which needs fewer panels where the hull is smooth."""
+    """Integral equation for the pressures: for sources on the panels (indirect), or for the
+    potential (direct), which needs fewer panels on smooth hulls."""
 
     INDIRECT = "indirect"
     DIRECT = "direct"
@@ -64,8 +64,9 @@ class Steps(Strict, Generic[T]):
     """Difference between values."""
 
     def values(self) -> tuple[float, ...]:
-        """All values; rounded, so that 0.06 is 0.06."""
-        start, stop, step = (float(x) for x in (self.start, self.stop, self.step))  # type: ignore[arg-type]
+        """All values, rounded so that 0.06 is 0.06."""
+        # type: ignore[arg-type]
+        start, stop, step = (float(x) for x in (self.start, self.stop, self.step))
         steps = (stop - start) / step if step else -1.0
         if not -1e-9 <= steps < MOST or abs(steps - round(steps)) > 1e-6:
             found = f"start {start:g}, stop {stop:g}, step {step:g}"
@@ -79,7 +80,7 @@ def _form(value: object) -> str:
 
 
 def _values(given: Any) -> tuple[float, ...]:
-    """All values of steps, or of a list in which there may be steps."""
+    """All values of steps, or of a list that may contain steps."""
     if isinstance(given, Steps):
         return given.values()
     parts = [entry.values() if isinstance(entry, Steps) else (entry,) for entry in given]
@@ -117,7 +118,7 @@ Headings = Annotated[
 
 
 class DifferenceQtf(Strict):
-    """Difference-frequency QTFs of waves to the same heading, for the body floating free."""
+    """Difference-frequency QTFs of waves with the same heading, for the free body."""
 
     frequencies: Frequencies
     """Frequencies of the pairs of waves."""
@@ -136,8 +137,8 @@ class FarField(Strict):
 
 
 class Part(Strict):
-    """A body: its hull, where that is, and what it carries. The centre of gravity is in the hull's
-    own frame, of which ``position`` and ``heading`` are those in the database's."""
+    """A body: its hull, position and mass properties. The centre of gravity is in the hull's own
+    frame. ``position`` and ``heading`` place this frame in the database's frame."""
 
     hull: AnyHull
     """Shape of the hull."""
@@ -161,7 +162,7 @@ class Part(Strict):
 
 
 class Common(Strict):
-    """What recipes of one and of several bodies have in common, in SI and radians."""
+    """Keys common to recipes of one and of several bodies, in SI and radians."""
 
     title: StrictStr
     """Title of the database, for people. Example: Barge at a draught of 6 m."""
@@ -204,7 +205,8 @@ class Common(Strict):
 
 
 class SeveralBodies(Common):
-    """The recipe of bodies whose waves meet: by name, in the order of the database."""
+    """Recipe of several bodies with hydrodynamic interaction: by name, in the order of the
+    database."""
 
     bodies: Annotated[dict[str, Part], AfterValidator(of.some)]
     """Bodies by name, in the order of the database."""
@@ -251,7 +253,8 @@ class OneBody(Part, Common):
         return self
 
     def _check_qtf(self, qtf: DifferenceQtf) -> None:
-        """It holds in deep water, and its diagonal is the drift of the body floating free."""
+        """Check the QTF: it is valid in deep water, and its diagonal is the drift of the free
+        body."""
         if math.isfinite(self.water.depth):
             raise problem(f"qtf in {self.water.depth:g} m of water", "deep water", "remove qtf")
         if Drifting.FREE not in self.drift:
@@ -274,7 +277,7 @@ def _ends(values: Frequencies) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Recipe:
-    """A validated recipe: the file's ``path``, its whole ``text`` and its ``data``."""
+    """A validated recipe: the file's ``path``, its ``text`` and its ``data``."""
 
     path: Path
     text: str
@@ -292,7 +295,8 @@ class Recipe:
 
     @property
     def steps(self) -> int:
-        """How many frequencies are solved, those of QTFs, fewer panels, drifts once more."""
+        """Number of frequencies to solve; those of QTFs, of fewer panels and of drifts count
+        again."""
         count = self.frequencies.size
         if isinstance(self.data, SeveralBodies):
             return count * (1 + len(self.data.drift))
@@ -302,10 +306,10 @@ class Recipe:
 
 
 def load_recipe(path: Path | str, settings: Sequence[str] = ()) -> Recipe:
-    """The recipe in the YAML file ``path``, with ``settings`` KEY=VALUE laid over it; raises
+    """Read the recipe in the YAML file ``path``; ``settings`` KEY=VALUE override it. Raises
     `InputError` with a line for each problem.
 
-    The key `extends` lays it over another recipe, as in case files.
+    The key `extends` names another recipe that this one overrides, as in case files.
     """
     path = Path(path)
     text, document = read_case(path)

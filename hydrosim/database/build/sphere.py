@@ -1,8 +1,8 @@
 """A sphere with its centre on the waterline: hydrostatics and panels of the lower half.
 
 Frame: the origin is the centre, x forward, y to port, z up. Panels lie between meridians and
-circles of latitude and shrink towards the waterline, because short waves fade with depth. Their
-corners are a little outside of the sphere, so that the panels hold its volume.
+circles of latitude. They shrink towards the waterline, because short waves decay with depth. Their
+corners are slightly outside the sphere, so the panels enclose its volume.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from hydrosim.database.hydrostatics import Hydrostatics
 
 
 def hydrostatics(radius: float) -> Hydrostatics:
-    """Closed form, of the half under water."""
+    """Hydrostatics in closed form, of the half under water."""
     return Hydrostatics(
         area=math.pi * radius**2,
         moment_x=0.0,
@@ -29,7 +29,7 @@ def hydrostatics(radius: float) -> Hydrostatics:
 
 def half_hull(radius: float, size: float) -> Panels:
     """Panels (n, 4, 3) of the wetted hull at y >= 0, normals into the water, ``size`` [m] wide at
-    the waterline; those at the lowest point are triangles with their last corner twice."""
+    the waterline. At the lowest point they are triangles with a doubled last corner."""
     polar, (x, y) = _circles(radius, size), _meridians(radius, size)
     r = radius * _outside(polar, len(x) - 1)
     return _triangles_last(patch(x * r * np.sin(polar), y * r * np.sin(polar), -r * np.cos(polar)))
@@ -56,8 +56,8 @@ def _meridians(radius: float, size: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _outside(polar: np.ndarray, count: int) -> float:
-    """Distance of the corners from the centre over the radius. Between two circles of latitude is a
-    frustum with regular polygons of 2 ``count`` corners for its ends."""
+    """Distance of the corners from the centre over the radius. Two circles of latitude bound a
+    frustum whose ends are regular polygons with 2 ``count`` corners."""
     wide, deep = np.sin(polar), np.cos(polar)
     mean_square = (wide[1:] ** 2 + wide[1:] * wide[:-1] + wide[:-1] ** 2) / 3
     polygon = count * math.sin(math.pi / count)  # on the unit circle
@@ -65,5 +65,5 @@ def _outside(polar: np.ndarray, count: int) -> float:
 
 
 def _triangles_last(panels: Panels) -> Panels:
-    """Triangles with their last corner twice; the patch has their first one twice."""
+    """Triangles with a doubled last corner, from a patch with a doubled first corner."""
     return np.roll(panels, -2, axis=1)

@@ -1,4 +1,4 @@
-"""What took long to compute, kept on disk under a hash of everything it depends on."""
+"""Results of long computations, stored on the disk under a hash of all their inputs."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ def key_of(*parts: str | bytes | float | np.ndarray) -> str:
 
 
 def remembered(key: str, compute: Callable[[], Iterable[Any]]) -> list[np.ndarray]:
-    """The arrays of ``key`` from the disk, or else computed and put there.
+    """Arrays stored under ``key``; if there are none, they are computed and stored.
 
-    A file is there whole or not at all, so that any moment is good for an interruption.
+    A file is complete or absent, so the program may be interrupted at any time.
     """
     name = f"potential-flow/{key[:32]}.npz"
     found = stored(name)

@@ -1,7 +1,8 @@
-"""Processes that compute beside each other, and end when the one that asked them does.
+"""Worker processes that end when their parent process ends.
 
-As those of `hydrosim.studies.many.processes`, they hold one end of a pipe whose other end is here:
-it closes however this process ends. They are in the midst of long calls then, so a thread watches.
+Like those of `hydrosim.studies.many.processes`, they hold one end of a pipe, and the parent holds
+the other. It closes however the parent ends. A thread watches it, because workers are in long calls
+then.
 """
 
 from __future__ import annotations
@@ -16,11 +17,11 @@ from typing import Any
 import joblib
 
 WATCHED, HELD = Pipe(duplex=False)
-"""The end that workers watch, and the one that nobody writes to: this process holds it open."""
+"""Reading end that workers watch, and writing end that this process holds open."""
 
 
 def compute_all(calls: Iterable[Any], jobs: int) -> Iterator[Any]:
-    """The results of delayed ``calls`` in their order, by ``jobs`` processes."""
+    """Results of delayed ``calls`` in order, by ``jobs`` processes."""
     watch = {"initializer": _end_with, "initargs": (WATCHED,)} if jobs != 1 else {}
     return iter(joblib.Parallel(n_jobs=jobs, return_as="generator", **watch)(calls))
 

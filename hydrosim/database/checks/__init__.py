@@ -1,8 +1,8 @@
-"""Checks of a hydrodynamic database against what physics demands of any floating body.
+"""Checks of a hydrodynamic database against identities that hold for any floating body.
 
-Each finding is one figure, zero at best, with a limit above which to look closer and, where only a
-wrong sign, unit or convention can be the cause, a refusal above which the database is not used.
-What a scene does not use is not judged, see `Use`.
+Each finding is one figure, ideally zero, with a limit above which the user should check it. Some
+have a refusal: above it, only a wrong sign, unit or convention is possible, and the database is not
+used. Data that a scene does not use are not checked, see `Use`.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ CHECKS: tuple[Check, ...] = (
     *SECOND_ORDER,
 )
 SYMMETRIES = {"symmetry of added mass", "symmetry of radiation damping", "port and starboard"}
-"""Checks that find what `symmetrise` takes away."""
+"""Checks of errors that `symmetrise` removes."""
 NAMES = tuple(one.name for one in CHECKS)
 
 
 def unknown(name: str) -> str:
-    """What is wrong with the name of a finding; empty if there is a check of that name."""
+    """Message on an unknown name of a finding; empty if a check has that name."""
     if name in NAMES:
         return ""
     near = get_close_matches(name, NAMES, 1)
@@ -45,8 +45,8 @@ def unknown(name: str) -> str:
 
 
 def check(db: HydroDatabase, use: Use = EVERYTHING) -> list[Finding]:
-    """All findings about what there is ``use`` for in ``db``; only those about frequencies and
-    headings if they are refused, because no other figure means anything then."""
+    """All findings about the data in ``use`` of ``db``. If frequencies or headings are refused,
+    only their findings, because no other figure is meaningful then."""
     order = [one(db) for one in ORDER]
     if any(finding.refused for finding in order):
         return order
@@ -54,7 +54,7 @@ def check(db: HydroDatabase, use: Use = EVERYTHING) -> list[Finding]:
 
 
 def in_order(db: HydroDatabase) -> HydroDatabase:
-    """The database itself; raises `InputError` if frequencies or headings are out of order."""
+    """Return the database. Raises `InputError` if frequencies or headings are out of order."""
     refuse(db, [one(db) for one in ORDER])
     return db
 
@@ -65,27 +65,27 @@ def _findings(db: HydroDatabase, use: Use) -> tuple[Finding, ...]:
 
 
 def refused(db: HydroDatabase, use: Use) -> tuple[Finding, ...]:
-    """The findings that refuse the database for this ``use``."""
+    """Findings that refuse the database for this ``use``."""
     return tuple(finding for finding in _findings(db, use) if finding.refused)
 
 
 def doubts(db: HydroDatabase, use: Use) -> tuple[str, ...]:
-    """What there is to warn of; raises `InputError` if the database is refused for this ``use``."""
+    """Findings to warn of. Raises `InputError` if the database is refused for this ``use``."""
     findings = _findings(db, use)
     refuse(db, findings)
     return tuple(f"{db.source}: {finding}" for finding in findings if finding.doubted)
 
 
 def refuse(db: HydroDatabase, findings: Sequence[Finding]) -> None:
-    """Raises `InputError` where one of the ``findings`` refuses the database."""
+    """Raises `InputError` if one of the ``findings`` refuses the database."""
     bad = [finding for finding in findings if finding.refused]
     if not bad:
         return
     reasons = "\n".join(f"  {finding}" for finding in bad)
     names = ", ".join(finding.name for finding in bad)
-    noise = " `symmetrise: true`, or `--symmetrise`, takes away what is noise."
+    noise = " If the asymmetry is noise, remove it with `symmetrise: true` or `--symmetrise`."
     raise InputError(
-        f"{db.source}: the database cannot be right:\n{reasons}\nWhere you know that it is, say"
-        f" `hydrodynamics: {{file: ..., accept: [{names}]}}` in the case, or `--accept` to"
+        f"{db.source}: the database cannot be right:\n{reasons}\nIf you know that it is, set"
+        f" `hydrodynamics: {{file: ..., accept: [{names}]}}` in the case, or `--accept` in"
         f" `hydrosim db convert`.{noise if SYMMETRIES & {f.name for f in bad} else ''}"
     )

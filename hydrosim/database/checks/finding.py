@@ -12,15 +12,15 @@ from hydrosim.database.checks.use import EVERYTHING, Part, Use
 from hydrosim.database.database import HydroDatabase, Real
 from hydrosim.dofs import DOFS
 
-ACCEPTED = "accepted"  # attribute of a database: names of findings that somebody has looked into
+ACCEPTED = "accepted"  # attribute of a database: names of accepted findings
 
 
 @dataclass(frozen=True)
 class Finding:
-    """Outcome of one check: ``figure`` is to stay below ``limit``; above ``refusal`` the database
-    is unusable, unless that is ``accepted``. ``place`` says where the figure is the largest, and
-    what size the error has there; ``advice`` what the figure is and what to do or, if the check was
-    ``left_out`` (its figure is zero then), why."""
+    """Result of one check. ``figure`` should be below ``limit``; above ``refusal`` the database is
+    unusable, unless this is ``accepted``. ``place`` is the position of the largest error and its
+    size there. ``advice`` explains the figure and gives a remedy. If the check was ``left_out``,
+    the figure is zero, and ``advice`` is the reason."""
 
     name: str
     figure: float
@@ -33,22 +33,23 @@ class Finding:
 
     @property
     def passed(self) -> bool:
-        """True up to the limit."""
+        """Whether the figure is within the limit."""
         return self.figure <= self.limit
 
     @property
     def doubted(self) -> bool:
-        """True above the limit, unless that is accepted; above the refusal all the same."""
+        """Whether the figure exceeds the limit and is not accepted; always true above the
+        refusal."""
         return not self.passed and not (self.accepted and self.figure <= self.refusal)
 
     @property
     def refused(self) -> bool:
-        """True above the refusal."""
+        """Whether the figure exceeds the refusal."""
         return self.figure > self.refusal and not self.accepted
 
     def __str__(self) -> str:
         place = f" {self.place}" if self.place else ""
-        said = ", which is accepted" if self.accepted and not self.passed else ""
+        said = ", accepted" if self.accepted and not self.passed else ""
         return (
             f"{self.name}: found {self.figure:.3g}{place}, expected at most {self.limit:g}{said}"
             f" ({self.advice})."
@@ -56,9 +57,9 @@ class Finding:
 
 
 class Errors(NamedTuple):
-    """Errors ``relative`` to what is usual, NaN where nothing is judged, along ``axes``
-    ("frequency", "heading", "dof", "motion" or "body"); what they are in themselves, ``size``, in
-    a ``unit`` of translations before and after the metres; and ``where`` all of them are."""
+    """Errors ``relative`` to a usual size, NaN if not judged, along ``axes`` ("frequency",
+    "heading", "dof", "motion" or "body"). ``size`` are absolute errors, in a ``unit`` of
+    translations before and after the metres. ``where`` is the position of all of them."""
 
     relative: Real
     axes: tuple[str, ...] = ()
@@ -68,26 +69,26 @@ class Errors(NamedTuple):
 
 
 def one(figure: float) -> Errors:
-    """A figure of the whole database."""
+    """Errors with a single figure for the whole database."""
     return Errors(np.array(float(figure)))
 
 
 class LeftOut(Exception):
-    """A figure cannot be had of this database; the message says why."""
+    """Raised if the figure cannot be computed for this database; the message is the reason."""
 
 
 def always(db: HydroDatabase) -> bool:
-    """A figure that proves something in any database."""
+    """Default: the figure is a proof in any database."""
     return True
 
 
 @dataclass(frozen=True)
 class Check:
-    """The ``errors`` of a database, zero at best, which may raise `LeftOut`; ``needs`` are the
-    optional arrays without which it is left out, and ``of`` the parts that it compares: it is made
-    for a scene that uses one of them, and refuses where all are used. An error above ``refusal``
-    can only come from a wrong sign, unit or convention, provided that this database ``proves`` it;
-    it may be one ``of_all`` that moves."""
+    """A check. ``errors`` of a database are ideally zero and may raise `LeftOut`. Without the
+    optional arrays ``needs`` the check is left out. ``of`` are the parts that it compares. It is
+    made for a scene that uses one of them, and refuses if the scene uses all. An error above
+    ``refusal`` proves a wrong sign, unit or convention, if this database ``proves`` it. With
+    ``of_all``, the error may be in any DOF that moves."""
 
     name: str
     errors: Callable[[HydroDatabase], Errors]
@@ -100,7 +101,7 @@ class Check:
     of_all: bool = False
 
     def __call__(self, db: HydroDatabase, use: Use = EVERYTHING) -> Finding:
-        """What the check finds in ``db``, of what there is ``use`` for."""
+        """Finding of the check in ``db``, for the data in ``use``."""
         lacking = [name for name in self.needs if getattr(db, name) is None]
         try:
             if not self.of & use.parts:
@@ -115,7 +116,7 @@ class Check:
         return self._found(db, use, errors)
 
     def _found(self, db: HydroDatabase, use: Use, errors: Errors) -> Finding:
-        """Refused is what the waves excite; the rest is a doubt."""
+        """Refusal applies to DOFs that the waves excite; errors of others are doubts."""
         whole = use.of(np.asarray(errors.relative), errors.axes)
         excited = use.excited(whole, errors.axes, db.frequency)
         proves = self.of <= use.parts and self.proves(db)
@@ -133,12 +134,12 @@ class Check:
 
 
 def accepted(db: HydroDatabase) -> list[str]:
-    """Names of the findings that do not refuse the database, and are not warned of."""
+    """Names of the findings that neither refuse the database nor cause a warning."""
     return [name for name in db.attributes.get(ACCEPTED, "").split(", ") if name]
 
 
 def largest(errors: Real) -> float:
-    """Zero where nothing is judged."""
+    """Largest error; zero if none is judged."""
     return 0.0 if np.isnan(errors).all() else float(np.nanmax(errors))
 
 

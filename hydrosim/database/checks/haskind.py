@@ -1,12 +1,12 @@
-"""Damping against the loads.
+"""Check of the damping against the wave loads.
 
-The power that a moving body radiates in a direction is that by which a wave from there drives it
-(Haskind 1957; Newman 1977, Marine Hydrodynamics, 6.18), so that in any depth, for one body or with
-several that are held,
+The power that a moving body radiates in a direction determines its load in waves from that
+direction (Haskind 1957; Newman 1977, Marine Hydrodynamics, 6.18). In any depth, for one body, or
+for one of several while the others are held,
 
     B_ij = k / (8 pi rho g c_g) int_0^2pi X_i conj(X_j) d beta,   c_g = w/2k (1 + 2kh / sinh 2kh).
 
-Neither the time factor nor the origin of the phases matters, but every unit does.
+The relation does not depend on the time factor or on the origin of phases, but on every unit.
 """
 
 from __future__ import annotations
@@ -19,13 +19,14 @@ from hydrosim.database.checks.use import Part
 from hydrosim.database.database import TURN, HydroDatabase, Real, all_headings
 from hydrosim.waves.dispersion import wavenumber
 
-_WIDEST = np.radians(46.0)  # between headings: fewer do not make a circle
-_DEEP = 50.0  # k h from which on the water is deep
-_LEVER = 0.03  # of V^(1/3): by less than this, a load that panels misplace may have its lever
+_WIDEST = np.radians(46.0)  # between headings: a larger gap does not close the circle
+_DEEP = 50.0  # k h from which on the water counts as deep
+_LEVER = 0.03  # of V^(1/3): lever of loads misplaced by coarse panels
 
 
 def _error(db: HydroDatabase) -> Errors:
-    """Largest |B_ij - that of the loads| within each body, relative to the diagonal."""
+    """Largest difference of B_ij from that by the loads, within each body, relative to the
+    diagonal."""
     circle = all_headings(db)
     gaps = np.diff(circle.heading, append=circle.heading[0] + TURN)
     if gaps.max() > _WIDEST:
@@ -48,7 +49,7 @@ def _error(db: HydroDatabase) -> Errors:
 
 
 def _resolved(k: Real, radius: float, gap: float) -> np.ndarray:
-    """Where the trapezoidal rule over the headings is exact: |X|^2 has 2 k R waves in a turn."""
+    """Whether the trapezoidal rule over the headings is exact: |X|^2 has 2 k R waves in a turn."""
     seen = 2 * k * radius + 2 < TURN / gap
     if not seen.any():
         raise LeftOut("needs a lower frequency, or more headings")
@@ -56,8 +57,8 @@ def _resolved(k: Real, radius: float, gap: float) -> np.ndarray:
 
 
 def _scale(db: HydroDatabase, seen: np.ndarray) -> Real:
-    """(n,) from the damping at those frequencies, or the noise if that is larger: what is left of
-    loads that should cancel is a small part of the body's largest."""
+    """Scale (n,) from the damping at those frequencies, or the noise if that is larger. The
+    remainder of loads that should cancel is a small fraction of the body's largest load."""
     largest = np.abs(np.diagonal(db.radiation_damping[seen], axis1=1, axis2=2)).max(axis=0)
     own = np.maximum(np.sqrt(largest), 0.1 * damping_scale(db)).reshape(db.bodies, 6)
     lever = length(db)[:, None] ** MODES
@@ -66,7 +67,7 @@ def _scale(db: HydroDatabase, seen: np.ndarray) -> Real:
 
 
 def _between_bodies(db: HydroDatabase) -> np.ndarray:
-    """(n, n): pairs of two bodies, of which the relation says nothing simple."""
+    """Mask (n, n) of pairs of two bodies, for which there is no such relation."""
     body = np.arange(6 * db.bodies) // 6
     return body[:, None] != body
 
@@ -81,9 +82,10 @@ HASKIND = (
         "damping against loads",
         _error,
         0.1,
-        "error of the damping from the loads of all headings by Haskind's (1957) relation, relative"
-        " to the diagonal; refine the panels, or look for factors of rho, g, w or 2 in one of the"
-        " two, DOFs in another order or of another sign, axes turned, or a wrong depth",
+        "difference of the damping from that by the loads of all headings, by Haskind's (1957)"
+        " relation, relative to the diagonal; refine the panels, or look for wrong factors of"
+        " rho, g, w or 2 in one of the two, DOFs in another order or with another sign, rotated"
+        " axes, or a wrong depth",
         refusal=0.5,
         of=frozenset({Part.RADIATION, Part.LOADS}),
     ),

@@ -11,7 +11,7 @@ from hydrosim.database.database import HydroDatabase, Real, needed
 
 
 def _of_dofs(db: HydroDatabase, values: Real, *dofs: int) -> Errors:
-    """``values`` (nb, len(dofs)) or (nb, 1) of those degrees of freedom of each body."""
+    """``values`` (nb, len(dofs)) or (nb, 1) for those degrees of freedom of each body."""
     relative = np.full((db.bodies, 6), np.nan)
     relative[:, list(dofs)] = values
     return Errors(relative.ravel(), ("dof",))
@@ -39,9 +39,9 @@ def _metacentre(db: HydroDatabase) -> Errors:
 
 
 def _waterplane(db: HydroDatabase) -> Errors:
-    """Heave, roll and pitch stiffness less the levers of buoyancy and weight are rho g times the
-    integrals of (1, x, y)(1, x, y) over the waterplane: how far from positive semi-definite, and
-    how far below the polar moment A^2/2pi of a disc, which is the least."""
+    """Heave, roll and pitch stiffness minus the levers of buoyancy and weight are rho g times the
+    integrals of (1, x, y)(1, x, y) over the waterplane. The error is their distance from positive
+    semi-definite, and below the polar moment A^2/2pi of a disc, the smallest possible."""
     rho_g = db.water_density * db.gravity
     lever = (needed(db, "centre_of_buoyancy") - needed(db, "centre_of_gravity"))[:, 2]
     stiffness = _blocks(needed(db, "hydrostatic_stiffness"))[:, 2:5, 2:5].copy()
@@ -52,7 +52,7 @@ def _waterplane(db: HydroDatabase) -> Errors:
 
 
 def _impossible(moments: Real) -> float:
-    """Of the moments (3, 3) of a plane area."""
+    """Errors of the moments (3, 3) of a plane area."""
     area = moments[0, 0]
     if area <= 0.0:
         return 0.0
@@ -69,7 +69,7 @@ def _weight(db: HydroDatabase) -> Errors:
 
 
 def _blocks(matrix: Real) -> Real:
-    """(nb, 6, 6): each body's own part of (n, n)."""
+    """Blocks (nb, 6, 6): each body's own part of (n, n)."""
     bodies = len(matrix) // 6
     return np.array([matrix[6 * b :, 6 * b :][:6, :6] for b in range(bodies)])
 
@@ -79,8 +79,8 @@ HYDROSTATICS = (
         "heave stiffness",
         _heave,
         0.0,
-        "1 where a body has a negative heave stiffness, 1/2 where one has none: fine for a body"
-        " under water, else the stiffness is missing or its sign is wrong",
+        "1 if a body has a negative heave stiffness, 1/2 if it has none; acceptable for a"
+        " submerged body, else the stiffness is missing or its sign is wrong",
         refusal=0.5,
         needs=("hydrostatic_stiffness",),
         of=frozenset({Part.STIFFNESS}),
@@ -89,8 +89,8 @@ HYDROSTATICS = (
         "symmetry of the stiffness",
         _asymmetry,
         0.02,
-        "largest |C_ij - C_ji| / sqrt(C_ii C_jj) in heave, roll and pitch, zero in theory; look for"
-        " a sign or an entry in another place",
+        "largest |C_ij - C_ji| / sqrt(C_ii C_jj) in heave, roll and pitch, zero in theory; look"
+        " for a wrong sign or an exchanged entry",
         needs=("hydrostatic_stiffness",),
         of=frozenset({Part.STIFFNESS}),
     ),
@@ -98,7 +98,7 @@ HYDROSTATICS = (
         "metacentric heights",
         _metacentre,
         0.0,
-        "1 where a roll or pitch stiffness is negative; the body capsizes, or its centre of gravity"
+        "1 if a roll or pitch stiffness is negative; the body capsizes, or its centre of gravity"
         " or the sign is wrong",
         needs=("hydrostatic_stiffness",),
         of=frozenset({Part.STIFFNESS}),
@@ -107,8 +107,8 @@ HYDROSTATICS = (
         "moments of the waterplane",
         _waterplane,
         0.05,
-        "how far stiffness, volume and centres are from any possible waterplane; look for units,"
-        " for a stiffness without gravity, or for centres in another frame",
+        "distance of stiffness, volume and centres from those of any possible waterplane; look"
+        " for wrong units, a stiffness without gravity, or centres in another frame",
         refusal=0.5,
         needs=("hydrostatic_stiffness", "volume", "centre_of_buoyancy", "centre_of_gravity"),
         of=frozenset({Part.STIFFNESS}),
@@ -117,8 +117,8 @@ HYDROSTATICS = (
         "weight",
         _weight,
         0.01,
-        "relative difference of mass and displaced mass; fine if moorings carry the rest, else"
-        " volume, density or mass is wrong",
+        "relative difference of mass and displaced mass; acceptable if moorings carry the"
+        " difference, else volume, density or mass is wrong",
         refusal=0.9,
         needs=("inertia_matrix", "volume"),
         of=frozenset({Part.SPARE}),

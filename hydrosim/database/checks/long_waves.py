@@ -1,15 +1,15 @@
-"""Checks of the loads in the longest waves, whose limits are known.
+"""Checks of the loads in the longest waves, for which limits are known.
 
-In waves much longer than a body the surface about it is a plane that rises by eta and slopes by
-grad eta, under a field of gravity that is tilted as it is, and the water accelerates by
-a = -(g eta_x, g eta_y, w^2 eta). With C about the reference point, gravity acting there too,
+In waves much longer than a body, the surface about it is a plane. It rises by eta and slopes by
+grad eta, and gravity is tilted with it. The water accelerates by a = -(g eta_x, g eta_y, w^2 eta).
+With C about the reference point, and gravity acting there, too,
 
     X = C (0, 0, eta, eta_y, -eta_x, 0) + rho V (a_x, a_y, 0, 0, 0, 0) + A (a, 0, 0, 0)
 
-to first order in the wavenumber k: hydrostatics, the pressure of the wave (Froude and Krylov), and
-the water that the body diverts (G.I. Taylor's theorem; Newman 1977, Marine Hydrodynamics, 6.16).
-That is looked at in the longest wave and, because what panels misplace hides moments there, once
-more in a shorter one.
+to first order in the wavenumber k. The terms are hydrostatics, the pressure of the wave (Froude and
+Krylov), and the water that the body diverts (G.I. Taylor's theorem; Newman 1977, Marine
+Hydrodynamics, 6.16). The checks use the longest wave and, because coarse panels hide moments there,
+a shorter one.
 """
 
 from __future__ import annotations
@@ -26,17 +26,18 @@ from hydrosim.database.checks.use import Part
 from hydrosim.database.database import Complex, HydroDatabase, Real, needed, of_frequencies
 from hydrosim.waves.dispersion import wavenumber
 
-_COUPLED = 0.3  # part by which the inertia of the water may lower the heave load
-_STEEPER = (0.01, 100.0)  # range of what a wrong depth can make of the wavenumber
+_COUPLED = 0.3  # fraction by which the inertia of the water may reduce the heave load
+_STEEPER = (0.01, 100.0)  # range of the effect of a wrong depth on the wavenumber
 _TINY = 1e-300
 _CLEAR = 0.1  # k V^(1/3) up to which the limits hold within about a per cent
-_STILL = 0.05  # part by which the inertia of the water may lower the heave load there
-_LEVER = 5e-3  # of V^(1/3), by which panels misplace the heave load
-_LEAK = 1e-4  # of the heave load, that they turn into a horizontal one
+_STILL = 0.05  # fraction by which the inertia of the water may reduce the heave load there
+_LEVER = 5e-3  # of V^(1/3): displacement of the heave load by coarse panels
+_LEAK = 1e-4  # fraction of the heave load that coarse panels make horizontal
 
 
 def _static_row(db: HydroDatabase) -> int:
-    """Of the highest frequency at which the limits still hold and the heave load is static."""
+    """Index of the highest frequency at which the limits still hold and the heave load is
+    static."""
     k = wavenumber(db.frequency, db.water_depth, db.gravity)
     mass = displaced_mass(db) + diagonal(db.added_mass)[:, 2::6]
     stiffness = diagonal(needed(db, "hydrostatic_stiffness"))[2::6]
@@ -54,7 +55,7 @@ class _Wave(NamedTuple):
 
 
 def _wave(db: HydroDatabase, steeper: float = 1.0) -> _Wave:
-    """Of the depth, or of another that makes it ``steeper``."""
+    """Long wave for the depth, or for another depth that makes it ``steeper``."""
     k = steeper * first_wavenumber(db)
     towards = np.stack([np.cos(db.heading), np.sin(db.heading)], axis=1)
     elevation = np.exp(-1j * k * (towards @ db.reference_point[:, :2].T))
@@ -66,31 +67,31 @@ def _wave(db: HydroDatabase, steeper: float = 1.0) -> _Wave:
 
 
 def _loads(db: HydroDatabase) -> Complex:
-    """(nh, nb, 6)."""
+    """Hydrostatic load (nh, nb, 6)."""
     return db.excitation[0].reshape(db.heading.size, db.bodies, 6)
 
 
 def _at_bodies(db: HydroDatabase) -> Complex:
-    """The loads, with the phases of the elevation at the centres of buoyancy."""
+    """Loads with the phases of the elevation at the centres of buoyancy."""
     places = db.reference_point if db.centre_of_buoyancy is None else db.centre_of_buoyancy
     towards = _wave(db).towards
     return _loads(db) * np.exp(1j * first_wavenumber(db) * (towards @ places[:, :2].T))[..., None]
 
 
 def _pressure(db: HydroDatabase, wave: _Wave) -> Complex:
-    """(nh, nb, 2): horizontal load of the undisturbed wave."""
+    """Horizontal load (nh, nb, 2) of the undisturbed wave."""
     return displaced_mass(db)[:, None] * wave.acceleration[..., :2]
 
 
 def _diverted(db: HydroDatabase, wave: _Wave) -> Complex:
-    """(nh, nb, 6): load of the water that the bodies divert."""
+    """Load (nh, nb, 6) of the water that the bodies divert."""
     flat = wave.acceleration.reshape(db.heading.size, -1)
     return (flat @ db.added_mass[0].T).reshape(wave.acceleration.shape)
 
 
 def _of_dofs(db: HydroDatabase, values: Real, *dofs: int, size: Real | None = None) -> Errors:
     """Errors (nh, nb) or (nh, nb, len(dofs)) of those degrees of freedom of each body at the first
-    frequency, and the ``size`` of the latter in themselves."""
+    frequency, and the absolute ``size`` of the latter."""
 
     def spread(numbers: Real) -> Real:
         out = np.full((1, db.heading.size, db.bodies, 6), np.nan)
@@ -109,7 +110,7 @@ def _horizontal_phase(db: HydroDatabase) -> Errors:
 
 
 def _heave_ratio(db: HydroDatabase) -> Complex:
-    """X3 / C33 (nh, nb), NaN for bodies that are not at the surface."""
+    """Ratio X3 / C33 (nh, nb), NaN for bodies that are not at the surface."""
     stiffness = diagonal(needed(db, "hydrostatic_stiffness"))[2::6]
     floats = stiffness > 0
     return np.where(floats, _at_bodies(db)[..., 2] / np.where(floats, stiffness, 1.0), np.nan)
@@ -128,7 +129,7 @@ def _horizontal_size(db: HydroDatabase) -> Errors:
 
 
 def _horizontal_ratio(db: HydroDatabase) -> Complex:
-    """(nh, nb): load along the waves, of what it should be."""
+    """Load along the waves (nh, nb), relative to its limit."""
     wave = _wave(db)
     expected = _pressure(db, wave) + _diverted(db, wave)[..., :2]
     load = np.einsum("hbi,hi->hb", _loads(db)[..., :2], wave.towards)
@@ -137,13 +138,14 @@ def _horizontal_ratio(db: HydroDatabase) -> Complex:
 
 
 def _wave_of_loads(db: HydroDatabase) -> _Wave:
-    """As steep as the horizontal loads say: a wrong depth is told once, by their size."""
+    """Long wave as steep as the horizontal loads imply; a wrong depth is reported only once, by
+    their size."""
     steeper = np.clip(np.median(np.abs(_horizontal_ratio(db))), *_STEEPER)
     return _wave(db, float(steeper))
 
 
 def _moments(db: HydroDatabase) -> Errors:
-    """In the longest wave, and in a shorter one with the phases of the heave load."""
+    """Errors in the longest wave, and in a shorter one with the phases of the heave load."""
     row = _static_row(db)
     shorter = of_frequencies(db, np.arange(db.frequency.size) == row)
     longest, other = _moments_in(db), _moments_in(_in_phase(shorter))
@@ -154,7 +156,8 @@ def _moments(db: HydroDatabase) -> Errors:
 
 
 def _in_phase(db: HydroDatabase) -> HydroDatabase:
-    """The database with phases by which the heave load is that of the elevation at the bodies."""
+    """Database with phases for which the heave load is in phase with the elevation at the
+    bodies."""
     heave = _loads(db)[..., 2] * _wave(db).elevation.conj()
     turn = np.exp(-1j * np.angle(heave))
     return replace(db, excitation=db.excitation * np.repeat(turn, 6, axis=1))
@@ -162,7 +165,7 @@ def _in_phase(db: HydroDatabase) -> HydroDatabase:
 
 def _moments_in(db: HydroDatabase) -> Errors:
     """Error of the roll and pitch moments, relative to the sum of the sizes of their parts, or to
-    what the heave load makes by the lever that panels misplace."""
+    the heave load times the lever of coarse panels."""
     wave = _wave_of_loads(db)
     static, diverted = _static(db, wave)[..., 3:5], _diverted(db, wave)[..., 3:5]
     error = np.abs(_loads(db)[..., 3:5] - static - diverted)
@@ -175,7 +178,7 @@ def _moments_in(db: HydroDatabase) -> Errors:
 
 
 def _static(db: HydroDatabase, wave: _Wave) -> Complex:
-    """(nh, nb, 6): load of the tilted water at rest, about the reference points."""
+    """Load (nh, nb, 6) of the tilted water at rest, about the reference points."""
     weight = db.water_density * db.gravity * needed(db, "volume")
     lever = weight * (needed(db, "centre_of_gravity") - db.reference_point)[:, 2]
     stiffness = needed(db, "hydrostatic_stiffness").reshape(db.bodies, 6, db.bodies, 6)
@@ -204,7 +207,7 @@ def _froude_krylov(db: HydroDatabase) -> Errors:
 
 
 def _heave_is_static(db: HydroDatabase) -> bool:
-    """Whether, moreover, the inertia of the water takes little from the heave load."""
+    """Whether, in addition, the inertia of the water reduces the heave load only little."""
     if db.hydrostatic_stiffness is None:
         return False
     mass = displaced_mass(db) + diagonal(db.added_mass)[0, 2::6]
@@ -222,9 +225,9 @@ def _decades(ratio: Complex) -> Real:
 
 
 _PHASE = (
-    "degrees from the limit for exp(+i w t); start at a lower frequency, or look for"
-    " exp(-i w t) (conjugate the loads), headings"
-    " where waves come from (add 180 degrees) or another origin of the phases"
+    "degrees from the limit for exp(+i w t); start at a lower frequency, or look for exp(-i w t)"
+    " (conjugate the loads), headings that waves come from (add 180 degrees) or another origin"
+    " of the phases"
 )
 
 LONG_WAVES = (
@@ -251,8 +254,8 @@ LONG_WAVES = (
         "size of the heave load in long waves",
         _heave_size,
         0.1,
-        "decimal logarithm of |X3| / C33; start at a lower frequency,"
-        " or look for a factor such as rho g or a wave height for an amplitude",
+        "decimal logarithm of |X3| / C33; start at a lower frequency, or look for a factor such"
+        " as rho g, or wave height used for amplitude",
         refusal=0.25,
         needs=("hydrostatic_stiffness",),
         proves=_heave_is_static,
@@ -262,9 +265,9 @@ LONG_WAVES = (
         "size of the horizontal load in long waves",
         _horizontal_size,
         0.1,
-        "decimal logarithm of |X1| / (g k (rho V + A11)), along the waves at the lowest frequency;"
-        " start at a lower frequency, or look for a wrong water depth (it sets k), volume, density"
-        " or factor rho",
+        "decimal logarithm of |X1| / (g k (rho V + A11)), along the waves at the lowest"
+        " frequency; start at a lower frequency, or look for a wrong water depth (it determines"
+        " k), volume, density or factor rho",
         needs=("volume",),
         of=frozenset({Part.LOADS}),
     ),
@@ -272,9 +275,10 @@ LONG_WAVES = (
         "roll and pitch moments in long waves",
         _moments,
         0.1,
-        "error from what the stiffness says of a sloping surface, relative to the moments;"
-        " start at a lower frequency, or look for a stiffness without gravity, a"
-        " wrong centre of gravity or reference point, roll for pitch, or pitch positive bow up",
+        "difference from the load that the stiffness gives on a sloping surface, relative to the"
+        " moments; start at a lower frequency; otherwise look for a stiffness without gravity, a"
+        " wrong centre of gravity or reference point, exchanged roll and pitch, or pitch"
+        " positive bow up",
         refusal=0.5,
         needs=("hydrostatic_stiffness", "volume", "centre_of_gravity"),
         proves=compact,

@@ -19,7 +19,7 @@ from hydrosim.radiation.retardation import (
 
 _STEPS = 400  # of a retardation function, at most
 _LOWEST = 0.05  # of the highest frequency: below it added mass is not compared with the damping
-_STEP = 0.4  # of it, times the highest frequency
+_STEP = 0.4  # time step of that function, times the highest frequency
 
 
 ADDED_MASS, DAMPING = ("kg", ""), ("kg", "/s")
@@ -43,9 +43,9 @@ def _damping_asymmetry(db: HydroDatabase) -> Errors:
 
 
 def _mirror(db: HydroDatabase) -> Errors:
-    """What couples a motion that the mirror image keeps to one that it reverses."""
+    """Errors: coupling of symmetric with antisymmetric motions."""
     if not db.port_starboard_symmetric:
-        raise LeftOut("the bodies are not their own mirror images")
+        raise LeftOut("the bodies are not symmetric about y = 0")
     sign = np.tile(MIRROR_SIGN, db.bodies)
     reversed_ = np.outer(sign, sign) < 0
     mass = _of_pairs(db.added_mass * reversed_, added_mass_scale(db), ADDED_MASS)
@@ -61,8 +61,8 @@ def _negative_damping(db: HydroDatabase) -> Errors:
 
 
 def _causality(db: HydroDatabase) -> Errors:
-    """Over frequencies that the guessed tail of the damping hardly reaches and that are resolved:
-    in finite depth heave's added mass goes like log w below them."""
+    """Errors at frequencies that are resolved and that the assumed tail of the damping hardly
+    affects. In finite depth, heave added mass varies as log w below them."""
     scale = added_mass_scale(db)
     _, left = _ogilvie(db)
     share = db.frequency / db.frequency[-1]
@@ -77,7 +77,8 @@ def _infinite(db: HydroDatabase) -> Errors:
 
 
 def _zero(db: HydroDatabase) -> Errors:
-    """In finite depth of surge, sway and yaw alone: the others grow as -log w for w -> 0."""
+    """Errors in finite depth of surge, sway and yaw only, because the others grow as -log w for w
+    -> 0."""
     gap = needed(db, "added_mass_zero") - db.added_mass[0]
     dofs = np.arange(6 * db.bodies) % 6
     level = (dofs < 2) | (dofs == 5) | np.isinf(db.water_depth)
@@ -88,8 +89,8 @@ def _zero(db: HydroDatabase) -> Errors:
 
 @lru_cache(maxsize=1)
 def _ogilvie(db: HydroDatabase) -> tuple[Real, Real]:
-    """A_inf (n, n) of the damping, and what is left of A(w) (nw, n, n); from a retardation function
-    as long and as fine as the frequencies allow."""
+    """A_inf (n, n) from the damping, and the remainder of A(w) (nw, n, n), by a retardation
+    function as long and as fine as the frequencies allow."""
     w = db.frequency
     if w.size < 4:
         raise LeftOut(f"needs 4 frequencies, the database has {w.size}")
@@ -122,8 +123,8 @@ RADIATION = (
         "port and starboard",
         _mirror,
         0.02,
-        "largest coupling of surge, heave or pitch to sway, roll or yaw, zero for a hull that is"
-        " its own mirror image; look for DOFs in another order or axes turned",
+        "largest coupling of surge, heave or pitch with sway, roll or yaw, zero for a hull that"
+        " is symmetric about y = 0; look for DOFs in another order or rotated axes",
         refusal=0.1,
         of=frozenset({Part.RADIATION}),
     ),
@@ -132,8 +133,8 @@ RADIATION = (
         _negative_damping,
         0.005,
         "most negative eigenvalue of the damping matrix of all bodies, relative to its largest"
-        " diagonal; negative damping makes waves out of nothing: look for irregular frequencies,"
-        " coarse panels or a wrong sign",
+        " diagonal; negative damping would create energy: look for irregular frequencies, coarse"
+        " panels or a wrong sign",
         refusal=0.3,
         of_all=True,
         of=frozenset({Part.RADIATION}),
@@ -142,17 +143,17 @@ RADIATION = (
         "added mass against damping",
         _causality,
         0.1,
-        "largest error of A(w) from the damping by Ogilvie's (1964) relation, relative to the"
-        " diagonal; compute higher or denser frequencies, or look for frequencies in another unit"
-        " than rad/s or a factor w, rho in one of the two",
+        "largest difference of A(w) from that by the damping, by Ogilvie's (1964) relation,"
+        " relative to the diagonal; compute higher or denser frequencies, or look for"
+        " frequencies in another unit than rad/s or a factor w, rho in one of the two",
         of=frozenset({Part.RADIATION}),
     ),
     Check(
         "added mass at infinite frequency",
         _infinite,
         0.1,
-        "largest difference from what A(w) and the damping give by Ogilvie's (1964) relation,"
-        " relative to the diagonal; hydrosim uses the latter",
+        "largest difference from the value that A(w) and the damping give by Ogilvie's (1964)"
+        " relation, relative to the diagonal; hydrosim uses the latter",
         needs=("added_mass_infinite",),
         of=frozenset({Part.SPARE}),
     ),

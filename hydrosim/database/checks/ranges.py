@@ -1,4 +1,4 @@
-"""Checks of the frequencies and headings: order, range, spacing, outliers among neighbours."""
+"""Checks of the frequencies and headings: order, range, spacing, outliers."""
 
 from __future__ import annotations
 
@@ -22,10 +22,11 @@ from hydrosim.radiation.retardation import (
 )
 from hydrosim.waves.dispersion import wavenumber
 
-_TAIL_FROM = 0.85  # the decay of the damping is taken from this share of the highest frequency up
-_WINDOW = 4  # frequencies on each side that a spike is compared with
-_OUTLIER = 8.0  # times the median of its neighbours makes a spike
-_LAGS = 200  # at which the memory is looked at
+# the decay of the damping is fitted from this fraction of the highest frequency up
+_TAIL_FROM = 0.85
+_WINDOW = 4  # neighbouring frequencies on each side with which a spike is compared
+_OUTLIER = 8.0  # a spike exceeds this multiple of the median of its neighbours
+_LAGS = 200  # at which the memory is tested
 
 
 def _alteration(db: HydroDatabase) -> Errors:
@@ -45,9 +46,9 @@ def _headings(db: HydroDatabase) -> Errors:
 
 
 def _kernel_truncation(db: HydroDatabase) -> Errors:
-    """Share of K(0) = 2/pi int B dw above the last frequency, with B ~ w^-q continued from the end
-    of the range. What does not fall there is continued by the slowest decay that a fit may have: a
-    small rest stays a small share, however it wavers."""
+    """Fraction of K(0) = 2/pi int B dw above the last frequency, with B ~ w^-q continued from the
+    end of the range. A damping that does not decrease there is continued with the slowest decay
+    that a fit may have. So a small irregular remainder stays a small fraction."""
     w, damping = db.frequency, diagonal(db.radiation_damping)
     earlier = np.array([np.interp(_TAIL_FROM * w[-1], w, row) for row in damping.T])
     last, before = (np.maximum(np.abs(B), damping_floor(db)) for B in (damping[-1], earlier))
@@ -59,8 +60,8 @@ def _kernel_truncation(db: HydroDatabase) -> Errors:
 
 
 def _memory(db: HydroDatabase) -> Errors:
-    """K(t) of frequencies dw apart is known up to t = pi/dw; what it is from there to twice that,
-    relative to its peak, is memory left out, or an echo of the spacing."""
+    """Frequencies dw apart resolve K(t) up to t = pi/dw. Its values from there to twice that,
+    relative to its peak, are neglected memory, or an echo of the spacing."""
     _at_least(db, 4)
     known = np.pi / np.diff(db.frequency).max()
     time = np.concatenate([[0.0], np.linspace(known, 2 * known, _LAGS)])
@@ -89,10 +90,11 @@ def _spikes(db: HydroDatabase) -> Errors:
 
 
 def _smooth_loads(db: HydroDatabase) -> Errors:
-    """What splines miss of the loads between frequencies, over their root mean square at all: about
-    an eighth of the departure at each from the cubic through two neighbours on either side, which
-    are twice as far apart. On the shipped hulls with every second frequency left out 0.06 was found
-    where this says 0.04 to 0.06, and 0.2 to 0.3 where it says 0.1 to 0.14."""
+    """Errors of splines through the loads between frequencies, relative to the root mean square of
+    the loads. They are estimated as an eighth of the departure at each frequency from the cubic
+    through two neighbours on either side, which are twice as far apart. On the shipped hulls
+    without every second frequency the errors were 0.06 for estimates of 0.04 to 0.06, and 0.2 to
+    0.3 for estimates of 0.1 to 0.14."""
     _at_least(db, 5)
     k = wavenumber(db.frequency, db.water_depth, db.gravity)[:, None, None]
     towards = np.stack([np.cos(db.heading), np.sin(db.heading)], axis=1)
@@ -106,8 +108,8 @@ def _smooth_loads(db: HydroDatabase) -> Errors:
 
 
 def _departure(w: Real, values: Real | Complex, each: int = 1) -> Real | Complex:
-    """(nw - 2 each, ...): values less the polynomial through ``each`` neighbours on either side, of
-    Lagrange: a straight line through one, a cubic through two."""
+    """Differences (nw - 2 each, ...) of values from Lagrange's polynomial through ``each``
+    neighbours on either side: a straight line for one, a cubic for two."""
     ends = [k for k in range(2 * each + 1) if k != each]
     at, *nodes = (w[k : w.size - 2 * each + k] for k in (each, *ends))
     found = values[each:-each].copy()
@@ -119,10 +121,10 @@ def _departure(w: Real, values: Real | Complex, each: int = 1) -> Real | Complex
 
 
 def _outliers(departure: Real) -> Real:
-    """The departures that are far above the median of those around them, zero elsewhere.
+    """Departures that are far above the median of their neighbours, zero elsewhere.
 
-    That of a smooth curve changes little from one frequency to the next; a spike at one frequency
-    raises three."""
+    The departure of a smooth curve changes little from one frequency to the next; a spike at one
+    frequency raises three departures."""
     padded = np.pad(departure, ((_WINDOW, _WINDOW), (0, 0)), mode="reflect")
     around = np.lib.stride_tricks.sliding_window_view(padded, 2 * _WINDOW + 1, axis=0)
     usual = np.median(around, axis=-1)
@@ -139,7 +141,7 @@ ORDER = (
         "frequencies",
         _frequencies,
         0.0,
-        "number of frequencies that are not above zero and the one before; sort them, in rad/s",
+        "number of frequencies that are not above zero and the previous one; sort them, in rad/s",
         refusal=0.0,
         of=frozenset({Part.ORDER}),
     ),
@@ -147,7 +149,7 @@ ORDER = (
         "headings",
         _headings,
         0.0,
-        "number of headings that do not ascend or lie beyond a full turn; sort them, in rad",
+        "number of headings that do not increase or span more than a full turn; sort them, in rad",
         refusal=0.0,
         of=frozenset({Part.ORDER}),
     ),
@@ -155,19 +157,19 @@ ORDER = (
 
 RANGES = (
     Check(
-        "numbers as written",
+        "checksum of the numbers",
         _alteration,
         0.0,
-        "1 where they are not those that hydrosim wrote into the file; accept it where you changed"
-        " them on purpose, and convert the original again where you did not",
+        "1 if the numbers are not those that hydrosim wrote into the file; accept it if you"
+        " changed them on purpose, else convert the original again",
         of=frozenset(Part),
     ),
     Check(
         "kernel truncation",
         _kernel_truncation,
         0.5,
-        "largest share of a retardation function at time zero that comes from above the highest"
-        " frequency, where hydrosim continues the damping by a power law; compute higher"
+        "largest fraction of a retardation function at time zero that comes from above the"
+        " highest frequency, where hydrosim continues the damping by a power law; compute higher"
         " frequencies",
         of=frozenset({Part.RADIATION}),
     ),
@@ -175,26 +177,26 @@ RANGES = (
         "frequency spacing",
         _memory,
         0.02,
-        "what the retardation functions still are, relative to their peak, after the time pi/dw"
-        " that the widest step dw between frequencies resolves; compute frequencies in between",
+        "remaining retardation functions, relative to their peak, after the time pi/dw that the"
+        " widest step dw between frequencies resolves; compute frequencies in between",
         of=frozenset({Part.RADIATION}),
     ),
     Check(
         "irregular frequencies",
         _spikes,
         0.02,
-        "largest spike in added mass or damping relative to the largest damping; remove irregular"
-        " frequencies (a lid), or leave those frequencies out; fine where bodies trap a wave"
-        " between them",
+        "largest spike in added mass or damping relative to the largest damping; remove"
+        " irregular frequencies with a lid, or leave those frequencies out; acceptable if bodies"
+        " trap a wave between them",
         of=frozenset({Part.RADIATION}),
     ),
     Check(
         "smooth loads",
         _smooth_loads,
         0.1,
-        "largest error of the excitation between frequencies, estimated from how it departs from"
-        " the cubic through its neighbours; compute more frequencies, or look for phases of another"
-        " origin or rows in another order",
+        "largest error of the excitation between frequencies, estimated from its departure from"
+        " the cubic through its neighbours; compute more frequencies, or look for phases of"
+        " another origin or rows in another order",
         of=frozenset({Part.LOADS}),
     ),
 )

@@ -1,4 +1,4 @@
-"""Sizes of a body, that figures are measured by; from the added mass where there is no volume."""
+"""Sizes of a body, by which figures are scaled; from the added mass if there is no volume."""
 
 from __future__ import annotations
 
@@ -7,14 +7,16 @@ import numpy as np
 from hydrosim.database.database import HydroDatabase, Real
 from hydrosim.waves.dispersion import wavenumber
 
-NOISE = 1e-4  # a DOF with less added mass or damping than this share of its body's scale has none
-LONG_WAVE = 0.3  # k V^(1/3) below which the limits of long waves must show
-GYRATION = 2.5  # half a length over its radius of gyration: 1.7 of a box, 2.2 of an ellipsoid
-MODES = np.array([0, 0, 0, 1, 1, 1])  # power of a length by which loads of the six DOFs differ
+# a DOF with less than this fraction of its body's scale counts as having no added mass or damping
+NOISE = 1e-4
+LONG_WAVE = 0.3  # k V^(1/3) below which the limits of long waves must hold
+GYRATION = 2.5  # half a length over its radius of gyration: 1.7 for a box, 2.2 for an ellipsoid
+MODES = np.array([0, 0, 0, 1, 1, 1])  # power of a length in the loads of the six DOFs
 
 
 def displaced_mass(db: HydroDatabase) -> Real:
-    """(nb,); without volumes the largest added mass of a translation, which is of its order."""
+    """Displaced mass (nb,); without volumes, the largest added mass of a translation, which has the
+    same order."""
     if db.volume is not None:
         return db.water_density * db.volume
     added = np.abs(diagonal(db.added_mass)).reshape(-1, db.bodies, 6)
@@ -27,51 +29,52 @@ def length(db: HydroDatabase) -> Real:
 
 
 def radius(db: HydroDatabase) -> Real:
-    """(nb,): half the longest side or more, from how added mass is spread over the body."""
+    """Estimate (nb,) of half the longest side or more, from the distribution of added mass over the
+    body."""
     added = np.abs(diagonal(db.added_mass)[0]).reshape(db.bodies, 6)
     heave = np.maximum(added[:, 2], NOISE * displaced_mass(db))
     return np.maximum(GYRATION * np.sqrt(added[:, 3:].max(axis=1) / heave), length(db))
 
 
 def first_wavenumber(db: HydroDatabase) -> float:
-    """Of the lowest frequency."""
+    """Wavenumber at the lowest frequency."""
     return float(wavenumber(db.frequency[0], db.water_depth, db.gravity))
 
 
 def compact(db: HydroDatabase) -> bool:
-    """Whether the longest wave is long beside every body."""
+    """Whether the longest wave is long compared with every body."""
     return bool(first_wavenumber(db) * length(db).max() < LONG_WAVE)
 
 
 def added_mass_scale(db: HydroDatabase) -> Real:
-    """Square root of the largest diagonal (n,), or of the level of noise if that is larger."""
+    """Square root of the largest diagonal (n,), or of the noise if that is larger."""
     largest = np.abs(diagonal(db.added_mass)).max(axis=0)
     return np.sqrt(np.maximum(largest, NOISE * _inertia(db)))
 
 
 def damping_scale(db: HydroDatabase) -> Real:
-    """As `added_mass_scale`, of the radiation damping."""
+    """The same as `added_mass_scale`, for the radiation damping."""
     largest = np.abs(diagonal(db.radiation_damping)).max(axis=0)
     return np.sqrt(np.maximum(largest, damping_floor(db)))
 
 
 def damping_floor(db: HydroDatabase) -> Real:
-    """(n,): what is noise on the diagonal of the damping."""
+    """Noise (n,) on the diagonal of the damping."""
     rate = np.sqrt(db.gravity / np.repeat(length(db), 6))
     return NOISE * _inertia(db) * rate
 
 
 def load_floor(db: HydroDatabase) -> Real:
-    """(n,): what is noise among the loads per wave amplitude."""
+    """Noise (n,) in the loads per wave amplitude."""
     side = length(db)[:, None]
     return (NOISE * db.water_density * db.gravity * side ** (2 + MODES)).ravel()
 
 
 def diagonal(matrices: Real) -> Real:
-    """(..., n) of (..., n, n)."""
+    """Diagonals (..., n) of (..., n, n)."""
     return np.diagonal(matrices, axis1=-2, axis2=-1)
 
 
 def _inertia(db: HydroDatabase) -> Real:
-    """(n,): displaced mass, times V^(2/3) for rotations."""
+    """Displaced mass (n,), times V^(2/3) for rotations."""
     return (displaced_mass(db)[:, None] * length(db)[:, None] ** (2 * MODES)).ravel()

@@ -15,14 +15,14 @@ _SHORT_WAVE = 2.0  # k V^(1/3) above which the drift is near its limit for short
 
 
 def _along(db: HydroDatabase) -> Real:
-    """(nw, nh): mean drift force of all bodies along the waves."""
+    """Mean drift force (nw, nh) of all bodies along the waves."""
     drift = needed(db, "mean_drift").reshape(*db.excitation.shape[:2], db.bodies, 6).sum(axis=2)
     return drift[..., 0] * np.cos(db.heading) + drift[..., 1] * np.sin(db.heading)
 
 
 def _pull(db: HydroDatabase) -> Errors:
-    """By Maruo's (1960) formula the force along the waves is an integral of
-    |H(theta)|^2 (1 - cos(theta - beta)), which is never negative."""
+    """Maruo's (1960) formula gives the force along the waves as an integral of |H(theta)|^2 (1 -
+    cos(theta - beta)), which is never negative."""
     along = _along(db)
     against = np.maximum(0.0, -along)
     relative = against / max(np.abs(along).max(), np.finfo(float).tiny)
@@ -30,8 +30,8 @@ def _pull(db: HydroDatabase) -> Errors:
 
 
 def _drift_size(db: HydroDatabase) -> Errors:
-    """A wall of width b throws back short waves and is pushed by rho g b / 2; that of all headings
-    is compared with the bodies' size."""
+    """A wall of width b reflects short waves, with a force of rho g b / 2. The force over all
+    headings is compared with that for the bodies' size."""
     if db.frequency[-1] ** 2 / db.gravity * length(db).min() < _SHORT_WAVE:
         raise LeftOut("needs a higher frequency")
     wall = 0.5 * db.water_density * db.gravity * length(db).sum()
@@ -50,17 +50,17 @@ def _sum_symmetry(db: HydroDatabase) -> Errors:
 
 
 def _opposite(db: HydroDatabase) -> list[tuple[int, int]]:
-    """Pairs of headings, and where the same two stand in the other order."""
+    """Pairs of headings, and the positions of the same pairs in reverse order."""
     headings = needed(db, "qtf_heading")
     same = _same(headings[:, None, :], headings[None, :, ::-1]).all(axis=-1)
     found = [(int(p), int(q)) for p, q in np.argwhere(same)]
     if not found:
-        raise LeftOut("no pair of headings stands in both orders")
+        raise LeftOut("no pair of headings occurs in both orders")
     return found
 
 
 def _diagonal(db: HydroDatabase) -> Errors:
-    """Largest difference of the diagonal from the mean drift of the same heading, of the DOFs that
+    """Largest difference of the diagonal from the mean drift at the same heading, for DOFs that
     have both."""
     errors = list(_diagonal_errors(db))
     if not errors:
@@ -89,13 +89,13 @@ def _qtf(db: HydroDatabase) -> Complex:
 
 
 def _apart(db: HydroDatabase, pair: int, a: Complex, b: Complex) -> Errors:
-    """Of two transfer functions (nq, nq, n) of a pair of headings."""
+    """Errors between two transfer functions (nq, nq, n) of a pair of headings."""
     gap = np.abs(a - b).max(axis=1) / max(np.abs(a).max(), np.finfo(float).tiny)
     return _at_worst(gap, needed(db, "qtf_frequency"), needed(db, "qtf_heading")[pair][0])
 
 
 def _at_worst(relative: Real, frequency: Real, heading: float) -> Errors:
-    """The largest of errors (nq, n) for each degree of freedom, and where it is."""
+    """Largest of errors (nq, n) for each degree of freedom, and its position."""
     row = np.nanargmax(np.nanmax(relative, axis=1))
     where = f"at {frequency[row]:.4g} rad/s, heading {np.degrees(heading):.4g} deg"
     return Errors(relative[row], ("dof",), where=where)
@@ -109,15 +109,17 @@ def _same(a: Real | float, b: Real | float) -> np.ndarray:
     return np.abs((np.asarray(a) - b + TURN / 2) % TURN - TURN / 2) < SAME_HEADING
 
 
-_SYMMETRY = "look for halves of the matrix that were filled in without, or with, a conjugate"
+_SYMMETRY = (
+    "look for halves of the matrix that were filled in with or without a conjugate by mistake"
+)
 
 SECOND_ORDER = (
     Check(
         "drift along the waves",
         _pull,
         0.05,
-        "largest mean drift against the waves, relative to the largest along them; without current"
-        " and damping there is none: look for the sign, or headings where waves come from",
+        "largest mean drift against the waves, relative to the largest along them; impossible"
+        " without current and damping: look for a wrong sign, or headings that waves come from",
         refusal=0.3,
         needs=("mean_drift",),
         of=frozenset({Part.DRIFT}),
@@ -126,8 +128,8 @@ SECOND_ORDER = (
         "size of the drift",
         _drift_size,
         0.7,
-        "decimal logarithm of the mean drift in the shortest waves over rho g V^(1/3) / 2; look for"
-        " a factor such as rho g, or wave heights for amplitudes",
+        "decimal logarithm of the mean drift in the shortest waves over rho g V^(1/3) / 2; look"
+        " for a factor such as rho g, or wave heights used for amplitudes",
         refusal=1.5,
         needs=("mean_drift",),
         of=frozenset({Part.DRIFT}),
@@ -155,7 +157,7 @@ SECOND_ORDER = (
         _diagonal,
         0.15,
         "largest difference of the QTF's diagonal from the mean drift, relative to the largest;"
-        " more frequencies or finer panels, or look for a factor such as 2 or rho g",
+        " use more frequencies or finer panels, or look for a factor such as 2 or rho g",
         refusal=1.0,
         needs=("qtf_difference", "qtf_frequency", "qtf_heading", "mean_drift"),
         of=frozenset({Part.DIFFERENCE}),

@@ -1,4 +1,4 @@
-"""What of a database a scene uses: nothing else is judged."""
+"""Parts of a database that a scene uses: only these are checked."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ AXES_OF_DOFS = ("dof", "motion")
 
 
 class Part(StrEnum):
-    """What a check is about; a scene may do without some of it."""
+    """Subjects of checks; a scene may not use some of them."""
 
     ORDER = "order of frequencies and headings"
     RADIATION = "added mass and radiation damping"
@@ -22,21 +22,21 @@ class Part(StrEnum):
     DRIFT = "mean drift"
     DIFFERENCE = "difference-frequency QTF"
     SUM = "sum-frequency QTF"
-    SPARE = "what no simulation reads"
+    SPARE = "data that no simulation reads"
 
 
 @dataclass(frozen=True)
 class Use:
-    """Of a database the ``parts`` that are read, the ``dofs`` that move (None: all), and the
-    ``highest`` frequency [rad/s] that the waves have: what is wrong above that is no more than
-    doubtful, because it only colours the memory of radiation."""
+    """Used ``parts`` of a database, the ``dofs`` that move (None: all), and the ``highest``
+    frequency [rad/s] of the waves. Errors above that frequency are only doubts, because they only
+    affect the memory of radiation."""
 
     parts: frozenset[Part] = frozenset(Part)
     dofs: tuple[int, ...] | None = None
     highest: float = np.inf
 
     def of(self, relative: Real, axes: tuple[str, ...]) -> Real:
-        """The errors with NaN for degrees of freedom that do not move."""
+        """Errors with NaN for degrees of freedom that do not move."""
         if self.dofs is None:
             return relative
         for axis, name in enumerate(axes):
@@ -48,8 +48,8 @@ class Use:
         return relative
 
     def excited(self, relative: Real, axes: tuple[str, ...], frequency: Real) -> Real:
-        """Those of frequencies (always the first axis) that the waves have; all where none of those
-        is judged."""
+        """Errors at frequencies (always the first axis) that the waves have; all errors if none of
+        those is judged."""
         if "frequency" not in axes:
             return relative
         waves = frequency[: relative.shape[0]] <= self.highest
@@ -57,7 +57,7 @@ class Use:
         return relative if np.isnan(inside).all() else inside
 
     def seen(self, db: HydroDatabase) -> HydroDatabase:
-        """The database without damping of the degrees of freedom that do not move."""
+        """Database without damping of the degrees of freedom that do not move."""
         if self.dofs is None or len(self.dofs) == 6 * db.bodies:
             return db
         moves = np.isin(np.arange(6 * db.bodies), self.dofs)

@@ -1,4 +1,4 @@
-"""Readers of other programs' files, one file each; all conventions end here.
+"""Readers of other programs' files, one module each, which translate all conventions.
 
 A reader is a module with
 
@@ -6,8 +6,8 @@ A reader is a module with
     sniff(path, head) -> bool  whether the file is of this format, from its name and first bytes
     read(path, given) -> HydroDatabase
 
-that gives SI units, radians, exp(+i w t), headings where waves go to and phases at the origin of
-the database's frame, whatever the file has. `READERS` are asked in order.
+``read`` gives SI units, radians, exp(+i w t), headings that waves go to, and phases at the origin
+of the database's frame, whatever the file has. `READERS` are asked in order.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from hydrosim.scene.given import Given
 
 
 class Reader(Protocol):
-    """What a module of this folder provides."""
+    """Functions that each module of this folder provides."""
 
     NAME: str
 
@@ -45,7 +45,7 @@ class Reader(Protocol):
         ...
 
 
-# netCDF comes last: its reader takes any HDF5 file that the others do not know for their own.
+# netCDF comes last, because its reader takes any HDF5 file that the others do not recognise.
 READERS: tuple[Reader, ...] = (
     aqwa,
     bemio,

@@ -1,17 +1,17 @@
 """AQWA hydrodynamic databases in text form (.AH1), as AQWA-LINE writes them.
 
-Verified by real files of versions before 2020 (one head for all structures, GENERAL without a
-structure number, neither COB nor DISPLACEMENT) and of 2020 R1 (a head for each structure): order of
-sections, indices (structure, structure, frequency) of matrices and (structure, heading, frequency)
-of loads, stiffness with gravity about the centre of gravity. Their loads in long waves, and a
-sphere that WAMIT has, too, show that phases are lags in degrees and that headings are where waves
-go to. That phases refer to the wave at each structure's centre of gravity is from AQWA's users, not
-seen in a file. Frequency-independent damping (FIDD) is left out: it is no wave making, add it to
-the case.
+Verified with real files of versions before 2020 and of 2020 R1. The former have one head for all
+structures, GENERAL without a structure number, and neither COB nor DISPLACEMENT. The latter has a
+head for each structure. The files show the order of sections, the indices of matrices (structure,
+structure, frequency) and loads (structure, heading, frequency), and a stiffness with gravity about
+the centre of gravity. Their loads in long waves, and a sphere that WAMIT has, too, show that phases
+are lags in degrees and headings are directions that waves go to. AQWA's users report that phases
+refer to the wave at each structure's centre of gravity; no file proves it. Frequency-independent
+damping (FIDD) is left out, because it radiates no waves: add it to the case.
 
-Volumes and centres of buoyancy that older files lack are looked for in the listing (.LIS) beside,
-quadratic transfer functions in the .QTF (`aqwa_qtf`), which may be named as well; their diagonal is
-the mean drift.
+Older files lack volumes and centres of buoyancy; these are read from the listing (.LIS) beside
+them. Quadratic transfer functions are read from the .QTF (`aqwa_qtf`), which may be named as well;
+their diagonal is the mean drift.
 """
 
 from __future__ import annotations
@@ -57,14 +57,14 @@ class _Head(NamedTuple):
 
 
 def sniff(path: Path, head: bytes) -> bool:
-    """By its name, or by the words AQWA begins it with."""
+    """Whether the name, or AQWA's first words, fit."""
     listed = head.startswith(b"*") and b"AQWA-LINE" in head
     return path.suffix.lower() == ".ah1" or listed or head.startswith(b"AQTF")
 
 
 def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
-    """The database in an .AH1 file, and in the .QTF beside it; raises `InputError` for what is
-    missing or does not fit."""
+    """Database in an .AH1 file, and in the .QTF beside it. Raises `InputError` for data that are
+    missing or do not fit."""
     path, table = _files(path)
     text = read_text(path)
     top, sections = _sections(text)
@@ -72,7 +72,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     centre = _table(text, sections, "COG", 3)
     bodies = len(centre)
     depth, density, gravity = _general(text, sections)
-    depth = given.water_depth or depth  # AQWA has no infinite one, and takes a large one for it
+    depth = given.water_depth or depth  # AQWA has no infinite depth, and users give a large one
     loads = _loads(text, sections, head, bodies)
     excitation = [
         at_origin(loads[..., body, :], head.omega, head.heading, point, depth, gravity)
@@ -110,21 +110,21 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
 
 
 def _files(path: Path) -> tuple[Path, Path | None]:
-    """The .AH1 file and the .QTF beside it, of which either is named."""
+    """The .AH1 file and the .QTF beside it, either of which may be named."""
     if path.suffix.lower() != ".qtf":
         return path, _beside(path, ".QTF")
     database = _beside(path, ".AH1")
     if database is None:
         raise InputError(
-            f"{path}: has AQWA's quadratic transfer functions alone, expected"
-            f" {path.with_suffix('.AH1').name} beside it with all else. Export the database in text"
-            " form (.AH1), too."
+            f"{path}: has only AQWA's quadratic transfer functions; expected"
+            f" {path.with_suffix('.AH1').name} beside it with all other data. Export the database"
+            " in text form (.AH1), too."
         )
     return database, path
 
 
 def _beside(path: Path, suffix: str) -> Path | None:
-    """The file of the same name with this suffix, in capitals or not."""
+    """File of the same name with this suffix, in upper or lower case."""
     names = (path.with_suffix(suffix), path.with_suffix(suffix.lower()))
     return next((name for name in names if name.is_file()), None)
 
@@ -146,7 +146,7 @@ def _section(text: Text, sections: dict[str, _Rows], name: str) -> _Rows:
     if name not in sections:
         raise InputError(
             f"{text.path}: section {name} is missing, expected AQWA's hydrodynamic database in"
-            " text form (.AH1). Was the analysis finished?"
+            " text form (.AH1). Did the analysis finish?"
         )
     return sections[name]
 
@@ -162,14 +162,14 @@ def _head(text: Text, top: _Rows) -> _Head:
         raise text.wrong(
             words[0][0],
             f"{len(words)} numbers before the sections",
-            f"{size}, for {headings} headings and {count} frequencies, or that for each structure",
+            f"{size}, for {headings} headings and {count} frequencies, or those for each structure",
         )
     values = np.array([text.number(*word) for word in words]).reshape(-1, size)[:, 3:]
     if (values != values[0]).any():
         raise text.wrong(
             words[0][0],
-            "structures with headings or frequencies of their own",
-            "the same for all",
+            "structures with different headings or frequencies",
+            "the same for all structures",
             "Run AQWA with one set of them.",
         )
     return _Head(
@@ -200,8 +200,8 @@ def _table(text: Text, sections: dict[str, _Rows], name: str, width: int) -> Rea
 def _blocks(
     text: Text, rows: _Rows, top: tuple[int, ...], lines: int
 ) -> Iterator[tuple[tuple[int, ...], list[list[float]]]]:
-    """Tables of ``lines`` rows of six whose first begins with indices, up to ``top`` and given
-    from zero."""
+    """Tables of ``lines`` rows of six. The first row begins with indices up to ``top``, which are
+    returned from zero."""
     for start in range(0, len(rows), lines):
         block = rows[start : start + lines]
         index, words = block[0]
@@ -240,7 +240,7 @@ def _by_frequency(
 
 
 def _limit(text: Text, sections: dict[str, _Rows], name: str, bodies: int) -> Real | None:
-    """Matrix (n, n) of 0.001 or 100 rad/s, which AQWA computes on demand."""
+    """Matrix (n, n) at 0.001 or 100 rad/s, which AQWA computes on request."""
     if name not in sections:
         return None
     out = np.zeros((bodies, 6, bodies, 6))
@@ -261,7 +261,7 @@ def _loads(text: Text, sections: dict[str, _Rows], head: _Head, bodies: int) -> 
 
 
 def _enough(text: Text, name: str, found: int, expected: int) -> None:
-    """Before memory is reserved by what the head of the file promises."""
+    """Check before memory is reserved by the numbers in the head of the file."""
     if found < expected:
         raise InputError(
             f"{text.path}: section {name} has {found} rows, expected at least {expected} for the"

@@ -1,20 +1,21 @@
 """AQWA's quadratic transfer functions in text form (.QTF), which AQWA-LINE writes beside an .AH1.
 
-A line with the version, AQTF-2.0; the numbers of structures, headings and frequencies; the headings
-in degrees and the frequencies in rad/s; then for each structure, heading and pair of frequencies i,
-j four rows of six: the difference-frequency load's real and imaginary part and the sum-frequency
-load's, in N/m^2 and N m/m^2 about the structure's centre of gravity, per wave elevations there.
+The file has a line with the version, AQTF-2.0; the numbers of structures, headings and frequencies;
+headings in degrees and frequencies in rad/s. Four rows of six follow for each structure, heading
+and pair of frequencies i, j. They are the real and imaginary part of the difference-frequency load,
+then of the sum-frequency load. Loads are in N/m^2 and N m/m^2 about the structure's centre of
+gravity, per wave elevations there.
 
-Layout: BEMRosetta's reader and writer, and a file by AQWA 2023 R1 (a cube of 2 m sides in water
-70 m deep). Conventions are from that file, by what waves do: with exp(+i w t),
+Layout: BEMRosetta's reader and writer, and a file by AQWA 2023 R1 (a cube of 2 m sides in water 70
+m deep). The conventions were derived from that file and wave theory: with exp(+i w t),
 
     T-_ij = P- + i Q-         T+_ij = P+ - i Q+
 
-For heading 0 and w_i < w_j <= 1 rad/s, Q- in surge is 1.76 to 1.88 times the load of the set-down
-on the cube's own water (Pinkster 1980; the cube's added mass is the rest) where w_i is low, and its
-sign is this one's; Q+ has the size and minus the sign of a pressure integration over the cube.
-BEMRosetta takes Q- with the other sign. The same heave load for all headings of a cube at y = 2 m
-shows that elevations are those at the centre of gravity.
+For heading 0, low w_i and w_i < w_j <= 1 rad/s, Q- in surge is 1.76 to 1.88 times the load of the
+set-down on the cube's own water. The rest is the cube's added mass (Pinkster 1980). Its sign agrees
+with the formula above. Q+ has the size of a pressure integration over the cube, and the opposite
+sign. BEMRosetta uses the other sign for Q-. A cube at y = 2 m has the same heave load for all
+headings, so elevations are those at the centre of gravity.
 """
 
 from __future__ import annotations
@@ -38,14 +39,15 @@ _Rows = list[tuple[int, list[str]]]  # line and words
 
 
 def second_order(path: Path, centre: Real, depth: float, gravity: float) -> dict[str, Any]:
-    """The database's fields from a .QTF file, for structures with these centres of gravity
-    (nb, 3); none, with a warning, from a file of another version. Raises `InputError` for what is
-    missing or does not fit."""
+    """Fields of the database from a .QTF file, for structures with these centres of gravity (nb,
+    3). A file of another version gives no fields and a warning. Raises `InputError` for data that
+    are missing or do not fit."""
     text = read_text(path)
     if not text.lines[0].startswith(VERSION):
         warnings.warn(
             f"{path}: is of version {text.lines[0].strip()[:40]!r}, expected {VERSION}; its"
-            " quadratic transfer functions are left out. Export it with a newer AQWA to use them.",
+            " quadratic transfer functions are left out. Export it with a newer AQWA to use"
+            " them.",
             stacklevel=2,
         )
         return {}
@@ -61,8 +63,8 @@ def second_order(path: Path, centre: Real, depth: float, gravity: float) -> dict
 
 
 def mean_drift(fields: dict[str, Any], omega: Real, heading: Real) -> Real | None:
-    """The diagonal (nw, nh, n) of difference functions in ``fields``; None where there are none, or
-    at other frequencies or headings than these."""
+    """Diagonal (nw, nh, n) of the difference functions in ``fields``; None without them, or if
+    their frequencies or headings differ from these."""
     if "qtf_difference" not in fields:
         return None
     own, towards = fields["qtf_frequency"], fields["qtf_heading"][:, 0]
@@ -94,7 +96,7 @@ def _head(text: Text, rows: _Rows, bodies: int) -> tuple[Real, Real, _Rows]:
                     line,
                     f"{structures} structures, {headings} headings, {count} frequencies",
                     f"{bodies} structures as in the .AH1 file, and at least one of the others",
-                    "Is it of another model? Move it away or export both again.",
+                    "Does it belong to another model? Move it away or export both again.",
                 )
         if len(words) >= size > 3:
             break
@@ -138,7 +140,8 @@ def _pairs(index: np.ndarray, value: Complex, heading: Real, omega: Real) -> Pai
 
 
 def _at_origin(pairs: Pairs, centre: Real, depth: float, gravity: float, difference: bool) -> Pairs:
-    """Per elevations at the origin, from those at each structure's centre of gravity."""
+    """Transfer functions per elevations at the origin, from those at each structure's centre of
+    gravity."""
     value = pairs.value
     for body, point in enumerate(centre):
         moved = pairs.at_origin(point, depth, gravity, difference).value

@@ -1,4 +1,4 @@
-"""From the tables of another program's file to a `HydroDatabase`: what several readers need."""
+"""From the tables of another program's file to a `HydroDatabase`: functions for several readers."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from hydrosim.errors import InputError
 
 # Loads in the mirror image in x = 0: surge, pitch and yaw change sign.
 _FORE_AFT_SIGN = np.array([-1.0, 1.0, 1.0, 1.0, -1.0, -1.0])
-_FASTEST = 1e4  # rad/s: waves of less than a micrometre; a number above is a damaged file's
-_SAME = 1e-6  # relative difference below which two frequencies or headings are one
+_FASTEST = 1e4  # rad/s: waves shorter than a micrometre; larger numbers come from a damaged file
+_SAME = 1e-6  # relative difference below which two frequencies or headings are equal
 _BY_FREQUENCY = ("added_mass", "radiation_damping")
 _BY_WAVE = ("excitation", "froude_krylov", "mean_drift")
 
 
 class Abscissa(Enum):
-    """What a program tells waves by."""
+    """Quantity by which a program identifies waves."""
 
     RADIANS_PER_SECOND = "rad/s"
     HERTZ = "Hz"
@@ -32,7 +32,7 @@ class Abscissa(Enum):
 
 
 def frequencies(path: Path, values: ArrayLike, abscissa: Abscissa) -> Real:
-    """Angular frequencies [rad/s] of ``values``; a period of zero is an infinite frequency."""
+    """Angular frequencies [rad/s] from ``values``; a period of zero is an infinite frequency."""
     value = np.asarray(values, dtype=float)
     if abscissa is Abscissa.PERIOD:
         with np.errstate(divide="ignore", over="ignore"):
@@ -43,8 +43,8 @@ def frequencies(path: Path, values: ArrayLike, abscissa: Abscissa) -> Real:
     wrong = ~((omega >= 0) & ((omega < _FASTEST) | infinite))
     if wrong.any():
         raise InputError(
-            f"{path}: found a wave frequency or period of {value[wrong][0]:g} {abscissa.value},"
-            " expected one of sea waves. Are its units what the file says?"
+            f"{path}: found a wave frequency or period of {value[wrong][0]:g} {abscissa.value};"
+            " expected a value for sea waves. Check the units in the file."
         )
     return omega
 
@@ -63,18 +63,18 @@ def elevation(
     """exp(-i k (x cos b + y sin b)) at ``point``, of waves with unit elevation at the origin."""
     x, y = np.asarray(point, dtype=float)[:2]
     along = x * np.cos(heading) + y * np.sin(heading)
-    if not along.any() or not (depth > 0 and gravity > 0):  # which no database may have
+    if not along.any() or not (depth > 0 and gravity > 0):  # absent from every database
         return np.ones(np.broadcast_shapes(omega.shape, heading.shape), dtype=complex)
     from hydrosim.waves.dispersion import wavenumber  # imports numba, which few files need
 
-    with np.errstate(all="ignore"):  # absurd depths give loads that the database refuses
+    with np.errstate(all="ignore"):  # implausible depths give loads that the database refuses
         k = wavenumber(np.where(np.isfinite(omega), omega, 0.0), depth, gravity)
         return np.asarray(np.exp(-1j * k * along))
 
 
 def with_fore_aft_headings(heading: Real, loads: Any) -> tuple[Real, Any]:
-    """Headings 0 to 180 degrees, and their loads, of a hull that is its own mirror image in x = 0,
-    from headings of the first quadrant; unchanged if others are there already."""
+    """Headings 0 to 180 degrees, and their loads, of a hull that is symmetric about x = 0, from
+    headings of the first quadrant. Headings beyond the quadrant are left as they are."""
     if (np.abs(heading - np.pi / 4) > np.pi / 4 + _SAME).any():
         return heading, loads
     new = heading < np.pi / 2 - _SAME
@@ -86,9 +86,9 @@ def with_fore_aft_headings(heading: Real, loads: Any) -> tuple[Real, Any]:
 def assembled(
     path: Path, omega: Real, heading: Real, symmetric: bool | None, **fields: Any
 ) -> HydroDatabase:
-    """The database, with frequencies and headings put in ascending order and the matrices of zero
-    and infinite frequency taken out; whether bodies are ``symmetric`` port and starboard is seen
-    from the coefficients if it is not said. Other fields are passed on as they are."""
+    """Database with frequencies and headings in ascending order, and with the matrices at zero and
+    infinite frequency separated. If ``symmetric`` is not given, port-starboard symmetry is
+    determined from the coefficients. Other fields are passed on unchanged."""
     rows, columns = np.argsort(omega, kind="stable"), np.argsort(heading, kind="stable")
     rows = rows[np.isfinite(omega[rows]) & (omega[rows] > 0)]
     if rows.size == 0:
@@ -113,7 +113,7 @@ def assembled(
     )
     if symmetric is not None:
         return db
-    with np.errstate(all="ignore"):  # of no added mass at all
+    with np.errstate(all="ignore"):  # without added mass
         seen = mirror_image(db.added_mass, db.heading, db.excitation)
     return replace(db, port_starboard_symmetric=seen)
 
@@ -121,7 +121,7 @@ def assembled(
 def points(
     path: Path, name: str, given: Sequence[float] | None, file: ArrayLike | None, bodies: int
 ) -> Real | None:
-    """Points (nb, 3): the file's if it has any, else the user's; None if neither has them."""
+    """Points (nb, 3) of the file, else those that the user gives; None if there are neither."""
     value = given if file is None else file
     if value is None:
         return None
@@ -135,19 +135,19 @@ def points(
 
 
 def volumes(path: Path, given: Sequence[float] | None, file: ArrayLike | None) -> Real | None:
-    """Volumes (nb,): the file's if it has any, else the user's."""
+    """Volumes (nb,) of the file, else those that the user gives."""
     value = given if file is None else file
     return None if value is None else np.atleast_1d(np.asarray(value, dtype=float))
 
 
 def told(path: Path, name: str, given: float | None, file: float | None = None) -> float:
-    """A number that the file has or the user gives; raises `InputError` if neither does."""
+    """A number of the file, or one that the user gives. Raises `InputError` if there is neither."""
     value = given if file is None else file
     if value is None:
         raise InputError(
-            f"{path}: found no {name}, which this file does not hold. Give it in the case, such as"
-            " `hydrodynamics: {file: ..., density: 1025 kg/m^3}`, or with an option of `hydrosim db"
-            " convert`."
+            f"{path}: found no {name} in this file; expected it. Give it in the case, such as"
+            f" `hydrodynamics: {{file: ..., density: 1025 kg/m^3}}`, or with an option of"
+            " `hydrosim db convert`."
         )
     return float(value)
 
@@ -162,5 +162,5 @@ def block_diagonal(blocks: ArrayLike) -> Real:
 
 
 def polar(amplitude: ArrayLike, lag: ArrayLike) -> NDArray[np.complex128]:
-    """Complex amplitudes for exp(+i w t) of what lags the wave by ``lag`` [rad]."""
+    """Complex amplitudes for exp(+i w t) of a load that lags the wave by ``lag`` [rad]."""
     return np.asarray(amplitude) * np.exp(-1j * np.asarray(lag))

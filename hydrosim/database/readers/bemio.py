@@ -1,16 +1,17 @@
 """BEMIO's HDF5 file, the input of WEC-Sim and HydroChrono.
 
-Groups ``simulation_parameters`` and ``body1``, ``body2``, ..., each with the rows of its own six
-DOFs. Unless ``scaled`` is 1, when they are in SI units, the file holds A/rho, B/(rho w), X/(rho g),
-C/(rho g) and drift/(rho g). Quadratic transfer functions are always in SI units, one group for
-each DOF, flattened column by column, for one pair of headings. Phases are for exp(+i w t) and
-relative to the elevation at the global origin; WEC-Sim takes each body's coefficients to be about
-its centre of gravity, and so does this reader unless reference points are given. (WEC-Sim,
-writeBEMIOH5.m and bodyClass.m.)
+Groups ``simulation_parameters`` and ``body1``, ``body2``, ... have the rows of the body's six DOFs.
+If ``scaled`` is 1, numbers are in SI units. Otherwise the file has A/rho, B/(rho w), X/(rho g),
+C/(rho g) and drift/(rho g). Quadratic transfer functions are always in SI units: one group for each
+DOF, flattened column by column, for one pair of headings. Phases are for exp(+i w t) and relative
+to the elevation at the global origin. WEC-Sim takes each body's coefficients about its centre of
+gravity. So does this reader, unless reference points are given. (WEC-Sim, writeBEMIOH5.m and
+bodyClass.m.)
 
-The transfer functions are taken as WEC-Sim uses them: T(row, column) belongs to the waves of the
-row and, conjugate in the difference, of the column. Its conversion of WAMIT files obeys that for
-difference frequencies, but conjugates sum-frequency ones: such a file has their phases reversed.
+The transfer functions are read as WEC-Sim uses them: T(row, column) belongs to the wave of the row
+and that of the column, conjugate in the difference. WEC-Sim's conversion of WAMIT files follows
+this rule for difference frequencies, but conjugates sum-frequency functions: such a file has their
+phases reversed.
 """
 
 from __future__ import annotations
@@ -42,7 +43,8 @@ _DRIFT = ("momentum_conservation", "control_surface", "pressure_integration")
 
 
 def sniff(path: Path, head: bytes) -> bool:
-    """An HDF5 file with the group of BEMIO's parameters, or a damaged one called .h5."""
+    """Whether it is an HDF5 file with the group of BEMIO's parameters, or a damaged file called
+    .h5."""
     if not head.startswith(b"\x89HDF"):
         return False
     import h5py  # slow to load, and dry scenes have no databases
@@ -55,15 +57,15 @@ def sniff(path: Path, head: bytes) -> bool:
 
 
 def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
-    """The database in a BEMIO file; raises `InputError` for what is missing or has another shape
-    than the numbers of frequencies, headings and bodies ask for."""
+    """Database in a BEMIO file. Raises `InputError` for data that are missing, or whose shape does
+    not match the numbers of frequencies, headings and bodies."""
     with _reading(path) as file:
         return _database(_Source(file, path), given)
 
 
 @contextmanager
 def _reading(path: Path) -> Iterator[h5py.File]:
-    """The open file; whatever a damaged one makes HDF5 raise is an `InputError`."""
+    """The open file. All exceptions that HDF5 raises for a damaged file become `InputError`."""
     import h5py
 
     try:
@@ -84,8 +86,8 @@ class _Source:
     path: Path
 
     def optional(self, name: str, *shape: int) -> Real | None:
-        """The variable with as many numbers as ``shape`` says, in that shape; None if it is absent
-        or nothing but NaN, as BEMIO writes what it does not know."""
+        """Variable in this ``shape``. None if it is absent or all NaN, which BEMIO writes for
+        unknown data."""
         import h5py
 
         item = self.file.get(name)
@@ -108,7 +110,7 @@ class _Source:
         return value
 
     def needed(self, name: str, *shape: int) -> Real:
-        """A variable that must be there."""
+        """A variable that must exist."""
         value = self.optional(name, *shape)
         if value is None:
             raise InputError(f"{self.path}: {name} is missing, expected in a BEMIO file.")
@@ -124,7 +126,7 @@ class _Source:
 
 @dataclass(frozen=True)
 class _Layout:
-    """Sizes, orders that make frequencies and headings ascend, and factors to SI units."""
+    """Sizes, orders for ascending frequencies and headings, and factors to SI units."""
 
     bodies: int
     frequency: Real
@@ -188,8 +190,8 @@ def _layout(source: _Source) -> _Layout:
     if not bodies or not 0 < w.size <= _MOST or not 0 < degrees.size <= _MOST or w.min() <= 0:
         raise InputError(
             f"{source.path}: {bodies} bodies, {degrees.size} headings (wave_dir) and {w.size}"
-            f" frequencies (w, from {w.min(initial=np.inf):g}); expected at least one of each and"
-            " frequencies above zero."
+            f" frequencies (w, from {w.min(initial=np.inf):g}); expected at least one of each,"
+            " and frequencies above zero."
         )
     scaled = source.optional(f"{_PARAMETERS}/scaled", 1)
     si = scaled is not None and bool(scaled[0])
@@ -208,7 +210,7 @@ def _layout(source: _Source) -> _Layout:
 
 
 def _rows(source: _Source, bodies: int, name: str, *shape: int) -> Real | None:
-    """The variables of all bodies (6 nb, ...), None if any lacks it."""
+    """Variables of all bodies (6 nb, ...); None if any body lacks it."""
     parts = [source.optional(f"body{i + 1}/{name}", 6, *shape) for i in range(bodies)]
     found = [part for part in parts if part is not None]
     return np.concatenate(found) if len(found) == bodies else None
@@ -229,7 +231,7 @@ def _infinite(source: _Source, layout: _Layout) -> Real | None:
 
 
 def _ascending(layout: _Layout, value: Real) -> Real:
-    """(nw, nh, n) from (n, nh, nw) in the file's order."""
+    """Loads (nw, nh, n) from (n, nh, nw) in the file's order."""
     value = value.transpose(2, 1, 0)[layout.by_frequency][:, layout.by_heading]
     return np.ascontiguousarray(value)
 
@@ -270,7 +272,7 @@ def _stiffness(source: _Source, layout: _Layout) -> Real | None:
 
 
 def _points(source: _Source, given: Given, bodies: int) -> dict[str, Any]:
-    """Volumes and centres, and the reference points if they are given."""
+    """Volumes and centres, and reference points if they are given."""
     theirs = {"volume": "disp_vol", "centre_of_buoyancy": "cb", "centre_of_gravity": "cg"}
     found: dict[str, Any] = {}
     for name in (*theirs, "reference_point"):
@@ -334,7 +336,7 @@ def _quadratic(source: _Source, bodies: int) -> dict[str, Any]:
             if not (np.array_equal(first[0], frequency) and np.array_equal(first[1], pair)):
                 raise InputError(
                     f"{source.path}: the sum-frequency QTF has other periods or headings than the"
-                    " difference-frequency one, expected the same."
+                    " difference-frequency QTF; expected the same."
                 )
     return found
 

@@ -21,16 +21,16 @@ if TYPE_CHECKING:
 def write(db: HydroDatabase, path: Path) -> None:
     """Write a BEMIO file with the coefficients about the centres of gravity.
 
-    `bemio.read` gives back what came from such a file bit for bit, the rest to 2e-16. The file
-    has no place for A(0), inertia, drift on held bodies, the imbalance of the drift, and transfer
-    functions of more than one pair of headings, which are left out with a warning. Impulse
-    responses are left to WEC-Sim's own functions.
+    `bemio.read` returns numbers from such a file to the bit, other numbers to 2e-16. The file has
+    no place for A(0), inertia, drift on held bodies, the imbalance of the drift, and transfer
+    functions of more than one pair of headings. These are left out with a warning. WEC-Sim computes
+    impulse responses itself.
     """
     import h5py  # slow to load, and dry scenes have no databases
 
     if not db.heading.size:
         raise InputError(
-            f"{db.source} has no wave loads, as a BEMIO file must have them; write one of .nc."
+            f"{db.source}: has no wave loads, which a BEMIO file needs; write an .nc file."
         )
     centre = needed(db, "centre_of_gravity")
     if not np.array_equal(centre, db.reference_point):
@@ -42,7 +42,7 @@ def write(db: HydroDatabase, path: Path) -> None:
             f" {pairs} are left out.",
             stacklevel=2,
         )
-    image = BytesIO()  # HDF5 brings the process down where it cannot write to the disk
+    image = BytesIO()  # HDF5 crashes if it cannot write to the disk
     with h5py.File(image, "w") as file:
         file["bem_data/code"] = np.bytes_(db.attributes.get("program", "hydrosim"))
         file.attrs["history"] = db.attributes.get("history", "")
@@ -109,7 +109,7 @@ def _write_loads(value: Complex, weight: float, group: h5py.Group) -> None:
 
 
 def _write_transfer(db: HydroDatabase, rows: slice, group: h5py.Group, name: str) -> None:
-    """For each DOF a column of n^2 numbers, the index of the first wave running fastest."""
+    """For each DOF, a column of n^2 numbers; the index of the first wave varies fastest."""
     w = needed(db, "qtf_frequency")
     period = inverse(lambda T: 2 * np.pi / T, 2 * np.pi / w, w)
     pair = needed(db, "qtf_heading")[0]

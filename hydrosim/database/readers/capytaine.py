@@ -1,15 +1,15 @@
 """Capytaine's netCDF files, of versions 2 and 3.
 
-Dimensions are known by name: the frequency is along omega, freq, period, wavenumber or wavelength,
-the real and imaginary parts along ``complex``, wherever that stands. Capytaine has exp(-i w t), so
-loads are conjugated; its headings are where waves go to and its phases refer to the origin. Rows at
-zero and infinite frequency become the limits of the added mass. Every body must have the six rigid
-DOFs and no others: zeros for what was not computed would pass for coefficients. A file of several
-bodies without ``rotation_center``, as version 2 writes it, has unknown reference points, and the
-attribute ``assumed`` says so; only bodies that do not turn can do without.
+Dimensions are recognised by name. The frequency is along omega, freq, period, wavenumber or
+wavelength. Real and imaginary parts are along ``complex``, in any position. Capytaine has exp(-i w
+t), so loads are conjugated. Its headings are directions that waves go to, and its phases refer to
+the origin. Rows at zero and infinite frequency become the limits of the added mass. Every body must
+have exactly the six rigid DOFs, because zeros for uncomputed ones would pass for coefficients.
+Version 2 writes files of several bodies without ``rotation_center``. Their reference points are
+unknown, and the attribute ``assumed`` says so. Only bodies that do not turn can use them.
 
-Verified by files that Capytaine 3.0 writes, for one and two bodies; the layout of version 2 differs
-in names of hydrostatics, which are read if present.
+Verified with files of Capytaine 3.0, for one and two bodies. The layout of version 2 has other
+names for hydrostatics, which are read if present.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ NAME = "Capytaine netCDF"
 
 _CLASSIC = b"CDF"
 _MOST = 10**7  # numbers in one variable; more is a damaged file's
-# What the libraries raise about damaged files.
+# exceptions of the libraries about damaged files
 _UNREADABLE = (
     OSError,
     RuntimeError,
@@ -54,7 +54,7 @@ _MATRIX = ("influenced_dof", "radiating_dof")
 _LOADS = ("wave_direction", "influenced_dof")
 _POINT = ("body", "space_coordinate")
 
-# Angular frequency from each of the abscissae, with depth and gravity.
+# angular frequency from each of the abscissae, with depth and gravity
 _TO_OMEGA: dict[str, Callable[[Real, float, float], Real]] = {
     "omega": lambda value, h, g: value,
     "freq": lambda value, h, g: 2 * np.pi * value,
@@ -79,7 +79,7 @@ def sniff(path: Path, head: bytes) -> bool:
 
 
 def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
-    """The database in a Capytaine file; raises `InputError` for what is missing or does not fit."""
+    """Database in a Capytaine file. Raises `InputError` for data that are missing or do not fit."""
     try:
         with _opened(path) as file:
             return _File(path, file).database(given)
@@ -90,8 +90,8 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
 
 
 def _opened(path: Path) -> Any:
-    """The file of netCDF's library or, in the classic format that xarray writes without that
-    library, of scipy, which does not take memory for what a damaged head promises."""
+    """File of netCDF's library. In the classic format, which xarray writes without that library, a
+    file of scipy, which allocates no memory for the sizes in a damaged head."""
     import netCDF4  # slow to load, and dry scenes have no databases
 
     with path.open("rb") as file:
@@ -105,7 +105,7 @@ def _opened(path: Path) -> Any:
 
 
 class _File:
-    """An open file: variables by name, in the order of dimensions that is asked for."""
+    """An open file: variables by name, with dimensions in the requested order."""
 
     def __init__(self, path: Path, file: Any) -> None:
         self.path, self.file = path, file
@@ -114,7 +114,7 @@ class _File:
         self.motions, _ = self._rigid(self.labels("radiating_dof"))
 
     def database(self, given: Given) -> HydroDatabase:
-        """All that the file holds."""
+        """All variables of the file."""
         path, nb = self.path, self.bodies
         density = told(path, "rho", given.water_density, self.scalar("rho"))
         gravity = told(path, "g", given.gravity, self.scalar("g"))
@@ -160,19 +160,19 @@ class _File:
         )
 
     def wrong(self, name: str, found: str, expected: str) -> InputError:
-        """What to raise about a variable."""
+        """Error to raise about a variable."""
         return InputError(
             f"{self.path}: variable {name}: found {found}, expected {expected}. Write the dataset"
             " with Capytaine's assemble_dataset and save_dataset_as_netcdf."
         )
 
     def version(self) -> str:
-        """Capytaine's, if the file says it; scipy has texts as bytes."""
+        """Version of Capytaine, if the file has it; scipy returns texts as bytes."""
         version = getattr(self.file, "capytaine_version", "")
         return version.decode() if isinstance(version, bytes) else str(version)
 
     def variable(self, name: str) -> Any:
-        """A variable of a size that can be."""
+        """Variable of a plausible size."""
         if name not in self.file.variables:
             raise self.wrong(name, "none", "one of Capytaine's")
         stored = self.file.variables[name]
@@ -181,7 +181,7 @@ class _File:
         return stored
 
     def real(self, name: str, *dimensions: str) -> Real:
-        """Numbers with the dimensions in this order; others may be of size one."""
+        """Numbers with the dimensions in this order; other dimensions must have size one."""
         stored = self.variable(name)
         names = list(stored.dimensions)
         if not set(dimensions) <= set(names):
@@ -201,8 +201,7 @@ class _File:
         return None if name not in self.file.variables else float(self.real(name))
 
     def optional(self, name: str, dimensions: tuple[str, ...]) -> Real | None:
-        """Numbers of a variable that may be absent or unknown; the dimension ``body`` is left out
-        where there is one."""
+        """Numbers of a variable that may be absent or unknown, without the dimension ``body``."""
         if name not in self.file.variables:
             return None
         present = self.variable(name).dimensions
@@ -219,7 +218,7 @@ class _File:
         return [str(value) for value in np.atleast_1d(values)]
 
     def _rigid(self, names: list[str]) -> tuple[list[int], int]:
-        """Positions of the six DOFs, body by body, among the names, and the number of bodies."""
+        """Positions of the six DOFs among the names, body by body, and the number of bodies."""
         wanted = [name.rpartition("__") for name in names]
         prefixes = list(dict.fromkeys(prefix for prefix, _, _ in wanted))
         at = {(prefix, dof.lower()): i for i, (prefix, _, dof) in enumerate(wanted)}
@@ -231,7 +230,7 @@ class _File:
         return [at[prefix, dof] for prefix in prefixes for dof in DOFS], len(prefixes)
 
     def omega(self, depth: float, gravity: float) -> Real:
-        """Angular frequencies, as stored beside or reckoned from the abscissa."""
+        """Angular frequencies, as stored beside the abscissa or computed from it."""
         stored = self.file.variables.get("omega")
         if stored is not None and stored.dimensions == (self.abscissa,):
             value = self.real("omega", self.abscissa)
@@ -242,25 +241,25 @@ class _File:
         return frequencies(self.path, value, Abscissa.RADIANS_PER_SECOND)
 
     def matrices(self, name: str, omega: Real) -> Real:
-        """(nw, n, n) in the order of the DOFs; damping at the limits is not asked for."""
+        """Matrices (nw, n, n) in the order of the DOFs; damping at the limits is not needed."""
         array = self.real(name, self.abscissa, *_MATRIX)[:, self.dofs][:, :, self.motions]
         bad = np.isnan(array).any(axis=(1, 2)) & np.isfinite(omega) & (omega > 0)
         if bad.any():
             raise self.wrong(
                 name,
                 f"no numbers at {', '.join(f'{w:g}' for w in omega[bad][:8])} rad/s",
-                "radiation solved at the frequencies of the diffraction",
+                "radiation at the frequencies of the diffraction",
             )
         return array
 
     def square(self, name: str) -> Real | None:
-        """(n, n) in the order of the DOFs, if present."""
+        """Matrix (n, n) in the order of the DOFs, if present."""
         array = self.optional(name, _MATRIX)
         return None if array is None else array[np.ix_(self.dofs, self.motions)]
 
     def loads(self, count: int) -> tuple[Real, Complex, Complex | None]:
-        """Headings (nh,), excitation and its Froude-Krylov part (nw, nh, n), for exp(+i w t); no
-        heading where radiation alone was solved."""
+        """Headings (nh,), excitation and its Froude-Krylov part (nw, nh, n), for exp(+i w t). There
+        are no headings if only radiation was solved."""
         present = self.file.variables
         if not present.keys() & {"excitation_force", "Froude_Krylov_force", "diffraction_force"}:
             return np.zeros(0), np.zeros((count, 0, len(self.dofs)), dtype=complex), None
@@ -283,7 +282,7 @@ class _File:
         return np.asarray(array[..., self.dofs])
 
     def volume(self, density: float) -> Real | None:
-        """Displaced volumes, from masses or as they are."""
+        """Displaced volumes, computed from masses or read directly."""
         mass = self.optional("disp_mass", ("body",))
         if mass is not None:
             return mass / density if density > 0 else None

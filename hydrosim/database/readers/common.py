@@ -1,4 +1,4 @@
-"""What several readers need: numbers that come back exactly, symmetry, which drift to take."""
+"""Functions for several readers: exact inverse conversion, symmetry, choice of the mean drift."""
 
 from __future__ import annotations
 
@@ -8,14 +8,13 @@ import numpy as np
 
 from hydrosim.database.database import Complex, Real
 
-_ODD = 1e-2  # coupling, relative to the diagonals, that panels which are no mirror images leave
+_ODD = 1e-2  # coupling relative to the diagonals by panels that are not exactly symmetric
 _MOMENTUM = [0, 1, 5]  # surge, sway, yaw
 
 
 def inverse(forward: Callable[[Real], Real], guess: Real, wanted: Real) -> Real:
-    """Numbers close to ``guess`` that ``forward`` takes to ``wanted`` bit for bit, where a
-    neighbour of the guess does; the guess where none does. So a quotient times its divisor is
-    what it was made of."""
+    """Numbers close to ``guess`` that ``forward`` maps to ``wanted`` to the bit, if a neighbour of
+    the guess does; else the guess. So a quotient times its divisor is the original number."""
     result = np.array(guess, dtype=float)
     for neighbour in (np.nextafter(guess, np.inf), np.nextafter(guess, -np.inf), guess):
         result = np.where(forward(neighbour) == wanted, neighbour, result)
@@ -23,12 +22,13 @@ def inverse(forward: Callable[[Real], Real], guess: Real, wanted: Real) -> Real:
 
 
 def quotient(value: Real, factor: Real | float) -> Real:
-    """``value`` / ``factor``, chosen so that the product is ``value`` again where it can be."""
+    """``value`` / ``factor``, chosen so that its product with the factor is ``value`` again if
+    possible."""
     return inverse(lambda x: x * factor, value / factor, value)
 
 
 def mirror_image(added_mass: Real, heading: Real, excitation: Complex) -> bool:
-    """True if each body is its own mirror image in y = 0, as far as the coefficients tell: surge,
+    """Whether each body is symmetric about y = 0, as far as the coefficients show. Then surge,
     heave and pitch do not couple with sway, roll and yaw, and waves along x excite only the
     former."""
     even = np.arange(added_mass.shape[-1]) % 2 == 0
@@ -49,11 +49,11 @@ def mirror_image(added_mass: Real, heading: Real, excitation: Complex) -> bool:
 def preferred_drift(
     momentum: Real | None, control_surface: Real | None, pressure: Real | None, bodies: int
 ) -> tuple[Real | None, str]:
-    """Mean drift (nw, nh, n) of three methods made one, and a remark on it.
+    """Mean drift (nw, nh, n) from up to three methods, and a remark on it.
 
-    Surge, sway and yaw are taken from the conservation of momentum, the most accurate, which
-    cannot tell several bodies apart and is then not used; the rest from the control surface, else
-    from the pressure, else zero.
+    Surge, sway and yaw come from the conservation of momentum, the most accurate method. It gives
+    only the sum for several bodies, and is then not used. The others come from the control surface,
+    else from the pressure, else they are zero.
     """
     full, name = control_surface, "over a control surface"
     if full is None:

@@ -1,22 +1,21 @@
-"""HydroStar's folders of tables in text: first order, mean drift, quadratic transfer functions.
+"""HydroStar's folders of text tables: first order, mean drift, quadratic transfer functions.
 
-All files of the folder are read. The first order comes from `hydrostar_linear`'s tables or from the
-one WAMIT set (name.1, ...) in the folder; the frame of the set is taken to be that of the tables,
-and the attribute ``assumed`` says so. Of second order there is one file for each load: a head of
-lines with #, then for each heading rows of a frequency w_1 and, for each of the differences of
-#DIFF, the real and imaginary part of the load in waves of w_1 and w_2 = w_1 + difference, in N/m^2
-and N m/m^2 about #COORD. A table with the difference zero alone is a mean drift: by pressures on
-the hull or, as the ends FF and MF of its name say, of the far or middle field. Between differences
-the load is linear; beyond the largest it is zero. Of pairs of headings, waves of one heading are
-read. Warnings say what is left out.
+All files of the folder are read. First-order data come from the tables of `hydrostar_linear` or
+from the single WAMIT set (name.1, ...) in the folder. The set is assumed to have the frame of the
+tables, and the attribute ``assumed`` says so. Second-order data have one file for each load. After
+a head of lines with #, each heading has rows of a frequency w_1. Each row has, for every difference
+in #DIFF, the real and imaginary part of the load in waves of w_1 and w_2 = w_1 + difference. Units
+are N/m^2 and N m/m^2 about #COORD. A table with only the difference zero is a mean drift. It comes
+from pressures on the hull, or from the far or middle field if its name ends in FF or MF. Between
+differences the load is linear; beyond the largest it is zero. Of pairs of headings, only equal ones
+are read. Warnings name the data that are left out.
 
-Layout: Snoopy (Bureau Veritas, GPL, of which nothing is here), HydroStar's table of an FPSO that
-Snoopy's tests read, and an older reader by the same house. Conventions are those by which Snoopy
-makes time series of the table: elevations cos(w t + phase) at "Ref.pt incident wave", difference
-and sum loads Re(T a_1 conj(a_2) exp(i (w_1 - w_2) t)) and Re(T a_1 a_2 exp(i (w_1 + w_2) t)) over
-all ordered pairs, headings 0 for following waves and 90 degrees for waves from starboard. So T is
-the database's, and the signs of the FPSO's surge in long waves are those of a box of its size by
-pressure integration.
+Layout: Snoopy (Bureau Veritas, GPL, not copied here), HydroStar's table of an FPSO in Snoopy's
+tests, and an older reader by the same company. The conventions are those of Snoopy's time series.
+Elevations are cos(w t + phase) at "Ref.pt incident wave". Difference and sum loads are Re(T a_1
+conj(a_2) exp(i (w_1 - w_2) t)) and Re(T a_1 a_2 exp(i (w_1 + w_2) t)) over all ordered pairs.
+Headings are 0 for following waves and 90 degrees for waves from starboard. So T is the database's,
+and the FPSO's surge in long waves has the sign of a pressure integration over a box of its size.
 """
 
 from __future__ import annotations
@@ -43,18 +42,18 @@ NAME = "HydroStar"
 _MARK = b"#QTFMODE"
 _HEAD = 4096  # bytes
 _SUFFIXES = {".qtf", ".rao", ".dat"}
-_FIELDS = ("FF", "MF")  # ends of the names of drifts by momentum: far and middle field
-_SAME = 1e-4  # relative difference of frequencies and headings that are one
+_FIELDS = ("FF", "MF")  # suffixes of drifts by momentum: far and middle field
+_SAME = 1e-4  # relative difference of equal frequencies and headings
 
 
 def sniff(path: Path, head: bytes) -> bool:
-    """By the words of its head."""
+    """Whether the head has HydroStar's words."""
     return _MARK in head or hydrostar_linear.MARK in head
 
 
 def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
-    """The database of all HydroStar's tables in the folder of ``path``; raises `InputError` for
-    what is missing or does not fit."""
+    """Database of all HydroStar tables in the folder of ``path``. Raises `InputError` for data that
+    are missing or do not fit."""
     tables = [table_of(read_text(file)) for file in _marked(path, _MARK)]
     drifts = [table for table in tables if table.is_mean]
     transfers = [table for table in tables if not table.is_mean]
@@ -67,22 +66,22 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
 
 
 def _first_order(path: Path, tables: Sequence[Table], given: Given) -> HydroDatabase:
-    """That of the WAMIT set in the folder or, without one, of the tables."""
+    """First-order database: the WAMIT set in the folder or, without one, the tables."""
     sets = [file for file in path.parent.iterdir() if file.suffix == ".1" and file.is_file()]
     linear = _marked(path, hydrostar_linear.MARK)
     if not sets and linear:
         return hydrostar_linear.read(linear, given)
     if len(sets) != 1:
         raise InputError(
-            f"{path}: has quadratic transfer functions alone, and {len(sets)} files .1 are beside"
-            " it; expected one, of the set with all else. Let HydroStar write added mass, damping"
-            " and loads, or its results in WAMIT's format, too, into this folder."
+            f"{path}: has only quadratic transfer functions, and {len(sets)} files .1 are beside"
+            " it; expected one, with the first-order data. Let HydroStar write added mass,"
+            " damping and loads, or its results in WAMIT's format, into this folder, too."
         )
     db = wamit.read(sets[0], first_given(given, *(table.given for table in tables[:1])))
     if db.bodies != 1:
         raise InputError(
-            f"{path}: stands beside {db.source}, which has {db.bodies} bodies; expected one, as the"
-            " tables do not say whose they are."
+            f"{path}: stands beside {db.source}, which has {db.bodies} bodies; expected one body,"
+            " because the tables do not name theirs."
         )
     frame = "HydroStar's tables in the frame of the WAMIT set"
     assumed = ", ".join(filter(None, [db.attributes.get("assumed", ""), frame]))
@@ -101,7 +100,7 @@ def _marked(path: Path, mark: bytes) -> list[Path]:
 
 
 def _with_transfers(db: HydroDatabase, tables: Sequence[Table]) -> HydroDatabase:
-    """The database with quadratic transfer functions."""
+    """Database with quadratic transfer functions."""
     differences = [table for table in tables if table.is_difference]
     sums = [table for table in tables if not table.is_difference]
     _alike(tables, ("heading", "frequency", "point", "wave_point"))
@@ -110,8 +109,8 @@ def _with_transfers(db: HydroDatabase, tables: Sequence[Table]) -> HydroDatabase
         _once(group)
     if any(table.is_crossed for table in tables):
         warnings.warn(
-            f"{tables[0].text.path}: has pairs of headings; waves of one heading alone are read."
-            " In a sea of several directions, loads of crossing waves are left out.",
+            f"{tables[0].text.path}: has pairs of headings; only pairs of equal headings are"
+            " read. In a sea of several directions, loads of crossing waves are left out.",
             stacklevel=4,
         )
     heading = tables[0].heading
@@ -125,8 +124,8 @@ def _with_transfers(db: HydroDatabase, tables: Sequence[Table]) -> HydroDatabase
 
 
 def _mean_drift(db: HydroDatabase, tables: Sequence[Table]) -> tuple[Real | None, str]:
-    """(nw, nh, 6) about the reference point, and by which method; momentum counts where it was
-    computed: HydroStar writes zeros where it was not."""
+    """Drift (nw, nh, 6) about the reference point, and its method. Momentum is preferred if it was
+    computed; otherwise HydroStar writes zeros."""
     _alike(tables, ("heading", "frequency", "point"))
     methods = []
     for field in (*_FIELDS, ""):
@@ -149,16 +148,17 @@ def _field(table: Table) -> str:
 
 
 def _drift(db: HydroDatabase, tables: Sequence[Table]) -> Real:
-    """(nw, nh, 6) about the reference point; raises `InputError` where it is of other waves than
-    the database."""
+    """Drift (nw, nh, 6) about the reference point. Raises `InputError` if its waves differ from
+    those of the database."""
     first = tables[0]
     for name in ("frequency", "heading"):
         here = getattr(first, name)
         there = getattr(db, name)
         if here.shape != there.shape or np.abs(here - there).max() > _SAME * np.abs(there).max():
             raise InputError(
-                f"{first.text.path}: has another {name} than the loads of first order, expected the"
-                " same. Compute both for the same waves, or take the mean drift out of the folder."
+                f"{first.text.path}: has another {name} than the first-order loads; expected the"
+                " same. Compute both for the same waves, or move the mean drift out of the"
+                " folder."
             )
     drift = np.zeros((first.frequency.size, first.heading.size, 6))
     for table in tables:
@@ -167,7 +167,7 @@ def _drift(db: HydroDatabase, tables: Sequence[Table]) -> Real:
 
 
 def _alike(tables: Sequence[Table], names: Sequence[str]) -> None:
-    """Raises `InputError` where tables differ in one of these."""
+    """Raises `InputError` if tables differ in one of these properties."""
     for table in tables[1:]:
         for name in names:
             if not np.array_equal(getattr(table, name), getattr(tables[0], name)):
@@ -179,7 +179,7 @@ def _alike(tables: Sequence[Table], names: Sequence[str]) -> None:
 
 
 def _once(tables: Sequence[Table]) -> None:
-    """Raises `InputError` where two tables are of the same load."""
+    """Raises `InputError` if two tables have the same load."""
     if len({table.dof for table in tables}) < len(tables):
         names = ", ".join(table.text.path.name for table in tables)
         raise InputError(
@@ -189,28 +189,29 @@ def _once(tables: Sequence[Table]) -> None:
 
 
 def _moved(db: HydroDatabase, table: Table, loads: Any, count: int, enough: int = 6) -> Any:
-    """Loads (..., 6), of which ``count`` are known and ``enough`` are needed, with moments about
-    the database's reference point."""
+    """Loads (..., 6) with moments about the database's reference point. ``count`` loads are known,
+    ``enough`` are needed."""
     arm = table.point - db.reference_point[0]
     if np.abs(arm).max() > 0 and count < enough:
         raise InputError(
-            f"{table.text.path}: {count} loads are there, expected {enough} to move the"
-            f" moments from {table.point} to {db.reference_point[0]} m, the reference point."
+            f"{table.text.path}: found {count} loads; expected {enough}, to move the moments from"
+            f" {table.point} to {db.reference_point[0]} m, the reference point."
         )
     loads[..., 3:] += np.cross(arm, loads[..., :3])
     return loads
 
 
 def _transfer(db: HydroDatabase, tables: Sequence[Table]) -> Complex | None:
-    """(nh, nw, nw, 6) about the database's reference point and per elevations at its origin."""
+    """Transfer functions (nh, nw, nw, 6) about the database's reference point and per elevations at
+    its origin."""
     if not tables:
         return None
     first, w = tables[0], tables[0].frequency
     if w[-1] - w[0] > first.difference[-1] + CLOSE:
         warnings.warn(
             f"{first.text.path}: has waves of frequencies up to {first.difference[-1]:g} rad/s"
-            " apart; loads of waves further apart are taken to be zero. Compute larger differences"
-            " if the response to them counts.",
+            " apart; loads of other pairs are assumed zero. Compute larger differences if the"
+            " response to them matters.",
             stacklevel=3,
         )
     out = np.zeros((first.heading.size, w.size, w.size, 6), dtype=complex)
@@ -223,7 +224,7 @@ def _transfer(db: HydroDatabase, tables: Sequence[Table]) -> Complex | None:
 
 
 def _square(table: Table) -> Complex:
-    """(nh, nw, nw) for both orders of each pair of frequencies."""
+    """Transfer functions (nh, nw, nw) for both orders of each pair of frequencies."""
     w, last = table.frequency, table.difference[-1]
     out = np.zeros((table.heading.size, w.size, w.size), dtype=complex)
     for i in range(w.size):

@@ -1,13 +1,13 @@
-"""HydroStar's tables of the first order in text: added mass, wave damping and loads of one body.
+"""HydroStar's first-order tables in text: added mass, wave damping and loads of one body.
 
-One file for each entry, as AddedMass_11.dat, Damping_11.dat and fxf1st.rao: a head of lines with #,
-then for each frequency [rad/s] the amplitudes for all headings and their phases [degrees]. Loads
-lead the elevation at "Ref.pt incident wave" by their phase and refer, as the matrices do, to
-"Reference point of body 1". There are no hydrostatics.
+There is one file for each entry, such as AddedMass_11.dat, Damping_11.dat and fxf1st.rao. After a
+head of lines with #, each frequency [rad/s] has the amplitudes for all headings and their phases
+[degrees]. Loads lead the elevation at "Ref.pt incident wave" by their phase. Like the matrices,
+they refer to "Reference point of body 1". There are no hydrostatics.
 
-Layout: folders for a cylinder, a spar and a semi-submersible that the validation of Nemoh 3
-publishes. Signs are theirs: in long waves along x the surge load leads by 90 degrees, the heave
-load is in phase, and the surge load is that of the displaced and the added mass.
+Layout: folders for a cylinder, a spar and a semi-submersible, published for the validation of Nemoh
+3. They also give the signs: in long waves along x the surge load leads by 90 degrees and the heave
+load is in phase. The surge load is that of the displaced and the added mass.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ class Entry:
 
 
 def read(paths: Sequence[Path], given: Given) -> HydroDatabase:
-    """The database in these files of a folder; raises `InputError` for what is missing or does not
+    """Database in these files of a folder. Raises `InputError` for data that are missing or do not
     fit."""
     entries = [entry for path in paths if (entry := _entry(read_text(path))).kind in _EVERY]
     first = _checked(paths[0], entries)
@@ -107,14 +107,14 @@ def _matrix(entries: Sequence[Entry], kind: str) -> Real:
 
 
 def _checked(path: Path, entries: Sequence[Entry]) -> Entry:
-    """The first one; raises `InputError` where one is missing, is there twice or is of others."""
+    """The first entry. Raises `InputError` if one is missing, occurs twice or has other waves."""
     for kind, wanted in _EVERY.items():
         components = [entry.component for entry in entries if entry.kind == kind]
         lost = sorted({*wanted} - {*components})
         if lost or len(components) > len(wanted):
             found = f"no {', '.join(map(str, lost))}" if lost else "one of them twice"
             raise InputError(
-                f"{path}: of the tables #RAOTYPE {kind} in its folder there is {found}; expected"
+                f"{path}: found {found} of the tables #RAOTYPE {kind} in its folder; expected"
                 f" each of {wanted[0]} to {wanted[-1]} once. Let HydroStar write all of them, and"
                 " keep each computation in a folder of its own."
             )
@@ -134,7 +134,7 @@ def _checked(path: Path, entries: Sequence[Entry]) -> Entry:
 
 
 def _entry(text: Text) -> Entry:
-    """The entry in a file; raises `InputError` for what is missing or is not read."""
+    """Entry of a file. Raises `InputError` for data that are missing or not supported."""
     head = head_of(text)
     check_head(text, head, ("RAOTYPE", "COMPONENT", "HEADING"))
     if not any(line.startswith("#") and "AMP/PHASE" in line for line in text.lines):

@@ -1,4 +1,4 @@
-"""HydroStar's tables in text: heads of lines with #, and one quadratic transfer function."""
+"""HydroStar's text tables: heads of lines with #, and one quadratic transfer function."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from hydrosim.scene.given import Given
 CLOSE = 1e-6  # rad/s
 
 _FACTS = "Reference length", "Water density", "Gravity acceleration"
-_SMALLEST = 0.5  # of density in tonnes and gravity in 10 m/s^2, and its inverse the largest
+_SMALLEST = 0.5  # density in tonnes and gravity in 10 m/s^2; the inverse is the largest value
 
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][-+]?\d+)?")
 
 
 @dataclass(frozen=True)
 class Table:
-    """One load: ``value`` (nh, nw, nd) of rows with the lower frequency and the ``difference``."""
+    """One load: ``value`` (nh, nw, nd) in rows with the lower frequency and the ``difference``."""
 
     text: Text
     given: Given
@@ -35,16 +35,16 @@ class Table:
     frequency: Real
     difference: Real
     value: Complex
-    is_crossed: bool  # of a file that has waves of two headings, too
+    is_crossed: bool  # of a file that also has waves of two headings
 
     @property
     def is_mean(self) -> bool:
-        """Whether it is a mean drift: the difference zero alone."""
+        """Whether it is a mean drift: only the difference zero."""
         return self.is_difference and self.difference.size == 1
 
 
 def table_of(text: Text) -> Table:
-    """The table in a file; raises `InputError` for what is missing or is not read."""
+    """Table of a file. Raises `InputError` for data that are missing or not supported."""
     head = head_of(text)
     check_head(text, head, ("HEADING", "DIFF", "QTFMODE", "DIRECTION", "COORD"))
     if "CPLXTYPE" in head and numbers_of(text, head, "CPLXTYPE")[0] != 0:
@@ -88,7 +88,8 @@ def head_of(text: Text) -> dict[str, int]:
 
 
 def check_head(text: Text, head: dict[str, int], names: Sequence[str]) -> None:
-    """Raises `InputError` where a line of these names is missing, or the body moves on."""
+    """Raises `InputError` if a line of these names is missing, or if the body has a forward
+    speed."""
     for name in names:
         if name not in head:
             raise text.wrong(0, f"no line #{name}", "HydroStar's table of a load with one")
@@ -97,7 +98,7 @@ def check_head(text: Text, head: dict[str, int], names: Sequence[str]) -> None:
 
 
 def water_of(text: Text) -> Given:
-    """What the head says of the water."""
+    """Water properties in the head."""
     line = next((line for line in text.lines if line.startswith("#") and "Waterdepth" in line), "")
     deep = "inf" in line.lower()
     length, density, gravity = (after(text, words, 1)[0] for words in _FACTS)
@@ -126,7 +127,7 @@ def after(text: Text, words: str, count: int) -> list[float]:
 
 
 def numbers_of(text: Text, head: dict[str, int], name: str, count: int | None = None) -> Real:
-    """Of the line with this name, at least one."""
+    """Numbers of the line with this name, at least one."""
     words = _NUMBER.findall(text.lines[head[name]].partition(name)[2])
     if not words:
         raise text.wrong(head[name], "no numbers", f"those of {name}")
@@ -134,7 +135,7 @@ def numbers_of(text: Text, head: dict[str, int], name: str, count: int | None = 
 
 
 def rows_of(text: Text, columns: int) -> Real:
-    """The lines without #, each of so many numbers."""
+    """Lines without #, each of so many numbers."""
     rows = [
         text.numbers(index, line.split(), columns)
         for index, line in enumerate(text.lines)
@@ -144,8 +145,8 @@ def rows_of(text: Text, columns: int) -> Real:
 
 
 def _rows(text: Text, headings: int, differences: int, crossed: bool) -> tuple[Real, Complex]:
-    """Frequencies (nw,) and values (nh, nw, nd); where the waves are ``crossed``, of all pairs of
-    headings, those of waves of one heading."""
+    """Frequencies (nw,) and values (nh, nw, nd). If the waves are ``crossed``, pairs of different
+    headings are skipped."""
     rows = rows_of(text, 1 + 2 * differences)
     last = len(text.lines) - 1
     blocks = headings**2 if crossed else headings

@@ -1,16 +1,17 @@
 """MARIN's hydrodynamic files (.hyd): first-order records of one body.
 
-Records are of eight fields, ten characters wide, the first a keyword; numbers may touch. Units are
-tonnes, kN, metres and degrees. The layout is that of a public reader and of a file that its author
-exported; no file of MARIN's own was at hand. Taken from there, and not proved: headings are where
-waves go to, FEPS is the lag of the load behind the crest at the origin, coefficients and centres
-refer to one origin, REFS gives the depth (0 for infinite), the draught and the waterline above the
-origin. In that sample loads in long waves are right in phase, but its centre of flotation refers
-to another origin than its coefficients: such a stiffness is refused.
+Records have eight fields of ten characters; the first is a keyword, and numbers may touch. Units
+are tonnes, kN, metres and degrees. The layout comes from a public reader and from a file that its
+author exported; no file of MARIN's own was available. These conventions come from there and are not
+proven. Headings are directions that waves go to. FEPS is the lag of the load behind the crest at
+the origin. Coefficients and centres refer to one origin. REFS gives the depth (0 for infinite), the
+draught and the waterline above the origin. In that sample, loads in long waves have the right
+phase. But its centre of flotation refers to another origin than its coefficients; such a stiffness
+is refused.
 
-The stiffness is made of the waterplane and the metacentres, whose heights are above the keel (the
-origin where the draught is given as zero); it needs the centre of gravity, which the file lacks.
-So are density and gravity lacking. Records after PARA2, taken to be second-order, are left out.
+The stiffness is computed from the waterplane and the metacentres, whose heights are above the keel
+(or the origin, if the draught is zero). It needs the centre of gravity, which the file lacks.
+Density and gravity are also missing. Records after PARA2, presumably second-order, are left out.
 """
 
 from __future__ import annotations
@@ -38,8 +39,8 @@ NAME = "MARIN .hyd"
 
 _WIDTH = 10
 _KILO = 1e3  # tonnes to kilogrammes, kN to N
-_SYMMETRIES = (0, 1, 2)  # none, of the sides, of the sides and fore and aft
-_OFF_CENTRE = 0.1  # of V^(1/3): how far centres of flotation may differ
+_SYMMETRIES = (0, 1, 2)  # none; port-starboard; port-starboard and fore-aft
+_OFF_CENTRE = 0.1  # of V^(1/3): largest difference of centres of flotation
 _LONG = 0.3  # k V^(1/3) of waves that show the centre of flotation
 
 _PARA = "numbers of frequencies and headings, above zero, and a symmetry of 0, 1 or 2"
@@ -63,7 +64,7 @@ class _Spring(NamedTuple):
 
 
 class _Block(NamedTuple):
-    """One OMEGA; loads are in SI units, the rest is in the file's."""
+    """Data of one OMEGA. Loads are in SI units, other data in the file's units."""
 
     omega: float
     heading: Real
@@ -73,7 +74,7 @@ class _Block(NamedTuple):
 
 
 class _Tables(NamedTuple):
-    """By frequency, in SI units; the symmetry as numbered in the file."""
+    """Data by frequency, in SI units; the symmetry as numbered in the file."""
 
     omega: Real
     heading: Real
@@ -84,7 +85,7 @@ class _Tables(NamedTuple):
 
 
 class _Reader:
-    """Records in the order of the file; each is asked for by its keyword."""
+    """Records in the order of the file; each is requested by its keyword."""
 
     def __init__(self, text: Text) -> None:
         self.text = text
@@ -106,7 +107,7 @@ class _Reader:
         return self.text.numbers(record.line, record.fields[:count], count)
 
     def peek(self, expected: str) -> _Record:
-        """The next record; raises `InputError` at the end of the file."""
+        """The next record. Raises `InputError` at the end of the file."""
         if self.next >= len(self.records):
             self.text.line(len(self.text.lines), expected)
         return self.records[self.next]
@@ -117,12 +118,12 @@ class _Reader:
 
 
 def sniff(path: Path, head: bytes) -> bool:
-    """By name and first keyword; AQWA's files of that name are binary."""
+    """Whether name and first keyword fit; AQWA's files of that name are binary."""
     return path.suffix.lower() == ".hyd" and head.lstrip().startswith((b"IDENT", b"REFS"))
 
 
 def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
-    """The database in a .hyd file; raises `InputError` for what is missing or does not fit."""
+    """Database in a .hyd file. Raises `InputError` for data that are missing or do not fit."""
     reader = _Reader(read_text(path))
     depth, draught, waterline, _ = reader.take("REFS", 4)
     line = reader.peek("keyword SPRING").line
@@ -201,12 +202,13 @@ def _end(reader: _Reader) -> None:
             record.line,
             repr(record.keyword),
             "PARA2 or END after the last frequency",
-            "Files of several bodies are not known here: export one body.",
+            "Files of several bodies are not supported: export one body.",
         )
 
 
 def _stiffness(spring: _Spring, height: float) -> Real:
-    """Over rho g, about the origin, for a centre of gravity at ``height`` above the keel."""
+    """Stiffness over rho g, about the origin, for a centre of gravity at ``height`` above the
+    keel."""
     C = np.zeros((6, 6))
     C[2, 2] = spring.waterplane
     C[2, 4] = C[4, 2] = -spring.waterplane * spring.flotation
@@ -219,7 +221,7 @@ def _stiffness(spring: _Spring, height: float) -> Real:
 def _check_flotation(
     text: Text, line: int, tables: _Tables, spring: _Spring, gravity: float
 ) -> None:
-    """Raises `InputError` where long waves, whose pitch moment is -x_F times the heave force, show
+    """Raises `InputError` if long waves, whose pitch moment is -x_F times the heave force, show
     another centre of flotation."""
     lowest = int(np.argmin(tables.omega))
     heave, pitch = tables.loads[lowest, :, 2], tables.loads[lowest, :, 4]
@@ -231,7 +233,7 @@ def _check_flotation(
     if abs(shown - spring.flotation) > _OFF_CENTRE * length:
         raise text.wrong(
             line,
-            f"a centre of flotation at {spring.flotation:g} m where long waves show {shown:.2f} m",
+            f"a centre of flotation at {spring.flotation:g} m, while long waves show {shown:.2f} m",
             "one from the origin of the coefficients",
             "Correct the third and fourth number of SPRING.",
         )

@@ -1,15 +1,16 @@
 """Nemoh 2 and 3: a project folder, by its Nemoh.cal or any of Results/*.tec.
 
-Verified by real files of versions 2.3 and 3.0.2, and by the program's source where they are silent:
-Nemoh.cal with three or four numbers in the line of frequencies, a zone of RadiationCoefficients.tec
-for each motion, one of ExcitationForce.tec for each heading, Hydrostatics.dat and KH.dat (about the
-centre of gravity, with gravity; numbered from zero where there are several bodies). Loads in long
-waves show exp(-i w t), so that phases are negated, and headings where waves go to. Phases refer to
-the wave measurement point of Nemoh.cal.
+Verified with real files of versions 2.3 and 3.0.2, and with the program's source. Nemoh.cal has
+three or four numbers in the line of frequencies. RadiationCoefficients.tec has a zone for each
+motion, ExcitationForce.tec one for each heading. Hydrostatics.dat and KH.dat are about the centre
+of gravity, with gravity, and numbered from zero if there are several bodies. Loads in long waves
+show exp(-i w t), so phases are negated, and headings that waves go to. Phases refer to the wave
+measurement point of Nemoh.cal.
 
-The layout of the quadratic transfer functions (Results/QTF/OUT_QTFM_N.dat and OUT_QTFP_N.dat, with
-_0 and so on for several bodies) is that of the manual: over rho g, the triangle w_1 >= w_2, phases
-in degrees; no real file was at hand. Inertia_hull.dat is the shell's and not read.
+The layout of the quadratic transfer functions is that of the manual; no real file was available.
+Files are Results/QTF/OUT_QTFM_N.dat and OUT_QTFP_N.dat, with _0 and so on for several bodies. They
+hold the triangle w_1 >= w_2 over rho g, with phases in degrees. Inertia_hull.dat is that of the
+shell and is not read.
 """
 
 from __future__ import annotations
@@ -53,7 +54,7 @@ _BODY_HEAD = 3  # lines of a body before its DOFs: a ruler, the mesh, its size
 
 
 class _Project(NamedTuple):
-    """What Nemoh.cal says."""
+    """Data of Nemoh.cal."""
 
     density: float
     gravity: float
@@ -64,12 +65,12 @@ class _Project(NamedTuple):
     text: Text
 
     def headings(self) -> Real:
-        """To ask for when the tables have borne out their number."""
+        """Headings, to be used after the tables have confirmed their number."""
         return np.linspace(*self.heading)
 
 
 def sniff(path: Path, head: bytes) -> bool:
-    """By the names that Nemoh gives its files; other programs have .tec files, too."""
+    """Whether Nemoh uses this name; other programs also have .tec files."""
     if path.name.lower() == "nemoh.cal":
         return True
     beside = _found(path.parent.parent, "Nemoh.cal")
@@ -77,15 +78,15 @@ def sniff(path: Path, head: bytes) -> bool:
 
 
 def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
-    """The database of the project that ``path`` belongs to; raises `InputError` for what is missing
-    or does not fit."""
+    """Database of the project that ``path`` belongs to. Raises `InputError` for data that are
+    missing or do not fit."""
     folder = path.parent if path.name.lower() == "nemoh.cal" else path.parent.parent
     project = _project(read_text(_existing(folder, "Nemoh.cal")))
     bodies = len(project.rotation_points)
     results = _existing(folder, "Results")
     tec = _existing(results, "RadiationCoefficients.tec")
     omega, matrices = _zones(tec, 6 * bodies, 6 * bodies)
-    loads = _first_order(results, project, omega)  # bears out the number of headings
+    loads = _first_order(results, project, omega)  # confirms the number of headings
     hydrostatics = _hydrostatics(folder, bodies, project.rotation_points)
     return assembled(
         project.text.path,
@@ -113,7 +114,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
 
 
 def _found(folder: Path, name: str) -> Path | None:
-    """A file or folder, in capitals or not as each version pleases."""
+    """A file or folder, in upper or lower case, which depends on the version."""
     if not folder.is_dir():
         return None
     return next((entry for entry in folder.iterdir() if entry.name.lower() == name.lower()), None)
@@ -123,7 +124,7 @@ def _existing(folder: Path, name: str) -> Path:
     path = _found(folder, name)
     if path is None:
         raise InputError(
-            f"{folder / name}: no such file or folder; expected that of a Nemoh project, with"
+            f"{folder / name}: no such file or folder; expected one of a Nemoh project, with"
             " Nemoh.cal and Results in one folder. Run Nemoh to its end."
         )
     return path
@@ -169,7 +170,7 @@ def _values(text: Text, line: int, count: int, expected: str) -> list[float]:
 
 
 def _body(text: Text, line: int) -> tuple[int, Real]:
-    """The line after a body's description, and the point it turns about."""
+    """The line after a body's description, and the point of rotation."""
     line += _BODY_HEAD
     motions = _six(text, line, "degrees of freedom")
     forces = _six(text, line + 7, "generalised forces")
@@ -181,7 +182,7 @@ def _body(text: Text, line: int) -> tuple[int, Real]:
 
 
 def _six(text: Text, line: int, what: str) -> Real:
-    """The point of rotation of six rigid DOFs or forces."""
+    """Point of rotation of six rigid DOFs or forces."""
     if text.count(line, _words(text, line, f"the number of {what}")[0]) != 6:
         raise text.wrong(line, "another number", f"6 {what}: {_SIX}", "Compute all six.")
     rows = np.array([_values(text, line + 1 + dof, 7, what) for dof in range(6)])
@@ -209,17 +210,20 @@ def _zones(path: Path, zones: int, pairs: int) -> tuple[Real, Real]:
     if len(starts) != zones + 1 or len(sizes) != 1:
         raise InputError(
             f"{path}: found {len(starts) - 1} zones of {sorted(sizes)} rows, expected {zones} of"
-            " the same number. The file is cut off or of another project; run Nemoh again."
+            " the same number. The file is incomplete or belongs to another project; run Nemoh"
+            " again."
         )
     table = np.array(rows).reshape(zones, -1, 1 + 2 * pairs)
     if (table[..., 0] != table[0, :, 0]).any():
-        raise InputError(f"{path}: found zones of unlike frequencies, expected the same in all.")
+        raise InputError(
+            f"{path}: found zones with different frequencies, expected the same in all."
+        )
     omega = frequencies(path, table[0, :, 0], _abscissa(text.lines[0]))
     return omega, table[..., 1:].reshape(zones, -1, pairs, 2)
 
 
 def _abscissa(head: str) -> Abscissa:
-    """What the head of a table says of its first column."""
+    """Kind of the first column, from the head of a table."""
     if "rad" in head:
         return Abscissa.RADIANS_PER_SECOND
     if "Hz" in head:
@@ -228,7 +232,7 @@ def _abscissa(head: str) -> Abscissa:
 
 
 def _first_order(results: Path, project: _Project, omega: Real) -> dict[str, Complex]:
-    """Excitation and, where it was written, its Froude-Krylov part."""
+    """Excitation and, if it was written, its Froude-Krylov part."""
     paths = {"excitation": _existing(results, "ExcitationForce.tec")}
     if froude_krylov := _found(results, "FKForce.tec"):
         paths["froude_krylov"] = froude_krylov
@@ -236,12 +240,12 @@ def _first_order(results: Path, project: _Project, omega: Real) -> dict[str, Com
 
 
 def _loads(path: Path, project: _Project, omega: Real) -> Complex:
-    """(nw, nh, n); a phase for exp(-i w t) is what we call a lag."""
+    """Loads (nw, nh, n); a phase for exp(-i w t) is a lag for exp(+i w t)."""
     own, table = _zones(path, project.heading[2], 6 * len(project.rotation_points))
     if own.shape != omega.shape or not np.allclose(own, omega, rtol=_ROUNDING):
         raise InputError(
-            f"{path}: has other frequencies than RadiationCoefficients.tec, expected the same. The"
-            " files are of different runs; run Nemoh again."
+            f"{path}: has other frequencies than RadiationCoefficients.tec, expected the same."
+            " The files belong to different runs; run Nemoh again."
         )
     loads = polar(table[..., 0], table[..., 1]).transpose(1, 0, 2)
     return at_origin(
@@ -250,7 +254,7 @@ def _loads(path: Path, project: _Project, omega: Real) -> Complex:
 
 
 def _second_order(results: Path, project: _Project) -> dict[str, Any]:
-    """Quadratic transfer functions, where they were computed."""
+    """Quadratic transfer functions, if they were computed."""
     folder = _found(results, "QTF")
     if folder is None:
         return {}
@@ -260,7 +264,7 @@ def _second_order(results: Path, project: _Project) -> dict[str, Any]:
 
 
 def _pairs(folder: Path, project: _Project, kind: str) -> Pairs | None:
-    """All bodies' rows of one kind."""
+    """Rows of all bodies of one kind."""
     bodies = len(project.rotation_points)
     whole = _found(folder, f"OUT_QTF{kind}_N.dat")
     paths = (
@@ -275,7 +279,7 @@ def _pairs(folder: Path, project: _Project, kind: str) -> Pairs | None:
     if not np.isin(dof, np.arange(6 * bodies)).all():
         raise InputError(
             f"{folder}: found degrees of freedom beyond those of {bodies} bodies, expected 1 to 6"
-            " for each. The files are damaged or of another project; run Nemoh again."
+            " for each. The files are damaged or belong to another project; run Nemoh again."
         )
     scale = project.density * project.gravity
     pairs = Pairs(omega, heading, dof.astype(np.intp), polar(scale * size, phase))
@@ -299,7 +303,7 @@ def _rows(path: Path, first_dof: int) -> tuple[Real, ...]:
 
 
 class _Hydrostatics(NamedTuple):
-    """None where there is no file."""
+    """None if there is no file."""
 
     stiffness: Real | None = None
     volume: Real | None = None
@@ -308,8 +312,8 @@ class _Hydrostatics(NamedTuple):
 
 
 def _hydrostatics(folder: Path, bodies: int, rotation_points: Real) -> _Hydrostatics:
-    """From Mesh/Hydrostatics.dat and Mesh/KH.dat, the stiffness moved from the centres of gravity
-    to the points of rotation."""
+    """Hydrostatics from Mesh/Hydrostatics.dat and Mesh/KH.dat; the stiffness is moved from the
+    centres of gravity to the points of rotation."""
     mesh = _found(folder, "Mesh")
     files = (
         [] if mesh is None else [_numbered(mesh, "Hydrostatics", k, bodies) for k in range(bodies)]
@@ -329,7 +333,7 @@ def _hydrostatics(folder: Path, bodies: int, rotation_points: Real) -> _Hydrosta
 
 
 def _numbered(mesh: Path, name: str, body: int, bodies: int) -> Path | None:
-    """A file of one body; that of a single one may have no number."""
+    """File of one body; that of a single body may have no number."""
     plain = _found(mesh, f"{name}.dat") if bodies == 1 else None
     return plain or _found(mesh, f"{name}_{body}.dat")
 

@@ -1,16 +1,17 @@
 """OrcaFlex vessel types: text data files (.yml) with load RAOs, added mass, damping and stiffness.
 
-Verified by a file of OrcaFlex 11.0 with a diffraction result: the layout of all first-order tables,
-of hydrostatics and of the (empty) table of sum-frequency transfer functions; units te, kN, m;
-phases that lag the crest at the phase origin (~ for the RAO origin), which the loads in long waves
-bear out; period 0 for infinite frequency. Headings are where waves go to. By the program's help,
-the stiffness includes the weight, as diffraction programs give it, and the sign conventions apply
-to stiffness, added mass and damping, too, but not to the positions of origins.
+Verified with a file of OrcaFlex 11.0 with a diffraction result. It shows the layout of all
+first-order tables, of hydrostatics and of the (empty) table of sum-frequency transfer functions.
+Units are te, kN, m. Phases lag the crest at the phase origin (~ for the RAO origin), as the loads
+in long waves confirm. Period 0 is infinite frequency. Headings are directions that waves go to. By
+the program's help, the stiffness includes the weight, as from diffraction programs. The sign
+conventions apply to stiffness, added mass and damping, too, but not to the positions of origins.
 
-Not verified by a file: the other conventions of phase, wave drift and sum-frequency rows. A
-difference-frequency load is taken as the amplitude of cos((w_1 - w_2) t - lag). Data of several
-vessel types or draughts, of inclined vessels and of multibody groups are refused, as are RAOs per
-anything but wave amplitude. Damping other than by waves, wind and current are left out.
+Not verified with a file: the other phase conventions, wave drift and sum-frequency rows. A
+difference-frequency load is read as the amplitude of cos((w_1 - w_2) t - lag). Data of several
+vessel types or draughts, of inclined vessels and of multibody groups are refused, and so are RAOs
+per other quantities than wave amplitude. Damping other than by waves, wind and current are left
+out.
 """
 
 from __future__ import annotations
@@ -46,11 +47,11 @@ NAME = "OrcaFlex vessel type"
 
 _GRAVITY = 9.80665  # OrcaFlex's own, m/s^2
 _KILO = 1e3  # te to kg, kN to N
-_SAME = 1e-6  # relative difference below which two frequencies are one
+_SAME = 1e-6  # relative difference of equal frequencies
 _HEAVE_ROLL_PITCH = [2, 3, 4]
 _DOFS = ("Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw")
 
-# Keys of the six sign conventions, and the values that are ours.
+# keys of the six sign conventions, and our values
 _POSITIVE = {
     "SurgePositive": ("forward", "aft"),
     "SwayPositive": ("port", "starboard"),
@@ -64,7 +65,7 @@ _ABSCISSA = {
     "frequency (rad/s)": Abscissa.RADIANS_PER_SECOND,
     "frequency (Hz)": Abscissa.HERTZ,
 }
-# What the phases are relative to, as a lag behind the crest.
+# reference of the phases, as a lag behind the crest
 _REFERENCE = {
     "crest": 0.0,
     "zero down-crossing": np.pi / 2,
@@ -75,7 +76,7 @@ _SYMMETRY = ("None", "xz plane", "yz plane", "xz and yz planes", "circular")
 
 
 class _Node:
-    """A mapping of the file and where it stands; its scalars are texts."""
+    """A mapping of the file with its position; its scalars are texts."""
 
     def __init__(self, path: Path, name: str, content: Any) -> None:
         self.path = path
@@ -85,14 +86,14 @@ class _Node:
             raise self.wrong("", f"{type(content).__name__} {str(content)[:40]!r}", "a mapping")
 
     def wrong(self, key: str, found: str, expected: str) -> InputError:
-        """What to raise about a key."""
+        """Error to raise about a key."""
         return InputError(
             f"{self.path}: {self.name}{key}: found {found}, expected {expected}. Save the OrcaFlex"
             " model as text data again, or correct the entry."
         )
 
     def get(self, key: str) -> Any:
-        """What stands under a key, which must be there."""
+        """Value of a key, which must exist."""
         if key not in self.content:
             raise self.wrong(key, "nothing", "an entry")
         return self.content[key]
@@ -109,7 +110,7 @@ class _Node:
         return [_Node(self.path, f"{self.name}{key}[{i}].", item) for i, item in enumerate(items)]
 
     def choice(self, key: str, choices: Sequence[str]) -> str:
-        """One of several words."""
+        """Value of a key that is one of several words."""
         found = self.get(key)
         if found not in choices:
             raise self.wrong(key, str(found)[:40], f"one of {', '.join(choices)}")
@@ -120,7 +121,7 @@ class _Node:
         return math.inf if self.get(key) == "Infinity" else float(self.numbers(key, ()))
 
     def numbers(self, key: str, shape: tuple[int, ...]) -> Real:
-        """Finite numbers in nested lists; -1 in ``shape`` for any number of rows."""
+        """Finite numbers in nested lists; -1 in ``shape`` allows any number of rows."""
         rows = self.get(key)
         flat = list(_flat(rows, len(shape)))
         values = [parsed(word) if isinstance(word, str) else None for word in flat]
@@ -141,7 +142,7 @@ class _Node:
 
 
 class _Conventions(NamedTuple):
-    """Of one vessel type."""
+    """Conventions of one vessel type."""
 
     abscissa: Abscissa
     sign: Real  # (6,)
@@ -150,7 +151,7 @@ class _Conventions(NamedTuple):
     reference: float  # rad
 
     def lag(self, phase: Real, waves: int) -> Real:
-        """Lag behind the crest; a sum of ``waves`` phases has as many references."""
+        """Lag behind the crest; for a sum of phases of several ``waves``, the sum of their lags."""
         lag = phase * (-self.phase_unit if self.leads else self.phase_unit)
         return np.asarray(lag + waves * self.reference)
 
@@ -168,15 +169,15 @@ class _Vessel(NamedTuple):
 
 
 def sniff(path: Path, head: bytes) -> bool:
-    """A YAML file that names the program or has its first sections."""
+    """Whether it is a YAML file that names the program or has its first sections."""
     return path.suffix.lower() in (".yml", ".yaml") and any(
         mark in head for mark in (b"Program: OrcaFlex", b"VesselTypes:", b"UnitsSystem:")
     )
 
 
 def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
-    """The database in an OrcaFlex file with one vessel type and draught; raises `InputError` for
-    what is missing or does not fit."""
+    """Database in an OrcaFlex file with one vessel type and draught. Raises `InputError` for data
+    that are missing or do not fit."""
     model = _Node(path, "", _content(path))
     model.node("General").choice("UnitsSystem", ["SI"])
     vessel = _vessel(model, given)
@@ -212,7 +213,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
 
 
 def _content(path: Path) -> Any:
-    """The document with all scalars as texts: YAML's own guesses do not know 12e3."""
+    """Document with all scalars as texts, because YAML does not recognise 12e3 as a number."""
     text = "\n".join(read_text(path).lines)
     loader = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
     try:
@@ -232,7 +233,7 @@ def _content(path: Path) -> Any:
 
 
 def _require_shallow(path: Path, events: Iterable[yaml.Event]) -> None:
-    """Refuses lists and mappings too deep in each other for the loader, which would crash."""
+    """Refuse lists and mappings nested too deeply for the loader, which would crash."""
     depth = 0
     for event in events:
         if isinstance(event, yaml.CollectionStartEvent):
@@ -241,14 +242,14 @@ def _require_shallow(path: Path, events: Iterable[yaml.Event]) -> None:
             depth -= 1
         if depth > DEEPEST and event.start_mark:
             raise InputError(
-                f"{path}: line {event.start_mark.line + 1}: found more than {DEEPEST} lists and"
-                " mappings in each other; expected at most that. The file is damaged; save the"
-                " model as text data again."
+                f"{path}: line {event.start_mark.line + 1}: found more than {DEEPEST} nested"
+                " lists and mappings; expected at most that. The file is damaged; save the model"
+                " as text data again."
             )
 
 
 def _flat(item: Any, depth: int) -> Iterator[Any]:
-    """Scalars in nested lists, not deeper than ``depth``; a scalar may stand for a list of one."""
+    """Scalars in nested lists, not deeper than ``depth``; a scalar may replace a list of one."""
     if isinstance(item, list) and depth > 0:
         for part in item:
             yield from _flat(part, depth - 1)
@@ -257,7 +258,7 @@ def _flat(item: Any, depth: int) -> Iterator[Any]:
 
 
 def _vessel(model: _Node, given: Given) -> _Vessel:
-    """The draught that is asked for, or the only one, of those with wave loads."""
+    """The requested draught, or the only one, among those with wave loads."""
     candidates = [
         (kind, draught)
         for kind in model.nodes("VesselTypes")
@@ -293,7 +294,7 @@ def _vessel(model: _Node, given: Given) -> _Vessel:
 
 
 def _label(kind: _Node, draught: _Node) -> str:
-    """What a draught is called: type and draught by their names."""
+    """Name of a draught: type and draught."""
     return ", ".join(str(node.content.get("Name", "unnamed")) for node in (kind, draught))
 
 
@@ -338,7 +339,7 @@ def _matrices(vessel: _Vessel) -> tuple[Real, Real, Real]:
 
 
 def _key(node: _Node, first: str) -> str:
-    """The key of a matrix, which names its columns."""
+    """Key of a matrix, which names its columns."""
     key = next((key for key in node.content if key.split(",")[0].strip() == first), None)
     if key is None:
         raise node.wrong(first, "nothing", "a matrix")
@@ -359,7 +360,7 @@ def _first_order(vessel: _Vessel) -> tuple[Real, Real, Complex]:
 
 
 def _symmetric(vessel: _Vessel, given: Given) -> bool | None:
-    """Said by the user or the file; where neither does, it is to be seen."""
+    """Symmetry that the user or the file gives; if neither does, it is determined from the data."""
     said = "xz" in vessel.symmetry or vessel.symmetry == "circular"
     return (
         True if said and given.port_starboard_symmetric is None else given.port_starboard_symmetric
@@ -367,7 +368,7 @@ def _symmetric(vessel: _Vessel, given: Given) -> bool | None:
 
 
 def _mirrored(vessel: _Vessel, heading: Real, loads: Any) -> tuple[Real, Any]:
-    """With the headings that symmetry fore and aft gives."""
+    """Loads with the headings that fore-aft symmetry gives."""
     if "yz" not in vessel.symmetry:
         return heading, loads
     return with_fore_aft_headings(heading, loads)
@@ -396,7 +397,7 @@ def _by_direction(vessel: _Vessel, node: _Node) -> tuple[Real, Real, tuple[list[
 
 
 def _sizes_and_phases(columns: list[str], rows: Real) -> tuple[Real, Real]:
-    """(..., 6) each; a DOF without columns has none."""
+    """Loads (..., 6) each; zero for a DOF without columns."""
     size, phase = np.zeros((2, *rows.shape[:-1], 6))
     for dof, name in enumerate(_DOFS):
         for out, what in ((size, "Amp"), (phase, "Phase")):
@@ -406,7 +407,7 @@ def _sizes_and_phases(columns: list[str], rows: Real) -> tuple[Real, Real]:
 
 
 def _origins(node: _Node) -> tuple[Real, Real]:
-    """Of loads and of phases, in vessel axes; ~ stands for the former."""
+    """References of loads and of phases, in vessel axes; ~ means the former."""
     origin = node.numbers("RAOOrigin", (3,))
     words = node.content.get("PhaseOrigin", ["~"] * 3)
     if isinstance(words, list) and len(words) == 3 and set(words) == {"~"}:
@@ -415,7 +416,7 @@ def _origins(node: _Node) -> tuple[Real, Real]:
 
 
 def _matching(draught: _Node, omega: Real, waves: Real) -> list[int]:
-    """The row of loads for each matrix, any one for the limits."""
+    """Row of loads for each matrix; any row for the limits."""
     finite = np.isfinite(omega) & (omega > 0)
     near = np.abs(waves - np.where(finite, omega, 0.0)[:, None])
     rows = near.argmin(axis=1)
@@ -430,7 +431,7 @@ def _matching(draught: _Node, omega: Real, waves: Real) -> list[int]:
 
 
 def _mean_drift(vessel: _Vessel, waves: Real, heading: Real, rows: list[int]) -> Real | None:
-    """Newman's diagonal (nw, nh, 6): the phase says no more than the sign."""
+    """Newman's diagonal (nw, nh, 6); the phase gives the sign only."""
     if "WaveDrift" not in vessel.draught.content:
         return None
     node = vessel.draught.node("WaveDrift")
@@ -447,7 +448,7 @@ def _mean_drift(vessel: _Vessel, waves: Real, heading: Real, rows: list[int]) ->
 
 
 def _second_order(vessel: _Vessel) -> dict[str, Any]:
-    """Full transfer functions, where there are rows."""
+    """Full transfer functions, if there are rows."""
     difference = _pairs(vessel, "WaveDrift", difference=True)
     total = _pairs(vessel, "SumFrequencyQTFs", difference=False)
     return quadratic(vessel.draught.path, 6, difference, total)
@@ -480,7 +481,7 @@ def _pairs(vessel: _Vessel, key: str, difference: bool) -> Pairs | None:
 
 
 def _stiffness(vessel: _Vessel) -> Real:
-    """(6, 6) from heave, roll and pitch."""
+    """Stiffness (6, 6) from heave, roll and pitch."""
     key = _key(vessel.draught, "HydrostaticStiffnessz")
     sign = vessel.conventions.sign[_HEAVE_ROLL_PITCH]
     stiffness = np.zeros((6, 6))
@@ -490,7 +491,7 @@ def _stiffness(vessel: _Vessel) -> Real:
 
 
 def _inertia(draught: _Node, offset: Real) -> Real:
-    """(6, 6) about a point from which the centre of gravity lies at ``offset``."""
+    """Stiffness (6, 6) about a point from which the centre of gravity is at ``offset``."""
     mass = draught.number("Mass")
     own = np.diag([mass, mass, mass, 0.0, 0.0, 0.0])
     own[3:, 3:] = draught.numbers(_key(draught, "MomentOfInertiaTensorX"), (3, 3))

@@ -1,4 +1,4 @@
-"""Quadratic transfer functions from rows of pairs of waves, of which files often hold half."""
+"""Quadratic transfer functions from rows of pairs of waves; files often have half of the pairs."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from hydrosim.errors import InputError
 
 
 class Pairs(NamedTuple):
-    """Rows of two waves each: ``omega`` and ``heading`` (m, 2), ``dof`` (m,) counted from zero
-    over all bodies, and the load ``value`` (m,)."""
+    """Rows of two waves each: ``omega`` and ``heading`` (m, 2), ``dof`` (m,) counted from zero over
+    all bodies, and the load ``value`` (m,)."""
 
     omega: Real
     heading: Real
@@ -23,7 +23,7 @@ class Pairs(NamedTuple):
     value: Complex
 
     def at_origin(self, point: Real, depth: float, gravity: float, difference: bool) -> Pairs:
-        """Per elevations at the frame's origin, from those per elevations at ``point``."""
+        """Loads per elevations at the frame's origin, from those per elevations at ``point``."""
         waves = elevation(self.omega, self.heading, point, depth, gravity)
         second = waves[:, 1].conj() if difference else waves[:, 1]
         return self._replace(value=self.value * waves[:, 0] * second)
@@ -32,8 +32,8 @@ class Pairs(NamedTuple):
 def quadratic(
     path: Path, dofs: int, difference: Pairs | None, total: Pairs | None
 ) -> dict[str, Any]:
-    """The database's fields, with T-_21 = conj T-_12 and T+_21 = T+_12 where a row is lacking;
-    raises `InputError` where both are, or where the two files have unlike waves."""
+    """Fields of the database. Missing rows follow from T-_21 = conj T-_12 and T+_21 = T+_12. Raises
+    `InputError` if both orders are missing, or if the two files have different waves."""
     present = [pairs for pairs in (difference, total) if pairs is not None]
     if not present:
         return {}
@@ -61,7 +61,7 @@ def _same(a: Real, b: Real) -> bool:
 def _filled(
     path: Path, dofs: int, frequency: Real, heading: Real, pairs: Pairs | None, swapped: Any
 ) -> Complex | None:
-    """(np, nq, nq, n); ``swapped`` turns a value into that of the waves in the other order."""
+    """Array (np, nq, nq, n); ``swapped`` converts a value to that of the waves in reverse order."""
     if pairs is None:
         return None
     kinds, nq = np.unique(pairs.dof), frequency.size

@@ -1,4 +1,4 @@
-"""Tables of numbers in text files: rows with their line numbers, spread over arrays."""
+"""Tables of numbers in text files: rows with their line numbers, placed in arrays."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ Index = NDArray[np.intp]
 _LARGEST_FILE = 2**30  # bytes
 _LONGEST_LINE = 10_000  # characters
 _LARGEST_NUMBER = 1e60  # products of a few such numbers stay finite
-_SPARSEST = 64  # numbers of an array that one row may stand for; symmetries leave out up to 9 of 10
-# What Fortran prints and Python does not read: 1.0D+00, and 1.0-101 for three digits of exponent.
+_SPARSEST = 64  # array size per row; symmetries leave out up to 9 of 10 rows
+# numbers of Fortran that Python does not read: 1.0D+00, and 1.0-101 for three-digit exponents
 _FORTRAN = re.compile(r"([+-]?\d*\.\d*)[DdEe]?([+-]\d+)")
 
 
 @dataclass(frozen=True)
 class Table:
-    """``values`` (rows, columns), NaN where a row is shorter, and the ``line`` (rows,) of each."""
+    """``values`` (rows, columns), NaN in missing columns, and the ``line`` (rows,) of each row."""
 
     path: Path
     values: Real
     line: Index
 
     def problem(self, row: int, found: str, expected: str) -> InputError:
-        """The error to raise about a row."""
+        """Error to raise about a row."""
         return InputError(
             f"{self.path}, line {self.line[row]}: found {found}, expected {expected}."
         )
@@ -54,13 +54,13 @@ class Table:
         return Table(self.path, self.values[rows], self.line[rows])
 
     def spread(self, index: tuple[Index, ...], shape: tuple[int, ...], value: NDArray) -> NDArray:
-        """An array with each row's value in its place and NaN elsewhere; raises `InputError` for
-        a place taken twice and for an array out of proportion to the file."""
+        """Array with each row's value in its place and NaN elsewhere. Raises `InputError` if a
+        place is taken twice, or if the array is too large for the number of rows."""
         if math.prod(shape) > _SPARSEST * (len(self.line) + 1000):
             raise InputError(
                 f"{self.path}: {len(self.line)} rows for {' x '.join(map(str, shape))} numbers;"
                 " expected a row for most of them. Look for a frequency, heading or index that"
-                " occurs in one row only."
+                " occurs in only one row."
             )
         place = np.ravel_multi_index(index, shape)
         first = np.unique(place, return_index=True)[1]
@@ -74,8 +74,8 @@ class Table:
 
 
 def read_table(path: Path, columns: tuple[int, ...]) -> Table:
-    """The rows of a file whose lines have one of these numbers of columns; lines before them that
-    are not mostly numbers are a heading. Raises `InputError` for anything else."""
+    """Rows of a file whose lines have one of these numbers of columns. Earlier lines that are not
+    mostly numbers are a heading. Raises `InputError` for other lines."""
     width = max(columns)
     values, numbers = array("d"), array("q")
     for number, line in enumerate(_lines(path), 1):
@@ -87,19 +87,19 @@ def read_table(path: Path, columns: tuple[int, ...]) -> Table:
         numbers.append(number)
     if not numbers:
         raise InputError(
-            f"{path}: found no rows of numbers, expected rows of"
-            f" {' or '.join(map(str, columns))} numbers. Is it empty or another kind of file?"
+            f"{path}: found no rows of numbers, expected rows of {' or '.join(map(str, columns))}"
+            " numbers. Is it empty or of another kind?"
         )
     return Table(path, np.array(values).reshape(-1, width), np.array(numbers))
 
 
 def read_lines(path: Path) -> list[str]:
-    """The lines of a text file in any 8-bit coding; raises `InputError` if it cannot be read."""
+    """Lines of a text file in any 8-bit coding. Raises `InputError` if it cannot be read."""
     return list(_lines(path))
 
 
 def _lines(path: Path) -> Iterator[str]:
-    """One by one; a line that is too long, as in binary files, comes in pieces."""
+    """Lines one by one; a very long line, as in binary files, comes in pieces."""
     try:
         if path.stat().st_size > _LARGEST_FILE:
             raise InputError(f"{path}: is larger than 1 GiB; expected a table of coefficients.")
@@ -110,7 +110,7 @@ def _lines(path: Path) -> Iterator[str]:
 
 
 def number_in(token: str) -> float:
-    """The number that a token stands for, NaN if none."""
+    """Number of a token, NaN if it is none."""
     try:
         return float(token)
     except ValueError:

@@ -1,4 +1,4 @@
-"""Text files of other programs: their lines and numbers, and messages that point at a line."""
+"""Text files of other programs: lines and numbers, and messages with the line number."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 from hydrosim.database.readers.tables import number_in
 from hydrosim.errors import InputError
 
-_LARGEST = 1e30  # no quantity comes near, in any unit: a number above is a damaged file's
+_LARGEST = 1e30  # larger than any quantity in any unit: a larger number comes from a damaged file
 _DAMAGED = "The file is damaged or of another version; export it again."
 
 
@@ -21,19 +21,19 @@ class Text:
     lines: Sequence[str]
 
     def line(self, index: int, expected: str) -> str:
-        """One line; raises `InputError` if the file ends before it."""
+        """One line. Raises `InputError` if the file ends before it."""
         if index >= len(self.lines):
             raise self.wrong(len(self.lines) - 1, "the end of the file", expected)
         return self.lines[index]
 
     def numbers(self, index: int, words: Sequence[str], count: int | None = None) -> list[float]:
-        """Words of a line as finite numbers; raises `InputError` if there are not ``count``."""
+        """Words of a line as finite numbers. Raises `InputError` if there are not ``count``."""
         if count is not None and len(words) != count:
             raise self.wrong(index, f"{len(words)} numbers", f"{count}")
         return [self.number(index, word) for word in words]
 
     def number(self, index: int, word: str) -> float:
-        """One finite number, also as Fortran prints it."""
+        """One finite number, in Fortran's notation, too."""
         value = parsed(word)
         if value is None:
             raise self.wrong(index, repr(word.strip()[:40]), "a finite number")
@@ -47,14 +47,14 @@ class Text:
         return int(value)
 
     def wrong(self, index: int, found: str, expected: str, advice: str = _DAMAGED) -> InputError:
-        """What to raise about a line."""
+        """Error to raise about a line."""
         return InputError(
             f"{self.path}: line {index + 1}: found {found}, expected {expected}. {advice}"
         )
 
 
 def read_text(path: Path) -> Text:
-    """The lines of a file in UTF-8 (with or without a mark) or an 8-bit code, any line ends."""
+    """Lines of a file in UTF-8 (with or without a mark) or an 8-bit coding, with any line ends."""
     try:
         content = path.read_bytes().decode("utf-8-sig", errors="replace")
     except OSError as error:
@@ -63,8 +63,8 @@ def read_text(path: Path) -> Text:
 
 
 def parsed(word: str) -> float | None:
-    """The number a word stands for; None for anything else, NaN, infinity and absurd sizes."""
+    """Number of a word; None for other words, NaN, infinity and implausible sizes."""
     value = number_in(word)
-    if "_" in word or not abs(value) <= _LARGEST:  # which NaN is not, either
+    if "_" in word or not abs(value) <= _LARGEST:  # also false for NaN
         return None
     return value

@@ -1,22 +1,22 @@
 """ShipX Vessel Responses (VERES): name.re7 with coefficients, .re8 with loads, .re2 with drift.
 
-All begin with six lines of text; numbers follow, SI units and degrees. Coefficients and loads are
-read where the speed is zero, of one hull in deep water. Added mass and damping are those of the
-first heading, as without speed they are the same in all. Left out, with a warning, are what VERES
-keeps apart: the matrices of tanks, fins and foils or of the user's own, and viscous roll damping.
-Strip theory has no added mass in surge.
+All files begin with six lines of text; numbers follow in SI units and degrees. Coefficients and
+loads are read for zero speed, one hull and deep water. Added mass and damping are those of the
+first heading, because without speed all headings have the same. VERES stores some data separately:
+matrices of tanks, fins and foils or of the user, and viscous roll damping. These are left out with
+a warning. Strip theory has no added mass in surge.
 
-VERES has x aft, y to starboard and z up, so that its numbers turn by half a circle about z. Its
-motion coordinate system is the origin of coefficients, loads and phases; here it is the reference
-point and, at the waterline, the frame's origin. Heading 0 is head seas, 90 waves that go to
-starboard; the time factor is exp(+i w t). Drift is per amplitude squared over rho g B^2 / Lpp, in
+VERES has x aft, y to starboard and z up, so its numbers are rotated by half a turn about z. Its
+motion coordinate system is the origin of coefficients, loads and phases. Here it is the reference
+point and, at the waterline, the frame's origin. Heading 0 is head seas, and 90 is waves that go to
+starboard. The time factor is exp(+i w t). Drift is per amplitude squared over rho g B^2 / Lpp, in
 yaw over rho g B^2.
 
 Layout: MSS's readers (Fossen, MIT licence), those of NTNU students after the user's manual, and the
-results of MSS's supply vessel (VERES 4.02.3). From its loads and matrices follow its own motions
-(.re1), and in long waves the loads are those of water at rest under the waves' pressure, which
-settles axes, headings, time factor and origin. The scale of the drift is from MSS; in short waves
-at 60 degrees it comes to rho g Lpp / 2 sin^2 of that, the load on a wall.
+results of MSS's supply vessel (VERES 4.02.3). Its loads and matrices reproduce its own motions
+(.re1). In long waves its loads are those of static water under the waves' pressure, which
+determines axes, headings, time factor and origin. The scale of the drift comes from MSS. In short
+waves at 60 degrees it gives rho g Lpp / 2 times the squared sine, the load on a wall.
 """
 
 from __future__ import annotations
@@ -44,19 +44,19 @@ from hydrosim.scene.given import NOTHING_GIVEN, Given
 NAME = "ShipX (VERES) .re7"
 
 _SET = {".re1", ".re2", ".re7", ".re8"}
-_BLOCK = 38  # lines of one frequency: it, six matrices and the viscous roll damping
+_BLOCK = 38  # lines of one frequency: the frequency, six matrices and the viscous roll damping
 _ROUNDING = 1e-3  # rad/s: frequencies of .re2 have four decimals
 _SAME = 1e-6  # rad/s: .re7 and .re8 print them alike
-_OTHER_RUN = "The files are of different runs; run VERES again."
+_OTHER_RUN = "The files belong to different runs; run VERES again."
 
 
 @dataclass(frozen=True)
 class _Coefficients:
-    """Of .re7 (nw, 6, 6); ``other`` are the additional ones of VERES, ``viscous`` (nw, 2) roll
-    damping, linear and quadratic."""
+    """Data of .re7 (nw, 6, 6). ``other`` are additional matrices of VERES; ``viscous`` (nw, 2) is
+    roll damping, linear and quadratic."""
 
     ship: Ship
-    centre: Real  # (2,): of gravity, ahead of the origin and above the waterline
+    centre: Real  # (2,): of gravity, forward of the origin and above the waterline
     origin: float  # of the motion coordinate system above the waterline
     inertia: Real
     frequency: Real
@@ -68,13 +68,13 @@ class _Coefficients:
 
 
 def sniff(path: Path, head: bytes) -> bool:
-    """By its name, or by what VERES calls itself in the first line."""
+    """Whether the name, or the first line, is that of VERES."""
     return path.suffix.lower() in _SET or b"- VERES Version" in head.split(b"\n")[0]
 
 
 def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
-    """The database in a .re7 file and those beside it; raises `InputError` for what is missing or
-    does not fit."""
+    """Database in a .re7 file and those beside it. Raises `InputError` for data that are missing or
+    do not fit."""
     path = _existing(path)
     found = _coefficients(Lines(path))
     _warn(path, found)
@@ -163,7 +163,7 @@ def _block(lines: Lines) -> tuple[float, Real, list[float]]:
 
 
 def _loads(lines: Lines, known: _Coefficients) -> tuple[Real, Complex]:
-    """Headings (nh,) and loads (nw, nh, 6) of .re8; columns of their parts are left out."""
+    """Headings (nh,) and loads (nw, nh, 6) of .re8; columns with parts of the loads are skipped."""
     ship_of(lines)
     lines.row("the centre of gravity, LCG and VCG", 2)
     speeds, headings, count = counts_of(lines)
@@ -184,7 +184,7 @@ def _loads(lines: Lines, known: _Coefficients) -> tuple[Real, Complex]:
 
 
 def _drift(lines: Lines, known: _Coefficients, heading: Real) -> Real:
-    """(nw, nh, 6) of .re2, at the frequencies and headings of the loads."""
+    """Drift (nw, nh, 6) of .re2, at the frequencies and headings of the loads."""
     ship = ship_of(lines)
     speeds, headings, count = lines.counts("numbers of speeds, headings and frequencies", 3)
     found: dict[float, list[list[float]]] = {}
@@ -210,7 +210,7 @@ def _drift(lines: Lines, known: _Coefficients, heading: Real) -> Real:
 
 
 def _same(lines: Lines, omega: float, known: Real, index: int, tolerance: float) -> None:
-    """Raises `InputError` where a frequency is not that of .re7."""
+    """Raises `InputError` if a frequency differs from that of .re7."""
     if index >= known.size or abs(omega - known[index]) > tolerance:
         raise lines.wrong(
             f"{omega:g} rad/s",
@@ -220,12 +220,12 @@ def _same(lines: Lines, omega: float, known: Real, index: int, tolerance: float)
 
 
 def _heading(degrees: list[float]) -> Real:
-    """Where waves go to in our axes, [rad]."""
+    """Headings that waves go to in our axes, [rad]."""
     return np.radians(np.mod(np.array(degrees) + 180.0, 360.0))
 
 
 def _warn(path: Path, found: _Coefficients) -> None:
-    """What is left out and is not zero."""
+    """Warn of data that are left out and are not zero."""
     kinds = ("added mass", "damping", "stiffness")
     parts = [
         f"additional {kind} of up to {size:.3g} (SI units)"
@@ -239,7 +239,8 @@ def _warn(path: Path, found: _Coefficients) -> None:
         )
     if parts:
         warnings.warn(
-            f"{path}: {', '.join(parts)} are left out, as they are of tanks, fins, foils and bilge"
-            " keels and make no waves. Add to the body in the case what belongs to it.",
+            f"{path}: {', '.join(parts)} are left out, because they come from tanks, fins, foils"
+            " or bilge keels and radiate no waves. Add the parts that belong to the body to the"
+            " case.",
             stacklevel=2,
         )

@@ -1,4 +1,4 @@
-"""What VERES's result files have in common: lines of text, then rows of numbers by speed."""
+"""Common parts of VERES's result files: lines of text, then rows of numbers by speed."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from hydrosim.database.database import Real
 from hydrosim.database.readers.text import Text, read_text
 from hydrosim.errors import InputError
 
-TURN = np.array([-1.0, -1.0, 1.0, -1.0, -1.0, 1.0])  # half a circle about z
+TURN = np.array([-1.0, -1.0, 1.0, -1.0, -1.0, 1.0])  # half a turn about z
 NO_SPEED = 1e-6  # m/s
 
 _TEXT = 6  # lines of it
-_SMALLEST, _LARGEST = 1e-3, 1e5  # of what a ship and water measure
+_SMALLEST, _LARGEST = 1e-3, 1e5  # of dimensions of a ship and properties of water
 
 
 class Lines:
@@ -26,7 +26,7 @@ class Lines:
         self.at = _TEXT
 
     def row(self, what: str, *counts: int) -> list[float]:
-        """The next line, of one of these numbers of numbers."""
+        """The next line, with one of these counts of numbers."""
         words = self.text.line(self.at, what).split()
         self.at += 1
         if len(words) not in counts:
@@ -42,13 +42,13 @@ class Lines:
         return np.array([self.row(what, 6) for _ in range(6)]) * np.outer(TURN, TURN)
 
     def wrong(self, found: str, expected: str, *advice: str) -> InputError:
-        """What to raise about the line read last."""
+        """Error to raise about the last line read."""
         return self.text.wrong(self.at - 1, found, expected, *advice)
 
 
 @dataclass(frozen=True)
 class Ship:
-    """Of the head of a file, in SI units."""
+    """Data in the head of a file, in SI units."""
 
     density: float
     gravity: float
@@ -68,7 +68,7 @@ def ship_of(lines: Lines) -> Ship:
 
 
 def counts_of(lines: Lines) -> tuple[int, int, int]:
-    """Of speeds, headings and frequencies."""
+    """Numbers of speeds, headings and frequencies."""
     *counts, dofs = lines.counts("numbers of speeds, headings, frequencies and DOFs", 4)
     if dofs != 6 or 0 in counts:
         raise lines.wrong(
@@ -80,8 +80,8 @@ def counts_of(lines: Lines) -> tuple[int, int, int]:
 
 
 def at_rest(lines: Lines, speeds: int, size: int) -> tuple[float, float]:
-    """Goes to the speed of zero, ``size`` lines being of each; where its motion coordinate system
-    is, aft of amidships and above the keel."""
+    """Skip to the speed of zero, with ``size`` lines for each speed. Returns the position of its
+    motion coordinate system, aft of amidships and above the keel."""
     found = []
     for _ in range(speeds):
         speed, sinkage, trim, *place = lines.row("speed, sinkage, trim, and X and Z of motions", 5)

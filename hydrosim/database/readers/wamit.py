@@ -1,18 +1,18 @@
-"""WAMIT's numeric output: name.1, .3 and whatever else of the set lies beside them.
+"""WAMIT's numeric output: name.1, .3 and the other files of the set beside them.
 
-Read are .1, one of .3, .2 or .3fk + .3sc (in this order; a set without them has no loads), .3fk,
-.8 .9 .7 (mean drift), one each of .12d .11d .10d and .12s .11s .10s, .hst, .mmx, .gdf, .pot, .out.
-Rows may be in any order, and pairs of DOFs that symmetry makes zero may be absent. Everything is
-made dimensional with the length L of .out, .mmx or .gdf, and with the density, of .out alone:
+Files: .1; one of .3, .2 or .3fk + .3sc in this order (a set without them has no loads); .3fk; .8 .9
+.7 (mean drift); one each of .12d .11d .10d and .12s .11s .10s; .hst, .mmx, .gdf, .pot, .out. Rows
+may be in any order, and pairs of DOFs that are zero by symmetry may be absent. Numbers are
+dimensionless, with the length L of .out, .mmx or .gdf, and with the density of .out:
 
     A = rho L^k A',  B = rho w L^k B'                k = 3 + number of rotations among I, J
     X = rho g L^m X',  C = rho g L^k C'              m, k = 2 + number of rotations
     second order: F = rho g L^m F'                   m = 1 + rotation
 
-The time factor is exp(+i w t), phases refer to the elevation at the global origin, headings are
-where waves go to, coefficients refer to each body's origin (XBODY of .out or .pot). What neither a
-file nor the user gives is assumed, and the attribute ``assumed`` says so. Rows of negative I in the
-drift files are left out. (WAMIT user manual, version 7.4, chapters 4 and 5.)
+The time factor is exp(+i w t), and phases refer to the elevation at the global origin. Headings are
+directions that waves go to. Coefficients refer to each body's origin (XBODY of .out or .pot). Data
+that neither a file nor the user gives are assumed, and the attribute ``assumed`` says so. Rows of
+negative I in the drift files are left out. (WAMIT user manual, version 7.4, chapters 4 and 5.)
 """
 
 from __future__ import annotations
@@ -48,15 +48,15 @@ _NUMERIC = {".1", ".3fk", ".3sc", ".hst", ".mmx", *_EXCITATION, *_DRIFT, *_DIFFE
 _TEXT = {".out", ".pot", ".gdf"}
 
 _ASSUMED = Given(length=1.0, water_density=1025.0, gravity=9.80665, water_depth=np.inf)
-_SAME = 1e-4  # relative difference of frequencies that are one, printed with 5 to 7 digits
+_SAME = 1e-4  # relative difference of equal frequencies, printed with 5 to 7 digits
 _SAME_DEGREES = 1e-3
 _HIGHEST_INDEX = 6000
-_LONG = 0.3  # heave loads above this share of the largest are of long waves
+_LONG = 0.3  # of the largest heave load: larger ones belong to long waves
 
 
 @dataclass(frozen=True)
 class Units:
-    """What turns the numbers of ``bodies`` bodies into SI units."""
+    """Factors that convert the numbers of ``bodies`` bodies to SI units."""
 
     bodies: int
     length: float
@@ -67,19 +67,19 @@ class Units:
 
     @property
     def rotations(self) -> Real:
-        """(n,): 1 for roll, pitch, yaw."""
+        """Rotations (n,): 1 for roll, pitch, yaw."""
         return np.tile([0.0, 0.0, 0.0, 1.0, 1.0, 1.0], self.bodies)
 
     def matrix(self, power: int) -> Real:
-        """(n, n): the length to ``power`` and one for each rotation."""
+        """Factors (n, n): the length to ``power`` plus one for each rotation."""
         return self.length ** (power + self.rotations[:, None] + self.rotations)
 
     def load(self, power: int) -> Real:
-        """(n,): rho g and the length to ``power`` and one for a rotation."""
+        """Factors (n,): rho g times the length to ``power`` plus one for a rotation."""
         return self.density * self.gravity * self.length ** (power + self.rotations)
 
     def frequency(self, table: Table, column: int) -> Real:
-        """Of each row [rad/s]; zero and infinity where the column has the codes for them."""
+        """Frequency of each row [rad/s]; zero and infinity where the column has their codes."""
         value = table.values[:, column]
         w = angular(self.column, value, self)
         wrong = np.isfinite(w) & (w > 0) & ((w < 1e-5) | (w > 1e4))
@@ -91,8 +91,8 @@ class Units:
 
 
 def angular(column: FrequencyColumn, value: Real, units: Units) -> Real:
-    """Frequency [rad/s]. A period of zero is infinite frequency, a negative one zero frequency;
-    for frequencies and wavenumbers zero is taken to be zero and a negative value infinity."""
+    """Frequency [rad/s]. A zero period is infinite frequency, a negative one zero frequency. For
+    frequencies and wavenumbers, zero is zero and a negative value is infinity."""
     size = np.maximum(np.abs(value), 1e-30)
     k = size / units.length
     if column is FrequencyColumn.PERIOD:
@@ -107,14 +107,14 @@ def angular(column: FrequencyColumn, value: Real, units: Units) -> Real:
 
 
 def sniff(path: Path, head: bytes) -> bool:
-    """By the suffix; the main output and geometry only beside a .1 file."""
+    """Whether the suffix fits; the main output and the geometry count only beside a .1 file."""
     suffix = path.suffix.lower()
     return suffix in _NUMERIC or (suffix in _TEXT and ".1" in _files(path))
 
 
 def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
-    """The database of the set that the file ``path`` belongs to; a name without suffix is that of
-    the set. Raises `InputError` where files are missing, malformed or do not fit together."""
+    """Database of the set that the file ``path`` belongs to. A name without suffix is the name of
+    the set. Raises `InputError` if files are missing, malformed or inconsistent."""
     files = _files(path)
     if ".1" not in files:
         raise InputError(f"{path.with_suffix('.1')}: no such file; expected WAMIT's added mass.")
@@ -178,7 +178,7 @@ def _files(path: Path) -> dict[str, Path]:
 
 
 def _excitation_tables(path: Path, files: dict[str, Path]) -> list[Table]:
-    """Tables whose sum is the excitation; none of a set without loads."""
+    """Tables whose sum is the excitation; empty for a set without loads."""
     for suffix in _EXCITATION:
         if suffix in files:
             return [read_table(files[suffix], (7,))]
@@ -195,7 +195,7 @@ def _excitation_tables(path: Path, files: dict[str, Path]) -> list[Table]:
 def _facts(
     path: Path, files: dict[str, Path], given: Given, bodies: int
 ) -> tuple[Given, list[str]]:
-    """All there is to know, and what of it nobody said."""
+    """Header data of all files, and the names of data that were assumed."""
     readers: dict[str, Callable[[Path], Given]] = {
         ".out": wamit_header.main_output,
         ".pot": wamit_header.control_file,
@@ -226,7 +226,7 @@ def _facts(
 
 
 def _check_units(where: str, facts: Given) -> None:
-    """Raises `InputError` where the numbers cannot be of SI units."""
+    """Raises `InputError` if the numbers cannot be in SI units."""
     ranges = {
         "length": (1e-3, 1e4),
         "gravity": (9.0, 11.0),
@@ -243,13 +243,13 @@ def _check_units(where: str, facts: Given) -> None:
 
 
 def _check_bodies(where: str, said: Given, bodies: int) -> None:
-    """Raises `InputError` where the headers are of another number of bodies."""
+    """Raises `InputError` if the headers have another number of bodies."""
     for name in ("volume", "reference_point", "centre_of_buoyancy", "centre_of_gravity"):
         items, each = getattr(said, name), 1 if name == "volume" else 3
         if items is not None and len(items) != bodies * each:
             raise InputError(
                 f"{where}: {name.replace('_', ' ')} is given for {len(items) // each} bodies, but"
-                f" the .1 file has {bodies}. Generalised modes are not read."
+                f" the .1 file has {bodies}. Generalised modes are not supported."
             )
 
 
@@ -260,7 +260,7 @@ def _shifted(points: tuple[float, ...] | None, by: tuple[float, ...] | None) -> 
 
 
 def _points(path: Path, facts: Given, bodies: int) -> dict[str, Any]:
-    """The items of the database that are of bodies, not of waves."""
+    """Fields of the database about bodies, not waves."""
     arrays = {}
     for name in ("volume", "centre_of_buoyancy", "centre_of_gravity", "reference_point"):
         items, shape = getattr(facts, name), (bodies,) if name == "volume" else (bodies, 3)
@@ -276,7 +276,7 @@ def _points(path: Path, facts: Given, bodies: int) -> dict[str, Any]:
 def _units(
     facts: Given, bodies: int, radiation: Table, excitation: list[Table]
 ) -> tuple[Units, list[str]]:
-    """The units, and a remark where the kind of the first column is guessed."""
+    """Units, and a remark if the kind of the first column is a guess."""
     names = ("length", "water_density", "gravity", "water_depth")
     length, density, gravity, depth = (float(getattr(facts, name)) for name in names)
     units = Units(bodies, length, density, gravity, depth, FrequencyColumn.PERIOD)
@@ -289,8 +289,8 @@ def _units(
 
 
 def _guessed_column(units: Units, radiation: Table, excitation: Table) -> FrequencyColumn:
-    """By Haskind's relation: w^2 L/g = 2 B33'/|X3'|^2 in deep water if the heave load does not
-    depend on the heading, which is nearly so in long waves (Newman 1962, J. Ship Research 6)."""
+    """By Haskind's relation, w^2 L/g = 2 B33'/|X3'|^2 in deep water if the heave load does not
+    depend on the heading. This nearly holds in long waves (Newman 1962, J. Ship Research 6)."""
     heave = radiation.only((radiation.values[:, 1:3] == 3).all(axis=1)).values
     loads = excitation.only(excitation.values[:, 2] == 3).values
     both = [x for x in heave[:, 0] if x > 0 and x in loads[:, 0]]
@@ -336,8 +336,8 @@ def _radiation(table: Table, units: Units) -> tuple[Real, Real, Real, dict[float
 
 
 def _complete(table: Table, array: Any, frequency: Real) -> Any:
-    """The array (nw, ...) with zero for entries that no frequency has; raises `InputError` for one
-    that some frequencies have and others have not."""
+    """Array (nw, ...) with zero for entries that no frequency has. Raises `InputError` for an entry
+    that only some frequencies have."""
     absent = np.isnan(array)
     lost = absent & ~absent.all(axis=0)
     if lost.any():
@@ -352,7 +352,8 @@ def _complete(table: Table, array: Any, frequency: Real) -> Any:
 
 
 def _nearest(table: Table, column: int, values: Real, grid: Real, same: Real | float) -> Index:
-    """Where in the grid each row's value is; raises `InputError` for one that is not there."""
+    """Position of each row's value in the grid. Raises `InputError` for a value that is not in the
+    grid."""
     order = np.argsort(grid)
     middle = (grid[order][1:] + grid[order][:-1]) / 2
     place = order[np.searchsorted(middle, values)]
@@ -365,7 +366,7 @@ def _nearest(table: Table, column: int, values: Real, grid: Real, same: Real | f
 
 
 def _on_grid(table: Table, units: Units, frequency: Real, heading: Real, dof_column: int) -> Real:
-    """Real and imaginary parts (2, nw, nh, n) of a table of loads, NaN where it has none."""
+    """Real and imaginary parts (2, nw, nh, n) of a table of loads, NaN for missing ones."""
     w = units.frequency(table, 0)
     waves = np.isfinite(w) & (w > 0)
     table, w = table.only(waves), w[waves]
@@ -380,8 +381,8 @@ def _on_grid(table: Table, units: Units, frequency: Real, heading: Real, dof_col
 
 
 def _covering(table: Table, loads: Real, frequency: Real, heading: Real) -> Real:
-    """Loads (nw, nh, n) with zero for DOFs that the table never has; raises `InputError` where it
-    has others for some waves only."""
+    """Loads (nw, nh, n) with zero for DOFs that the table never has. Raises `InputError` for a DOF
+    that it has for some waves only."""
     nw, nh, n = loads.shape
     waves = np.repeat(frequency, nh)
     return _complete(table, loads.reshape(nw * nh, n), waves).reshape(loads.shape)
@@ -406,7 +407,7 @@ def _mean_drift(
 
 
 def _drift(table: Table, units: Units, frequency: Real, heading: Real) -> Real:
-    """From the rows of one direction; those of two belong to a transfer function."""
+    """Drift from the rows with equal headings; other rows belong to a transfer function."""
     table.whole(3, -6 * units.bodies, 6 * units.bodies)
     one = np.abs(table.values[:, 1] - table.values[:, 2]) < _SAME_DEGREES
     table = table.only(one & (table.values[:, 3] > 0))
@@ -417,7 +418,7 @@ def _drift(table: Table, units: Units, frequency: Real, heading: Real) -> Real:
 
 
 def _quadratic(files: dict[str, Path], units: Units) -> dict[str, Any]:
-    """The items of the database on quadratic transfer functions."""
+    """Fields of the database on quadratic transfer functions."""
     tables = {
         name: read_table(files[found[0]], (9,))
         for name, suffixes in (("qtf_difference", _DIFFERENCE), ("qtf_sum", _SUM))
@@ -443,7 +444,7 @@ def _quadratic(files: dict[str, Path], units: Units) -> dict[str, Any]:
 def _transfer(
     table: Table, units: Units, frequency: Real, pairs: Real, difference: bool
 ) -> Complex:
-    """(np, nq, nq, n): the triangle that the file lacks is the other with waves swapped."""
+    """Array (np, nq, nq, n); the missing triangle is the other with waves swapped."""
     n, nq = 6 * units.bodies, frequency.size
     w_1, w_2 = (units.frequency(table, column) for column in (0, 1))
     first = _nearest(table, 0, w_1, frequency, _SAME * w_1)
@@ -462,7 +463,7 @@ def _transfer(
 
 
 def _swapped(transfer: Complex, pairs: Real) -> Complex:
-    """With the first and second wave exchanged, NaN where the pair of headings has no partner."""
+    """Transfer function with the waves exchanged, NaN if the pair of headings has no partner."""
     result = np.full_like(transfer, np.nan)
     for p, pair in enumerate(pairs):
         for partner in np.flatnonzero((np.abs(pairs - pair[::-1]) < _SAME_DEGREES).all(axis=1)):

@@ -1,4 +1,4 @@
-"""What WAMIT's text files say about units and bodies: .out, .pot, .mmx, second line of .gdf."""
+"""Units and bodies in WAMIT's text files: .out, .pot, .mmx, second line of .gdf."""
 
 from __future__ import annotations
 
@@ -20,13 +20,15 @@ _PLACE = "HBOT, XBODY(1-4), IRAD, IDIFF and six MODE, or bodies with the names o
 
 
 def main_output(path: Path) -> Given:
-    """From the top of the main output, .out; centres are relative to the reference points."""
+    """Data from the top of the main output, .out; centres are relative to the reference points."""
     lines = read_lines(path)
     points = [_items(path, lines, f"{axis}BODY =", 1) for axis in "XYZ"]
     turned = _items(path, lines, "PHIBODY =", 1)
     _check_unturned(path, [angle for (angle,) in turned])
     if len({len(axis) for axis in points}) > 1:
-        raise InputError(f"{path}: XBODY, YBODY and ZBODY are not equally many; is it cut off?")
+        raise InputError(
+            f"{path}: XBODY, YBODY and ZBODY have different counts; is the file incomplete?"
+        )
     flat = tuple(x for point in zip(*points, strict=True) for (x,) in point)
     water = Given(
         water_depth=_single(_items(path, lines, "Water depth:", 1)),
@@ -37,8 +39,9 @@ def main_output(path: Path) -> Given:
 
 
 def control_file(path: Path) -> Given:
-    """Depth and reference points from the potential control file, .pot, in either of its forms:
-    HBOT and XBODY of one body first, or NBODY and after the name of each geometry file an XBODY.
+    """Depth and reference points from the potential control file, .pot. It has one of two forms.
+    Either HBOT and XBODY of one body come first; or NBODY comes first, with an XBODY after the name
+    of each geometry file.
     """
     rows = [_leading(line) for line in read_lines(path)[1:] if line.strip()]
     stream = [x for row in rows for x in row]
@@ -50,9 +53,9 @@ def control_file(path: Path) -> Given:
         places = [stream[1:5]]
     if not places:
         raise InputError(
-            f"{path}: found other numbers after the heading, expected {_PLACE}. Is it the .pot file"
-            " that WAMIT read? Repair it, or take it out of the folder and give the reference"
-            " points and the depth."
+            f"{path}: found other numbers after the heading, expected {_PLACE}. Is it the .pot"
+            " file that WAMIT read? Repair it, or move it out of the folder and give the"
+            " reference points and the depth."
         )
     _check_unturned(path, [place[3] for place in places])
     return Given(
@@ -62,29 +65,29 @@ def control_file(path: Path) -> Given:
 
 
 def _is_flags(numbers: list[float], count: int) -> bool:
-    """Whether so many of WAMIT's switches are there."""
+    """Whether this number of WAMIT's switches is there."""
     return len(numbers) == count and {-1, 0, 1}.issuperset(numbers)
 
 
 def _check_unturned(path: Path, degrees: list[float]) -> None:
-    """Raises `InputError` where a body is turned in the frame."""
+    """Raises `InputError` if a body is rotated in the frame."""
     turned = [angle for angle in degrees if angle != 0]
     if turned:
         raise InputError(
-            f"{path}: PHIBODY is {turned[0]:g} degrees, expected 0. Bodies that are turned in the"
-            " frame are not read: run WAMIT with PHIBODY = 0 and a turned geometry."
+            f"{path}: PHIBODY is {turned[0]:g} degrees, expected 0. Rotated bodies are not"
+            " supported: run WAMIT with PHIBODY = 0 and a rotated geometry."
         )
 
 
 def _leading(line: str) -> list[float]:
-    """The numbers before the first word, as Fortran reads a line."""
+    """Numbers before the first word, as Fortran reads a line."""
     numbers = [number_in(token) for token in line.replace(",", " ").split()]
     words = [k for k, number in enumerate(numbers) if not abs(number) < _LARGEST]
     return numbers[: words[0]] if words else numbers
 
 
 def matrix_file(path: Path) -> Given:
-    """From the top of the .mmx file."""
+    """Data from the top of the .mmx file."""
     return _bodies(path, read_lines(path), NOTHING_GIVEN)
 
 
@@ -94,7 +97,7 @@ def _bodies(path: Path, lines: list[str], known: Given) -> Given:
         known,
         gravity=_single(_items(path, lines, _GRAVITY, 1)),
         length=_single(_items(path, lines, "Length scale:", 1)),
-        # Of the three ways to integrate a volume WAMIT's own users take the middle one.
+        # WAMIT integrates the volume in three ways; its users take the median.
         volume=tuple(float(np.median(v)) for v in volumes) or None,
         centre_of_buoyancy=_flat(_items(path, lines, "(Xb,Yb,Zb):", 3)),
         centre_of_gravity=_flat(_items(path, lines, "(Xg,Yg,Zg)", 3, or_last=True)),
@@ -114,9 +117,9 @@ def geometry_file(path: Path) -> Given:
 def inertia(path: Path, bodies: int, density: float) -> Real | None:
     """Inertia matrix (n, n) of all bodies about their reference points from the .mmx file, or None.
 
-    ``MASS(I,J)/RHO`` (IALTFRC = 1) is per density. In ``External force matrices`` (IALTFRC = 2,
-    3), the third column is the mass as it was given to WAMIT. A body's matrix has indices of its
-    own, 1 to 6, unless the file has higher ones.
+    ``MASS(I,J)/RHO`` (IALTFRC = 1) is per density. In ``External force matrices`` (IALTFRC = 2, 3),
+    the third column is the mass as it was given to WAMIT. Indices of a body's matrix are its own, 1
+    to 6, unless the file has higher ones.
     """
     entries = []
     body, factor = 1, 0.0
@@ -162,8 +165,8 @@ def _entry(path: Path, number: int, tokens: list[str], bodies: int) -> tuple[int
 def _items(
     path: Path, lines: list[str], label: str, count: int, or_last: bool = False
 ) -> list[tuple[float, ...]]:
-    """The ``count`` numbers after each occurrence of ``label``; where WAMIT was given the height of
-    a centre alone, it prints one, ``or_last``, and the others are zero."""
+    """The ``count`` numbers after each occurrence of ``label``. If WAMIT was given only the height
+    of a centre, it prints one number, ``or_last``, and the others are zero."""
     found = []
     for number, line in enumerate(lines, 1):
         if label in line and not (label == _GRAVITY and _CENTRE in line):

@@ -1,4 +1,4 @@
-"""A database as WAMIT's numeric files, with 17 digits and ULEN 1."""
+"""Writer of WAMIT's numeric files, with 17 digits and ULEN 1."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ _NUMBER = "%24.16e"
 
 
 def write(db: HydroDatabase, stem: Path) -> None:
-    """Write ``stem``.1, .3 and, of what the database has, .3fk, .8 (one body), .9, .12d, .12s,
-    .hst and .mmx.
+    """Write ``stem``.1, .3 and, as far as the database has the data, .3fk, .8 (one body), .9, .12d,
+    .12s, .hst and .mmx.
 
-    `wamit.read`, given density, gravity, depth and reference points, which the files do not hold,
-    gives back what came from such files bit for bit and other numbers to 3e-16. Drift on held
-    bodies and the imbalance of the drift have no place in the files.
+    `wamit.read` needs density, gravity, depth and reference points, which the files do not have. It
+    returns numbers from such files to the bit, and other numbers to 3e-16. Drift on held bodies and
+    the imbalance of the drift have no place in the files.
     """
     period = inverse(lambda T: 2 * np.pi / T, 2 * np.pi / db.frequency, db.frequency)
     _write_radiation(db, period, stem)
@@ -88,7 +88,7 @@ def _labelled(label: str, values: Real | list[float]) -> str:
 
 
 def _matrix_rows(before: list[float], *matrices: Real) -> list[list[float | int]]:
-    """Rows of what comes before, I, J and the entry of each matrix."""
+    """Rows of the given first columns, I, J and the entry of each matrix."""
     n = len(matrices[0])
     return [
         [*before, i + 1, j + 1, *(float(matrix[i, j]) for matrix in matrices)]
@@ -99,7 +99,7 @@ def _matrix_rows(before: list[float], *matrices: Real) -> list[list[float | int]
 def _load_rows(
     loads: Complex, weight: float, period: Real, heading: Real
 ) -> list[list[float | int]]:
-    """Rows of period, heading (1 or 2), DOF and parts, for loads (nw, nh, n)."""
+    """Rows of period, heading (once or twice), DOF and parts, for loads (nw, nh, n)."""
     parts, directions = _parts(loads, weight), heading.tolist()
     return [
         [T, *directions[h], dof + 1, *parts[w][h][dof]]
@@ -139,7 +139,7 @@ def _write(db: HydroDatabase, stem: Path, suffix: str, rows: list[list[float | i
 
 
 def _save(db: HydroDatabase, stem: Path, suffix: str, lines: list[str] | NDArray) -> None:
-    """With a heading as WAMIT's files have."""
+    """Write ``lines`` below a heading, as WAMIT's files have one."""
     path = stem.with_name(stem.name + suffix)
     by = db.attributes.get("history", "hydrosim")
     title = f" WAMIT Numeric Output -- Filename {path.name}, written by {by}"
