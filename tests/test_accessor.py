@@ -86,5 +86,7 @@ def test_a_run_draws_and_reports_itself(case: hs.Case, tmp_path: Path) -> None:
     assert float(run.statistics(0.5).start) == 0.5
     assert run.statistics(0.5, "speed.block").equals(run.statistics(0.5, ["speed.block"]))
     for start in (1e6, float("nan"), "soon"):
-        with pytest.raises(hs.InputError, match="expected seconds well before 2 s"):
+        with pytest.raises(
+            hs.InputError, match="expected a time in seconds well before the end of the run at 2 s"
+        ):
             run.statistics(start)

@@ -210,7 +210,7 @@ def test_a_permission_that_is_there_is_not_blamed(tmp_path: Path) -> None:
     denied = PermissionError(errno.EACCES, "Permission denied")
     said = str(unwritable(tmp_path / "a.nc", denied))
     assert "Permission denied" not in said
-    assert "Make room, or write to another place" in said
+    assert "Free some space, or write to another place" in said
 
 
 def test_names_of_a_thousand_characters_are_cut() -> None:

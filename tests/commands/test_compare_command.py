@@ -124,7 +124,7 @@ BAD = {
     "duplicate": (GOOD.replace("4,0.1", "3,0.1", 1), ["test.csv:6", "found time 3 s after 3 s"]),
     "gap": (
         GOOD + "\n60,0.1",
-        ["test.csv:22", "found nothing from 19 s to 60 s", "1 s apart", "--from"],
+        ["test.csv:22", "found no records from 19 s to 60 s", "1 s apart", "--from"],
     ),
     "unit": (GOOD.replace("[s]", "[kg]"), ["test.csv", '"kg" is another kind of quantity', "time"]),
     "empty": ("", ["test.csv", "found no numbers"]),
@@ -158,9 +158,15 @@ def test_a_recording_of_another_time_is_refused(hydrosim: Command) -> None:
         (("--tolerance", "1"), "--tolerance: found one.nc, a file of many runs; expected none"),
         (("-m", "map.yaml", "--to", "9"), "--mapping, --to: found one.nc, a file of many runs"),
         (("--channels", "position.*"), "--channels: found one.nc, a file of many runs"),
-        (("--shift", "--bands", "0.2,2"), "--shift, --bands: found one.nc, a file of many runs"),
-        (("--exact", "--from", "0"), "--from: found --exact, which compares all there is; expec"),
-        (("--ignore", "seed"), "--ignore: found no --exact; expected it"),
+        (
+            ("--shift", "--bands", "0.2,2"),
+            "--shift, --bands: not possible with one.nc, a file of many runs",
+        ),
+        (
+            ("--exact", "--from", "0"),
+            "--from: not possible with --exact, which compares all variables",
+        ),
+        (("--ignore", "seed"), "--ignore: found no --exact; expected both"),
     ],
 )
 def test_an_option_that_would_do_nothing_is_refused(
@@ -199,9 +205,9 @@ def test_an_option_that_would_do_nothing_is_refused(
         ),
         (("compare", "run.nc", "test.csv", "--bands", "2,1"), "--bands: found '2,1'; expected two"),
         (("compare", "run.nc", "test.csv", "-o", "none/x.nc"), "--output: there is no folder none"),
-        (("compare", "run.nc", "test.csv", "-o", "run.nc"), "run.nc is read here"),
+        (("compare", "run.nc", "test.csv", "-o", "run.nc"), "run.nc is an input"),
         (("compare", "run.nc", "test.csv", "-o", "x.png"), "expected a name that ends in .nc"),
-        (("export", "run.nc", "--recording", "-o", "run.nc"), "run.nc is read here"),
+        (("export", "run.nc", "--recording", "-o", "run.nc"), "run.nc is an input"),
         (
             ("export", "run.nc", "--recording", "-o", "x.txt", "--channels", "pos"),
             "--channels: found pos; expec",

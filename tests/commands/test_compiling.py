@@ -22,7 +22,7 @@ with announced(Console(file=sys.stdout)):
 def test_the_first_compile_is_announced_once(tmp_path: Path) -> None:
     first, *rest = said(tmp_path)
     assert first == "begin"  # not before it is known that something is to be compiled
-    assert "".join(rest).startswith("compiling the kernels")
+    assert "".join(rest).startswith("compiling kernels")
     assert "".join(rest).count("compiling") == 1
     assert str(tmp_path) in "".join(rest)
 

@@ -154,7 +154,7 @@ class TestConvert:
     def test_the_file_is_believed(self, db: Command) -> None:
         result = db("convert", "h851.nc", "other.nc", "--given", "density=1 tonne/m^3")
         assert result.code == 0
-        assert "warning h851.nc has its own water density; what is given is not used" in result.out
+        assert "warning h851.nc has its own water density; the option is ignored" in result.out
         assert read("other.nc").water_density == 1025.0
 
     def test_doubts_are_told(self, db: Command) -> None:
@@ -186,7 +186,7 @@ class TestConvert:
         before = files(folder)
         result = db("convert", "h851.nc", out)
         assert (result.code, result.out) == (2, "")
-        assert "is read here" in result.err or "is a link" in result.err
+        assert "is an input here" in result.err or "is a link" in result.err
         assert files(folder) == before
 
     def test_bemio_and_back(self, db: Command) -> None:

@@ -78,7 +78,7 @@ def test_a_run_ended_by_every_signal(folder: Path) -> None:
     run = started("run", "slow.yaml", "--resume")
     _, told = run.communicate(timeout=LONGEST)
     assert run.returncode == 0
-    assert "the run goes on from slow.nc.checkpoint" in told
+    assert "the run continues from slow.nc.checkpoint" in told
     assert not path.exists()
     assert differences(xr.load_dataset("slow.nc"), hs.simulate(hs.load_case("slow.yaml"))) == []
     assert sorted(os.listdir()) == ["slow.nc", "slow.yaml"]

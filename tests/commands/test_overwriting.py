@@ -102,11 +102,11 @@ def test_a_result_is_not_put_on_its_database(hydrosim: Command, folder: Path) ->
     Path("again.yaml").write_text(BLOCK + "initial: {run: again.nc}\n")
     result = hydrosim("run", "again.yaml")
     assert result.code == 0
-    assert "again.nc is read here: the result goes to again_run.nc" in result.err
+    assert "again.nc is an input here; the result goes to again_run.nc" in result.err
     assert content(Path("again.nc")) == "run of [block.yaml]"
     for more in ((), ("--overwrite",)):
         said = refused(hydrosim, folder, "run", "again.yaml", "-o", "again.nc", *more)
-        assert "again.nc is read here" in said
+        assert "again.nc is an input here" in said
 
 
 def letter() -> None:
@@ -253,7 +253,7 @@ def test_what_stands_where_a_checkpoint_goes_stays(hydrosim: Command, folder: Pa
     Path("r.nc.checkpoint").write_text("a letter")
     for more in ((), ("--overwrite",), ("--resume",)):
         said = refused(hydrosim, folder, "run", "block.yaml", "-o", "r.nc", *more)
-        assert "r.nc.checkpoint: is no checkpoint of this program" in said
+        assert "r.nc.checkpoint: is not a checkpoint of this program" in said
 
 
 @pytest.mark.parametrize(
@@ -266,8 +266,8 @@ def test_what_stands_where_a_checkpoint_goes_stays(hydrosim: Command, folder: Pa
         (("statistics", f"{LONG}.nc"), "_statistics.nc has a name of 414 bytes"),
         (("plot", f"{LONG}.nc"), "cannot be read (File name too long)"),
         (("export", f"{LONG}.nc", "-o", "a.csv"), "cannot be read (File name too long)"),
-        (("plot", "x.nc", "-o", LONG), "cannot be made as a folder"),
-        (("example", "sphere", "-o", LONG), "cannot be made as a folder"),
+        (("plot", "x.nc", "-o", LONG), "the folder cannot be made"),
+        (("example", "sphere", "-o", LONG), "the folder cannot be made"),
     ],
 )
 def test_a_name_that_is_too_long(

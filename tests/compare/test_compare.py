@@ -78,7 +78,7 @@ PLANTED = {
         made_run(seed=2).wave_elevation.values,
         "another realisation (same spectrum, no correlation): another seed?",
     ),
-    "steeper": ("wave [m]", 3.0 * made_run(seed=2).wave_elevation.values, "other (correlation"),
+    "steeper": ("wave [m]", 3.0 * made_run(seed=2).wave_elevation.values, "different (correlation"),
     "noise": (
         "heave [m]",
         HEAVE + 0.2 * np.std(HEAVE) * NOISE,
@@ -152,7 +152,7 @@ def test_other_waves_on_a_like_drift_are_said_of_the_waves_alone(
     run.position.loc[{"dof": "surge"}] = (slow + wave)[:, None]
     (result,) = against({"surge [m]": slow + other}, run=run).results.values()
     assert result.fit.correlation == pytest.approx(1.0 / (1.0 + size**2), abs=0.03)
-    assert result.verdict.startswith("apart by")
+    assert result.verdict.startswith("differs by")
     share = 100.0 * size / np.sqrt(1.0 + size**2)
     said = re.search(r"; its waves, (\S+) % of the std, are another realisation$", result.verdict)
     assert said is not None
@@ -328,7 +328,7 @@ BAD = {
         {"time": STOPPED, "heave": HEAVE},
         PLACE,
         {},
-        r"data\.csv:12: found nothing from 1\.8 s to 32 s; expected records about 0\.2 s apart",
+        r"data\.csv:12: found no records from 1\.8 s to 32 s; expected records about 0\.2 s apart",
     ),
     "duplicate": (
         {"time": TWICE, "heave": HEAVE},
@@ -340,8 +340,8 @@ BAD = {
         {"time": TIME + 1e3, "heave": HEAVE},
         PLACE,
         {},
-        "found records from 1000 s to 1600 s, and a run from 0 s to 600 s; expected 10 common"
-        " times or more; the offset of recorded times",
+        "found records from 1000 s to 1600 s, and a run from 0 s to 600 s; expected at"
+        " least 10 common times; give the offset of recorded times",
     ),
     "asked": (
         {"heave": HEAVE},
@@ -375,7 +375,12 @@ BAD = {
         {},
         "found a point for wave_elevation; expected one for position or velocity only",
     ),
-    "nothing": ({"who": HEAVE}, None, {}, r"found no column that can be told.*among time, who"),
+    "nothing": (
+        {"who": HEAVE},
+        None,
+        {},
+        r"found no column that matches a channel.*among time, who",
+    ),
     "only": ({"heave": HEAVE}, PLACE, {"only": ["wave*"]}, r"--channels: found wave\*; expected"),
 }
 

@@ -74,7 +74,7 @@ def test_equal_runs_and_constant_differences() -> None:
 
 
 def test_too_few_runs() -> None:
-    with pytest.raises(InputError, match="found no channel that 3 runs or more"):
+    with pytest.raises(InputError, match="found no channel with 3 or more runs"):
         compare_studies(runs(np.ones((2, 2))), runs(np.ones((2, 2))))
 
 
@@ -117,7 +117,7 @@ def test_other_durations_are_told_first(paired: bool) -> None:
         return runs(values, seeds).assign(case_resolved=("run", cases))
 
     text = said(compare_studies(lasting(300.0), lasting(400.0, 500.0)))
-    assert "but of other durations: ours 300 s and theirs 400 to 500 s" in text[0]
+    assert "but of different durations: ours 300 s and theirs 400 to 500 s" in text[0]
     assert "same waves" not in text[0]
     assert any("durations differ" in line for line in text if line.startswith("warning: "))
     for same in (

@@ -160,7 +160,7 @@ def test_convolutions_of_different_lengths_run_together(one: Scene) -> None:
 
 def test_a_table_of_kernels_tells_where_the_echo_begins() -> None:
     db = load(DATA / "4m.nc")
-    assert "resolve 31.4 s: what comes later is an echo" in kernels(db, 40.0, 0.1)[2]
+    assert "resolve 31.4 s: later values are an echo" in kernels(db, 40.0, 0.1)[2]
     assert "echo" not in kernels(db, 30.0, 0.1)[2]
 
 

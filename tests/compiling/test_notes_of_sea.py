@@ -58,4 +58,4 @@ def test_loads_outside_a_database() -> None:
     assert f"about {share:.2g} of the energy of its loads" in found
     (warning,), refused = said(0.1, -2.0)
     assert not refused
-    assert warning.endswith("no loads there.")
+    assert warning.endswith("these waves have no first-order loads.")

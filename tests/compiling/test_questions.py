@@ -183,12 +183,12 @@ ODD = {
     ),
     Question.DAMPING: (with_force(with_ratio(20.0)), 'Then it is "20 %"'),
     Question.WATER: (in_brine(), "1200 kg/m^3"),
-    Question.STREAMS: (around(current=Stream(1.0)), "1 m/s and no force element that it drags"),
+    Question.STREAMS: (around(current=Stream(1.0)), "1 m/s and no force element that it loads"),
     Question.SHIELDING: (two_boxes(10.0), "10 m apart, with a breadth of 20 m"),
     Question.SLOSHING: (filled(9.0, np.pi / 2), "sloshes along y in 12 s at levels of 9 m"),
     Question.WAVES: (in_sea(RegularWave(0.1, 40.0)), "a period of 40 s"),
-    Question.STEEPNESS: (in_sea(Jonswap(15.0, 8.0)), "waves break beyond 0.1"),
-    Question.RAMP: (in_sea(Jonswap(1.5, 8.0), ramp=1e5), "The sea is never full"),
+    Question.STEEPNESS: (in_sea(Jonswap(15.0, 8.0)), "waves break above 0.1"),
+    Question.RAMP: (in_sea(Jonswap(1.5, 8.0), ramp=1e5), "The sea never reaches its full height"),
     Question.STEP: (
         replace(
             afloat(),
@@ -277,7 +277,7 @@ def test_a_question_is_a_warning_of_the_run(tmp_path: Path) -> None:
     )
     text = "{title: t, duration: 1, bodies: {b: {mass: 1e4, dofs: [heave]}}, forces: {f: %s}}"
     path.write_text(text % fender)
-    warning = "forces.f: found point 1 2 m inside its plane at the start"
+    warning = "forces.f: found point 1 2 m behind its plane at the start"
     assert str(hs.simulate(load_case(path)).attrs["warnings"]).count(warning) == 1
     path.write_text((text % fender)[:-1] + ", accept: [overlap]}")
     assert warning not in str(hs.simulate(load_case(path)).attrs.get("warnings", ""))
@@ -364,9 +364,9 @@ def test_a_run_that_presses_a_fender_by_metres_says_so() -> None:
     fender = on_floor(100.0, Frictionless(), [[0, 0, -1.0]], BELOW)
     scene = replace(dry({"f": fender}, velocity=moving(heave=-0.5)), duration=20.0)
     run = hs.simulate(scene)
-    assert "forces.f: point 1 was pressed by 5 m at 15.5 s" in str(run.attrs["warnings"])
+    assert "forces.f: point 1 was compressed by 5 m at 15.5 s" in str(run.attrs["warnings"])
     accepted = hs.simulate(replace(scene, accept=(Question.SOFTNESS,)))
-    assert "was pressed" not in str(accepted.attrs.get("warnings", ""))
+    assert "was compressed" not in str(accepted.attrs.get("warnings", ""))
 
 
 LOADS = [

@@ -498,7 +498,7 @@ def test_the_key_of_a_case_file() -> None:
     path = CASES / "base.yaml"
     assert reduced(hs.load_case(path).scene())
     scene = hs.load_case(path, ["solver.symmetry=ignore"]).scene()
-    assert reasons(scene) == "in all degrees of freedom: asked for by solver.symmetry"
+    assert reasons(scene) == "in all degrees of freedom: as solver.symmetry asks"
 
 
 def test_all_reasons_are_told() -> None:
@@ -680,7 +680,7 @@ class TestCheck:
         nodes = check_document(scene_of("base")).nodes
         text = "\n".join(texts(nodes))
         assert "1 bodies, 3 free coordinates" in text
-        assert "in the plane y = 0 m, which it is symmetric about" in text
+        assert "in the plane y = 0 m, its plane of symmetry" in text
         assert "Skipped\nbarge: sway, roll, yaw zero by symmetry, not in the state" in text
         assert {row["mode"] for row in rows(nodes, "body", "mode")} == {*DOFS}
 

@@ -393,7 +393,7 @@ def test_warns_of_irregular_frequencies(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("depth", "said"), [("4 m", "draught of 5 m"), ("50 m", "expected 0.0662 rad/s or more")]
+    ("depth", "said"), [("4 m", "draught of 5 m"), ("50 m", "expected at least 0.0662 rad/s")]
 )
 def test_too_shallow(tmp_path, depth, said):
     with pytest.raises(InputError, match=said):

@@ -112,7 +112,7 @@ def test_libraries_that_read_meshes_neither_print_nor_end_the_program(
 
 
 def test_a_recipe_needs_a_depth_and_a_body() -> None:
-    with pytest.raises(InputError, match="expected a barge or a box and their depth"):
+    with pytest.raises(InputError, match="expected a barge or a box with a depth"):
         hull_of_recipe(DATABASES / "h851.yaml")
     with pytest.raises(InputError, match="has 1 bodies; expected body 2"):
         hull_of_recipe(DATABASES / "h851.yaml", 2, 15.0)

@@ -345,7 +345,7 @@ def test_the_barge():
 def test_what_the_database_must_have(made_up, waves):
     wetted, found = waves
     headings = np.radians([0.0, 40.0])
-    with pytest.raises(InputError, match="no mean drift for all of the headings"):
+    with pytest.raises(InputError, match="expected it for all headings of the QTF"):
         qtf.difference_qtf(made_up(frequency=np.linspace(0.1, 6.0, 4)), wetted, found, headings)
     with pytest.raises(InputError, match=r"covers 0\.2 to 1\.4 rad/s"):
         qtf.difference_qtf(made_up(), wetted, found, headings)

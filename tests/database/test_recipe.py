@@ -99,7 +99,7 @@ def test_messages_for_a_box(tmp_path, old, new, line, said):
         ("stern_length: 51.23 m", "heave_stiffness: 300 kN/m", "corners of the hull"),
         ("stern_length: 51.23 m", "rake_length: 19 m\n  stern_length: 19 m", "twice"),
         ("  stern_length: 51.23 m\n", "", "stern_length or heave_stiffness"),
-        ("stern_length: 51.23 m", "stern_length: 19 m", "six in different places"),
+        ("stern_length: 51.23 m", "stern_length: 19 m", "six different positions"),
         ("wall_depth: 2.4 m", "wall_depth: 24 m", "the draught at most"),
         ("bow_length: 100 m", "bow_length: 300 m", "corners of the hull"),
     ],

@@ -156,7 +156,11 @@ def test_drift_in_a_recipe(tmp_path):
 @pytest.mark.parametrize(
     ("places", "setting", "said"),
     [
-        (((0, 4, 0), (0, -4, 0)), "lid=auto", "number_1.position: found it in the place of number"),
+        (
+            ((0, 4, 0), (0, -4, 0)),
+            "lid=auto",
+            "number_1.position: found it inside the box around number",
+        ),
         (((0, 7, 0), (0, -7, 0)), "bodies.number_1.hull.length=0", "it must be above 0"),
         (((0, 7, 0),), "far_field={share: 0.5, rising: [0.3, 0.6]}", "all round the circle"),
     ],

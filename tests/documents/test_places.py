@@ -34,7 +34,7 @@ PLACES = places_of(node)
         ("bodies.barge.inertia, radii_of_gyration: found 3", "a.yaml:4: "),
         ("scene: bodies.barge.mass is 3", "a.yaml:3: "),
         ("waves.1.seed: found 2", "a.yaml:7: "),
-        ("bodies: there are none", "a.yaml:1: "),
+        ("bodies: found none", "a.yaml:1: "),
         ("no key; choose another bodies.barge.mass", ""),  # a remedy
         ("some bodies: all of them", ""),
         ("a.yaml:3: bodies.barge.mass: found 3", ""),  # it is said already

@@ -392,7 +392,7 @@ def test_it_is_said_and_stepped_if_asked() -> None:
     scene = oscillator()
     facts = hs.compile_scene(stepped(scene)).facts
     assert not facts.exact
-    assert solution(stepped(scene), facts) == "stepped: asked for by solver.linear"
+    assert solution(stepped(scene), facts) == "stepped, as solver.linear asks"
     for one, text in (
         (scene, "Propagated exactly: linear"),
         (stepped(scene), "200 steps of 0.1 s"),

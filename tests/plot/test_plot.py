@@ -232,7 +232,7 @@ def test_long_runs_are_bands_with_their_mean_and_say_so() -> None:
         case_resolved="environment: {waves: [{spectrum: jonswap}]}"
     )
     remarks = figure_of(run).axes[0].get_title("left")
-    assert remarks.startswith("jonswap; bands: from the least to the largest of each 0.076 s")
+    assert remarks.startswith("jonswap; bands: smallest to largest of each 0.076 s")
 
 
 def test_of_many_lines_each_group_has_one() -> None:
@@ -326,7 +326,10 @@ def test_channels_by_name_in_a_format(form: str, start: bytes, tmp_path: Path) -
 
 
 def test_a_time_without_records_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="found 70 to 80 s; the run is 0 to 60 s"):
+    with pytest.raises(
+        InputError,
+        match="found 70 to 80 s, with fewer than two records; expected times of the run, 0 to 60 s",
+    ):
         draw(run_of(), tmp_path, "case", view=View(Window(70.0, 80.0)))
 
 
@@ -356,5 +359,5 @@ def test_open_run_refuses_what_is_not_a_run(tmp_path: Path) -> None:
 
 def test_a_folder_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
-    with pytest.raises(InputError, match="cannot be made as a folder"):
+    with pytest.raises(InputError, match="the folder cannot be made"):
         draw(run_of(), tmp_path / "file" / "folder", "case")

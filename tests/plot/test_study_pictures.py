@@ -128,5 +128,5 @@ def test_samples_and_indices(tmp_path: Path, design: str, panels: int) -> None:
 
 def test_nothing_to_draw(tmp_path: Path) -> None:
     runs = runs_of("grid", {"a": [1.0]}, [1.0]).drop_vars("y")
-    with pytest.raises(InputError, match="no figures, so there is nothing to draw"):
+    with pytest.raises(InputError, match="no figures to draw"):
         draw_study(runs, Output(tmp_path / "runs.nc", "picture", tmp_path / "runs.nc"))

@@ -85,7 +85,7 @@ def test_a_topside_stands_on_its_supports() -> None:
     barge, topside = (shape_of(b, keel_of(scene, b.name)) for b in scene.bodies)
     assert keel_of(scene, "barge") is None
     assert topside.triangles[..., 2].min() == pytest.approx(-12.4)
-    assert "touched from below" in topside.said
+    assert "its contact from below" in topside.said
     found = supports_of(scene, [barge.triangles, topside.triangles], 100.0)
     assert [(each["body"], each["contact"]) for each in found] == [
         (body, k) for k in range(4) for body in (1, -1)
@@ -114,13 +114,13 @@ def test_other_waves_are_not_drawn(base_run: xr.Dataset) -> None:
         other = run.assign(wave_elevation=1.01 * run.wave_elevation)
         kept, said = waves_of(scene_of(run) and scene, other)
         assert kept == []
-        assert "drawn level" in said
+        assert "drawn flat" in said
 
 
 def test_a_run_without_its_case_has_boxes() -> None:
     page = Page(page_of(made_run(duration=60.0)))
-    assert "a box: its case cannot be read again" in page.texts["li"]
-    assert "drawn level" in page.texts["li"]
+    assert "a box, because its case cannot be read again" in page.texts["li"]
+    assert "drawn flat" in page.texts["li"]
 
 
 def test_hostile_names_are_names() -> None:

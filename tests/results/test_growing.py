@@ -123,9 +123,9 @@ def test_what_cannot_be_told_anything_of(folder: Path, statistics: Command) -> N
     """Folders of something else, of no run yet, of an earlier version; what is there no more."""
     parent, lone = folder.parent, folder.parent / "empty"
     lone.mkdir()
-    assert "holds no runs of a sweep" in statistics(lone).err
+    assert "has no runs of a sweep" in statistics(lone).err
     assert "such as runs.nc.partial" in statistics(".").err
-    assert f"{folder} is, a sweep on its way" in statistics(parent / "runs.nc").err
+    assert f"{folder} is an unfinished sweep" in statistics(parent / "runs.nc").err
     (parent / "a.nc").write_bytes(b"")
     assert "the result of the sweep" in statistics(parent / "a.nc.partial").err
     (folder / FIRST).unlink()
@@ -147,7 +147,7 @@ def test_a_folder_that_goes_while_it_is_read(folder: Path, monkeypatch: pytest.M
         (folder / RUNS).unlink()
 
     monkeypatch.setattr("hydrosim.results.growing.first_of", gone)
-    with pytest.raises(InputError, match="is gone, as its sweep has come to an end"):
+    with pytest.raises(InputError, match="no longer exists, because its sweep has ended"):
         runs_at(folder)
 
 
@@ -174,4 +174,4 @@ def test_statistics_of_a_study_that_was_interrupted(tmp_path: Path, statistics: 
     assert "failed: it turned over (run 1) not run (2 runs: 2, 3)" in result.out
     with xr.open_dataset(tmp_path / "runs.nc") as whole:
         whole.drop_vars("status").to_netcdf(tmp_path / "less.nc")
-    assert "less.nc: holds 4 runs without status" in statistics("less.nc").err
+    assert "less.nc: holds 4 runs without their status" in statistics("less.nc").err

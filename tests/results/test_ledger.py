@@ -46,7 +46,7 @@ def test_what_is_missing_is_what_rk4_loses(z: float) -> None:
     np.testing.assert_allclose(run.energy_residual, left - held, atol=1e-9 * held)
     exchanged = np.abs(np.diff(run.energy_kinetic)).sum() + float(run.energy_kinetic.max())
     assert gap(run).relative >= (held - left[-1]) / exchanged * (1.0 - 1e-7)
-    assert ("energy ledger is open" in str(run.attrs.get("warnings"))) == (z > 0.3)
+    assert ("energy balance is open" in str(run.attrs.get("warnings"))) == (z > 0.3)
 
 
 def ledger(kinetic: np.ndarray, residual: np.ndarray, **more: np.ndarray) -> xr.Dataset:

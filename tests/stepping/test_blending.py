@@ -177,7 +177,7 @@ def test_a_draught_beyond_the_family_is_warned_of() -> None:
     """The coefficients stay those of the last database; the slow draught is recorded."""
     run = hs.simulate(scene(barge(FAMILY, 4.4, 1.0, mass=0.8 * MASS), 5.0))
     assert run.slow_draught.sel(body="barge")[0] == pytest.approx(3.4)
-    assert "its databases are for 3.6 to 4.4 m" in run.attrs["warnings"]
+    assert "its databases cover 3.6 to 4.4 m" in run.attrs["warnings"]
 
 
 def test_a_run_goes_on_in_the_midst_of_a_blend_to_the_bit() -> None:
@@ -262,11 +262,13 @@ def test_no_family_no_cost() -> None:
 
 REFUSED = {
     "expected a closed hull": {"hydrostatics": None},
-    "expected two or more, each another": {"hydrodynamics": Family((AtDraught(4.4, FILES[4.4]),))},
+    "expected two or more different draughts": {
+        "hydrodynamics": Family((AtDraught(4.4, FILES[4.4]),))
+    },
     r"for a draught of 3.8 m: found a displaced volume of 4320 m\^3; expected .* 4560 m\^3": {
         "hydrodynamics": Family((AtDraught(4.4, FILES[4.4]), AtDraught(3.8, FILES[3.6])))
     },
-    "the hull is then from -9.6 to -1.6 m above the water; expected some of it below": {
+    "the lowest point of the hull is -9.6 m and the highest -1.6 m above the water; expected": {
         "hydrodynamics": Family((AtDraught(4.4, FILES[4.4]), AtDraught(9.6, FILES[3.6])))
     },
     "radiation: found convolution, .* expected state_space": {"radiation": ConvolutionRadiation()},
@@ -287,7 +289,7 @@ def test_a_current_and_another_origin_are_refused() -> None:
     moved = Family(
         (AtDraught(4.4, FILES[4.4]), AtDraught(3.6, replace(db, centre_of_buoyancy=centre)))
     )
-    with pytest.raises(InputError, match="one origin on the hull"):
+    with pytest.raises(InputError, match="the same origin on the hull"):
         compile_scene(scene(barge(moved, 4.4)))
 
 

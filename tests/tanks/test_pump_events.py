@@ -159,7 +159,7 @@ def test_a_restart_before_and_while_a_pump_runs_is_the_same_run(
         (
             Pump("out", 1.0, "left", None, FAST),
             replace(LEFT, plan=Plan(np.array([0.0, 1.0]), np.array([2.0, 1.0]))),
-            r"tanks\.left\.plan: found a plan, and a pump of this tank that begins or ends by",
+            r"tanks\.left\.plan: found a plan, and a pump of this tank that begins or ends at",
         ),
     ],
 )

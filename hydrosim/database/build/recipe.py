@@ -65,8 +65,7 @@ class Steps(Strict, Generic[T]):
 
     def values(self) -> tuple[float, ...]:
         """All values, rounded so that 0.06 is 0.06."""
-        # type: ignore[arg-type]
-        start, stop, step = (float(x) for x in (self.start, self.stop, self.step))
+        start, stop, step = (float(x) for x in (self.start, self.stop, self.step))  # type: ignore[arg-type]
         steps = (stop - start) / step if step else -1.0
         if not -1e-9 <= steps < MOST or abs(steps - round(steps)) > 1e-6:
             found = f"start {start:g}, stop {stop:g}, step {step:g}"

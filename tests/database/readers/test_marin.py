@@ -135,7 +135,7 @@ def test_what_the_file_lacks_must_be_given(path):
 def test_a_centre_of_flotation_from_another_origin_is_refused(barge, path):
     path.write_text(written(barge, flotation=118.0))
     with pytest.raises(
-        InputError, match="line 17: found a centre of flotation at 118 m where long waves show -0"
+        InputError, match="line 17: found a centre of flotation at 118 m, while long waves show -0"
     ):
         read(path, GIVEN)
 

@@ -161,7 +161,7 @@ def test_a_plan_that_cannot_be_met_says_what_limits_it() -> None:
     compiled = compile_in_calm(barge(*out()))
     with pytest.raises(InputError, match=r"at most 5\d\.\d% of this .* t/hour for 3600 s\)"):
         plan(compiled, "barge", 3600.0, 40e6 * G)
-    with pytest.raises(InputError, match=r"what limits it: .*aft_.* of barge empty"):
+    with pytest.raises(InputError, match=r"limited by .*aft_.* of barge empty"):
         plan(compiled, "barge", 36000.0, 70e6 * G)
     with pytest.raises(InputError, match="cannot do any of this"):
         plan(compiled, "barge", 3600.0, -1e6)
@@ -249,5 +249,5 @@ def test_a_response_beyond_what_a_surface_is_free_to_is_remarked() -> None:
     calm, base = linear_analysis(still, Wanted()), scene_of("free_floating")
     assert "free surface" not in calm.attrs["remarks"]
     found = linear_analysis(replace(still, environment=base.environment), Wanted())
-    assert "the free surface in mid of barge is taken as that at rest" in found.attrs["remarks"]
+    assert "the free surface in mid of barge is taken as at rest" in found.attrs["remarks"]
     assert "at a trim of 0.057 deg" in found.attrs["remarks"]

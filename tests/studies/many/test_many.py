@@ -155,7 +155,7 @@ def test_runs_are_in_the_folder_as_soon_as_they_are_done(tmp_path: Path) -> None
         assert total == 3
         assert status[:count] == ["complete"] * count
         assert {*status[count:]} <= {"complete", "not run"}  # one may be there before its turn
-        assert part.attrs["gathered"] == f"{status.count('complete')} of 3 runs are in"
+        assert part.attrs["gathered"] == f"{status.count('complete')} of 3 runs are complete"
         parts.append(part)
         done.append(count)
 

@@ -289,6 +289,6 @@ def test_what_others_keep_among_the_runs_stays(tmp_path: Path, name: str, overwr
         hs.simulate_many(seeds(1), result)
     lock.unlink()
     put(lock, "a letter")
-    with pytest.raises(hs.InputError, match=r"\.lock: expected no file.*it holds something else"):
+    with pytest.raises(hs.InputError, match=r"\.lock: expected no file.*it is no lock file"):
         hs.simulate_many(seeds(1), result)
     assert lock.read_text() == elsewhere.read_text() == "a letter"

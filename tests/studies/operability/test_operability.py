@@ -122,8 +122,8 @@ def test_limits_by_stage_and_what_governs(tmp_path: Path, monkeypatch: pytest.Mo
 @pytest.mark.parametrize(
     ("size", "words"),
     [
-        (0.0, "2 m in any sea, as all holds; raise the last height"),
-        (1e3, "in any sea, as the first is too high already; begin with a lower one"),
+        (0.0, "2 m in any sea state: the criteria hold at all heights. Raise the last height"),
+        (1e3, "in any sea state: the criteria fail at the first height. Begin with a lower height"),
         (0.9, ""),
     ],
 )
@@ -255,7 +255,7 @@ def test_a_search_that_is_interrupted_goes_on_to_the_same_limits(
         patch.setattr(Trials, "_kept", interrupted)
         ended = operability("-o", "part.nc")
     assert ended.code == 130
-    assert "what is complete is kept; --resume goes on from there" in ended.err
+    assert "completed work is kept; --resume continues" in ended.err
     assert not Path("part.nc").exists()
     assert "--resume goes on" in operability("-o", "part.nc").err
     made: list[dict[str, object]] = []

@@ -46,7 +46,7 @@ def test_a_yaw_that_changes_the_loads() -> None:
     """10 deg of yaw turn the loads of waves abeam by 17 % and more; followed, nothing is said."""
     turned = moving(yaw=radians(10.0))
     met = said(hs.simulate(abeam(Place.MEAN, position=turned)))
-    assert "waves met it at its heading at rest" in met
+    assert "waves act on it at its heading at rest" in met
     assert "Set wave_forces.headings: slow" in met
     assert "heading at rest" not in said(hs.simulate(abeam(Place.SLOW, position=turned)))
     assert said(hs.simulate(abeam(Place.MEAN))) == ""
@@ -59,7 +59,7 @@ def test_second_order_loads_follow_the_slow_heading_unless_they_are_told_not_to(
         loads = replace(body.wave_forces, first_order=False, second_order=SecondOrder.MEAN_DRIFT)
         words = said(hs.simulate(with_body(scene, wave_forces=loads)))
         assert ("second-order loads are those" in words) == (place == Place.MEAN)
-        assert "waves met it" not in words
+        assert "waves act on it" not in words
 
 
 def test_a_drift_through_the_waves() -> None:
@@ -99,7 +99,7 @@ def test_angles_that_are_not_small(roll: float, warned: bool) -> None:
     scene = abeam(Place.MEAN, position=moving(roll=radians(roll)))
     small = replace(scene, solver=replace(scene.solver, kinematics=Kinematics.LINEAR))
     calm = replace(small, environment=Environment())
-    assert ("solver.kinematics: linear is for small angles" in said(hs.simulate(calm))) == warned
+    assert ("solver.kinematics: linear assumes small angles" in said(hs.simulate(calm))) == warned
 
 
 def test_munks_moment_beside_coefficients_is_said() -> None:
@@ -129,5 +129,7 @@ def test_a_table_whose_surface_met_the_bottom_is_told(level: float, warned: bool
     body = block(2e4, weight=Weight.CARRIED, tanks=(Tank("wing", table, level),))
     line = {"line": LinearMooring("block", np.diag([1e5, 1e5, 1e5, 1e6, 1e6, 1e6]))}
     run = hs.simulate(scene(replace(body, position=moving(roll=0.2)), line, 2.0, 0.1, step=0.01))
-    words = "bodies.block.tanks.wing: its free surface is that of upright walls, and met bottom"
+    words = (
+        "bodies.block.tanks.wing: its free surface is modelled for upright walls, but met bottom"
+    )
     assert (words in said(run)) == warned

@@ -103,17 +103,17 @@ def test_a_checkpoint_in_time_is_enough(tmp_path: Path, monkeypatch: pytest.Monk
     with pytest.raises(MemoryError):
         hs.simulate(scene, killed, kept(tmp_path))
     run = hs.simulate(scene, None, kept(tmp_path, say=said))
-    assert "the run goes on from" in said[0]
-    assert "% of the way" in said[0]
+    assert "the run continues from" in said[0]
+    assert "% complete" in said[0]
     assert differences(hs.simulate(scene), run) == []
 
 
 def test_what_there_is_to_say(tmp_path: Path) -> None:
     scene, said = in_contact(5.0), []
     hs.simulate(scene, None, kept(tmp_path, say=said))
-    assert said.pop(0).endswith("the run begins anew")
+    assert said.pop(0).endswith("the run starts at the beginning")
     hs.simulate(scene, None, kept(tmp_path, resume=False, say=said))
-    assert "--resume goes on from it" in said.pop(0)
+    assert "--resume continues it" in said.pop(0)
     assert said == []
 
 
@@ -178,7 +178,7 @@ def test_a_checkpoint_that_lacks_something_is_refused(tmp_path: Path) -> None:
     for content in (shorter, {name: each for name, each in arrays.items() if name != "a2"}):
         with path.open("wb") as file:
             np.savez(file, **content)
-        with pytest.raises(hs.InputError, match=r"is damaged \(a. is not what it was\)"):
+        with pytest.raises(hs.InputError, match=r"is damaged \(a. has changed\)"):
             hs.simulate(scene, None, kept(tmp_path))
 
 
@@ -187,4 +187,4 @@ def test_a_checkpoint_that_cannot_be_written_ends_nothing(tmp_path: Path) -> Non
     (tmp_path / "x.nc.checkpoint").mkdir()
     run = hs.simulate(in_contact(5.0), None, kept(tmp_path, resume=False, say=said))
     assert run.attrs["status"] == "complete"
-    assert any("The run goes on without a new checkpoint" in text for text in said)
+    assert any("The run continues without a new checkpoint" in text for text in said)

@@ -87,5 +87,5 @@ def test_a_step_that_is_refused_is_a_result() -> None:
 
 def test_steps_without_a_common_multiple_are_refused() -> None:
     assert common_multiple([0.2, 0.1, 0.05], 0.5) == pytest.approx(0.4)
-    with pytest.raises(InputError, match="no common multiple"):
+    with pytest.raises(InputError, match="without a common multiple"):
         common_multiple([0.1, 0.0314159265], 0.5)

@@ -50,9 +50,9 @@ def test_a_finer_step_is_a_judge_of_solutions_alone() -> None:
     apart = Convergence(0.1)
     for text, wrong in (
         ("", True),
-        ("bodies.hull1: waves met it at its heading at rest", True),
-        ("bodies.hull1: waves met it\nsolver.step 0.1 s does not resolve heave", False),
-        ("the energy ledger is open", False),
+        ("bodies.hull1: waves act on it at its heading at rest", True),
+        ("bodies.hull1: waves act on it\nsolver.step 0.1 s does not resolve heave", False),
+        ("the energy balance is open", False),
     ):
         finding = Finding(1, "rk4", Outcome("complete", warnings=text), apart)
         assert list(offences(finding)) == (["not converged, no warning"] if wrong else [])

@@ -121,7 +121,7 @@ def test_why_a_run_is_made_again(cases: Path) -> None:
     assert reason() is None
     assert "was made by hydrosim 0.0" in str(marked(program="hydrosim 0.0"))
     Path("first.yaml").write_text(FIRST + "# a remark\n")
-    assert "was made from another text of first.yaml" in str(reason())
+    assert "was made from a different text of first.yaml" in str(reason())
     Path("first.yaml").write_text(FIRST)
     Path("first.nc").unlink()
     hs.simulate(hs.load_case("second.yaml"))
@@ -133,7 +133,7 @@ def test_why_a_run_is_made_again(cases: Path) -> None:
 def test_check_simulates_nothing(cases: Path, hydrosim: Command) -> None:
     code, out, _ = hydrosim("check", "second.yaml")
     assert code == 0
-    assert "first.nc is not there; hydrosim run second.yaml simulates it" in out
+    assert "first.nc does not exist; hydrosim run second.yaml simulates it" in out
     assert not list(cases.glob("*.nc"))
     hydrosim("run", "second.yaml")
     code, out, _ = hydrosim("check", "second.yaml")
@@ -166,7 +166,9 @@ def test_cases_that_need_each_other(cases: Path, hydrosim: Command) -> None:
     (cases / "second.yaml").write_text(SECOND.replace("first", "third"))
     code, out, err = hydrosim("run", "third.yaml")
     assert (code, out) == (2, "")
-    assert "second.yaml: found a series from a run of third.yaml, which needs a run of this" in err
+    assert (
+        "second.yaml: found a series from a run of third.yaml, which itself needs a run of" in err
+    )
     assert not list(cases.glob("*.nc"))
 
 

@@ -153,6 +153,6 @@ def test_rounds_of_others_stay(tmp_path: Path, name: str, resume: bool) -> None:
     rounds.unlink()
     archive.rename(rounds)
     before = files(rounds)
-    with pytest.raises(InputError, match=rf"{name}: is no file of this program.*Move it away"):
+    with pytest.raises(InputError, match=rf"{name}: is not a file of this program.*Move it away"):
         run_until(study, data.seeds, data.until, known, output, resume)
     assert before == files(rounds) != {}

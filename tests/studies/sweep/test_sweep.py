@@ -272,7 +272,7 @@ def test_a_study_until_that_is_interrupted_as_a_round_ends_is_not_gone_on_with(
     for number, handler in before.items():
         signal.signal(number, handler)
     assert ended.code == 130
-    assert "--resume goes on from there" in ended.err
+    assert "--resume continues" in ended.err
     assert len([*(tmp_path / "runs.nc.rounds").glob("*.nc")]) == 1
     assert sweep(path, "-o", tmp_path / "runs.nc", "--resume").code == 0
     assert sweep(path, "-o", tmp_path / "whole.nc").code == 0
