@@ -1,4 +1,4 @@
-"""`hydrosim compare`: a run against a recording, or two results against each other."""
+"""`hydrosim compare`: compare a run with a recording, or two results with each other."""
 
 from __future__ import annotations
 

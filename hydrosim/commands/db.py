@@ -34,7 +34,7 @@ DatabaseFile = Annotated[
 
 @app.command()
 def info(file: DatabaseFile, given: GivenSettings = []) -> None:  # noqa: B006
-    """Print what a database holds."""
+    """Print the content of a database."""
     from hydrosim.database.load import read, recognise
     from hydrosim.database.summary import contents
 
@@ -61,7 +61,7 @@ def check(
 ) -> None:
     """Check a database against physical identities; draw its coefficients.
 
-    Exit code 2 if it is refused, 1 with --strict if a check fails.
+    Exit code 2 if the database is refused; 1 with --strict if a check fails.
     """
     from hydrosim.database.checks import check as findings_of
     from hydrosim.database.load import read
@@ -101,7 +101,7 @@ def convert(
     asked = given_database(file, given)
     if format_of(out) != ".nc" and asked.changes.accept:
         raise InputError(
-            f"--given accept: {out} cannot keep what is accepted; expected a file of .nc."
+            f"--given accept: {out} cannot store accepted findings; expected an .nc file."
         )
     inputs = set_of(file)
     output = placed(
@@ -136,7 +136,7 @@ def kernel(
     given: GivenSettings = [],  # noqa: B006
     overwrite: Overwrite = False,
 ) -> None:
-    """Write retardation functions as a table, and draw them."""
+    """Write the retardation functions as a table, and draw them."""
     from hydrosim.database.kernels import kernels, write_table
     from hydrosim.database.load import read
     from hydrosim.plot.kernels import draw_kernels
@@ -196,8 +196,8 @@ def _caveats(db: HydroDatabase, given: Given) -> list[str]:
     assumed = db.attributes.get("assumed")
     if assumed and "recipe" not in db.attributes:  # those of a recipe are its author's
         lines.append(
-            f"warning   {db.source} does not say everything; assumed: {assumed}. If that is wrong,"
-            " give it: --given KEY=VALUE, with the keys of `hydrodynamics` in a case."
+            f"warning   {db.source} lacks some data; assumed: {assumed}. If that is wrong, give"
+            " the data: --given KEY=VALUE, with the keys of `hydrodynamics` in a case."
         )
     return lines
 

@@ -47,8 +47,8 @@ def export(
             "--output",
             "-o",
             metavar="FILE",
-            help="Write this file: .nc (CF), .csv, .mat (MATLAB) or .parquet; a recording has any"
-            " name.",
+            help="File to write: .nc (CF), .csv, .mat (MATLAB) or .parquet; a recording may have"
+            " any name.",
         ),
     ],
     channels: Annotated[
@@ -71,18 +71,22 @@ def export(
         bool,
         typer.Option(
             "--recording",
-            help="Write a table in text with names and units, as hydrosim compare reads it.",
+            help="Write a text table with names and units, which hydrosim compare reads.",
         ),
     ] = False,
     step: Annotated[
         str,
         typer.Option(
-            metavar="TIME", help='Write a row of the recording every "0.5 s", or seconds.'
+            metavar="TIME",
+            help='Time step of the recording: "0.5 s", or a number in seconds;'
+            " default: the output times of the run.",
         ),
     ] = "",
     digits: Annotated[
         int,
-        typer.Option(min=1, max=17, help="Write so many digits in the recording; 17 are exact."),
+        typer.Option(
+            min=1, max=17, help="Significant digits of numbers in the recording; 17 are exact."
+        ),
     ] = 17,
     units: Annotated[
         str,
@@ -107,7 +111,10 @@ def export(
         _record(run_file, output, names_in(channels), step, digits, overwrite, read_in)
         return
     if step:
-        raise InputError("--step: is for --recording; other files have the times of the run.")
+        raise InputError(
+            "--step: found no --recording; expected both. Other files have the"
+            " output times of the run."
+        )
     suffix = _suffix(output)
     kept = _kept(units, suffix)
     begin = _date(date, suffix)
@@ -148,8 +155,8 @@ def _record(
     overwrite: bool,
     kept: Kept,
 ) -> None:
-    """Write channels as a recording; without names those of motions, waves, forces, fenders and
-    springs that are not zero."""
+    """Write channels as a recording. Without names, it has the channels of motions, waves, forces,
+    fenders and springs that are not zero."""
     from hydrosim.documents.series import columns_of
     from hydrosim.plot.load import open_run
     from hydrosim.presentation.units import units_of
@@ -159,7 +166,7 @@ def _record(
     result = placed(output, "", "recording", run_file, overwrite=overwrite, suffix=None)
     every = seconds("--step", step, 0.0) if step else None
     if every is not None and not every > 0.0:
-        raise InputError(f"--step: found {every:g} s; expected a positive time, as in 0.5 s.")
+        raise InputError(f"--step: found {every:g} s; expected a positive time, such as 0.5 s.")
     run = open_run(run_file)
     names = chosen(columns_of(run), asked, "--channels") if asked else usual(run)
     own = units_of(run.attrs).shown if kept is Kept.CASE else None

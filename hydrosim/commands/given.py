@@ -1,4 +1,4 @@
-"""What a database's file does not hold, and what is done to it: `--given KEY=VALUE`."""
+"""`--given KEY=VALUE`: data that a database's file lacks, and changes of the database."""
 
 from __future__ import annotations
 
@@ -19,15 +19,16 @@ GivenSettings = Annotated[
     typer.Option(
         "--given",
         metavar="KEY=VALUE",
-        help="Give what the file lacks, or change the database, with a key of `hydrodynamics` in a"
-        ' case: density="1.025 tonne/m^3", reference_point="[0, 0, -4.9 m]", symmetrise=true.',
+        help="Data that the file lacks, or a change of the database; KEY as under"
+        ' `hydrodynamics` in a case: density="1.025 tonne/m^3", reference_point="[0, 0,'
+        ' -4.9 m]", symmetrise=true.',
     ),
 ]
 
 
 def given_database(file: Path, given: Sequence[str]) -> ChangedDatabase:
-    """The database in a ``file`` with what is ``given``, texts KEY=VALUE with the keys that a case
-    has under `hydrodynamics`. Raises InputError that names the option."""
+    """Database in a ``file``, with the ``given`` texts KEY=VALUE, whose keys are those under
+    `hydrodynamics` in a case. Raises InputError that names the option."""
     from hydrosim.case.hydrodynamics import DatabaseFile
     from hydrosim.documents.layers import apply_setting
     from hydrosim.documents.nodes import GIVEN, compose
@@ -37,6 +38,8 @@ def given_database(file: Path, given: Sequence[str]) -> ChangedDatabase:
     assert document is not None
     for setting in given:
         if setting.partition("=")[0].strip() == "file":
-            raise InputError(f"{GIVEN}{setting}: expected another key; the file is the argument.")
+            raise InputError(
+                f"{GIVEN}{setting}: found the key file; expected another key. The file is the argument."
+            )
         document = apply_setting(document, setting, GIVEN)
     return validated(document, DatabaseFile).build(lambda _: file)

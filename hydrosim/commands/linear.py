@@ -54,7 +54,8 @@ def linear(
     contacts: Annotated[
         str,
         typer.Option(
-            help="Contacts that are pressed at rest: stuck, sliding (without friction) or open."
+            help="State of contacts that are pressed at rest: stuck, sliding (without friction)"
+            " or open."
         ),
     ] = "stuck",
     output: Annotated[

@@ -18,7 +18,12 @@ from hydrosim.outputs import Output
 Choice = TypeVar("Choice", bound=StrEnum)
 CaseFile = Annotated[Path, typer.Argument(metavar="CASE.yaml", help="Case file to read.")]
 Settings = Annotated[
-    list[str], typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the case.")
+    list[str],
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Change a value of the input file: solver.step=0.05. May be repeated.",
+    ),
 ]
 StudyFile = Annotated[Path, typer.Argument(metavar="STUDY.yaml", help="Study file to read.")]
 Workers = Annotated[
@@ -38,7 +43,7 @@ To = Annotated[
     typer.Option(
         "--to",
         metavar="TIME",
-        help='Ignore everything after this time: "1 hour", or a number in seconds.',
+        help="Replace any existing file of that name; do not keep an earlier result.",
     ),
 ]
 Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Also print the details.")]

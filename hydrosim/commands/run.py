@@ -86,7 +86,8 @@ def run(
 
 
 def _with_places(dataset: xr.Dataset, case: Case) -> xr.Dataset:
-    """The run with file and line before warnings that name a key; a result holds no paths."""
+    """Dataset of the run, whose warnings name file and line of a key when printed; the result
+    itself stores no paths."""
     from hydrosim.documents.places import located
 
     text = dataset.attrs.get("warnings")

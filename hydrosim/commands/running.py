@@ -47,7 +47,7 @@ def _counted(number: int, one: str, several: str) -> str:
 
 
 def complete(case: Case, run: Callable[[Case, Output], xr.Dataset]) -> None:
-    """Run the other cases that the case continues, and print their names."""
+    """Run the other cases that the case needs, and print their names."""
     from hydrosim.studies.run.stages import complete as made
 
     made(case, run, lambda text: say(f"first stage: {text}"))

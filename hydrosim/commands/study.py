@@ -23,7 +23,7 @@ def stem_of(file: Path) -> str:
 
 
 def so_far(runs: xr.Dataset) -> list[str]:
-    """How many runs came to which end, where these are not all complete; why the first failed."""
+    """Numbers of runs by status if not all are complete, and the reason why the first failed."""
     from hydrosim.results.growing import GATHERED
     from hydrosim.results.runs_file import COMPLETE
     from hydrosim.wording.study import counted

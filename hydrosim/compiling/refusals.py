@@ -123,6 +123,6 @@ def _check_springs(scene: Scene, model: Model, state: State) -> None:
         if stretch(line, model.bodies, motion).length <= TOGETHER * line["length"]:
             raise InputError(
                 f"forces.{name}: its point and its anchor are at the same position at the start;"
-                " expected different positions. point is in the frame of its body from the"
-                " centre of gravity; anchor is in the earth frame, or in that of anchor_body."
+                " expected different positions. `point` is in the frame of its body from the"
+                " centre of gravity; `anchor` is in the earth frame, or in that of anchor_body."
             )

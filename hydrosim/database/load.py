@@ -40,10 +40,10 @@ def load(
     db = changed(in_order(read(path, given)), changes)
     if POINTS_UNKNOWN in db.attributes.get("assumed", ""):
         raise InputError(
-            f"{path}: found no points that rotations are about (Capytaine's rotation_center);"
-            " expected one for each body. Give x, y and z of each as reference_point,"
-            " in `hydrodynamics: {file: ...}` of a case or with --given. In Capytaine it is the"
-            " rotation_center or, where none was set, the center_of_mass."
+            f"{path}: found no points of rotation (Capytaine's rotation_center); expected one for"
+            f" each body. Give x, y and z of each as reference_point, in `hydrodynamics: {{file:"
+            f" ...}}` of a case or with --given. In Capytaine it is the rotation_center or, if"
+            " that was not set, the center_of_mass."
         )
     for doubt in doubts(db, EVERYTHING):
         warnings.warn(doubt, stacklevel=2)

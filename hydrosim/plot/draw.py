@@ -104,8 +104,8 @@ def figure(run: xr.Dataset, name: str = "overview", window: Window = ALWAYS) -> 
 
 
 def phases(run: xr.Dataset) -> tuple[list[Phase], str]:
-    """The phases of the first group of contacts that goes through an operation, and its name; none
-    where none does."""
+    """Phases of the first group of contacts that goes through an operation, and its name; None if
+    there is no such group."""
     if "contact_phase" not in run:
         return [], ""
     time = run.time.values

@@ -4,13 +4,13 @@ Every variable recorded over time gives channels (`hydrosim.documents.series`):
 "position.barge.surge", "fender_normal_force.interface 1", "clearance.to_leg", "wave_elevation".
 Other channels are derived:
 
-speed.BODY                              horizontal, of the centre of gravity
-fender_normal_force.GROUP               sum over the contact points of a group, "interface"
-point_velocity.POINT.AXIS               of a named point, "bow of barge"
-point_acceleration.POINT.AXIS           the same, in a run that records accelerations
-relative_position.POINT to POINT.AXIS   of the first point from the second, in the earth frame
-relative_velocity.POINT to POINT.AXIS
-utilisation.UNIT                        force of a contact point or line over its capacity
+    speed.BODY                              horizontal, of the centre of gravity
+    fender_normal_force.GROUP               sum over the contact points of a group, "interface"
+    point_velocity.POINT.AXIS               of a named point, "bow of barge"
+    point_acceleration.POINT.AXIS           the same, in a run that records accelerations
+    relative_position.POINT to POINT.AXIS   of the first point from the second, in the earth frame
+    relative_velocity.POINT to POINT.AXIS
+    utilisation.UNIT                        force of a contact point or line over its capacity
 
 `series` gives the values and the unit of any channel.
 """

@@ -11,8 +11,8 @@ contact hides no operation at another element.
 A body sticks nearly all the time from where on every stretch of `WINDOW` has at least `SHARE` of
 its fenders' time in stick. A run that ends before a phase does not have it.
 
-Phases are computed for every group, and told of those alone that go through such an operation: that
-begin without contact and end stuck for good. Fenders of a quay and pairs of fenders do not.
+Phases are computed for every group. They are reported only for groups that go through such an
+operation: they begin without contact and end stuck. Fenders of a quay and pairs of fenders do not.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ class Phase(IntEnum):
 
 
 def is_operation(phases: Iterable[int]) -> bool:
-    """Whether a group of contacts that goes through these ``phases`` begins without contact and
-    ends stuck for good."""
+    """Whether a group of contacts with these ``phases`` begins without contact and ends stuck for
+    good."""
     return {Phase.MOORED, Phase.STUCK} <= {*phases}
 
 

@@ -50,7 +50,7 @@ def softness(about: About) -> Iterator[Doubt]:
 
 
 def _under_weight(about: About, name: str, fender: Contact, stiffness: float) -> Iterator[Doubt]:
-    """A dry body whose weight alone presses the fenders below it by metres."""
+    """Ask about dry bodies whose weight alone compresses the fenders below them by metres."""
     body = about.scene.bodies[about.index[fender.body]]
     normal = np.array(fender.planes()[0].normal, float)
     upward = normal[2] / np.linalg.norm(normal)
@@ -65,8 +65,8 @@ def _under_weight(about: About, name: str, fender: Contact, stiffness: float) ->
     if weight > SOFTEST * stiffness:
         yield Doubt(
             f"forces.{name}.normal",
-            f"{stiffness:.3g} N/m below {body.name}, whose weight of {weight:.3g} N presses it by"
-            f" {weight / stiffness:.3g} m",
+            f"{stiffness:.3g} N/m below {body.name}, whose weight of {weight:.3g} N compresses it"
+            f" by {weight / stiffness:.3g} m",
             f"usual is up to {SOFTEST:g} m",
             "Is it in kN/m? Is the mass in tonne?",
         )

@@ -17,7 +17,7 @@ TURN = 2.0 * np.pi * (1.0 + 1e-9)
 TILT = np.radians(30.0)  # limit for a body afloat with linear hydrostatics
 FASTEST = 15.0  # m/s
 DEEPEST = 1.0  # m of compression at the start
-DROP = 3.0  # m above all that carries a body
+DROP = 3.0  # m above all contacts that carry a body
 STRETCHED = 0.2  # of a line's length
 
 
@@ -83,7 +83,7 @@ def plane(about: About) -> Iterator[Doubt]:
 
 
 def fall(about: About) -> Iterator[Doubt]:
-    """Dry bodies that fall by metres before anything carries them."""
+    """Ask about dry bodies that fall by metres before a contact carries them."""
     acting = about.scene.forces.values()
     held = {each.body for each in acting if each.carries() and not _touches(each)}
     deepest: dict[str, float] = {}
@@ -104,7 +104,7 @@ def fall(about: About) -> Iterator[Doubt]:
 
 
 def _touches(element: ForceElement) -> bool:
-    """Whether an element is a contact that carries what is pressed into it."""
+    """Whether an element is a contact that can carry a body."""
     return isinstance(element, Contact) and not isinstance(element.normal, PrescribedNormal)
 
 

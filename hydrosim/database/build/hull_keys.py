@@ -78,7 +78,7 @@ class BargeHull(Strict):
     stern_length: Size | None = None
     """Length of the part with the full beam."""
     heave_stiffness: Stiffness | None = None
-    """Heave stiffness that stern_length is chosen for."""
+    """Heave stiffness; stern_length is computed from it."""
     wall_depth: Size
     """Depth of the vertical end walls below the waterline."""
     rake_length: Size

@@ -130,9 +130,9 @@ class FarField(Strict):
     frequency of ``rising``, the ``share`` from the second on."""
 
     share: Share
-    """Part of the loads from the far field, above the second frequency of rising."""
+    """Fraction of the loads that comes from the far field, above the second frequency of rising."""
     rising: tuple[Frequency, Frequency]
-    """Frequencies between which the share rises from 0. Example: [1 rad/s, 1.2 rad/s]."""
+    """Frequencies between which the share rises from 0 to its value."""
 
 
 class Part(Strict):
@@ -142,7 +142,7 @@ class Part(Strict):
     hull: AnyHull
     """Shape of the hull."""
     position: of.Position = (0.0, 0.0)
-    """Place x, y of the hull's frame in the frame of the database. Example: [0 m, 7 m]."""
+    """Position x, y of the hull's frame in the frame of the database."""
     heading: of.Angle = 0.0
     """Direction of the hull's x axis in the frame of the database."""
     centre_of_gravity: of.Point
@@ -180,7 +180,7 @@ class Common(Strict):
     far_field: FarField | None = None
     """Use of the far field for loads at high frequencies."""
     attributes: dict[str, StrictStr] = {}  # noqa: RUF012  pydantic copies it
-    """Further texts by name that the database carries. Example: {project: Crane barge}."""
+    """Further texts by name, stored in the database. Example: {project: Crane barge}."""
 
     @model_validator(mode="before")
     @classmethod
@@ -210,7 +210,7 @@ class SeveralBodies(Common):
     bodies: Annotated[dict[str, Part], AfterValidator(of.some)]
     """Bodies by name, in the order of the database."""
     drift: tuple[Drifting, ...] = ()
-    """Mean drift loads to compute: of bodies floating free, held, or both."""
+    """Mean drift loads to compute: of free bodies, held bodies, or both."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -231,11 +231,12 @@ class OneBody(Part, Common):
     """The recipe of one body."""
 
     drift: tuple[Drifting, ...] = tuple(Drifting)
-    """Mean drift loads to compute: of the body floating free, held, or both."""
+    """Mean drift loads to compute: of the free body, the held body, or both."""
     qtf: DifferenceQtf | None = None
     """Difference-frequency QTFs to compute."""
     extrapolate: Coarser | None = None
-    """Part of the panels of a second, coarser mesh. Results are extrapolated from both."""
+    """Fraction of the number of panels for a second, coarser mesh. Results are extrapolated from
+    both."""
 
     @property
     def parts(self) -> tuple[Part, ...]:
@@ -322,7 +323,7 @@ def load_recipe(path: Path | str, settings: Sequence[str] = ()) -> Recipe:
 
 
 def _without_file(folder: Path, data: OneBody | SeveralBodies) -> Iterator[Problem]:
-    """Hulls whose mesh is not there."""
+    """Refuse hulls whose mesh file does not exist."""
     for k, part in enumerate(data.parts):
         if isinstance(part.hull, MeshHull) and not (folder / part.hull.file).is_file():
             above = ("bodies", [*data.bodies][k]) if isinstance(data, SeveralBodies) else ()

@@ -82,10 +82,9 @@ HASKIND = (
         "damping against loads",
         _error,
         0.1,
-        "difference of the damping from that by the loads of all headings, by Haskind's (1957)"
-        " relation, relative to the diagonal; refine the panels, or look for wrong factors of"
-        " rho, g, w or 2 in one of the two, DOFs in another order or with another sign, rotated"
-        " axes, or a wrong depth",
+        "difference from the damping that the loads of all headings give (Haskind 1957),"
+        " relative to the diagonal; refine the panels, or look for factors of rho, g, w or 2,"
+        " DOFs in another order or sign, rotated axes, or a wrong depth",
         refusal=0.5,
         of=frozenset({Part.RADIATION, Part.LOADS}),
     ),

@@ -275,10 +275,9 @@ LONG_WAVES = (
         "roll and pitch moments in long waves",
         _moments,
         0.1,
-        "difference from the load that the stiffness gives on a sloping surface, relative to the"
-        " moments; start at a lower frequency; otherwise look for a stiffness without gravity, a"
-        " wrong centre of gravity or reference point, exchanged roll and pitch, or pitch"
-        " positive bow up",
+        "difference from the load by the stiffness on a sloping surface, relative to the"
+        " moments; start at a lower frequency, or look for a stiffness without gravity, a wrong"
+        " centre or reference point, exchanged roll and pitch, or pitch positive bow up",
         refusal=0.5,
         needs=("hydrostatic_stiffness", "volume", "centre_of_gravity"),
         proves=compact,

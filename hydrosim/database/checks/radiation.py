@@ -143,9 +143,9 @@ RADIATION = (
         "added mass against damping",
         _causality,
         0.1,
-        "largest difference of A(w) from that by the damping, by Ogilvie's (1964) relation,"
-        " relative to the diagonal; compute higher or denser frequencies, or look for"
-        " frequencies in another unit than rad/s or a factor w, rho in one of the two",
+        "largest difference of A(w) from that by the damping (Ogilvie 1964), relative to the"
+        " diagonal; compute higher or denser frequencies, or look for frequencies not in rad/s,"
+        " or a factor w or rho in one of the two",
         of=frozenset({Part.RADIATION}),
     ),
     Check(

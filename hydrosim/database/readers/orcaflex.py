@@ -273,7 +273,8 @@ def _vessel(model: _Node, given: Given) -> _Vessel:
         raise model.wrong(
             "VesselTypes",
             f"draughts with load RAOs: {' and '.join(map(repr, names)) or 'none'}",
-            "one: choose it by its name, `draught` in a case, `--given draught=` for `hydrosim db`",
+            "one: choose it by its name, with `draught` in a case or `--given draught=` for"
+            " `hydrosim db`",
         )
     kind, draught = candidates[0]
     draught.choice("AMDMethod", ["Frequency dependent"])

@@ -58,7 +58,7 @@ class Ship:
 
 
 def ship_of(lines: Lines) -> Ship:
-    """Of the next two lines."""
+    """Values of the next two lines."""
     density, gravity = lines.row("density and gravity", 2)
     found = Ship(density, gravity, *lines.row("length, breadth and draught", 3))
     sizes = density, gravity, found.length, found.breadth
