@@ -27,8 +27,8 @@ def check(
     """Validate a case; print verdicts, step limits and natural periods.
 
     --verbose adds the data that the scene uses and the data that it ignores. If the contents of
-    tanks change, limits and periods are printed for the start and the end. If the case continues
-    other cases that were not run yet, the command names them and stops.
+    tanks change, limits and periods are printed for the start and the end. If the case needs
+    results of other cases that were not run yet, the command names them and stops.
     """
     from hydrosim.case.load import load_case
     from hydrosim.studies.run.stages import outdated

@@ -101,8 +101,9 @@ def compare(
     The command writes both series and their difference as netCDF, and a picture. It ends with exit
     code 1 if a channel exceeds its --tolerance. The tolerance of a constant channel is absolute.
     With --exact, the command prints every difference between two results and writes no file. If
-    both are files of many runs, it prints and writes which figures differ by more than chance. Then
-    only --output and --overwrite apply. `hydrosim report` makes a page of the written file.
+    both are files of many runs, it prints and writes which figures differ by more than chance. For
+    such files only --output and --overwrite apply. `hydrosim report` makes a page of the written
+    file.
     """
     if exact:
         refuse_options(context, {"exact", "ignore"}, "--exact, which compares all variables")

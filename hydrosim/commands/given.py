@@ -39,7 +39,7 @@ def given_database(file: Path, given: Sequence[str]) -> ChangedDatabase:
     for setting in given:
         if setting.partition("=")[0].strip() == "file":
             raise InputError(
-                f"{GIVEN}{setting}: found the key file; expected another key. The file is the argument."
+                f"{GIVEN}{setting}: found file; expected another key. The file is the argument."
             )
         document = apply_setting(document, setting, GIVEN)
     return validated(document, DatabaseFile).build(lambda _: file)
