@@ -54,9 +54,9 @@ def allowed(count: int, probability: float) -> tuple[int, int, int]:
     low, high = binom.ppf([tail, 1.0 - tail], count, 1.0 - probability)
     if low < 1:
         raise InputError(
-            f"seeds: found {count}; expected {fewest_seeds(probability)} or more: with fewer, none"
-            f" need fail where {1.0 - probability:.3g} of all do, and nothing bounds the limit from"
-            " below."
+            f"seeds: found {count}; expected {fewest_seeds(probability)} or more. With fewer"
+            " seeds, even zero failures do not exclude a failure rate of"
+            f" {1.0 - probability:.3g}."
         )
     return int(np.floor(count * (1.0 - probability) + 1e-9)), int(low) - 1, int(high)
 

@@ -159,7 +159,7 @@ def described(data: StudyFile) -> dict[str, Any]:
 
 
 def seas(scene: Scene, seeds: Iterable[int]) -> list[Scene]:
-    """The scene with each of the seeds for all of its wave trains, which tell themselves apart."""
+    """One scene per seed. Its wave trains use independent streams of that seed."""
     water = scene.environment
     return [
         replace(
