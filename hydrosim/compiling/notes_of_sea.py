@@ -156,7 +156,7 @@ def _skipped(
         and i // 6 not in model.following.body
     ]
     if seas and unloaded:
-        yield "no first-order loads, so these waves are left out: " + ", ".join(unloaded)
+        yield "no first-order wave loads on: " + ", ".join(unloaded)
     if not seas:
         yield "no waves: no wave loads"
     if model.waves.second_dof.size + model.following.second.pairing.size == 0:

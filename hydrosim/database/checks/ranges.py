@@ -149,7 +149,7 @@ ORDER = (
         "headings",
         _headings,
         0.0,
-        "number of headings that do not increase or span more than a full turn; sort them, in rad",
+        "number of headings that do not increase or lie beyond a full turn; sort them, in rad",
         refusal=0.0,
         of=frozenset({Part.ORDER}),
     ),
