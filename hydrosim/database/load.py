@@ -57,7 +57,7 @@ def read(path: Path | str, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     if given.draught is not None and reader.NAME != DRAUGHTS:
         raise InputError(
             f"{path}: draught: found {given.draught}, but a file of {reader.NAME} has only one"
-            " draught. Leave the draught out, and name the file for that draught."
+            " draught. Leave the draught out, and give the file for that draught."
         )
     return reader.read(file, given)
 
