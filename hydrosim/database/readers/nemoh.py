@@ -65,7 +65,7 @@ class _Project(NamedTuple):
     text: Text
 
     def headings(self) -> Real:
-        """Evenly spaced headings [rad]. Call it only after the tables have confirmed their number."""
+        """Evenly spaced headings [rad]. Call it after the tables have confirmed their number."""
         return np.linspace(*self.heading)
 
 

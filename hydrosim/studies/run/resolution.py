@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 ACCURATE = 1e-3  # of the range of a motion: an error that is worth a warning
 FADED, ROOM = 0.1, 8.0
-"""If the method damps a vibration by more than the first number, a finer step leaves more of it. Its
-accepted error is then smaller by the second number."""
+"""If the method damps a vibration by more than the first number, a finer step leaves more of it.
+Its accepted error is then smaller by the second number."""
 RESOLVED = 1e-2  # of the amplitude of a vibration, at the end of a run
 STILL = 1e-6  # m, rad: a smaller range counts as none
 
