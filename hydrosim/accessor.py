@@ -1,11 +1,13 @@
 """Methods of a run in Python: `run.hydrosim`, for every `xarray.Dataset` of a run.
 
-run.hydrosim                           in a notebook: title, how it ended, motions, warnings
-run.hydrosim.channels()                the names of all channels
-run.hydrosim.channel("speed.barge")    one over time, with its unit
-run.hydrosim.picture("motions")        a figure of matplotlib
-run.hydrosim.statistics(200.0)         extremes with confidence, as by `hydrosim statistics`
-run.hydrosim.report("report.html")     the page that `hydrosim report` writes
+Methods and their results:
+
+    run.hydrosim                           in a notebook: title, how it ended, motions, warnings
+    run.hydrosim.channels()                the names of all channels
+    run.hydrosim.channel("speed.barge")    one over time, with its unit
+    run.hydrosim.picture("motions")        a figure of matplotlib
+    run.hydrosim.statistics(200.0)         extremes with confidence, as by `hydrosim statistics`
+    run.hydrosim.report("report.html")     the page that `hydrosim report` writes
 """
 
 from __future__ import annotations

@@ -63,7 +63,7 @@ def outward(corners: Triangles, source: str) -> Triangles:
         raise InputError(
             f"{source}: found an open mesh: the sum of its area vectors is {open_by:.1e} of its"
             f" area, and its volumes by x, y and z are {found} m^3; expected zero and equal"
-            " volumes, including deck or lid, with all normals outward. Close the mesh. A mesh"
+            " volumes. Close the mesh, with a deck or lid, and turn all normals outward. A mesh"
             " that ends at the waterline has no shape above it."
         )
     return corners if volumes[2] > 0 else corners[:, ::-1]

@@ -89,8 +89,8 @@ def _open(run: xr.Dataset, worst: Gap) -> Iterator[str]:
         yield (
             f"the energy balance is open: from {worst.begin:g} to {worst.end:g} s"
             f" {worst.energy:.2g} J are not accounted for, {worst.relative:.1e} of the energy"
-            f" exchanged; expected at most {CLOSED:g}. {_remedy(run)}: motions may be wrong by"
-            " more than this fraction."
+            f" exchanged; expected at most {CLOSED:g}. Motions may be wrong by more than this"
+            f" fraction. {_remedy(run)}."
         )
 
 

@@ -49,9 +49,9 @@ def _check_supports(scene: Scene, alone: Mapping[str, HydroDatabase]) -> None:
             weight = body.mass * scene.environment.gravity
             raise InputError(
                 f"bodies.{body.name}.weight: found carried, and nothing that can carry"
-                f" {weight:.4g} N; expected hydrodynamics with stiffness in heave, a contact,"
-                " spring, mooring or applied force to earth or to a carried body, heave locked,"
-                " or weight: balanced."
+                f" {weight:.4g} N. Add hydrodynamics with stiffness in heave, or a contact,"
+                " spring, mooring or applied force to earth or to a carried body. Otherwise lock"
+                " heave, or set weight: balanced."
             )
 
 

@@ -277,7 +277,7 @@ LONG_WAVES = (
         0.1,
         "difference from the load by the stiffness on a sloping surface, relative to the"
         " moments; start at a lower frequency, or look for a stiffness without gravity, a wrong"
-        " centre or reference point, exchanged roll and pitch, or pitch positive bow up",
+        " centre, exchanged roll and pitch, or pitch positive bow up",
         refusal=0.5,
         needs=("hydrostatic_stiffness", "volume", "centre_of_gravity"),
         proves=compact,
