@@ -34,7 +34,7 @@ def check_folder(folder: Path, is_own: IsOwn) -> None:
             found = "a link" if path.is_symlink() else "not a file of this program, or damaged"
             raise InputError(
                 f"{path}: is {found}; expected only files of this program in {folder}, where it"
-                " keeps finished runs. Move the file away, or give the result another name."
+                " keeps finished runs. Move it away, or give the result another name."
             )
 
 

@@ -170,7 +170,7 @@ def test_a_folder_that_others_may_rename_is_not_used(
     if used:
         assert cache_root() == tmp_path / "cache"
         return
-    with pytest.warns(UserWarning, match=f"{tmp_path} every user may rename it"):
+    with pytest.warns(UserWarning, match=f"every user may rename it in {tmp_path}"):
         assert cache_root() != tmp_path / "cache"
 
 

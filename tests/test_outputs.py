@@ -105,7 +105,7 @@ def test_what_is_never_replaced(folder: Path, kind: str) -> None:
 
 def test_what_others_made_is_replaced_if_asked(folder: Path) -> None:
     made_by_hand("file")
-    with pytest.raises(hs.InputError, match="is no result of this program"):
+    with pytest.raises(hs.InputError, match="is not a result of this program"):
         output("x.nc").checked()
     write_text(output("x.nc", overwrite=True))
     assert content(Path("x.nc"))
@@ -199,7 +199,7 @@ def test_a_lock_on_a_full_disk_is_told_and_does_not_stay(
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(os, "write", full)
-    said = r"a\.nc: cannot be written \(No space left on device; .* MB are free there\)\. Make room"
+    said = r"a\.nc: cannot be written \(No space left on device; .* MB are free there\)\. Free some"
     with pytest.raises(WritingError, match=said), Output(tmp_path / "a.nc", "run", tmp_path).held():
         pass
     assert list(tmp_path.iterdir()) == []

@@ -188,7 +188,13 @@ COMPILED = [
     mistake(
         "{surge: 10 %}", "{sway: 10 %}", 25, "forces.mooring.damping_ratio.sway", "give damping"
     ),
-    mistake("  mooring:", f"  {LINE} [0, 0, 0.1 m]}}\n  mooring:", 21, "forces.line", "two places"),
+    mistake(
+        "  mooring:",
+        f"  {LINE} [0, 0, 0.1 m]}}\n  mooring:",
+        21,
+        "forces.line",
+        "different positions",
+    ),
     mistake(
         "step: 0.01 s", "step: 0.1 s, unstable: error", 26, "solver.step", "Choose solver.step"
     ),
@@ -254,7 +260,7 @@ ASKED = [  # what is written in place of what; the key, the question, what is fo
         f"  {LINE} [90 m, 0, 0]}}\n  mooring:",
         "forces.line.length",
         "lines",
-        "80 m more",
+        "80 m further",
     ),
 ]
 

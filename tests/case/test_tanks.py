@@ -166,7 +166,7 @@ def test_a_pump_by_an_event_is_the_pump_by_that_level(load: Load) -> None:
         ),
         (
             {"pumps": "out: {source: tank, target: sea, rate: 400 tonne/hour}"},
-            r"pumps\.out\.source: there is no tank tank; expected one of wing, peak, sea",
+            r"pumps\.out\.source: found tank, which is no tank; expected one of wing, peak, sea",
         ),
         (
             {"pumps": "out: {target: sea, rate: 400 tonne/hour}"},

@@ -155,9 +155,12 @@ def test_a_recording_of_another_time_is_refused(hydrosim: Command) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--tolerance", "1"), "--tolerance: found one.nc, a file of many runs; expected none"),
-        (("-m", "map.yaml", "--to", "9"), "--mapping, --to: found one.nc, a file of many runs"),
-        (("--channels", "position.*"), "--channels: found one.nc, a file of many runs"),
+        (("--tolerance", "1"), "--tolerance: not possible with one.nc, a file of many runs"),
+        (
+            ("-m", "map.yaml", "--to", "9"),
+            "--mapping, --to: not possible with one.nc, a file of many runs",
+        ),
+        (("--channels", "position.*"), "--channels: not possible with one.nc, a file of many runs"),
         (
             ("--shift", "--bands", "0.2,2"),
             "--shift, --bands: not possible with one.nc, a file of many runs",
@@ -197,11 +200,11 @@ def test_an_option_that_would_do_nothing_is_refused(
         (("compare", "run.nc", "test.csv", "--tolerance", "x=1"), "--tolerance: found x; expected"),
         (
             ("compare", "run.nc", "test.csv", "--from", "60 s", "--to", "10 s"),
-            "--to: found 10 s; expected a time after --from, 60 s.",
+            "--to: found 10 s; expected a time after --from, which is 60 s.",
         ),
         (
             ("plot", "run.nc", "--from", "200", "--to", "100"),
-            "--to: found 100 s; expected a time after --from, 200 s.",
+            "--to: found 100 s; expected a time after --from, which is 200 s.",
         ),
         (("compare", "run.nc", "test.csv", "--bands", "2,1"), "--bands: found '2,1'; expected two"),
         (("compare", "run.nc", "test.csv", "-o", "none/x.nc"), "--output: there is no folder none"),

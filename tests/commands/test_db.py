@@ -186,7 +186,7 @@ class TestConvert:
         before = files(folder)
         result = db("convert", "h851.nc", out)
         assert (result.code, result.out) == (2, "")
-        assert "is an input here" in result.err or "is a link" in result.err
+        assert "is an input and would be overwritten" in result.err or "is a link" in result.err
         assert files(folder) == before
 
     def test_bemio_and_back(self, db: Command) -> None:

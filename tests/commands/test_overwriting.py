@@ -106,7 +106,7 @@ def test_a_result_is_not_put_on_its_database(hydrosim: Command, folder: Path) ->
     assert content(Path("again.nc")) == "run of [block.yaml]"
     for more in ((), ("--overwrite",)):
         said = refused(hydrosim, folder, "run", "again.yaml", "-o", "again.nc", *more)
-        assert "again.nc is an input here" in said
+        assert "again.nc is an input and would be overwritten" in said
 
 
 def letter() -> None:

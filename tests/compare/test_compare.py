@@ -82,7 +82,7 @@ PLANTED = {
     "noise": (
         "heave [m]",
         HEAVE + 0.2 * np.std(HEAVE) * NOISE,
-        "apart by 19.5 % of the std, mostly fast",
+        "differs by 19.5 % of the std, mostly fast",
     ),
     "drift": (
         "heave [m]",
@@ -347,7 +347,7 @@ BAD = {
         {"heave": HEAVE},
         PLACE,
         {"between": (700.0, 800.0)},
-        r"asked: 700 s to 800 s.*choose others with --from and --to",
+        r"requested: 700 s to 800 s.*choose others with --from and --to",
     ),
     "kind": (
         {"heave": HEAVE},

@@ -37,7 +37,7 @@ PLANTED: dict[str, tuple[xr.Dataset, str]] = {
     "a coordinate": (made_run().assign_coords(dof=list("abcdef")), "dof: 6 of 6 values differ"),
     "single precision": (
         made_run().assign(wave_elevation=made_run().wave_elevation.astype(np.float32)),
-        "wave_elevation: of type float64 and float32",
+        "wave_elevation: types float64 and float32",
     ),
     "a shorter run": (made_run().isel(time=slice(3000)), "time: time 3001 and time 3000"),
     "another order": (made_run().transpose("dof", ...), "position: time 3001, body 1, dof 6 and "),

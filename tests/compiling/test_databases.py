@@ -209,7 +209,7 @@ def test_ways_past_a_refusal_are_recorded(way) -> None:
         compile_scene(calm)
     run = hs.simulate(with_body(calm, hydrodynamics=ChangedDatabase(bad, CHANGES[way])))
     said = {"accept": "accepted", "frequencies": "changed"}[way]
-    expected = {"accept": "positive damping", "frequencies": "frequencies 0 to 2.1 rad/s alone"}
+    expected = {"accept": "positive damping", "frequencies": "only frequencies 0 to 2.1 rad/s"}
     assert run.attrs[f"database_{said}_barge"] == expected[way]
     assert (", accepted" in run.attrs.get("warnings", "")) == (way == "accept")
 

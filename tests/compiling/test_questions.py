@@ -164,13 +164,13 @@ ODD = {
         dry({"f": on_floor(1e5, Frictionless(), POINTS, REVERSED)}),
         "1 m behind the plane",
     ),
-    Question.LINES: (dry({"l": line(5.0)}), "5 m more"),
+    Question.LINES: (dry({"l": line(5.0)}), "5 m further"),
     Question.FALL: (
         dry({"f": on_floor(1e5, Frictionless(), LOW, FAR)}, weight=Weight.CARRIED),
         "a gap of 9.1 m between block and all contacts",
     ),
     Question.POINTS: (alongside(20.0), "point 1 inside the hull of barge"),
-    Question.MASS: (afloat(mass=1.4e8), "displaces 1.568e+08 kg"),
+    Question.MASS: (afloat(mass=1.4e8), "a displaced mass of 1.568e+08 kg"),
     Question.INERTIA: (dry({}, inertia=THIN), "principal moments"),
     Question.TRIM: (afloat(centre_of_gravity=(5.0, 0.0, -4.9)), "a pitch of 0.59 deg"),
     Question.STABILITY: (afloat(centre_of_gravity=(0.0, 0.0, 40.0)), "metacentric height of -"),
@@ -185,7 +185,10 @@ ODD = {
     Question.WATER: (in_brine(), "1200 kg/m^3"),
     Question.STREAMS: (around(current=Stream(1.0)), "1 m/s and no force element that it loads"),
     Question.SHIELDING: (two_boxes(10.0), "10 m apart, with a breadth of 20 m"),
-    Question.SLOSHING: (filled(9.0, np.pi / 2), "sloshes along y in 12 s at levels of 9 m"),
+    Question.SLOSHING: (
+        filled(9.0, np.pi / 2),
+        "sloshes along y with a period of 12 s at levels of 9 m",
+    ),
     Question.WAVES: (in_sea(RegularWave(0.1, 40.0)), "a period of 40 s"),
     Question.STEEPNESS: (in_sea(Jonswap(15.0, 8.0)), "waves break above 0.1"),
     Question.RAMP: (in_sea(Jonswap(1.5, 8.0), ramp=1e5), "The sea never reaches its full height"),
@@ -238,7 +241,7 @@ def test_a_mass_that_cannot_float_is_refused_unless_accepted(ratio: float) -> No
     with pytest.raises(InputError, match=r"bodies\.barge\.mass: found .* No body of that mass"):
         compile_scene(scene)
     accepted = replace(scene, accept=(Question.MASS,))
-    assert not [text for text in warnings(accepted) if "displaces" in text]
+    assert not [text for text in warnings(accepted) if "displaced mass" in text]
 
 
 def test_a_sea_beyond_the_database_is_refused_unless_accepted() -> None:

@@ -267,7 +267,7 @@ def test_what_is_no_run_is_refused(tmp_path: Path, short: xr.Dataset) -> None:
         tmp_path: "is a directory",
         tmp_path / "text.nc": "cannot be read as netCDF",
         CASES.parents[1] / "hydro_db" / "h851.nc": "is netCDF without position",
-        tmp_path / "old.nc": "has no states to start from",
+        tmp_path / "old.nc": "has no states, so no run can start from it",
         tmp_path / "unnamed.nc": "does not name its states",
     }
     for place, words in places.items():
@@ -300,7 +300,10 @@ def test_states_that_are_not_finite_are_refused(short: xr.Dataset) -> None:
 
 
 OTHERS: dict[str, tuple[dict[str, Any], list[str]]] = {
-    "body": ({"name": "ship"}, ["it lacks surge of ship, ", "it has", "surge of barge, "]),
+    "body": (
+        {"name": "ship"},
+        ["it lacks surge of ship, ", "this scene lacks", "surge of barge, "],
+    ),
     "dofs": ({"dofs": ("surge",)}, ["this scene lacks heave of barge, pitch of barge, "]),
     "no radiation": (
         {"radiation": RadiationModel.NONE},
@@ -308,7 +311,7 @@ OTHERS: dict[str, tuple[dict[str, Any], list[str]]] = {
     ),
     "convolution": (
         {"radiation": RadiationModel.CONVOLUTION},
-        ["it lacks memory of surge of barge", "it has", "radiation 1 of "],
+        ["it lacks memory of surge of barge", "this scene lacks", "radiation 1 of "],
     ),
 }
 

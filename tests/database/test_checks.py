@@ -281,7 +281,7 @@ DOUBTED = {
     "mass with 5 % more": ({"inertia_matrix": times(1.05)}, "weight"),
     "drift doubled in the file": (
         lambda db: replace(db, attributes={**db.attributes, netcdf.NUMBERS: netcdf.ALTERED}),
-        "checksum of the numbers",
+        "numbers as written",
     ),
     "QTF per two amplitudes": ({"qtf_difference": times(2)}, "QTF against mean drift"),
 }

@@ -132,7 +132,7 @@ def test_what_cannot_be_told_anything_of(folder: Path, statistics: Command) -> N
     book = Journal(folder, {})
     book.close()
     result = statistics(folder)
-    assert "wait for the first" in result.err
+    assert "Wait for the first" in result.err
     assert "it turned over" in result.err
     (folder / KNOWN).write_bytes(b"CDF nothing")
     assert "cannot be read" in statistics(folder).err

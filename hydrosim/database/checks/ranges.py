@@ -157,7 +157,7 @@ ORDER = (
 
 RANGES = (
     Check(
-        "checksum of the numbers",
+        "numbers as written",
         _alteration,
         0.0,
         "1 if the numbers are not those that hydrosim wrote into the file; accept it if you"

@@ -63,7 +63,7 @@ def table_of(run: xr.Dataset, patterns: Sequence[str], start: float, end: float)
     require_rising(source, time, None)
     inside = (time >= start) & (time <= end)
     if not inside.any():
-        there = f"{time[0]:g} to {time[-1]:g} s" if time.size else "without records"
+        there = f"{time[0]:g} to {time[-1]:g} s" if time.size else "no time"
         raise InputError(
             f"--from, --to: found {start:g} to {end:g} s, but the run has records for {there};"
             " expected an interval that contains some."
