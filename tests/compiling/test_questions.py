@@ -158,7 +158,7 @@ ODD = {
     Question.SPEED: (dry({}, velocity=moving(surge=50.0)), "50 m/s"),
     Question.OVERLAP: (
         dry({"f": on_floor(1e5, Frictionless(), [[0, 0, -4.0]], BELOW)}),
-        "point 1 3 m inside",
+        "point 1 3 m behind",
     ),
     Question.PLANE: (
         dry({"f": on_floor(1e5, Frictionless(), POINTS, REVERSED)}),

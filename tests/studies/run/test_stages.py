@@ -76,7 +76,7 @@ def test_one_command_makes_both(cases: Path, hydrosim: Command) -> None:
     in its middle, move by 0.3 (cos(w t) - 1): to the error of the spline at 0.1 s, w = 1.58/s."""
     code, _, err = hydrosim("run", "second.yaml")
     assert code == 0
-    assert "first stage: first.nc is not there: simulating first.yaml" in err
+    assert "first stage: first.nc does not exist: simulating first.yaml" in err
     assert {p.name for p in cases.glob("*.nc")} == {"first.nc", "second.nc"}
     assert not list(cases.glob("*.partial"))
     first, second = (xr.load_dataset(f"{name}.nc") for name in ("first", "second"))
@@ -125,7 +125,7 @@ def test_why_a_run_is_made_again(cases: Path) -> None:
     Path("first.yaml").write_text(FIRST)
     Path("first.nc").unlink()
     hs.simulate(hs.load_case("second.yaml"))
-    assert "did not come to its end" in str(marked(status="interrupted"))
+    assert "is the result of an incomplete run" in str(marked(status="interrupted"))
     Path("first.nc").write_text("no run")
     assert "is not the result of a run" in str(reason())
 
