@@ -1,13 +1,13 @@
 """Figures of a run: one number each, a statistic of a channel over the whole run or in one phase.
 
-end, change             the last value; the last less the first
-end_absolute            how far the last value is from zero
-mean                    of the values recorded; of a force, by its impulse where they differ
-std                     of the values recorded
-smallest, largest       of the values recorded
-largest_absolute        how far from zero at most
+    end, change             the last value; the last minus the first
+    end_absolute            magnitude of the last value
+    mean                    of the recorded values; of a force, by its impulse if they differ
+    std                     of the recorded values
+    smallest, largest       of the recorded values
+    largest_absolute        largest magnitude
 
-What is no statistic of a channel is in `hydrosim.statistics.results`.
+`hydrosim.statistics.results` has figures that are no statistic of a channel.
 """
 
 from __future__ import annotations

@@ -55,7 +55,7 @@ def test_loads_outside_a_database() -> None:
     share = (1.2**-3 - 1.5**-3) / (0.5**-3 - 1.5**-3)
     _, (found,) = said(0.3, -2.0)
     assert "29.9% of the waves' energy" in found
-    assert f"about {share:.2g} of the energy of its loads" in found
+    assert f"an estimated fraction {share:.2g} of the energy of its loads" in found
     (warning,), refused = said(0.1, -2.0)
     assert not refused
     assert warning.endswith("these waves have no first-order loads.")

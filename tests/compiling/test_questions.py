@@ -348,7 +348,7 @@ def test_a_dry_body_whose_weight_presses_its_fenders_by_metres_is_asked_about() 
     """98.1 kN on 2 kN/m, for 2 MN/m: 49 m; a line that carries it, or enough points, do."""
     soft = on_floor(2e3, Frictionless(), [[0, 0, -1.0]], BELOW)
     (text,) = asked_of(dry({"f": soft}, weight=Weight.CARRIED), Question.SOFTNESS)
-    assert "whose weight of 9.81e+04 N presses it by 49 m" in text
+    assert "whose weight of 9.81e+04 N compresses it by 49 m" in text
     assert not asked_of(dry({"f": soft, "l": line(9.9)}, weight=Weight.CARRIED), Question.SOFTNESS)
     stiff_one = on_floor(2e6, Frictionless(), [[0, 0, -1.0]], BELOW)
     assert not asked_of(dry({"f": stiff_one}, weight=Weight.CARRIED), Question.SOFTNESS)

@@ -69,7 +69,7 @@ def test_pendulum_finds_the_vertical() -> None:
 
 def test_nothing_to_hold_it_is_refused() -> None:
     load = steady(surge=100.0)
-    with pytest.raises(InputError, match=r"equilibrium at 0 s.*nothing balances"):
+    with pytest.raises(InputError, match=r"equilibrium at 0 s.*unbalanced force"):
         at_rest(scene(block(10.0, ["surge"]), load=load))
 
 
