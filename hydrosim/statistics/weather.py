@@ -1,7 +1,9 @@
 """Operational limits in weather: workability, alpha factors.
 
 Limits are significant wave heights over peak periods, or over headings and peak periods. They are
-interpolated linearly; nothing is workable outside their range.
+interpolated linearly; nothing is workable outside their range. An open limit is one at the largest
+height that was tried: it is only known to be that or more. Between an open limit and another the
+other one counts, because a larger largest height must not make a sea workable.
 """
 
 from __future__ import annotations
@@ -18,24 +20,28 @@ ROUNDING = 1e-9  # rad
 
 @dataclass(frozen=True)
 class Curve:
-    """Limiting ``height`` (n,) [m] over increasing ``period`` (n,) [s]."""
+    """Limiting ``height`` (n,) [m] over increasing ``period`` (n,) [s]; ``is_open`` (n,) marks the
+    open limits."""
 
     period: np.ndarray
     height: np.ndarray
+    is_open: np.ndarray | None = None
 
     def at(self, period: np.ndarray) -> np.ndarray:
         """Limits [m] at any periods [s]; NaN outside the range."""
-        return np.interp(period, self.period, self.height, left=np.nan, right=np.nan)
+        known = np.zeros(self.height.shape, bool) if self.is_open is None else self.is_open
+        return _over_periods(self.period, self.height, known, np.asarray(period))[0]
 
 
 @dataclass(frozen=True)
 class Surface:
     """Limiting ``height`` (m, n) [m] over increasing ``heading`` (m,) [rad], within one turn, and
-    increasing ``period`` (n,) [s]."""
+    increasing ``period`` (n,) [s]; ``is_open`` (m, n) marks the open limits."""
 
     heading: np.ndarray
     period: np.ndarray
     height: np.ndarray
+    is_open: np.ndarray | None = None
 
     def at(self, heading: np.ndarray, period: np.ndarray) -> np.ndarray:
         """Limits (k,) [m] of seas of any ``heading`` (k,) and ``period`` (k,). NaN at periods
@@ -44,15 +50,47 @@ class Surface:
         on = first + np.mod(np.asarray(heading) - first + ROUNDING, turn) - ROUNDING
         nodes = np.append(self.heading, first + turn)
         before = np.clip(np.searchsorted(nodes, on + ROUNDING, "right") - 1, 0, nodes.size - 2)
-        rows = np.array(
-            [np.interp(period, self.period, row, np.nan, np.nan) for row in self.height]
-        )
+        after = (before + 1) % self.heading.size
+        known = np.zeros(self.height.shape, bool) if self.is_open is None else self.is_open
+        each = [
+            _over_periods(self.period, *row, np.asarray(period))
+            for row in zip(self.height, known, strict=True)
+        ]
+        rows, are_open = (np.array(part) for part in zip(*each, strict=True))
         states = np.arange(on.size)
-        low, high = rows[before, states], rows[(before + 1) % len(rows), states]
+        low, high = rows[before, states], rows[after, states]
         gap = nodes[before + 1] - nodes[before]
         part = (on - nodes[before]) / gap
-        between = np.where(gap > WIDEST + ROUNDING, np.nan, (1.0 - part) * low + part * high)
+        ends = are_open[before, states], are_open[after, states]
+        between = _between(low, high, *ends, part)
+        between = np.where(gap > WIDEST + ROUNDING, np.nan, between)
         return np.where(part * gap < 2.0 * ROUNDING, low, between)
+
+
+def _over_periods(
+    nodes: np.ndarray, height: np.ndarray, is_open: np.ndarray, period: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Limits at ``period`` (k,), NaN outside the ``nodes`` (n,), and whether they are open."""
+    if nodes.size == 1:
+        inside = period == nodes[0]
+        return np.where(inside, height[0], np.nan), inside & is_open[0]
+    before = np.clip(np.searchsorted(nodes, period, "right") - 1, 0, nodes.size - 2)
+    part = (period - nodes[before]) / (nodes[before + 1] - nodes[before])
+    ends = is_open[before], is_open[before + 1]
+    found = _between(height[before], height[before + 1], *ends, part)
+    outside = (period < nodes[0]) | (period > nodes[-1])
+    open_there = np.where(part == 0.0, ends[0], np.where(part == 1.0, ends[1], ends[0] & ends[1]))
+    return np.where(outside, np.nan, found), open_there & ~outside
+
+
+def _between(
+    low: np.ndarray, high: np.ndarray, low_open: np.ndarray, high_open: np.ndarray, part: np.ndarray
+) -> np.ndarray:
+    """Linear between two limits; of one that is open and one that is not, the one that is not."""
+    line = (1.0 - part) * low + part * high
+    known = np.where(low_open, high, low)
+    one_open = (low_open != high_open) & (part > 0.0) & (part < 1.0)
+    return np.where(one_open & ~np.isnan(low + high), known, line)
 
 
 @dataclass(frozen=True)

@@ -287,3 +287,24 @@ def test_scatter_diagrams_that_are_none(tmp_path: Path, text: str, words: str) -
     path.write_text(text)
     with pytest.raises(InputError, match=words):
         read_scatter(Source(path))
+
+
+def test_an_open_limit_makes_no_sea_beside_it_workable() -> None:
+    """Limits at the largest height tried, 3 or 6 m, say the same of what lies beside them."""
+    heading = np.radians([0.0, 45.0, 90.0])
+    period = np.array([6.0, 8.0])
+    for top in (3.0, 6.0):
+        height = np.array([[top, top], [0.6, top], [top, 1.0]])
+        surface = Surface(heading, period, height, height >= top)
+        sea = np.radians([0.0, 30.0, 45.0, 22.5, 0.0])
+        found = surface.at(sea, np.array([6.0, 6.0, 8.0, 8.0, 7.0]))
+        np.testing.assert_allclose(found, [top, 0.6, top, top, top])
+        curve = Curve(period, np.array([top, 1.0]), np.array([True, False]))
+        np.testing.assert_allclose(curve.at(np.array([6.0, 6.5, 8.0])), [top, 1.0, 1.0])
+
+
+def test_limits_that_are_known_are_interpolated_as_before() -> None:
+    period = np.array([6.0, 8.0, 9.0])
+    height = np.array([1.0, 2.0, 4.0])
+    found = Curve(period, height).at(np.array([5.0, 6.0, 7.0, 8.5, 9.0, 9.1]))
+    np.testing.assert_allclose(found, [np.nan, 1.0, 1.5, 3.0, 4.0, np.nan])

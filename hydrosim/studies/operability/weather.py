@@ -67,9 +67,11 @@ def assessed(found: xr.Dataset, weather: Weather) -> xr.Dataset:
     by ``quantile``. The least limit of all swells counts, stages together; of all headings, too,
     unless a bearing turns the directions of the hindcast into headings."""
     limit = found.limit.sel(stage="all").min("swell").transpose("heading", "peak_period")
+    is_open = limit >= _open_from(found)
     new: dict[str, xr.DataArray] = {}
     if weather.scatter is not None:
-        curve = Curve(found.peak_period.values, limit.min("heading").values)
+        least = limit.min("heading").values
+        curve = Curve(found.peak_period.values, least, is_open.all("heading").values)
         workable, outside = workability(weather.scatter, curve)
         new["scatter_workable"] = _share(workable, "share of the seas that is workable")
         new["scatter_outside"] = _share(outside, "share of the seas at other peak periods")
@@ -80,9 +82,16 @@ def assessed(found: xr.Dataset, weather: Weather) -> xr.Dataset:
         new["alpha"] = limit.copy(data=factors).assign_attrs(long_name=alpha.source, units="1")
         limit = limit * factors
     if operation is not None and weather.hindcast is not None:
-        held, known = (_limits(of, weather) for of in (limit, bare))
+        held, known = (_limits(of, is_open, weather) for of in (limit, bare))
         new |= _of_hindcast(weather.hindcast, held, known, window(operation))
     return found.assign(new).assign_attrs(_assumed(weather))
+
+
+def _open_from(found: xr.Dataset) -> float:
+    """The height [m] from which a limit is open: the largest that was tried, or near it where runs
+    tried heights apart."""
+    near = 0.5 * found.attrs.get("apart", 0.0) if found.attrs.get("runs") else 0.0
+    return float(found.attrs.get("highest", np.inf)) - near
 
 
 def _assumed(weather: Weather) -> dict[str, str | float]:
@@ -119,15 +128,16 @@ def window(operation: Operation) -> float:
     return operation.planned + spare
 
 
-def _limits(limit: xr.DataArray, weather: Weather) -> np.ndarray:
+def _limits(limit: xr.DataArray, is_open: xr.DataArray, weather: Weather) -> np.ndarray:
     """The limit [m] in each state of a hindcast, NaN where it is not known."""
     hindcast, bearing = weather.hindcast, weather.bearing
     assert hindcast is not None
     heading, period = limit.heading.values, limit.peak_period.values
     if bearing is None or hindcast.coming is None:
-        return Curve(period, limit.min("heading", skipna=False).values).at(hindcast.period)
+        least = limit.min("heading", skipna=False).values
+        return Curve(period, least, is_open.all("heading").values).at(hindcast.period)
     going = bearing - hindcast.coming - np.pi  # bearings turn clockwise, headings the other way
-    return Surface(heading, period, limit.values).at(going, hindcast.period)
+    return Surface(heading, period, limit.values, is_open.values).at(going, hindcast.period)
 
 
 def _of_hindcast(
