@@ -18,7 +18,8 @@ from hydrosim.studies.sweep.study import load_study
 from hydrosim.studies.sweep.sweep import run_study
 
 CASES = Path(__file__).parents[3] / "cases"
-TEXTS = {"case", "case_file", "case_resolved"}
+TEXTS = {"case", "case_file", "case_resolved", "units_read"}
+"""What is of the text: the repeated case is in SI, and writes no units to read results in."""
 SHORT: dict[str, Any] = {"duration": "20 s", "solver.unstable": "warn"}
 SHIPPED = sorted(str(path.relative_to(CASES).with_suffix("")) for path in CASES.glob("*/*.yaml"))
 OTHERS: dict[str, dict[str, Any]] = {
