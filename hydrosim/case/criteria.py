@@ -4,18 +4,27 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import StrictStr
+from pydantic import StrictStr, model_validator
 
 from hydrosim.documents import quantities as of
-from hydrosim.documents.units import AnyQuantity, Scale
+from hydrosim.documents.units import AnyQuantity, Scale, problem
 
 CRITERIA = "criteria_asked"
 TITLE_BLOCK = "title_block"
 """Attributes of a result, as JSON."""
 STATISTIC_NAMES = Literal[
     "end", "end_absolute", "change", "mean", "std", "smallest", "largest", "largest_absolute"
+]
+CONTACT_RESULTS = Literal[
+    "closings",
+    "closing_speed",
+    "largest_contact_force",
+    "recontacts",
+    "recontact_speed",
+    "recontact_force",
+    "end_clearance",
 ]
 PHASE_NAMES = Literal["moored", "initial contact", "compressed", "stuck"]
 
@@ -42,19 +51,34 @@ class Report(of.Strict):
 
 
 class RunCriterion(of.Strict):
-    """A limit of a statistic of a channel, and where the limit comes from."""
+    """A limit of a statistic of a channel, or of a result of contacts, and where it comes from."""
 
-    channel: StrictStr
-    """Channel of the run. Example: position.barge.surge."""
-    statistic: STATISTIC_NAMES
-    """Statistic that is held against the limit."""
+    channel: StrictStr | None = None
+    """Channel of the run, with a statistic. Example: position.barge.surge."""
+    statistic: STATISTIC_NAMES | None = None
+    """Statistic of the channel that is held against the limit."""
+    result: CONTACT_RESULTS | None = None
+    """Result of contacts, in place of channel and statistic. Example: recontact_force."""
+    group: StrictStr | None = None
+    """Group of contacts that the result is of. Without it the only one. Example: legs."""
     limit: Annotated[Scale, AnyQuantity("limit", "1 m")]
     """Largest value that is accepted. For the statistic smallest it is the smallest value that is
     accepted."""
     source: StrictStr = ""
     """Where the limit comes from: a document and its clause. Example: Fender data sheet 7."""
     phase: PHASE_NAMES | None = None
-    """Phase of the contacts that it is for."""
+    """Phase of the contacts that the statistic is for."""
+
+    @model_validator(mode="after")
+    def _check_what(self) -> Self:
+        of_channel = self.given("channel", "statistic", "phase")
+        of_contacts = self.given("result", "group")
+        if bool(of_channel) == bool(of_contacts) or (of_contacts and self.result is None):
+            found = " and ".join([*of_channel, *of_contacts]) or "no channel"
+            raise problem(found, "either channel and statistic, or result")
+        if of_channel and (self.channel is None or self.statistic is None):
+            raise problem(" and ".join(of_channel), "channel and statistic")
+        return self
 
 
 def as_attributes(report: Report, criteria: Mapping[str, RunCriterion]) -> dict[str, str]:
@@ -66,5 +90,6 @@ def as_attributes(report: Report, criteria: Mapping[str, RunCriterion]) -> dict[
 
 
 def _plain(name: str, of: RunCriterion) -> dict[str, object]:
-    known = {"channel": of.channel, "statistic": of.statistic, "phase": of.phase}
+    names = ("channel", "statistic", "phase", "result", "group")
+    known = {key: getattr(of, key) for key in names}
     return {"name": name, **known, "limit": of.limit.value, "source": of.source}

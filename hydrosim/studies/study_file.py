@@ -305,6 +305,9 @@ class Limited(of.Strict):
     """Side of the limit on which the figure holds it. Without it at least for the statistic
     smallest and the result end_clearance, and at most for others."""
 
+    source: StrictStr = ""
+    """Where the limit comes from: a document and its clause. Example: Fender data sheet 7."""
+
     def least(self, figure: Figure | StageResult | WhyResult) -> bool:
         """Whether the limit is the least that a figure may be."""
         return figure.at_least if self.side is None else self.side == "at least"

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from typing import NamedTuple
+from math import nan
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -22,6 +23,7 @@ from hydrosim.presentation.document import (
     Verdict,
 )
 from hydrosim.statistics.figures import Figure, figure_of
+from hydrosim.statistics.results import StageResult
 
 
 class Criterion(NamedTuple):
@@ -75,17 +77,24 @@ def criteria_nodes(run: xr.Dataset) -> Iterator[Node]:
     yield List([Sentence("{}: {}", [each.name, each.what]) for each in found], detail=True)
 
 
-def _held(run: xr.Dataset, asked: dict[str, str]) -> Criterion:
-    figure = Figure(asked["name"], asked["channel"], asked["statistic"], asked["phase"])
-    is_least = figure.statistic == "smallest"
-    fixed = (asked["source"], is_least)
+def _held(run: xr.Dataset, asked: dict[str, Any]) -> Criterion:
+    figure = _figure(asked)
+    limit = float(asked["limit"])
+    fixed = (str(asked["source"]), figure.at_least)
     try:
         found = figure_of(run, figure)
     except InputError as error:
-        limit = float(asked["limit"])
-        return Criterion(figure.name, str(figure), np.nan, limit, "", *fixed, str(error))
+        return Criterion(figure.name, str(figure), nan, limit, "", *fixed, str(error))
     unit = str(found.attrs["units"])
-    return Criterion(figure.name, str(figure), float(found), float(asked["limit"]), unit, *fixed)
+    return Criterion(figure.name, str(figure), float(found), limit, unit, *fixed)
+
+
+def _figure(asked: dict[str, Any]) -> Figure | StageResult:
+    """What a criterion is of: a statistic of a channel, or a result of contacts."""
+    name = str(asked["name"])
+    if asked.get("result"):
+        return StageResult(name, asked["result"], asked["group"], None, None)
+    return Figure(name, asked["channel"], asked["statistic"], asked["phase"])
 
 
 def _verdict(found: list[Criterion]) -> Verdict:

@@ -26,6 +26,7 @@ from hydrosim.statistics.headings import SAID as SIDES
 from hydrosim.statistics.headings import image_of, without_images
 from hydrosim.statistics.weather import WIDEST
 from hydrosim.wording.assumptions import case_nodes
+from hydrosim.wording.conclusion import title_block
 from hydrosim.wording.parts import Parts, lines_of, nodes_of, title_of
 
 NEEDED = ("limit", "low", "high", "governing")
@@ -65,7 +66,8 @@ def is_limits(found: xr.Dataset) -> bool:
 def limits_document(found: xr.Dataset) -> Document:
     """The report of limits of operation."""
     units = units_of(found.attrs)
-    return Document(title_of(found), nodes_of(PARTS, found), _subtitle(found), units)
+    nodes = [*title_block(found), *nodes_of(PARTS, found)]
+    return Document(title_of(found), nodes, _subtitle(found), units)
 
 
 def limits_tables(found: xr.Dataset) -> Document:

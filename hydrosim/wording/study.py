@@ -31,6 +31,7 @@ from hydrosim.results.runs_file import COMPLETE, DIFFER
 from hydrosim.statistics import effects
 from hydrosim.statistics.effects import DRAWN, Difference, Plan, Row
 from hydrosim.wording.assumptions import assumptions, case_nodes
+from hydrosim.wording.conclusion import title_block
 from hydrosim.wording.one_table import has_one_table, one_table
 from hydrosim.wording.parts import Parts, nodes_of, title_of
 from hydrosim.wording.seeds import extreme_nodes, seed_nodes, short, value_of
@@ -49,7 +50,8 @@ MEANS = (
 
 def study_document(runs: xr.Dataset) -> Document:
     """The report of a file of many runs."""
-    return Document(title_of(runs), nodes_of(PARTS, runs), counted(runs), units_of(runs.attrs))
+    nodes = [*title_block(runs), *nodes_of(PARTS, runs)]
+    return Document(title_of(runs), nodes, counted(runs), units_of(runs.attrs))
 
 
 def study_tables(runs: xr.Dataset) -> Document:

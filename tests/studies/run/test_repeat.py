@@ -90,7 +90,7 @@ def sphere() -> xr.Dataset:
 def test_every_default_and_choice_is_said(sphere: xr.Dataset) -> None:
     text = case_of(sphere)
     for said in (
-        "# all of ",
+        "with all defaults, in SI and radians",
         ", numba ",
         "# radiation of sphere: automatic: 9 states for surge",
         "output:\n  step: 0.5\n",
