@@ -24,6 +24,8 @@ SHORT = 4.0  # frequency over sqrt(2 g / B): a box of 60 x 20 x 3 m needs more t
 PANELS = 3000  # at most, about, on the whole hull
 TURNS = "roll", "pitch", "yaw"
 
+SAME_HULL = 0.1
+"""Difference of displacements that one hull may have."""
 CASE = """\
 # Written by hydrosim new from: {given}.
 # ESTIMATE marks what was assumed. Replace it by what is known of your vessel.
@@ -153,7 +155,7 @@ def new(
         show(f"case      {case_file}", f"recipe    {recipe}")
         show(f"next      hydrosim check {_quoted(case_file)}; hydrosim db build {_quoted(recipe)}")
         return
-    texts |= _of_database(database, depth)
+    texts |= _of_database(database, depth, barge)
     own = f"    hydrodynamics: {Path(os.path.relpath(database, case_file.parent)).as_posix()}"
     _write(case_file, CASE.format(**texts, hydrodynamics=own, start="", bilges=BILGES))
     show(f"case      {case_file}", f"next      hydrosim check {_quoted(case_file)}")
@@ -310,7 +312,7 @@ def _resolution(barge: Particulars, period: float) -> dict[str, float]:
     }
 
 
-def _of_database(path: Path, depth: float) -> dict[str, Any]:
+def _of_database(path: Path, depth: float, barge: Particulars) -> dict[str, Any]:
     """What a case takes from its database: water, mass, place along the hull."""
     from hydrosim.database.load import read
 
@@ -322,11 +324,22 @@ def _of_database(path: Path, depth: float) -> dict[str, Any]:
         )
     texts: dict[str, Any] = {"depth": _metres(db.water_depth), "density": db.water_density}
     if db.volume is not None:
+        _require_same_hull(path, db.water_density * float(db.volume[0]), barge)
         texts["mass"] = db.water_density * float(db.volume[0]) / 1e3
         texts["mass_note"] = "  # displaced by the hull of the database"
     if db.centre_of_buoyancy is not None:
         texts["x"] = float(db.centre_of_buoyancy[0, 0])
     return texts
+
+
+def _require_same_hull(path: Path, displaced: float, barge: Particulars) -> None:
+    """Refuses a database of a hull that displaces [kg] something else than the particulars do."""
+    if abs(displaced / barge.mass - 1.0) > SAME_HULL:
+        raise InputError(
+            f"--database: {path} displaces {displaced / 1e3:.6g} tonne, but the main particulars"
+            f" {barge.mass / 1e3:.6g} tonne; expected the same hull. Give the particulars of the"
+            " database's hull, with --displacement, or take another database."
+        )
 
 
 def _write(path: Path, text: str) -> None:

@@ -80,6 +80,7 @@ def test_nothing_is_replaced(run: Command, tmp_path: Path, taken: str) -> None:
         ((*SIDES, "--displacement", "8e4 tonne", "--block-coefficient", 1), "found both"),
         ((*SIDES, "--water-depth", "5 m"), "expected more than the draught of 8 m"),
         ((*SIDES, "--database", BOX, "--water-depth", "50 m"), "is for infinite"),
+        ((*SIDES, "--database", BOX), "expected the same hull"),
     ],
 )
 def test_wrong_particulars(
