@@ -54,6 +54,20 @@ def test_texts_of_a_case_are_shown_as_they_are(case: hs.Case) -> None:
         assert HOSTILE in page.text
 
 
+def test_a_path_serves_for_a_case_and_for_a_run(case: hs.Case, tmp_path: Path) -> None:
+    """As a text and as a path, with the result of the case that was read before."""
+    first = hs.simulate(case)
+    first.to_netcdf(tmp_path / "run.nc")
+    for form in (str, Path):
+        assert hs.simulate(form(case.path)).position.equals(first.position)
+        assert str(hs.check(form(case.path))) == str(hs.check(case))
+        assert hs.open_run(form(tmp_path / "run.nc")).position.equals(first.position)
+    many = hs.simulate_many([str(case.path)], variables=["position"])
+    assert many.position.isel(run=0, drop=True).values == pytest.approx(first.position.values)
+    with pytest.raises(hs.InputError, match="nowhere.yaml"):
+        hs.simulate("nowhere.yaml")
+
+
 def test_a_heading_is_shown_where_a_body_has_one(case: hs.Case, tmp_path: Path) -> None:
     assert "heading" not in case._repr_html_()
     turned = hs.load_case(case.path, ["bodies.block.heading=30 deg"])._repr_html_()

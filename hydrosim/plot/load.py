@@ -10,10 +10,10 @@ from hydrosim.errors import InputError
 from hydrosim.results.netcdf import REMEDY, read
 
 
-def open_run(path: Path) -> xr.Dataset:
+def open_run(path: str | Path) -> xr.Dataset:
     """Dataset of the run in the netCDF file ``path``, in memory. Raises InputError if the file is
     missing, is not netCDF, is not the result of a run, or has fewer than two records."""
-    run = read(path)
+    run = read(Path(path))
     if run.sizes["time"] < 2:
         raise InputError(
             f"{path}: has fewer than two records, so there is nothing to draw; {REMEDY}."

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from math import ceil, isfinite
+from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hydrosim.case import load_case
 from hydrosim.compiling import sizes
 from hydrosim.compiling.calm import compile_calm, in_waves
 from hydrosim.compiling.clock import compile_clock
@@ -64,10 +66,12 @@ def check_document(scene: Scene, times: Sequence[float] = (), watch: Watch = unw
     return Document(scene.title, nodes, units=units_of(scene.source))
 
 
-def check(case: Case | Scene, times: Sequence[float] = ()) -> Document:
-    """What `hydrosim check` prints of a case or a scene; `print` and notebooks show it. Step limits
-    and natural periods are also those at ``times`` [s]. Raises InputError as `simulate` does."""
-    scene = case if isinstance(case, Scene) else case.scene()
+def check(case: Case | Scene | str | Path, times: Sequence[float] = ()) -> Document:
+    """What `hydrosim check` prints of a case, of the case in a file or of a scene; `print` and
+    notebooks show it. Step limits and natural periods are also those at ``times`` [s]. Raises
+    InputError as `simulate` does."""
+    read = load_case(case) if isinstance(case, str | Path) else case
+    scene = read if isinstance(read, Scene) else read.scene()
     return check_document(scene, times)
 
 

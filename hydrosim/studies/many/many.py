@@ -56,7 +56,7 @@ Progress = Callable[[int, int], None]
 
 
 def simulate_many(
-    cases: Iterable[Case | Scene],
+    cases: Iterable[Case | Scene | str | Path],
     output: Path | str | Output | None = None,
     *,
     variables: Sequence[str] = ("position",),
@@ -71,8 +71,9 @@ def simulate_many(
     pool: Pool | None = None,
     first: int = 0,
 ) -> xr.Dataset:
-    """Run all cases or scenes, on as many cores as there are ``workers``, by default all, or by a
-    ``pool`` of others (`hydrosim.studies.many.cluster`), which is closed in the end.
+    """Run all cases, files of cases or scenes, on as many cores as there are ``workers``, by
+    default all, or by a ``pool`` of others (`hydrosim.studies.many.cluster`), which is closed in
+    the end.
 
     The dataset has a dimension ``run``, in the order of the cases, and of each run
 

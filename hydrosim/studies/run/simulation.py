@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
 from math import isfinite
+from pathlib import Path
 from time import thread_time
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hydrosim.case import load_case
 from hydrosim.compiling.clock import compile_clock
 from hydrosim.compiling.compile import compile_scene
 from hydrosim.compiling.compiled import Compiled
@@ -101,11 +103,12 @@ Progress = Callable[[float, int], None]
 
 
 def simulate(
-    case: Case | Scene | Compiled,
+    case: Case | Scene | Compiled | str | Path,
     progress: Progress | None = None,
     kept: Checkpoint | None = None,
 ) -> xr.Dataset:
-    """Run a case, a scene or a compiled scene; `hydrosim.results.output` describes the dataset.
+    """Run a case, the case in a file, a scene or a compiled scene. `hydrosim.results.output`
+    describes the dataset.
     Runs that a case needs are made first, see `hydrosim.studies.run.stages`. Cases and scenes are
     compiled ``in_plane``, which leaves out motions that are zero by symmetry; a compiled scene is
     run as it is. With ``kept``, checkpoints are saved to disk; the caller removes them after
@@ -123,12 +126,13 @@ def simulate(
     return simulate(prepared(case, progress), progress, kept)
 
 
-def prepared(case: Case | Scene, progress: Progress | None = None) -> Scene:
-    """Scene of a case, after the runs that it needs were made."""
+def prepared(case: Case | Scene | str | Path, progress: Progress | None = None) -> Scene:
+    """Scene of a case or of the case in a file, after the runs that it needs were made."""
     if isinstance(case, Scene):
         return case
-    complete(case, lambda stage, _: simulate(stage, progress))
-    return case.scene()
+    read = load_case(case) if isinstance(case, str | Path) else case
+    complete(read, lambda stage, _: simulate(stage, progress))
+    return read.scene()
 
 
 def run_compiled(
