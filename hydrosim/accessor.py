@@ -2,7 +2,8 @@
 
 Methods and their results:
 
-    run.hydrosim                           in a notebook: title, how it ended, motions, warnings
+    run.hydrosim                           print and notebooks show the summary: how the run ended,
+                                           warnings, motions, contacts; also of many runs
     run.hydrosim.channels()                the names of all channels
     run.hydrosim.channel("speed.barge")    one over time, with its unit
     run.hydrosim.picture("motions")        a figure of matplotlib
@@ -17,6 +18,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import xarray as xr
+
+from hydrosim.results.runs_file import RUN, is_of_runs
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -33,15 +36,25 @@ class RunAccessor:
 
     def __repr__(self) -> str:
         attributes = self._run.attrs
-        return f"<run: {attributes.get('title', '')}, {attributes.get('status', 'unknown')}>"
+        title = attributes.get("title", "")
+        if is_of_runs(self._run):
+            return f"<{self._run.sizes[RUN]} runs: {title}>"
+        return f"<run: {title}, {attributes.get('status', 'unknown')}>"
+
+    def __str__(self) -> str:
+        return str(self.summary())
 
     def _repr_html_(self) -> str:
         return self.summary()._repr_html_()
 
     def summary(self) -> Document:
-        """Text that `hydrosim run` prints: end of the run, warnings, motions, contacts, lines."""
+        """Text that `hydrosim run` prints: end of the run, warnings, motions, contacts, lines. Of
+        many runs, the text that `hydrosim statistics` prints of a study."""
         from hydrosim.wording.run import run_document
+        from hydrosim.wording.study import study_tables
 
+        if is_of_runs(self._run):
+            return study_tables(self._run)
         return run_document(self._run)
 
     def channels(self) -> list[str]:
@@ -67,9 +80,10 @@ class RunAccessor:
 
     def statistics(self, start: float = 0.0, channels: Sequence[str] = ()) -> xr.Dataset:
         """Means, periods and extremes with confidence intervals, from ``start`` [s] on. They cover
-        motions, contacts, lines and the additional ``channels``. Raises InputError if hardly any
-        record is left after ``start``."""
+        motions, contacts, lines and the additional ``channels``, which may be patterns such as
+        "speed.*". Raises InputError if hardly any record is left after ``start``."""
         from hydrosim.errors import InputError
+        from hydrosim.results.channels import chosen, names
         from hydrosim.statistics.statistics import enough_from, statistics
 
         end = float(self._run.time[-1])
@@ -79,7 +93,8 @@ class RunAccessor:
                 f" the end of the run at {end:g} s."
             )
         asked = [channels] if isinstance(channels, str) else channels
-        return statistics(self._run, start, channels=asked)
+        found = chosen(names(self._run), asked, "channels")
+        return statistics(self._run, start, channels=found)
 
     def report(self, path: str | Path) -> Path:
         """Write the report of the run as a page; return its path."""

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import hydrosim as hs
+from hydrosim.presentation.document import Table
 
 HOSTILE = """</td><script>alert('a&b')</script>"""
 CASE = f"""
@@ -71,7 +72,7 @@ def test_a_path_serves_for_a_case_and_for_a_run(case: hs.Case, tmp_path: Path) -
 def test_a_heading_is_shown_where_a_body_has_one(case: hs.Case, tmp_path: Path) -> None:
     assert "heading" not in case._repr_html_()
     turned = hs.load_case(case.path, ["bodies.block.heading=30 deg"])._repr_html_()
-    assert "<td>heading</td><td>30 deg</td>" in turned
+    assert "<td>block, heading</td><td>30 deg</td>" in turned
 
 
 def test_a_case_says_what_it_is_in_one_line(case: hs.Case) -> None:
@@ -89,6 +90,44 @@ def test_channels_of_a_run_have_units(case: hs.Case) -> None:
     assert bow.values == pytest.approx(1.0)
     with pytest.raises(hs.InputError, match=r"speed\.blok"):
         run.channel("speed.blok")
+
+
+def test_print_shows_the_summary_and_repr_one_line(case: hs.Case) -> None:
+    run = hs.simulate(case).hydrosim
+    assert str(run) == str(run.summary())
+    assert "The run is complete" in str(run)
+    assert repr(run) == f"<run: {HOSTILE}, complete>"
+
+
+def test_a_part_of_a_run_is_told_as_a_part(case: hs.Case) -> None:
+    """Cut off at either end. Energy and solver are of the whole run, and are left out."""
+    run = hs.simulate(case)
+    whole = run.hydrosim.summary()
+    assert "The energy balance" in str(whole)
+    assert any(isinstance(node, Table) and node.head[0] == "solver" for node in whole.nodes)
+    assert str(run.isel(time=slice(None)).hydrosim) == str(whole)
+    for some in (slice(0, 2), slice(1, None), slice(0, 0)):
+        part = run.isel(time=some)
+        text = str(part.hydrosim)
+        assert f"a part of a run (complete): {part.time.size} records" in text
+        assert "The run is complete" not in text
+        assert "The energy balance" not in text
+        nodes = part.hydrosim.summary().nodes
+        assert not any(isinstance(node, Table) and node.head[0] == "solver" for node in nodes)
+
+
+def test_many_runs_are_told_as_a_study(case: hs.Case) -> None:
+    runs = hs.simulate_many([case, case])
+    assert "All 2 runs are complete." in str(runs.hydrosim)
+    assert repr(runs.hydrosim).startswith("<2 runs: ")
+    assert "All 2 runs are complete." in runs.hydrosim._repr_html_()
+
+
+def test_statistics_take_patterns_of_channels(case: hs.Case) -> None:
+    run = hs.simulate(case).hydrosim
+    assert run.statistics(0.5, ["spe*"]).equals(run.statistics(0.5, ["speed.block"]))
+    with pytest.raises(hs.InputError, match=r"channels: found sped\.\*; expected"):
+        run.statistics(0.5, ["sped.*"])
 
 
 def test_a_run_draws_and_reports_itself(case: hs.Case, tmp_path: Path) -> None:

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 NEEDED = ("position", "wave_elevation", "energy_kinetic", "energy_residual")
 FORMAT, LATEST = "hydrosim run", 2
 """Format of files of runs: "hydrosim run 2". Files of the first format have no such text."""
+RECORDED = ("recorded_from", "recorded_to")
+"""Attributes: times of the first and the last record of the run [s]."""
 REMEDY = "expected the result of `hydrosim run`, such as run.nc"
 SHOWN = ("limits of ", "comparison of ")  # results that are no run, and have a report
 

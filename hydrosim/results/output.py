@@ -27,6 +27,7 @@ from hydrosim.radiation import VelocityHistory, input_rates
 from hydrosim.results import impulses, memory, points
 from hydrosim.results.assembled import assembled
 from hydrosim.results.ledger import guard
+from hydrosim.results.netcdf import RECORDED
 from hydrosim.results.phases import group_phases
 from hydrosim.results.stages import staged
 from hydrosim.results.variables import EARTH, describe
@@ -93,6 +94,8 @@ def to_dataset(
     describe(dataset)
     dataset = staged(dataset, remembered_groups(model, values["y"]))
     dataset.attrs.update({k: v for k, v in attributes.items() if v is not None})
+    if time.size:
+        dataset.attrs.update(zip(RECORDED, (float(time[0]), float(time[-1])), strict=True))
     guard(dataset, sum(body.mass for body in scene.bodies if body.dofs))
     return dataset
 

@@ -24,6 +24,7 @@ from hydrosim.presentation.document import (
 )
 from hydrosim.presentation.units import units_of
 from hydrosim.results.ledger import CLOSED
+from hydrosim.results.netcdf import RECORDED
 from hydrosim.wording.criteria import criteria_nodes
 from hydrosim.wording.parts import lines_of, title_of
 from hydrosim.wording.stages import stage_nodes
@@ -52,7 +53,8 @@ def run_document(run: xr.Dataset) -> Document:
 
 def summary(run: xr.Dataset) -> Iterator[Node]:
     """Criteria and verdicts first, then tables, then how the run was solved."""
-    yield from criteria_nodes(run)
+    if not is_part(run):
+        yield from criteria_nodes(run)
     yield from verdicts(run)
     yield from tables_of(run)
 
@@ -62,14 +64,16 @@ def tables_of(run: xr.Dataset) -> Iterator[Node]:
     yield Table(("motion", "mean", "std", "smallest", "largest", "at the end"), list(_motions(run)))
     if "fender" in run.dims:
         head = ("contact", "first", "open", "stick", "slip", "slipped")
-        title = "Contacts: the time of the first, then the share of time in each mode"
+        title = "Contacts: time of the first, then the share of the time since it in each mode"
         yield Table(head, list(_contacts(run)), title)
-        yield from stage_nodes(run)
+        if not is_part(run):
+            yield from stage_nodes(run)
     if "spring" in run.dims:
         yield Table(("line", "mean tension", "largest", "slack"), list(_lines(run)))
     if "gap" in run.dims:
         yield Table(("clearance", "smallest", "at the end"), list(_clearances(run)))
-    yield Table(("solver", ""), list(_solver(run)), detail=True)
+    if not is_part(run):
+        yield Table(("solver", ""), list(_solver(run)), detail=True)
     if told := list(_radiation(run)):
         yield List(told, "Radiation", detail=True)
 
@@ -77,7 +81,7 @@ def tables_of(run: xr.Dataset) -> Iterator[Node]:
 def verdicts(run: xr.Dataset) -> Iterator[Node]:
     """How the run ended, whether its energy adds up, how good its radiation is, and warnings."""
     yield _status(run)
-    if "energy_residual_relative" in run.attrs:
+    if "energy_residual_relative" in run.attrs and not is_part(run):
         yield _energy(float(run.attrs["energy_residual_relative"]))
     if "radiation_error" in run.attrs:
         yield radiation_verdict(float(run.attrs["radiation_error"]))
@@ -89,6 +93,9 @@ def verdicts(run: xr.Dataset) -> Iterator[Node]:
 def _status(run: xr.Dataset) -> Verdict:
     simulated = Value(float(np.ptp(run.time.values)) if run.time.size else 0.0, "s", 6)
     status = str(run.attrs.get("status", "unknown"))
+    if is_part(run):
+        text = "This is a part of a run ({}): {} records over {}. Figures of the whole run are left out."
+        return Verdict(Outcome.WARNING, text, [status, str(run.time.size), simulated])
     start = ""
     if "initial_run" in run.attrs:
         start = f", started from {run.attrs['initial_run']} at {run.attrs['initial_time']:g} s"
@@ -97,6 +104,14 @@ def _status(run: xr.Dataset) -> Verdict:
     message = str(run.attrs.get("status_message", "")) or "no message was kept"
     parts: list[Value | str] = [status, simulated, start, message]
     return Verdict(Outcome.BAD, "The run is {} after {}{}: {}", parts)
+
+
+def is_part(run: xr.Dataset) -> bool:
+    """Whether the first or the last record of a run were cut off."""
+    ends = [run.attrs.get(name) for name in RECORDED]
+    if None in ends:
+        return False
+    return run.time.size == 0 or run.time.values[[0, -1]].tolist() != ends
 
 
 def _energy(residual: float) -> Verdict:
@@ -146,7 +161,9 @@ def _contacts(run: xr.Dataset) -> Iterator[list[Cell]]:
         later = modes[touching[0] :, i]
         shares = (Value(float(np.mean(later == mode)), "share", 2) for mode in MODES)
         first = Value(float(time[touching[0]]), "s")
-        yield [name, first, *shares, Value(float(run.fender_slip_distance[-1, i]), "m")]
+        slip = run.fender_slip_distance.values[:, i]
+        before = slip[0] if is_part(run) else 0.0
+        yield [name, first, *shares, Value(float(slip[-1] - before), "m")]
 
 
 def _lines(run: xr.Dataset) -> Iterator[list[Cell]]:

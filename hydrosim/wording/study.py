@@ -114,7 +114,7 @@ def _of_runs(text: str, own: list[int]) -> Sentence:
 def _results(runs: xr.Dataset) -> Iterator[Node]:
     """Tables and pictures of each plan; of seeds alone what lies between them."""
     if "design" not in runs.attrs:
-        yield Sentence("The file does not say its plan: it was made by an earlier version.")
+        yield Sentence("The file does not say its plan: it comes from simulate_many or an earlier version.")
         return
     plans = effects.plans(runs)
     yield from one_table(plans)
