@@ -9,6 +9,7 @@ Methods and their results:
     run.hydrosim.picture("motions")        a figure of matplotlib
     run.hydrosim.statistics(200.0)         extremes with confidence, as by `hydrosim statistics`
     run.hydrosim.report("report.html")     the page that `hydrosim report` writes
+    runs.hydrosim.extremes_over_seeds()    of many runs: most probable extremes and P90
 """
 
 from __future__ import annotations
@@ -47,6 +48,17 @@ class RunAccessor:
     def _repr_html_(self) -> str:
         return self.summary()._repr_html_()
 
+    def _one(self) -> xr.Dataset:
+        """The run; InputError if the dataset holds many."""
+        from hydrosim.errors import InputError
+
+        if is_of_runs(self._run):
+            raise InputError(
+                f"found {self._run.sizes[RUN]} runs; expected one run, as hs.simulate or"
+                " hs.open_run gives. Of many runs, summary() and extremes_over_seeds() tell."
+            )
+        return self._run
+
     def summary(self) -> Document:
         """Text that `hydrosim run` prints: end of the run, warnings, motions, contacts, lines. Of
         many runs, the text that `hydrosim statistics` prints of a study."""
@@ -61,22 +73,23 @@ class RunAccessor:
         """Names of all channels, including those derived from recorded ones."""
         from hydrosim.results.channels import names
 
-        return names(self._run)
+        return names(self._one())
 
     def channel(self, name: str) -> xr.DataArray:
         """Channel (nt,) over time, with its unit. Raises InputError if the run has no channel of
         that name."""
         from hydrosim.results.channels import series
 
-        values, unit = series(self._run, name)
-        return xr.DataArray(values, {"time": self._run.time}, ("time",), name, {"units": unit})
+        run = self._one()
+        values, unit = series(run, name)
+        return xr.DataArray(values, {"time": run.time}, ("time",), name, {"units": unit})
 
     def picture(self, name: str = "overview") -> Figure:
         """Figure by its name in `hydrosim.plot.pictures.PICTURES`, such as "overview" or "motions".
         Raises InputError if there is no such picture, or if the run has no data for it."""
         from hydrosim.plot.draw import figure
 
-        return figure(self._run, name)
+        return figure(self._one(), name)
 
     def statistics(self, start: float = 0.0, channels: Sequence[str] = ()) -> xr.Dataset:
         """Means, periods and extremes with confidence intervals, from ``start`` [s] on. They cover
@@ -86,15 +99,27 @@ class RunAccessor:
         from hydrosim.results.channels import chosen, names
         from hydrosim.statistics.statistics import enough_from, statistics
 
-        end = float(self._run.time[-1])
-        if not (isinstance(start, int | float) and enough_from(self._run, start)):
+        run = self._one()
+        end = float(run.time[-1])
+        if not (isinstance(start, int | float) and enough_from(run, start)):
             raise InputError(
                 f"found a start of {start!r}; expected a time in seconds well before"
                 f" the end of the run at {end:g} s."
             )
         asked = [channels] if isinstance(channels, str) else channels
-        found = chosen(names(self._run), asked, "channels")
-        return statistics(self._run, start, channels=found)
+        found = chosen(names(run), asked, "channels")
+        return statistics(run, start, channels=found)
+
+    def extremes_over_seeds(self) -> xr.Dataset:
+        """Most probable extremes and P90 over seeds, with 90 % intervals, by channel and side, as
+        `hydrosim.statistics.over_seeds.extremes_over_seeds` describes; ``to_dataframe()`` gives a
+        table. Raises InputError for one run, and for fewer than 8 seeds."""
+        from hydrosim.errors import InputError
+        from hydrosim.statistics.over_seeds import extremes_over_seeds
+
+        if not is_of_runs(self._run):
+            raise InputError("found one run; expected many runs: hs.simulate_many(cases).")
+        return extremes_over_seeds(self._run)
 
     def report(self, path: str | Path) -> Path:
         """Write the report of the run as a page; return its path."""
@@ -103,5 +128,5 @@ class RunAccessor:
         from hydrosim.report.run import run_document
 
         output = as_output(path, "report")
-        written_page(run_document(self._run), output)
+        written_page(run_document(self._one()), output)
         return output.path

@@ -65,14 +65,14 @@ def test_a_path_serves_for_a_case_and_for_a_run(case: hs.Case, tmp_path: Path) -
         assert hs.open_run(form(tmp_path / "run.nc")).position.equals(first.position)
     many = hs.simulate_many([str(case.path)], variables=["position"])
     assert many.position.isel(run=0, drop=True).values == pytest.approx(first.position.values)
-    with pytest.raises(hs.InputError, match="nowhere.yaml"):
+    with pytest.raises(hs.InputError, match=r"nowhere\.yaml"):
         hs.simulate("nowhere.yaml")
 
 
 def test_a_heading_is_shown_where_a_body_has_one(case: hs.Case, tmp_path: Path) -> None:
     assert "heading" not in case._repr_html_()
     turned = hs.load_case(case.path, ["bodies.block.heading=30 deg"])._repr_html_()
-    assert "<td>block, heading</td><td>30 deg</td>" in turned
+    assert "<td>block, heading [deg]</td>" in turned
 
 
 def test_a_case_says_what_it_is_in_one_line(case: hs.Case) -> None:
@@ -121,6 +121,13 @@ def test_many_runs_are_told_as_a_study(case: hs.Case) -> None:
     assert "All 2 runs are complete." in str(runs.hydrosim)
     assert repr(runs.hydrosim).startswith("<2 runs: ")
     assert "All 2 runs are complete." in runs.hydrosim._repr_html_()
+    for ask in (runs.hydrosim.channels, runs.hydrosim.statistics, runs.hydrosim.picture):
+        with pytest.raises(hs.InputError, match="found 2 runs; expected one run"):
+            ask()
+    with pytest.raises(hs.InputError, match="run more seeds"):
+        runs.hydrosim.extremes_over_seeds()
+    with pytest.raises(hs.InputError, match="expected many runs"):
+        hs.simulate(case).hydrosim.extremes_over_seeds()
 
 
 def test_statistics_take_patterns_of_channels(case: hs.Case) -> None:

@@ -11,8 +11,15 @@ import xarray as xr
 from hydrosim.presentation.units import Units, units_of
 from hydrosim.statistics import effects
 from hydrosim.statistics.effects import Plan, Row
+from hydrosim.statistics.ends import of_figures
+from hydrosim.statistics.over_seeds import find_extremes
 
 COLUMNS = ("runs", "mean", "mean_low", "mean_high", "another_low", "another_high")
+EXTREMES = (
+    *("most_probable", "most_probable_low", "most_probable_high"),
+    *("p90", "p90_low", "p90_high", "by"),
+)
+"""Extremes over seeds, of figures that are the largest or the smallest value of a run."""
 
 
 def as_csv(runs: xr.Dataset) -> str:
@@ -26,7 +33,7 @@ def as_csv(runs: xr.Dataset) -> str:
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     heads = (_head(name, plan, units) for name, plan in names.items())
-    table.writerow(["study", *heads, "figure", "unit", *COLUMNS])
+    table.writerow(["study", *heads, "figure", "unit", *COLUMNS, *EXTREMES])
     for plan, row in each:
         table.writerow(list(_cells(plan, row, list(names), units)))
     return text.getvalue()
@@ -46,3 +53,15 @@ def _cells(plan: Plan, row: Row, names: list[str], units: Units) -> Iterator[str
     unit, factor = units.shown(row.unit)
     yield from (row.figure, unit, str(row.spread.n))
     yield from (f"{factor * value:.6g}" for value in row.spread[1:])
+    yield from _extremes(plan, row, factor)
+
+
+def _extremes(plan: Plan, row: Row, factor: float) -> list[str]:
+    """Most probable extreme and P90 with their intervals; empty where there are none."""
+    own = of_figures(plan.runs.isel(run=row.runs), [row.figure])
+    found = [extremes for ends in own for _, extremes in find_extremes(ends)]
+    if not found:
+        return ["" for _ in EXTREMES]
+    one = found[0]
+    numbers = (one.probable, *one.interval, one.p90, *one.p90_interval)
+    return [*(f"{factor * number:.6g}" for number in numbers), one.method]

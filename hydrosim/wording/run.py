@@ -94,7 +94,10 @@ def _status(run: xr.Dataset) -> Verdict:
     simulated = Value(float(np.ptp(run.time.values)) if run.time.size else 0.0, "s", 6)
     status = str(run.attrs.get("status", "unknown"))
     if is_part(run):
-        text = "This is a part of a run ({}): {} records over {}. Figures of the whole run are left out."
+        text = (
+            "This is a part of a run ({}): {} records over {}."
+            " Figures of the whole run are left out."
+        )
         return Verdict(Outcome.WARNING, text, [status, str(run.time.size), simulated])
     start = ""
     if "initial_run" in run.attrs:

@@ -3,8 +3,7 @@ channel."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
 import xarray as xr
@@ -15,13 +14,10 @@ from hydrosim.presentation.units import units_of
 from hydrosim.results.stages import FIGURES, TIME
 from hydrosim.statistics.effects import Plan, combinations, spread
 from hydrosim.statistics.ends import Ends, of_channels, of_figures, of_motions
-from hydrosim.statistics.gumbel import Gumbel, exceeding, fit_maxima, follows_gumbel
-from hydrosim.statistics.orders import ENOUGH, find_confidence, find_prediction
+from hydrosim.statistics.gumbel import INTERVAL
+from hydrosim.statistics.orders import ENOUGH
+from hydrosim.statistics.over_seeds import LAW, RUNS, Extremes, find_extremes
 
-RUNS = 8
-"""Runs that extremes over seeds take."""
-P90 = 0.9
-"""Probability that the largest of a run is below."""
 SHOWN = 5
 """Combinations of parameters that are shown."""
 MOST = 300
@@ -30,8 +26,6 @@ HOW = (
     f"Intervals hold 90 %, over {RUNS} seeds or more. Where maxima follow Gumbel's law they are by"
     " it; else by the order of the runs, without a law."
 )
-LAW = "Gumbel's law"
-ORDER = "order of the runs"
 
 
 def seed_nodes(plan: Plan) -> Iterator[Node]:
@@ -80,7 +74,7 @@ def _tables(
     title = "The most probable extreme of a run, and where the extreme of another run lies"
     head = (*begin, "most probable", "interval", "another run")
     yield Table(head, [row[: n + 3] for row in rows[:MOST]], title, detail)
-    title = "The extreme that 90 % of runs do not exceed"
+    title = "P90: 90 % of runs do not exceed this largest value, or do not fall below this smallest"
     each = [[*row[:n], *row[n + 3 :]] for row in rows[:MOST]]
     yield Table((*begin, "P90", "interval", "by"), each, title, detail)
 
@@ -124,71 +118,28 @@ def _rows(each: Iterable[Ends]) -> list[list[Cell]]:
 
 def _extremes(ends: Ends) -> Iterator[list[Cell]]:
     """Of the smallest and of the largest value of each run."""
-    for side, sign, maxima in ends.sides():
-        if maxima.size >= RUNS and np.ptp(maxima) > 0.0:
-            law = fit_maxima(maxima)
-            follows = follows_gumbel(maxima, law)
-            by = _by_law(law, sign) if follows else _by_order(maxima, sign)
-            yield [ends.name, side, *_cells(by, ends)]
+    for side, found in find_extremes(ends):
+        yield [ends.name, side, *_cells(found, ends.unit)]
 
 
-def _cells(by: Extremes, ends: Ends) -> list[Cell]:
-    """The figures, none of them below what the channel can be."""
-
-    def value(x: float) -> Value:
-        return Value(max(x, ends.lowest), ends.unit)
-
-    def between(x: tuple[float, float]) -> Between:
-        return Between(max(x[0], ends.lowest), max(x[1], ends.lowest), ends.unit)
-
-    p90 = value(by.p90), between(by.p90_interval)
-    return [value(by.probable), between(by.interval), between(by.another), *p90, by.method]
+def _cells(found: Extremes, unit: str) -> list[Cell]:
+    return [
+        Value(found.probable, unit),
+        Between(*found.interval, unit),
+        Between(*found.another, unit),
+        Value(found.p90, unit),
+        Between(*found.p90_interval, unit),
+        _method(found),
+    ]
 
 
-class Extremes(NamedTuple):
-    """The most probable extreme of a run and P90, each with its interval; the interval of another
-    run; by which ``method``."""
-
-    probable: float
-    interval: tuple[float, float]
-    p90: float
-    p90_interval: tuple[float, float]
-    another: tuple[float, float]
-    method: str
-
-
-def _by_law(law: Gumbel, sign: float) -> Extremes:
-    rare = exceeding(P90)
-    return Extremes(
-        sign * law.expected(1.0),
-        _between(law.confidence(1.0), sign),
-        sign * law.expected(rare),
-        _between(law.confidence(rare), sign),
-        _between(law.prediction(1.0), sign),
-        LAW,
-    )
-
-
-def _by_order(maxima: np.ndarray, sign: float) -> Extremes:
-    """By order statistics: maxima that are of several kinds (with and without an impact), or that
-    something holds, follow no law of extremes."""
-    most_probable = np.exp(-1.0)
-    held = find_prediction(maxima)
-    more = "" if maxima.size >= ENOUGH else f"; {ENOUGH} runs hold 90 %"
-    return Extremes(
-        sign * float(np.quantile(maxima, most_probable)),
-        _between(find_confidence(maxima, most_probable), sign),
-        sign * float(np.quantile(maxima, P90)),
-        _between(find_confidence(maxima, P90), sign),
-        _between((held.low, held.high), sign),
-        f"{ORDER} ({100.0 * held.probability:.0f} %{more})",
-    )
-
-
-def _between(ends: Sequence[float] | np.ndarray, sign: float) -> tuple[float, float]:
-    """An interval of sign x; an end that so few runs do not bound is infinite."""
-    low, high = np.sort(sign * np.asarray(ends))
-    return float(low), float(high)
+def _method(found: Extremes) -> str:
+    """The law, or the order of the runs and what their interval of another run holds."""
+    if found.method == LAW:
+        return LAW
+    held = f"interval of another run holds {100.0 * found.probability:.0f} %"
+    more = "" if found.probability >= INTERVAL else f"; with {ENOUGH} runs it would hold 90 %"
+    return f"{found.method} ({held}{more})"
 
 
 def _stages(runs: xr.Dataset) -> Iterator[list[Cell]]:

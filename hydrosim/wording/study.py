@@ -114,7 +114,8 @@ def _of_runs(text: str, own: list[int]) -> Sentence:
 def _results(runs: xr.Dataset) -> Iterator[Node]:
     """Tables and pictures of each plan; of seeds alone what lies between them."""
     if "design" not in runs.attrs:
-        yield Sentence("The file does not say its plan: it comes from simulate_many or an earlier version.")
+        text = "The file does not say its plan: it comes from simulate_many or an earlier version."
+        yield Sentence(text)
         return
     plans = effects.plans(runs)
     yield from one_table(plans)

@@ -329,12 +329,14 @@ def test_runs_that_follow_no_law_are_told_by_their_order() -> None:
     largest = row(nodes_over_seeds(runs), "motion", "side", "most probable", of=heave)
     rare = row(nodes_over_seeds(runs), "motion", "side", "P90", of=heave)
     assert ends(largest["another run"], "m") == (knocked.min(), knocked.max())
-    assert rare["by"] == "order of the runs (90 %)"
+    assert rare["by"] == "order of the runs (interval of another run holds 90 %)"
     low, high = ends(rare["interval"], "m")
     assert low < knocked.max()
     assert high == np.inf  # so few runs do not bound it
     few = row(nodes_over_seeds(runs.isel(run=slice(9))), "motion", "side", "P90", of=heave)
-    assert few["by"] == "order of the runs (80 %; 19 runs hold 90 %)"
+    assert few["by"] == (
+        "order of the runs (interval of another run holds 80 %; with 19 runs it would hold 90 %)"
+    )
 
 
 def test_a_line_cannot_push() -> None:

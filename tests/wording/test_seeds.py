@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 from typing import Any
 
@@ -12,11 +13,13 @@ import xarray as xr
 from hydrosim.dofs import DOFS
 from hydrosim.presentation.document import Between, Sentence, Table, Value
 from hydrosim.statistics import effects
+from hydrosim.statistics.effect_table import EXTREMES, as_csv
 from hydrosim.statistics.ends import of_channels, of_figures
 from hydrosim.statistics.gumbel import fit_maxima
-from hydrosim.statistics.statistics import NAMES
+from hydrosim.statistics.over_seeds import RUNS, extremes_over_seeds
+from hydrosim.statistics.statistics import NAMES, SIDES
 from hydrosim.wording.one_table import one_table
-from hydrosim.wording.seeds import RUNS, extreme_nodes
+from hydrosim.wording.seeds import extreme_nodes
 
 SEEDS = 40
 MODE, SCALE = 5e6, 4e5  # N: Gumbel's law
@@ -106,6 +109,51 @@ def test_a_force_that_only_pushes_has_no_extreme_that_pulls() -> None:
     assert min(cell.low for cell in between) >= 0.0
     assert "order of the runs" in str(row[-1])
     assert len(of_figure.rows) == 1
+
+
+def test_extremes_in_python_and_in_the_table_are_those_that_are_printed() -> None:
+    runs = runs_of(LARGEST)
+    of_figure, rare, *_ = tables(runs)
+    probable, interval, another = of_figure.rows[0][3:]
+    p90, interval_p90, _ = rare.rows[0][3:]
+    assert isinstance(probable, Value)
+    assert isinstance(p90, Value)
+    assert isinstance(interval, Between)
+    assert isinstance(another, Between)
+    assert isinstance(interval_p90, Between)
+    found = extremes_over_seeds(runs)
+    push = found.isel(extreme=found.channel.values.tolist().index("push"))
+    told = [str(push[name].values) for name in ("side", "unit", "by")]
+    assert told == ["largest", "N", "Gumbel's law"]
+    numbers = {
+        "most_probable": probable.number,
+        "most_probable_low": interval.low,
+        "most_probable_high": interval.high,
+        "another_low": another.low,
+        "another_high": another.high,
+        "p90": p90.number,
+        "p90_low": interval_p90.low,
+        "p90_high": interval_p90.high,
+        "runs": SEEDS,
+    }
+    assert {name: float(push[name]) for name in numbers} == numbers
+    lines = {line["figure"]: line for line in csv.DictReader(as_csv(runs).splitlines())}
+    line = lines["push"]
+    assert line["unit"] == "kN"
+    for name in EXTREMES[:-1]:
+        assert float(line[name]) == pytest.approx(numbers[name] / 1e3, rel=1e-5)
+    assert line["by"] == "Gumbel's law"
+    assert [lines["crawl"][name] for name in EXTREMES] == [""] * len(EXTREMES)
+
+
+def test_p90_of_the_smallest_is_what_runs_do_not_fall_below() -> None:
+    """The mirror image of the largest."""
+    found = extremes_over_seeds(runs_of(LARGEST))
+    speed = found.isel(extreme=found.channel.values == "speed.barge")
+    low, high = (float(speed.p90[speed.side.values == side][0]) for side in SIDES)
+    assert low == pytest.approx(-high)
+    _, rare, *_ = tables(runs_of(LARGEST))
+    assert "do not fall below" in rare.title
 
 
 def test_channels_over_time_begin_where_statistics_do() -> None:
