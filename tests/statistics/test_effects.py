@@ -117,7 +117,7 @@ def test_tables_say_what_there_is_and_nothing_else() -> None:
     assert (number(none["a"], "s"), none["mean"], none["runs"]) == (2.0, "no run has a value", "0")
     (shown, _) = laid_out(*tables(nodes, "figure"), DEFAULT).rows
     assert [cell.text for cell in shown] == [
-        *("y", "1", "0.000020", "-0.000043 to 0.000083", "-0.000089 to 0.000129", "2")
+        *("y", "1", "0.00002", "-0.000043 to 0.000083", "-0.000089 to 0.000129", "2")
     ]
     assert "y: no seed has a value at both ends of a." in texts(nodes)
     alone = study_tables(file_of("grid", {"a": a[1:3]}, np.array([12.5, 22.5])))

@@ -307,8 +307,8 @@ def test_runs_by_gumbels_law() -> None:
     assert between["motion"] == "barge heave"
     assert number(between["largest"], "m") == high.max()
     heave = ["barge heave", "largest"]
-    largest = row(said, "motion", "side", "most probable", of=heave)
-    rare = row(said, "motion", "side", "P90", of=heave)
+    largest = row(said, "channel", "side", "most probable", of=heave)
+    rare = row(said, "channel", "side", "P90", of=heave)
     law = fit_maxima(high)
     p90 = law.location - law.scale * np.log(-np.log(0.9))
     assert number(largest["most probable"], "m") == pytest.approx(law.location, rel=1e-9)
@@ -326,14 +326,14 @@ def test_runs_that_follow_no_law_are_told_by_their_order() -> None:
     knocked[::3] += 5.0 + np.arange(knocked[::3].size)
     runs.motion.loc[{"body": "barge", "dof": "heave", "statistic": "largest"}] = knocked
     heave = ["barge heave", "largest"]
-    largest = row(nodes_over_seeds(runs), "motion", "side", "most probable", of=heave)
-    rare = row(nodes_over_seeds(runs), "motion", "side", "P90", of=heave)
+    largest = row(nodes_over_seeds(runs), "channel", "side", "most probable", of=heave)
+    rare = row(nodes_over_seeds(runs), "channel", "side", "P90", of=heave)
     assert ends(largest["another run"], "m") == (knocked.min(), knocked.max())
     assert rare["by"] == "order of the runs (interval of another run holds 90 %)"
     low, high = ends(rare["interval"], "m")
     assert low < knocked.max()
     assert high == np.inf  # so few runs do not bound it
-    few = row(nodes_over_seeds(runs.isel(run=slice(9))), "motion", "side", "P90", of=heave)
+    few = row(nodes_over_seeds(runs.isel(run=slice(9))), "channel", "side", "P90", of=heave)
     assert few["by"] == (
         "order of the runs (interval of another run holds 80 %; with 19 runs it would hold 90 %)"
     )
