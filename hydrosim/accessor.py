@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
+from hydrosim.results.netcdf import is_part
 from hydrosim.results.runs_file import RUN, is_of_runs
 
 if TYPE_CHECKING:
@@ -40,7 +41,8 @@ class RunAccessor:
         title = attributes.get("title", "")
         if is_of_runs(self._run):
             return f"<{self._run.sizes[RUN]} runs: {title}>"
-        return f"<run: {title}, {attributes.get('status', 'unknown')}>"
+        what = "part of a run" if is_part(self._run) else "run"
+        return f"<{what}: {title}, {attributes.get('status', 'unknown')}>"
 
     def __str__(self) -> str:
         return str(self.summary())

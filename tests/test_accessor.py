@@ -67,12 +67,14 @@ def test_a_path_serves_for_a_case_and_for_a_run(case: hs.Case, tmp_path: Path) -
     assert many.position.isel(run=0, drop=True).values == pytest.approx(first.position.values)
     with pytest.raises(hs.InputError, match=r"nowhere\.yaml"):
         hs.simulate("nowhere.yaml")
+    with pytest.raises(hs.InputError, match="expected several cases"):
+        hs.simulate_many("nowhere.yaml")
 
 
 def test_a_heading_is_shown_where_a_body_has_one(case: hs.Case, tmp_path: Path) -> None:
     assert "heading" not in case._repr_html_()
     turned = hs.load_case(case.path, ["bodies.block.heading=30 deg"])._repr_html_()
-    assert "<td>block, heading [deg]</td>" in turned
+    assert "<td>block, heading [deg]</td><td>30</td>" in turned
 
 
 def test_a_case_says_what_it_is_in_one_line(case: hs.Case) -> None:
@@ -111,6 +113,7 @@ def test_a_part_of_a_run_is_told_as_a_part(case: hs.Case) -> None:
         text = str(part.hydrosim)
         assert f"a part of a run (complete): {part.time.size} records" in text
         assert "The run is complete" not in text
+        assert repr(part.hydrosim) == f"<part of a run: {HOSTILE}, complete>"
         assert "The energy balance" not in text
         nodes = part.hydrosim.summary().nodes
         assert not any(isinstance(node, Table) and node.head[0] == "solver" for node in nodes)

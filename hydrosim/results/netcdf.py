@@ -66,6 +66,14 @@ def _require_known(path: Path, found: str) -> None:
         raise InputError(f"{path}: has the format {found}; {expected}.")
 
 
+def is_part(run: xr.Dataset) -> bool:
+    """Whether the first or the last record of a run were cut off."""
+    ends = [run.attrs.get(name) for name in RECORDED]
+    if None in ends:
+        return False
+    return run.time.size == 0 or run.time.values[[0, -1]].tolist() != ends
+
+
 def status_of(path: Path) -> str | None:
     """Status of the run in a file; None if there is no run."""
     import xarray as xr  # slow to load

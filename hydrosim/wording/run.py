@@ -24,7 +24,7 @@ from hydrosim.presentation.document import (
 )
 from hydrosim.presentation.units import units_of
 from hydrosim.results.ledger import CLOSED
-from hydrosim.results.netcdf import RECORDED
+from hydrosim.results.netcdf import is_part
 from hydrosim.wording.criteria import criteria_nodes
 from hydrosim.wording.parts import lines_of, title_of
 from hydrosim.wording.stages import stage_nodes
@@ -107,14 +107,6 @@ def _status(run: xr.Dataset) -> Verdict:
     message = str(run.attrs.get("status_message", "")) or "no message was kept"
     parts: list[Value | str] = [status, simulated, start, message]
     return Verdict(Outcome.BAD, "The run is {} after {}{}: {}", parts)
-
-
-def is_part(run: xr.Dataset) -> bool:
-    """Whether the first or the last record of a run were cut off."""
-    ends = [run.attrs.get(name) for name in RECORDED]
-    if None in ends:
-        return False
-    return run.time.size == 0 or run.time.values[[0, -1]].tolist() != ends
 
 
 def _energy(residual: float) -> Verdict:

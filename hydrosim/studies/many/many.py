@@ -105,6 +105,8 @@ def simulate_many(
         runs = simulate_many(seas, "seeds.nc")
         runs.motion.sel(dof="surge", statistic="largest").quantile(0.9)
     """
+    if isinstance(cases, str | Path):
+        raise InputError("found one file; expected several cases: hs.simulate_many([...]).")
     scenes = [prepared(case) for case in cases]
     _check(scenes, labels or {}, start)
     seeds = _seeds(scenes)
