@@ -15,12 +15,13 @@ from hydrosim.report.envelopes import stretch
 from hydrosim.report.replay import replay_nodes
 from hydrosim.results.netcdf import REMEDY
 from hydrosim.wording.assumptions import assumed, case_nodes
-from hydrosim.wording.conclusion import conclusion, title_block
+from hydrosim.wording.conclusion import conclusion
 from hydrosim.wording.convergence import convergence
 from hydrosim.wording.parts import Parts, nodes_of, title_of
 from hydrosim.wording.run import tables_of
 from hydrosim.wording.series import READING, energies, ledger, main_charts, more_charts
 from hydrosim.wording.statistics import statistics_nodes
+from hydrosim.wording.title_block import title_block
 
 DIMENSIONS = ("time", "body", "dof")
 

@@ -1,16 +1,12 @@
-"""The first page of a report: title block, conclusion, largest values."""
+"""The conclusion of a report: criteria, verdicts, largest values."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 
 import xarray as xr
 
-from hydrosim.case.criteria import TITLE_BLOCK
-from hydrosim.case.tables import plain, seas
 from hydrosim.presentation.document import Cell, Node, Sentence, Table
-from hydrosim.presentation.units import units_of
 from hydrosim.statistics.extremes import LAWS
 from hydrosim.statistics.statistics import SIDES, statistics
 from hydrosim.wording.channels import Channel, channels_of
@@ -18,30 +14,10 @@ from hydrosim.wording.criteria import criteria_nodes
 from hydrosim.wording.run import verdicts
 from hydrosim.wording.statistics import grown_from, has_statistics
 
-LABELS = {
-    "project": "Project",
-    "client": "Client",
-    "document": "Document",
-    "revision": "Revision",
-    "date": "Date",
-    "author": "Author",
-    "checked_by": "Checked by",
-}
 ASK = (
     "The case asks for no criteria. Give limits with their sources under `criteria:` to have them"
     " judged here."
 )
-
-
-def title_block(result: xr.Dataset) -> Iterator[Node]:
-    """Project, client, author and revision as the case gives them; remarks; the sea."""
-    block = json.loads(str(result.attrs.get(TITLE_BLOCK, "{}")))
-    rows: list[list[Cell]] = [[label, block[key]] for key, label in LABELS.items() if key in block]
-    rows += [["Sea", sea] for sea in _seas(result)]
-    rows.append(["Computed by", str(result.attrs.get("program", "hydrosim"))])
-    yield Table(("", ""), rows)
-    if "remarks" in block:
-        yield Sentence("{}", [block["remarks"]])
 
 
 def conclusion(run: xr.Dataset) -> Iterator[Node]:
@@ -50,11 +26,6 @@ def conclusion(run: xr.Dataset) -> Iterator[Node]:
     yield from criteria or [Sentence(ASK)]
     yield from verdicts(run)
     yield from _largest_values(run)
-
-
-def _seas(result: xr.Dataset) -> list[str]:
-    data = plain(str(result.attrs.get("case_resolved", "")))
-    return seas(data, units_of(result.attrs)) if data else []
 
 
 def _largest_values(run: xr.Dataset) -> Iterator[Node]:

@@ -26,8 +26,8 @@ from hydrosim.statistics.headings import SAID as SIDES
 from hydrosim.statistics.headings import image_of, without_images
 from hydrosim.statistics.weather import WIDEST
 from hydrosim.wording.assumptions import case_nodes
-from hydrosim.wording.conclusion import title_block
 from hydrosim.wording.parts import Parts, lines_of, nodes_of, title_of
+from hydrosim.wording.title_block import title_block
 
 NEEDED = ("limit", "low", "high", "governing")
 SAID = {

@@ -31,10 +31,10 @@ from hydrosim.results.runs_file import COMPLETE, DIFFER
 from hydrosim.statistics import effects
 from hydrosim.statistics.effects import DRAWN, Difference, Plan, Row
 from hydrosim.wording.assumptions import assumptions, case_nodes
-from hydrosim.wording.conclusion import title_block
 from hydrosim.wording.one_table import has_one_table, one_table
 from hydrosim.wording.parts import Parts, nodes_of, title_of
 from hydrosim.wording.seeds import extreme_nodes, seed_nodes, short, value_of
+from hydrosim.wording.title_block import title_block
 
 MOST = 300
 """Rows of a table, and remarks of a list."""
