@@ -73,8 +73,8 @@ def ballast(
     angle = quantity("--heel", heel, "angle", "rad", "5 deg") if heel else None
     if angle is not None and not 0.0 < abs(angle) < STEEPEST:
         raise InputError(
-            f"--heel: found {degrees(angle):.4g} deg; expected more than 0 and less than 85 deg."
-            " A number without a unit is in rad."
+            f"--heel: found {degrees(angle):.4g} deg; expected an angle above 0 and below 85 deg."
+            ' A number without a unit is in rad: write "5 deg".'
         )
     scene = case.scene()
     having = [each.name for each in scene.bodies if each.tanks]

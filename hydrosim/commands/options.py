@@ -129,7 +129,8 @@ def refuse_options(context: typer.Context, used: Iterable[str], why: str) -> Non
         and getattr(context.get_parameter_source(str(option.name)), "name", "") == "COMMANDLINE"
     ]
     if given:
-        raise InputError(f"{', '.join(given)}: not possible with {why}. Leave these options out.")
+        these = "this option" if len(given) == 1 else "these options"
+        raise InputError(f"{', '.join(given)}: not possible with {why}. Leave {these} out.")
 
 
 def names_in(text: str) -> list[str]:

@@ -123,9 +123,9 @@ def _overlap(
             else "give the offset of recorded times in a mapping, time: {offset: 100 s}"
         )
         raise InputError(
-            f"{source.file}: found records from {stamps[0]:g} s to {stamps[-1]:g} s, and a run"
-            f" from {ours[0]:g} s to {ours[-1]:g} s{_asked(between)}; expected at least {LEAST}"
-            f" common times; {remedy}"
+            f"{source.file}: found recorded times from {stamps[0]:g} s to {stamps[-1]:g} s,"
+            f" and a run from {ours[0]:g} s to {ours[-1]:g} s{_asked(between)}; expected an"
+            f" overlap with at least {LEAST} times of each; {remedy}"
         )
     _refuse_gaps(source, stamps, record, lines)
     a, b = ours[run], stamps[record]
@@ -169,8 +169,9 @@ def _refuse_gaps(
         at = part.start + k + 1
         where = "" if lines else f" before record {at + 1}"
         source.wrong(
-            f"found no records from {time[at - 1]:g} s to {time[at]:g} s{where}; expected records"
-            f" about {usual:g} s apart; fill the gap, or compare one side of it (--from, --to)",
+            f"found no recorded times between {time[at - 1]:g} s and {time[at]:g} s{where};"
+            f" expected times about {usual:g} s apart; fill the gap, or compare one side of it"
+            " (--from, --to)",
             lines[at] if lines else None,
         )
 

@@ -87,8 +87,8 @@ def compare_studies(ours: xr.Dataset, theirs: xr.Dataset) -> Comparison:
     tested = [each for each in found if each is not None]
     if not tested:
         raise InputError(
-            f"compare: found no channel with {FEWEST} or more runs in both files; expected two"
-            " files of runs of one kind of case (hydrosim sweep)."
+            f"compare: found no recorded number that at least {FEWEST} runs of each file have;"
+            " expected two files of `hydrosim sweep` with the same bodies and the same figures."
         )
     sizes = ours.sizes[RUN], theirs.sizes[RUN]
     durations, codes = (f(ours, theirs, paired) for f in (durations_apart, codes_apart))

@@ -58,11 +58,17 @@ def _check(key: str, matrix: np.ndarray) -> None:
         )
     size = np.sqrt(np.where(np.diag(matrix) > 0.0, np.diag(matrix), 1.0))
     scaled = matrix / np.outer(size, size)
-    if np.abs(scaled - scaled.T).max() > 1e-6:
-        raise InputError(f"{key}: found a matrix that is not symmetric; expected a symmetric one.")
+    odd = np.abs(scaled - scaled.T)
+    if odd.max() > 1e-6:
+        i, j = np.unravel_index(int(odd.argmax()), odd.shape)
+        raise InputError(
+            f"{key}: found {matrix[i, j]:g} in row {i + 1}, column {j + 1} but {matrix[j, i]:g} in"
+            f" row {j + 1}, column {i + 1}; expected a symmetric matrix."
+        )
     if np.linalg.eigvalsh(scaled)[0] < -1e-9:
         raise InputError(
-            f"{key}: found a negative eigenvalue; expected a positive semidefinite matrix."
+            f"{key}: found a matrix with a negative eigenvalue, which adds energy in some"
+            " motion; expected eigenvalues of zero or more. Check signs and couplings."
         )
 
 

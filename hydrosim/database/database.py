@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from hydrosim.dofs import MIRROR_SIGN
 from hydrosim.errors import InputError
+from hydrosim.scene.given import Given
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -164,11 +165,20 @@ def needed(db: HydroDatabase, name: str) -> Real:
     value = getattr(db, name)
     if value is None:
         raise InputError(
-            f"{db.source}: has no {name.replace('_', ' ')}, which is needed here; give it:"
-            f" `hydrodynamics: {{file: ..., {name}: ...}}` in a case, or an option of `hydrosim db"
-            " convert`."
+            f"{db.source}: found no {name.replace('_', ' ')}; this computation uses it."
+            f" {_remedy(name)}"
         )
     return np.asarray(value)
+
+
+def _remedy(name: str) -> str:
+    """Advice on how to give an optional array that a database lacks."""
+    if name not in Given.__dataclass_fields__:
+        return f"Use a database that holds the array {name} (`hydrosim db build` writes it)."
+    return (
+        f"Give it in the case, `hydrodynamics: {{file: ..., {name}: ...}}`, or store it in the"
+        f" database: `hydrosim db convert FILE OUT.nc --given {name}=...`."
+    )
 
 
 def all_headings(db: HydroDatabase) -> HydroDatabase:

@@ -129,7 +129,8 @@ def read_quietly(read: Callable[[Path], Any], path: Path, formats: str) -> Any:
     except (Exception, SystemExit) as error:
         reason = error if isinstance(error, Exception) else " ".join(said.getvalue().split())
         raise InputError(
-            f"{path}: cannot be read as a mesh ({reason}); expected a format that {formats}."
+            f"{path}: cannot be read as a mesh ({reason}); expected a file that {formats}. Check"
+            " that its suffix names its format, or export the mesh again."
         ) from error
 
 
@@ -138,7 +139,10 @@ def _read(path: Path) -> Triangles:
         raise InputError(f"{path}: no such file; expected the mesh of a closed hull.")
     parts = read_quietly(_parts, path, "meshio knows, such as .stl, .obj, .ply or .msh")
     if not parts or not np.isfinite(np.concatenate(parts)).all():
-        raise InputError(f"{path}: has no panels, or coordinates that are not numbers.")
+        raise InputError(
+            f"{path}: found no triangles or quadrilaterals, or coordinates that are not finite"
+            " numbers; expected the surface of a closed hull. Export the mesh again."
+        )
     return np.concatenate(parts).astype(float)
 
 

@@ -37,7 +37,8 @@ _OPTIONAL = (
 
 
 def contents(db: HydroDatabase, form: str) -> Document:
-    """Content of the database; ``form`` is the name of its file format."""
+    """Document with a table of what the database holds: water, frequencies, headings, bodies
+    and optional arrays. ``form`` is the name of the format of its file."""
     said = (("format", form), *_water(db), *_ranges(db), *_bodies(db), *_rest(db))
     return Document(db.attributes.get("title", db.source), [Table(("", ""), list(said))])
 

@@ -33,8 +33,9 @@ def observed(elements: Elements) -> dict[str, tuple[int, int]]:
 
 @kernel
 def observe(t, y, modes, motion, bodies, elements, reactions, wrench, out):
-    """Write the recorded values of elements besides their forces to ``out``, flat: see `observed`.
-    The forces are in ``wrench`` (rows, 6 nb)."""
+    """Write what a run records of fenders, springs and guides, except their forces, to ``out``.
+    `observed` gives the shapes that follow one another in the flat array ``out``. The forces of
+    all elements are read from ``wrench`` (rows, 6 nb) [N, N m]."""
     fenders = elements.fenders
     springs = elements.springs
     if fenders.points.size > 0:

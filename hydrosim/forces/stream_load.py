@@ -139,7 +139,9 @@ def _splines(load: StreamLoad) -> np.ndarray:
 
 @root
 def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
-    """Add every load to its row of ``wrench``, its power to ``rate``."""
+    """Add the force and moment [N, N m] of every wind or current load to its row of ``wrench``,
+    and its power [W] to ``rate``. Both change in place. ``dy``, the derivative of ``y``, is not
+    used: all elements have the same arguments."""
     for e in p.each:
         b = e.body
         _, arm = attachment(b, vector(e.point, 0), bodies, motion)

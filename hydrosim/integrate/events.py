@@ -28,8 +28,9 @@ def scaled(i, now, before, after):
 
 @kernel
 def between(lo, f_lo, hi, f_hi):
-    """Next guess for a zero in [lo, hi], where f_lo >= 0 > f_hi. It is the crossing of the chord,
-    kept off the ends of the bracket so that the bracket always shrinks."""
+    """Next guess for a zero of a function f in [lo, hi], where f(lo) = f_lo >= 0 > f_hi = f(hi).
+    It is the zero of the chord, kept 1 % of the bracket away from its ends, so that the bracket
+    always shrinks."""
     x = lo + (hi - lo) * f_lo / (f_lo - f_hi)
     guard = 0.01 * (hi - lo)
     return min(max(x, lo + guard), hi - guard)

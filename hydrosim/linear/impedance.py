@@ -43,7 +43,8 @@ class Admittance:
     velocities: np.ndarray
 
     def largest_change(self, w: np.ndarray, dZ: np.ndarray) -> Change:
-        """Largest change by ``dZ`` (nw, k, k), at the frequencies ``w`` (nw,)."""
+        """Largest relative change of the motions, over all frequencies ``w`` (nw,) [rad/s], if
+        ``dZ`` (nw, k, k) is added to the impedance [N s/m, N m s/rad]. To first order in ``dZ``."""
         relative = self.velocities @ dZ @ self.units
         if not relative.size:  # none of these coordinates can move
             return Change(0.0, float(w[0]), int(self.active[0]))

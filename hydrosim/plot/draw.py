@@ -144,5 +144,6 @@ def _check(run: xr.Dataset, window: Window) -> None:
     if time[window.of(time)].size < 2:
         raise InputError(
             f"--from, --to: found {window.start:g} to {window.end:g} s, with fewer than two"
-            f" records; expected times of the run, {time[0]:g} to {time[-1]:g} s."
+            " recorded times of the run; expected a longer part of"
+            f" {time[0]:g} to {time[-1]:g} s."
         )

@@ -16,6 +16,6 @@ def open_run(path: str | Path) -> xr.Dataset:
     run = read(Path(path))
     if run.sizes["time"] < 2:
         raise InputError(
-            f"{path}: has fewer than two records, so there is nothing to draw; {REMEDY}."
+            f"{path}: has fewer than two recorded times, so there is nothing to draw; {REMEDY}."
         )
     return run

@@ -318,9 +318,10 @@ def _check(frequency: np.ndarray, matrices: np.ndarray) -> None:
         )
     if not np.all(np.isfinite(frequency)) or frequency[0] < 0 or np.any(np.diff(frequency) <= 0):
         raise InputError(
-            "radiation: frequencies must be finite, not negative and increasing; found"
-            f" {np.array2string(frequency, threshold=8)} rad/s. Put limits at w = 0 and infinity in"
-            " their own arrays and sort the rest."
+            "radiation: found the frequencies"
+            f" {np.array2string(frequency, threshold=8)} rad/s; expected finite, increasing"
+            " numbers, none negative. Sort them. Put added mass at w = 0 into added_mass_zero, and"
+            " at infinity into added_mass_infinite."
         )
     bad = ~np.isfinite(matrices)
     if np.any(bad):

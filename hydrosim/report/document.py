@@ -30,8 +30,9 @@ EXPECTED = "expected the result of `hydrosim run`, `sweep`, `operability` or `co
 
 
 def report_of(path: Path) -> Document:
-    """Document of the result in a file: a run, many runs, limits of operation or a comparison.
-    Raises InputError if the file is none of these."""
+    """Document that presents the result in the netCDF file ``path``. The result is a run, many
+    runs, limits of operation or a comparison. Raises InputError if the file holds none of
+    these."""
     other = _other(path)
     return run_document(read(path, EXPECTED)) if other is None else other
 

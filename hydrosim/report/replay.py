@@ -36,7 +36,7 @@ def replay_document(run: xr.Dataset) -> Document:
     """Document with the replay of a run only."""
     nodes = list(replay_nodes(run))
     if not nodes:
-        raise InputError("the run has fewer than two records: there is nothing to replay.")
+        raise InputError("the run has fewer than two recorded times: there is nothing to replay.")
     lasts = f"{run.time.values[-1]:g} s"
     return Document(title_of(run), [Heading("Replay", "replay"), *nodes], lasts)
 

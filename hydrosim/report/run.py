@@ -49,7 +49,7 @@ def _subtitle(run: xr.Dataset) -> str:
 
 def _series(run: xr.Dataset) -> Iterator[Node]:
     if run.time.size < 2:
-        yield Sentence("The run has fewer than two records: there is nothing to draw.")
+        yield Sentence("The run has fewer than two recorded times: there is nothing to draw.")
         return
     charts = [*main_charts(run), *more_charts(run)]
     every = [*charts, *energies(run)]

@@ -77,16 +77,16 @@ class Results:
             return name or known[0]
         if not known:
             raise InputError("found a run without contacts; expected fenders or landings.")
-        found = f"the group {name}" if name else "no group"
-        raise InputError(f"found {found}; expected one of: {', '.join(known)}.")
+        found = f"the group {name}" if name else "no key group, but several groups of contacts"
+        raise InputError(f"found {found}; expected one of these groups: {', '.join(known)}.")
 
     def body(self, name: str | None) -> str:
         """The body of this name, or the only one; InputError if there is none."""
         known = [str(each) for each in self.run.body.values]
         if name in known or (name is None and len(known) == 1):
             return name or known[0]
-        found = f"the body {name}" if name else "no body"
-        raise InputError(f"found {found}; expected one of: {', '.join(known)}.")
+        found = f"the body {name}" if name else "no key body, but several bodies"
+        raise InputError(f"found {found}; expected one of these bodies: {', '.join(known)}.")
 
 
 @dataclass(frozen=True)
@@ -138,8 +138,9 @@ class StageResult:
             return _number(float(number), "s", self)
         if TIME not in run:
             raise InputError(
-                f"found the result {self.result}, but no group of contacts remembers its stages;"
-                " expected a landing, a body with weight: carried, or a fender with a group."
+                f"found the result {self.result}, but no group of contacts in the run records"
+                " its stages; expected a landing, a body with weight: carried, or a fender with a"
+                " group. Add one to the case, or remove this result."
             )
         if self.result in stages.FIGURES:
             unit = stages.FIGURES[self.result][1]

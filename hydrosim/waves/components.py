@@ -116,9 +116,10 @@ def check_span(environment: Environment, start: float, end: float) -> None:
             case RecordedElevation(time):
                 if start < time[0] - _LATE or end > time[-1] + _LATE:
                     raise InputError(
-                        f"environment.waves: the elevation is recorded from {time[0]:g} to"
-                        f" {time[-1]:g} s; expected a record of the whole run, from {start:g} to"
-                        f" {end:g} s"
+                        "environment.waves: found an elevation file with times from"
+                        f" {time[0]:g} to {time[-1]:g} s; expected times that cover the whole"
+                        f" run, from {start:g} to {end:g} s. Shorten the run, or give a longer"
+                        " file."
                     )
             case _ if end > train.repeat_period + _LATE:
                 raise InputError(

@@ -41,7 +41,8 @@ class LinearMooring(Element):
 
     @property
     def diagonal(self) -> tuple[np.ndarray, np.ndarray]:
-        """Stiffness and natural period (6,) per DOF, 0 where none is given."""
+        """Diagonal of the stiffness (6,) [N/m, N m/rad] and the natural periods (6,) [s] as the
+        case gives them per DOF; 0 in a DOF for which the case gives none."""
         stiffness = np.zeros(6) if self.stiffness is None else np.diag(as_matrix(self.stiffness))
         period = np.zeros(6) if self.natural_period is None else self.natural_period.values()
         return stiffness, np.array(period)

@@ -113,7 +113,10 @@ class _Source:
         """A variable that must exist."""
         value = self.optional(name, *shape)
         if value is None:
-            raise InputError(f"{self.path}: {name} is missing, expected in a BEMIO file.")
+            raise InputError(
+                f"{self.path}: found no {name}, or NaN only; expected numbers, as in every BEMIO"
+                " file. Write the file again with BEMIO."
+            )
         return value
 
     def positive(self, name: str) -> float:
@@ -147,7 +150,11 @@ def _database(source: _Source, given: Given) -> HydroDatabase:
     layout = _layout(source)
     excitation = _loads(source, layout, "excitation")
     if excitation is None:
-        raise InputError(f"{source.path}: excitation/re and im are missing, expected in body1.")
+        lacking = _lacking(source, layout.bodies, "hydro_coeffs/excitation/re")
+        raise InputError(
+            f"{source.path}: {lacking} has no hydro_coeffs/excitation/re, or no .../im; expected"
+            " both for every body. Write the file again with them."
+        )
     added_mass = _matrices(source, layout, "added_mass/all") * layout.density
     damping = _matrices(source, layout, "radiation_damping/all")
     damping = damping * (layout.density * layout.rate[:, None, None])
@@ -160,7 +167,11 @@ def _database(source: _Source, given: Given) -> HydroDatabase:
         points["reference_point"] = points["centre_of_gravity"]
         assumed = "reference points at the centres of gravity"
     if points["reference_point"] is None:
-        raise InputError(f"{source.path}: properties/cg is missing, expected in all bodies.")
+        raise InputError(
+            f"{source.path}: {_lacking(source, layout.bodies, 'properties/cg')} has no"
+            " properties/cg; expected one for every body. Write the file again with it, or give"
+            " reference_point under `hydrodynamics` in the case."
+        )
     remarks = {"assumed": assumed, "mean_drift_method": method, "program": _code(source)}
     return HydroDatabase(
         source=str(source.path),
@@ -216,11 +227,21 @@ def _rows(source: _Source, bodies: int, name: str, *shape: int) -> Real | None:
     return np.concatenate(found) if len(found) == bodies else None
 
 
+def _lacking(source: _Source, bodies: int, name: str) -> str:
+    """The first body without a variable, such as "body2"; "body1" if all have it."""
+    names = [f"body{i + 1}" for i in range(bodies)]
+    return next((body for body in names if source.optional(f"{body}/{name}") is None), names[0])
+
+
 def _matrices(source: _Source, layout: _Layout, name: str) -> Real:
     name, n = f"hydro_coeffs/{name}", 6 * layout.bodies
     value = _rows(source, layout.bodies, name, n, layout.frequency.size)
     if value is None:
-        raise InputError(f"{source.path}: {name} is missing in a body, expected in all.")
+        lacking = _lacking(source, layout.bodies, name)
+        raise InputError(
+            f"{source.path}: {lacking} has no {name}; expected one for every body. Write the file"
+            " again with it."
+        )
     return np.ascontiguousarray(value.transpose(2, 0, 1)[layout.by_frequency])
 
 

@@ -85,7 +85,8 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
             return _File(path, file).database(given)
     except _UNREADABLE as error:
         raise InputError(
-            f"{path}: cannot be read as netCDF ({error}). The file is damaged; write it again."
+            f"{path}: cannot be read as netCDF ({error}). The file is damaged, or is no netCDF"
+            " file. Export it again from Capytaine, or make a database with `hydrosim db build`."
         ) from error
 
 

@@ -75,8 +75,9 @@ def friction(mode, load, v, heading, p):
 
 @kernel
 def margin(mode, load, v, heading, reaction, p):
-    """Distance of the reaction from the limit of stick [N]; in slip, the speed along its heading
-    [m/s]. Negative past the end of the ``mode``."""
+    """Quantity that becomes negative where the ``mode`` of the contact point ends. In stick it is
+    the static limit mu_s N minus the size of the reaction [N]. In slip it is the component of the
+    velocity ``v`` along the direction of slip ``heading`` [m/s]."""
     if mode == STICK:
         return p.static * load.N - length(reaction)
     return v[0] * heading[0] + v[1] * heading[1]

@@ -76,9 +76,10 @@ def plan(
         volume = problem.volume(x)
         now = afloat(compiled, volume)
     raise InputError(
-        f"bodies.{body}: no plan leaves it level: after {ROUNDS} corrections the error is"
-        f" {np.degrees(np.abs(missing[1:]).max()):.2g} deg; expected convergence. Check its"
-        " stability."
+        f"bodies.{body}: found no ballast plan that leaves {body} level. After {ROUNDS}"
+        f" corrections of the pumped volumes, it still heels or trims by"
+        f" {np.degrees(np.abs(missing[1:]).max()):.2g} deg. Check that {body} is stable"
+        " (hydrosim ballast prints GM)."
     )
 
 
@@ -94,7 +95,10 @@ class _Program:
         own = scene.bodies[self.body].pumps
         self.pumps: list[tuple[str, Pump]] = [(pump.name, pump) for pump in own]
         if not self.pumps:
-            raise InputError(f"bodies.{body}.pumps: found no pump; a plan needs at least one.")
+            raise InputError(
+                f"bodies.{body}.pumps: found no pump; expected at least one. A ballast plan"
+                f" (--lift, --rise) moves water with the pumps of {body}. Add pumps to the case."
+            )
         self.names = tank_names(scene)
         first = flow_names(scene).index(f"{own[0].name} of {body}")
         flows = self.p.flows[first : first + len(own)]

@@ -157,8 +157,9 @@ class Keeper:
             return
         lines = _changes(stored.get(CASE, ""), here[CASE])
         raise InputError(
-            f"--resume: {self._kept.output.path} was made with a different state of:"
-            f" {other[0]}.{lines} Run without --resume from the start, or restore that state."
+            f"--resume: {' and '.join(other)} changed after {self._kept.output.path} was"
+            f" written; expected no change.{lines} Undo the change, or run from the start without"
+            " --resume."
         )
 
 

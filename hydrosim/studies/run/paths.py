@@ -86,7 +86,9 @@ class Path:
         counters[RECORDS] = min(counters[RECORDS], 1)
 
     def apart(self, ranges: np.ndarray) -> np.ndarray:
-        """Largest differences at the common records (nt, nb), relative to ``ranges`` (nb, 2)."""
+        """Distance (nt, nb) between this path and the run, for each common recorded time and each
+        body: the largest of the differences of its position [m] over ``ranges[:, 0]`` and of its
+        angles [rad] over ``ranges[:, 1]``."""
         gaps = self.gaps()
         widest = np.abs(gaps).reshape(len(gaps), -1, 2, 3).max(axis=3)
         return (widest / ranges).max(axis=2)

@@ -40,13 +40,16 @@ def _one(result: xr.Dataset, number: int | None) -> xr.Dataset:
     if RUN not in result.dims:
         if number is not None:
             raise InputError(
-                f"--run: found {number}, and the result of one run; remove the option."
+                f"--run: found {number}, but the file holds one run, so there is nothing to"
+                " choose; expected no --run. Leave the option out."
             )
         return result
     last = result.sizes[RUN] - 1
     if number is None or not 0 <= number <= last:
-        found = "a result of many runs" if number is None else f"{number}"
-        raise InputError(f"--run: found {found}; expected a number from 0 to {last}.")
+        found = "no option, but the file holds many runs" if number is None else f"{number}"
+        raise InputError(
+            f"--run: found {found}; expected the number of one run, from 0 to {last}."
+        )
     run = result.isel({RUN: number})
     texts = {
         str(name): str(one.values) for name, one in run.variables.items() if one.dtype.kind in "OU"

@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 
 
 def outdated(stage: Stage) -> str | None:
-    """Reason why the run of a stage must be made (again); None if it is up to date."""
+    """Reason why the case of a stage must be run, for the first time or again. None if the
+    existing result belongs to the present case and program."""
     if not os.path.isfile(stage.file):
         return f"{stage.file} does not exist"
 
