@@ -136,6 +136,8 @@ def compare(
     from hydrosim.results.netcdf import write
     from hydrosim.wording.comparison import comparison_tables
 
+    require_file(run_file, "the result of a run (RUN.nc)")
+    require_file(recorded, "a recorded series (csv, MATLAB, HDF5 or netCDF)")
     inputs = [path for path in (recorded, mapping) if path]
     result = placed(output, name, "comparison", run_file, inputs=inputs, overwrite=overwrite)
     page = result.at(result.path.with_suffix(".png"), "picture").checked()

@@ -62,10 +62,11 @@ def explain(
     if direction not in AXES:
         raise InputError(f"--direction: found {direction}; expected one of {', '.join(AXES)}.")
     name = f"{stem_of(run_file)}_explained"
+    run = runs_at(run_file)
+    require_file(run_file, "the result of a run or of a study (RUN.nc)")
     result = placed(output, name, "explanation", run_file, overwrite=overwrite)
     page = result.at(result.path.with_suffix(".png"), "picture").checked()
     between = window_of(start, end)
-    run = runs_at(run_file)
     many = run is not None
     if run is None:
         run = read(run_file)

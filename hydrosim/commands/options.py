@@ -56,6 +56,13 @@ Overwrite = Annotated[
 ]
 
 
+def require_file(path: Path, expected: str) -> None:
+    """Raises InputError if there is nothing at ``path``. It comes before messages about results,
+    which have their names from the input."""
+    if not os.path.exists(path):
+        raise InputError(f"{path}: there is no such file; expected {expected}.")
+
+
 def placed(
     given: Path | None,
     default: str,

@@ -25,6 +25,7 @@ def replay(
     from hydrosim.report.page import written_page
 
     name = f"{run_file.stem}_replay"
+    require_file(run_file, "the result of a run (RUN.nc)")
     page = placed(output, name, "replay", run_file, overwrite=overwrite, suffix=".html")
     with progress("replay"):
         size = written_page(replay_of(run_file), page)

@@ -30,6 +30,7 @@ def report(
     from hydrosim.report.page import written_page
 
     name = f"{run_file.stem}_report"
+    require_file(run_file, "the result of `hydrosim run`, `sweep`, `operability` or `compare`")
     page = placed(output, name, "report", run_file, overwrite=overwrite, suffix=".html")
     with progress("report"):
         size = written_page(report_of(run_file), page)

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from hydrosim.commands.options import From, Overwrite, Verbose, names_in, placed, seconds
+from hydrosim.commands.options import From, Overwrite, Verbose, names_in, placed, require_file, seconds
 from hydrosim.commands.progress import progress
 from hydrosim.commands.terminal import not_complete, show, show_document
 
@@ -60,6 +60,7 @@ def statistics(
         table = place_table(run_file, output, overwrite=overwrite)
         show_study(runs, table, verbose)
         return
+    require_file(run_file, "the result of a run or of a study (RUN.nc)")
     name = f"{run_file.stem}_statistics"
     result = placed(output, name, "statistics", run_file, overwrite=overwrite)
     run = read(run_file)

@@ -7,7 +7,8 @@ not ring where contact begins. No spline bridges a gap: a gap is an error.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -75,12 +76,14 @@ def align(
     overlap = _overlap(run.time.values, stamps, between, recording.source, recording.lines)
     pairs = []
     for channel, place in places.items():
-        ours, unit = _ours(run, channel, place)
         interpolate = PchipInterpolator if channel.startswith(MONOTONE) else CubicSpline
-        values, said, precision = _recorded(recording, channel, place, unit, overlap.recorded)
+        with _naming(place):
+            ours, unit = _ours(run, channel, place)
+            values, said, precision = _recorded(recording, channel, place, unit, overlap.recorded)
+            column = recording.column(place.column).name
         pair = Pair(
             channel,
-            recording.column(place.column).name,
+            column,
             unit,
             said,
             _at(overlap.time, run.time.values[overlap.ours], ours[overlap.ours], interpolate),
@@ -89,6 +92,15 @@ def align(
         )
         pairs.append(pair)
     return overlap, pairs
+
+
+@contextmanager
+def _naming(place: Place) -> Iterator[None]:
+    """Put the line of a mapping before the message of an InputError about its channel."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{place.written}: {error}" if place.written else str(error)) from error
 
 
 def recorded_time(recording: Recording, time: TimeColumn) -> np.ndarray:
@@ -196,9 +208,10 @@ def _recorded(
         if place.offset.unit is not None:
             factor(place.offset.unit, unit)  # units of different kinds: ValueError
     except ValueError as error:
-        remedy = "give the right unit in a mapping"
+        remedy = f"give the column's unit in a mapping, such as {{unit: {unit}}}"
         recording.source.wrong(
-            f"found {error}, for {shown(column.name)} as {channel}; expected {unit}; {remedy}"
+            f"{error}; expected a unit of the kind of {unit}, for {channel} from the column"
+            f" {shown(column.name)}; {remedy}"
         )
     compared = np.zeros(column.value.size)  # missing values outside the compared part do no harm
     compared[part] = column.value[part]

@@ -17,10 +17,18 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, BeforeValidator, StrictBool, StrictInt, StrictStr
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    PrivateAttr,
+    StrictBool,
+    StrictInt,
+    StrictStr,
+)
 
 from hydrosim.documents import quantities as of
 from hydrosim.documents.layers import read_case
+from hydrosim.documents.nodes import locate, where
 from hydrosim.documents.quantities import Strict
 from hydrosim.documents.text import spelled
 from hydrosim.documents.units import AnyQuantity, Scale, problem, shown
@@ -65,6 +73,12 @@ class Place(Strict):
     sign: Annotated[StrictInt, AfterValidator(_sign)] = 1
     offset: Annotated[Scale, AnyQuantity("offset", "5 cm")] = Scale(0.0)
     point: of.Point | None = None
+    _written: str = PrivateAttr("")
+
+    @property
+    def written(self) -> str:
+        """File, line and key that gives the column; empty without a file."""
+        return self._written
 
 
 class MappingFile(Strict):
@@ -80,4 +94,8 @@ def read_mapping(path: Path | str) -> MappingFile:
     """Read the mapping in the YAML file ``path``. Raises InputError with a line for each problem:
     file and line, key, value found, value expected."""
     _, document = read_case(Path(path))
-    return validated(document, MappingFile)
+    mapping = validated(document, MappingFile)
+    for name, place in mapping.channels.items():
+        key, mark = locate(document, ("channels", name))
+        place._written = f"{where(mark)}: {key}"
+    return mapping

@@ -100,8 +100,12 @@ def _read_text(path: Path) -> str:
         raise InputError(f"{path}: found a pipe or a device; expected a case file (YAML)")
     try:
         return path.read_bytes().decode("utf-8-sig")
+    except FileNotFoundError:
+        text = f"found no such file; expected a YAML file in the folder {path.parent.absolute()}"
+        raise InputError(f"{path}: {text}; check its name and its folder") from None
     except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+        text = f"found a file that cannot be read ({error.strerror}); expected a YAML file"
+        raise InputError(f"{path}: {text}") from None
     except UnicodeDecodeError as error:
         line = error.object.count(b"\n", 0, error.start) + 1
         raise InputError(f"{path}:{line}: found bytes that are no text; expected UTF-8") from None

@@ -113,7 +113,13 @@ def _meant(word: str, known: list[str]) -> Iterator[str]:
     plain = {_plain(name): name for name in known}
     yield from [plain[word]] if word in plain else []
     yield from (name for name in known if word in SYNONYMS.get(name, "").split())
+    yield from (name for name in known if "_" in word and _has_words(name, word))
     yield from (plain[name] for name in get_close_matches(word, plain, n=1, cutoff=CLOSE))
+
+
+def _has_words(name: str, word: str) -> bool:
+    """Whether a name has all words of ``word``, in any order."""
+    return {*word.split("_")} <= {*_plain(name).split("_")}
 
 
 def _plain(word: str) -> str:

@@ -27,7 +27,7 @@ from hydrosim.documents.units import LARGEST, LARGEST_OF, factor, shown
 from hydrosim.errors import InputError
 
 REMARKS = ("#", "%", "!")
-SEPARATORS = (",", ";", "\t", None)
+SEPARATORS = (";", ",", "\t", None)
 RULE = re.compile(r"[-=_+|\s]*")
 IN_BRACKETS = re.compile(r"(?P<name>.*?)\s*(?:\[(?P<unit>[^\]]*)\]|\((?P<round>[^)]*)\))\s*")
 TIME = re.compile(r"(?:time|t)", re.IGNORECASE)
@@ -110,7 +110,7 @@ def parse(source: Source, dates: bool = False, first: str = "the time [s]") -> T
             if not rows:
                 separator = _separator(stripped)
                 dated = _dates(stripped, separator)
-            rows.append(_numbers(source, number, _split(stripped, separator), dates))
+            rows.append(_numbers(source, number, stripped, separator, dates))
             lines.append(number)
             if dates and _dates(stripped, separator) != dated:
                 source.wrong(
@@ -219,13 +219,17 @@ def _split(line: str, separator: str | None) -> list[str]:
     return [part.strip().strip("\"'") for part in line.split(separator)]
 
 
-def _numbers(source: Source, line: int, fields: Sequence[str], dates: bool) -> list[float]:
+def _numbers(
+    source: Source, line: int, text: str, separator: str | None, dates: bool
+) -> list[float]:
     numbers = []
-    for field in fields:
+    for field in _split(text, separator):
         try:
             numbers.append(_number(field, dates))
         except ValueError:
             remedy = "a decimal point, not a comma, and # before a remark"
+            if separator == ";" and "," in field:
+                remedy = f'";" separates columns here; write {shown(field.replace(",", "."))}'
             expected = f"a number{DATED if dates else ''}; {remedy}"
             source.wrong(f"found {shown(field)}; expected {expected}", line)
     return numbers

@@ -47,6 +47,9 @@ def _spelled_out(value: Any) -> Any:
     span = SPAN.fullmatch(value.strip()) if isinstance(value, str) else None
     if span is not None and int(span[1]) <= int(span[2]) < int(span[1]) + MOST_SEEDS:
         return list(range(int(span[1]), int(span[2]) + 1))
+    if span is not None and int(span[1]) > int(span[2]):
+        found = f'"{value}", which runs backwards'
+        raise problem(found, "the smaller seed first", f'write "{span[2]}-{span[1]}"')
     if isinstance(value, str):
         raise problem(f'"{value}"', f"{SEEDS}; at most {MOST_SEEDS:,} of them")
     return value
@@ -322,15 +325,17 @@ class StageCriterion(OfStages, Limited):
 
 
 def _of_what(value: Any) -> str:
-    return "stages" if "result" in (value if isinstance(value, dict) else dir(value)) else "channel"
+    """Tag of the model that reads a figure. A tag is no key, because `locate` would take it."""
+    keys = value if isinstance(value, dict) else dir(value)
+    return "of stages" if "result" in keys else "of a channel"
 
 
 Asked = Annotated[
-    Annotated[OfChannel, Tag("channel")] | Annotated[OfStages, Tag("stages")],
+    Annotated[OfChannel, Tag("of a channel")] | Annotated[OfStages, Tag("of stages")],
     Discriminator(_of_what),
 ]
 Criterion = Annotated[
-    Annotated[ChannelCriterion, Tag("channel")] | Annotated[StageCriterion, Tag("stages")],
+    Annotated[ChannelCriterion, Tag("of a channel")] | Annotated[StageCriterion, Tag("of stages")],
     Discriminator(_of_what),
 ]
 

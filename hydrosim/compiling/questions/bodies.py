@@ -9,11 +9,11 @@ import numpy as np
 from hydrosim.compiling.questions.doubt import About, Doubt
 from hydrosim.compiling.questions.extents import extents
 from hydrosim.compiling.questions.periods import natural_periods
-from hydrosim.database.database import needed
+from hydrosim.database.database import HydroDatabase, needed
 from hydrosim.dofs import DOFS
 from hydrosim.forces.applied_force import AppliedForce
 from hydrosim.forces.signal import Harmonic, Signal
-from hydrosim.scene import Body, Weight
+from hydrosim.scene import Body, Question, Weight
 from hydrosim.tanks.loading import at_start, body_without, least_moment
 
 MASS_TOLERANCE = 0.01  # relative difference of mass and displaced mass that needs a question
@@ -27,12 +27,9 @@ LARGER = 1.25  # ratio: rounding, above the radius of gyration of a body with al
 def mass(about: About) -> Iterator[Doubt]:
     """Ask about bodies whose mass differs from their displacement."""
     for _, body, db in about.wet():
-        displaced = db.water_density * float(needed(db, "volume")[0])
-        if abs(body.mass - displaced) > MASS_TOLERANCE * displaced:
-            ratio = body.mass / displaced if displaced > 0.0 else np.inf
-            hopeless = not 1.0 / HOPELESS < ratio < HOPELESS
-            if body.weight == Weight.CARRIED and not hopeless:
-                continue
+        if _is_mass_doubtful(body, db):
+            displaced = _displaced_mass(db)
+            hopeless = _is_hopeless(body, displaced)
             yield Doubt(
                 f"bodies.{body.name}.mass",
                 f"{body.mass:.4g} kg",
@@ -42,6 +39,29 @@ def mass(about: About) -> Iterator[Doubt]:
                 else "Weight and buoyancy are assumed to balance.",
                 hopeless,
             )
+
+
+def _displaced_mass(db: HydroDatabase) -> float:
+    """Mass of the water that a body displaces [kg]."""
+    return db.water_density * float(needed(db, "volume")[0])
+
+
+def _is_hopeless(body: Body, displaced: float) -> bool:
+    """Whether no body of this mass floats at this displacement."""
+    ratio = body.mass / displaced if displaced > 0.0 else np.inf
+    return not 1.0 / HOPELESS < ratio < HOPELESS
+
+
+def _is_mass_doubtful(body: Body, db: HydroDatabase) -> bool:
+    """Whether the mass differs from the displacement, and nothing carries the difference."""
+    displaced = _displaced_mass(db)
+    differs = abs(body.mass - displaced) > MASS_TOLERANCE * displaced
+    return differs and (body.weight != Weight.CARRIED or _is_hopeless(body, displaced))
+
+
+def _is_mass_asked(about: About, body: Body, db: HydroDatabase) -> bool:
+    """Whether `mass` asks about a body, because the user does not accept the question."""
+    return Question.MASS not in about.scene.accept and _is_mass_doubtful(body, db)
 
 
 def inertia(about: About) -> Iterator[Doubt]:
@@ -143,9 +163,9 @@ def periods(about: About) -> Iterator[Doubt]:
 
 def lift(about: About) -> Iterator[Doubt]:
     """Ask about applied forces that lift a hull out of the water, or sink it."""
-    for _, body, _ in about.wet():
-        if body.hydrostatics is not None:
-            continue
+    for _, body, db in about.wet():
+        if body.hydrostatics is not None or _is_mass_asked(about, body, db):
+            continue  # with another mass, the weight is another
         own = [
             _extremes(e.force["heave"], about.scene.duration)
             for e in about.scene.forces.values()

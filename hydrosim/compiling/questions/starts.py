@@ -64,7 +64,7 @@ def overlap(about: About) -> Iterator[Doubt]:
     for name, fender, deep in _fenders(about):
         worst = int(np.argmax(deep))
         if isinstance(fender.normal, NormalCurve) and deep[worst] > DEEPEST:
-            found = f"point {worst + 1} {deep[worst]:.3g} m behind its plane at the start"
+            found = f"that point {worst + 1} is {_metres(deep[worst])} behind its plane at the start"
             usual = f"usual is a gap, or a compression of up to {DEEPEST:g} m"
             advice = "Check points (body frame, from the centre of gravity) and plane.point."
             yield Doubt(f"forces.{name}", found, usual, advice)
@@ -76,7 +76,7 @@ def plane(about: About) -> Iterator[Doubt]:
         here = about.centre(about.index[fender.body])
         behind = _inside(about, fender.planes()[0], here)
         if behind > 0.0 and np.all(behind > deep) and np.any(deep != 0.0):
-            found = f"{fender.body}'s centre of gravity {behind:.3g} m behind the plane"
+            found = f"{fender.body}'s centre of gravity, which is {_metres(behind)} behind the plane"
             usual = f"usual is a normal that points to the side of {fender.body}"
             advice = "Is plane.normal reversed? It points to the free side."
             yield Doubt(f"forces.{name}.plane", found, usual, advice)
@@ -96,7 +96,7 @@ def fall(about: About) -> Iterator[Doubt]:
         if falls and body.name not in held | {*about.facts.databases} and gap > DROP:
             yield Doubt(
                 f"bodies.{body.name}.initial.position",
-                f"a gap of {gap:.3g} m between {body.name} and all contacts that can carry it",
+                f"a gap of {_metres(gap)} between {body.name} and all contacts that can carry it",
                 f"usual is up to {DROP:g} m",
                 "It falls freely until it touches. Points are in the body frame, from the centre"
                 " of gravity; planes in the earth frame.",
@@ -132,6 +132,11 @@ def _fenders(about: About) -> Iterator[tuple[str, Contact, np.ndarray]]:
             pairs = zip(fender.planes(), places, strict=True)
             deep = [_inside(about, plane, place) for plane, place in pairs]
             yield name, fender, np.array(deep)
+
+
+def _metres(length: float) -> str:
+    """A length with its unit. A decimal tells it from a number of something."""
+    return f"{length:.1f} m" if 0.1 <= length < 100.0 else f"{length:.3g} m"
 
 
 def _inside(about: About, plane: Plane, place: np.ndarray) -> float:
