@@ -16,6 +16,7 @@ from hydrosim.commands.options import (
     numbers,
     placed,
     refuse_options,
+    require_file,
     window_of,
 )
 from hydrosim.commands.terminal import show, show_document

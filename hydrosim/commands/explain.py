@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrosim.commands.options import From, Overwrite, Verbose, placed, window_of
+from hydrosim.commands.options import From, Overwrite, Verbose, placed, require_file, window_of
 from hydrosim.commands.progress import progress
 from hydrosim.commands.terminal import show, show_document
 from hydrosim.errors import InputError

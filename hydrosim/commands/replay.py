@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from hydrosim.commands.options import Overwrite, placed
+from hydrosim.commands.options import Overwrite, placed, require_file
 from hydrosim.commands.progress import progress
 from hydrosim.commands.terminal import show
 

@@ -41,7 +41,8 @@ def opened(source: Source, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     if isinstance(source, HydroDatabase):
         return in_order(source)
     raise InputError(
-        f"hydrodynamics: found {type(source).__name__}; expected a file or a HydroDatabase."
+        f"hydrodynamics: found an object of type {type(source).__name__}; expected a"
+        " pathlib.Path, a HydroDatabase or a ChangedDatabase."
     )
 
 

@@ -210,7 +210,7 @@ def check_fit(scene: Scene, model: Model, layout: StateLayout) -> None:
         stored += [f"memory of {name}" for name in run.memory_dof.values]
     zero = {*str(run.attrs.get("zero_by_symmetry", "")).splitlines()}
     problems = {
-        "it lacks": [name for name, of in names.items() if name not in stored and {*of} - zero],
+        "that run lacks": [name for name, of in names.items() if name not in stored and {*of} - zero],
         "this scene lacks": [name for name in stored if name not in names],
     }
     found = "; ".join(f"{what} {_listed(names)}" for what, names in problems.items() if names)
@@ -222,7 +222,8 @@ def check_fit(scene: Scene, model: Model, layout: StateLayout) -> None:
     if found:
         raise InputError(
             f"initial.run: {_source(run)}: {found}; expected the same bodies, degrees of freedom"
-            " and radiation in both. Change this case, or run the earlier case again."
+            " and radiation in that run and in this scene. Change this case, or run the earlier"
+            " case again."
         )
 
 

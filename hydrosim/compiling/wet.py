@@ -91,8 +91,8 @@ class WetGroup:
         return moving(self.bodies)
 
     def doubts(self, seas: Sequence[Components]) -> tuple[str, ...]:
-        """Warnings about the data of the database that the scene uses in the ``seas``. Raises
-        InputError if such data cannot be right."""
+        """Warnings from the checks of the database. Only data count that the scene uses in its
+        ``seas``, one for each wave train. Raises InputError if a check refuses such data."""
         each = self.members or (self,)
         found = (judged(one.read, one.bodies, one.free, seas) for one in each)
         return tuple(dict.fromkeys(text for texts in found for text in texts))
@@ -384,8 +384,8 @@ def _check_table(db: HydroDatabase, body: Body, table: Memory) -> None:
     if table.step > longest:
         raise InputError(
             f"bodies.{body.name}.radiation.step: found {table.step:g} s; expected at most"
-            f" {longest:.3g} s, half the shortest period of {db.source}. A fifth of that period"
-            " is better."
+            f" {longest:.3g} s, half the shortest wave period of {db.source}. A better choice is"
+            f" {0.4 * longest:.3g} s, a fifth of that period."
         )
 
 

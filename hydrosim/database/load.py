@@ -86,8 +86,8 @@ def recognise(path: Path | str) -> tuple[Reader, Path]:
                 return reader, file
     names = ", ".join(reader.NAME for reader in READERS)
     if what := NOT_READ.get(path.suffix.lower()):
-        raise InputError(f"{path}: is {what}; expected one of {names}.")
-    raise InputError(f"{path}: is of no known format; expected one of {names}.")
+        raise InputError(f"{path}: found {what}; expected one of {names}.")
+    raise InputError(f"{path}: found a file of no known format; expected one of {names}.")
 
 
 def _files(path: Path) -> list[Path]:

@@ -190,14 +190,15 @@ def _array(file: netCDF4.Dataset, name: str, variable: Variable) -> Any:
     expected = variable.dimensions + (("complex",) if variable.is_complex else ())
     if stored.dimensions != expected:
         raise InputError(
-            f"{file.filepath()}: variable {name} has dimensions {stored.dimensions}, expected"
-            f" {expected}."
+            f"{file.filepath()}: variable {name}: found the dimensions"
+            f" {', '.join(stored.dimensions) or 'none'}; expected {', '.join(expected) or 'none'}."
+            " Change the program that wrote the file, or convert the original database again."
         )
     units = str(getattr(stored, "units", variable.units))
     if units != variable.units:
         raise InputError(
-            f"{file.filepath()}: variable {name} is in {units!r}, expected {variable.units!r}."
-            " Convert its numbers."
+            f"{file.filepath()}: variable {name}: found the unit {units!r}; expected"
+            f" {variable.units!r}. Convert its numbers, and change the attribute units."
         )
     try:
         numbers = np.ma.filled(np.ma.asarray(stored[...]).astype(np.float64), np.nan)

@@ -88,7 +88,8 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
 
 @kernel
 def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
-    """Add every applied force to its row of ``wrench``, its power to ``rate``."""
+    """Add every applied force [N, N m] to its row of ``wrench``, and its power [W] to ``rate``, in
+    place."""
     for e in p.each:
         b = e.body
         row = e.row

@@ -17,8 +17,8 @@ from hydrosim.rigid.stiffness import spring_energy, spring_force
 
 @kernel
 def add_hydrostatics(motion, bodies, stiffness, wrench):
-    """Add the force of every body's ``stiffness`` (nb, 6, 6) to the hydrostatic row of
-    ``wrench``."""
+    """Add the hydrostatic force and moment [N, N m] of every body, -``stiffness`` (nb, 6, 6) times
+    its coordinates, to the hydrostatic row of ``wrench`` in place."""
     for b in range(bodies.each.size):
         Q = spring_force(6 * b, motion.coordinates, stiffness[b])
         wrench_of_coordinates(b, Q, bodies, motion, wrench[HYDROSTATIC])

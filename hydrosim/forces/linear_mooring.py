@@ -135,7 +135,8 @@ def _check_ratios(name: str, ratios: np.ndarray, stiffness: np.ndarray) -> None:
 
 @kernel
 def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
-    """Add the force of every mooring to its row of ``wrench``, its dissipation to ``rate``."""
+    """Add the force [N, N m] of every mooring to its row of ``wrench``, and the power [W] that it
+    dissipates to ``rate``, in place."""
     for mooring in p:
         b = mooring.body
         row = mooring.row

@@ -19,6 +19,7 @@ def turned(vector: Vector) -> tuple[float, ...]:
 
 
 def foot(point: Vector, normal: Vector, y: float) -> tuple[float, ...]:
-    """The point of a plane that is nearest to the origin, moved by -``y``."""
+    """The point (3,) [m] of a plane that is nearest to the origin, in axes whose origin is at
+    (0, ``y``, 0). The plane has the ``normal`` and goes through ``point``, in the old axes."""
     n = np.array(normal, dtype=float)
     return tuple(n * (np.subtract(point, (0.0, y, 0.0)) @ n) / (n @ n))

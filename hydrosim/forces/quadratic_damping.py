@@ -66,7 +66,8 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> np
 
 @root
 def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
-    """Add the force of every element to its row of ``wrench``, its dissipation to ``rate``."""
+    """Add the force [N, N m] of every element to its row of ``wrench``, and the power [W] that it
+    dissipates to ``rate``, in place."""
     for e in p:
         u = relative_velocity(e.body, e.stream, motion)
         squares = (

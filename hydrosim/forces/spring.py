@@ -172,7 +172,8 @@ def tension(line, mode, s, p):
 
 @root
 def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
-    """Add the force of every spring to its row of ``wrench``, its dissipation to ``rate``."""
+    """Add the force [N, N m] of every spring to its row of ``wrench``, and the power [W] that it
+    dissipates to ``rate``, in place."""
     for i in range(p.lines.size):
         line = p.lines[i]
         mode = modes[p.mode + i]

@@ -102,8 +102,8 @@ class _Loads:
         self.work: Work = new_work(model)
 
     def at(self, q: np.ndarray) -> np.ndarray:
-        """Generalised loads (n,) at rest at ``q`` (n,); contacts have the modes of that
-        position."""
+        """Generalised loads (n,) [N, N m] on bodies that rest at the coordinates ``q`` (n,)
+        [m, rad]. Contacts are open or closed as they are at ``q``."""
         model = self.model
         state = self.state
         work = self.work

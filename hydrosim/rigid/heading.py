@@ -155,7 +155,9 @@ def find_flow(p, motion, hulls):
 
 @kernel
 def accelerations_along(p, motion, flow, a):
-    """Turn ``a`` (6 nb,) = v' into the rate of P^T (v - U): P^T v' - psi' J P^T (v - U)."""
+    """Change the accelerations ``a`` (6 nb,) in place, from v' in earth axes to the time derivative
+    of ``flow`` = P^T (v - U) in heading axes, P^T v' - psi' J P^T (v - U). P turns heading axes
+    into earth axes, U is the velocity of the water, and J = e_z x."""
     all_to_heading(p, motion, a)
     for b in p.turning:
         rate = motion.rate[6 * b + 5]

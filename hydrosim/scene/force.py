@@ -60,7 +60,8 @@ class ForceElement:
         return ()
 
     def couplings(self) -> Iterator[np.ndarray]:
-        """Matrices (6, 6) that couple the coordinates of its body."""
+        """Its matrices (6, 6) of stiffness or damping, whose entries off the diagonal couple
+        the coordinates of its body."""
         yield from ()
 
     def parts(self, y: float) -> Sequence[ForceElement]:

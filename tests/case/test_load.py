@@ -113,7 +113,7 @@ def test_what_is_not_a_case_file(refusal: Refusal, text: str | bytes, message: s
 
 
 def test_missing_file_and_directory(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"nowhere\.yaml: cannot be read: No such file"):
+    with pytest.raises(InputError, match=r"nowhere\.yaml: found no such file; expected a YAML"):
         load_case(tmp_path / "nowhere.yaml")
     with pytest.raises(InputError, match="found a directory; expected a case file"):
         load_case(tmp_path)

@@ -194,8 +194,8 @@ def test_an_option_that_would_do_nothing_is_refused(
     ("arguments", "message"),
     [
         (("compare", "none.nc", "test.csv"), "none.nc: there is no such file; expected the result"),
-        (("compare", "run.nc", "none.csv"), "none.csv: there is no such file"),
-        (("compare", "run.nc", "test.csv", "-m", "none.yaml"), "none.yaml: cannot be read"),
+        (("compare", "run.nc", "none.csv"), "none.csv: there is no such file; expected a recorded"),
+        (("compare", "run.nc", "test.csv", "-m", "none.yaml"), "none.yaml: found no such file; expected"),
         (("compare", "run.nc", "test.csv", "--tolerance", "x=-1"), "--tolerance: found '-1'"),
         (("compare", "run.nc", "test.csv", "--tolerance", "x=1"), "--tolerance: found x; expected"),
         (

@@ -328,7 +328,8 @@ BAD = {
         {"time": STOPPED, "heave": HEAVE},
         PLACE,
         {},
-        r"data\.csv:12: found no records from 1\.8 s to 32 s; expected records about 0\.2 s apart",
+        r"data\.csv:12: found no recorded times between 1\.8 s and 32 s; expected times about"
+        r" 0\.2 s apart",
     ),
     "duplicate": (
         {"time": TWICE, "heave": HEAVE},
@@ -340,8 +341,8 @@ BAD = {
         {"time": TIME + 1e3, "heave": HEAVE},
         PLACE,
         {},
-        "found records from 1000 s to 1600 s, and a run from 0 s to 600 s; expected at"
-        " least 10 common times; give the offset of recorded times",
+        "found recorded times from 1000 s to 1600 s, and a run from 0 s to 600 s; expected an"
+        " overlap with at least 10 times of each; give the offset of recorded times",
     ),
     "asked": (
         {"heave": HEAVE},
@@ -353,13 +354,14 @@ BAD = {
         {"heave": HEAVE},
         {"position.barge.heave": {"column": "heave", "unit": "kN"}},
         {},
-        r'"kN" is another kind of quantity, for "heave" as position\.barge\.heave; expected m',
+        r'"kN" is another kind of quantity; expected a unit of the kind of m, for'
+        r' position\.barge\.heave from the column "heave"; give the column.s unit',
     ),
     "offset": (
         {"heave": HEAVE},
         {"position.barge.heave": {"column": "heave", "offset": "2 deg"}},
         {},
-        r'"deg" is another kind of quantity, for "heave"',
+        r'"deg" is another kind of quantity; expected a unit of the kind of m',
     ),
     "time": ({"heave": HEAVE}, PLACE, {"time": {"unit": "m"}}, r'"m" is another kind.*expected s'),
     "column": ({"heave": HEAVE}, {"wave_elevation": "heeve"}, {}, r'found no column "heeve"'),

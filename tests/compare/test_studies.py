@@ -74,7 +74,7 @@ def test_equal_runs_and_constant_differences() -> None:
 
 
 def test_too_few_runs() -> None:
-    with pytest.raises(InputError, match="found no channel with 3 or more runs"):
+    with pytest.raises(InputError, match="found no recorded number that at least 3 runs"):
         compare_studies(runs(np.ones((2, 2))), runs(np.ones((2, 2))))
 
 

@@ -302,7 +302,7 @@ def test_states_that_are_not_finite_are_refused(short: xr.Dataset) -> None:
 OTHERS: dict[str, tuple[dict[str, Any], list[str]]] = {
     "body": (
         {"name": "ship"},
-        ["it lacks surge of ship, ", "this scene lacks", "surge of barge, "],
+        ["that run lacks surge of ship, ", "this scene lacks", "surge of barge, "],
     ),
     "dofs": ({"dofs": ("surge",)}, ["this scene lacks heave of barge, pitch of barge, "]),
     "no radiation": (
@@ -311,7 +311,7 @@ OTHERS: dict[str, tuple[dict[str, Any], list[str]]] = {
     ),
     "convolution": (
         {"radiation": RadiationModel.CONVOLUTION},
-        ["it lacks memory of surge of barge", "this scene lacks", "radiation 1 of "],
+        ["that run lacks memory of surge of barge", "this scene lacks", "radiation 1 of "],
     ),
 }
 

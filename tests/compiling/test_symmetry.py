@@ -650,7 +650,7 @@ class TestRestart:
         """Locked is not zero by symmetry."""
         locked = hs.simulate(replace(barge(dofs=("surge", "heave", "pitch")), duration=10.0))
         scene = replace(scene_of("base"), duration=10.0, initial=Start(locked))
-        with pytest.raises(hs.InputError, match="it lacks sway of barge"):
+        with pytest.raises(hs.InputError, match="that run lacks sway of barge"):
             hs.simulate(scene)
 
 

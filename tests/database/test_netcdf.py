@@ -75,7 +75,7 @@ def test_other_dimensions_are_refused(made_up, tmp_path):
     netcdf.write(made_up(), tmp_path / "db.nc")
     with netCDF4.Dataset(tmp_path / "db.nc", "a") as file:
         file.renameDimension("influenced_dof", "mode")
-    with pytest.raises(InputError, match=r"added_mass has dimensions .*'mode'.* expected"):
+    with pytest.raises(InputError, match=r"added_mass: found the dimensions .*mode.*; expected"):
         netcdf.read(tmp_path / "db.nc")
 
 

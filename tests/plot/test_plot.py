@@ -328,7 +328,7 @@ def test_channels_by_name_in_a_format(form: str, start: bytes, tmp_path: Path) -
 def test_a_time_without_records_is_refused(tmp_path: Path) -> None:
     with pytest.raises(
         InputError,
-        match="found 70 to 80 s, with fewer than two records; expected times of the run, 0 to 60 s",
+        match="found 70 to 80 s, with fewer than two recorded times of the run; expected a longer part",
     ):
         draw(run_of(), tmp_path, "case", view=View(Window(70.0, 80.0)))
 
@@ -349,7 +349,7 @@ def test_open_run_refuses_what_is_not_a_run(tmp_path: Path) -> None:
         tmp_path: "is a directory",
         text: "cannot be read as netCDF",
         other: "is netCDF without position",
-        short: "fewer than two records",
+        short: "fewer than two recorded times",
     }.items():
         with pytest.raises(InputError, match=reason) as error:
             open_run(path)

@@ -93,7 +93,8 @@ def assembled(
     rows = rows[np.isfinite(omega[rows]) & (omega[rows] > 0)]
     if rows.size == 0:
         raise InputError(
-            f"{path}: has no wave frequency, expected at least one. Export it with added mass."
+            f"{path}: found no frequency that is finite and above zero; expected at least one."
+            " Export added mass and damping at wave frequencies too."
         )
     limits = {"added_mass_zero": omega == 0, "added_mass_infinite": np.isinf(omega)}
     for name, where in limits.items():

@@ -182,7 +182,8 @@ class _File:
         return stored
 
     def real(self, name: str, *dimensions: str) -> Real:
-        """Numbers with the dimensions in this order; other dimensions must have size one."""
+        """Real variable ``name`` with its axes in the order of ``dimensions``. Raises InputError
+        if the variable has another dimension whose size is not one."""
         stored = self.variable(name)
         names = list(stored.dimensions)
         if not set(dimensions) <= set(names):

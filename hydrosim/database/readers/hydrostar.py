@@ -183,8 +183,8 @@ def _once(tables: Sequence[Table]) -> None:
     if len({table.dof for table in tables}) < len(tables):
         names = ", ".join(table.text.path.name for table in tables)
         raise InputError(
-            f"{tables[0].text.path}: two of {names} have the same load, expected each once in a"
-            " folder."
+            f"{tables[0].text.path}: found two tables of the same load (surge force, ...) among"
+            f" {names}; expected one table per load. Keep each computation in its own folder."
         )
 
 

@@ -389,7 +389,8 @@ def pressed(t, point, piece, start, rising, contact, p):
 
 @kernel
 def hold_points(modes, motion, bodies, p, wrench, constraints, holds):
-    """Add constraints of all points that rigid friction holds; ``wrench`` (6 nb,) is scratch."""
+    """Add to ``constraints`` that points in stick under Coulomb's law do not slide, and note in
+    ``holds`` which rows belong to which point. ``wrench`` (6 nb,) is scratch."""
     for i in range(p.points.size):
         point = p.points[i]
         if point.law == COULOMB and modes[p.mode + i, MODE] == STICK:

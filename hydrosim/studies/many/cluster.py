@@ -257,7 +257,10 @@ def run_batch(
 ) -> list[Outcome]:
     """Runs that differ in their waves alone, on a worker; InputError if this is another program."""
     if program() != expected:
-        raise InputError(f"--scheduler: a worker has {program()}; expected {expected}.")
+        raise InputError(
+            f"--scheduler: found a worker with {program()}; expected {expected}, as here. Install"
+            " the same version there, and start the worker again."
+        )
     return [outcome_of(unpack(packed, calm), digest, Event()) for packed in works]
 
 

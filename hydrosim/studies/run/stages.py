@@ -90,8 +90,8 @@ def _result(stage: Stage) -> Output:
     key = f"file: {stage.file.name} (a run of {stage.case.path})"
     if not stage.file.parent.resolve() == home.resolve() or stage.file.suffix != ".nc":
         raise InputError(
-            f"{key}: found {stage.file}; expected a name that ends in .nc in the folder of that"
-            f" case, {home}, the only folder for its result."
+            f"{key}: found {stage.file}; expected a file that ends in .nc, in the folder {home}"
+            " of that case. hydrosim writes the result of an earlier case to no other folder."
         )
     inputs = stage.case.inputs()
     made = Output(

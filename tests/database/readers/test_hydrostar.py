@@ -159,7 +159,7 @@ def test_messages(path):
     with pytest.raises(InputError, match="found a forward speed"):
         read(path)
     path.write_text(text.replace('"           1', '"           2'))
-    with pytest.raises(InputError, match=r"two of qtf_1\.qtf, .* have the same load"):
+    with pytest.raises(InputError, match=r"two tables of the same load .* among qtf_1\.qtf, "):
         read(path)
     path.write_text(text)
     path.with_name("qtf_2.qtf").unlink()

@@ -137,7 +137,7 @@ def test_another_program_is_refused(
     monkeypatch.setattr("hydrosim.studies.many.cluster.program", lambda: "hydrosim 0.0.9")
     with pytest.raises(InputError, match=r"with another program \(hydrosim .*expected hydrosim 0"):
         Cluster(cluster[0])
-    with pytest.raises(InputError, match=r"a worker has hydrosim 0.0.9; expected another"):
+    with pytest.raises(InputError, match=r"a worker with hydrosim 0.0.9; expected another"):
         run_batch("another", None, [], None)  # type: ignore[arg-type]
 
 
