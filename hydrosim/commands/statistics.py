@@ -8,7 +8,15 @@ from typing import Annotated
 
 import typer
 
-from hydrosim.commands.options import From, Overwrite, Verbose, names_in, placed, require_file, seconds
+from hydrosim.commands.options import (
+    From,
+    Overwrite,
+    Verbose,
+    names_in,
+    placed,
+    require_file,
+    seconds,
+)
 from hydrosim.commands.progress import progress
 from hydrosim.commands.terminal import not_complete, show, show_document
 

@@ -210,7 +210,9 @@ def check_fit(scene: Scene, model: Model, layout: StateLayout) -> None:
         stored += [f"memory of {name}" for name in run.memory_dof.values]
     zero = {*str(run.attrs.get("zero_by_symmetry", "")).splitlines()}
     problems = {
-        "that run lacks": [name for name, of in names.items() if name not in stored and {*of} - zero],
+        "that run lacks": [
+            name for name, of in names.items() if name not in stored and {*of} - zero
+        ],
         "this scene lacks": [name for name in stored if name not in names],
     }
     found = "; ".join(f"{what} {_listed(names)}" for what, names in problems.items() if names)

@@ -174,8 +174,12 @@ IN_CASES = [
     mistake("    body: box", "\tbody: box", 16, "found a tab", "two blanks"),
     mistake("    dofs", "   dofs", 11, "another column", "mend the blanks"),
     mistake("    dofs", "      dofs", 11, "another column", "mend the blanks"),
-    mistake("  mooring:", " mooring:", 21, '"mooring:" in column 2', 'column 3, as "floor:" in line 14'),
-    mistake("  floor:", " floor:", 14, '"floor:" in column 2', 'column 3, as "mooring:" in line 21'),
+    mistake(
+        "  mooring:", " mooring:", 21, '"mooring:" in column 2', 'column 3, as "floor:" in line 14'
+    ),
+    mistake(
+        "  floor:", " floor:", 14, '"floor:" in column 2', 'column 3, as "mooring:" in line 21'
+    ),
     mistake("duration:", " duration:", 2, '"duration:" in column 2', "column 1", "in line 1"),
     mistake("-2 m]]", "-2 m] [1, 2]]", 17, "found no comma between two entries", '"[1"'),
     mistake("{surge: 10 %}", "{surge: 10: 1}", 25, "second colon"),
@@ -256,7 +260,13 @@ ASKED = [  # what is written in place of what; the key, the question, what is fo
     ("10000 kN/m", "2000", "forces.floor.normal", "softness", "kN/m"),
     ("1000 tonne", "1e6 tonne", "forces.floor.normal", "softness", "presses it by 981 m"),
     ("[0, 0, 1]}", "[0, 0, -1]}", "forces.floor.plane", "plane", "plane.normal reversed?"),
-    ("[0, 0, -2 m], n", "[0, 0, 3 m], n", "forces.floor", "overlap", "that point 1 is 4.9 m behind its plane"),
+    (
+        "[0, 0, -2 m], n",
+        "[0, 0, 3 m], n",
+        "forces.floor",
+        "overlap",
+        "that point 1 is 4.9 m behind its plane",
+    ),
     ("[0, 0, -2 m], n", "[0, 0, -20 m], n", "bodies.box.initial.position", "fall", "18.1 m"),
     ("height: 1 m", "height: 12 m", "environment.waves", "steepness", "waves break above"),
     ("height: 1 m", "height: 120 m", "environment.waves", "waves", "up to 20 m"),

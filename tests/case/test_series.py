@@ -80,6 +80,11 @@ def test_factors(load: Load, tmp_path: Path, factor: str, size: float) -> None:
     [
         ("0 1\n1 2\n2 3 4\n3 4", "2", "data.csv:3: found 3 values; expected 2, as in line 1"),
         ("t,Fx\n0,1\n1,x\n", "Fx", 'data.csv:3: found "x"; expected a number'),
+        (
+            "t;Fx\n0,5;1,5\n1;2\n",
+            "Fx",
+            'data.csv:2: found "0,5"; expected a number; ";" separates columns here; write "0.5"',
+        ),
         ("t,Fx\n0,1\n1,\n", "Fx", 'data.csv:3: found ""; expected a number'),
         ("t;Fx\n0;1,5\n", "Fx", "data.csv:2: found"),
         ("t,Fx\nnan,1\n1,2\n", "Fx", "data.csv:2: found nan; expected finite numbers"),

@@ -195,7 +195,10 @@ def test_an_option_that_would_do_nothing_is_refused(
     [
         (("compare", "none.nc", "test.csv"), "none.nc: there is no such file; expected the result"),
         (("compare", "run.nc", "none.csv"), "none.csv: there is no such file; expected a recorded"),
-        (("compare", "run.nc", "test.csv", "-m", "none.yaml"), "none.yaml: found no such file; expected"),
+        (
+            ("compare", "run.nc", "test.csv", "-m", "none.yaml"),
+            "none.yaml: found no such file; expected",
+        ),
         (("compare", "run.nc", "test.csv", "--tolerance", "x=-1"), "--tolerance: found '-1'"),
         (("compare", "run.nc", "test.csv", "--tolerance", "x=1"), "--tolerance: found x; expected"),
         (

@@ -69,6 +69,18 @@ def test_a_duration_that_is_no_use_is_refused(
     assert "expected at least a tenth of the record, 60 s" in result.err
 
 
+def test_a_missing_run_is_named_before_a_result_of_that_name(
+    statistics: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The statistics of another file have the name that those of this one would have."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "base_statistics.nc").write_text("of another program")
+    result = statistics("base.yaml")
+    assert (result.code, result.out) == (2, "")
+    assert "base.yaml: there is no such file; expected the result of a run" in result.err
+    assert "base_statistics.nc" not in result.err
+
+
 def test_a_run_that_failed_is_said_to_have_failed(statistics: Command, tmp_path: Path) -> None:
     path = tmp_path / "failed.nc"
     ended = {"status": "failed", "status_message": "at t = 13 s it blows up"}

@@ -6,12 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
-from hydrosim.compare import read_mapping
+from hydrosim.compare import compare, read_mapping
 from hydrosim.compare.guess import guess
 from hydrosim.documents.text import Source, name_and_unit
+from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.recordings import Column, Recording
+from hydrosim.recordings import Column, Recording, read_recording
 from hydrosim.results.channels import Channel
 
 CHANNELS = [
@@ -106,6 +108,35 @@ def test_mapping_file(tmp_path: Path) -> None:
     heave = mapping.channels["position.barge.heave"]
     assert (heave.unit, heave.sign, heave.offset.value) == ("kN*m", -1, 0.05)
     assert heave.point == (80.0, 0.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("channel", "place", "message"),
+    [
+        ("heave", "{column: z, unit: tonnes}", '"tonnes" is another kind of quantity; expected a'),
+        ("heave", "zz", 'found no column "zz"'),
+        ("heav", "z", 'found no selection from position "heav"'),
+    ],
+)
+def test_a_message_about_a_channel_names_the_line_of_the_mapping(
+    tmp_path: Path, channel: str, place: str, message: str
+) -> None:
+    path = tmp_path / "map.yaml"
+    path.write_text(f"channels:\n  wave_elevation: z\n  position.barge.{channel}: {place}\n")
+    (tmp_path / "data.csv").write_text("t,z\n" + "".join(f"{t},{t % 3}\n" for t in range(20)))
+    time = np.arange(20.0)
+    run = xr.Dataset(
+        {
+            "position": (("time", "body", "dof"), np.zeros((20, 1, 6))),
+            "wave_elevation": ("time", time, {"units": "m"}),
+        },
+        {"time": time, "body": ["barge"], "dof": list(DOFS)},
+    )
+    run.position.attrs["dof_units"] = "m m m rad rad rad"
+    with pytest.raises(InputError) as error:
+        compare(run, read_recording(tmp_path / "data.csv"), read_mapping(path))
+    assert str(error.value).startswith(f"{path}:3: channels.position.barge.{channel}: ")
+    assert message in str(error.value)
 
 
 @pytest.mark.parametrize(

@@ -158,11 +158,11 @@ ODD = {
     Question.SPEED: (dry({}, velocity=moving(surge=50.0)), "50 m/s"),
     Question.OVERLAP: (
         dry({"f": on_floor(1e5, Frictionless(), [[0, 0, -4.0]], BELOW)}),
-        "point 1 3 m behind",
+        "that point 1 is 3.0 m behind",
     ),
     Question.PLANE: (
         dry({"f": on_floor(1e5, Frictionless(), POINTS, REVERSED)}),
-        "1 m behind the plane",
+        "which is 1.0 m behind the plane",
     ),
     Question.LINES: (dry({"l": line(5.0)}), "5 m further"),
     Question.FALL: (
@@ -261,6 +261,19 @@ def test_a_lift_of_more_than_the_weight_is_refused() -> None:
         compile_scene(with_force(lifted(2e9)))
 
 
+def test_a_wrong_mass_is_asked_about_before_a_lift_that_follows_from_it() -> None:
+    """The barge in kg, as if they were tonnes: its cargo lifts it by thousands of its weight."""
+    light = with_force(lifted(1e9))
+    body = replace(light.bodies[0], mass=1.568e5, inertia=1e-3 * light.bodies[0].inertia)
+    scene = replace(light, bodies=(body, *light.bodies[1:]))
+    with pytest.raises(InputError) as refused:
+        compile_scene(scene)
+    assert "bodies.barge.mass: found 1.568e+05 kg" in str(refused.value)
+    assert "of the weight" not in str(refused.value)
+    with pytest.raises(InputError, match="lift by 65025% of the weight"):
+        compile_scene(replace(scene, accept=(Question.MASS,)))
+
+
 def test_an_unknown_question_is_refused_with_the_list(tmp_path: Path) -> None:
     path = tmp_path / "case.yaml"
     path.write_text(
@@ -280,7 +293,7 @@ def test_a_question_is_a_warning_of_the_run(tmp_path: Path) -> None:
     )
     text = "{title: t, duration: 1, bodies: {b: {mass: 1e4, dofs: [heave]}}, forces: {f: %s}}"
     path.write_text(text % fender)
-    warning = "forces.f: found point 1 2 m behind its plane at the start"
+    warning = "forces.f: found that point 1 is 2.0 m behind its plane at the start"
     assert str(hs.simulate(load_case(path)).attrs["warnings"]).count(warning) == 1
     path.write_text((text % fender)[:-1] + ", accept: [overlap]}")
     assert warning not in str(hs.simulate(load_case(path)).attrs.get("warnings", ""))

@@ -135,7 +135,7 @@ def test_other_units_are_refused(made_up, tmp_path, name, units):
     netcdf.write(made_up(), tmp_path / "db.nc")
     with netCDF4.Dataset(tmp_path / "db.nc", "a") as file:
         file[name].units = units
-    with pytest.raises(InputError, match=rf"variable {name} is in '{units}', expected"):
+    with pytest.raises(InputError, match=rf"variable {name}: found the unit '{units}'"):
         netcdf.read(tmp_path / "db.nc")
 
 

@@ -254,7 +254,9 @@ def test_a_run_is_no_longer_than_its_waves() -> None:
     record = WaveTrain(RecordedElevation(time, np.sin(time)))
     check_span(Environment(waves=(record,)), 10.0, 109.0)
     for start, end in ((0.0, 50.0), (20.0, 110.0)):
-        with pytest.raises(InputError, match="times from 10 to 109 s; expected times that cover the whole run"):
+        with pytest.raises(
+            InputError, match="times from 10 to 109 s; expected times that cover the whole run"
+        ):
             check_span(Environment(waves=(record,)), start, end)
     with pytest.raises(InputError, match=r"repeat_period: 10800 s is shorter than the run"):
         check_span(Environment(waves=(IRREGULAR,)), 0.0, 10801.0)

@@ -64,7 +64,9 @@ def overlap(about: About) -> Iterator[Doubt]:
     for name, fender, deep in _fenders(about):
         worst = int(np.argmax(deep))
         if isinstance(fender.normal, NormalCurve) and deep[worst] > DEEPEST:
-            found = f"that point {worst + 1} is {_metres(deep[worst])} behind its plane at the start"
+            found = (
+                f"that point {worst + 1} is {_metres(deep[worst])} behind its plane at the start"
+            )
             usual = f"usual is a gap, or a compression of up to {DEEPEST:g} m"
             advice = "Check points (body frame, from the centre of gravity) and plane.point."
             yield Doubt(f"forces.{name}", found, usual, advice)
@@ -76,7 +78,9 @@ def plane(about: About) -> Iterator[Doubt]:
         here = about.centre(about.index[fender.body])
         behind = _inside(about, fender.planes()[0], here)
         if behind > 0.0 and np.all(behind > deep) and np.any(deep != 0.0):
-            found = f"{fender.body}'s centre of gravity, which is {_metres(behind)} behind the plane"
+            found = (
+                f"{fender.body}'s centre of gravity, which is {_metres(behind)} behind the plane"
+            )
             usual = f"usual is a normal that points to the side of {fender.body}"
             advice = "Is plane.normal reversed? It points to the free side."
             yield Doubt(f"forces.{name}.plane", found, usual, advice)

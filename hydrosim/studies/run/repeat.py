@@ -47,9 +47,7 @@ def _one(result: xr.Dataset, number: int | None) -> xr.Dataset:
     last = result.sizes[RUN] - 1
     if number is None or not 0 <= number <= last:
         found = "no option, but the file holds many runs" if number is None else f"{number}"
-        raise InputError(
-            f"--run: found {found}; expected the number of one run, from 0 to {last}."
-        )
+        raise InputError(f"--run: found {found}; expected the number of one run, from 0 to {last}.")
     run = result.isel({RUN: number})
     texts = {
         str(name): str(one.values) for name, one in run.variables.items() if one.dtype.kind in "OU"

@@ -312,11 +312,23 @@ DAMAGE = {
     "a group": (nested, "rho is not an array of numbers"),
     "no frequencies": (removed("simulation_parameters/w"), "found no simulation_parameters/w"),
     "no density": (removed("simulation_parameters/rho"), "found no simulation_parameters/rho"),
-    "no depth": (removed("simulation_parameters/water_depth"), "found no simulation_parameters/water_depth"),
+    "no depth": (
+        removed("simulation_parameters/water_depth"),
+        "found no simulation_parameters/water_depth",
+    ),
     "no body": (removed("body1"), "0 bodies"),
-    "no added mass": (removed(f"{COEFFICIENTS}/added_mass/all"), "body1 has no hydro_coeffs/added_mass/all"),
-    "no loads": (removed(f"{COEFFICIENTS}/excitation/re"), "body1 has no hydro_coeffs/excitation/re"),
-    "no centre": (removed("body1/properties/cg"), "body1 has no properties/cg; expected one for every"),
+    "no added mass": (
+        removed(f"{COEFFICIENTS}/added_mass/all"),
+        "body1 has no hydro_coeffs/added_mass/all",
+    ),
+    "no loads": (
+        removed(f"{COEFFICIENTS}/excitation/re"),
+        "body1 has no hydro_coeffs/excitation/re",
+    ),
+    "no centre": (
+        removed("body1/properties/cg"),
+        "body1 has no properties/cg; expected one for every",
+    ),
     "negative w": (put("simulation_parameters/w", [[-1.0], [1.0]]), "frequencies above zero"),
     "fewer w": (put("simulation_parameters/w", [[0.1], [1.0]]), r"has shape .*, expected"),
     "enormous": (enormous, r"w has shape \(1000000000000, 1\)"),

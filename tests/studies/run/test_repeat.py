@@ -125,4 +125,5 @@ def test_the_command(
     result = hydrosim("case", "scene.nc")
     assert result.code == 2
     assert "scene.nc: found no resolved case; expected the result of a case file." in result.err
-    assert "--run: found 3, but the file holds one run" in hydrosim("case", "run.nc", "--run", 3).err
+    single = hydrosim("case", "run.nc", "--run", 3)
+    assert "--run: found 3, but the file holds one run" in single.err
