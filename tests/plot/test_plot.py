@@ -328,7 +328,8 @@ def test_channels_by_name_in_a_format(form: str, start: bytes, tmp_path: Path) -
 def test_a_time_without_records_is_refused(tmp_path: Path) -> None:
     with pytest.raises(
         InputError,
-        match="found 70 to 80 s, with fewer than two recorded times of the run; expected a longer part",
+        match="found 70 to 80 s, with fewer than two recorded times of the run; expected a"
+        " longer part of 0 to 60 s",
     ):
         draw(run_of(), tmp_path, "case", view=View(Window(70.0, 80.0)))
 

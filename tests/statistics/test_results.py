@@ -100,7 +100,7 @@ def test_why_a_body_moved_is_what_is_explained_of_it() -> None:
 @pytest.mark.parametrize(
     ("asked", "words"),
     [
-        (StageResult("a", "recontacts", "feet"), "found the group feet; expected one of these"),
+        (StageResult("a", "recontacts", "feet"), "group feet; expected one of these groups: floor"),
         (StageResult("a", "recontacts"), "no group of contacts in the run records its stages"),
         (
             WhyResult("a", "displacement", body="tug"),
