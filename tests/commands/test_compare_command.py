@@ -124,7 +124,7 @@ BAD = {
     "duplicate": (GOOD.replace("4,0.1", "3,0.1", 1), ["test.csv:6", "found time 3 s after 3 s"]),
     "gap": (
         GOOD + "\n60,0.1",
-        ["test.csv:22", "found no records from 19 s to 60 s", "1 s apart", "--from"],
+        ["test.csv:22", "found no recorded times between 19 s and 60 s", "1 s apart", "--from"],
     ),
     "unit": (GOOD.replace("[s]", "[kg]"), ["test.csv", '"kg" is another kind of quantity', "time"]),
     "empty": ("", ["test.csv", "found no numbers"]),

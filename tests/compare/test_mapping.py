@@ -110,6 +110,9 @@ def test_mapping_file(tmp_path: Path) -> None:
     assert heave.point == (80.0, 0.0, 1.0)
 
 
+UNITS = {"dof_units": "m, m, m, rad, rad, rad"}
+
+
 @pytest.mark.parametrize(
     ("channel", "place", "message"),
     [
@@ -127,12 +130,11 @@ def test_a_message_about_a_channel_names_the_line_of_the_mapping(
     time = np.arange(20.0)
     run = xr.Dataset(
         {
-            "position": (("time", "body", "dof"), np.zeros((20, 1, 6))),
+            "position": (("time", "body", "dof"), np.zeros((20, 1, 6)), UNITS),
             "wave_elevation": ("time", time, {"units": "m"}),
         },
         {"time": time, "body": ["barge"], "dof": list(DOFS)},
     )
-    run.position.attrs["dof_units"] = "m m m rad rad rad"
     with pytest.raises(InputError) as error:
         compare(run, read_recording(tmp_path / "data.csv"), read_mapping(path))
     assert str(error.value).startswith(f"{path}:3: channels.position.barge.{channel}: ")
