@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from hydrosim.dofs import MIRROR_SIGN
 from hydrosim.errors import InputError
-from hydrosim.scene.given import Given
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -160,6 +159,10 @@ class HydroDatabase:
         return digest.hexdigest()
 
 
+GIVABLE = {"volume", "centre_of_buoyancy", "centre_of_gravity"}
+"""Optional arrays that a case may give under `hydrodynamics`."""
+
+
 def needed(db: HydroDatabase, name: str) -> Real:
     """An optional array. Raises `InputError` if this database does not have it."""
     value = getattr(db, name)
@@ -173,7 +176,7 @@ def needed(db: HydroDatabase, name: str) -> Real:
 
 def _remedy(name: str) -> str:
     """Advice on how to give an optional array that a database lacks."""
-    if name not in Given.__dataclass_fields__:
+    if name not in GIVABLE:
         return f"Use a database that holds the array {name} (`hydrosim db build` writes it)."
     return (
         f"Give it in the case, `hydrodynamics: {{file: ..., {name}: ...}}`, or store it in the"

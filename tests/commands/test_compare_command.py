@@ -149,7 +149,7 @@ def test_a_recording_of_another_time_is_refused(hydrosim: Command) -> None:
     write_csv(Path("test.csv"), {"time": TIME + 900.0, "heave [m]": TIME})
     result = hydrosim("compare", "run.nc", "test.csv")
     assert result.code == 2
-    assert "records from 900 s to 1500 s, and a run from 0 s to 600 s" in result.err
+    assert "recorded times from 900 s to 1500 s, and a run from 0 s to 600 s" in result.err
 
 
 @pytest.mark.parametrize(
