@@ -92,7 +92,7 @@ def test_every_default_and_choice_is_said(sphere: xr.Dataset) -> None:
     for said in (
         "with all defaults, in SI and radians",
         ", numba ",
-        "# radiation of sphere: automatic: 9 states for surge",
+        "# radiation of sphere: automatic: 6 states for surge",
         "output:\n  step: 0.5\n",
         "tolerance: 0.0003",
         f'database_checksum: "{sphere.attrs["database_checksum_sphere"]}"',
