@@ -322,15 +322,17 @@ class StageCriterion(OfStages, Limited):
 
 
 def _of_what(value: Any) -> str:
-    return "stages" if "result" in (value if isinstance(value, dict) else dir(value)) else "channel"
+    """A tag that is no key of the file, so that messages leave it out of the place."""
+    keys = value if isinstance(value, dict) else dir(value)
+    return "of stages" if "result" in keys else "of a channel"
 
 
 Asked = Annotated[
-    Annotated[OfChannel, Tag("channel")] | Annotated[OfStages, Tag("stages")],
+    Annotated[OfChannel, Tag("of a channel")] | Annotated[OfStages, Tag("of stages")],
     Discriminator(_of_what),
 ]
 Criterion = Annotated[
-    Annotated[ChannelCriterion, Tag("channel")] | Annotated[StageCriterion, Tag("stages")],
+    Annotated[ChannelCriterion, Tag("of a channel")] | Annotated[StageCriterion, Tag("of stages")],
     Discriminator(_of_what),
 ]
 
