@@ -20,8 +20,8 @@ GivenSettings = Annotated[
         "--given",
         metavar="KEY=VALUE",
         help="Data that the file lacks, or a change of the database; KEY as under"
-        ' `hydrodynamics` in a case: density="1.025 tonne/m^3", reference_point="[0, 0,'
-        ' -4.9 m]", symmetrise=true.',
+        ' `hydrodynamics` in a case: density="1.025 tonne/m^3", depth="30 m",'
+        " symmetrise=true.",
     ),
 ]
 

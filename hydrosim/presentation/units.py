@@ -13,7 +13,6 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
 USUAL = {"N": "kN", "rad": "deg", "kg": "t"}
@@ -48,6 +47,7 @@ class Units:
     """The unit that is ``chosen`` for a base, by the base's SI unit: ``{"N": "tonne_force"}``."""
 
     chosen: Mapping[str, str] = field(default_factory=dict)
+    _known: dict[str, Shown] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def shown(self, unit: str) -> Shown:
         """In which unit people read what is in an SI ``unit``. A number without unit has none, and
@@ -62,14 +62,9 @@ class Units:
         self._known[unit] = found
         return found
 
-    @cached_property
-    def _known(self) -> dict[str, Shown]:
-        return {}
-
-    @cached_property
-    def _bases(self) -> dict[str, Shown]:
-        named = USUAL | dict(self.chosen)
-        return {base: Shown(_short(unit), _factor(base, unit)) for base, unit in named.items()}
+    def _base(self, base: str) -> Shown:
+        unit = self.chosen.get(base, USUAL.get(base, base))
+        return Shown(_short(unit), _factor(base, unit))
 
     def _slope(self, unit: str) -> Shown:
         """Of a unit over another in brackets: "m / (N/m)"."""
@@ -84,7 +79,7 @@ class Units:
         for sign, group in ((1, numerator), *((-1, each) for each in denominators)):
             read = []
             for base, power in _parts(group):
-                name, factor = self._bases.get(base, Shown(base, 1.0))
+                name, factor = self._base(base)
                 read.append(name if power == 1 else f"{name}^{power}")
                 scale *= factor ** (sign * power)
             names.append(" ".join(read))
@@ -130,7 +125,6 @@ def _short(unit: str) -> str:
     return SHORT.get(unit, unit)
 
 
-@lru_cache(maxsize=64)
 def _factor(base: str, unit: str) -> float:
     """What a number in the SI unit ``base`` is multiplied by to be in ``unit``."""
     if unit == base:

@@ -325,7 +325,7 @@ class StageCriterion(OfStages, Limited):
 
 
 def _of_what(value: Any) -> str:
-    """Tag of the model that reads a figure. A tag is no key, because `locate` would take it."""
+    """A tag that is no key of the file, so that messages leave it out of the place."""
     keys = value if isinstance(value, dict) else dir(value)
     return "of stages" if "result" in keys else "of a channel"
 

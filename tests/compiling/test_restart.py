@@ -351,5 +351,5 @@ def test_a_sea_must_not_repeat_itself_in_a_restart(short: xr.Dataset) -> None:
     scene = in_waves(replace(scene_of("base"), duration=195.0), sea)
     hs.compile_scene(scene)
     message = refusal(replace(scene, initial=Start(short)))
-    for word in ("repeat_period: 200 s is shorter", "ends at 205 s"):
+    for word in ("repeat_period: 200 s is shorter", "Raise it to 205 s, the end of the run"):
         assert word in message

@@ -125,7 +125,7 @@ def test_limits_are_shown_with_what_governs() -> None:
     assert ends(first["interval"], "m") == pytest.approx((0.7, 0.9))
     assert ends(last["interval"], "m") == pytest.approx((0.8, np.inf))
     assert (first["governed by"], last["governed by"]) == ("heave", "")
-    assert "0.800 or more" in page.texts["td"]
+    assert "0.8 or more" in page.texts["td"]
     assert "governed by heave" in page.texts["title"]
 
 

@@ -324,7 +324,8 @@ def test_a_case_file_has_a_family_as_a_list(tmp_path: Path) -> None:
     assert "at 3.6 m: " in run.attrs["database_checksum_barge"]
     (tmp_path / "again.yaml").write_text(run.attrs["case_resolved"])
     again = hs.simulate(hs.load_case(tmp_path / "again.yaml"))
-    assert not [x for x in differences(run, again) if "case" not in str(x)]
+    apart = differences(run, again, {"units_read"})  # what is written is in SI
+    assert not [x for x in apart if "case" not in x]
 
 
 def test_a_place_at_rest_has_the_draught_of_it() -> None:

@@ -174,10 +174,11 @@ def test_the_command_with_weather(
     assert result.code == 0, result.err
     said = " ".join(result.out.split())
     assert (
-        "Of the scatter diagram 80 % is workable. 10 % is at peak periods without a limit" in said
+        "Of the scatter diagram 80 % is workable. 10 % is outside peak periods of 6 to 9 s and"
+        " counts as not workable." in said
     )
     assert "Alpha factors by table 4-1, 2011" in said
-    assert "6 0.500 9 0.500" in said
+    assert "6 0.5 9 0.5 Hindcast" in said
     assert "Windows of 6 h" in said
     assert re.search(r"year\s+25\s+10 ", said)
     assert Path("limits_operability.png").exists()

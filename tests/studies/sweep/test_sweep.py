@@ -183,7 +183,10 @@ def test_figures_are_drawn_over_seeds_alone(
     result = sweep(study(tmp_path, f"seeds: 1-2\n{until}{text}"), "-o", "runs.nc", "--plot")
     assert result.code == 0, result.err
     assert Path("runs.png").exists()
-    assert "all a " in " ".join(result.out.split())
+    shown = " ".join(result.out.split())
+    assert re.search(
+        r"figure mean \[m\] 90 % interval \[m\] .* runs ─+ a -?0\.\d+ .* 2 table", shown
+    )
 
 
 @pytest.mark.parametrize("until", ["", "until: {figure: a, wide: 1 m}\n"])
@@ -323,7 +326,9 @@ def test_several_studies_of_one_file_with_tables_and_pictures(
 
 def test_seeds_need_waves(tmp_path: Path) -> None:
     path = study(tmp_path, "seeds: 1-2\nparameters: {environment.waves: [null]}")
-    with pytest.raises(hs.InputError, match=r"study\.yaml: seeds: the case .* has no waves"):
+    with pytest.raises(
+        hs.InputError, match=r"study\.yaml:\d+: seeds: the case .* has no waves; remove"
+    ):
         load_study(path)
 
 
