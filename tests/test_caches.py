@@ -15,7 +15,7 @@ import hydrosim
 
 PACKAGE = Path(hydrosim.__file__).parent
 MAKERS = {"lru_cache", "cache", "cached_property"}
-MOST = 25
+MOST = 28
 
 
 def caches(source: str) -> Iterator[str]:

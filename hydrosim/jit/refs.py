@@ -17,7 +17,6 @@ from __future__ import annotations
 import ctypes
 import hashlib
 import struct
-from functools import cache
 from threading import Lock
 from typing import Any
 
@@ -61,7 +60,7 @@ class Held:
         self.value = value  # keeps the arrays alive
         self.memory = ctypes.create_string_buffer(struct.pack(layout, *words))
         self.address = ctypes.addressof(self.memory)
-        self._numba_type_ = _reference_to(_type_of(value))
+        self._numba_type_ = Ref(_type_of(value))
 
 
 KEPT = 16  # the tuples passed last: to lay out a model takes longer than most kernels
@@ -106,7 +105,6 @@ def _lay_out(value: Any, words: list[Any]) -> str:
 
 
 _types: dict[bytes, types.Type] = {}
-_reference_to = cache(Ref)
 
 
 def _type_of(value: Any) -> types.Type:

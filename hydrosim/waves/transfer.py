@@ -86,7 +86,6 @@ class _Content:
         return hash(self._bytes)
 
 
-@lru_cache(maxsize=_KEPT)
 def _content(
     database: TransferFunctions, of: Callable[[TransferFunctions], np.ndarray]
 ) -> _Content:
