@@ -11,7 +11,6 @@ import pytest
 from dry_scenes import block, moving, on_floor, scene, steady
 from markers import few
 from moored_barge import SEA, hull, in_waves, motion, scene_of, with_body
-from test_response import eigenvalue
 
 import hydrosim as hs
 from hydrosim.compiling.compile import Radiation, compile_for_linear
@@ -69,6 +68,18 @@ def test_stuck_periods_are_those_of_decays(dof: str, figure: Figure) -> None:
     figure(f"stuck {dof}: error of the period", mode.eigenvalue.imag / abs(found.imag) - 1)
     assert abs(found.imag) == pytest.approx(mode.eigenvalue.imag, rel=1e-4)
     assert found.real == pytest.approx(mode.eigenvalue.real, rel=1e-3)
+
+
+def eigenvalue(time: np.ndarray, x: np.ndarray, near: complex) -> complex:
+    """The exponent of a sum of decaying exponentials that is nearest to one, by a matrix pencil
+    (Hua and Sarkar 1990)."""
+    window = x.size // 2
+    hankel = np.lib.stride_tricks.sliding_window_view(x, window)
+    _, s, v = np.linalg.svd(hankel, full_matrices=False)
+    v = v[s > 1e-9 * s[0]].T  # modes of the memory beside that of the hull are small
+    values = np.linalg.eigvals(np.linalg.pinv(v[:-1]) @ v[1:])
+    exponents = np.log(values.astype(complex)) / (time[1] - time[0])
+    return complex(exponents[np.argmin(np.abs(exponents - near))])
 
 
 def test_a_block_on_its_nodes() -> None:

@@ -128,10 +128,10 @@ def sunk(scene: Scene) -> Scene:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (lambda scene: replace(scene, duration=31.0), "another state of: the case"),
-        (lambda scene: with_body(scene, position=(0.0,) * 6), "another state of: the case"),
-        (lambda scene: in_waves(scene, WaveTrain(SEA, seed=9)), "another state of: the case"),
-        (sunk, "another state of: the database of barge"),
+        (lambda scene: replace(scene, duration=31.0), "--resume: the case changed after"),
+        (lambda scene: with_body(scene, position=(0.0,) * 6), "--resume: the case changed after"),
+        (lambda scene: in_waves(scene, WaveTrain(SEA, seed=9)), "--resume: the case changed after"),
+        (sunk, "--resume: the database of barge changed after"),
     ],
 )
 @pytest.mark.slow
