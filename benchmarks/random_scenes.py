@@ -28,7 +28,7 @@ from benchmarks.worker import Question, Worker
 SEEDS = 1_000_000  # scenes of a seed
 KINDS = ("complete", "failed", "refused", "crash", "hang")
 BLOCKED = Outcome("hang")
-OF_ERROR = ("solver.step", "the energy ledger", "friction of", "the motion of")
+OF_ERROR = ("solver.step", "the energy balance", "friction of", "the motion of")
 """What warnings of the solution begin with, which a finer step can tell from false alarms; others
 are of databases, headings, places and angles, of which it knows nothing."""
 

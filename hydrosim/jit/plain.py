@@ -28,6 +28,7 @@ class Part:
     def __init__(
         self, function: Callable[..., Any], folder: Callable[[], str], returns: Sequence[type] = ()
     ) -> None:
+        self.__module__ = function.__module__  # where pickle looks for it by name
         self.py_func = function
         self._folder = folder
         self._made: Any = None

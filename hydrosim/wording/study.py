@@ -38,6 +38,8 @@ from hydrosim.wording.title_block import title_block
 
 MOST = 300
 """Rows of a table, and remarks of a list."""
+TOLD = 5
+"""Warnings that a summary tells."""
 NAMED = 10
 """Runs that a remark is of."""
 LINES = 12
@@ -55,8 +57,8 @@ def study_document(runs: xr.Dataset) -> Document:
 
 
 def study_tables(runs: xr.Dataset) -> Document:
-    """How the runs went and what parameters do, without the case and its assumptions."""
-    nodes = [*_outcome(runs), *_results(runs)]
+    """How the runs went, what they warn of and what parameters do; the case is left out."""
+    nodes = [*_outcome(runs), *_warned(runs, TOLD), *_results(runs)]
     return Document(title_of(runs), nodes, units=units_of(runs.attrs))
 
 
@@ -254,14 +256,22 @@ def _case(runs: xr.Dataset) -> Iterator[Node]:
 
 def _assumed(runs: xr.Dataset) -> Iterator[Node]:
     """Warnings with how many runs have them, then what the runs have in common."""
-    lines = Counter(line for text in runs.warnings.values for line in str(text).splitlines())
-    of = str(runs.sizes["run"])
-    for line, n in lines.most_common(MOST):
-        yield Verdict(Outcome.WARNING, "{} ({} of {} runs)", [line, str(n), of])
-    if not lines:
-        yield Sentence("The runs hold no warnings.")
+    told = list(_warned(runs, MOST))
+    yield from told or [Sentence("The runs hold no warnings.")]
     yield Sentence("The rest is the same in all complete runs.")
     yield assumptions(runs)
+
+
+def _warned(runs: xr.Dataset, most: int) -> Iterator[Node]:
+    """The most frequent warnings, each with how many runs have it."""
+    if "warnings" not in runs:
+        return
+    lines = Counter(line for text in runs.warnings.values for line in str(text).splitlines())
+    of = str(runs.sizes["run"])
+    for line, n in lines.most_common(most):
+        yield Verdict(Outcome.WARNING, "{} ({} of {} runs)", [line, str(n), of])
+    if len(lines) > most:
+        yield Sentence("{} more warnings are in the report.", [str(len(lines) - most)])
 
 
 def _convergence(runs: xr.Dataset) -> Iterator[Node]:

@@ -57,7 +57,7 @@ def test_a_loading_condition_is_told_and_drawn(ballast: Command) -> None:
         (["--lift", "30000 tonne_force"], "% of this can be pumped on level keel"),
         (["--lift", "3 m"], "--lift: found"),
         (["--body", "topside"], "--body: found topside; expected one of barge"),
-        (["--set", "bodies.barge.pumps.fore.source=hold"], "there is no tank hold"),
+        (["--set", "bodies.barge.pumps.fore.source=hold"], "found hold, which is no tank"),
     ],
 )
 def test_what_is_wrong_is_told(ballast: Command, arguments: list[str], said: str) -> None:

@@ -357,7 +357,7 @@ class TestChanges:
         assert less.frequency[-1] == pytest.approx(2.0)
         assert less.mean_drift is None
         assert less.qtf_difference is None
-        said = "frequencies 0 to 2 rad/s alone; without drift; without qtf; symmetrised"
+        said = "only frequencies 0 to 2 rad/s; without drift; without qtf; symmetrised"
         assert less.attributes["changed"] == said
         assert less.attributes["accepted"] == "positive damping"
 

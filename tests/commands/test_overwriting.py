@@ -126,7 +126,7 @@ def another_run(hydrosim: Command) -> None:
 @pytest.mark.parametrize(
     ("make", "words", "overwritten"),
     [
-        (letter, "is no result of this program", True),
+        (letter, "is not a result of this program", True),
         (link, "x.nc is a link, which is never replaced", False),
         (lambda: os.mkfifo("x.nc"), "x.nc is a pipe", False),
     ],
@@ -308,5 +308,5 @@ def test_a_table_that_is_in_the_way_is_told_before_the_first_run(
     Path("results").mkdir()
     Path("results/a.csv").write_text("a letter")
     said = refused(hydrosim, folder, "sweep", "study.yaml", "-o", "results/a.nc")
-    assert "results/a.csv exists and is no result of this program" in said
+    assert "results/a.csv exists and is not a result of this program" in said
     assert hydrosim("sweep", "study.yaml", "-o", "results/b.nc").code == 0

@@ -260,7 +260,7 @@ def test_a_database_without_loads_serves_in_calm_water() -> None:
     ("changes", "message"),
     [
         (Changes(accept=("symetry of added mass",)), 'expected "symmetry of added mass"'),
-        (Changes(frequencies=(5.0, 9.0)), "has 0 frequencies there"),
+        (Changes(frequencies=(5.0, 9.0)), "in which .* has 0 frequencies"),
     ],
 )
 def test_changes_that_do_not_fit_are_refused(changes, message) -> None:
@@ -295,7 +295,7 @@ def test_coefficients_alone_are_a_damped_oscillator(figure) -> None:
             numbers["added_mass"], -numbers["damping"], numbers["stiffness"]
         ),
     )
-    with pytest.raises(InputError, match="damping: found a negative eigenvalue"):
+    with pytest.raises(InputError, match="damping: found a matrix with a negative eigenvalue"):
         compile_scene(Scene("driven", 1.0, (driving,)))
 
 

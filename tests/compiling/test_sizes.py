@@ -87,7 +87,7 @@ def test_a_container_has_the_memory_that_it_was_given(
 ) -> None:
     (tmp_path / "memory.max").write_text("1000000\n")
     monkeypatch.setattr(sizes, "CONTAINER", tmp_path / "memory.max")
-    with pytest.raises(InputError, match=r"there are 1 MB"):
+    with pytest.raises(InputError, match=r"only 1 MB exist"):
         check_scene(scene_of("base"))
     (tmp_path / "memory.max").write_text("max\n")
     check_scene(scene_of("base"))
@@ -98,7 +98,10 @@ def test_a_plane_of_a_body_that_is_not_there() -> None:
     lost = replace(
         scene.forces["interface"], plane=Plane((0.0, 0.0, 3.6), (0.0, 0.0, -1.0), "topside")
     )
-    with pytest.raises(InputError, match=r"forces.interface.plane.body: there is no body topside"):
+    with pytest.raises(
+        InputError,
+        match=r"forces.interface.plane.body: found topside, which is no body of the scene",
+    ):
         hs.compile_scene(replace(scene, forces={**scene.forces, "interface": lost}))
 
 

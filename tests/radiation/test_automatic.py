@@ -90,7 +90,7 @@ def test_what_has_no_fit_is_linear_all_the_same_and_the_error_is_told() -> None:
             (StateSpaceRadiation(3e-4, LENGTH, STEP), ("heave",)),
         )
     )
-    assert "the radiation of surge of buoy is that of the nearest" in rough.attrs["remarks"]
+    assert "the radiation of surge of buoy uses the nearest" in rough.attrs["remarks"]
     assert not fitted.attrs["remarks"]
     found, exact = (of.natural_period.sel(mode="buoy heave").item() for of in (rough, fitted))
     assert found == pytest.approx(exact, rel=1e-9)

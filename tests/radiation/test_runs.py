@@ -224,7 +224,7 @@ def test_constant_radiation_is_the_frequency_domain_at_its_period(figure: Figure
     force, v = run.force_radiation.values[:, 0, HEAVE], run.velocity.values[:, 0, HEAVE]
     assert force == pytest.approx(-B * v)
     assert float(lost[-1] - lost[0]) == pytest.approx(np.trapezoid(B * v * v, run.time), rel=1e-4)
-    assert "of 7 s" in run.attrs["radiation_buoy"]
+    assert "damping at 7 s" in run.attrs["radiation_buoy"]
 
 
 def _table(function: Callable[[np.ndarray], np.ndarray]) -> tuple[np.ndarray, np.ndarray]:

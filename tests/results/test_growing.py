@@ -65,7 +65,7 @@ def test_what_is_in_is_what_was_put_there(folder: Path) -> None:
     status = ["not run", "complete", "failed", "complete", "not run", "not run"]
     assert runs.status.values.tolist() == status
     assert runs.status_message.values[2] == "it turned over"
-    assert runs.attrs["gathered"] == "2 of 6 runs are in, 1 failed"
+    assert runs.attrs["gathered"] == "2 of 6 runs are complete, 1 failed"
     assert runs.attrs["title"] == "one"
     assert "own" not in runs.attrs  # the runs have it otherwise
     assert runs.crawl.attrs["units"] == runs.height.attrs["units"] == "m"
@@ -76,7 +76,7 @@ def test_tables_of_the_runs_that_are_in(folder: Path, statistics: Command, tmp_p
     before = {path.name: path.read_bytes() for path in folder.iterdir()}
     result = statistics(folder)
     assert result.code == 0, result.err
-    assert "So far 2 of 6 runs are in, 1 failed" in result.out
+    assert "So far 2 of 6 runs are complete, 1 failed" in result.out
     table = (tmp_path / "runs.partial.csv").read_text().splitlines()
     assert [line.split(",")[1:6] for line in table[2:]] == [
         ["1", "crawl", "m", "1", "11"],
@@ -90,7 +90,7 @@ def test_a_run_that_was_cut_in_half_is_not_in(folder: Path, cut: int) -> None:
     """As while it is being written."""
     file = folder / RUNS
     file.write_bytes(file.read_bytes()[:-cut])
-    assert growing(folder).attrs["gathered"] == "1 of 6 runs are in, 1 failed"
+    assert growing(folder).attrs["gathered"] == "1 of 6 runs are complete, 1 failed"
 
 
 def test_a_run_of_which_a_bit_has_changed_is_not_in(folder: Path) -> None:
@@ -98,7 +98,7 @@ def test_a_run_of_which_a_bit_has_changed_is_not_in(folder: Path) -> None:
     data = bytearray(file.read_bytes())
     data[-3] ^= 1
     file.write_bytes(data)
-    assert growing(folder).attrs["gathered"] == "1 of 6 runs are in, 1 failed"
+    assert growing(folder).attrs["gathered"] == "1 of 6 runs are complete, 1 failed"
 
 
 @pytest.mark.parametrize("name", [RUNS, FIRST, KNOWN])

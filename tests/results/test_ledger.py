@@ -115,7 +115,7 @@ def test_friction_that_gives_is_said() -> None:
     run = run.assign_coords(fender=["bumper 1"])
     assert "warnings" not in guarded(run).attrs
     run["fender_dissipated"] = (("time", "fender"), (lost - 5.0 * (lost == 500.0))[:, None])
-    assert "friction of bumper 1 gives energy, 4 J until 500 s" in guarded(run).attrs["warnings"]
+    assert "friction of bumper 1 adds energy, 4 J until 500 s" in guarded(run).attrs["warnings"]
 
 
 def test_a_run_that_blows_up_ends_where_it_begins() -> None:

@@ -142,7 +142,7 @@ class Part(Strict):
     hull: AnyHull
     """Shape of the hull."""
     position: of.Position = (0.0, 0.0)
-    """Position x, y of the hull's frame in the frame of the database."""
+    """Position x, y of the hull's frame in the frame of the database. Example: [0 m, 0 m]."""
     heading: of.Angle = 0.0
     """Direction of the hull's x axis in the frame of the database."""
     centre_of_gravity: of.Point

@@ -170,7 +170,7 @@ def test_two_processes_do_not_write_one_set(tmp_path: Path) -> None:
             signal.pause()
     os.read(read, 1)
     for _ in range(2):
-        with pytest.raises(hs.InputError, match=rf"another process, {pid}@.*; wait"):
+        with pytest.raises(hs.InputError, match=rf"another process, {pid}@.*\. Wait"):
             hs.simulate_many(seeds(1), path)
     os.kill(pid, signal.SIGKILL)
     os.waitpid(pid, 0)

@@ -58,7 +58,9 @@ def test_second_order_loads_follow_the_slow_heading_unless_they_are_told_not_to(
         (body,) = scene.bodies
         loads = replace(body.wave_forces, first_order=False, second_order=SecondOrder.MEAN_DRIFT)
         words = said(hs.simulate(with_body(scene, wave_forces=loads)))
-        assert ("second-order loads are those" in words) == (place == Place.MEAN)
+        assert ("second-order loads are computed for its heading at rest" in words) == (
+            place == Place.MEAN
+        )
         assert "waves act on it" not in words
 
 

@@ -148,7 +148,7 @@ def test_another_program_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     scene = in_contact(30.0)
     hs.simulate(scene, stopping(0.5, 30.0), kept(tmp_path))
     monkeypatch.setattr(checkpoint, "program_version", lambda: "9.9")
-    with pytest.raises(hs.InputError, match="another state of: the program"):
+    with pytest.raises(hs.InputError, match="--resume: the program changed after"):
         hs.simulate(scene, None, kept(tmp_path))
 
 

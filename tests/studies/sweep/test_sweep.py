@@ -85,7 +85,7 @@ def test_failures_are_told_and_the_exit_code_says_so(tmp_path: Path, sweep: Comm
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("seeds: 9-1", ("study.yaml:3: seeds", 'found "9-1"', "1-100")),
+        ("seeds: 9-1", ("study.yaml:3: seeds", 'found "9-1"', 'write "1-9"')),
         ("seeds: [1, 1]", ("study.yaml:3: seeds", "each once")),
         ("seeds: [-1]", ("study.yaml:3: seeds.0", "found -1", "not negative")),
         ("parameters: {solver.step: []}", ("parameters", "one value or more")),
