@@ -54,7 +54,7 @@ def test_a_block_that_rattles_on_its_legs() -> None:
     run = hs.simulate(scene)
     (said,) = warnings(run)
     found = re.search(
-        r"by (\S+) of its range by ([\d.]+) s, .* from ([\d.]+) s .* step: ([\d.]+) s gives", said
+        r"by (\S+) of its range by ([\d.]+) s, .* from ([\d.]+) s .*step: ([\d.]+) s gives", said
     )
     assert found is not None
     step = scene.output_step / round(scene.output_step / float(found[4]))
