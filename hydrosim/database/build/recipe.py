@@ -132,7 +132,7 @@ class FarField(Strict):
     share: Share
     """Fraction of the loads that comes from the far field, above the second frequency of rising."""
     rising: tuple[Frequency, Frequency]
-    """Frequencies between which the share rises from 0 to its value. Example: [1 rad/s, 1.5 rad/s]."""
+    """Frequencies between which the share rises from 0. Example: [1 rad/s, 1.5 rad/s]."""
 
 
 class Part(Strict):
