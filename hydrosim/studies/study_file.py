@@ -18,7 +18,7 @@ from pydantic import (
     model_validator,
 )
 
-from hydrosim.case.criteria import PHASE_NAMES, STATISTIC_NAMES
+from hydrosim.case.criteria import CONTACT_RESULTS, PHASE_NAMES, STATISTIC_NAMES
 from hydrosim.documents import quantities as of
 from hydrosim.documents.units import AnyQuantity, Scale, problem
 from hydrosim.results.stages import STAGES
@@ -172,13 +172,7 @@ class Kept(of.Strict):
 
 
 RESULT_NAMES = Literal[
-    "closings",
-    "closing_speed",
-    "largest_contact_force",
-    "recontacts",
-    "recontact_speed",
-    "recontact_force",
-    "end_clearance",
+    CONTACT_RESULTS,
     "time",
     "duration",
     "displacement",
