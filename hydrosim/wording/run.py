@@ -111,7 +111,7 @@ def _status(run: xr.Dataset) -> Verdict:
 
 def _energy(residual: float) -> Verdict:
     outcome = Outcome.GOOD if residual <= CLOSED else Outcome.WARNING
-    text = "The energy balance closes to {} of the energy exchanged; a warning is given above {}."
+    text = "The energy balance closes to {} of the energy exchanged; the limit is {}."
     return Verdict(outcome, text, [Value(residual, digits=2), Value(CLOSED, digits=2)])
 
 
