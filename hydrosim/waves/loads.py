@@ -33,6 +33,7 @@ class WaveLoads(NamedTuple):
     offset[k] to offset[k + 1], at the times start[k], start[k] + step[k], ... [s], and grows over
     ``ramp[k]`` [s]. Line l has the frequency omega[l] [rad/s]. The real and imaginary parts of its
     amplitudes are two rows of ``lines`` (nl, 2, 1 + n1 + n2); it grows over ``line_ramp[l]``.
+    The first-order moments of the bodies ``turned`` (nm,) turn with their yaw, see `moments`.
     """
 
     start: np.ndarray
@@ -45,6 +46,7 @@ class WaveLoads(NamedTuple):
     lines: np.ndarray
     first_dof: np.ndarray
     second_dof: np.ndarray
+    turned: np.ndarray
 
 
 @kernel
