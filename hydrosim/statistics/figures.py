@@ -155,8 +155,8 @@ def _times(run: xr.Dataset, figure: Figure) -> np.ndarray:
         return np.asarray(late)
     if "contact_phase" not in run:
         raise InputError(
-            f"found phase {figure.phase}, but the run has no contacts, whose phases"
-            " these are; leave the phase out."
+            f"found phase {figure.phase}; expected a run with contacts: phases are stages of"
+            f" contact ({', '.join(PHASES)}). Leave the phase out."
         )
     phases = run.contact_phase.transpose("time", "contact_group").values
     return np.asarray(late & np.any(phases == PHASES[figure.phase], axis=1))

@@ -109,7 +109,7 @@ def test_what_nothing_carries_is_refused() -> None:
     curve = (np.array([0.0, 1.0]), np.array([0.0, 1e5]))
     line = {"line": Spring("block", (0, 0, 1.0), (0, 0, 0), 1.0, *curve, anchor_body="other")}
     for bodies, forces in (([loose], {}), ([loose], damper), ([loose, other], line)):
-        with pytest.raises(InputError, match=r"bodies\.block\.weight: found carried, and nothing"):
+        with pytest.raises(InputError, match=r"bodies\.block\.weight: found carried, but nothing"):
             hs.compile_scene(scene(bodies, forces, 1.0, 0.1))
     held = replace(other, dofs=(), position=moving(heave=5.0))
     hs.compile_scene(scene([loose, held], line, 1.0, 0.1))

@@ -51,5 +51,5 @@ def test_times_before_the_start_are_left_out(run: xr.Dataset) -> None:
 
 def test_phases_need_contacts(run: xr.Dataset) -> None:
     figure = Figure("a", "position.barge.surge", "end", "moored")
-    with pytest.raises(InputError, match="found phase moored, but the run has no contacts"):
+    with pytest.raises(InputError, match="found phase moored; expected a run with contacts"):
         figure_of(run.drop_vars("contact_phase"), figure)

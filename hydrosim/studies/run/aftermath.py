@@ -332,10 +332,10 @@ def _coupled(group: WetGroup, run: xr.Dataset) -> Iterator[str]:
         distance = float(np.hypot(*(places[one] - places[other])))
         if away.max() > APART * distance or turned.max() > TURNED:
             yield (
-                f"bodies.{group.names[one]}, {group.names[other]}: their waves are coupled as at"
-                f" rest, {distance:.4g} m apart and parallel, but their relative position changed"
-                f" by {away.max():.3g} m and {np.degrees(turned.max()):.3g} deg; expected less"
-                f" than {APART * distance:.3g} m and {np.degrees(TURNED):.2g} deg. The loads"
-                " between them are uncertain to that extent. Compute a database for their"
-                " positions in the run."
+                f"bodies.{group.names[one]}, {group.names[other]}: the database has the waves"
+                f" between them for their places at rest, {distance:.4g} m apart and parallel. In"
+                f" the run their relative place changed by up to {away.max():.3g} m and"
+                f" {np.degrees(turned.max()):.3g} deg; expected less than"
+                f" {APART * distance:.3g} m and {np.degrees(TURNED):.2g} deg. Compute a database"
+                " for their mean places in the run."
             )
