@@ -15,6 +15,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+from hydrosim.dofs import DOFS
+
 USUAL = {"N": "kN", "rad": "deg", "kg": "t"}
 """Units of the bases that are not read in SI."""
 FACTORS = {("N", "kN"): 1e-3, ("rad", "deg"): 180.0 / math.pi, ("kg", "t"): 1e-3}
@@ -113,6 +115,11 @@ def units_of(attributes: Mapping[Any, Any]) -> Units:
     """The units that a result asks to be read in, by its attributes."""
     text = attributes.get(ATTRIBUTE)
     return Units(json.loads(str(text))) if text else DEFAULT
+
+
+def unit_of_dof(dof: str) -> str:
+    """The SI unit of a degree of freedom."""
+    return "m" if dof in DOFS[:3] else "rad"
 
 
 def _parts(group: str) -> Iterator[tuple[str, int]]:

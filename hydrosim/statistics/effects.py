@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,12 +25,15 @@ from hydrosim.errors import InputError
 from hydrosim.results.growing import GATHERED
 from hydrosim.statistics.gumbel import INTERVAL
 
+DESIGN = "design"
+"""Attribute of a file of runs: the plans of its study, and what is asked of its runs, as JSON."""
 DRAWN = ("latin_hypercube", "sobol", "sobol_indices")
 
 
 class Plan(NamedTuple):
     """A plan of a study, with its ``runs``: its ``name`` and ``design``, the keys of its
-    ``parameters``, and the requested ``figures``."""
+    ``parameters``, the requested ``figures``, and what is asked of those that are ``criteria``:
+    limit, source, whether the limit is the least, and whether what never comes is too late."""
 
     name: str
     design: str
@@ -37,6 +41,7 @@ class Plan(NamedTuple):
     figures: list[str]
     samples: int | None
     runs: xr.Dataset
+    criteria: Mapping[str, Mapping[str, Any]] = MappingProxyType({})
 
     def short(self, parameter: str) -> str:
         """Last two words of the key, or the name of a linked parameter."""
@@ -101,19 +106,19 @@ class Index(NamedTuple):
 
 def plans(runs: xr.Dataset) -> list[Plan]:
     """Plans of a file of runs. Raises InputError if it has none, or no figures."""
-    if "design" not in runs.attrs:
+    if DESIGN not in runs.attrs:
         raise InputError(
             f"{runs.encoding.get('source', 'the file')}: has no attribute design, so its runs do"
             " not come from a study file of this version. Run the study again with hydrosim"
             " sweep."
         )
-    known = json.loads(runs.attrs["design"])
+    known = json.loads(runs.attrs[DESIGN])
     found = []
     for name, plan in known["plans"].items():
         own = runs.isel(run=(runs["study"].values == name)) if name else runs
         figures = [each for each in known["figures"] if each in runs]
         parts = plan["parameters"], figures, plan["samples"], own
-        found.append(Plan(name, plan["design"], *parts))
+        found.append(Plan(name, plan["design"], *parts, known.get("criteria", {})))
     return found
 
 

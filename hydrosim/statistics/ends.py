@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.dofs import DOFS
+from hydrosim.presentation.units import unit_of_dof
 from hydrosim.results.channels import lowest_value
 from hydrosim.results.runs_file import RUN
 from hydrosim.results.stages import FIGURES
@@ -46,7 +47,7 @@ def of_motions(runs: xr.Dataset) -> Iterator[Ends]:
     for body in map(str, runs.body.values):
         for dof in map(str, runs.dof.values):
             motion = runs.motion.sel(body=body, dof=dof)
-            unit = "m" if dof in DOFS[:3] else "rad"
+            unit = unit_of_dof(dof)
             yield from _moving(f"{body} {dof}", unit, motion)
 
 

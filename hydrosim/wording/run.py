@@ -8,7 +8,6 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.documents.digits import digits_of
-from hydrosim.dofs import DOFS
 from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
 from hydrosim.forces.trigger import BEFORE
 from hydrosim.presentation.document import (
@@ -22,7 +21,7 @@ from hydrosim.presentation.document import (
     Verdict,
     warnings,
 )
-from hydrosim.presentation.units import units_of
+from hydrosim.presentation.units import unit_of_dof, units_of
 from hydrosim.results.ledger import CLOSED
 from hydrosim.results.netcdf import is_part
 from hydrosim.wording.criteria import criteria_nodes
@@ -136,13 +135,8 @@ def _motions(run: xr.Dataset) -> Iterator[list[Cell]]:
             x = run.position.sel(body=body, dof=dof).values
             if x.size and x.any():
                 figures = (x.mean(), x.std(), x.min(), x.max(), x[-1])
-                unit = unit_of(dof)
+                unit = unit_of_dof(dof)
                 yield [f"{body} {dof}", *(Value(float(figure), unit) for figure in figures)]
-
-
-def unit_of(dof: str) -> str:
-    """The SI unit of a degree of freedom."""
-    return "m" if dof in DOFS[:3] else "rad"
 
 
 def _contacts(run: xr.Dataset) -> Iterator[list[Cell]]:

@@ -22,6 +22,8 @@ SHOWN = 5
 """Combinations of parameters that are shown."""
 MOST = 300
 """Rows of a table."""
+VARIED = "varied"
+"""Coordinate of runs: the parameter that is varied, one at a time."""
 HOW = (
     f"Intervals hold 90 %, over {RUNS} seeds or more. Where maxima follow Gumbel's law they are by"
     " it; else by the order of the runs, without a law."
@@ -95,10 +97,15 @@ def nodes_over_seeds(runs: xr.Dataset, title: str = "") -> Iterator[Node]:
 
 
 def named_values(plan: Plan, values: Mapping[str, object]) -> str:
-    """The values of the parameters of runs, in the units that they are read in."""
+    """The values of the parameters of runs, in the units that they are read in; of one parameter at
+    a time, the one that is varied."""
+    varied = str(values.get(VARIED, ""))
+    if VARIED in values and not varied:
+        return "the case"
+    names = [plan.axis(varied)] if varied else [*values]
     units = units_of(plan.runs.attrs)
-    read = {key: text_of(value_of(value, plan.unit(key)), units) for key, value in values.items()}
-    return ", ".join(f"{short(key)} {value}" for key, value in read.items())
+    read = {name: text_of(value_of(values[name], plan.unit(name)), units) for name in names}
+    return ", ".join(f"{short(name)} {value}" for name, value in read.items())
 
 
 def short(name: str) -> str:

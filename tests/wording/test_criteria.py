@@ -9,7 +9,8 @@ import pytest
 import hydrosim as hs
 from hydrosim.errors import InputError
 from hydrosim.presentation.document import Document, Outcome, Table, Value, Verdict
-from hydrosim.wording.criteria import criteria_nodes, criteria_of
+from hydrosim.statistics.criteria import criteria_of
+from hydrosim.wording.criteria import criteria_nodes
 from hydrosim.wording.run import run_document
 
 CASE = """\

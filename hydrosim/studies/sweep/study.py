@@ -32,7 +32,15 @@ from hydrosim.errors import InputError
 from hydrosim.outputs import settings_text
 from hydrosim.results.runs_file import RUN, TEXTS
 from hydrosim.studies.run.simulation import prepared
-from hydrosim.studies.study_file import Enough, Kept, Linked, Plan, Range, StudyFile
+from hydrosim.studies.study_file import (
+    Criterion,
+    Enough,
+    Kept,
+    Linked,
+    Plan,
+    Range,
+    StudyFile,
+)
 from hydrosim.studies.sweep import designs
 from hydrosim.studies.sweep.coordinates import at_key, column
 
@@ -44,7 +52,6 @@ if TYPE_CHECKING:
 # coordinates of runs: the plan, and what of it is varied
 STUDY = "study"
 VARIED = "varied"
-DESIGN = "design"  # attribute of a file of runs, see `described`
 MOST_RUNS = 1_000_000
 OWN = {*TEXTS, RUN, STUDY, VARIED, "seed"}  # names that files of runs have
 TAKEN = f"found such a name; expected one that is not taken ({', '.join(sorted(OWN))}), without /"
@@ -145,7 +152,7 @@ def fixed_of(data: StudyFile) -> dict[str, Any]:
 
 def described(data: StudyFile) -> dict[str, Any]:
     """What the file of runs says of a study: of each plan its design and the keys of its
-    parameters; the figures; the limits."""
+    parameters; the figures; what is asked of criteria."""
     plans = {
         name: {
             "design": plan.design,
@@ -154,8 +161,19 @@ def described(data: StudyFile) -> dict[str, Any]:
         }
         for name, plan in data.plans().items()
     }
-    limits = {name: each.limit.value for name, each in data.criteria.items()}
-    return {"plans": plans, "figures": [*data.figures, *data.criteria], "limits": limits}
+    criteria = {name: _asked(name, each) for name, each in data.criteria.items()}
+    return {"plans": plans, "figures": [*data.figures, *data.criteria], "criteria": criteria}
+
+
+def _asked(name: str, criterion: Criterion) -> dict[str, Any]:
+    """What `hydrosim.statistics.criteria` judges a criterion by."""
+    figure = criterion.figure(name, 0.0)
+    return {
+        "limit": criterion.limit.value,
+        "source": criterion.source,
+        "at_least": criterion.least(figure),
+        "never_is_late": figure.late_if_missing,
+    }
 
 
 def seas(scene: Scene, seeds: Iterable[int]) -> list[Scene]:
