@@ -323,7 +323,7 @@ def _convergence(found: xr.Dataset) -> Iterator[Node]:
     yield Sentence("This study does not assess how limits change with the step of the solver.")
 
 
-PARTS: Parts = {
+PARTS: Parts[xr.Dataset] = {
     "outcome": ("Limits", _outcome),
     "case": ("Case", _case),
     "assumptions": ("Assumptions", _assumed),

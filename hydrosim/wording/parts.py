@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from typing import TypeVar
 
 import xarray as xr
 
 from hydrosim.presentation.document import Heading, Node, Outcome, Verdict
 
-Part = Callable[[xr.Dataset], Iterator[Node]]
-Parts = Mapping[str, tuple[str, Part]]
+Result = TypeVar("Result")
+Part = Callable[[Result], Iterator[Node]]
+Parts = Mapping[str, tuple[str, Part[Result]]]
 """Sections by name: the heading, and what gives the nodes below it."""
 
 
-def nodes_of(parts: Parts, result: xr.Dataset) -> list[Node]:
+def nodes_of(parts: Parts[Result], result: Result) -> list[Node]:
     """The headings and nodes of those parts of a result that have anything to say."""
     nodes: list[Node] = []
     for name, (title, part) in parts.items():
@@ -32,7 +34,7 @@ def lines_of(result: xr.Dataset, attribute: str) -> list[str]:
     return str(result.attrs.get(attribute, "")).splitlines()
 
 
-def _tried(part: Part, result: xr.Dataset) -> Iterator[Node]:
+def _tried(part: Part[Result], result: Result) -> Iterator[Node]:
     """The nodes of a part. A result of another version or origin gives those that can be made."""
     try:
         yield from part(result)

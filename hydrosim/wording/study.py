@@ -296,7 +296,7 @@ def _at_most(items: list[Sentence]) -> list[Sentence]:
     return [*items[:MOST], Sentence("{} more are in the result file.", [str(more)])]
 
 
-PARTS: Parts = {
+PARTS: Parts[xr.Dataset] = {
     "outcome": ("Outcome", _outcome),
     "results": ("What parameters do", _results),
     "case": ("Case", _case),

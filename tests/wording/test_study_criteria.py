@@ -160,3 +160,30 @@ def test_a_study_file_is_judged_by_its_own_limits(tmp_path: Path) -> None:
     assert near.worst.margin == pytest.approx(-0.2, abs=1e-3)
     assert (far.met, near.met, most.met) == (1, 1, 2)
     assert most.worst.margin == pytest.approx(0.2 / 2**0.5 - 0.1, abs=0.01)
+
+
+def test_a_study_takes_over_the_criteria_of_its_case(tmp_path: Path) -> None:
+    """Under their names, unless the study has a limit of its own of that name."""
+    (tmp_path / "case.yaml").write_text(
+        "title: A block on a spring\n"
+        "duration: 10 s\n"
+        "bodies:\n"
+        "  block: {mass: 2 kg, dofs: [surge], initial: {position: [0.3, 0, 0, 0, 0, 0]}}\n"
+        "forces:\n"
+        "  spring: {type: linear_mooring, body: block, stiffness: {surge: 5 N/m}}\n"
+        "criteria:\n"
+        "  how_far: {channel: position.block.surge, statistic: largest, limit: 0.2, source: D7}\n"
+        "  near: {channel: position.block.surge, statistic: smallest, limit: -0.4}\n"
+    )
+    path = tmp_path / "study.yaml"
+    path.write_text(
+        "case: case.yaml\n"
+        "parameters: {forces.spring.stiffness.surge: [5, 10]}\n"
+        "criteria: {near: {channel: position.block.surge, statistic: smallest, limit: -0.1}}\n"
+    )
+    runs = run_study(load_study(path), tmp_path / "runs.nc")
+    judged = {of.worst.name: of for of in judge_study(effects.plans(runs))}
+    assert {name: of.worst.limit for name, of in judged.items()} == {"how_far": 0.2, "near": -0.1}
+    assert judged["how_far"].worst.value == pytest.approx(0.3, abs=1e-3)
+    assert judged["how_far"].worst.source == "D7"
+    assert not judged["near"].is_met

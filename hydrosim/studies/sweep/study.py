@@ -40,6 +40,7 @@ from hydrosim.studies.study_file import (
     Plan,
     Range,
     StudyFile,
+    in_study,
 )
 from hydrosim.studies.sweep import designs
 from hydrosim.studies.sweep.coordinates import at_key, column
@@ -105,6 +106,7 @@ def load_study(path: Path | str) -> Study:
 
 def _loaded(path: Path, data: StudyFile) -> Study:
     builder = _Builder(path, data)
+    data = with_criteria_of(builder.base(), data)
     rows = [row for name, plan in data.plans().items() for row in builder.rows(name, plan)]
     _check_once(path, _labels(data, rows))
     runs = [(row, scene) for row in rows for scene in row.seas(path, data)]
@@ -120,6 +122,15 @@ def _loaded(path: Path, data: StudyFile) -> Study:
         settings_with(data, rows[0].case),
         data.bounds(),
     )
+
+
+def with_criteria_of(case: Case, data: StudyFile) -> StudyFile:
+    """A study that also holds its runs against the criteria of its ``case``, under their names,
+    where the study does not use these itself."""
+    known = {*data.figures, *data.criteria, *OWN}
+    of_case = case.data.criteria
+    taken = {name: in_study(each) for name, each in of_case.items() if name not in known}
+    return data.model_copy(update={"criteria": {**taken, **data.criteria}}) if taken else data
 
 
 def settings_with(data: StudyFile, case: Case) -> str:
@@ -253,6 +264,10 @@ class _Builder:
         self.read = read_case(self.case)
         self.fixed = fixed_of(data)
         self.inputs: dict[Path, None] = {path: None}
+
+    def base(self) -> Case:
+        """The case of the study, without what is varied."""
+        return self._case({})
 
     def rows(self, name: str, plan: Plan) -> list[_Row]:
         """The combinations of a plan. One at a time, the case itself is there once, also where it
