@@ -16,6 +16,8 @@ from typing import ClassVar
 import numpy as np
 import xarray as xr
 
+from hydrosim.documents.nodes import joined
+from hydrosim.documents.suggestions import suggestion
 from hydrosim.errors import InputError
 from hydrosim.results import stages
 from hydrosim.results.stages import STAGES, TIME
@@ -78,7 +80,8 @@ class Results:
         if not known:
             raise InputError("found a run without contacts; expected fenders or landings.")
         found = f"the group {name}" if name else "no key group, but several groups of contacts"
-        raise InputError(f"found {found}; expected one of these groups: {', '.join(known)}.")
+        text = f"found {found}; expected one of these groups: {', '.join(known)}"
+        raise InputError(joined(text, suggestion(name or "", known)))
 
     def body(self, name: str | None) -> str:
         """The body of this name, or the only one; InputError if there is none."""
@@ -86,7 +89,8 @@ class Results:
         if name in known or (name is None and len(known) == 1):
             return name or known[0]
         found = f"the body {name}" if name else "no key body, but several bodies"
-        raise InputError(f"found {found}; expected one of these bodies: {', '.join(known)}.")
+        text = f"found {found}; expected one of these bodies: {', '.join(known)}"
+        raise InputError(joined(text, suggestion(name or "", known)))
 
 
 @dataclass(frozen=True)
@@ -205,7 +209,7 @@ class WhyResult:
         known = [str(each) for each in at.force.values]
         if self.force not in known:
             text = f"found the force {self.force}; expected one of: {', '.join(known)}"
-            raise InputError(f"{text}.")
+            raise InputError(joined(text, suggestion(self.force or "", known)))
         return _number(float(at.mean_force.sel(force=self.force)), "N", self)
 
     def _of_contacts(self, results: Results, why: xr.Dataset) -> xr.DataArray:

@@ -52,6 +52,7 @@ from hydrosim.stepping.state import (
 )
 from hydrosim.stepping.state_layout import StateKind
 from hydrosim.studies.run.aftermath import noticed
+from hydrosim.studies.run.asked import check_criteria
 from hydrosim.studies.run.blow_up import blown_up, holder
 from hydrosim.studies.run.checkpoint import Checkpoint, Keeper
 from hydrosim.studies.run.resolution import (
@@ -115,10 +116,12 @@ def simulate(
     writing the result.
 
     An interrupt from the keyboard ends the run early, with ``status`` "interrupted". Raises
-    InputError if the scene cannot be compiled, and SimulationError if the run cannot continue. That
+    InputError if the scene cannot be compiled or has not the
+    channels of its criteria, and SimulationError if the run cannot continue. That
     error carries the ``dataset`` until then, with ``status`` "failed".
     """
     if isinstance(case, Compiled):
+        check_criteria(case)
         return run_compiled(warned_of_steps(case), progress, kept)
     if isinstance(case, Scene):
         with locating(case.places):
