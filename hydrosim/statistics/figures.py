@@ -1,7 +1,8 @@
 """Figures of a run: one number each, a statistic of a channel over the whole run or in one phase.
 
     end, change             the last value; the last minus the first
-    end_absolute            magnitude of the last value
+    end_absolute            magnitude of the last value: of a position, how far from the place at rest
+    change_absolute         magnitude of the last minus the first: the crawl, wherever it began
     mean                    of the recorded values; of a force, by its impulse if they differ
     std                     of the recorded values
     smallest, largest       of the recorded values
@@ -29,6 +30,7 @@ STATISTICS: dict[str, Statistic] = {
     "end": lambda x: x[-1],
     "end_absolute": lambda x: abs(x[-1]),
     "change": lambda x: x[-1] - x[0],
+    "change_absolute": lambda x: abs(x[-1] - x[0]),
     "mean": np.mean,
     "std": np.std,
     "smallest": np.min,

@@ -220,7 +220,8 @@ class OfChannel(of.Strict):
     channel: StrictStr
     """Channel of the run. Example: position.barge.surge."""
     statistic: STATISTIC_NAMES
-    """Statistic of the channel."""
+    """Statistic of the channel. Crawl is change, or change_absolute, of a position; end counts from
+    the place at rest."""
     phase: PHASE_NAMES | None = None
     """Phase of the operation that the statistic is limited to."""
 

@@ -32,6 +32,7 @@ def run() -> xr.Dataset:
         ("end", None, -1.0),
         ("end_absolute", None, 1.0),
         ("change", "initial contact", 7.0),
+        ("change_absolute", None, 1.0),
         ("largest_absolute", "initial contact", 4.0),
         ("mean", None, 0.5),
         ("smallest", "moored", 0.0),
@@ -43,6 +44,18 @@ def test_figures(run: xr.Dataset, statistic: str, phase: str | None, expected: f
     found = figure_of(run, Figure("a", "position.barge.surge", statistic, phase))
     assert float(found) == pytest.approx(expected, nan_ok=True)
     assert found.attrs["units"] == "m"
+
+
+def test_crawl_counts_from_where_a_run_begins_and_the_end_from_the_place_at_rest(
+    run: xr.Dataset,
+) -> None:
+    """A body that begins 3 m off, and ends 4 m off to the other side, has crawled 7 m."""
+    moved = run.assign(position=run.position - 3.0 + 6.0 * (run.time == 0.0))
+    moved.position.attrs["units"] = "m"
+    channel = "position.barge.surge"
+    assert float(figure_of(moved, Figure("a", channel, "end_absolute"))) == 4.0
+    assert float(figure_of(moved, Figure("a", channel, "change_absolute"))) == 7.0
+    assert float(figure_of(moved, Figure("a", channel, "change"))) == -7.0
 
 
 def test_times_before_the_start_are_left_out(run: xr.Dataset) -> None:
