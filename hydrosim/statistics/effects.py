@@ -6,6 +6,14 @@ prediction interval for one more seed. Both are exact if the figure is normal ov
 
     mean +- t s / sqrt(n),     mean +- t s sqrt(1 + 1/n)
 
+A figure that cannot be negative, such as a largest force, is not normal where these reach below
+zero. Its intervals are on logarithms, by the delta method for the mean, and by Student's t of the
+logarithms x of the values for another seed:
+
+    mean exp(+- t s / (mean sqrt(n))),     exp(mean_x +- t s_x sqrt(1 + 1/n))
+
+If a value is zero it has no logarithm. Then the second is Student's, and ends at zero.
+
 Differences between two values of a parameter are taken seed by seed, in the same waves.
 """
 
@@ -24,6 +32,7 @@ from scipy.stats import t as student
 from hydrosim.errors import InputError
 from hydrosim.results.growing import GATHERED
 from hydrosim.statistics.gumbel import INTERVAL
+from hydrosim.statistics.results import LOWEST
 
 DESIGN = "design"
 """Attribute of a file of runs: the plans of its study, and what is asked of its runs, as JSON."""
@@ -122,15 +131,33 @@ def plans(runs: xr.Dataset) -> list[Plan]:
     return found
 
 
-def spread(values: np.ndarray) -> Spread:
-    """Statistics of values (n,) without those that are NaN; NaN if too few are left."""
+def spread(values: np.ndarray, lowest: float = -np.inf) -> Spread:
+    """Statistics of values (n,) without those that are NaN, which are never below the ``lowest``, 0
+    or -inf; NaN if too few are left."""
     x = values[np.isfinite(values)]
     if x.size < 2:
         return Spread(x.size, float(x[0]) if x.size else np.nan, *[np.nan] * 4)
-    apart = float(student.ppf(0.5 + 0.5 * INTERVAL, x.size - 1) * x.std(ddof=1))
-    mean, sure = float(x.mean()), apart * x.size**-0.5
-    other = apart * (1.0 + 1.0 / x.size) ** 0.5
-    return Spread(x.size, mean, mean - sure, mean + sure, mean - other, mean + other)
+    mean = float(x.mean())
+    sure = _student(x) * x.size**-0.5
+    other = _student(x) * (1.0 + 1.0 / x.size) ** 0.5
+    if x.min() < lowest or lowest < 0.0 or mean == 0.0:
+        return Spread(x.size, mean, mean - sure, mean + sure, mean - other, mean + other)
+    wide = np.exp(sure / mean)
+    another = _of_another(x) if x.min() > 0.0 else (max(mean - other, 0.0), mean + other)
+    return Spread(x.size, mean, mean / wide, mean * wide, *another)
+
+
+def _student(x: np.ndarray) -> float:
+    """Standard deviation (n,) times Student's t."""
+    return float(student.ppf(0.5 + 0.5 * INTERVAL, x.size - 1) * x.std(ddof=1))
+
+
+def _of_another(x: np.ndarray) -> tuple[float, float]:
+    """The interval of another value beside positive ones (n,), by their logarithms."""
+    logarithms = np.log(x)
+    middle = float(logarithms.mean())
+    wide = _student(logarithms) * (1.0 + 1.0 / x.size) ** 0.5
+    return float(np.exp(middle - wide)), float(np.exp(middle + wide))
 
 
 def combinations(plan: Plan) -> Iterator[tuple[dict[str, Any], np.ndarray]]:
@@ -153,7 +180,8 @@ def rows(plan: Plan) -> Iterator[Row]:
     for values, at in combinations(plan):
         for figure, of in found.items():
             unit = str(of.attrs.get("units", ""))
-            yield Row(plan.name, values, figure, unit, spread(of.values[at]), at)
+            lowest = float(of.attrs.get(LOWEST, -np.inf))
+            yield Row(plan.name, values, figure, unit, spread(of.values[at], lowest), at)
 
 
 def differences(plan: Plan) -> Iterator[Difference]:

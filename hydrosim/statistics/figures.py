@@ -1,7 +1,7 @@
 """Figures of a run: one number each, a statistic of a channel over the whole run or in one phase.
 
     end, change             the last value; the last minus the first
-    end_absolute            magnitude of the last value: of a position, how far from the place at rest
+    end_absolute            magnitude of the last value, of a position from the place at rest
     change_absolute         magnitude of the last minus the first: the crawl, wherever it began
     mean                    of the recorded values; of a force, by its impulse if they differ
     std                     of the recorded values
@@ -20,10 +20,10 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.errors import InputError
-from hydrosim.results.channels import series
+from hydrosim.results.channels import lowest_value, series
 from hydrosim.results.phases import Phase
 from hydrosim.statistics.means import means_between_records
-from hydrosim.statistics.results import Results
+from hydrosim.statistics.results import LOWEST, Results
 
 Statistic = Callable[[np.ndarray], float]
 STATISTICS: dict[str, Statistic] = {
@@ -39,6 +39,8 @@ STATISTICS: dict[str, Statistic] = {
 }
 SIDE = "side"  # attribute of figures that are the largest or the smallest of something
 SIDES = {"largest": "largest", "largest_absolute": "largest", "smallest": "smallest"}
+MAGNITUDES = ("end_absolute", "change_absolute", "std", "largest_absolute")
+"""Statistics that are never negative."""
 PHASES = {phase.name.lower().replace("_", " "): phase for phase in Phase}
 
 
@@ -142,8 +144,20 @@ class Figure(NamedTuple):
                 times &= ~np.isnan(means)
         within = values[times]
         number = float(STATISTICS[self.statistic](within)) if within.size else np.nan
-        side = {SIDE: SIDES[self.statistic]} if self.statistic in SIDES else {}
-        return xr.DataArray(number, attrs={"long_name": str(self), "units": unit, **side})
+        said = {"long_name": str(self), "units": unit}
+        return xr.DataArray(number, attrs={**said, **_side(self), **_lowest(self)})
+
+
+def _side(of: Figure) -> dict[str, str]:
+    return {SIDE: SIDES[of.statistic]} if of.statistic in SIDES else {}
+
+
+def _lowest(of: Figure) -> dict[str, float]:
+    """What the number cannot be below: a magnitude, or a value of a channel that is one."""
+    if of.statistic in MAGNITUDES:
+        return {LOWEST: 0.0}
+    lowest = lowest_value(of.channel)
+    return {LOWEST: lowest} if of.statistic != "change" and np.isfinite(lowest) else {}
 
 
 def figure_of(run: xr.Dataset, figure: Asked) -> xr.DataArray:

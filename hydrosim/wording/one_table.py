@@ -57,5 +57,5 @@ def _cells(row: Row) -> tuple[Cell, Cell]:
     of = row.spread
     if not of.n:
         return "none", ""
-    half = of.high - of.mean
+    half = 0.5 * (of.high - of.low)
     return Value(of.mean, row.unit), Value(half, row.unit, 2) if np.isfinite(half) else ""

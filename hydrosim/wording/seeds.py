@@ -22,6 +22,8 @@ SHOWN = 5
 """Combinations of parameters that are shown."""
 MOST = 300
 """Rows of a table."""
+CLEARANCE = FIGURES["end_clearance"][0]
+"""The only result of stages that may be negative."""
 VARIED = "varied"
 """Coordinate of runs: the parameter that is varied, one at a time."""
 HOW = (
@@ -157,7 +159,7 @@ def _stages(runs: xr.Dataset) -> Iterator[list[Cell]]:
         for what, each in {**stages, **{FIGURES[f][0]: of[f] for f in FIGURES}}.items():
             known = each.values[np.isfinite(each.values)]
             if known.size and np.ptp(known) > 0.0:
-                at = spread(known)
+                at = spread(known, -np.inf if what == CLEARANCE else 0.0)
                 unit = str(each.attrs["units"])
                 ends = Between(at.low, at.high, unit), Between(known.min(), known.max(), unit)
                 yield [what, str(name), Value(at.mean, unit), *ends, str(known.size)]

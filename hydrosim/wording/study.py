@@ -47,7 +47,8 @@ LINES = 12
 """Lines of a picture."""
 MEANS = (
     "Means over seeds have a 90 % interval. The value of another seed lies in the last interval"
-    " with 90 %. Both are by Student's t, exact where a figure is normal over seeds."
+    " with 90 %. Both are by Student's t, exact where a figure is normal over seeds. Intervals of"
+    " figures that cannot be negative are on logarithms, and stay above zero."
 )
 
 

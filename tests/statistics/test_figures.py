@@ -66,3 +66,23 @@ def test_phases_need_contacts(run: xr.Dataset) -> None:
     figure = Figure("a", "position.barge.surge", "end", "moored")
     with pytest.raises(InputError, match="found phase moored; expected a run with contacts"):
         figure_of(run.drop_vars("contact_phase"), figure)
+
+
+@pytest.mark.parametrize(
+    ("channel", "statistic", "bounded"),
+    [
+        ("position.barge.surge", "largest", False),
+        ("position.barge.surge", "largest_absolute", True),
+        ("position.barge.surge", "std", True),
+        ("fender_normal_force.pad", "smallest", True),
+        ("fender_normal_force.pad", "change", False),
+    ],
+)
+def test_what_cannot_be_negative_says_so(
+    run: xr.Dataset, channel: str, statistic: str, bounded: bool
+) -> None:
+    more = run.assign_coords(fender=["pad"]).assign(
+        fender_normal_force=(("time", "fender"), np.abs(X)[:, None], {"units": "N"})
+    )
+    found = figure_of(more, Figure("a", channel, statistic))
+    assert ("lowest" in found.attrs) is bounded
