@@ -28,6 +28,9 @@ WHOLE = {
     "share": ("%", 100.0),
 }
 """Units that are not read by their parts. A share is a number of which 1 is the whole."""
+CYCLES = " of cycles"
+"""Ends the unit of a frequency of waves, or of a density over it. Its radians are of a phase, not
+of an angle that a case may write in degrees, so it is read as it is."""
 SHORT = {"tonne": "t", "tonne_force": "tf", "degree": "deg", "metre": "m", "meter": "m"}
 SLOPE = " / ("
 BASES = ("N", "m", "rad", "kg")
@@ -56,6 +59,8 @@ class Units:
         a unit that is not known stays as it is."""
         if unit in ("", "1"):
             return Shown("", 1.0)
+        if unit.endswith(CYCLES):
+            return Shown(unit.removesuffix(CYCLES), 1.0)
         if unit in self._known:
             return self._known[unit]
         if unit in WHOLE:

@@ -30,12 +30,15 @@ from scipy.stats import sobol_indices, spearmanr
 from scipy.stats import t as student
 
 from hydrosim.errors import InputError
+from hydrosim.presentation.units import CYCLES
 from hydrosim.results.growing import GATHERED
 from hydrosim.statistics.gumbel import INTERVAL
 from hydrosim.statistics.results import LOWEST
 
 DESIGN = "design"
 """Attribute of a file of runs: the plans of its study, and what is asked of its runs, as JSON."""
+CYCLIC = "cyclic"
+"""Attribute of coordinates that are frequencies of waves, or densities over these."""
 DRAWN = ("latin_hypercube", "sobol", "sobol_indices")
 
 
@@ -62,7 +65,9 @@ class Plan(NamedTuple):
 
     def unit(self, name: str) -> str:
         """Unit of the values of a coordinate, empty if there is none."""
-        return str(self.runs[name].attrs.get("units", "")).removeprefix("1")
+        said = self.runs[name].attrs
+        unit = str(said.get("units", "")).removeprefix("1")
+        return f"{unit}{CYCLES}" if CYCLIC in said else unit
 
 
 class Spread(NamedTuple):
@@ -201,9 +206,9 @@ def differences(plan: Plan) -> Iterator[Difference]:
         for figure in plan.figures:
             first, last = runs[figure].values[pairs]
             change = (last - first) / (high - low)
-            of = str(runs[keys[0]].attrs.get("units", ""))
+            of = plan.unit(keys[0])
             unit = str(runs[figure].attrs.get("units", ""))
-            unit += f" / ({of})" if of not in ("", "1") else ""
+            unit += f" / ({of})" if of else ""
             found = change[np.isfinite(change)]
             std = float(np.std(found, ddof=1)) if found.size > 1 else np.nan
             changed = _changed(runs, pairs)

@@ -31,6 +31,7 @@ from hydrosim.documents.validate import validated
 from hydrosim.errors import InputError
 from hydrosim.outputs import settings_text
 from hydrosim.results.runs_file import RUN, TEXTS
+from hydrosim.statistics.effects import CYCLIC
 from hydrosim.studies.run.simulation import prepared
 from hydrosim.studies.study_file import (
     Criterion,
@@ -43,7 +44,7 @@ from hydrosim.studies.study_file import (
     in_study,
 )
 from hydrosim.studies.sweep import designs
-from hydrosim.studies.sweep.coordinates import at_key, column
+from hydrosim.studies.sweep.coordinates import Coordinate, at_key, column
 
 if TYPE_CHECKING:
     from hydrosim.documents.units import Scale
@@ -318,16 +319,15 @@ def _labels(data: StudyFile, rows: list[_Row]) -> dict[str, xr.Variable]:
         labels[STUDY] = [row.plan for row in rows]
     if any(plan.design == "one_at_a_time" for plan in plans.values()):
         labels[VARIED] = [row.row.varied for row in rows]
-    units: dict[str, str | None] = {}
+    said: dict[str, dict[str, Any]] = {}
     for plan in plans.values():
         for name, parameter in plan.parameters.items():
             if isinstance(parameter, Linked) and parameter.called is not None:
                 labels[name] = [row.row.called.get(name, "") for row in rows]
             for key in designs.keys_of(name, parameter):
-                labels[key], units[key] = _along(key, rows)
+                labels[key], said[key] = _along(key, rows)
     return {
-        name: xr.Variable(RUN, column(values), _attributes(units.get(name)))
-        for name, values in labels.items()
+        name: xr.Variable(RUN, column(values), said.get(name)) for name, values in labels.items()
     }
 
 
@@ -346,16 +346,16 @@ def _check_once(path: Path, labels: Mapping[str, xr.Variable]) -> None:
         seen.add(row)
 
 
-def _along(key: str, rows: list[_Row]) -> tuple[list[Any], str | None]:
-    """The values of a key in all cases, in SI if they are numbers, and the unit of these."""
+def _along(key: str, rows: list[_Row]) -> tuple[list[Any], dict[str, Any]]:
+    """The values of a key in all cases, in SI if they are numbers, and what is said of these."""
     found = {id(row): at_key(row.case.data, key) for row in rows}
     values = [found[id(row)] for row in rows]
     if all(value.number is not None for value in values):
-        units = [value.unit for value in values if value.unit is not None]
-        return [value.number for value in values], next(iter(units), None)
+        known = [value for value in values if value.unit is not None]
+        return [value.number for value in values], _attributes(known[0]) if known else {}
     given = [row.row.settings.get(key, v.value) for row, v in zip(rows, values, strict=True)]
-    return given, None
+    return given, {}
 
 
-def _attributes(unit: str | None) -> Mapping[str, str]:
-    return {} if unit is None else {"units": unit or "1"}
+def _attributes(of: Coordinate) -> dict[str, Any]:
+    return {"units": of.unit or "1", **({CYCLIC: 1} if of.cyclic else {})}
