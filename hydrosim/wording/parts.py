@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import xarray as xr
 
+from hydrosim.documents.digits import digits_of
 from hydrosim.presentation.document import Heading, Node, Outcome, Verdict
 
 Result = TypeVar("Result")
@@ -32,6 +33,16 @@ def title_of(result: xr.Dataset) -> str:
 def lines_of(result: xr.Dataset, attribute: str) -> list[str]:
     """The lines of an attribute; none where it is absent."""
     return str(result.attrs.get(attribute, "")).splitlines()
+
+
+def attribute_text(value: Any) -> str:
+    """An attribute of a result: lines as sentences, numbers as numbers."""
+    if isinstance(value, str):
+        return "; ".join(value.splitlines())
+    try:
+        return digits_of(float(value), 6)
+    except (TypeError, ValueError):
+        return str(value)
 
 
 def _tried(part: Part[Result], result: Result) -> Iterator[Node]:
