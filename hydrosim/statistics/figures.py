@@ -41,6 +41,12 @@ SIDE = "side"  # attribute of figures that are the largest or the smallest of so
 SIDES = {"largest": "largest", "largest_absolute": "largest", "smallest": "smallest"}
 MAGNITUDES = ("end_absolute", "change_absolute", "std", "largest_absolute")
 """Statistics that are never negative."""
+WORDS = {
+    "end_absolute": "magnitude at the end",
+    "change_absolute": "magnitude of the change",
+    "largest_absolute": "largest magnitude",
+}
+"""Statistics whose names are not words."""
 PHASES = {phase.name.lower().replace("_", " "): phase for phase in Phase}
 
 
@@ -128,7 +134,7 @@ class Figure(NamedTuple):
         return self.statistic == "smallest"
 
     def __str__(self) -> str:
-        text = f"{self.statistic.replace('_', ' ')} of {self.channel}"
+        text = f"{WORDS.get(self.statistic, self.statistic)} of {self.channel}"
         return f"{text} while {self.phase}" if self.phase else text
 
     def of(self, results: Results) -> xr.DataArray:

@@ -34,7 +34,7 @@ def study_criteria(runs: xr.Dataset, plans: Sequence[Plan]) -> Iterator[Node]:
     yield _verdict(runs, worst)
     yield from (_broken_in(each, plans) for each in found if not each.is_met)
     head = ("criterion", "worst value", "limit", "margin", "used", "")
-    more = ("runs that meet it", "worst run", "source of the limit")
+    more = ("runs within", "worst run", "source of the limit")
     rows = [
         [
             *criterion_figures(each.worst),
@@ -64,11 +64,11 @@ def _verdict(runs: xr.Dataset, worst: Sequence[Criterion]) -> Verdict:
 def _broken_in(of: Judged, plans: Sequence[Plan]) -> Verdict:
     place = _place(of, plans)
     at = f" in the worst run ({place})" if place else " in the worst run"
-    return criterion_not_met(of.worst, at, f" {_share(of)} runs meet it.")
+    return criterion_not_met(of.worst, at, f" {of.met} of {of.runs} runs meet it.")
 
 
 def _share(of: Judged) -> str:
-    return f"{of.met} of {of.runs}"
+    return f"{of.met}/{of.runs}"
 
 
 def _place(of: Judged, plans: Sequence[Plan]) -> str:
@@ -95,7 +95,7 @@ def _by_value(plans: Sequence[Plan]) -> Iterator[Table | Sentence]:
     each.sort(key=lambda judged: [*own[0].criteria].index(judged.worst.name))
     if not each:
         return
-    head = ("criterion", "at", "worst value", "margin", "", "runs that meet it")
+    head = ("criterion", "at", "worst value", "margin", "", "runs within")
     rows = [_row_at(judged, plans) for judged in each[:MOST]]
     yield Table(head, rows, "Criteria at each value")
     if len(each) > MOST:

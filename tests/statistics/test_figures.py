@@ -56,6 +56,7 @@ def test_crawl_counts_from_where_a_run_begins_and_the_end_from_the_place_at_rest
     assert float(figure_of(moved, Figure("a", channel, "end_absolute"))) == 4.0
     assert float(figure_of(moved, Figure("a", channel, "change_absolute"))) == 7.0
     assert float(figure_of(moved, Figure("a", channel, "change"))) == -7.0
+    assert str(Figure("a", channel, "change_absolute")) == f"magnitude of the change of {channel}"
 
 
 def test_times_before_the_start_are_left_out(run: xr.Dataset) -> None:
