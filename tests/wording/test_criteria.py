@@ -99,7 +99,7 @@ WRONG = {
         "they need output: {clearances: ...}",
     ),
     "{channel: position.block.surge, statistic: end, phase: stuck, limit: 1 m}": (
-        "case.yaml:10: criteria.lost.phase: found phase stuck, but the run has no contacts",
+        "case.yaml:10: criteria.lost.phase: found phase stuck; expected a run with contacts",
     ),
     "{result: recontact_force, group: legs, limit: 1 MN}": (
         "case.yaml:10: criteria.lost.result: found a run without contacts",
