@@ -26,8 +26,8 @@ esdirk4 is chosen if
 
 h_s is the smallest value over all combinations of contacts in `linear.stability`. w is the median
 frequency of the vibrations with all contacts open, or 1 rad/s. Computing time, machine and sea do
-not count, so all runs of a study use the same method. Methods of equal steps are never chosen, because the
-accuracy of their step depends on the excitation, which the linearisation does not know.
+not count, so all runs of a study use the same method. Methods of equal steps are never chosen,
+because the accuracy of their step depends on the excitation, which the linearisation does not know.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ from hydrosim.compiling import restart
 from hydrosim.forces import new_modes
 from hydrosim.forces.layout import carried
 from hydrosim.integrate import DOPRI5
-from hydrosim.linear.stability import combinations, smallest_step
+from hydrosim.linear.stability import all_open, combinations, smallest_step
 from hydrosim.radiation.threads import one_thread
 from hydrosim.scene import Method, Tolerance
 from hydrosim.scene.solver import ACCURACY
@@ -163,8 +163,7 @@ def _drifts(compiled: Compiled) -> bool:
     """True if nothing restores a motion within the run, except of bodies that contacts carry."""
     scene = compiled.scene
     held = carried(scene).keys()
-    freely = combinations(scene, compiled.model, compiled.state)[0]
-    for part in freely.components:
+    for part in all_open(compiled.model, compiled.state).components:
         bodies = {scene.bodies[dof // 6].name for dof in part.linear.active}
         slow = np.abs(part.values) * scene.duration < 1.0
         if slow.any() and not bodies <= held:
