@@ -111,10 +111,28 @@ def combinations(
         for (kind, p), posture in zip(posing, chosen, strict=True):
             own_modes(kind, p, modes)[:] = posture.modes
         text = ", ".join(posture.text for posture in chosen if posture.text)
-        linear = _linearise(model, state, modes, time)
-        parts = tuple(_solve(part, known) for part in linear.split(linear.coupled))
-        found.append(Combination(text, modes, parts))
+        found.append(_combination(text, modes, model, state, time, known))
     return found
+
+
+def all_open(model: Model, state: State) -> Combination:
+    """The first of `combinations`, with all contacts open, alone."""
+    time = max((kind.time_of_most(p) for kind, p in kinds_posing(model)), default=0.0)
+    return _combination("", _at_rest(model), model, state, time, {})
+
+
+def _combination(
+    text: str,
+    modes: np.ndarray,
+    model: Model,
+    state: State,
+    time: float,
+    known: dict[tuple[bytes, ...], np.ndarray],
+) -> Combination:
+    """The scene linearised in these ``modes``."""
+    linear = _linearise(model, state, modes, time)
+    parts = tuple(_solve(part, known) for part in linear.split(linear.coupled))
+    return Combination(text, modes, parts)
 
 
 def _solve(part: Linear, known: dict[tuple[bytes, ...], np.ndarray]) -> Component:

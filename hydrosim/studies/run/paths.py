@@ -68,10 +68,10 @@ class Path:
         """Continue to the record ``last``, or until so many evaluations are spent, but at least to
         the next record."""
         while self.end < last and not self.failed:
-            left = int(evaluations) - self.evaluations
+            left = evaluations - self.evaluations
             if left <= 0 and self.end > self.begin:
                 break
-            advance(min(AT_ONCE, max(left, 1)), self._held)
+            advance(int(min(AT_ONCE, max(left, 1))), self._held)
             self._compare()
 
     def _compare(self) -> None:
