@@ -28,7 +28,7 @@ from hydrosim.results.netcdf import FORMAT, LATEST
 from hydrosim.results.output import to_dataset
 from hydrosim.scene import Scene
 from hydrosim.stepping.names import force_names
-from hydrosim.stepping.record import new_record, unpack
+from hydrosim.stepping.record import SPACING, new_record, unpack
 from hydrosim.stepping.run import PITCH, advance, count_evaluations
 from hydrosim.stepping.state import (
     BLOWN_UP,
@@ -149,7 +149,8 @@ def run_compiled(
     scene = compiled.scene
     model = compiled.model
     clock = compile_clock(compiled)
-    record = new_record(model, clock, scene.output_accelerations)
+    spacing = 1 if scene.output_states else SPACING
+    record = new_record(model, clock, scene.output_accelerations, spacing)
     run = new_run(clock, model, compiled.method, compiled.first_state(), record)
     counters = run.counters
     exact = compiled.facts.exact  # computed at once: no checkpoint

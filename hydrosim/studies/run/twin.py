@@ -13,15 +13,16 @@ which costs half as much. Its tolerance is `LOOSER` times as large. The error of
 d / (`LOOSER` - 1), because errors of adaptive methods are at least proportional to the tolerance.
 
 Other twins are run only if contacts and springs change often. Such a twin begins with the state of
-the run at the last record before the first change. In a short run, it continues to the end. In a
-longer run, a budget of evaluations is granted: `SHARE` of those of the run, or `FIRST`. One half is
-spent on the beginning. The other half is spent at places among the later changes. There, a path
-that begins near the run is followed for some time, and its distance is handed on to the next place
-(Benettin et al. 1980, see `hydrosim.studies.run.paths`). If the error at the beginning times this
-growth would matter, the twin continues to the end, or until the error is `LOST` of the range of a
-motion. The latter is needed because two runs of a chaotic scene may happen to be close at the end.
-The memory of a convolution is not in the record; then all granted evaluations are spent on the
-beginning. The attribute `twin_evaluations` of a result gives the cost, beside `solver_evaluations`.
+the run at the last record with all states before the first change. In a short run, it continues to
+the end. In a longer run, a budget of evaluations is granted: `SHARE` of those of the run, or
+`FIRST`. One half is spent on the beginning. The other half is spent at places among the later
+changes. There, a path that begins near the run is followed for some time, and its distance is
+handed on to the next place (Benettin et al. 1980, see `hydrosim.studies.run.paths`). If the error
+at the beginning times this growth would matter, the twin continues to the end, or until the error
+is `LOST` of the range of a motion. The latter is needed because two runs of a chaotic scene may
+happen to be close at the end. The memory of a convolution is not in the record; then all granted
+evaluations are spent on the beginning. The attribute `twin_evaluations` of a result gives the cost,
+beside `solver_evaluations`.
 """
 
 from __future__ import annotations
@@ -38,6 +39,7 @@ from hydrosim.compiling.calm import compile_calm, in_waves
 from hydrosim.compiling.facts import facts_of
 from hydrosim.radiation.threads import one_thread
 from hydrosim.scene import Scene, Solver, Tolerance
+from hydrosim.stepping.record import with_states
 from hydrosim.stepping.state import EVALUATIONS, EVENTS, Run
 from hydrosim.studies.run.paths import Growth, Path, growth, recorded
 
@@ -124,7 +126,7 @@ def _twin(run: Run, compiled: Compiled, finer: Compiled, ranges: np.ndarray) -> 
     changes = recorded(run, "events")
     last = len(changes) - 1
     remembers = run.state.history.grid.shape[1] > 0
-    before = int(np.flatnonzero(changes == changes[0])[-1])
+    before = int(with_states(run.record, int(np.flatnonzero(changes == changes[0])[-1]) + 1)[-1])
     twin = Path(run, finer, 0 if remembers else before)
     evaluations = int(run.counters[EVALUATIONS])
     granted = max(FIRST, SHARE * evaluations)
