@@ -50,8 +50,8 @@ def warned_of_steps(compiled: Compiled) -> Compiled:
 
 
 def _limits_below(step: float, compiled: Compiled, found: Sequence[Combination]) -> list[StepLimit]:
-    """Limits of the step of a scene below this ``step``, for the combinations ``found``. Eigenvalues
-    alone show that most scenes have none; the names of limits need eigenvectors."""
+    """Limits of a scene below this ``step``, for the combinations ``found``. Eigenvalues alone show
+    that most scenes have none. The names of limits need eigenvectors."""
     method = compiled.method
     if method.any_step or smallest_step(found, method) >= step:
         return []
