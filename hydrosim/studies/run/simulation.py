@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from datetime import UTC, datetime
 from math import isfinite
 from pathlib import Path
@@ -19,7 +20,7 @@ from hydrosim.compiling.facts import solution
 from hydrosim.compiling.restart import ACCURACY, HEADINGS, MET, started_from
 from hydrosim.documents.places import locating
 from hydrosim.errors import SimulationError
-from hydrosim.jit.refs import Held
+from hydrosim.jit.refs import Held, forget
 from hydrosim.jit.waiting import Torn, running_time
 from hydrosim.linear.propagate import propagate
 from hydrosim.program import program_version, versions
@@ -125,7 +126,8 @@ def simulate(
         return run_compiled(warned_of_steps(case), progress, kept)
     if isinstance(case, Scene):
         with locating(case.places):
-            return simulate(compile_scene(case, in_plane=True), progress, kept)
+            # no name for the compiled scene: `run_compiled` lets go of its waves
+            return run_compiled(warned_of_steps(compile_scene(case, in_plane=True)), progress, kept)
     return simulate(prepared(case, progress), progress, kept)
 
 
@@ -190,16 +192,30 @@ def run_compiled(
     history = run.state.history
     warnings = [*compiled.notes.warnings, *unresolved(compiled, record, count)]
     attributes["warnings"] = "\n".join(warnings) or None
+    wanted = estimates and status == "complete" and not failed
+    estimate = estimated(compiled, run) if wanted else None
+    compiled = _without_table(compiled)
+    del chunks, keeper, run, model  # with them the table of waves, if no caller holds it
+    forget()
     layout = compiled.facts.layout
-    dataset = to_dataset(scene, model, layout, compiled.sea, record, count, history, attributes)
+    dataset = to_dataset(
+        scene, compiled.model, layout, compiled.sea, record, count, history, attributes
+    )
     warn(dataset, noticed(compiled, dataset))
-    if estimates and status == "complete" and not failed:
-        estimate = estimated(compiled, run)
+    if estimate:
         dataset.attrs["twin_evaluations"] = estimate.evaluations
         warn(dataset, estimate.warnings)
     if message:
         raise SimulationError(message, dataset)
     return dataset
+
+
+def _without_table(compiled: Compiled) -> Compiled:
+    """Compiled scene without its waves over time. Only steps need them, and of a long run they are
+    a third of its record."""
+    waves = compiled.model.waves
+    model = compiled.model._replace(waves=waves._replace(values=waves.values[:0].copy()))
+    return replace(compiled, facts=replace(compiled.facts, model=model))
 
 
 def _chunks(run: Run) -> Iterator[float]:
