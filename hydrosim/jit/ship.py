@@ -1,8 +1,9 @@
 """Machine code for wheels: `python -m hydrosim.jit.ship FOLDER CASE...`.
 
 FOLDER receives the kernels that `hydrosim check`, `run` and `linear` of these cases call, and runs
-with `solver.method: automatic`, compiled for any processor of the kind `PROCESSOR`. A wheel includes them if it is built with
-``HYDROSIM_SHIPPED=FOLDER`` in the environment. `hydrosim.jit.shipped` says how they are used.
+with `solver.method: automatic`, compiled for any processor of the kind `PROCESSOR`. A wheel
+includes them if it is built with ``HYDROSIM_SHIPPED=FOLDER`` in the environment.
+`hydrosim.jit.shipped` says how they are used.
 """
 
 from __future__ import annotations
