@@ -282,7 +282,7 @@ def test_times_that_are_not_recorded_are_refused(short: xr.Dataset) -> None:
     message = refusal(replace(scene, initial=Start(short, 5.0)))
     for word in (
         "initial.time: found 5 s",
-        "only the state at its end, 10 s",
+        "only its last whole state, at 10 s",
         "output: {states: true}",
     ):
         assert word in message
