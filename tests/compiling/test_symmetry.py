@@ -136,9 +136,7 @@ def moored(**changes: Any) -> Scene:
 
 
 class TestAgreement:
-    def test_the_base_case(
-        self, base_run: xr.Dataset, figure: Figure, validated: Callable[..., None]
-    ) -> None:
+    def test_the_base_case(self, base_run: xr.Dataset, validated: Callable[..., None]) -> None:
         """Through contact, stick and slip; without the states of what does not move: those of sway,
         roll and yaw."""
         expected = hs.simulate(full(scene_of("base")))

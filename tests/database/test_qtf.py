@@ -160,7 +160,7 @@ def cylinder_qtf(radius: float, waves, headings) -> np.ndarray:
     return RHO * G / 4 * radius * t[1] * np.array([load @ np.cos(t), load @ np.sin(t)])
 
 
-def test_fixed_cylinder(water, figure, validated):
+def test_fixed_cylinder(water, validated):
     """30 m of it are there, which is deep for these waves, in panels of 2.2 m: within 3 per cent of
     the largest, in magnitude and phase, of waves to the same and to two headings."""
     radius, frequencies, to = 10.0, (0.9, 1.15), np.radians([0.0, 50.0])
@@ -228,7 +228,7 @@ def test_near_field_comes_to_the_far_field(water, figure):
     assert errors[1] < 0.7 * errors[0]
 
 
-def test_hemisphere_against_wamit(water, figure, validated):
+def test_hemisphere_against_wamit(water, validated):
     """Its surge drift by momentum, with its mass and waterplane; from where waves are scattered to
     its first irregular frequency (k R = 2.55), but for the resonance in heave, whose height its
     coarser sphere changes."""

@@ -42,7 +42,7 @@ def extremes(run: xr.Dataset, dof: int) -> np.ndarray:
 
 @pytest.mark.parametrize(("dof", "start", "drag"), [("surge", 1.5, 900.0), ("roll", 0.3, 2.4e4)])
 def test_quadratic_damping_decays_as_its_first_integral(
-    dof, start, drag, figure: Figure, validated: Callable[..., None]
+    dof, start, drag, validated: Callable[..., None]
 ) -> None:
     """Extremes of m x'' + D |x'| x' + k x = 0: (1 + b x1) exp(-b x1) = (1 - b x2) exp(b x2),
     b = 2 D / m. Steps of a two hundredth of the period, where RK4's error is below 1e-6; the

@@ -101,7 +101,7 @@ def pushed(signal: Signal, step: float = 0.02, **solver: object) -> hs.Scene:
     return scene(body, {"push": push}, 20.0, 0.5, step=step, **solver)
 
 
-def test_motion_under_a_sine(figure: Figure, validated: Callable[..., None]) -> None:
+def test_motion_under_a_sine(validated: Callable[..., None]) -> None:
     """The double integral of (mean + A sin(w t + phase)) / m; rk4 is Simpson's rule for it, off
     by no more than T A w^4 h^4 / 2880 w / m."""
     force, w = Harmonic(3.0, 8.0, mean=0.5, phase=0.7), 2 * pi / 8.0

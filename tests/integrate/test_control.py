@@ -13,13 +13,11 @@ from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import LinearMooring
 from hydrosim.scene import Method
 
-Figure = Callable[[str, float], None]
-
 
 @pytest.mark.parametrize("method", [Method.DOPRI5, Method.ESDIRK4])
 @pytest.mark.parametrize("omega", [2.0, 20.0, 100.0])
 def test_a_small_vibration_of_many_periods(
-    method: Method, omega: float, figure: Figure, validated: Callable[..., None]
+    method: Method, omega: float, validated: Callable[..., None]
 ) -> None:
     """Free swings of 5 mm for 60 s, against the cosine. The tolerance allows 1e-6 m and 1e-6 m/s a
     second, and so 6e-5 m and, by the velocity, 6e-5 m / omega, whatever the steps; most of that is

@@ -111,9 +111,7 @@ def test_a_stiff_slave_follows(rate: float, figure: Figure) -> None:
     assert error[2] < error[0] / 8  # between the orders 2 of the stages and 4 of the method
 
 
-def test_a_nonlinear_stiff_problem_against_scipy(
-    figure: Figure, validated: Callable[..., None]
-) -> None:
+def test_a_nonlinear_stiff_problem_against_scipy(validated: Callable[..., None]) -> None:
     """Robertson's reactions, with a Jacobian of the wrong place: only the solution counts."""
 
     def f(t: float, y: np.ndarray) -> np.ndarray:

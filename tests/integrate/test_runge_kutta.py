@@ -63,7 +63,7 @@ def integrate(method: Tableau, f: Slope, steps: int) -> np.ndarray:
 @pytest.mark.parametrize("problem", PROBLEMS)
 @pytest.mark.parametrize("name", METHODS)
 def test_order_on_textbook_problems(
-    name: str, problem: str, figure: Callable[[str, float], None], validated: Callable[..., None]
+    name: str, problem: str, validated: Callable[..., None]
 ) -> None:
     """From three steps: an error C h^p (1 + c h + ...) is seen with order p + c h / (2 ln 2), half
     as far from p at half the step, so that twice the finer order less the coarser is h^2 from p.

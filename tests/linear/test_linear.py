@@ -104,7 +104,7 @@ def test_natural_periods_of_the_barge(
 
 
 def test_natural_periods_make_inertia_balance_stiffness(
-    modes: dict[str, NaturalMode], figure: Figure, validated: Callable[..., None]
+    modes: dict[str, NaturalMode], validated: Callable[..., None]
 ) -> None:
     """Against the roots of the undamped equation of motion; the state space is within 1e-3 of the
     database's A(w) - A_inf, and A_inf within about as much of its own. Yaw has no stiffness."""

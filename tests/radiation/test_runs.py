@@ -113,7 +113,7 @@ def errors(scenes: list[Scene], reference: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("method", [Method.RK4, Method.HEUN, Method.DOPRI5, Method.ESDIRK4])
 @pytest.mark.parametrize("radiation", [CONVOLUTION, STATES])
 def test_decay_is_that_of_the_exact_linear_system(
-    radiation: Radiation, method: Method, figure: Figure, validated: Callable[..., None]
+    radiation: Radiation, method: Method, validated: Callable[..., None]
 ) -> None:
     """K and A_inf are known to 1e-4 from frequencies 0.01 rad/s apart and a table of 0.05 s."""
     run = hs.simulate(decay(radiation, 0.1 if method != Method.HEUN else 0.02, method=method))

@@ -62,7 +62,7 @@ def test_energy_and_angular_momentum_are_conserved_at_the_order_of_the_method(
         assert order >= ORDERS[method] - 0.2  # 0.2: steps that are not infinitely small
 
 
-def test_rotation_by_eulers_equations(figure: Figure, validated: Callable[..., None]) -> None:
+def test_rotation_by_eulers_equations(validated: Callable[..., None]) -> None:
     """Against Euler's equations in the body frame, R' = R (omega x), by an 8th-order method."""
     R0, inverse = rotation(START), np.linalg.inv(INERTIA)
 

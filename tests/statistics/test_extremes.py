@@ -258,7 +258,7 @@ def test_gumbel_fit_is_scipys() -> None:
         assert p90 == pytest.approx(gumbel_r.ppf(0.9, location, scale), rel=1e-6)
 
 
-def test_p90_over_seeds(figure: Figure, validated: Callable[..., None]) -> None:
+def test_p90_over_seeds(validated: Callable[..., None]) -> None:
     """Of 20 runs whose largest values have Gumbel's law its interval holds the true P90 in 90 % of
     600 studies, within three standard errors."""
     random, true = np.random.default_rng(20), gumbel_r.ppf(0.9)

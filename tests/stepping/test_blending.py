@@ -92,7 +92,7 @@ def scene(body: Body, duration: float = 40.0, step: float = 0.1, **changes: Any)
 @pytest.mark.parametrize(("dof", "start"), [("heave", 0.02), ("roll", 0.02)])
 @pytest.mark.slow
 def test_a_decay_between_two_draughts_is_that_of_the_database_there(
-    dof: str, start: float, figure: Callable[[str, float], None], validated: Callable[..., None]
+    dof: str, start: float, validated: Callable[..., None]
 ) -> None:
     """Within 1 % of its start: what linear interpolation leaves of databases 20 % apart."""
     offset, first = moving(**{dof: start}), np.array(moving(heave=0.4))

@@ -24,9 +24,7 @@ MOORING = 392.4e3  # N/m
 SURGE, HEAVE, PITCH = 0, 2, 4
 
 
-def test_energy_of_the_base_case(
-    base_run: xr.Dataset, figure: Figure, validated: Callable[..., None]
-) -> None:
+def test_energy_of_the_base_case(base_run: xr.Dataset, validated: Callable[..., None]) -> None:
     """2000 s at 0.1 s: the residual is what the integration makes of 1000 contact events."""
     residual = base_run.attrs["energy_residual_relative"]
     assert base_run.attrs["solver_events"] > 100

@@ -142,7 +142,7 @@ def test_stick_is_found_however_short_it_is(name, figure: Figure):
     assert np.all(observed_orders(steps, size) >= 3.5)
 
 
-def test_swings_shorten_by_twice_the_friction_over_the_stiffness(figure: Figure, validated):
+def test_swings_shorten_by_twice_the_friction_over_the_stiffness(validated):
     """The rigid limit of the law, a node two hundred times as stiff as the spring: a mass with dry
     friction loses 2 mu N / K in every half swing, but for the first quarter's half of it (Den
     Hartog 1931)."""
