@@ -12,10 +12,11 @@ import pytest
 import xarray as xr
 from moored_barge import scene_of
 from rich.console import Console
+from stated_lines import WRITING, unlike
 
 import hydrosim as hs
 from hydrosim.commands.compiling import announced
-from hydrosim.evidence import Feature, Kind, Line, known_lines
+from hydrosim.evidence import Feature, Kind, Line
 
 hypothesis.settings.register_profile(  # no test is about wall time
     "hydrosim", deadline=None, suppress_health_check=[hypothesis.HealthCheck.too_slow]
@@ -78,25 +79,3 @@ def validated(
             assert unlike(line) == ""
 
     return note
-
-
-WRITING = "evidence"
-"""Name of the plugin that writes the page, and of what it reads from reports."""
-ROUNDING = 1e-8
-"""Errors that differ from one machine to another."""
-SAME = 1.25
-"""Ratio of errors that are taken for equal."""
-
-
-def unlike(line: Line) -> str:
-    """How the known line differs from what a test noted; "" if it does not."""
-    found = [x for x in known_lines() if (x.claim, x.against) == (line.claim, line.against)]
-    if not found:
-        return f"{line.claim}: no such line. Write it by python -m benchmarks --keep evidence."
-    stated = found[0]
-    same = replace(line, figure=stated.figure, commit=stated.commit)
-    if same != stated:
-        return f"{line.claim}: the line says {stated}, the test {same}"
-    if line.figure > max(SAME * stated.figure, ROUNDING):
-        return f"{line.claim}: the line says {stated.figure:g}, the test {line.figure:g}"
-    return ""

@@ -1,4 +1,4 @@
-"""Report of a run: events, figures, series, energy, and assumptions."""
+"""Report of a run: events, figures, series, energy, assumptions, and evidence."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from hydrosim.presentation.document import Document, Node, Sentence
 from hydrosim.presentation.units import units_of
 from hydrosim.report.arrangement import arrangement_nodes
 from hydrosim.report.envelopes import stretch
+from hydrosim.report.evidence import evidence_nodes
 from hydrosim.report.replay import replay_nodes
 from hydrosim.report.scenery import scene_of
 from hydrosim.results.netcdf import REMEDY
@@ -103,5 +104,6 @@ PARTS: Parts[Shown] = {
     "series": ("Series", lambda of: _series(of.run)),
     "energy": ("Energy", lambda of: _energy(of.run)),
     "convergence": ("Convergence", lambda of: convergence(of.run)),
+    "evidence": ("Evidence", lambda of: evidence_nodes(of.run, of.scene)),
 }
 """Sections by name: the heading, and the function that gives its nodes."""

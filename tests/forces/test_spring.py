@@ -234,7 +234,7 @@ def test_motion_is_that_of_an_independent_integration(
     figure("order", observed_orders(STEPS, errors).mean())
     figure("order of the ledger", observed_orders(STEPS, residuals).mean())
     claim = "block on lines that go slack and taut, of its range"
-    against = "DOP853 from event to event"
+    against = "DOP853 by events"
     validated(Kind.INDEPENDENT, claim, against, errors[-1], EXACT, Feature.SPRINGS)
     assert observed_orders(STEPS, errors).mean() >= 3.7
     assert residuals[-1] <= EXACT
@@ -308,7 +308,7 @@ def test_an_elastic_pendulum(figure: Figure, validated: Callable[..., None]) -> 
     errors = np.array([np.abs(x - exact).max() / np.ptp(exact) for x in found])
     figure("order", observed_orders(steps, errors).mean())
     claim = "elastic pendulum in three dimensions whose line goes slack, of its range"
-    against = "DOP853 from event to event"
+    against = "DOP853 by events"
     validated(Kind.INDEPENDENT, claim, against, errors[-1], EXACT, Feature.SPRINGS)
     assert observed_orders(steps, errors).mean() >= 3.7
     assert events >= 2

@@ -128,7 +128,7 @@ def test_motion_is_that_of_an_independent_integration(
     law = LAWS[type(BLOCKS[name].friction)]
     claim = f"block that is pressed on a floor and pushed, {law}, of its range"
     features = (Feature.FENDERS, law)
-    validated(Kind.INDEPENDENT, claim, "DOP853 from event to event", errors[-1], EXACT, *features)
+    validated(Kind.INDEPENDENT, claim, "DOP853 by events", errors[-1], EXACT, *features)
     for run in runs:
         assert np.array_equal(run.fender_mode.values[:, 0], exact(name).modes)
         assert run.solver_events == exact(name).events.size
@@ -204,7 +204,7 @@ def test_one_dimensional_model_with_random_parameters(
     off = error(run, reference)
     claim = "one-dimensional model of Plasterk 2017, 20 random sets, of its range"
     features = (Feature.FENDERS, Feature.STICK_SLIP)
-    validated(Kind.INDEPENDENT, claim, "DOP853 from event to event", off, EXACT, *features)
+    validated(Kind.INDEPENDENT, claim, "DOP853 by events", off, EXACT, *features)
     assert run.solver_events == reference.events.size >= (10 if k % 3 == 1 else 2)
     apart = np.abs(SAMPLES[:, None] - reference.events).min(axis=1) > 1e-6
     assert np.array_equal(run.fender_mode.values[apart, 0], reference.modes[apart])
