@@ -73,7 +73,7 @@ class Collector:
 
     def _note(self, line: Line) -> None:
         known = self.lines.get((line.claim, line.against), line)
-        if replace(known, figure=line.figure) != line:
+        if replace(known, figure=line.figure, others=line.others) != line:
             raise ValueError(f"{line.claim}: noted as {known} and as {line}")
         self.lines[line.claim, line.against] = max(known, line, key=lambda each: each.figure)
 

@@ -20,7 +20,7 @@ def unlike(line: Line) -> str:
     if not found:
         return f"{line.claim}: no such line. Write it by python -m benchmarks --keep evidence."
     stated = found[0]
-    same = replace(line, figure=stated.figure, commit=stated.commit)
+    same = replace(line, figure=stated.figure, others=stated.others, commit=stated.commit)
     if same != stated:
         return f"{line.claim}: the line says {stated}, the test {same}"
     if line.figure > max(SAME * stated.figure, ROUNDING):

@@ -1,8 +1,8 @@
 """Measured figures on pages have a source: each section with figures names what makes them.
 
 A *section* is what stands below one heading. A *figure* is a number with a power of ten or in per
-cent, "N times", or a cell of a table that is a number with or without a unit. 90 % is none: it is the
-level of all intervals. The section must name
+cent, "N times", or a cell of a table that is a number with or without a unit. 90 % is none: it is
+the level of all intervals. The section must name
 
 * a command: a benchmark, a script, or `hydrosim` with a file of this repository;
 * or a test, as a path below tests/ that exists;
