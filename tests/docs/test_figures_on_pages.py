@@ -93,7 +93,7 @@ def test_sections_with_figures_name_their_source(page: Path) -> None:
         ("It is 3.1e-4 off.", False),
         ("It is 12 times as fast.", False),
         ("| sea | crawl |\n| --- | --- |\n| 1 | -1.065 m |", False),
-        ("It is 3 % off (`tests/docs/test_figures.py`).", True),
+        ("It is 3 % off (`tests/docs/test_figures_on_pages.py`).", True),
         ("It is 3 % off (`tests/docs/test_of_nothing.py`).", False),
         ("It is 3 % off (`python -m benchmarks evidence`).", True),
         ("It is 3 % off (`python -m benchmarks nothing`).", False),
