@@ -63,7 +63,7 @@ def test_radiation_is_that_of_wamit(
     """Of the largest, at all frequencies from 0.4 rad/s: WAMIT's water is 200 m deep."""
     ours, theirs = (at_same(sphere, db, getattr(db, name))[:, dof, dof] for db in (sphere, wamit))
     error = np.abs(ours - theirs).max() / np.abs(theirs).max()
-    claim = f"sphere in hydro_db, {name.replace('_', ' ')} in surge and heave, of the largest"
+    claim = "sphere in hydro_db, added mass and damping in surge and heave, of the largest"
     validated(Kind.PROGRAM, claim, "WAMIT", error, 0.006, Feature.HULLS)
 
 

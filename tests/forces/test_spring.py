@@ -262,7 +262,7 @@ def test_other_methods_go_through_the_same_events(method: Method) -> None:
     np.testing.assert_allclose(surge(run), states[:, 0], atol=1e-4 * np.ptp(states[:, 0]))
 
 
-def test_an_elastic_pendulum(figure: Figure, validated: Callable[..., None]) -> None:
+def test_an_elastic_pendulum(figure: Figure) -> None:
     """A body on a line swings in three dimensions as scipy's DOP853 has it; the line goes slack on
     the way."""
     m, g, k, L = 1e3, 9.81, 4e4, 10.0
@@ -307,9 +307,8 @@ def test_an_elastic_pendulum(figure: Figure, validated: Callable[..., None]) -> 
     found = [run.position.values[:, 0, :3] for run in runs]
     errors = np.array([np.abs(x - exact).max() / np.ptp(exact) for x in found])
     figure("order", observed_orders(steps, errors).mean())
-    claim = "elastic pendulum in three dimensions whose line goes slack, of its range"
-    against = "DOP853 by events"
-    validated(Kind.INDEPENDENT, claim, against, errors[-1], EXACT, Feature.SPRINGS)
+    figure("error", errors[-1])
+    assert errors[-1] <= EXACT
     assert observed_orders(steps, errors).mean() >= 3.7
     assert events >= 2
     assert all(run.solver_events == events for run in runs)

@@ -15,7 +15,6 @@ from scipy.integrate import solve_ivp
 
 import hydrosim as hs
 from hydrosim.errors import InputError
-from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import (
     AppliedForce,
     Fender,
@@ -72,9 +71,7 @@ def test_a_loop_in_shear_and_load_never_makes_energy(
 
 
 @pytest.mark.parametrize("power", [1 / 3, 0.5, 1.0])
-def test_against_an_independent_integration(
-    power: float, figure: Figure, validated: Callable[..., None]
-) -> None:
+def test_against_an_independent_integration(power: float, figure: Figure) -> None:
     lag, w = 1.0, np.pi
 
     def rates(t: float, y: np.ndarray) -> list[float]:
@@ -99,9 +96,8 @@ def test_against_an_independent_integration(
     runs = [hs.simulate(with_step(driven(held(power), lag), step)) for step in steps]
     error = np.array([np.abs(surge(run) - whole[:, 0]).max() for run in runs])
     figure("order", observed_orders(steps, error)[0])
-    part = error[-1] / np.ptp(whole[:, 0])
-    claim = "block held by friction that stiffens with its load, of its range"
-    validated(Kind.INDEPENDENT, claim, "DOP853", part, 1e-6, Feature.STICK_SLIP)
+    figure("error over the range", error[-1] / np.ptp(whole[:, 0]))
+    assert error[-1] <= 1e-6 * np.ptp(whole[:, 0])
     assert observed_orders(steps, error)[0] > 3.7
     friction = runs[-1].fender_friction.values[:, 0, 0]
     assert np.abs(friction + whole[:, 2]).max() <= 1e-5 * np.ptp(whole[:, 2])

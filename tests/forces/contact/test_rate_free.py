@@ -13,7 +13,6 @@ from in_plane import Driven, Exact, integrate
 from markers import few
 
 import hydrosim as hs
-from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import Fender, NormalCurve, Plane, StickSlip, WindLoad
 from hydrosim.scene import Environment, Method, Scene, Stream, Tolerance
 
@@ -45,9 +44,7 @@ def trail(driven: Driven, run: xr.Dataset) -> float:
 
 
 @pytest.mark.parametrize("name", few(FIGURES, 3))
-def test_a_driven_node_against_an_independent_integration(
-    name: str, figure: Figure, validated: Callable[..., None]
-) -> None:
+def test_a_driven_node_against_an_independent_integration(name: str, figure: Figure) -> None:
     """The drawbar of 4 mm turns in 3 ms: these steps are longer, and the order is there."""
     driven = FIGURES[name]
     there = driven.scene(0.05)
@@ -55,9 +52,8 @@ def test_a_driven_node_against_an_independent_integration(
     order = np.log2(found[0] / found[1])
     figure("order", order)
     assert order > 3.8
-    claim = "contact node without dampers that is driven over a floor, of its stretch"
-    against = "its own equation, by scipy"
-    validated(Kind.INDEPENDENT, claim, against, found[1], 1e-4, Feature.STICK_SLIP)
+    figure("largest error over the drawbar", found[1])
+    assert found[1] < 1e-4
     tight = Tolerance(1e-9, 1e-9, 1e-9)
     adaptive = with_step(there, 0.05, method=Method.DOPRI5, tolerance=tight)
     assert trail(driven, hs.simulate(adaptive)) < 1e-8
