@@ -13,6 +13,7 @@ from hydrosim.evidence.features import OF_RUNS, OF_SCENES
 from hydrosim.presentation.document import List, Sentence, Table
 from hydrosim.report.evidence import UNKNOWN, evidence_nodes
 from hydrosim.report.run import run_document
+from hydrosim.report.scenery import scene_of
 
 CASES = Path(__file__).parents[2] / "cases"
 OF_COMMANDS = {Feature.LINEAR, Feature.LIMITS, Feature.RECIPES, Feature.HULLS}
@@ -63,7 +64,7 @@ def test_lines_need_all_of_their_features() -> None:
 def test_a_report_names_the_lines_of_its_scene() -> None:
     """A dry block under rigid friction: Den Hartog's oscillator, and nothing of water."""
     run = hs.simulate(hs.load_case(CASES / "friction_block" / "exact.yaml", {"duration": 5}))
-    (table,) = [node for node in evidence_nodes(run) if isinstance(node, Table)]
+    (table,) = [node for node in evidence_nodes(run, scene_of(run)) if isinstance(node, Table)]
     used = features_of_case("friction_block/exact")
     assert [row[:2] for row in table.rows] == [[x.claim, x.against] for x in lines_about(used)]
     against = [str(row[1]) for row in table.rows]
@@ -76,10 +77,10 @@ def test_parts_without_a_line_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
     coulomb = [line for line in known_lines() if line.features == (Feature.COULOMB,)]
     monkeypatch.setattr("hydrosim.evidence.lines.known_lines", lambda: tuple(coulomb))
     run = hs.simulate(hs.load_case(CASES / "friction_block" / "exact.yaml", {"duration": 5}))
-    (bare,) = [node for node in evidence_nodes(run) if isinstance(node, List)]
+    (bare,) = [node for node in evidence_nodes(run, scene_of(run)) if isinstance(node, List)]
     assert "rigid friction" not in bare.items
     assert {"fenders", "applied forces"} <= set(bare.items)
 
 
 def test_a_run_without_its_case_says_so() -> None:
-    assert list(evidence_nodes(made_run())) == [Sentence(UNKNOWN)]
+    assert list(evidence_nodes(made_run(), None)) == [Sentence(UNKNOWN)]
