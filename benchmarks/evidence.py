@@ -80,10 +80,11 @@ class Collector:
 
 def answer() -> Answer:
     """The lines; a test that fails is said."""
+    commit = machine()["commit"]  # before anybody edits what is tested
     collector = Collector()
     plugins = [_Named(collector)]
     code = pytest.main(["-q", "-p", "no:cacheprovider", str(ROOT / "tests")], plugins=plugins)
-    lines = _with_commit(collector, machine()["commit"])
+    lines = _with_commit(collector, commit)
     tables = {TITLES[kind]: [_row(x) for x in lines if x.kind == kind] for kind in _kinds(lines)}
     kept = {} if code else pages(lines)
     return Answer(tables, ["some tests failed."] if code else [], kept=kept)
@@ -119,7 +120,8 @@ def readme_block(lines: Sequence[Line]) -> str:
     """The lines of the first page, in short."""
     known = {(line.claim, line.against): line for line in lines}
     first = [known[name] for name in FIRST_PAGE if name in known]
-    return _table(("claim", "against", "error"), [_cells(line)[:3] for line in first])
+    rows = [(x.claim, x.against, _shown(x.figure), x.others) for x in first]
+    return _table(("claim", "against", "error", "others"), rows)
 
 
 def with_block(text: str, block: str) -> str:

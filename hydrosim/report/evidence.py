@@ -46,5 +46,5 @@ def without_line(used: Collection[Feature], lines: Sequence[Line]) -> list[str]:
 
 def _row(line: Line) -> list[Cell]:
     file, _, name = line.test.partition("::")
-    figures = [digits_of(line.figure, 2), digits_of(line.limit, 2)]
+    figures = [digits_of(line.figure, 2), digits_of(line.limit, 3)]
     return [line.claim, line.against, line.kind.value, *figures, f"{file}, {name}"]

@@ -9,7 +9,8 @@ the level of all intervals. The section must name
 * or the commit at which it was measured;
 * or the page of evidence.
 
-Code gives no figures, but it names commands.
+Code gives no figures, but it names commands. Sections named `INPUTS` have inputs of a case, each
+with its origin: nobody measured those here.
 """
 
 from __future__ import annotations
@@ -42,6 +43,7 @@ BENCHMARKS = (
     re.compile(r"benchmarks/(\w+)\.py"),
     re.compile(r"benchmarks/README\.md#(\w+)"),
 )
+INPUTS = "## Where the numbers come from"
 TEST = re.compile(r"tests/[\w/]+\.py")
 FILE = re.compile(r"\b(?:hydrosim|python) [^\n`]*?([\w./-]+\.(?:yaml|py))")
 COMMIT = re.compile(r"[Cc]ommits? \W?[0-9a-f]{7}\b")
@@ -55,6 +57,8 @@ def sections(text: str) -> list[str]:
 
 def figures(section: str) -> list[str]:
     """Measured figures of a section, outside of code."""
+    if section.startswith(INPUTS):
+        return []
     return FIGURE.findall(CODE.sub("", BOX.sub("", section)))
 
 

@@ -11,7 +11,7 @@ import hydrosim as hs
 from hydrosim.evidence import Feature, features_of, known_lines, lines_about
 from hydrosim.evidence.features import OF_RUNS, OF_SCENES
 from hydrosim.presentation.document import List, Sentence, Table
-from hydrosim.report.evidence import UNKNOWN, evidence_nodes
+from hydrosim.report.evidence import UNKNOWN, evidence_nodes, without_line
 from hydrosim.report.run import run_document
 from hydrosim.report.scenery import scene_of
 
@@ -52,6 +52,21 @@ def test_features_of_cases(name: str, used: set[Feature], unused: set[Feature]) 
     found = features_of_case(name)
     assert used <= found
     assert not unused & found
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "reverse_float_over/base",
+        "topside_removal/tanks",
+        "mating/mating",
+        "friction_block/exact",
+        "sphere/irregular",
+    ],
+)
+def test_each_feature_of_our_cases_has_a_line(name: str) -> None:
+    used = features_of_case(name)
+    assert without_line(used, lines_about(used)) == []
 
 
 def test_lines_need_all_of_their_features() -> None:
