@@ -8,7 +8,7 @@ from hydrosim.evidence import Line, known_lines
 
 WRITING = "evidence"
 """Name of the plugin that writes the page, and of what it reads from reports."""
-ROUNDING = 1e-8
+ROUNDING = 1e-10
 """Errors that differ from one machine to another."""
 SAME = 1.25
 """Ratio of errors that are taken for equal."""
