@@ -46,7 +46,8 @@ TITLES: Mapping[Kind, str] = {
 }
 REMARKS: Mapping[Kind, str] = {
     Kind.INDEPENDENT: "Written apart from hydrosim's kernels, for the tests: other equations,"
-    " other integrators, direct sums.",
+    " other integrators, direct sums. The two databases of H-851 are of one program with other"
+    " panels.",
     Kind.SELF: "The same scene, solved in another way. It shows that two ways agree, not that"
     " either is right.",
 }

@@ -73,7 +73,7 @@ def test_a_restart_goes_on_to_the_bit(method: Method, validated: Callable[..., N
     assert {0, 1, 2} == set(np.unique(after.fender_mode))
     assert_same_bytes(after, rest_of(whole))
     apart = float(np.abs(after.position.values - rest_of(whole).position.values).max())
-    claim = "run through contacts that goes on from a file [m]"
+    claim = "run through contacts that goes on from another [m]"
     validated(Kind.SELF, claim, "run in one piece", apart, 0.0, Feature.RESTART)
 
 

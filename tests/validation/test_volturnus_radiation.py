@@ -81,7 +81,7 @@ def test_ours_is_closer_to_the_coefficients_than_the_supplied_one(
         ours,
         float(f"{theirs:.3g}"),
         Feature.RADIATION,
-        others=f"SS_Fitting {theirs:.2%}",
+        others=f"SS_Fitting {100.0 * theirs:.2f} %",
     )
     assert np.linalg.norm(errors["ours"]) <= np.linalg.norm(errors["theirs"])
     assert (np.diag(errors["ours"]) <= 1.05 * np.diag(errors["theirs"])).all()
