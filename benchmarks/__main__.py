@@ -17,9 +17,10 @@ QUESTIONS = (
     "step_limits",
     *("cost", "skips", "linear_scene", "radiation_fits", "radiation_motions", "memory"),
     *("synthesis", "headings", "many_runs", "set_up", "long_runs"),
-    *("databases", "evidence", "extremes", "kills"),
+    *("databases", "extremes", "kills"),
 )
 LONG = (
+    "evidence",
     "automatic",
     "short_waves",
     "score_card",
