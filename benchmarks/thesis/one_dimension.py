@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 from itertools import product
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -43,8 +43,9 @@ FRICTIONS = {
     for name, share in (("N", 1.0), ("N/4", 0.25))
 }
 NEAR = ("0.2/0.1 of N", "0.7/0.4 of N/4")
+TIMES = (600.0, 1000.0, 1500.0, 2000.0)  # s; initial contact is from the first to the second
+STUCK_FROM = 1500.0  # s: the thesis sees stick from here on
 STICK = 1  # in fender_mode
-END, TOUCH = 2000.0, (600.0, 1000.0)  # s: the end, and the phase of initial contact
 
 
 def _variants() -> Iterator[tuple[str, dict[str, object]]]:
@@ -78,21 +79,20 @@ VARIANTS: Mapping[str, Mapping[str, object]] = dict(_variants())
 
 
 def figures(variant: str, seed: int) -> dict[str, float]:
-    """Of one run: surge at the end, the way gone in initial contact, the largest velocity while
-    the node sticks after 1500 s, and how far the independent code ends from it."""
+    """Of one run: surge [m], the largest velocity while the node sticks after 1500 s [m/s], the
+    share of stick then, and by how much the end of the independent code differs [m]."""
     settings = Settings(**VARIANTS[variant])  # type: ignore[arg-type]
     run = simulated(settings, seed)
-    surge = run.position.isel(body=0).sel(dof="surge")
-    velocity = run.velocity.isel(body=0).sel(dof="surge", time=slice(1500.0, None))
-    stuck = run.fender_mode.isel(fender=0).sel(time=slice(1500.0, None)) == STICK
-    start, end = (float(surge.sel(time=t)) for t in TOUCH)
-    other = independent(settings, seed)[-1, 0]
+    surge = {t: float(run.position.isel(body=0).sel(dof="surge", time=t)) for t in TIMES}
+    late = run.isel(body=0, fender=0).sel(dof="surge", time=slice(STUCK_FROM, None))
+    stuck = late.fender_mode == STICK
+    end = float(independent(settings, seed)[-1, 0])
     return {
-        "end [m]": float(surge.sel(time=END)),
-        "initial contact [m]": end - start,
-        "stuck velocity [m/s]": float(np.abs(velocity).where(stuck).max()),
-        "stuck [%]": 100.0 * float(stuck.mean()),
-        "independent code [m]": other - float(surge.sel(time=END)),
+        **{f"surge_{t:g}": value for t, value in surge.items()},
+        "initial_contact": surge[1000.0] - surge[600.0],
+        "velocity_stuck": float(np.abs(late.velocity).where(stuck).max()),
+        "stick_1500_2000": float(stuck.mean()),
+        "independent_code": end - surge[2000.0],
     }
 
 
@@ -147,7 +147,7 @@ def recorded(seed: int, lever: float) -> tuple[np.ndarray, np.ndarray, np.ndarra
     return series.time.values, series.push.values, compression.values
 
 
-@lru_cache(maxsize=None)
+@cache
 def _first_stage(seed: int) -> Path:
     """A file with the wave force and the compressions of the barge without friction."""
     run = hs.simulate(hs.load_case(FIRST_STAGE, {"environment.waves.seed": seed}))
@@ -166,6 +166,6 @@ def _first_stage(seed: int) -> Path:
     return path
 
 
-@lru_cache(maxsize=1)
+@cache
 def _folder() -> TemporaryDirectory[str]:
     return TemporaryDirectory(prefix="hydrosim-thesis-")

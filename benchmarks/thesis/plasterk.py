@@ -18,13 +18,18 @@ exp(A t) z (`scipy.linalg.expm`): there is no time step and no error but that of
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from itertools import accumulate
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.linalg import expm
 
 OPEN, STICK, FORWARD, BACKWARD = "open", "stick", "slip towards +x", "slip towards -x"
+FOLLOWING = {  # the mode after each of the conditions below has failed
+    STICK: (OPEN, FORWARD, BACKWARD),
+    FORWARD: (OPEN, STICK),
+    BACKWARD: (OPEN, STICK),
+}
 U1, V1, U2, F, N = np.eye(11)[[0, 1, 2, 3, 7]]  # unknowns, as rows that pick them from z
 DERIVATIVES = [3, 4, 5, 7, 8, 9]  # each of these unknowns has the next one as its rate
 LOOKS = 32  # times at which conditions are looked at, in any stretch of time
@@ -80,45 +85,61 @@ class Model:
 
     def next_mode(self, mode: str, z: np.ndarray) -> str:
         """The mode that follows at z, where a condition has just failed."""
-        failed = int((self.conditions(mode) @ z).argmin())
-        if mode == OPEN:  # N begins at zero and holds no traction
+        if mode == OPEN:  # N begins at zero and cannot hold the traction that there is
             return FORWARD if self.traction() @ z > 0.0 else BACKWARD
-        return {STICK: [OPEN, FORWARD, BACKWARD]}.get(mode, [OPEN, STICK])[failed]
+        failed = int((self.conditions(mode) @ z).argmin())
+        return FOLLOWING[mode][failed]
 
 
 def solve(
     model: Model, time: np.ndarray, force: np.ndarray, normal: np.ndarray
 ) -> tuple[np.ndarray, list[str]]:
-    """u1, v1, u2 (n, 3) and the mode at evenly spaced ``time`` (n,), from rest and open, under
+    """u1, v1, u2 (n, 3) and the mode (n,) at evenly spaced ``time`` (n,), from rest and open, under
     ``force`` F and ``normal`` N (n,) [N]."""
-    spacing = float(time[1] - time[0])
     loads = np.vstack([_derivatives(time, force), _derivatives(time, normal)])
+    stretches = _Stretches(model, float(time[1] - time[0]))
+    z, mode = np.zeros(11), OPEN
+    states, modes = [z[:3]], [mode]
+    for load in loads.T:
+        z, mode = stretches.pass_sample(np.concatenate([z[:3], load]), mode)
+        states.append(z[:3])
+        modes.append(mode)
+    return np.array(states), modes
 
-    @lru_cache(maxsize=None)
-    def propagate(mode: str, halved: int) -> tuple[np.ndarray, np.ndarray]:
-        """exp(A t) over the halved spacing, and the conditions at all looks until then."""
-        short = expm(model.rates(mode) * spacing / 2**halved / LOOKS)
-        looks = [np.linalg.matrix_power(short, k + 1) for k in range(LOOKS)]
-        return looks[-1], np.vstack([model.conditions(mode) @ look for look in looks])
 
-    z, mode, states, modes = np.zeros(11), OPEN, [np.zeros(3)], [OPEN]
-    for k in range(time.size - 1):
-        z[3:] = loads[:, k]
-        done, halved = 0, 0  # done: part of the spacing, in units of the finest halving
-        while done < 2**HALVINGS:
-            advance, conditions = propagate(mode, halved)
+class _Stretches:
+    """Exact solutions over the time between two samples, and over its halves, quarters, ..."""
+
+    def __init__(self, model: Model, spacing: float) -> None:
+        self.model, self.spacing = model, spacing
+        self.known: dict[tuple[str, int], tuple[np.ndarray, np.ndarray]] = {}
+
+    def pass_sample(self, z: np.ndarray, mode: str) -> tuple[np.ndarray, str]:
+        """z and the mode at the next sample. Where a condition fails, the stretch is halved until
+        it is as short as it may be; then the mode changes."""
+        passed, halved = 0, 0  # passed: part of the spacing, in units of its finest stretch
+        while passed < 2**HALVINGS:
+            advance, conditions = self.solution(mode, halved)
             holds = (conditions @ z).min() > 0.0
             if not holds and halved < HALVINGS:
                 halved += 1
                 continue
-            z, done = advance @ z, done + 2 ** (HALVINGS - halved)
+            z = advance @ z
+            passed += 2 ** (HALVINGS - halved)
             if not holds:
-                mode = model.next_mode(mode, z)
-            while halved and done % 2 ** (HALVINGS - halved + 1) == 0:
+                mode = self.model.next_mode(mode, z)
+            while passed % 2 ** (HALVINGS - halved + 1) == 0 and halved > 0:
                 halved -= 1
-        states.append(z[:3].copy())
-        modes.append(mode)
-    return np.array(states), modes
+        return z, mode
+
+    def solution(self, mode: str, halved: int) -> tuple[np.ndarray, np.ndarray]:
+        """exp(A t) over a stretch, and the conditions at all looks until its end, as rows."""
+        if (mode, halved) not in self.known:
+            short = expm(self.model.rates(mode) * self.spacing / 2**halved / LOOKS)
+            looks = list(accumulate([short] * LOOKS, np.matmul))
+            conditions = self.model.conditions(mode)
+            self.known[mode, halved] = looks[-1], np.vstack([conditions @ look for look in looks])
+        return self.known[mode, halved]
 
 
 def _derivatives(time: np.ndarray, value: np.ndarray) -> np.ndarray:
