@@ -1,0 +1,76 @@
+"""The thesis' one-dimensional model against `benchmarks.thesis.plasterk`, which shares no code with
+hydrosim: surge at 2000 s, seed by seed, in all variants of `benchmarks.thesis.one_dimension`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+from markers import few
+
+from benchmarks.thesis.one_dimension import VARIANTS, Settings, independent, simulated
+
+Figure = Callable[[str, float], None]
+pytestmark = pytest.mark.validation
+EQUAL = 1e-3  # m at 2000 s, at the step of the case, 0.1 s
+EXAMPLES = (  # each compression, both frictions, all K2, the largest C3
+    "mean, 0.2/0.1 of N",
+    "forward, 0.7/0.4 of N",
+    "mean, 0.2/0.1 of N, K2 5.6e+06",
+    "aft, 0.7/0.4 of N/4, K2 5.6e+07",
+    "aft at -30 m, 0.2/0.1 of N, C3 1e+10",
+)
+
+
+def settings(variant: str) -> Settings:
+    return Settings(**VARIANTS[variant])  # type: ignore[arg-type]
+
+
+def surge(run: xr.Dataset) -> np.ndarray:
+    return run.position.isel(body=0).sel(dof="surge").values
+
+
+@pytest.mark.parametrize("variant", EXAMPLES)
+def test_surge_is_that_of_an_independent_code(
+    variant: str, figure: Figure, validated: Callable[..., None]
+) -> None:
+    run = surge(simulated(settings(variant), seed=2))
+    reference = independent(settings(variant), seed=2)[:, 0]
+    figure("end", run[-1])
+    figure("largest difference", np.abs(run - reference).max())
+    relative = abs(run[-1] - reference[-1]) / np.ptp(reference)
+    validated("one-dimensional model of the thesis, surge at 2000 s", "exact solution", relative)
+    assert run[-1] == pytest.approx(reference[-1], abs=EQUAL)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(1, 21))
+def test_ends_of_all_variants_are_those_of_an_independent_code(seed: int, figure: Figure) -> None:
+    apart = {}
+    for variant in VARIANTS:
+        end = surge(simulated(settings(variant), seed))[-1]
+        apart[variant] = abs(end - independent(settings(variant), seed)[-1, 0])
+    figure("largest difference", max(apart.values()))
+    assert {variant: far for variant, far in apart.items() if far > EQUAL} == {}
+
+
+@pytest.mark.parametrize("seed", few(range(1, 4), 1))
+def test_the_difference_is_the_step_of_the_integration(seed: int, figure: Figure) -> None:
+    """Over the whole run it is a millionth of a metre or less at a quarter of the step."""
+    base = settings("mean, 0.2/0.1 of N")
+    reference = independent(base, seed)[:, 0]
+    apart = np.abs(surge(simulated(base, seed, step=0.025)) - reference).max()
+    figure("largest difference", apart)
+    assert apart <= 1e-6
+
+
+def test_one_per_cent_of_a_coefficient_is_noticed() -> None:
+    """The bound is narrow enough to tell the coefficients of friction from others near them."""
+    base = settings("mean, 0.2/0.1 of N")
+    end = independent(base, seed=2)[-1, 0]
+    for name in ("static", "kinetic", "stiffness", "damping"):
+        other = replace(base, **{name: 1.01 * getattr(base, name)})
+        assert abs(independent(other, seed=2)[-1, 0] - end) > EQUAL, name
