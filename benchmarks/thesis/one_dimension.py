@@ -14,9 +14,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
-from itertools import product
+from itertools import pairwise, product
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -76,6 +77,39 @@ def _settings(
 
 
 VARIANTS: Mapping[str, Mapping[str, object]] = dict(_variants())
+
+
+class Statement(NamedTuple):
+    """A ``figure`` of a seed rises along the variants ``rising`` and is ``above`` a value there."""
+
+    figure: str
+    rising: tuple[str, ...]
+    above: float = -np.inf
+
+    def holds(self, seed: Mapping[str, Mapping[str, float]]) -> bool:
+        """Of the figures of a seed by their variants."""
+        values = [seed[variant][self.figure] for variant in self.rising]
+        return values[0] > self.above and all(a < b for a, b in pairwise(values))
+
+
+def _statements() -> Iterator[tuple[str, Statement]]:
+    """Rows 10 and 11 of the score card: what the thesis says of C3 and K2."""
+    end, initial = "surge_2000", "initial_contact"
+    for case in (f"{at}, {friction}" for at, friction in product(("forward", "mean", "aft"), NEAR)):
+        soft, middle = f"{case}, K2 5.6e+06", f"{case}, K2 5.6e+07"
+        yield f"{case}: K2, most at 5.6e7, least at 5.6e6", Statement(end, (middle, case, soft))
+        yield f"{case}: K2, least at 5.6e6", Statement(end, (case, soft))
+        yield f"{case}: K2, most at 5.6e7", Statement(end, (middle, case))
+        yield f"{case}: C3, 1e6 less than 0", Statement(end, (f"{case}, C3 0e+00", case))
+        for c in ("1e+08", "1e+10"):
+            yield f"{case}: C3 {c}, +x", Statement(initial, (f"{case}, C3 {c}",), above=0.0)
+            yield f"{case}: C3 {c}, end at +x", Statement(end, (f"{case}, C3 {c}",), above=0.0)
+    for far in (variant for variant in VARIANTS if "-30 m" in variant):
+        yield f"{far}, +x", Statement(initial, (far,), above=0.0)
+        yield f"{far}, end at +x", Statement(end, (far,), above=0.0)
+
+
+STATEMENTS: Mapping[str, Statement] = dict(_statements())
 
 
 def figures(variant: str, seed: int) -> dict[str, float]:
