@@ -22,7 +22,18 @@ from math import copysign, nan
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from benchmarks.thesis.one_dimension import C1, C2, K1, K2, LEVERS, MASS, VERTICAL, recorded
+from benchmarks.thesis.one_dimension import (
+    C1,
+    C2,
+    K1,
+    K2,
+    MASS,
+    PER_HALF_METRE,
+    PLACES,
+    VERTICAL,
+    first_stage,
+    recorded,
+)
 
 TABLE = "One-dimensional model: C3 a step behind"
 STEP = 0.1  # s
@@ -67,8 +78,8 @@ WAYS: Mapping[str, Callable[[float, float, float, float, float], Slip]] = {
     "mass, behind": _mass_behind,
 }
 VARIANTS: Mapping[str, Mapping[str, object]] = {
-    f"{at}, C3 {C3:.0e}, {way}": {"lever": LEVERS[at], "C3": C3, "way": way}
-    for at, C3, way in product(("forward", "mean", "aft"), (1e8, 1e10), WAYS)
+    f"{at}, C3 {C3:.0e}, {way}": {"lever": lever, "C3": C3, "way": way}
+    for (at, lever), C3, way in product(PLACES.items(), (1e8, 1e10), WAYS)
 }
 
 
@@ -89,10 +100,10 @@ def figures(variant: str, seed: int) -> dict[str, float]:
 
 def integrate(seed: int, lever: float, C3: float, way: str) -> np.ndarray:
     """Surge [m] at every step; not a number from the step on at which it is beyond all bounds."""
-    time, push, compression = recorded(seed, lever)
+    time, push, compression = recorded(first_stage(seed), lever)
     stages = np.arange(0.0, time[-1] + STEP / 4, STEP / 2)
     F = CubicSpline(time, push)(stages).tolist()
-    N = (VERTICAL * CubicSpline(time, compression)(stages)).tolist()
+    N = (VERTICAL * PER_HALF_METRE * CubicSpline(time, compression)(stages)).tolist()
     surge = np.full(stages.size // 2 + 1, nan)
     y, v2, slips = (0.0, 0.0, 0.0), 0.0, False
     for i in range(surge.size - 1):
