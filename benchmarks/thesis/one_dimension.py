@@ -203,10 +203,13 @@ def simulated(settings: Settings, seed: int, step: float = 0.1) -> xr.Dataset:
     return hs.simulate(hs.load_case(SECOND_STAGE, changes))
 
 
-def independent(settings: Settings, seed: int) -> np.ndarray:
-    """u1, v1, u2 (n, 3) by the independent code, at the times of the first stage."""
-    file = first_stage(seed, settings.rate, settings.vertical)
-    time, push, compression = recorded(file, settings.lever)
+def independent(
+    settings: Settings, seed: int, output_step: float = 0.5, every: int = 1
+) -> np.ndarray:
+    """u1, v1, u2 (n, 3) by the independent code, at the times of a first stage that records each
+    ``output_step`` [s], of which ``every`` so many are used."""
+    file = first_stage(seed, settings.rate, settings.vertical, output_step)
+    time, push, compression = (row[::every] for row in recorded(file, settings.lever))
     contact = (settings.stiffness, settings.damping, settings.slip_damping)
     model = Model(MASS, K1, C1, *contact, settings.static, settings.kinetic)
     return solve(model, time, push, settings.pressure * compression)[0]
