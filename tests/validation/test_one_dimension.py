@@ -11,7 +11,8 @@ import pytest
 import xarray as xr
 from markers import few
 
-from benchmarks.thesis.one_dimension import VARIANTS, Settings, independent, simulated
+from benchmarks.thesis import lagged
+from benchmarks.thesis.one_dimension import VARIANTS, Settings, Statement, independent, simulated
 
 Figure = Callable[[str, float], None]
 pytestmark = pytest.mark.validation
@@ -74,3 +75,25 @@ def test_one_per_cent_of_a_coefficient_is_noticed() -> None:
     for name in ("static", "kinetic", "stiffness", "damping"):
         other = replace(base, **{name: 1.01 * getattr(base, name)})
         assert abs(independent(other, seed=2)[-1, 0] - end) > EQUAL, name
+
+
+def test_slip_damping_a_step_behind_is_the_same_model_but_for_that(figure: Figure) -> None:
+    """A plain code of second order until the first contact, and of first order from then on, as it
+    does not look for events. With C3 > C2 the node a step behind fails."""
+    reference = independent(settings("mean, 0.2/0.1 of N, C3 1e+08"), seed=1)[:, 0]
+    surge = lagged.integrate(1, 0.0, 1e8, "now")[::5]
+    figure("largest difference until 500 s", np.abs(surge - reference)[:1001].max())
+    figure("difference at the end", surge[-1] - reference[-1])
+    assert surge[:1001] == pytest.approx(reference[:1001], abs=1e-4)
+    assert surge[-1] == pytest.approx(reference[-1], abs=0.2)
+    assert np.isnan(lagged.integrate(1, 0.0, 1e8, "node")[-1])
+
+
+def test_statements_on_order_and_sign() -> None:
+    seed = {"a": {"end": -2.0}, "b": {"end": -1.0}, "c": {"end": 0.5}}
+    assert Statement("end", (("a", "b", "c"),)).holds(seed)
+    assert Statement("end", (("a", "b"), ("a", "c"))).holds(seed)
+    assert not Statement("end", (("a", "c", "b"),)).holds(seed)
+    assert not Statement("end", (("a", "b"), ("c", "b"))).holds(seed)
+    assert Statement("end", (("c",),), above=0.0).holds(seed)
+    assert not Statement("end", (("b",),), above=0.0).holds(seed)
