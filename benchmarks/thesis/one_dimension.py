@@ -14,10 +14,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
-from itertools import pairwise, product
+from itertools import product
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -25,6 +24,7 @@ import xarray as xr
 import hydrosim as hs
 from benchmarks.report import ROOT
 from benchmarks.thesis.plasterk import Model, solve
+from benchmarks.thesis.statements import Statement
 
 TABLE = "One-dimensional model: compression, friction, K2, C3"
 FIRST_STAGE = ROOT / "cases" / "reverse_float_over" / "no_friction.yaml"
@@ -95,22 +95,6 @@ def _settings(
 
 
 VARIANTS: Mapping[str, Mapping[str, object]] = dict(_variants())
-
-
-class Statement(NamedTuple):
-    """Of a seed: a ``figure`` rises along each of the chains of variants in ``rising``, and is
-    ``above`` a value in all of them."""
-
-    figure: str
-    rising: tuple[tuple[str, ...], ...]
-    above: float = -np.inf
-
-    def holds(self, seed: Mapping[str, Mapping[str, float]]) -> bool:
-        """Whether it does, by the figures of a seed for each variant."""
-        chains = [[seed[variant][self.figure] for variant in chain] for chain in self.rising]
-        return all(
-            chain[0] > self.above and all(a < b for a, b in pairwise(chain)) for chain in chains
-        )
 
 
 def _statements() -> Iterator[tuple[str, Statement]]:

@@ -12,7 +12,8 @@ import xarray as xr
 from markers import few
 
 from benchmarks.thesis import lagged
-from benchmarks.thesis.one_dimension import VARIANTS, Settings, Statement, independent, simulated
+from benchmarks.thesis.one_dimension import VARIANTS, Settings, independent, simulated
+from benchmarks.thesis.statements import Statement, rows_of_shares
 
 Figure = Callable[[str, float], None]
 pytestmark = pytest.mark.validation
@@ -97,3 +98,10 @@ def test_statements_on_order_and_sign() -> None:
     assert not Statement("end", (("a", "b"), ("c", "b"))).holds(seed)
     assert Statement("end", (("c",),), above=0.0).holds(seed)
     assert not Statement("end", (("b",),), above=0.0).holds(seed)
+
+
+def test_shares_of_seeds() -> None:
+    seeds = [{"a": {"end": x}} for x in (-1.0, 1.0, 2.0, 3.0)]
+    (row,) = rows_of_shares({"ends at +x": Statement("end", (("a",),), above=0.0)}, seeds)
+    assert (row["agree"], row["n"]) == (3, 4)
+    assert row["lower"] < 0.75 < row["upper"]
