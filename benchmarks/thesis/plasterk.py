@@ -12,7 +12,8 @@ contact node u2 without mass, which a normal force N(t) presses on the topside (
 F and N are cubic splines through recorded samples (`scipy.interpolate.CubicSpline`, not-a-knot, as
 `hydrosim.forces.signal` documents). Between two samples they and their three derivatives may be
 counted among the unknowns z. Each mode is then z' = A z with a constant A, whose solution is
-exp(A t) z (`scipy.linalg.expm`): there is no time step and no error but that of rounding.
+exp(A t) z (`scipy.linalg.expm`): there is no time step and no error but that of rounding. A
+condition that fails and holds again within a thirty-second of the interval would not be seen.
 """
 
 from __future__ import annotations
