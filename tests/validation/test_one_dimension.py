@@ -17,7 +17,8 @@ from benchmarks.thesis.statements import Statement, rows_of_shares
 
 Figure = Callable[[str, float], None]
 pytestmark = pytest.mark.validation
-EQUAL = 1e-3  # m at 2000 s, at the step of the case, 0.1 s
+EQUAL = 1e-3  # m at 2000 s
+FINE = 0.025  # s; see below
 EXAMPLES = (  # each compression, both frictions, all K2, the largest C3
     "mean, 0.2/0.1 of N",
     "forward, 0.7/0.4 of N",
@@ -51,9 +52,12 @@ def test_surge_is_that_of_an_independent_code(
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(1, 21))
 def test_ends_of_all_variants_are_those_of_an_independent_code(seed: int, figure: Figure) -> None:
+    """At a quarter of the step of the case. A traction that exceeds mu_s N between two steps, but
+    at neither, is not seen, and then the barge does not slip. At 0.1 s that parts 10 of 1240 runs
+    by 1 to 15 mm."""
     apart = {}
     for variant in VARIANTS:
-        end = surge(simulated(settings(variant), seed))[-1]
+        end = surge(simulated(settings(variant), seed, FINE))[-1]
         apart[variant] = abs(end - independent(settings(variant), seed)[-1, 0])
     figure("largest difference", max(apart.values()))
     assert {variant: far for variant, far in apart.items() if far > EQUAL} == {}
@@ -64,7 +68,7 @@ def test_the_difference_is_the_step_of_the_integration(seed: int, figure: Figure
     """Over the whole run it is a millionth of a metre or less at a quarter of the step."""
     base = settings("mean, 0.2/0.1 of N")
     reference = independent(base, seed)[:, 0]
-    apart = np.abs(surge(simulated(base, seed, step=0.025)) - reference).max()
+    apart = np.abs(surge(simulated(base, seed, step=FINE)) - reference).max()
     figure("largest difference", apart)
     assert apart <= 1e-6
 
@@ -105,3 +109,14 @@ def test_shares_of_seeds() -> None:
     (row,) = rows_of_shares({"ends at +x": Statement("end", (("a",),), above=0.0)}, seeds)
     assert (row["agree"], row["n"]) == (3, 4)
     assert row["lower"] < 0.75 < row["upper"]
+
+
+def test_a_break_away_between_two_steps_is_seen_with_smaller_ones(figure: Figure) -> None:
+    """At 1065.93 s the traction exceeds mu_s N by 3e-4 of it, for 0.05 s."""
+    grazing = settings("aft, 0.7/0.4 of N")
+    reference = independent(grazing, seed=20)[-1, 0]
+    coarse, fine = (surge(simulated(grazing, 20, step))[-1] - reference for step in (0.1, FINE))
+    figure("at 0.1 s", coarse)
+    figure("at 0.025 s", fine)
+    assert abs(coarse) < 0.05
+    assert abs(fine) < EQUAL
