@@ -13,7 +13,7 @@ F and N are cubic splines through recorded samples (`scipy.interpolate.CubicSpli
 `hydrosim.forces.signal` documents). Between two samples they and their three derivatives may be
 counted among the unknowns z. Each mode is then z' = A z with a constant A, whose solution is
 exp(A t) z (`scipy.linalg.expm`): there is no time step and no error but that of rounding. A
-condition that fails and holds again within a thirty-second of the interval would not be seen.
+condition that fails and holds again between two looks, 1 ms apart, would not be seen.
 """
 
 from __future__ import annotations
@@ -33,7 +33,8 @@ FOLLOWING = {  # the mode after each of the conditions below has failed
 }
 U1, V1, U2, F, N = np.eye(11)[[0, 1, 2, 3, 7]]  # unknowns, as rows that pick them from z
 DERIVATIVES = [3, 4, 5, 7, 8, 9]  # each of these unknowns has the next one as its rate
-LOOKS = 32  # times at which conditions are looked at, in any stretch of time
+LOOKS = 512  # times between two samples at which conditions are looked at, and at least
+LEAST = 4  # in any stretch of time
 HALVINGS = 36  # of the time between two samples: the end of a mode is found to 1e-11 s
 
 
@@ -136,8 +137,9 @@ class _Stretches:
     def solution(self, mode: str, halved: int) -> tuple[np.ndarray, np.ndarray]:
         """exp(A t) over a stretch, and the conditions at all looks until its end, as rows."""
         if (mode, halved) not in self.known:
-            short = expm(self.model.rates(mode) * self.spacing / 2**halved / LOOKS)
-            looks = list(accumulate([short] * LOOKS, np.matmul))
+            count = max(LOOKS >> halved, LEAST)
+            short = expm(self.model.rates(mode) * self.spacing / 2**halved / count)
+            looks = list(accumulate([short] * count, np.matmul))
             conditions = self.model.conditions(mode)
             self.known[mode, halved] = looks[-1], np.vstack([conditions @ look for look in looks])
         return self.known[mode, halved]

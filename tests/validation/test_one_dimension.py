@@ -53,7 +53,7 @@ def test_surge_is_that_of_an_independent_code(
 @pytest.mark.parametrize("seed", range(1, 21))
 def test_ends_of_all_variants_are_those_of_an_independent_code(seed: int, figure: Figure) -> None:
     """At a quarter of the step of the case. A traction that exceeds mu_s N between two steps, but
-    at neither, is not seen, and then the barge does not slip. At 0.1 s that parts 10 of 1240 runs
+    at neither, is not seen, and then the barge does not slip. At 0.1 s that parts 8 of 1240 runs
     by 1 to 15 mm."""
     apart = {}
     for variant in VARIANTS:
