@@ -23,7 +23,7 @@ EXAMPLES = (  # each compression, both frictions, all K2, the largest C3
     "mean, 0.2/0.1 of N",
     "forward, 0.7/0.4 of N",
     "mean, 0.2/0.1 of N, K2 5.6e+06",
-    "aft, 0.7/0.4 of N/4, K2 5.6e+07",
+    "aft, 0.7/0.4 of N, K2 5.6e+07",
     "aft at -30 m, 0.2/0.1 of N, C3 1e+10",
 )
 
