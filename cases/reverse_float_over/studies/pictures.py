@@ -62,13 +62,19 @@ def draw_figures(axes: Axes, rows: pd.DataFrame, x: np.ndarray, figures: dict[st
 
 
 def finish(axes: Axes, x: str, y: str, title: str) -> None:
-    """Labels, grid and legend."""
-    axes.set(xlabel=x, ylabel=y)
-    axes.set_title(title, fontsize=10)
+    """Labels, grid and legend of figures over a parameter."""
     axes.axhline(0.0, color="grey", linewidth=0.8)
+    axes.set_ylabel(y)
+    axes.legend(fontsize=8, frameon=False)
+    finish_row(axes, x, title)
+
+
+def finish_row(axes: Axes, x: str, title: str) -> None:
+    """Label, title and grid of figures by name."""
+    axes.set_xlabel(x)
+    axes.set_title(title, fontsize=10)
     axes.grid(alpha=0.3)
     axes.spines[["top", "right"]].set_visible(False)
-    axes.legend(fontsize=8, frameon=False)
 
 
 def draw_directions() -> Figure:
@@ -125,8 +131,9 @@ def draw_moves(axes: Axes, rows: pd.DataFrame, names: list[str], directions: lis
     height = np.arange(len(names))
     for place, (direction, colour) in enumerate(zip(directions, (BLUE, ORANGE), strict=False)):
         mean, around = interval(rows, direction)
-        y = height + 0.2 * place
+        y = height + 0.25 * place
         axes.errorbar(mean, y, xerr=around, fmt="o", color=colour, capsize=3, label=direction)
+    axes.axvline(0.0, color="grey", linewidth=0.8)
     axes.set_yticks(height, names)
     axes.invert_yaxis()
 
@@ -142,9 +149,11 @@ def draw_coupling() -> Figure:
         rows = found[found.study == study]
         names = list(rows[rows.figure == "surge"][study])
         draw_moves(left, rows, names, moving[study])
-        finish(left, "displacement [m]", "", title.capitalize())
+        finish_row(left, "displacement in 2000 s [m]", title.capitalize())
         draw_causes(right, rows, names, "surge")
-        finish(right, "mean friction in surge, in contact [kN]", "", f"Its causes, {title}")
+        finish_row(right, "mean friction in surge, in contact [kN]", f"Its causes, {title}")
+    labels = [*left.get_legend_handles_labels(), *right.get_legend_handles_labels()]
+    figure.legend(labels[0] + labels[2], labels[1] + labels[3], ncols=5, loc="outside lower center")
     return figure
 
 
