@@ -34,7 +34,7 @@ def long_sentences(root: Path = ROOT) -> list[Long]:
         for line, text in _texts(path):
             found += _long(f"{path.relative_to(root)}:{line}", text)
     pages = [root / "README.md", *sorted((root / "docs").glob("*.md"))]
-    pages += sorted((root / "cases").rglob("README.md"))
+    pages += sorted((root / "cases").rglob("*.md"))
     for path in pages:
         found += _long(str(path.relative_to(root)), FENCE.sub("\n\n", path.read_text()))
     return found

@@ -30,7 +30,7 @@ ROOT = Path(__file__).parents[2]
 PAGES = (
     ROOT / "README.md",
     *sorted((ROOT / "docs").glob("*.md")),
-    *sorted((ROOT / "cases").glob("*/README.md")),
+    *sorted((ROOT / "cases").glob("*/*.md")),
 )
 BOX = re.compile(r"^```.*?^```", re.S | re.M)
 CODE = re.compile(r"`[^`]*`|\b90 %")
