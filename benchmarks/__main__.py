@@ -1,6 +1,6 @@
 """Answer the questions named on the command line, or all but the long ones: a table each here, and
 JSON and pictures in benchmarks/results/; with --keep in benchmarks/measured/, of which the site
-makes a page."""
+makes a page. ``thesis`` has options of its own: ``python -m benchmarks thesis --help``."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as in hydrosim's own comma
 from importlib import import_module
 
 from benchmarks.report import MEASURED, RESULTS, machine, save
+from benchmarks.thesis.command import main as make_tables_of_thesis
 
 QUESTIONS = (
     *("start_up", "steps_per_second", "work_precision", "error_against_step", "stability_map"),
@@ -23,7 +24,6 @@ QUESTIONS = (
 LONG = (
     "automatic",
     "short_waves",
-    "score_card",
     "draughts",
     "operability",
     "largest",
@@ -50,4 +50,7 @@ def main(asked: list[str]) -> None:
             print(f"written: {path}")
 
 
-main(sys.argv[1:])
+if sys.argv[1:2] == ["thesis"]:
+    make_tables_of_thesis(sys.argv[2:])
+else:
+    main(sys.argv[1:])

@@ -1,0 +1,66 @@
+"""``python -m benchmarks thesis``: all tables of the thesis, over as many seeds as asked for."""
+
+from __future__ import annotations
+
+import json
+import os
+from argparse import ArgumentParser, Namespace
+from collections.abc import Sequence
+from pathlib import Path
+
+from benchmarks.report import MEASURED, machine
+from benchmarks.thesis.runner import KEPT, Record, compute_missing, median_cpu, table_module
+from benchmarks.thesis.tables import rows_of, write_rows
+
+TABLES = ("six_degrees",)
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Make the runs that are missing, print the tables and write them as CSV files."""
+    options = _options(arguments)
+    folder = MEASURED / "thesis" if options.keep else KEPT
+    seeds = range(1, options.seeds + 1)
+    records = compute_missing(options.tables, seeds, options.workers)
+    for table in options.tables:
+        of_table = [record for record in records if record.table == table]
+        path = folder / f"{table}.csv"
+        write_rows(rows_of(of_table), path)
+        print(f"{table_module(table).TABLE}: {path}\n    {_cost(of_table)}")
+    _write_origin(options, folder)
+
+
+def _options(arguments: Sequence[str]) -> Namespace:
+    parser = ArgumentParser(prog="python -m benchmarks thesis", description=__doc__)
+    parser.add_argument("--seeds", type=_positive, default=50, help="1 to this number; default 50")
+    parser.add_argument("--tables", nargs="+", choices=TABLES, default=TABLES, help="default all")
+    parser.add_argument(
+        "--workers", type=_positive, default=os.cpu_count() or 1, help="default: all cores"
+    )
+    parser.add_argument(
+        "--keep", action="store_true", help="write the tables to benchmarks/measured/thesis"
+    )
+    return parser.parse_args(arguments)
+
+
+def _positive(text: str) -> int:
+    number = int(text)
+    if number < 1:
+        raise ValueError(text)
+    return number
+
+
+def _cost(records: Sequence[Record]) -> str:
+    """CPU time of the runs, and what fifty seeds take."""
+    variants = len({record.variant for record in records})
+    seed = sum(record.cpu for record in records) * variants / len(records)
+    minutes = 50 * seed / 2 / 60
+    return (
+        f"{len(records)} runs, median {median_cpu(records):.2f} s of CPU; {seed:.0f} s a seed,"
+        f" so 50 seeds take {minutes:.0f} min on two idle cores."
+    )
+
+
+def _write_origin(options: Namespace, folder: Path) -> None:
+    """What the tables were made with."""
+    origin = {**machine(), "seeds": f"1-{options.seeds}", "tables": list(options.tables)}
+    (folder / "origin.json").write_text(json.dumps(origin, indent=2) + "\n")

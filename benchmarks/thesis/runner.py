@@ -1,0 +1,174 @@
+"""Computes the figures of every table, variant and seed on all cores, and keeps them.
+
+A line of ``benchmarks/results/thesis/TABLE.jsonl`` has the figures of one run. A run is not made
+again while the program, the cases, the table's module and the settings are the same.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import asdict, dataclass
+from functools import cache
+from hashlib import sha256
+from importlib import import_module
+from multiprocessing import get_context
+from pathlib import Path
+from statistics import median
+from time import perf_counter, process_time
+from typing import Any
+
+from benchmarks.report import RESULTS, ROOT
+from hydrosim.program import digest_of_sources, versions
+
+KEPT = RESULTS / "thesis"
+SHARED = ("runs.py",)  # modules of this package that tables compute with
+EVERY = 10.0  # s between two lines of progress
+
+Figures = Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Task:
+    """One run: the ``table`` it belongs to, its ``variant`` and the ``seed`` of its waves."""
+
+    table: str
+    variant: str
+    seed: int
+
+    def __str__(self) -> str:
+        return f"{self.table}, {self.variant}, seed {self.seed}"
+
+
+@dataclass(frozen=True)
+class Record:
+    """Figures of a run, the ``cpu`` time it took [s], and the digest of what it was made with."""
+
+    table: str
+    variant: str
+    seed: int
+    made_with: str
+    cpu: float
+    figures: Figures
+
+    @property
+    def task(self) -> Task:
+        """The run that the figures are of."""
+        return Task(self.table, self.variant, self.seed)
+
+
+def table_module(table: str) -> Any:
+    """The module of a table."""
+    return import_module(f"benchmarks.thesis.{table}")
+
+
+def compute_missing(
+    tables: Sequence[str], seeds: Iterable[int], workers: int, folder: Path = KEPT
+) -> list[Record]:
+    """Records of all runs of the tables. Runs that ``folder`` lacks are made, the first seed of all
+    variants before the second."""
+    tasks = list(_tasks(tables, seeds))
+    known = {record.task: record for table in tables for record in read_records(table, folder)}
+    missing = [task for task in tasks if task not in known]
+    for record in _with_progress(_compute(missing, workers), len(missing)):
+        _append(record, folder)
+        known[record.task] = record
+    return [known[task] for task in tasks]
+
+
+def read_records(table: str, folder: Path = KEPT) -> Iterator[Record]:
+    """Records in the file of a table that this program would make again in the same way."""
+    path = folder / f"{table}.jsonl"
+    if not path.exists():
+        return
+    variants = table_module(table).VARIANTS
+    for line in path.read_text().splitlines():
+        record = _decoded(line)
+        if record is None or record.variant not in variants:
+            continue
+        if record.made_with == made_with(table, record.variant):
+            yield record
+
+
+def compute(task: Task) -> Record:
+    """Make the run. It is called in another process."""
+    start = process_time()
+    figures = table_module(task.table).figures(task.variant, task.seed)
+    cpu = process_time() - start
+    made = made_with(task.table, task.variant)
+    return Record(task.table, task.variant, task.seed, made, cpu, figures)
+
+
+@cache
+def made_with(table: str, variant: str) -> str:
+    """Digest of the settings of a variant and of all that turns them into figures."""
+    settings = json.dumps(table_module(table).VARIANTS[variant], sort_keys=True, default=str)
+    return sha256(f"{_digest_of_code(table)} {settings}".encode()).hexdigest()
+
+
+def median_cpu(records: Iterable[Record]) -> float:
+    """Median CPU time of a run [s]."""
+    return median(record.cpu for record in records)
+
+
+@cache
+def _digest_of_code(table: str) -> str:
+    """Digest of the program, the cases, the databases and the modules of a table."""
+    modules = [f"benchmarks/thesis/{name}" for name in (f"{table}.py", *SHARED)]
+    data = [*ROOT.glob("cases/*/*.yaml"), *ROOT.glob("hydro_db/*.nc")]
+    files = sorted(path.relative_to(ROOT).as_posix() for path in data)
+    own = [f for f in files if "/no_friction.nc" not in f]
+    return f"{digest_of_sources(ROOT, 'hydrosim', *modules, *own)} {versions()}"
+
+
+def _tasks(tables: Sequence[str], seeds: Iterable[int]) -> Iterator[Task]:
+    for seed in seeds:
+        for table in tables:
+            module = table_module(table)
+            for variant in module.VARIANTS:
+                yield Task(table, variant, seed)
+
+
+def _compute(tasks: Sequence[Task], workers: int) -> Iterator[Record]:
+    """Records as they are done. The first run that fails ends all; what was done is kept."""
+    if not tasks:
+        return
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+        futures = {pool.submit(compute, task): task for task in tasks}
+        try:
+            for future in as_completed(futures):
+                try:
+                    yield future.result()
+                except Exception as error:
+                    raise RuntimeError(f"the run of {futures[future]} failed: {error}") from error
+        finally:
+            pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _append(record: Record, folder: Path) -> None:
+    folder.mkdir(parents=True, exist_ok=True)
+    with (folder / f"{record.table}.jsonl").open("a") as file:
+        file.write(json.dumps(asdict(record)) + "\n")
+
+
+def _decoded(line: str) -> Record | None:
+    """None of a line that was cut short when the computer stopped."""
+    try:
+        return Record(**json.loads(line))
+    except (ValueError, TypeError):
+        return None
+
+
+def _with_progress(records: Iterable[Record], total: int) -> Iterator[Record]:
+    start = said = perf_counter()
+    for done, record in enumerate(records, 1):
+        now = perf_counter()
+        if now - said > EVERY or done == total:
+            said = now
+            left = (now - start) / done * (total - done) / 60.0
+            print(f"{done} of {total} runs, {left:.0f} min left: {record.task}", file=sys.stderr)
+        yield record
