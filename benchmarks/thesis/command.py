@@ -12,7 +12,7 @@ from benchmarks.report import MEASURED, machine
 from benchmarks.thesis.runner import KEPT, Record, compute_missing, median_cpu, table_module
 from benchmarks.thesis.tables import rows_of, write_rows
 
-TABLES = ("six_degrees",)
+TABLES = ("six_degrees", "sensitivities", "wave_force", "pressed", "steel")
 
 
 def main(arguments: Sequence[str]) -> None:

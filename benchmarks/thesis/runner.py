@@ -25,7 +25,6 @@ from benchmarks.report import RESULTS, ROOT
 from hydrosim.program import digest_of_sources, versions
 
 KEPT = RESULTS / "thesis"
-SHARED = ("runs.py",)  # modules of this package that tables compute with
 EVERY = 10.0  # s between two lines of progress
 
 Figures = Mapping[str, float]
@@ -117,11 +116,19 @@ def median_cpu(records: Iterable[Record]) -> float:
 @cache
 def _digest_of_code(table: str) -> str:
     """Digest of the program, the cases, the databases and the modules of a table."""
-    modules = [f"benchmarks/thesis/{name}" for name in (f"{table}.py", *SHARED)]
+    modules = [table, *_modules_imported_by(table)]
+    sources = [f"benchmarks/thesis/{name}.py" for name in modules]
     data = [*ROOT.glob("cases/*/*.yaml"), *ROOT.glob("hydro_db/*.nc")]
     files = sorted(path.relative_to(ROOT).as_posix() for path in data)
-    own = [f for f in files if "/no_friction.nc" not in f]
-    return f"{digest_of_sources(ROOT, 'hydrosim', *modules, *own)} {versions()}"
+    return f"{digest_of_sources(ROOT, 'hydrosim', *sources, *files)} {versions()}"
+
+
+def _modules_imported_by(table: str) -> list[str]:
+    """Modules of this package that define functions and classes a table imports."""
+    package = f"{__package__}."
+    names = {getattr(value, "__module__", "") for value in vars(table_module(table)).values()}
+    own = {str(name).removeprefix(package) for name in names if str(name).startswith(package)}
+    return sorted(own - {table})
 
 
 def _tasks(tables: Sequence[str], seeds: Iterable[int]) -> Iterator[Task]:
