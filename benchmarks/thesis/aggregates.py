@@ -12,12 +12,14 @@ LEVEL = 0.9
 
 
 class Mean(NamedTuple):
-    """Mean of ``n`` values with its interval ``lower`` to ``upper``, and the values' extremes."""
+    """Mean of ``n`` values with its interval ``lower`` to ``upper``; the values' standard deviation
+    and extremes."""
 
     n: int
     mean: float
     lower: float
     upper: float
+    deviation: float
     least: float
     most: float
 
@@ -38,12 +40,12 @@ def mean_of(values: Iterable[float]) -> Mean:
     known = np.array([value for value in values if np.isfinite(value)])
     n = known.size
     if n == 0:
-        return Mean(0, *5 * (np.nan,))
+        return Mean(0, *6 * (np.nan,))
     mean = float(known.mean())
-    half = float("nan")
-    if n > 1:
-        half = float(t.ppf(0.5 + LEVEL / 2, n - 1) * known.std(ddof=1) / n**0.5)
-    return Mean(n, mean, mean - half, mean + half, float(known.min()), float(known.max()))
+    deviation = float(known.std(ddof=1)) if n > 1 else float("nan")
+    half = float(t.ppf(0.5 + LEVEL / 2, n - 1)) * deviation / n**0.5
+    extremes = float(known.min()), float(known.max())
+    return Mean(n, mean, mean - half, mean + half, deviation, *extremes)
 
 
 def share_of(outcomes: Iterable[bool]) -> Share:

@@ -8,15 +8,23 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmarks.report import MEASURED, machine
-from benchmarks.thesis.runner import KEPT, Record, compute_missing, median_cpu, table_module
+from benchmarks.report import MEASURED, machine, markdown
+from benchmarks.thesis.runner import KEPT, Record, compute_missing, cpu_of_seed, table_module
+from benchmarks.thesis.score import score
 from benchmarks.thesis.tables import rows_of, write_rows
 
-TABLES = ("six_degrees", "sensitivities", "wave_force", "pressed", "steel")
+TABLES = (
+    "six_degrees",
+    "sensitivities",
+    "wave_force",
+    "pressed",
+    "steel",
+    "block",
+)
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Make the runs that are missing, print the tables and write them as CSV files."""
+    """Make the runs that are missing, write the tables as CSV files and print the score card."""
     options = _options(arguments)
     folder = MEASURED / "thesis" if options.keep else KEPT
     seeds = range(1, options.seeds + 1)
@@ -26,6 +34,10 @@ def main(arguments: Sequence[str]) -> None:
         path = folder / f"{table}.csv"
         write_rows(rows_of(of_table), path)
         print(f"{table_module(table).TABLE}: {path}\n    {_cost(of_table)}")
+    card = score(records)
+    if card:
+        write_rows(card, folder / "score.csv")
+        print(f"\n{markdown(card)}")
     _write_origin(options, folder)
 
 
@@ -50,13 +62,11 @@ def _positive(text: str) -> int:
 
 
 def _cost(records: Sequence[Record]) -> str:
-    """CPU time of the runs, and what fifty seeds take."""
-    variants = len({record.variant for record in records})
-    seed = sum(record.cpu for record in records) * variants / len(records)
-    minutes = 50 * seed / 2 / 60
+    """CPU time of the runs, and how long fifty seeds take."""
+    seed = cpu_of_seed(records)
     return (
-        f"{len(records)} runs, median {median_cpu(records):.2f} s of CPU; {seed:.0f} s a seed,"
-        f" so 50 seeds take {minutes:.0f} min on two idle cores."
+        f"{len(records)} runs, {seed:.1f} s of CPU a seed;"
+        f" fifty seeds take {50 * seed / 2 / 60:.0f} min on two idle cores"
     )
 
 

@@ -1,7 +1,7 @@
 """The base case at K2 = 5.6e7 N/m with larger waves, a larger wave force in surge, or a box hull.
 
 While the fenders stick, the thesis sees up to 0.20 m/s there. Its hull is lost, and so is the wave
-force on it. The box is 260 x 52 x 13 m: ``hydro_db/box.nc`` made 2.6 times as large by Froude's law.
+force on it. The box is 260 x 52 x 13 m: ``hydro_db/box.nc``, 2.6 times as large by Froude's law.
 """
 
 from __future__ import annotations
@@ -74,8 +74,8 @@ def _scene(variant: Variant, seed: int) -> Scene:
 
 @cache
 def _barge(factor: float) -> ChangedDatabase:
-    """H-851 with its first-order wave force in surge times ``factor``. Its damping no longer follows
-    from its loads, which the check of databases would refuse."""
+    """H-851 with its first-order wave force in surge times ``factor``. Its damping then does
+    not follow from its loads, which the check of databases would refuse."""
     database = hs.load_database(DATABASES / "h851.nc")
     of_dof = np.ones(6)
     of_dof[DOFS.index("surge")] = factor
