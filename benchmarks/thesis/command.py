@@ -26,9 +26,9 @@ TABLES = (
 def main(arguments: Sequence[str]) -> None:
     """Make the runs that are missing, write the tables as CSV files and print the score card."""
     options = _options(arguments)
-    folder = MEASURED / "thesis" if options.keep else KEPT
+    folder = MEASURED / "thesis" if options.keep else options.runs
     seeds = range(1, options.seeds + 1)
-    records = compute_missing(options.tables, seeds, options.workers)
+    records = compute_missing(options.tables, seeds, options.workers, options.runs)
     for table in options.tables:
         of_table = [record for record in records if record.table == table]
         path = folder / f"{table}.csv"
@@ -48,6 +48,7 @@ def _options(arguments: Sequence[str]) -> Namespace:
     parser.add_argument(
         "--workers", type=_positive, default=os.cpu_count() or 1, help="default: all cores"
     )
+    parser.add_argument("--runs", type=Path, default=KEPT, help="folder of the figures of runs")
     parser.add_argument(
         "--keep", action="store_true", help="write the tables to benchmarks/measured/thesis"
     )
