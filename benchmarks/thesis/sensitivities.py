@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from benchmarks.thesis.runs import BASE, FRICTION, Settings, base_figures, run_case
+from benchmarks.thesis.runs import BASE, FRICTION, Settings, base_figures, run_case, surge
 
 TABLE = "Six degrees of freedom: the five sensitivities"
 
@@ -30,6 +30,8 @@ VERTICAL: dict[str, Settings] = {
     for k in (10_000, 20_000, 40_000)
 }
 BASE_CASE = "base case"
+UNTIL_STUCK: Settings = {"duration": 3500.0}
+"""Slow deballasting has not pressed the barge enough to stick at 2000 s."""
 AS_BASE = {"C3 1e+06", "K2 5.6e+08", "mu 0.2/0.1", "20000 t/h", "K_vert 20000 t per 0.5 m"}
 """Values that are those of the base case, which is run once."""
 
@@ -37,9 +39,11 @@ VARIED = SLIP_DAMPING | STIFFNESS | COEFFICIENTS | DEBALLASTING | VERTICAL
 VARIANTS: dict[str, Settings] = {
     BASE_CASE: {},
     **{name: settings for name, settings in VARIED.items() if name not in AS_BASE},
+    "10000 t/h, to 3500 s": {**DEBALLASTING["10000 t/h"], **UNTIL_STUCK},
 }
 
 
 def figures(variant: str, seed: int) -> dict[str, float]:
-    """Figures of one run."""
-    return base_figures(run_case(BASE, seed, VARIANTS[variant]))
+    """Figures of one run, and surge at its end [m]."""
+    run = run_case(BASE, seed, VARIANTS[variant])
+    return {**base_figures(run), "surge_end": float(surge(run)[-1])}

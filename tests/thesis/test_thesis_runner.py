@@ -78,7 +78,7 @@ def _names_of_base_figures():
         *(f"surge_{time}" for time in (600, 1000, 1500, 2000)),
         *("initial_contact_lasts", "compressed_lasts", "stuck_lasts", "stick_1500_2000"),
         *("fenders_moving_ahead", "fenders_moving_back", "moored_mean"),
-        *("velocity_stuck", "heave_velocity"),
+        *("velocity_stuck", "heave_velocity", "last_slip", "surge_end"),
     )
 
 
