@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks.report import MEASURED, machine, markdown
+from benchmarks.thesis.pages import write_tables
 from benchmarks.thesis.runner import KEPT, Record, compute_missing, cpu_of_seed, table_module
 from benchmarks.thesis.score import score
 from benchmarks.thesis.tables import rows_of, write_rows
@@ -39,6 +40,8 @@ def main(arguments: Sequence[str]) -> None:
         write_rows(card, folder / "score.csv")
         print(f"\n{markdown(card)}")
     _write_origin(options, folder)
+    if options.keep:
+        write_tables()
 
 
 def _options(arguments: Sequence[str]) -> Namespace:
@@ -50,7 +53,9 @@ def _options(arguments: Sequence[str]) -> Namespace:
     )
     parser.add_argument("--runs", type=Path, default=KEPT, help="folder of the figures of runs")
     parser.add_argument(
-        "--keep", action="store_true", help="write the tables to benchmarks/measured/thesis"
+        "--keep",
+        action="store_true",
+        help="write the tables to benchmarks/measured/thesis and into READMEs",
     )
     return parser.parse_args(arguments)
 

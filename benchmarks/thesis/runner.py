@@ -78,18 +78,14 @@ def compute_missing(
     return [known[task] for task in tasks]
 
 
-def read_records(table: str, folder: Path = KEPT) -> Iterator[Record]:
-    """Records in the file of a table that this program would make again in the same way."""
+def read_records(table: str, folder: Path = KEPT) -> list[Record]:
+    """Records in the file of a table that this program would make again in the same way, the last
+    of each run."""
     path = folder / f"{table}.jsonl"
-    if not path.exists():
-        return
-    variants = table_module(table).VARIANTS
-    for line in path.read_text().splitlines():
-        record = _decoded(line)
-        if record is None or record.variant not in variants:
-            continue
-        if record.made_with == made_with(table, record.variant):
-            yield record
+    lines = path.read_text().splitlines() if path.exists() else []
+    decoded = [_decoded(line) for line in lines]
+    records = [record for record in decoded if record is not None and _holds(record)]
+    return list({record.task: record for record in records}.values())
 
 
 def compute(task: Task) -> Record:
@@ -132,6 +128,13 @@ def _modules_imported_by(table: str) -> list[str]:
     names = {getattr(value, "__module__", "") for value in vars(table_module(table)).values()}
     own = {str(name).removeprefix(package) for name in names if str(name).startswith(package)}
     return sorted(own - {table})
+
+
+def _holds(record: Record) -> bool:
+    """Whether this program would make the record again in the same way."""
+    if record.variant not in table_module(record.table).VARIANTS:
+        return False
+    return record.made_with == made_with(record.table, record.variant)
 
 
 def _tasks(tables: Sequence[str], seeds: Iterable[int]) -> Iterator[Task]:

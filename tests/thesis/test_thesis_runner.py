@@ -28,24 +28,30 @@ def _write(folder, *records):
 
 def test_records_are_read_as_they_were_written(tmp_path):
     _write(tmp_path, _record(1), _record(2))
-    assert list(read_records(TABLE, tmp_path)) == [_record(1), _record(2)]
+    assert read_records(TABLE, tmp_path) == [_record(1), _record(2)]
+
+
+def test_the_last_record_of_a_run_counts(tmp_path):
+    last = replace(_record(1), cpu=0.7)
+    _write(tmp_path, _record(1), last)
+    assert read_records(TABLE, tmp_path) == [last]
 
 
 def test_records_made_otherwise_do_not_count(tmp_path):
     _write(tmp_path, _record(1, "another program"), _record(2))
-    assert list(read_records(TABLE, tmp_path)) == [_record(2)]
+    assert read_records(TABLE, tmp_path) == [_record(2)]
 
 
 def test_a_variant_that_is_no_more_does_not_count(tmp_path):
     _write(tmp_path, replace(_record(1), variant="five fenders"), _record(2))
-    assert list(read_records(TABLE, tmp_path)) == [_record(2)]
+    assert read_records(TABLE, tmp_path) == [_record(2)]
 
 
 def test_a_line_that_was_cut_short_does_not_count(tmp_path):
     _write(tmp_path, _record(1), _record(2))
     path = tmp_path / f"{TABLE}.jsonl"
     path.write_text(path.read_text()[:-20])
-    assert list(read_records(TABLE, tmp_path)) == [_record(1)]
+    assert read_records(TABLE, tmp_path) == [_record(1)]
 
 
 def test_settings_are_part_of_what_a_run_is_made_with(monkeypatch):
