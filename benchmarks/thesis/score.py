@@ -1,8 +1,8 @@
 """The score card: the share of seeds that agree with each observation of the thesis.
 
 A criterion is a function of the figures of one seed. Its docstring quotes the thesis. A number that
-the thesis reports of one run counts as met within a quarter of it, or within half of it where it
-says "roughly", "little" or "up to", or has a sign of plus and minus before it.
+the thesis reports of one run counts as met within a quarter of it, or within half of it where the
+thesis puts +- before it and means "about". The bounds are ours.
 """
 
 from __future__ import annotations
@@ -167,8 +167,8 @@ def middle_stiffness_crawls_most(of: Of) -> bool:
 
 def middle_stiffness_reaches_020_m_s(of: Of) -> bool:
     """'When the topside of the barge is in stick condition ..., the barge reaches velocities of
-    v = +-0.20 m/s.' (6.4.2)"""
-    return 0.1 <= of("K2 5.6e+07")["velocity_stuck"] <= 0.3
+    v = +-0.20 m/s.' (6.4.2) Here the sign stands for both directions."""
+    return 0.15 <= of("K2 5.6e+07")["velocity_stuck"] <= 0.25
 
 
 def middle_stiffness_is_fastest_while_stuck(of: Of) -> bool:
@@ -262,7 +262,7 @@ def _fixed(variant: str) -> Callable[[str], str]:
 
 def _one_dimension(prefix: str) -> Callable[[str], str]:
     """Variants of the table of one dimension, whose base has the prefix alone."""
-    as_base = {BASE, "C3 1e+06", "K2 5.6e+08"}
+    as_base = {BASE, "C3 1e+06", "K2 5.6e+08", _vertical(20_000)}
     return lambda variant: prefix if variant in as_base else f"{prefix}, {variant}"
 
 
@@ -323,11 +323,14 @@ MODELS = (
         Model(
             f"one dimension, {at}, {friction}",
             "one_dimension",
-            {**OF_BASE, **OF_CONTACT},
+            {**OF_BASE, **OF_CONTACT, **more},
             _one_dimension(f"{at}, {friction}"),
         )
         for at in ("forward", "mean", "aft")
-        for friction in ("0.2/0.1 of N", "0.7/0.4 of N/4")
+        for friction, more in (
+            ("0.2/0.1 of N", {vertical_20000_crawls_most: 14}),
+            ("0.7/0.4 of N", {}),
+        )
     ),
 )
 
