@@ -10,7 +10,14 @@ from pathlib import Path
 
 from benchmarks.report import MEASURED, machine, markdown
 from benchmarks.thesis.pages import write_tables
-from benchmarks.thesis.runner import KEPT, Record, compute_missing, cpu_of_seed, table_module
+from benchmarks.thesis.runner import (
+    KEPT,
+    Record,
+    complete_seeds,
+    compute_missing,
+    cpu_of_seed,
+    table_module,
+)
 from benchmarks.thesis.score import score
 from benchmarks.thesis.tables import rows_of, write_rows
 
@@ -28,9 +35,8 @@ def main(arguments: Sequence[str]) -> None:
     """Make the runs that are missing, write the tables as CSV files and print the score card."""
     options = _options(arguments)
     folder = MEASURED / "thesis" if options.keep else options.runs
-    seeds = range(1, options.seeds + 1)
-    records = compute_missing(options.tables, seeds, options.workers, options.runs)
-    for table in options.tables:
+    records = _records(options)
+    for table in dict.fromkeys(record.table for record in records):
         of_table = [record for record in records if record.table == table]
         path = folder / f"{table}.csv"
         write_rows(rows_of(of_table), path)
@@ -39,9 +45,17 @@ def main(arguments: Sequence[str]) -> None:
     if card:
         write_rows(card, folder / "score.csv")
         print(f"\n{markdown(card)}")
-    _write_origin(options, folder)
+    _write_origin(records, folder)
     if options.keep:
         write_tables()
+
+
+def _records(options: Namespace) -> list[Record]:
+    """Figures of all runs, or of those that are made."""
+    if options.so_far:
+        return complete_seeds(options.tables, options.runs)
+    seeds = range(1, options.seeds + 1)
+    return compute_missing(options.tables, seeds, options.workers, options.runs)
 
 
 def _options(arguments: Sequence[str]) -> Namespace:
@@ -52,11 +66,10 @@ def _options(arguments: Sequence[str]) -> Namespace:
         "--workers", type=_positive, default=os.cpu_count() or 1, help="default: all cores"
     )
     parser.add_argument("--runs", type=Path, default=KEPT, help="folder of the figures of runs")
-    parser.add_argument(
-        "--keep",
-        action="store_true",
-        help="write the tables to benchmarks/measured/thesis and into READMEs",
-    )
+    so_far = "make no runs; tables of the seeds whose runs are made"
+    parser.add_argument("--so-far", action="store_true", help=so_far)
+    kept = "write the tables to benchmarks/measured/thesis and into the READMEs of cases"
+    parser.add_argument("--keep", action="store_true", help=kept)
     return parser.parse_args(arguments)
 
 
@@ -76,7 +89,11 @@ def _cost(records: Sequence[Record]) -> str:
     )
 
 
-def _write_origin(options: Namespace, folder: Path) -> None:
-    """What the tables were made with."""
-    origin = {**machine(), "seeds": f"1-{options.seeds}", "tables": list(options.tables)}
+def _write_origin(records: Sequence[Record], folder: Path) -> None:
+    """What the tables were made with, and of which seeds."""
+    seeds: dict[str, set[int]] = {}
+    for record in records:
+        seeds.setdefault(record.table, set()).add(record.seed)
+    of_tables = {table: " ".join(map(str, sorted(found))) for table, found in seeds.items()}
+    origin = {**machine(), "seeds": of_tables}
     (folder / "origin.json").write_text(json.dumps(origin, indent=2) + "\n")

@@ -78,6 +78,18 @@ def compute_missing(
     return [known[task] for task in tasks]
 
 
+def complete_seeds(tables: Sequence[str], folder: Path = KEPT) -> list[Record]:
+    """Records of the seeds that ``folder`` has all variants of a table of."""
+    records = [record for table in tables for record in read_records(table, folder)]
+    made: dict[tuple[str, int], int] = {}
+    for record in records:
+        key = record.table, record.seed
+        made[key] = made.get(key, 0) + 1
+    wanted = {table: len(table_module(table).VARIANTS) for table in tables}
+    found = [r for r in records if made[r.table, r.seed] == wanted[r.table]]
+    return sorted(found, key=_order)
+
+
 def read_records(table: str, folder: Path = KEPT) -> list[Record]:
     """Records in the file of a table that this program would make again in the same way, the last
     of each run."""
@@ -128,6 +140,12 @@ def _modules_imported_by(table: str) -> list[str]:
     names = {getattr(value, "__module__", "") for value in vars(table_module(table)).values()}
     own = {str(name).removeprefix(package) for name in names if str(name).startswith(package)}
     return sorted(own - {table})
+
+
+def _order(record: Record) -> tuple[str, int, int]:
+    """Seed by seed, variants as the table has them."""
+    variants = list(table_module(record.table).VARIANTS)
+    return record.table, record.seed, variants.index(record.variant)
 
 
 def _holds(record: Record) -> bool:

@@ -12,7 +12,7 @@ from scipy.stats import binomtest, t
 
 from benchmarks.report import ROOT
 from benchmarks.thesis import score
-from benchmarks.thesis.runner import Record, made_with, read_records, table_module
+from benchmarks.thesis.runner import Record, complete_seeds, made_with, read_records, table_module
 
 TABLE, VARIANT = "six_degrees", "four fenders, 0.2/0.1"
 
@@ -35,6 +35,13 @@ def test_the_last_record_of_a_run_counts(tmp_path):
     last = replace(_record(1), cpu=0.7)
     _write(tmp_path, _record(1), last)
     assert read_records(TABLE, tmp_path) == [last]
+
+
+def test_seeds_count_once_all_their_variants_are_made(tmp_path):
+    variants = list(table_module(TABLE).VARIANTS)
+    whole = [replace(_record(2, made_with(TABLE, name)), variant=name) for name in variants]
+    _write(tmp_path, _record(1), *reversed(whole))
+    assert complete_seeds([TABLE], tmp_path) == whole
 
 
 def test_records_made_otherwise_do_not_count(tmp_path):
