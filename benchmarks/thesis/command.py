@@ -44,7 +44,8 @@ def main(arguments: Sequence[str]) -> None:
     card = score(records)
     if card:
         write_rows(card, folder / "score.csv")
-        print(f"\n{markdown(card)}")
+        short = [{key: row[key] for key in row if key != "quote"} for row in card]
+        print(f"\n{markdown(short)}")
     _write_origin(records, folder)
     if options.keep:
         write_tables()

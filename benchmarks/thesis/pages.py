@@ -73,27 +73,29 @@ def _pressed(folder: Path) -> str:
     return _columns(means, "lift at 7000 s / 132,105 kN", PRESSED_COLUMNS)
 
 
-def _score(rows: Sequence[int]) -> Callable[[Path], str]:
-    """Shares of seeds for some rows of the score card, without the models of one dimension."""
-
-    def table(folder: Path) -> str:
-        head = ("row", "statement", "runs", "seeds that agree", "share, 90 % interval")
-        lines = [
-            (
-                line["row"],
-                line["statement"],
-                line["model"],
-                f"{line['agree']} of {line['n']}",
-                _share(line),
-            )
-            for line in _lines(folder / "score.csv")
-            if int(line["row"]) in rows and not line["model"].startswith("one dimension")
-        ]
-        return _table(head, lines)
-
-    return table
+def _score_of_base(folder: Path) -> str:
+    """Shares of seeds for rows 6 to 14 of the score card, in six degrees of freedom."""
+    lines = _lines(folder / "score.csv")
+    rows = [
+        (line["row"], line["quote"], *_agreement(line))
+        for line in lines
+        if line["model"] == "six degrees of freedom"
+    ]
+    return _table(("row", "the thesis", *AGREEMENT), rows)
 
 
+def _score_of_slopes(folder: Path) -> str:
+    """Shares of seeds for rows 1 to 5 of the score card."""
+    lines = _lines(folder / "score.csv")
+    rows = [
+        (line["row"], line["quote"], line["model"], *_agreement(line))
+        for line in lines
+        if int(line["row"]) <= 5
+    ]
+    return _table(("row", "the thesis", "runs", *AGREEMENT), rows)
+
+
+AGREEMENT = ("seeds that agree", "share, 90 % interval")
 BASE_FIGURES = (
     ("first contact [s]", "first_contact", 0, "about 600"),
     ("surge, moored mean [m]", "moored_mean", 2, "positive"),
@@ -144,8 +146,8 @@ TABLES: Mapping[str, Callable[[Path], str]] = {
     "sensitivities": _sensitivities,
     "wave force": _wave_force,
     "pressed": _pressed,
-    "score 6 to 14": _score(range(6, 15)),
-    "score 1 to 5": _score(range(1, 6)),
+    "score 6 to 14": _score_of_base,
+    "score 1 to 5": _score_of_slopes,
 }
 
 
@@ -181,9 +183,13 @@ def _range(line: Line, digits: int) -> str:
     return f"{float(line['least']):.{digits}f} to {float(line['most']):.{digits}f}"
 
 
-def _share(line: Line) -> str:
+def _agreement(line: Line) -> tuple[str, str]:
+    """How many seeds agree, and their share. A single run without a sea has no share."""
+    agree, n = line["agree"], line["n"]
+    if n == "1":
+        return ("yes" if agree == "1" else "no"), ""
     share, lower, upper = (100.0 * float(line[name]) for name in ("share", "lower", "upper"))
-    return f"{share:.0f} % ({lower:.0f} to {upper:.0f})"
+    return f"{agree} of {n}", f"{share:.0f} % ({lower:.0f} to {upper:.0f})"
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

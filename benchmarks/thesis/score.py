@@ -144,12 +144,12 @@ def little_damping_lessens_crawl(of: Of) -> bool:
 
 
 def damping_1e8_moves_ahead(of: Of) -> bool:
-    """'for high values for C3 = 10^8 and 10^10 the barge moves in positive x direction' (6.4.1)"""
+    """C3 = 10^8: 'for high values ... the barge moves in positive x direction' (6.4.1)"""
     return _initial_contact(of("C3 1e+08")) > 0.0
 
 
 def damping_1e10_moves_ahead(of: Of) -> bool:
-    """'for high values for C3 = 10^8 and 10^10 the barge moves in positive x direction' (6.4.1)"""
+    """C3 = 10^10: 'for high values ... the barge moves in positive x direction' (6.4.1)"""
     return _initial_contact(of("C3 1e+10")) > 0.0
 
 
@@ -167,7 +167,8 @@ def middle_stiffness_crawls_most(of: Of) -> bool:
 
 def middle_stiffness_reaches_020_m_s(of: Of) -> bool:
     """'When the topside of the barge is in stick condition ..., the barge reaches velocities of
-    v = +-0.20 m/s.' (6.4.2) Here the sign stands for both directions."""
+    v = +-0.20 m/s.' (6.4.2)"""
+    # here the thesis' sign stands for both directions, so that the bound is a quarter
     return 0.15 <= of("K2 5.6e+07")["velocity_stuck"] <= 0.25
 
 
@@ -178,7 +179,8 @@ def middle_stiffness_is_fastest_while_stuck(of: Of) -> bool:
 
 def less_friction_sticks_later(of: Of) -> bool:
     """'the lower the values for mu are, the longer it will take before the barge is in stick
-    condition' (6.4.3). It is in that condition after the last slip of a point."""
+    condition' (6.4.3)"""
+    # it is in that condition after the last slip of a point
     high, middle, low = (of(f"mu {pair}")["last_slip"] for pair in ("0.7/0.4", "0.4/0.2", LOW))
     return high < middle < low
 
@@ -350,7 +352,9 @@ def _rows(model: Model, seeds: Mapping[str, Mapping[int, Mapping[str, Figures]]]
         ]
         statement = test.__name__.replace("_", " ")
         share = share_of(outcomes)._asdict()
-        yield {"row": number, "statement": statement, "model": model.name, **share}
+        quote = " ".join((test.__doc__ or "").split())
+        row = {"row": number, "statement": statement, "model": model.name, **share}
+        yield {**row, "quote": quote}
 
 
 def _by_seed(
