@@ -84,17 +84,34 @@ def _score_of_base(folder: Path) -> str:
     return _table(("row", "the thesis", *AGREEMENT), rows)
 
 
-def _score_of_slopes(folder: Path) -> str:
-    """Shares of seeds for rows 1 to 5 of the score card."""
+def _score_of_set_up(folder: Path) -> str:
+    """Shares of seeds for rows 1, 2 and 5 of the score card."""
     lines = _lines(folder / "score.csv")
     rows = [
-        (line["row"], line["quote"], line["model"], *_agreement(line))
+        (line["row"], line["quote"], *_agreement(line))
         for line in lines
-        if int(line["row"]) <= 5
+        if int(line["row"]) in (1, 2, 5)
     ]
-    return _table(("row", "the thesis", "runs", *AGREEMENT), rows)
+    return _table(("row", "the thesis", *AGREEMENT), rows)
 
 
+def _score_of_pressed(folder: Path) -> str:
+    """Shares of seeds for rows 3 and 4 of the score card, a row for each variant."""
+    found: dict[str, list[str]] = {}
+    for line in _lines(folder / "score.csv"):
+        if int(line["row"]) in (3, 4):
+            variant = line["model"].removeprefix("section 3.3, ")
+            found.setdefault(variant, []).append(", ".join(_agreement(line)))
+    rows = [(variant, *shares) for variant, shares in found.items()]
+    return _table(("seeds that agree, share", *PRESSED_STATEMENTS), rows)
+
+
+PRESSED_STATEMENTS = (
+    "3: crawl against the waves",
+    "3: by 0.35 to 1.05 m",
+    "4: no mean wave force",
+    "4: negative mean fender force",
+)
 AGREEMENT = ("seeds that agree", "share, 90 % interval")
 BASE_FIGURES = (
     ("first contact [s]", "first_contact", 0, "about 600"),
@@ -147,7 +164,8 @@ TABLES: Mapping[str, Callable[[Path], str]] = {
     "wave force": _wave_force,
     "pressed": _pressed,
     "score 6 to 14": _score_of_base,
-    "score 1 to 5": _score_of_slopes,
+    "score 1 2 5": _score_of_set_up,
+    "score 3 and 4": _score_of_pressed,
 }
 
 
