@@ -1,6 +1,6 @@
 """Answer the questions named on the command line, or all but the long ones: a table each here, and
-JSON and pictures in benchmarks/results/; with --keep in benchmarks/measured/, of which the site
-makes a page. ``thesis`` has options of its own: ``python -m benchmarks thesis --help``."""
+JSON and pictures in benchmarks/results/. With --keep, evidence writes its page, too.
+``thesis`` has options of its own: ``python -m benchmarks thesis --help``."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as in hydrosim's own comma
 
 from importlib import import_module
 
-from benchmarks.report import MEASURED, RESULTS, machine, save
+from benchmarks.report import keep, machine, save
 from benchmarks.thesis.command import main as make_tables_of_thesis
 
 QUESTIONS = (
@@ -19,9 +19,10 @@ QUESTIONS = (
     "step_limits",
     *("cost", "skips", "linear_scene", "radiation_fits", "radiation_motions", "memory"),
     *("synthesis", "headings", "many_runs", "set_up", "long_runs"),
-    *("databases", "validation", "extremes", "kills"),
+    *("databases", "extremes", "kills"),
 )
 LONG = (
+    "evidence",
     "automatic",
     "short_waves",
     "draughts",
@@ -36,7 +37,7 @@ LONG = (
 def main(asked: list[str]) -> None:
     """Answer the questions, one after the other."""
     known = (*QUESTIONS, *LONG)
-    folder = MEASURED if "--keep" in asked else RESULTS
+    keeps = "--keep" in asked
     asked = [each for each in asked if each != "--keep"]
     unknown = set(asked) - set(known)
     if unknown:
@@ -46,7 +47,7 @@ def main(asked: list[str]) -> None:
     for question in asked or QUESTIONS:
         answer = import_module(f"benchmarks.{question}").answer()
         print(f"\n# {question}\n\n{answer}")
-        for path in save(question, answer, here, folder):
+        for path in [*save(question, answer, here), *(keep(answer) if keeps else ())]:
             print(f"written: {path}")
 
 

@@ -16,18 +16,19 @@ from matplotlib.figure import Figure
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "benchmarks" / "results"
-MEASURED = ROOT / "benchmarks" / "measured"
 
 Row = Mapping[str, str | float]
 
 
 @dataclass(frozen=True)
 class Answer:
-    """Tables by their titles, each a row per case with the same keys; remarks; a picture."""
+    """Tables by their titles, each a row per case with the same keys; remarks; a picture; texts of
+    files of the repository to be ``kept``."""
 
     tables: Mapping[str, Sequence[Row]]
     remarks: Sequence[str] = ()
     picture: Figure | None = field(default=None, compare=False)
+    kept: Mapping[Path, str] = field(default_factory=dict, repr=False)
 
     def __str__(self) -> str:
         parts = [f"{title}\n\n{markdown(rows)}" for title, rows in self.tables.items()]
@@ -43,18 +44,23 @@ def markdown(rows: Sequence[Row]) -> str:
     return "\n".join(f"| {' | '.join(line)} |" for line in padded)
 
 
-def save(
-    question: str, answer: Answer, here: Mapping[str, str], folder: Path = RESULTS
-) -> list[Path]:
+def save(question: str, answer: Answer, here: Mapping[str, str]) -> list[Path]:
     """Write the answer as JSON, with the machine, and its picture; returns their paths."""
-    folder.mkdir(exist_ok=True)
-    paths = [folder / f"{question}.json"]
+    RESULTS.mkdir(exist_ok=True)
+    paths = [RESULTS / f"{question}.json"]
     content = {"machine": here, "tables": answer.tables, "remarks": answer.remarks}
     paths[0].write_text(json.dumps(content, indent=2) + "\n")
     if answer.picture is not None:
-        paths.append(folder / f"{question}.png")
+        paths.append(RESULTS / f"{question}.png")
         answer.picture.savefig(paths[-1])
     return paths
+
+
+def keep(answer: Answer) -> list[Path]:
+    """Write the files of the repository that the answer is kept in; returns their paths."""
+    for path, text in answer.kept.items():
+        path.write_text(text, "utf-8")
+    return list(answer.kept)
 
 
 def machine() -> dict[str, str]:

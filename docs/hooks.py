@@ -1,12 +1,11 @@
 """What the site is made of besides `docs/`.
 
-Pages of the keys and commands from the program itself; what benchmarks measured, as they wrote it;
-READMEs of cases, databases, benchmarks with their pictures; links that hold in both places.
+Pages of the keys and commands from the program itself; READMEs of cases, databases, benchmarks with
+their pictures; links that hold in both places.
 """
 
 from __future__ import annotations
 
-import json
 import re
 from os.path import relpath
 from pathlib import Path
@@ -32,7 +31,7 @@ default may be left out unless it is needed. `hydrosim schema {kind}` prints the
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Adds the pages that are made, and those beside `docs/`."""
     made = {"keys.md": keys, "studies_keys.md": study_keys, "recipes_keys.md": recipe_keys}
-    made |= {"commands.md": commands, "measured.md": measured}
+    made["commands.md"] = commands
     for name, text in made.items():
         files.append(File.generated(config, name, content=text()))
     files.append(File.generated(config, "index.md", abs_src_path=str(ROOT / "README.md")))
@@ -104,32 +103,6 @@ def _keys(kind: Any, title: str) -> str:
     from hydrosim.commands.schema import schema_of
 
     return f"{title}\n{READING.format(kind=kind.value)}\n{pages_of(schema_of(kind))}"
-
-
-def measured() -> str:
-    """What benchmarks have written to be kept, each with what it was made with."""
-    parts = [
-        "# As measured\n\nTables as `python -m benchmarks --keep QUESTION` wrote them;"
-        " what the questions are is said with the [benchmarks](benchmarks/README.md).\n"
-    ]
-    for path in sorted((ROOT / "benchmarks" / "measured").glob("*.json")):
-        found = json.loads(path.read_text("utf-8"))
-        made_with = "; ".join(f"{name}: {value}" for name, value in found["machine"].items())
-        parts.append(f"\n## {path.stem}\n\n{made_with}\n")
-        parts += [f"\n{title}\n\n{_table(rows)}" for title, rows in found["tables"].items()]
-        parts.append("".join(f"\n* {remark}" for remark in found["remarks"]))
-    return "\n".join(parts) + "\n"
-
-
-def _table(rows: list[dict[str, Any]]) -> str:
-    """Rows with the same keys as a table in markdown."""
-    lines = [list(rows[0]), ["---"] * len(rows[0]), *(map(_cell, row.values()) for row in rows)]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
-
-
-def _cell(value: object) -> str:
-    shown = f"{value:.3g}" if isinstance(value, float) else str(value)
-    return shown.replace("|", "\\|")
 
 
 def commands() -> str:

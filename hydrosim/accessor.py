@@ -57,7 +57,7 @@ class RunAccessor:
         if is_of_runs(self._run):
             raise InputError(
                 f"found {self._run.sizes[RUN]} runs; expected one run, as hs.simulate or"
-                " hs.open_run gives. Of many runs, summary() and extremes_over_seeds() tell."
+                " hs.open_run gives. For many runs, use summary() or extremes_over_seeds()."
             )
         return self._run
 

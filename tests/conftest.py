@@ -12,9 +12,11 @@ import pytest
 import xarray as xr
 from moored_barge import scene_of
 from rich.console import Console
+from stated_lines import WRITING, unlike
 
 import hydrosim as hs
 from hydrosim.commands.compiling import announced
+from hydrosim.evidence import Feature, Kind, Line
 
 hypothesis.settings.register_profile(  # no test is about wall time
     "hydrosim", deadline=None, suppress_health_check=[hypothesis.HealthCheck.too_slow]
@@ -47,13 +49,33 @@ def figure(record_property: Callable[[str, object], None]) -> Callable[[str, flo
 
 
 @pytest.fixture
-def validated(record_property: Callable[[str, object], None]) -> Callable[..., None]:
-    """Notes a relative error against a reference that is not this code, for the table of
-    ``python -m benchmarks validation``: the case, the reference, our error, and what the best of
-    others has there. A case that is noted several times counts with its largest error."""
+def validated(
+    request: pytest.FixtureRequest, record_property: Callable[[str, object], None]
+) -> Callable[..., None]:
+    """Asserts that an error against a reference is within its limit, and notes it as a line of
+    evidence: kind of the reference, claim, name of the reference, error, limit, features of the
+    scenes that the line is about, and what others have there.
 
-    def note(case: str, reference: str, error: float, others: str = "") -> None:
-        record_property("validation", (case, reference, float(error), others))
-        print(f"{case}, against {reference}: {error:.2g}" + (f" ({others})" if others else ""))
+    A line that is noted several times counts with its largest error. Each must be on the page of
+    evidence, with this limit and with no smaller error than this.
+    """
+    writing = request.config.pluginmanager.has_plugin(WRITING)
+
+    def note(
+        kind: Kind,
+        claim: str,
+        against: str,
+        error: float,
+        limit: float,
+        *features: Feature,
+        others: str = "",
+    ) -> None:
+        test = request.node.nodeid.split("[")[0]
+        line = Line(claim, against, kind, float(error), limit, features, test, "", others)
+        record_property(WRITING, line.stored())
+        print(f"{claim}, against {against}: {error:.2g} of {limit:g} ({others})")
+        assert error <= limit
+        if not writing:
+            assert unlike(line) == ""
 
     return note

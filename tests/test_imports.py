@@ -25,7 +25,7 @@ rigid integrate waves radiation recordings presentation
 tanks
 database forces
 case stepping
-linear results
+linear results evidence
 statistics
 compiling compare
 studies

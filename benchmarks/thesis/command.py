@@ -8,10 +8,11 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmarks.report import MEASURED, machine, markdown
+from benchmarks.report import machine, markdown
 from benchmarks.thesis.pages import write_tables
 from benchmarks.thesis.runner import (
     KEPT,
+    MEASURED,
     Record,
     complete_seeds,
     compute_missing,
@@ -22,6 +23,7 @@ from benchmarks.thesis.score import score
 from benchmarks.thesis.tables import rows_of, write_rows
 
 TABLES = (
+    "one_dimension",
     "six_degrees",
     "sensitivities",
     "wave_force",
@@ -34,7 +36,7 @@ TABLES = (
 def main(arguments: Sequence[str]) -> None:
     """Make the runs that are missing, write the tables as CSV files and print the score card."""
     options = _options(arguments)
-    folder = MEASURED / "thesis" if options.keep else options.runs
+    folder = MEASURED if options.keep else options.runs
     records = _records(options)
     for table in dict.fromkeys(record.table for record in records):
         of_table = [record for record in records if record.table == table]

@@ -11,10 +11,9 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
-from benchmarks.report import MEASURED
+from benchmarks.thesis.runner import MEASURED
 from benchmarks.thesis.runs import CASES
 
-FOLDER = MEASURED / "thesis"
 PAGES = tuple(
     CASES / name / "README.md" for name in ("reverse_float_over", "numerical_oscillation")
 )
@@ -25,13 +24,13 @@ Means = Mapping[str, Mapping[str, Line]]
 """Rows of a table by variant and figure."""
 
 
-def write_tables(pages: Iterable[Path] = PAGES, folder: Path = FOLDER) -> None:
+def write_tables(pages: Iterable[Path] = PAGES, folder: Path = MEASURED) -> None:
     """Replace the tables of the pages."""
     for page in pages:
         page.write_text(with_tables(page.read_text(), folder))
 
 
-def with_tables(text: str, folder: Path = FOLDER) -> str:
+def with_tables(text: str, folder: Path = MEASURED) -> str:
     """The text of a page with its tables made anew."""
 
     def renewed(found: re.Match[str]) -> str:

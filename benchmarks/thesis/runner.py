@@ -25,6 +25,7 @@ from benchmarks.report import RESULTS, ROOT
 from hydrosim.program import digest_of_sources, versions
 
 KEPT = RESULTS / "thesis"
+MEASURED = ROOT / "benchmarks" / "measured" / "thesis"
 EVERY = 10.0  # s between two lines of progress
 
 Figures = Mapping[str, float]

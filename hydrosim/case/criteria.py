@@ -15,7 +15,15 @@ CRITERIA = "criteria_asked"
 TITLE_BLOCK = "title_block"
 """Attributes of a result, as JSON."""
 STATISTIC_NAMES = Literal[
-    "end", "end_absolute", "change", "mean", "std", "smallest", "largest", "largest_absolute"
+    "end",
+    "end_absolute",
+    "change",
+    "change_absolute",
+    "mean",
+    "std",
+    "smallest",
+    "largest",
+    "largest_absolute",
 ]
 CONTACT_RESULTS = Literal[
     "closings",
@@ -56,7 +64,8 @@ class RunCriterion(of.Strict):
     channel: StrictStr | None = None
     """Channel of the run, with a statistic. Example: position.barge.surge."""
     statistic: STATISTIC_NAMES | None = None
-    """Statistic of the channel that is held against the limit."""
+    """Statistic of the channel that is held against the limit. Crawl is change_absolute of a
+    position; end_absolute counts from the place at rest."""
     result: CONTACT_RESULTS | None = None
     """Result of contacts, in place of channel and statistic. Example: recontact_force."""
     group: StrictStr | None = None

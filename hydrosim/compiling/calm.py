@@ -27,11 +27,12 @@ from hydrosim.waves.build import wave_loads_model
 from hydrosim.waves.components import Components, check_span
 from hydrosim.waves.following import following_model
 from hydrosim.waves.places import grid_step, steps_per_block
+from hydrosim.waves.synthesis import MISSED
 
 if TYPE_CHECKING:
     from hydrosim.database.database import HydroDatabase
     from hydrosim.forces.kind import Parts
-    from hydrosim.scene import WaveForces
+    from hydrosim.scene import Solver, WaveForces
 
 
 def compile_calm(scene: Scene, wet: Sequence[WetGroup], known: Parts | None = None) -> Compiled:
@@ -60,7 +61,7 @@ def in_waves(calm: Compiled, scene: Scene, sea: Sequence[Components]) -> Compile
     bodies = list(_at_draughts(bodies, calm.wet))
     loads = wave_loads_model(sea, bodies, 0.0, scene.solver.step / 2, end)
     block = steps_per_block(scene) * grid_step(scene)
-    following = following_model(sea, bodies, block)
+    following = following_model(sea, bodies, block, _missed(calm.scene.solver))
     model = calm.model._replace(waves=loads, following=following)
     state = with_slow_places(scene, model, calm.state)
     facts = facts_of(scene, calm.wet, model)
@@ -69,6 +70,12 @@ def in_waves(calm: Compiled, scene: Scene, sea: Sequence[Components]) -> Compile
     notes = notes_of_sea(scene, calm.wet, facts, sea, known)
     about = describe_start(scene, facts, state, sea, end)
     return replace(compiled, notes=notes.warned(asked(about)))
+
+
+def _missed(solver: Solver) -> float:
+    """Error of wave loads between rows, relative to the sea's standard deviation: at most the
+    tolerance of the steps that read them."""
+    return min(MISSED, solver.tolerance.relative) if solver.method.adapts else MISSED
 
 
 def _at_draughts(bodies: Sequence[WaveBody], wet: Sequence[WetGroup]) -> Iterator[WaveBody]:

@@ -8,6 +8,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING
 
 from hydrosim.compiling import symmetry
+from hydrosim.compiling.automatic import with_tolerance
 from hydrosim.compiling.calm import compile_calm, in_waves
 from hydrosim.compiling.families import all_groups
 from hydrosim.compiling.refusals import check_scene
@@ -54,7 +55,7 @@ def planar(calm: Compiled, seas: Sequence[Components]) -> Compiled:
     plane, notes = symmetry.in_plane(calm, seas)
     if plane is None:
         return replace(calm, notes=notes)
-    reduced = compile_calm(plane, calm.wet, calm.model)
+    reduced = with_tolerance(compile_calm(plane, calm.wet, calm.model))
     return replace(reduced, notes=notes, whole=calm)
 
 

@@ -32,7 +32,8 @@ class Compiled:
     of freedom. ``vibrations`` are modes that the step does not resolve; they matter if a run
     excites them. ``wet`` are the databases of the scene. ``facts`` hold its ``model`` (the
     constants) and derived data. ``state`` is the state at the start. ``sea`` holds its drawn waves
-    (empty in calm water). ``notes`` are messages. It unpacks as model and state.
+    (empty in calm water). ``notes`` are messages. ``growth`` is the factor on errors of motions
+    that nothing restores, if the method is chosen (`automatic`). It unpacks as model and state.
     """
 
     scene: Scene
@@ -43,6 +44,7 @@ class Compiled:
     notes: Notes = field(default_factory=Notes)
     whole: Compiled | None = None
     vibrations: tuple[Vibration, ...] = ()
+    growth: float = 1.0
 
     def __iter__(self) -> Iterator[Model | State]:
         return iter((self.model, self.state))

@@ -25,9 +25,9 @@ BESIDE = 0.01  # relative energy between headings that needs no message
 
 
 class Meeting(NamedTuple):
-    """Position where waves act on a ``body``. ``lost`` is the relative loss of its first-order
-    forces and moments between the headings of its ``database``, if known. The last field says
-    whether its second-order loads do not follow the position."""
+    """At which place and heading of a ``body`` the waves meet it. ``lost`` are the parts of its
+    first-order forces and moments that interpolation between the headings of the ``database``
+    loses, if known. ``second_at_rest`` is true if second-order loads stay those at rest."""
 
     body: Body
     database: HydroDatabase

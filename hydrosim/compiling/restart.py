@@ -191,8 +191,8 @@ def _recorded(run: xr.Dataset, time: float | None) -> float:
     text = f"initial.time: found {time:g} s; {_source(run)} has"
     if kept.size < run.sizes["time"]:
         raise InputError(
-            f"{text} only the state at its end, {nearest:g} s. Start there, or run that case with"
-            f" output: {{states: true}}, which stores the state at every output time."
+            f"{text} only its last whole state, at {nearest:g} s. Start there, or run that case"
+            " with output: {states: true}, which stores the state at every output time."
         )
     raise InputError(f"{text} no state at that time; the nearest is at {nearest:g} s.")
 

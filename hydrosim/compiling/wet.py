@@ -177,7 +177,8 @@ class WetGroup:
         time = self.memory.time
         for dofs, reason in self.convolved:
             yield (
-                f"convolution over {time[-1]:g} s, table every {time[1]:g} s, for"
+                f"convolution over the last {time[-1]:g} s, retardation functions every"
+                f" {time[1]:g} s, for"
                 f" {dofs_of(dofs, self.names)}" + (f": {reason}" if reason else "")
             )
 

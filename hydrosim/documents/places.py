@@ -87,7 +87,7 @@ def locating(places: Places) -> Iterator[None]:
         text = located(str(error), places)
         if text == str(error):
             raise
-        raise InputError(text) from error
+        raise type(error)(text) from error
 
 
 @contextmanager

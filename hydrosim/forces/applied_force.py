@@ -28,8 +28,9 @@ from hydrosim.scene import ForceElement, Turns
 
 @dataclass(frozen=True)
 class AppliedForce(ForceElement):
-    """Signals of ``force`` [N, N m] by the names of the DOFs, acting on ``point`` of the body
-    frame."""
+    """A given force and moment on a body. ``force`` has a signal over time [N, N m] for the name of
+    each DOF; it acts at ``point`` [m] of the body frame. ``body_fixed``: its axes turn with the
+    body."""
 
     supplies: ClassVar[bool] = True
     point: tuple[float, ...]

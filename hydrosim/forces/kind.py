@@ -76,12 +76,37 @@ class Modes(NamedTuple):
 NO_MODES = Modes(0)
 
 
+@dataclass(frozen=True, eq=False)
+class RecordedStates:
+    """States y of nt records, without the radiation states: only few records have these.
+
+    ``values`` (nt, n) are the other states, in the order of y; ``radiation`` are the places of the
+    radiation states in y.
+    """
+
+    values: np.ndarray
+    radiation: slice
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def __getitem__(self, places: slice) -> np.ndarray:
+        """The states (nt, k) at these places in y, none of which is a radiation state."""
+        missing = self.radiation.stop - self.radiation.start
+        first, last, _ = places.indices(self.values.shape[1] + missing)
+        if last <= self.radiation.start or missing == 0:
+            return self.values[:, first:last]
+        if first < self.radiation.stop:
+            raise IndexError("not every record has the radiation states")
+        return self.values[:, first - missing : last - missing]
+
+
 class Kept(NamedTuple):
-    """nt records: their ``time`` (nt,), states ``y`` (nt, ny), and for the units of a kind the
+    """nt records: their ``time`` (nt,), states ``y``, and for the units of a kind the
     ``modes`` (nt, n, 3), the values ``observed`` (nt, n, k) and the ``tallies`` (nt, n, k)."""
 
     time: np.ndarray
-    y: np.ndarray
+    y: RecordedStates
     modes: np.ndarray
     observed: np.ndarray
     tallies: np.ndarray

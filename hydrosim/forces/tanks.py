@@ -54,7 +54,7 @@ class _Kind(Kind):
         return {"tank": ("tank", names), **super().coordinates(scene)} if names else {}
 
     def record(self, p: Tanks, bodies: Any, kept: Kept) -> Columns:
-        volume = kept.y[:, p.state : p.state + p.each.size]
+        volume = kept.y[p.state : p.state + p.each.size]
         running = kept.modes[:, :, MODE] == RUNNING
         rate = p.rates["rate"][kept.modes[:, :, SEGMENT]]
         mass, centre = mass_and_centre(p, bodies["mass"], volume)

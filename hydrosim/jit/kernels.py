@@ -117,7 +117,7 @@ def root_giving(*types: type) -> Callable[[Callable[..., Any]], Any]:
 def _compiled(kind: Callable[..., Any], function: Callable[..., Any]) -> Any:
     home = Path(function.__code__.co_filename)
     if PACKAGE in home.parents and home.relative_to(PACKAGE).parts[0] not in SOURCES:
-        raise ImportError(f"{home} holds a kernel but is not among kernels.SOURCES")
+        raise ImportError(f"{home} defines a kernel; add it to SOURCES in hydrosim/jit/kernels.py")
     return kind(function, kernel_folder)
 
 

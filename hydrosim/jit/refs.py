@@ -82,6 +82,12 @@ def hold(value: Any) -> Any:
     return held
 
 
+def forget() -> None:
+    """Let go of the tuples that were passed last, whose arrays may be large."""
+    with _keeping:
+        _kept.clear()
+
+
 def _lay_out(value: Any, words: list[Any]) -> str:
     """Add the words of a value to ``words``; returns their `struct` format."""
     if isinstance(value, tuple):

@@ -165,10 +165,10 @@ def vibrations(
         return (values.imag > SLOW) & (vibration_errors(method, step, duration, values) > error)
 
     active = model.bodies.active
-    for combination, (part, known) in [(x, part) for x in found for part in x.components]:
-        if not wrong(known).any():
+    for combination, (part, spectrum) in [(x, part) for x in found for part in x.components]:
+        if not wrong(spectrum.values).any():
             continue
-        values, left, right = part.eigenvectors()
+        values, left, right = spectrum.vectors
         share = shares(left, right)
         n = part.active.size
         own = np.searchsorted(active, part.active)

@@ -89,12 +89,15 @@ def _admittances(
     s = s[:, None, None]
     Z = s * (N.T @ part.inertia @ N) - N.T @ MJ[:, n:] @ N - N.T @ MJ[:, :n] @ N / s
     for S, memory in zip(felt, memories, strict=True):
-        Z += S.T @ memory @ S
+        moved = np.flatnonzero(S.any(axis=0))  # of a chain of bodies, few
+        own = S[:, moved]
+        Z[:, moved[:, None], moved] += own.T @ memory @ own
     velocities = np.linalg.inv(Z)
     motions = np.sqrt(np.diag(part.inertia))[:, None] * N
     for S in felt:
+        moved = np.flatnonzero(S.any(axis=0))
         units = np.asarray(np.linalg.qr(S.T, mode="r"))
-        yield Admittance(part.active, motions, units.T, velocities @ S.T)
+        yield Admittance(part.active, motions, units.T, velocities[:, :, moved] @ S[:, moved].T)
 
 
 def at_frequencies(w: np.ndarray, known: np.ndarray, values: np.ndarray) -> np.ndarray:

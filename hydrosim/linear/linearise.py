@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from hydrosim.stepping.state import State
 
 TOGETHER = 1000  # frequencies at a time
+LARGE = 500  # states: vectors are nearly always needed, and cost as much again as values alone
 SEPARATE = 1e7  # condition number of the eigenvectors up to which other states are diagonalised
 
 
@@ -187,6 +188,26 @@ class Linear:
         unheld = self.jacobian.copy()
         unheld[n : 2 * n] -= linalg.solve(self.inertia, self.freedom.rows.T @ self.reactions)
         return unheld
+
+
+class Spectrum:
+    """Spectrum of a component, computed once for all who ask, and for all equal components. A chain
+    of 16 hulls has 2704 states: its eigenvalues take 7 s, with eigenvectors 14 s."""
+
+    def __init__(self, linear: Linear) -> None:
+        self._linear = linear
+
+    @cached_property
+    def values(self) -> np.ndarray:
+        """The eigenvalues (k,) [1/s]."""
+        if len(self._linear.jacobian) > LARGE:
+            return self.vectors[0]
+        return self._linear.eigenvalues()
+
+    @cached_property
+    def vectors(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Eigenvalues, left and right eigenvectors, as `Linear.eigenvectors`."""
+        return self._linear.eigenvectors()
 
 
 def _of_others(s: np.ndarray, n: int, J: np.ndarray, others: Others | None) -> np.ndarray:

@@ -208,16 +208,10 @@ def _bound(squares: np.ndarray) -> np.ndarray:
     return np.abs(squares) > max(FREE**2, FLAT * np.abs(squares).max(initial=0.0))
 
 
-def participation(linear: Linear) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues (k,) [1/s], and the participation factor (m, k) of each state (row) in each mode
-    (column). Factors are products of the entries of the left and right eigenvectors, and do not
-    depend on units (Perez-Arriaga et al. 1982)."""
-    values, left, right = linear.eigenvectors()
-    return values, shares(left, right)
-
-
 def shares(left: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Participation factors (m, k) from left and right eigenvectors (m, k), both as columns."""
+    """Participation factors (m, k) of the states (rows) in the modes, from left and right
+    eigenvectors (m, k), both as columns. They do not depend on units (Perez-Arriaga et al. 1982).
+    """
     share = np.abs(left.conj() * right)
     return np.asarray(share / np.maximum(share.sum(axis=0), TINY))
 

@@ -26,8 +26,8 @@ from hydrosim.forces.postures import PosingKind, Posture
 from hydrosim.integrate import Method
 from hydrosim.linear.coordinates import inertia
 from hydrosim.linear.freedom import find_constraint_rows, freedom_of
-from hydrosim.linear.linearise import Linear, linearise
-from hydrosim.linear.modes import participation
+from hydrosim.linear.linearise import Linear, Spectrum, linearise
+from hydrosim.linear.modes import shares
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.scene import Scene
 from hydrosim.stepping.dynamics import Model, dynamic_states, new_work
@@ -61,10 +61,15 @@ class StepLimit:
 
 
 class Component(NamedTuple):
-    """An uncoupled part of a linearised scene, and its eigenvalues ``values`` (m,) [1/s]."""
+    """An uncoupled part of a linearised scene, and its ``spectrum``."""
 
     linear: Linear
-    values: np.ndarray
+    spectrum: Spectrum
+
+    @property
+    def values(self) -> np.ndarray:
+        """Its eigenvalues (m,) [1/s]."""
+        return self.spectrum.values
 
 
 class Combination(NamedTuple):
@@ -105,24 +110,37 @@ def combinations(
         for kind, p in posing
     ]
     found = []
-    known: dict[tuple[bytes, ...], np.ndarray] = {}
+    known: dict[tuple[bytes, ...], Spectrum] = {}
     for chosen in watch(list(_chosen(each)), "contacts and springs"):
         modes = new_modes(model)
         for (kind, p), posture in zip(posing, chosen, strict=True):
             own_modes(kind, p, modes)[:] = posture.modes
         text = ", ".join(posture.text for posture in chosen if posture.text)
-        linear = _linearise(model, state, modes, time)
-        parts = tuple(_solve(part, known) for part in linear.split(linear.coupled))
-        found.append(Combination(text, modes, parts))
+        found.append(_combination(text, modes, model, state, time, known))
     return found
 
 
-def _solve(part: Linear, known: dict[tuple[bytes, ...], np.ndarray]) -> Component:
-    """A component with its eigenvalues; those of equal components are looked up in ``known``."""
-    content = part.content
-    if content not in known:
-        known[content] = part.eigenvalues()
-    return Component(part, known[content])
+def all_open(model: Model, state: State) -> Combination:
+    """The first of `combinations`, with all contacts open, alone."""
+    time = max((kind.time_of_most(p) for kind, p in kinds_posing(model)), default=0.0)
+    return _combination("", _at_rest(model), model, state, time, {})
+
+
+def _combination(
+    text: str,
+    modes: np.ndarray,
+    model: Model,
+    state: State,
+    time: float,
+    known: dict[tuple[bytes, ...], Spectrum],
+) -> Combination:
+    """The scene linearised in these ``modes``."""
+    linear = _linearise(model, state, modes, time)
+    parts = tuple(
+        Component(part, known.setdefault(part.content, Spectrum(part)))
+        for part in linear.split(linear.coupled)
+    )
+    return Combination(text, modes, parts)
 
 
 def _chosen(
@@ -180,7 +198,7 @@ def step_limits(
         limit
         for (contact, part), smallest in zip(parts, least, strict=True)
         if smallest < bound
-        for limit in _below(bound, contact, part.linear, method, layout)
+        for limit in _below(bound, contact, part, method, layout)
     ]
     rising: dict[str, StepLimit] = {}
     for limit in sorted(limits, key=lambda limit: limit.step):
@@ -208,13 +226,14 @@ def _steps(method: Method, values: np.ndarray) -> np.ndarray:
 
 
 def _below(
-    bound: float, contact: str, part: Linear, method: Method, layout: StateLayout
+    bound: float, contact: str, part: Component, method: Method, layout: StateLayout
 ) -> Iterator[StepLimit]:
     """The limits below ``bound`` of one component."""
-    values, share = participation(part)
+    values, left, right = part.spectrum.vectors
+    share = shares(left, right)
     steps = _steps(method, values)
     for k in np.flatnonzero(steps < bound):
-        what = what_moves(part, share[:, k], layout)
+        what = what_moves(part.linear, share[:, k], layout)
         yield StepLimit(float(steps[k]), complex(values[k]), contact, what)
 
 

@@ -14,11 +14,10 @@ import xarray as xr
 from hydrosim.dofs import DOFS
 from hydrosim.plot.panels import APART, Panel, Series, alike, apart, bands, lines, peak
 from hydrosim.plot.styles import COLOURS
-from hydrosim.presentation.units import Shown, units_of
+from hydrosim.presentation.units import Shown, unit_of_dof, units_of
 from hydrosim.results.channels import names, series
 from hydrosim.results.stages import transferred
 from hydrosim.statistics.contact import crawl
-from hydrosim.wording.run import unit_of
 
 STILL = 1e-6  # m or rad: smaller motions count as none
 LITTLE = 1e-3  # of the largest friction: smaller components along an axis are not drawn
@@ -44,7 +43,7 @@ def motions(run: xr.Dataset) -> list[Panel]:
     panels = []
     for dof, bodies in _moving(run).items():
         each = {"" if single else body: _position(run, body, dof) for body in bodies}
-        panels.append(_lines(run, dof, unit_of(dof), each, [] if single else order))
+        panels.append(_lines(run, dof, unit_of_dof(dof), each, [] if single else order))
     return [*panels, *_elevation(run)]
 
 
@@ -195,10 +194,10 @@ def _motions_together(run: xr.Dataset) -> Iterator[Panel]:
             of = f"{body}\n" if run.sizes["body"] > 1 else ""
             if len(own) == 1:
                 position = {"": _position(run, body, own[0])}
-                yield _lines(run, f"{of}{own[0]}", unit_of(own[0]), position)
+                yield _lines(run, f"{of}{own[0]}", unit_of_dof(own[0]), position)
             elif own:
                 each = {dof: _position(run, body, dof) for dof in own}
-                yield _lines(run, f"{of}{kind}", unit_of(own[0]), each, dofs)
+                yield _lines(run, f"{of}{kind}", unit_of_dof(own[0]), each, dofs)
 
 
 def _moving(run: xr.Dataset) -> dict[str, list[str]]:

@@ -12,8 +12,7 @@ from matplotlib.figure import Figure
 from hydrosim.documents.digits import digits_of
 from hydrosim.outputs import Output, save_picture
 from hydrosim.plot.panels import labelled
-from hydrosim.presentation.units import Shown, Units, units_of
-from hydrosim.wording.run import unit_of
+from hydrosim.presentation.units import Shown, Units, unit_of_dof, units_of
 
 STILL = 1e-6  # of the largest motion: it has no phase
 
@@ -28,7 +27,7 @@ def draw_response(found: xr.Dataset, output: Path | Output) -> None:
     figure.subplots_adjust(0.07, 0.45 / height, 0.99, 1.0 - 0.7 / height, 0.15, 0.25)
     axes = figure.subplots(rows, 2, squeeze=False, sharex=True)
     for dof, (size, phase) in zip(dofs, axes, strict=False):
-        amplitude = units.shown(f"{unit_of(dof)}/m")
+        amplitude = units.shown(f"{unit_of_dof(dof)}/m")
         for body in found.body.values:
             _draw_motion(found.sel(body=body, dof=dof), amplitude, units, size, phase)
         size.set_ylabel(labelled(dof, amplitude.unit))

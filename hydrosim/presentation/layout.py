@@ -42,7 +42,8 @@ class Laid(NamedTuple):
 
 
 def text_of(part: Cell, units: Units) -> str:
-    """A value with its unit, a sentence with its values, or a text as it is."""
+    """The text to print for a part: a value gets its unit, a sentence its values, and a text stays
+    as it is."""
     match part:
         case Value():
             return _with_unit(_plain(part, units), part, units)

@@ -15,6 +15,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+from hydrosim.dofs import DOFS
+
 USUAL = {"N": "kN", "rad": "deg", "kg": "t"}
 """Units of the bases that are not read in SI."""
 FACTORS = {("N", "kN"): 1e-3, ("rad", "deg"): 180.0 / math.pi, ("kg", "t"): 1e-3}
@@ -26,6 +28,9 @@ WHOLE = {
     "share": ("%", 100.0),
 }
 """Units that are not read by their parts. A share is a number of which 1 is the whole."""
+CYCLES = " of cycles"
+"""Ends the unit of a frequency of waves, or of a density over it. Its radians are of a phase, not
+of an angle that a case may write in degrees, so it is read as it is."""
 SHORT = {"tonne": "t", "tonne_force": "tf", "degree": "deg", "metre": "m", "meter": "m"}
 SLOPE = " / ("
 BASES = ("N", "m", "rad", "kg")
@@ -54,6 +59,8 @@ class Units:
         a unit that is not known stays as it is."""
         if unit in ("", "1"):
             return Shown("", 1.0)
+        if unit.endswith(CYCLES):
+            return Shown(unit.removesuffix(CYCLES), 1.0)
         if unit in self._known:
             return self._known[unit]
         if unit in WHOLE:
@@ -113,6 +120,11 @@ def units_of(attributes: Mapping[Any, Any]) -> Units:
     """The units that a result asks to be read in, by its attributes."""
     text = attributes.get(ATTRIBUTE)
     return Units(json.loads(str(text))) if text else DEFAULT
+
+
+def unit_of_dof(dof: str) -> str:
+    """The SI unit of a degree of freedom."""
+    return "m" if dof in DOFS[:3] else "rad"
 
 
 def _parts(group: str) -> Iterator[tuple[str, int]]:

@@ -26,7 +26,8 @@ class Weight(Protocol):
         ...
 
     def gramian(self, A: np.ndarray, B: np.ndarray) -> np.ndarray:
-        """1 / 2 pi int |W|^2 (i w - A)^-1 B B^T (i w - A)^-H dw."""
+        """The Gramian of the states of A and inputs B, weighted by W over all frequencies w:
+        (1 / (2 pi)) int |W|^2 (i w - A)^-1 B B^T (i w - A)^-H dw."""
         ...
 
 

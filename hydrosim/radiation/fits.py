@@ -109,12 +109,12 @@ def check(models: Sequence[StateSpace], source: str) -> None:
     reached = max(model.report.frequency_error for model in models)
     found = "; ".join(f"{_names(model.dofs)}: {_nearest(model)}" for model in failed)
     raise InputError(
-        f"{source}: found no state-space model of the radiation that is passive within"
-        f" {TOLERABLE:g} times the tolerance {tolerance:g} in {found}. Expected smooth, positive"
-        " damping, and a memory that has decayed at its end. Run `hydrosim db check`. Then use one"
-        " database, so that `automatic` can convolve its radiation; increase `length`; or set"
-        f" radiation: {{model: state_space, tolerance: {_rounded_up(reached):g}}}, which all"
-        " groups meet."
+        f"{source}: fitted a state-space model to the radiation of {found}, and none that is"
+        f" passive has an error below {TOLERABLE * tolerance:g}; expected damping that is smooth"
+        " and positive, and a memory that has decayed at its end. Check the database with"
+        " `hydrosim db check`. Then choose: one database for each body, with which `automatic` uses"
+        " convolution; a longer memory, radiation: {length: ...}; or a larger error,"
+        f" radiation: {{model: state_space, tolerance: {_rounded_up(reached):g}}}."
     )
 
 

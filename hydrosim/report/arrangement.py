@@ -18,7 +18,7 @@ from hydrosim.forces.spring import Spring
 from hydrosim.presentation.document import Node
 from hydrosim.presentation.figures import Drawing
 from hydrosim.presentation.units import Units, units_of
-from hydrosim.report.scenery import scene_of, shape_of
+from hydrosim.report.scenery import shape_of
 from hydrosim.report.supports import keel_of
 from hydrosim.scene import GivenComponents, Scene
 
@@ -62,9 +62,8 @@ class Arrangement(NamedTuple):
     streams: list[tuple[str, float]]
 
 
-def arrangement_nodes(run: xr.Dataset) -> Iterator[Node]:
-    """Drawing of the scene of a run; None if its case cannot be read again."""
-    scene = scene_of(run)
+def arrangement_nodes(run: xr.Dataset, scene: Scene | None) -> Iterator[Node]:
+    """Drawing of the ``scene`` of a run; nothing if its case cannot be read again."""
     if scene is not None:
         drawn = svg(arranged(scene), units_of(run.attrs))
         yield Drawing("Arrangement at rest, to scale", drawn, SAID)

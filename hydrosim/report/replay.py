@@ -34,18 +34,18 @@ PLANE = 0.12  # of the size of the scene: half the side of a plane without corne
 
 def replay_document(run: xr.Dataset) -> Document:
     """Document with the replay of a run only."""
-    nodes = list(replay_nodes(run))
+    nodes = list(replay_nodes(run, scene_of(run)))
     if not nodes:
         raise InputError("the run has fewer than two recorded times: there is nothing to replay.")
     lasts = f"{run.time.values[-1]:g} s"
     return Document(title_of(run), [Heading("Replay", "replay"), *nodes], lasts)
 
 
-def replay_nodes(run: xr.Dataset) -> Iterator[Node]:
-    """Replay of a run with at least two records."""
+def replay_nodes(run: xr.Dataset, scene: Scene | None) -> Iterator[Node]:
+    """Replay of a run with at least two records, in its ``scene``, if its case can be read
+    again."""
     if run.time.size < 2:
         return
-    scene = scene_of(run)
     shapes = (
         [shape_of(body, keel_of(scene, body.name)) for body in scene.bodies]
         if scene

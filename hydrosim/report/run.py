@@ -1,8 +1,9 @@
-"""Report of a run: events, figures, series, energy, and assumptions."""
+"""Report of a run: events, figures, series, energy, assumptions, and evidence."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cached_property
 
 import numpy as np
 import xarray as xr
@@ -12,15 +13,18 @@ from hydrosim.presentation.document import Document, Node, Sentence
 from hydrosim.presentation.units import units_of
 from hydrosim.report.arrangement import arrangement_nodes
 from hydrosim.report.envelopes import stretch
+from hydrosim.report.evidence import evidence_nodes
 from hydrosim.report.replay import replay_nodes
+from hydrosim.report.scenery import scene_of
 from hydrosim.results.netcdf import REMEDY
+from hydrosim.scene import Scene
 from hydrosim.wording.assumptions import assumed, case_nodes
-from hydrosim.wording.conclusion import conclusion
+from hydrosim.wording.conclusion import conclusion, largest_values
 from hydrosim.wording.convergence import convergence
 from hydrosim.wording.parts import Parts, nodes_of, title_of
 from hydrosim.wording.run import tables_of
 from hydrosim.wording.series import READING, energies, ledger, main_charts, more_charts
-from hydrosim.wording.statistics import statistics_nodes
+from hydrosim.wording.statistics import statistics_nodes, statistics_of
 from hydrosim.wording.title_block import title_block
 
 DIMENSIONS = ("time", "body", "dof")
@@ -31,8 +35,31 @@ def run_document(run: xr.Dataset) -> Document:
     if missing := [name for name in DIMENSIONS if name not in run.coords]:
         raise InputError(f"the result has no coordinate {', '.join(missing)}; {REMEDY}.")
     time = run.time.values.astype(float)
-    nodes = [*title_block(run), *nodes_of(PARTS, run)]
+    nodes = [*title_block(run), *nodes_of(PARTS, Shown(run))]
     return Document(title_of(run), nodes, _subtitle(run), units_of(run.attrs), time)
+
+
+class Shown:
+    """A ``run`` that is shown. What several sections need of it is made once, when one asks."""
+
+    def __init__(self, run: xr.Dataset) -> None:
+        self.run = run
+
+    @cached_property
+    def statistics(self) -> xr.Dataset | None:
+        """Its statistics, if it has any."""
+        return statistics_of(self.run)
+
+    @cached_property
+    def scene(self) -> Scene | None:
+        """Its scene, if its case can be read again."""
+        return scene_of(self.run)
+
+
+def _conclusion(of: Shown) -> Iterator[Node]:
+    yield from conclusion(of.run)
+    if of.statistics is not None:
+        yield from largest_values(of.statistics)
 
 
 def _energy(run: xr.Dataset) -> Iterator[Node]:
@@ -66,16 +93,17 @@ def _series(run: xr.Dataset) -> Iterator[Node]:
     yield from charts
 
 
-PARTS: Parts = {
-    "conclusion": ("Conclusion", conclusion),
-    "arrangement": ("Arrangement", arrangement_nodes),
-    "outcome": ("Motions and contacts", tables_of),
-    "case": ("Case", case_nodes),
-    "assumptions": ("Assumptions and warnings", assumed),
-    "statistics": ("Statistics", statistics_nodes),
-    "replay": ("Replay", replay_nodes),
-    "series": ("Series", _series),
-    "energy": ("Energy", _energy),
-    "convergence": ("Convergence", convergence),
+PARTS: Parts[Shown] = {
+    "conclusion": ("Conclusion", _conclusion),
+    "arrangement": ("Arrangement", lambda of: arrangement_nodes(of.run, of.scene)),
+    "outcome": ("Motions and contacts", lambda of: tables_of(of.run)),
+    "case": ("Case", lambda of: case_nodes(of.run)),
+    "assumptions": ("Assumptions and warnings", lambda of: assumed(of.run)),
+    "statistics": ("Statistics", lambda of: statistics_nodes(of.run, of.statistics)),
+    "replay": ("Replay", lambda of: replay_nodes(of.run, of.scene)),
+    "series": ("Series", lambda of: _series(of.run)),
+    "energy": ("Energy", lambda of: _energy(of.run)),
+    "convergence": ("Convergence", lambda of: convergence(of.run)),
+    "evidence": ("Evidence", lambda of: evidence_nodes(of.run, of.scene)),
 }
 """Sections by name: the heading, and the function that gives its nodes."""

@@ -15,6 +15,7 @@ import numpy as np
 from hydrosim.stepping.names import force_names
 
 if TYPE_CHECKING:
+    from hydrosim.forces.kind import RecordedStates
     from hydrosim.scene import Scene
     from hydrosim.stepping.dynamics import Model
 
@@ -24,10 +25,10 @@ def coordinates(scene: Scene) -> dict[str, object]:
     return {"force": ("force", list(force_names(scene)))} if scene.output_impulses else {}
 
 
-def tallies(model: Model, y: np.ndarray, units: int) -> np.ndarray:
-    """Further integrals (nt, units, k) of units, from the states (nt, ny)."""
+def tallies(model: Model, y: RecordedStates, units: int) -> np.ndarray:
+    """Further integrals (nt, units, k) of units, from the states y."""
     forces = 2 * model.rows * 6 * model.bodies.each.size
-    return y[:, model.impulse + forces :].reshape(len(y), units, -1)
+    return y[model.impulse + forces :].reshape(len(y), units, -1)
 
 
 def recorded(
@@ -36,7 +37,7 @@ def recorded(
     """Variables from the ``values`` (nt, ...) of a record by name."""
     if not scene.output_impulses:
         return {}
-    integrals = values["y"][:, model.impulse :]
+    integrals = values["y"][model.impulse :]
     count = len(integrals)
     each = model.rows * values["momentum"].shape[1]
     forces = integrals[:, : 2 * each].reshape(count, 2, model.rows, -1, 6)

@@ -21,7 +21,7 @@ import numpy as np
 from hydrosim.dofs import DOFS
 from hydrosim.forces import KINDS, kinds_of, losses, own_modes
 from hydrosim.forces.contact.kind import group_of_points, remembered_groups
-from hydrosim.forces.kind import Columns, Kept, Kind, Modes, Tallying
+from hydrosim.forces.kind import Columns, Kept, Kind, Modes, RecordedStates, Tallying
 from hydrosim.modes import RISING, SEGMENT
 from hydrosim.radiation import VelocityHistory, input_rates
 from hydrosim.results import impulses, memory, points
@@ -38,7 +38,7 @@ from hydrosim.stepping.names import (
     stores,
     supplies,
 )
-from hydrosim.stepping.record import unpack
+from hydrosim.stepping.record import states_at, unpack, with_states
 from hydrosim.stepping.state_layout import StateKind, StateLayout
 from hydrosim.waves import Components, elevations
 
@@ -87,7 +87,7 @@ def to_dataset(
     data.update(_probes(scene, sea, time))
     data.update(_points(scene, model, values["coordinates"]))
     data.update({name: (("time",), e) for name, e in _ledger(scene, model, values).items()})
-    states, of_states = _states(scene, model, layout, values, modes)
+    states, of_states = _states(scene, model, layout, record, count)
     memories, of_memory = memory.packed(scene, model, history)
     coords = {**_coordinates(scene, time), **of_states, **of_memory}
     dataset = assembled({**data, **states, **memories}, coords)
@@ -108,17 +108,22 @@ def _states(
     scene: Scene,
     model: Model,
     layout: StateLayout,
-    values: dict[str, np.ndarray],
-    modes: np.ndarray,
+    record: Record,
+    count: int,
 ) -> tuple[Columns, dict[str, object]]:
-    """State that a run can start from, at the end or at every output time, and its coordinates."""
-    kept = slice(None) if scene.output_states else slice(-1, None)
+    """State that a run can start from, at every output time or at the last one that has radiation
+    states, and its coordinates. That is the end, unless the run blew up and was cut off."""
+    kept = with_states(record, count)
+    if not scene.output_states:
+        kept = kept[-1:]
+    time = unpack(model, record, count)["time"][kept]
+    modes = record.modes[kept]
     of_memory = (q for entry in layout.of(StateKind.RADIATION) for q in entry.coordinates)
     remembered = dict.fromkeys(q.name for q in of_memory)
     rates = np.zeros(model.size)
     rates[model.radiation :][: model.states.decay.size] = input_rates(model.states)
     coords: dict[str, object] = {
-        "state_time": ("state_time", values["time"][kept], {"units": "s", "long_name": "time"}),
+        "state_time": ("state_time", time, {"units": "s", "long_name": "time"}),
         "state": ("state", layout.names(), {"long_name": "name of the state"}),
         "state_kind": ("state", layout.kinds(), {"long_name": "kind of the state"}),
         "state_owner": ("state", layout.owners(), {"long_name": "body, unit or row of the state"}),
@@ -130,11 +135,11 @@ def _states(
         ),
     }
     states: Columns = {
-        "state_value": (("state_time", "state"), values["y"][kept]),
+        "state_value": (("state_time", "state"), states_at(model, record, kept)),
         "state_input": (("state",), rates),
     }
     for kind, p in kinds_of(model):
-        states |= _of_modes(kind.unit, kind.modes(p), own_modes(kind, p, modes[kept]))
+        states |= _of_modes(kind.unit, kind.modes(p), own_modes(kind, p, modes))
     return states, coords
 
 
@@ -150,9 +155,7 @@ def _of_modes(unit: str, rows: Modes, modes: np.ndarray) -> Columns:
     return found
 
 
-def _kept(
-    kind: Kind, p: Any, model: Model, values: Mapping[str, np.ndarray], modes: np.ndarray
-) -> Kept:
+def _kept(kind: Kind, p: Any, model: Model, values: Mapping[str, Any], modes: np.ndarray) -> Kept:
     """Data of the units of a kind that are kept."""
     y = values["y"]
     rows = kind.modes(p).size
@@ -171,13 +174,13 @@ def _phases(scene: Scene, time: np.ndarray, data: Columns) -> Columns:
     return {"contact_phase": (("time", "contact_group"), phases)}
 
 
-def _draughts(model: Model, y: np.ndarray) -> Columns:
+def _draughts(model: Model, y: RecordedStates) -> Columns:
     """Slow draughts (nt, nb) of bodies with a family of databases; NaN for other bodies."""
     family = model.family
     if family.body.size == 0:
         return {}
     found = np.full((len(y), model.bodies.each.size), np.nan)
-    filters = y[:, model.draught : model.energy]
+    filters = y[model.draught : model.energy]
     found[:, family.body] = family.rest - filters[:, 1::STATES_OF_DRAUGHT]
     return {"slow_draught": (MOTION[:2], found)}
 
@@ -207,7 +210,7 @@ def _points(scene: Scene, model: Model, coordinates: np.ndarray) -> Columns:
 
 def _ledger(scene: Scene, model: Model, values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     """All energies (nt,) and their residual."""
-    integrals = values["y"][:, model.energy :]
+    integrals = values["y"][model.energy :]
     besides = losses(model, values)
     ledger = {"energy_kinetic": values["kinetic"]}
     total = values["kinetic"].copy()

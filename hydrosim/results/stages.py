@@ -52,8 +52,9 @@ WEIGHT = "contact_weight"
 
 
 class Group(NamedTuple):
-    """A group of contacts in a run: ``impulse`` and ``load`` (nt,) at the output ``time`` (nt,),
-    and its ``weight`` [N]."""
+    """Load of a group of contacts over a run. ``impulse`` [N s] since the start and ``load`` [N]
+    are given at the output ``time`` [s], (nt,) each; ``weight`` [N] is what the group is to
+    carry."""
 
     time: np.ndarray
     impulse: np.ndarray

@@ -57,8 +57,9 @@ class Crossings(NamedTuple):
 
 
 def crossings(rate: float, at: float, peaks: np.ndarray, windows: int, values: int) -> Crossings:
-    """Crossings of a process that rises above the level ``at`` >= 0 at the ``rate`` per value, out
-    of so many ``values``. Its largest values are ``peaks`` (n,) in so many ``windows``."""
+    """How a process crosses levels. It rises above the level ``at`` >= 0 at the ``rate`` per
+    sample, counted over so many samples, ``values``. Of the ``windows`` of time, n had a peak above
+    it: ``peaks`` (n,)."""
     steepness = _steepness(rate, at)
     u = np.sqrt(max(-2.0 * np.log(np.exp(-0.5 * peaks**2).mean()), LOWEST**2))
     begins = -np.log(-np.expm1(-0.5 * u**2))

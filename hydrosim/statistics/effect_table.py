@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator, Mapping
 
 import xarray as xr
 
 from hydrosim.presentation.units import Units, units_of
 from hydrosim.statistics import effects
+from hydrosim.statistics.criteria import Judged, judge_plan
 from hydrosim.statistics.effects import Plan, Row
 from hydrosim.statistics.ends import of_figures
 from hydrosim.statistics.over_seeds import find_extremes
@@ -20,6 +21,8 @@ EXTREMES = (
     *("p90", "p90_low", "p90_high", "by"),
 )
 """Extremes over seeds, of figures that are the largest or the smallest value of a run."""
+CRITERIA = ("worst", "limit", "margin", "runs_met", "met", "source")
+"""What a criterion comes to: the value of the worst run, and how many runs meet the limit."""
 
 
 def as_csv(runs: xr.Dataset) -> str:
@@ -28,15 +31,32 @@ def as_csv(runs: xr.Dataset) -> str:
     units = units_of(runs.attrs)
     plans = effects.plans(runs)
     each = [(plan, row) for plan in plans for row in effects.rows(plan)]
+    judged = {_key(j.plan, j.worst.name, j.values): j for p in plans for j in judge_plan(p)}
     names = {name: plan for plan, row in reversed(each) for name in row.values}
     names = {name: names[name] for name in dict.fromkeys(n for _, row in each for n in row.values)}
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     heads = (_head(name, plan, units) for name, plan in names.items())
-    table.writerow(["study", *heads, "figure", "unit", *COLUMNS, *EXTREMES])
+    table.writerow(["study", *heads, "figure", "unit", *COLUMNS, *EXTREMES, *CRITERIA])
     for plan, row in each:
-        table.writerow(list(_cells(plan, row, list(names), units)))
+        cells = _cells(plan, row, list(names), units)
+        found = judged.get(_key(plan, row.figure, row.values))
+        table.writerow([*cells, *_criterion(found, units)])
     return text.getvalue()
+
+
+def _key(plan: Plan, figure: str, values: Mapping[str, object]) -> Hashable:
+    return (plan.name, figure, *values.values())
+
+
+def _criterion(of: Judged | None, units: Units) -> list[str]:
+    """What a criterion comes to at values of the parameters; empty for other figures."""
+    if of is None:
+        return ["" for _ in CRITERIA]
+    worst = of.worst
+    factor = units.shown(worst.unit).factor
+    numbers = (f"{factor * x:.6g}" for x in (worst.value, worst.limit, worst.margin))
+    return [*numbers, str(of.met), "yes" if of.is_met else "no", worst.source]
 
 
 def _head(name: str, plan: Plan, units: Units) -> str:

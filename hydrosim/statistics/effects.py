@@ -6,6 +6,14 @@ prediction interval for one more seed. Both are exact if the figure is normal ov
 
     mean +- t s / sqrt(n),     mean +- t s sqrt(1 + 1/n)
 
+A figure that cannot be negative, such as a largest force, is not normal where these reach below
+zero. Its intervals are on logarithms, by the delta method for the mean, and by Student's t of the
+logarithms x of the values for another seed:
+
+    mean exp(+- t s / (mean sqrt(n))),     exp(mean_x +- t s_x sqrt(1 + 1/n))
+
+If a value is zero it has no logarithm. Then the second is Student's, and ends at zero.
+
 Differences between two values of a parameter are taken seed by seed, in the same waves.
 """
 
@@ -13,6 +21,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,15 +30,22 @@ from scipy.stats import sobol_indices, spearmanr
 from scipy.stats import t as student
 
 from hydrosim.errors import InputError
+from hydrosim.presentation.units import CYCLES
 from hydrosim.results.growing import GATHERED
 from hydrosim.statistics.gumbel import INTERVAL
+from hydrosim.statistics.results import LOWEST
 
+DESIGN = "design"
+"""Attribute of a file of runs: the plans of its study, and what is asked of its runs, as JSON."""
+CYCLIC = "cyclic"
+"""Attribute of coordinates that are frequencies of waves, or densities over these."""
 DRAWN = ("latin_hypercube", "sobol", "sobol_indices")
 
 
 class Plan(NamedTuple):
     """A plan of a study, with its ``runs``: its ``name`` and ``design``, the keys of its
-    ``parameters``, and the requested ``figures``."""
+    ``parameters``, the requested ``figures``, and what is asked of those that are ``criteria``:
+    limit, source, whether the limit is the least, and whether what never comes is too late."""
 
     name: str
     design: str
@@ -37,6 +53,7 @@ class Plan(NamedTuple):
     figures: list[str]
     samples: int | None
     runs: xr.Dataset
+    criteria: Mapping[str, Mapping[str, Any]] = MappingProxyType({})
 
     def short(self, parameter: str) -> str:
         """Last two words of the key, or the name of a linked parameter."""
@@ -48,7 +65,9 @@ class Plan(NamedTuple):
 
     def unit(self, name: str) -> str:
         """Unit of the values of a coordinate, empty if there is none."""
-        return str(self.runs[name].attrs.get("units", "")).removeprefix("1")
+        said = self.runs[name].attrs
+        unit = str(said.get("units", "")).removeprefix("1")
+        return f"{unit}{CYCLES}" if CYCLIC in said else unit
 
 
 class Spread(NamedTuple):
@@ -101,31 +120,49 @@ class Index(NamedTuple):
 
 def plans(runs: xr.Dataset) -> list[Plan]:
     """Plans of a file of runs. Raises InputError if it has none, or no figures."""
-    if "design" not in runs.attrs:
+    if DESIGN not in runs.attrs:
         raise InputError(
             f"{runs.encoding.get('source', 'the file')}: has no attribute design, so its runs do"
             " not come from a study file of this version. Run the study again with hydrosim"
             " sweep."
         )
-    known = json.loads(runs.attrs["design"])
+    known = json.loads(runs.attrs[DESIGN])
     found = []
     for name, plan in known["plans"].items():
         own = runs.isel(run=(runs["study"].values == name)) if name else runs
         figures = [each for each in known["figures"] if each in runs]
         parts = plan["parameters"], figures, plan["samples"], own
-        found.append(Plan(name, plan["design"], *parts))
+        found.append(Plan(name, plan["design"], *parts, known.get("criteria", {})))
     return found
 
 
-def spread(values: np.ndarray) -> Spread:
-    """Statistics of values (n,) without those that are NaN; NaN if too few are left."""
+def spread(values: np.ndarray, lowest: float = -np.inf) -> Spread:
+    """Statistics of values (n,) without those that are NaN, which are never below the ``lowest``, 0
+    or -inf; NaN if too few are left."""
     x = values[np.isfinite(values)]
     if x.size < 2:
         return Spread(x.size, float(x[0]) if x.size else np.nan, *[np.nan] * 4)
-    apart = float(student.ppf(0.5 + 0.5 * INTERVAL, x.size - 1) * x.std(ddof=1))
-    mean, sure = float(x.mean()), apart * x.size**-0.5
-    other = apart * (1.0 + 1.0 / x.size) ** 0.5
-    return Spread(x.size, mean, mean - sure, mean + sure, mean - other, mean + other)
+    mean = float(x.mean())
+    sure = _student(x) * x.size**-0.5
+    other = _student(x) * (1.0 + 1.0 / x.size) ** 0.5
+    if x.min() < lowest or lowest < 0.0 or mean == 0.0:
+        return Spread(x.size, mean, mean - sure, mean + sure, mean - other, mean + other)
+    wide = np.exp(sure / mean)
+    another = _of_another(x) if x.min() > 0.0 else (max(mean - other, 0.0), mean + other)
+    return Spread(x.size, mean, mean / wide, mean * wide, *another)
+
+
+def _student(x: np.ndarray) -> float:
+    """Standard deviation (n,) times Student's t."""
+    return float(student.ppf(0.5 + 0.5 * INTERVAL, x.size - 1) * x.std(ddof=1))
+
+
+def _of_another(x: np.ndarray) -> tuple[float, float]:
+    """The interval of another value beside positive ones (n,), by their logarithms."""
+    logarithms = np.log(x)
+    middle = float(logarithms.mean())
+    wide = _student(logarithms) * (1.0 + 1.0 / x.size) ** 0.5
+    return float(np.exp(middle - wide)), float(np.exp(middle + wide))
 
 
 def combinations(plan: Plan) -> Iterator[tuple[dict[str, Any], np.ndarray]]:
@@ -148,7 +185,8 @@ def rows(plan: Plan) -> Iterator[Row]:
     for values, at in combinations(plan):
         for figure, of in found.items():
             unit = str(of.attrs.get("units", ""))
-            yield Row(plan.name, values, figure, unit, spread(of.values[at]), at)
+            lowest = float(of.attrs.get(LOWEST, -np.inf))
+            yield Row(plan.name, values, figure, unit, spread(of.values[at], lowest), at)
 
 
 def differences(plan: Plan) -> Iterator[Difference]:
@@ -168,9 +206,9 @@ def differences(plan: Plan) -> Iterator[Difference]:
         for figure in plan.figures:
             first, last = runs[figure].values[pairs]
             change = (last - first) / (high - low)
-            of = str(runs[keys[0]].attrs.get("units", ""))
+            of = plan.unit(keys[0])
             unit = str(runs[figure].attrs.get("units", ""))
-            unit += f" / ({of})" if of not in ("", "1") else ""
+            unit += f" / ({of})" if of else ""
             found = change[np.isfinite(change)]
             std = float(np.std(found, ddof=1)) if found.size > 1 else np.nan
             changed = _changed(runs, pairs)

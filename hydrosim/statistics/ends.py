@@ -9,11 +9,12 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.dofs import DOFS
+from hydrosim.presentation.units import unit_of_dof
 from hydrosim.results.channels import lowest_value
 from hydrosim.results.runs_file import RUN
 from hydrosim.results.stages import FIGURES
 from hydrosim.statistics.figures import SIDE
-from hydrosim.statistics.results import LARGEST
+from hydrosim.statistics.results import LARGEST, LOWEST
 from hydrosim.statistics.statistics import NAMED, SIDES
 
 OF_UNITS = {"fender_force": "fender", "spring_force": "spring"}
@@ -46,7 +47,7 @@ def of_motions(runs: xr.Dataset) -> Iterator[Ends]:
     for body in map(str, runs.body.values):
         for dof in map(str, runs.dof.values):
             motion = runs.motion.sel(body=body, dof=dof)
-            unit = "m" if dof in DOFS[:3] else "rad"
+            unit = unit_of_dof(dof)
             yield from _moving(f"{body} {dof}", unit, motion)
 
 
@@ -76,10 +77,11 @@ def of_figures(runs: xr.Dataset, figures: list[str]) -> Iterator[Ends]:
         side = runs[name].attrs.get(SIDE)
         values = _known(runs[name].values)
         unit = str(runs[name].attrs.get("units", ""))
+        lowest = float(runs[name].attrs.get(LOWEST, -np.inf))
         if side == SIDES[0]:
-            yield Ends(name, unit, values, None)
+            yield Ends(name, unit, values, None, lowest)
         elif side == SIDES[1]:
-            yield Ends(name, unit, None, values)
+            yield Ends(name, unit, None, values, lowest)
 
 
 def _moving(name: str, unit: str, of: xr.DataArray, lowest: float = -np.inf) -> Iterator[Ends]:

@@ -1,7 +1,8 @@
 """Figures of a run: one number each, a statistic of a channel over the whole run or in one phase.
 
     end, change             the last value; the last minus the first
-    end_absolute            magnitude of the last value
+    end_absolute            magnitude of the last value, of a position from the place at rest
+    change_absolute         magnitude of the last minus the first: the crawl, wherever it began
     mean                    of the recorded values; of a force, by its impulse if they differ
     std                     of the recorded values
     smallest, largest       of the recorded values
@@ -19,16 +20,17 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.errors import InputError
-from hydrosim.results.channels import series
+from hydrosim.results.channels import lowest_value, series
 from hydrosim.results.phases import Phase
 from hydrosim.statistics.means import means_between_records
-from hydrosim.statistics.results import Results
+from hydrosim.statistics.results import LOWEST, Results
 
 Statistic = Callable[[np.ndarray], float]
 STATISTICS: dict[str, Statistic] = {
     "end": lambda x: x[-1],
     "end_absolute": lambda x: abs(x[-1]),
     "change": lambda x: x[-1] - x[0],
+    "change_absolute": lambda x: abs(x[-1] - x[0]),
     "mean": np.mean,
     "std": np.std,
     "smallest": np.min,
@@ -37,6 +39,14 @@ STATISTICS: dict[str, Statistic] = {
 }
 SIDE = "side"  # attribute of figures that are the largest or the smallest of something
 SIDES = {"largest": "largest", "largest_absolute": "largest", "smallest": "smallest"}
+MAGNITUDES = ("end_absolute", "change_absolute", "std", "largest_absolute")
+"""Statistics that are never negative."""
+WORDS = {
+    "end_absolute": "magnitude at the end",
+    "change_absolute": "magnitude of the change",
+    "largest_absolute": "largest magnitude",
+}
+"""Statistics whose names are not words."""
 PHASES = {phase.name.lower().replace("_", " "): phase for phase in Phase}
 
 
@@ -124,7 +134,7 @@ class Figure(NamedTuple):
         return self.statistic == "smallest"
 
     def __str__(self) -> str:
-        text = f"{self.statistic.replace('_', ' ')} of {self.channel}"
+        text = f"{WORDS.get(self.statistic, self.statistic)} of {self.channel}"
         return f"{text} while {self.phase}" if self.phase else text
 
     def of(self, results: Results) -> xr.DataArray:
@@ -140,8 +150,20 @@ class Figure(NamedTuple):
                 times &= ~np.isnan(means)
         within = values[times]
         number = float(STATISTICS[self.statistic](within)) if within.size else np.nan
-        side = {SIDE: SIDES[self.statistic]} if self.statistic in SIDES else {}
-        return xr.DataArray(number, attrs={"long_name": str(self), "units": unit, **side})
+        said = {"long_name": str(self), "units": unit}
+        return xr.DataArray(number, attrs={**said, **_side(self), **_lowest(self)})
+
+
+def _side(of: Figure) -> dict[str, str]:
+    return {SIDE: SIDES[of.statistic]} if of.statistic in SIDES else {}
+
+
+def _lowest(of: Figure) -> dict[str, float]:
+    """What the number cannot be below: a magnitude, or a value of a channel that is one."""
+    if of.statistic in MAGNITUDES:
+        return {LOWEST: 0.0}
+    lowest = lowest_value(of.channel)
+    return {LOWEST: lowest} if of.statistic != "change" and np.isfinite(lowest) else {}
 
 
 def figure_of(run: xr.Dataset, figure: Asked) -> xr.DataArray:
@@ -155,8 +177,8 @@ def _times(run: xr.Dataset, figure: Figure) -> np.ndarray:
         return np.asarray(late)
     if "contact_phase" not in run:
         raise InputError(
-            f"found phase {figure.phase}, but the run has no contacts, whose phases"
-            " these are; leave the phase out."
+            f"found phase {figure.phase}; expected a run with contacts: phases are stages of"
+            f" contact ({', '.join(PHASES)}). Leave the phase out."
         )
     phases = run.contact_phase.transpose("time", "contact_group").values
     return np.asarray(late & np.any(phases == PHASES[figure.phase], axis=1))

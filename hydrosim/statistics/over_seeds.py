@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.errors import InputError
-from hydrosim.statistics.effects import combinations, plans
+from hydrosim.statistics.effects import DESIGN, combinations, plans
 from hydrosim.statistics.ends import Ends, of_channels, of_figures, of_motions
 from hydrosim.statistics.figures import SIDE
 from hydrosim.statistics.gumbel import INTERVAL, Gumbel, exceeding, fit_maxima, follows_gumbel
@@ -83,7 +83,7 @@ def figures_in(runs: xr.Dataset) -> list[str]:
 def _groups(runs: xr.Dataset) -> Iterator[tuple[dict[str, Any], xr.Dataset]]:
     """Runs that differ in their seeds alone, with the values of the parameters. Runs without a
     plan are one group."""
-    if "design" not in runs.attrs:
+    if DESIGN not in runs.attrs:
         yield {}, runs
         return
     for plan in plans(runs):

@@ -16,6 +16,8 @@ from typing import ClassVar
 import numpy as np
 import xarray as xr
 
+from hydrosim.documents.nodes import joined
+from hydrosim.documents.suggestions import suggestion
 from hydrosim.errors import InputError
 from hydrosim.results import stages
 from hydrosim.results.stages import STAGES, TIME
@@ -52,6 +54,10 @@ NEEDED = {
     "moved": {"mode"},
 }
 """The keys that a result cannot do without."""
+SIGNED = ("end_clearance", "displacement", "mean_force", "friction", "moved")
+"""Results that may be negative."""
+LOWEST = "lowest"
+"""Attribute of figures that cannot be below that value."""
 SPANS = (WHOLE, CONTACT, *PHASES, *(f"{first} to {second}" for first, second in pairwise(STAGES)))
 """The stages over which it is explained why a body moved."""
 STEPS = (*SPANS, *STAGES)
@@ -78,7 +84,8 @@ class Results:
         if not known:
             raise InputError("found a run without contacts; expected fenders or landings.")
         found = f"the group {name}" if name else "no key group, but several groups of contacts"
-        raise InputError(f"found {found}; expected one of these groups: {', '.join(known)}.")
+        text = f"found {found}; expected one of these groups: {', '.join(known)}"
+        raise InputError(joined(text, suggestion(name or "", known)))
 
     def body(self, name: str | None) -> str:
         """The body of this name, or the only one; InputError if there is none."""
@@ -86,11 +93,21 @@ class Results:
         if name in known or (name is None and len(known) == 1):
             return name or known[0]
         found = f"the body {name}" if name else "no key body, but several bodies"
-        raise InputError(f"found {found}; expected one of these bodies: {', '.join(known)}.")
+        text = f"found {found}; expected one of these bodies: {', '.join(known)}"
+        raise InputError(joined(text, suggestion(name or "", known)))
+
+
+class OfNoChannel:
+    """What all results say of the statistic of a channel, which they are none of."""
+
+    phase: ClassVar[None] = None
+    channel: ClassVar[str] = ""
+    statistic: ClassVar[str] = ""
+    start: ClassVar[float] = 0.0
 
 
 @dataclass(frozen=True)
-class StageResult:
+class StageResult(OfNoChannel):
     """What the contacts of a ``group`` did: a ``result`` of `OF_CONTACTS`. Of a time, the ``stage``
     that is reached then; of a duration, the phase that lasts so long, or the stages from which and
     ``until`` which it is."""
@@ -101,10 +118,6 @@ class StageResult:
     stage: str | None = None
     until: str | None = None
 
-    phase: ClassVar[None] = None
-    channel: ClassVar[str] = ""
-    statistic: ClassVar[str] = ""
-    start: ClassVar[float] = 0.0
     needs_impulses: ClassVar[bool] = False
     is_even: ClassVar[bool] = True
 
@@ -153,7 +166,7 @@ class StageResult:
 
 
 @dataclass(frozen=True)
-class WhyResult:
+class WhyResult(OfNoChannel):
     """Why a body moved: a ``result`` of `OF_MOTION` in a ``direction``, over a ``stage``. It is of
     a ``body``, and of a ``force`` on it; or of a ``group`` of contacts, in a contact ``mode``, or
     of the ``part`` of friction that has one cause."""
@@ -168,10 +181,6 @@ class WhyResult:
     part: str | None = None
     mode: str | None = None
 
-    phase: ClassVar[None] = None
-    channel: ClassVar[str] = ""
-    statistic: ClassVar[str] = ""
-    start: ClassVar[float] = 0.0
     needs_impulses: ClassVar[bool] = True
     late_if_missing: ClassVar[bool] = False
     at_least: ClassVar[bool] = False
@@ -205,7 +214,7 @@ class WhyResult:
         known = [str(each) for each in at.force.values]
         if self.force not in known:
             text = f"found the force {self.force}; expected one of: {', '.join(known)}"
-            raise InputError(f"{text}.")
+            raise InputError(joined(text, suggestion(self.force or "", known)))
         return _number(float(at.mean_force.sel(force=self.force)), "N", self)
 
     def _of_contacts(self, results: Results, why: xr.Dataset) -> xr.DataArray:
@@ -238,5 +247,6 @@ def _sum(values: xr.DataArray) -> float:
     return float(np.nansum(x)) if np.isfinite(x).any() else np.nan
 
 
-def _number(number: float, unit: str, asked: object) -> xr.DataArray:
-    return xr.DataArray(number, attrs={"long_name": str(asked), "units": unit})
+def _number(number: float, unit: str, asked: StageResult | WhyResult) -> xr.DataArray:
+    lowest = {} if asked.result in SIGNED else {LOWEST: 0.0}
+    return xr.DataArray(number, attrs={"long_name": str(asked), "units": unit, **lowest})

@@ -92,7 +92,8 @@ from hydrosim.tanks.contents import Tanks
 from hydrosim.tanks.surface import Liquids, level_surfaces
 from hydrosim.waves.following import FollowingLoads, Sums, following_loads, new_sums
 from hydrosim.waves.loads import WaveLoads, any_waves, wave_loads
-from hydrosim.waves.slow import Block, new_block, slow_loads, slow_rates
+from hydrosim.waves.moments import turn_moments
+from hydrosim.waves.slow import Block, find_yaws, new_block, slow_loads, slow_rates
 
 
 class Model(NamedTuple):
@@ -145,6 +146,7 @@ class Work(NamedTuple):
     holds: Holds
     sums: Sums  # of `following_loads`
     block: Block  # of `slow_loads`
+    met: np.ndarray  # (nb,), yaw at which waves meet each body
     blend: Blend
     push: np.ndarray  # (6 nb,), impulse of flows that begin or end
     jump: np.ndarray  # (2, n), its effect
@@ -170,6 +172,7 @@ def new_work(model: Model) -> Work:
         new_holds(events.held_points(model.elements), rows),
         new_sums(model.following),
         new_block(model.following),
+        np.zeros(model.bodies.each.size),
         new_blend(model.family, model.bodies.each.size),
         np.zeros(m),
         np.zeros((2, n)),
@@ -405,6 +408,8 @@ def add_forces(t, y, modes, history, model, work, dy):
         second = wrench[WAVE_SECOND_ORDER]
         add_water(t, y, u, history, model, work, wrench[RADIATION], first, second, dy)
     all_to_earth(model.headings, motion, wrench[RADIATION])
+    if model.waves.turned.size > 0 and model.bodies.exact:
+        turn_moments(model.waves.turned, motion.coordinates, work.met, wrench[WAVE_FIRST_ORDER])
     add_elements(t, y, modes, motion, model.bodies, model.elements, wrench, rate, dy)
     if model.tanks.each.size > 0:
         heights = work.contents.height
@@ -461,6 +466,7 @@ def follow(t, y, p, work, first, second, dy):
     """Loads of both orders on the bodies that the waves follow; rates ``dy`` of their slow
     positions."""
     coordinates = work.motion.coordinates
+    find_yaws(t, y, coordinates, p, work.met)
     following_loads(t, coordinates, p, work.sums, first, second)
     slow_rates(y, coordinates, p, dy)
     slow_loads(t, y, p, work.block, first, second)

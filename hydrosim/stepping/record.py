@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from itertools import accumulate
 from math import prod
+from typing import Any
 
 import numpy as np
 
 from hydrosim.forces import events, new_modes
-from hydrosim.jit.kernels import assign, root
+from hydrosim.forces.kind import RecordedStates
+from hydrosim.jit.kernels import assign, kernel, root
 from hydrosim.rigid.kinematics import accelerations
 from hydrosim.stepping.dynamics import Model, momentum, rhs, stored_energies
 from hydrosim.stepping.state import EVENTS, RECORDS, START_SLOPE, Clock, Places, Record
 from hydrosim.waves.loads import any_waves, wave_loads
+
+SPACING = 16  # records from one with radiation states to the next
 
 
 def channels(model: Model) -> dict[str, tuple[int, ...]]:
@@ -23,7 +27,7 @@ def channels(model: Model) -> dict[str, tuple[int, ...]]:
         "elevation": (),
         "kinetic": (),
         "events": (),
-        "y": (model.size,),
+        "y": (model.size - model.states.decay.size,),
         "coordinates": (m,),
         "velocity": (m,),
         "momentum": (m if model.impulse < model.size else 0,),
@@ -33,8 +37,11 @@ def channels(model: Model) -> dict[str, tuple[int, ...]]:
     }
 
 
-def new_record(model: Model, clock: Clock, accelerations: bool = False) -> Record:
-    """Room for all output times, the first included, with or without ``accelerations``."""
+def new_record(
+    model: Model, clock: Clock, accelerations: bool = False, spacing: int = SPACING
+) -> Record:
+    """Room for all output times, the first included, with or without ``accelerations``. Every
+    ``spacing``-th has radiation states."""
     # the end is always recorded, even between output times
     nt = -(-clock.points // clock.every) + 1
     shapes = channels(model).values()
@@ -42,19 +49,50 @@ def new_record(model: Model, clock: Clock, accelerations: bool = False) -> Recor
     at = Places(*places[: len(Places._fields)])
     modes = new_modes(model)
     rates = np.zeros((nt if accelerations else 0, 6 * model.bodies.each.size))
-    return Record(at, np.zeros((nt, width)), np.zeros((nt, *modes.shape), modes.dtype), rates)
+    remembered = np.full(-(-nt // spacing) + 1, -1)
+    return Record(
+        at,
+        np.zeros((nt, width)),
+        np.zeros((nt, *modes.shape), np.int32),
+        rates,
+        spacing,
+        remembered,
+        np.zeros((remembered.size, model.states.decay.size)),
+    )
 
 
-def unpack(model: Model, record: Record, count: int, first: int = 0) -> dict[str, np.ndarray]:
-    """Channels by name, (count - first, ...) each, of the records ``first`` <= i < ``count``."""
+def unpack(model: Model, record: Record, count: int, first: int = 0) -> dict[str, Any]:
+    """Channels by name, (count - first, ...) each, of the records ``first`` <= i < ``count``. The
+    states "y" are `RecordedStates`."""
     kept = record.channels[first:count]
-    values = {}
+    values: dict[str, Any] = {}
     at = 0
     for name, shape in channels(model).items():
         width = prod(shape)
         values[name] = kept[:, at : at + width].reshape(len(kept), *shape)
         at += width
+    values["y"] = RecordedStates(values["y"], _radiation(model))
     return values
+
+
+def with_states(record: Record, count: int) -> np.ndarray:
+    """Numbers, rising, of the first ``count`` records that have all states."""
+    known = record.remembered
+    return np.unique(known[(known >= 0) & (known < count)])
+
+
+def states_at(model: Model, record: Record, which: np.ndarray) -> np.ndarray:
+    """The states y (n, ny) of the n records ``which``, each of which has all states."""
+    rows = np.array([np.flatnonzero(record.remembered == i)[0] for i in which], dtype=np.int64)
+    others = record.channels[which][:, record.at.y : record.at.coordinates]
+    place = _radiation(model)
+    parts = [others[:, : place.start], record.memory[rows], others[:, place.start :]]
+    return np.concatenate(parts, axis=1)
+
+
+def _radiation(model: Model) -> slice:
+    """Places of the radiation states in y."""
+    return slice(model.radiation, model.radiation + model.states.decay.size)
 
 
 @root
@@ -82,7 +120,7 @@ def keep(t, run):
         accelerations(scratch.k[0][n : 2 * n], model.bodies, motion, changes)
     row[at.time] = t
     row[at.events] = counters[EVENTS]
-    assign(row[at.y :], y)
+    _keep_states(y, run, row[at.y :])
     assign(row[at.coordinates :], motion.coordinates)
     assign(row[at.velocity :], motion.velocity)
     for r in range(model.rows):
@@ -97,3 +135,23 @@ def keep(t, run):
     if any_waves(model.waves):
         row[at.elevation] = wave_loads(t, model.waves, work.blend.first, work.blend.second)
     counters[RECORDS] += 1
+
+
+@kernel
+def _keep_states(y, run, row):
+    """Write all states but those of radiation to ``row``. The latter are kept for the newest record
+    and for every `Record.spacing`-th."""
+    model = run.model
+    record = run.record
+    number = run.counters[RECORDS]
+    first = model.radiation
+    last = first + model.states.decay.size
+    assign(row, y[:first])
+    assign(row[first:], y[last:])
+    newest = record.remembered.size - 1
+    record.remembered[newest] = number
+    assign(record.memory[newest], y[first:last])
+    if number % record.spacing == 0:
+        k = number // record.spacing
+        record.remembered[k] = number
+        assign(record.memory[k], y[first:last])

@@ -90,12 +90,20 @@ class Places(NamedTuple):
 
 class Record(NamedTuple):
     """Values at every output time: ``channels`` (nt, nc), ``at`` their places, the ``modes`` (nt,
-    rows, 3) of elements, and the ``accelerations`` (nt, 6 nb) of bodies, or none."""
+    rows, 3) of elements, and the ``accelerations`` (nt, 6 nb) of bodies, or none.
+
+    Radiation states would be half of a record, and are needed only where another run starts. So
+    ``memory`` (nm, nr) has those of every ``spacing``-th record, and in its last row those of the
+    newest. The numbers of these records are ``remembered`` (nm,), negative in empty rows.
+    """
 
     at: Places
     channels: np.ndarray
     modes: np.ndarray
     accelerations: np.ndarray
+    spacing: int
+    remembered: np.ndarray
+    memory: np.ndarray
 
 
 class Scratch(NamedTuple):

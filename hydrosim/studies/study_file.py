@@ -18,7 +18,7 @@ from pydantic import (
     model_validator,
 )
 
-from hydrosim.case.criteria import CONTACT_RESULTS, PHASE_NAMES, STATISTIC_NAMES
+from hydrosim.case.criteria import CONTACT_RESULTS, PHASE_NAMES, STATISTIC_NAMES, RunCriterion
 from hydrosim.documents import quantities as of
 from hydrosim.documents.units import AnyQuantity, Scale, problem
 from hydrosim.results.stages import STAGES
@@ -220,7 +220,8 @@ class OfChannel(of.Strict):
     channel: StrictStr
     """Channel of the run. Example: position.barge.surge."""
     statistic: STATISTIC_NAMES
-    """Statistic of the channel."""
+    """Statistic of the channel. Crawl is change, or change_absolute, of a position; end counts from
+    the place at rest."""
     phase: PHASE_NAMES | None = None
     """Phase of the operation that the statistic is limited to."""
 
@@ -316,6 +317,21 @@ class ChannelCriterion(OfChannel, Limited):
 
 class StageCriterion(OfStages, Limited):
     """A result of stages and its limit."""
+
+
+def in_study(of: RunCriterion) -> ChannelCriterion | StageCriterion:
+    """The criterion of a case as one of a study."""
+    if of.result is not None:
+        return StageCriterion.model_construct(
+            result=of.result, group=of.group, limit=of.limit, source=of.source
+        )
+    return ChannelCriterion.model_construct(
+        channel=of.channel,
+        statistic=of.statistic,
+        phase=of.phase,
+        limit=of.limit,
+        source=of.source,
+    )
 
 
 def _of_what(value: Any) -> str:

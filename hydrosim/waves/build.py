@@ -15,6 +15,7 @@ from hydrosim.scene import SecondOrder
 from hydrosim.waves.following import follows
 from hydrosim.waves.forms import moves_second_order
 from hydrosim.waves.loads import WaveLoads
+from hydrosim.waves.moments import turned_bodies
 from hydrosim.waves.quadratic import QuadraticFunctions, difference_factors, sum_factors
 from hydrosim.waves.second_order import (
     Factors,
@@ -73,6 +74,7 @@ def wave_loads_model(
         lines=np.concatenate([np.zeros((0, 2, sum(widths))), *(values for *_, values in singles)]),
         first_dof=first_dof,
         second_dof=second_dof,
+        turned=turned_bodies(bodies),
     )
 
 

@@ -44,7 +44,7 @@ from hydrosim.waves.forms import (
     new_filtered,
 )
 from hydrosim.waves.loads import POINTS, rise
-from hydrosim.waves.synthesis import row_step
+from hydrosim.waves.synthesis import MISSED, row_step
 from hydrosim.waves.transfer import TransferFunctions, transfer_table
 
 if TYPE_CHECKING:
@@ -126,17 +126,21 @@ def is_slow(body: WaveBody) -> bool:
 
 
 def following_model(
-    seas: Sequence[Components], bodies: Sequence[WaveBody], block: float = 2.0
+    seas: Sequence[Components],
+    bodies: Sequence[WaveBody],
+    block: float = 2.0,
+    missed: float = MISSED,
 ) -> FollowingLoads:
     """The waves of all ``seas`` on the bodies that they follow. A slow path is renewed after each
-    ``block`` [s]."""
+    ``block`` [s]. Its loads are interpolated with an error of ``missed`` of the sea's standard
+    deviation."""
     chosen = [body for body in bodies if follows(body)] if seas else []
     parts = [_part(seas, body, body.database) for body in chosen if body.database is not None]
     slow = np.array([is_slow(body) for body in chosen], dtype=bool)
     owners = sorted({body.index for body in chosen if is_slow(body)})
     cuts = {body.index: part.cut for body, part in zip(chosen[::-1], parts[::-1], strict=True)}
     first, load = join_once([part.table for part in parts], complex)
-    step = row_step([line for part in parts for line in _lines(part)], block)
+    step = row_step([line for part in parts for line in _lines(part)], block, missed)
 
     def joined(name: str, kind: type = float) -> np.ndarray:
         return np.concatenate([np.zeros(0, kind), *(getattr(part, name) for part in parts)])

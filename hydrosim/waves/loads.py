@@ -26,13 +26,15 @@ _NODE = 1e-9  # of a step: times this close to a node are at the node
 
 
 class WaveLoads(NamedTuple):
-    """Wave loads of a scene: weighted sums of rows of ``values`` and ``lines``.
+    """Wave elevation and wave loads of a scene, as sums of tables and of single waves.
 
     A row is the elevation at the earth's origin [m], the first-order loads on the DOFs
-    ``first_dof`` (n1,) and the second-order loads on ``second_dof`` (n2,). Table k has the rows
-    offset[k] to offset[k + 1], at the times start[k], start[k] + step[k], ... [s], and grows over
-    ``ramp[k]`` [s]. Line l has the frequency omega[l] [rad/s]. The real and imaginary parts of its
-    amplitudes are two rows of ``lines`` (nl, 2, 1 + n1 + n2); it grows over ``line_ramp[l]``.
+    ``first_dof`` (n1,) and the second-order loads on ``second_dof`` (n2,). Table k is a time
+    series: the rows offset[k] to offset[k + 1] of ``values``, at the times start[k], start[k] +
+    step[k], ... [s]. Its amplitude grows from zero over ``ramp[k]`` [s]. Single wave l is Re(a
+    exp(i omega[l] t)), omega in rad/s. The real and imaginary parts of its rows a are ``lines[l]``
+    of ``lines`` (nl, 2, 1 + n1 + n2); it grows over ``line_ramp[l]`` [s].
+    The first-order moments of the bodies ``turned`` (nm,) turn with their yaw, see `moments`.
     """
 
     start: np.ndarray
@@ -45,6 +47,7 @@ class WaveLoads(NamedTuple):
     lines: np.ndarray
     first_dof: np.ndarray
     second_dof: np.ndarray
+    turned: np.ndarray
 
 
 @kernel

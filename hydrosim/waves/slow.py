@@ -132,6 +132,17 @@ def begin_block(t, y, p):
 
 
 @kernel
+def find_yaws(t, y, coordinates, p, met):
+    """The yaw at which waves meet each body that they follow at time t, into ``met`` (nb,)."""
+    for k in range(p.body.size):
+        b = p.body[k]
+        if p.slow[k]:
+            met[b] = _yaw(k, t - y[p.state[k] + BEGIN], y, p)
+        elif p.turns[k]:
+            met[b] = coordinates[6 * b + 5]
+
+
+@kernel
 def slow_loads(t, y, p, block, first, second):
     """Add the loads of both orders at time t to ``first`` and ``second`` (6 nb,); ``y`` holds the
     states of all slow bodies."""

@@ -16,8 +16,9 @@ _PHASE_STEP = 0.25
 _FINE = 0.125
 """omega * step [rad] of a grid that is fine enough for stages between its points, see `loads`."""
 
-_MISSED = 1e-6
-"""Largest interpolation error between rows, relative to the standard deviation."""
+MISSED = 1e-6
+"""Largest interpolation error between rows, relative to the standard deviation. Adaptive methods
+with a smaller tolerance need less: they resolve the corners between two interpolants."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,12 +74,14 @@ def time_grid(spacing: float, highest: float, start: float, dt: float, duration:
     return Grid(step, period, first, last - first + 1)
 
 
-def row_step(seas: Sequence[tuple[np.ndarray, np.ndarray]], block: float) -> float:
+def row_step(
+    seas: Sequence[tuple[np.ndarray, np.ndarray]], block: float, missed: float = MISSED
+) -> float:
     """Step of rows for non-repeating waves of frequency (nw,) [rad/s] and amplitude (nw,). It is
     the longest fraction of a ``block`` [s] at which the error of interpolation between rows
-    (`loads`) is within `_MISSED` of a sea's standard deviation."""
-    missed = max((_missed(omega, size, block) for omega, size in seas), default=0.0)
-    return block / max(int(np.ceil((missed / _MISSED) ** (1.0 / 6.0))), 1)
+    (`loads`) is within ``missed`` of a sea's standard deviation."""
+    whole = max((_missed(omega, size, block) for omega, size in seas), default=0.0)
+    return block / max(int(np.ceil((whole / missed) ** (1.0 / 6.0))), 1)
 
 
 def _missed(omega: np.ndarray, amplitude: np.ndarray, step: float) -> float:

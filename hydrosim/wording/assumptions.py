@@ -8,10 +8,9 @@ from typing import Any
 import xarray as xr
 
 from hydrosim.case.tables import case_tables, file_name, plain
-from hydrosim.documents.digits import digits_of
 from hydrosim.presentation.document import Node, Sentence, Table, warnings
 from hydrosim.presentation.figures import Code
-from hydrosim.wording.parts import lines_of
+from hydrosim.wording.parts import attribute_text, lines_of
 
 SAID = {
     "skipped": "Left out",
@@ -69,14 +68,4 @@ def assumptions(run: xr.Dataset) -> Table:
 
 def _said(key: str, value: Any) -> str:
     """An attribute; of a file the end of its path."""
-    return file_name(str(value)) if key in FILES else _shown(value)
-
-
-def _shown(value: Any) -> str:
-    """An attribute: lines as sentences, numbers as numbers."""
-    if isinstance(value, str):
-        return "; ".join(value.splitlines())
-    try:
-        return digits_of(float(value), 6)
-    except (TypeError, ValueError):
-        return str(value)
+    return file_name(str(value)) if key in FILES else attribute_text(value)

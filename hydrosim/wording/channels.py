@@ -8,9 +8,9 @@ from typing import NamedTuple
 import xarray as xr
 
 from hydrosim.presentation.document import Between, Value
+from hydrosim.presentation.units import unit_of_dof
 from hydrosim.statistics.extremes import Basis
 from hydrosim.statistics.statistics import SIDES
-from hydrosim.wording.run import unit_of
 
 
 class Channel(NamedTuple):
@@ -58,7 +58,7 @@ def channels_of(found: xr.Dataset) -> Iterator[Channel]:
 def _every(found: xr.Dataset) -> Iterator[Channel]:
     for body in map(str, found.body.values):
         for dof in map(str, found.dof.values):
-            yield Channel("motion", {"body": body, "dof": dof}, f"{body} {dof}", unit_of(dof))
+            yield Channel("motion", {"body": body, "dof": dof}, f"{body} {dof}", unit_of_dof(dof))
     if "wave" in found:
         yield Channel("wave", {}, "wave elevation", "m")
     for kind in ("fender", "spring"):

@@ -17,7 +17,7 @@ from hydrosim.compiling.facts import solution
 from hydrosim.compiling.notes import Notes
 from hydrosim.compiling.restart import resume, started_from
 from hydrosim.compiling.wet import in_states
-from hydrosim.documents.places import located
+from hydrosim.documents.places import located, locating
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import Kind, NaturalMode, natural_modes
 from hydrosim.linear.stability import Watch, unwatched
@@ -38,6 +38,7 @@ from hydrosim.presentation.document import (
 from hydrosim.presentation.units import units_of
 from hydrosim.scene import Scene
 from hydrosim.studies.ballast.loading import as_at
+from hydrosim.studies.run.asked import check_criteria
 from hydrosim.studies.run.resolution import accuracy_limit, scene_combinations
 from hydrosim.studies.run.step_limits import scene_step_limits
 from hydrosim.wording.run import radiation_verdict
@@ -55,6 +56,8 @@ def check_document(scene: Scene, times: Sequence[float] = (), watch: Watch = unw
     databases and what is skipped. Step limits and periods are those of the start, of ``times`` [s]
     and, if tanks change, of the end. ``watch`` shows how far the search for step limits is."""
     own = compile_scene(scene, in_plane=True)
+    with locating(scene.places):
+        check_criteria(own)
     compiled = linearisable(own)
     whole = linearisable(own.whole) if own.whole else compiled
     nodes: list[Node] = [*_verdicts(own, compiled, watch)]

@@ -166,7 +166,7 @@ def _curve(values: np.ndarray) -> Curve:
     return Curve(share, values, none, none)
 
 
-PARTS: Parts = {
+PARTS: Parts[xr.Dataset] = {
     "outcome": ("What differs", _outcome),
     "pictures": ("Both sets of runs", _pictures),
     "others": ("What may be chance", _others),

@@ -250,7 +250,7 @@ def _shift(seconds: float) -> str:
     return "none: no channel correlates" if np.isnan(seconds) else f"{seconds:+.3f} s (estimated)"
 
 
-PARTS: Parts = {
+PARTS: Parts[xr.Dataset] = {
     "outcome": ("What differs", _outcome),
     "series": ("Both over time", _series),
     "contacts": ("Contacts", _contacts),

@@ -1,18 +1,20 @@
-"""The conclusion of a report: criteria, verdicts, largest values."""
+"""The conclusion of a report: criteria, the sea they hold for, verdicts, largest values."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
 import xarray as xr
 
+from hydrosim.case.tables import plain
 from hydrosim.presentation.document import Cell, Node, Sentence, Table
 from hydrosim.statistics.extremes import LAWS
-from hydrosim.statistics.statistics import SIDES, statistics
+from hydrosim.statistics.orders import ENOUGH
+from hydrosim.statistics.statistics import SIDES
 from hydrosim.wording.channels import Channel, channels_of
 from hydrosim.wording.criteria import criteria_nodes
 from hydrosim.wording.run import verdicts
-from hydrosim.wording.statistics import grown_from, has_statistics
 
 ASK = (
     "The case asks for no criteria. Give limits with their sources under `criteria:` to have them"
@@ -20,19 +22,32 @@ ASK = (
 )
 
 
+ONE_SEA = (
+    "These results are of one sea: one draw of random waves (seed {}). In another draw of the same"
+    " spectrum, largest values, crawl and criteria come out otherwise. Before you decide, run a"
+    f" study with `seeds: 1-{ENOUGH}` by `hydrosim sweep`, which judges the same limits over all"
+    " of its seas."
+)
+
+
 def conclusion(run: xr.Dataset) -> Iterator[Node]:
-    """Criteria met or not, how far the run can be trusted, the largest values."""
+    """Criteria met or not, for which sea, and how far the run can be trusted."""
     criteria = list(criteria_nodes(run))
     yield from criteria or [Sentence(ASK)]
+    yield from _one_sea(run)
     yield from verdicts(run)
-    yield from _largest_values(run)
 
 
-def _largest_values(run: xr.Dataset) -> Iterator[Node]:
+def _one_sea(run: xr.Dataset) -> Iterator[Node]:
+    """That the run is of one sea, where its waves are drawn at random."""
+    water = plain(str(run.attrs.get("case_resolved", ""))).get("environment") or {}
+    if any("seed" in train for train in water.get("waves") or []):
+        drawn = np.unique(np.atleast_1d(run.attrs.get("seeds", [])))
+        yield Sentence(ONE_SEA, [", ".join(map(str, drawn))])
+
+
+def largest_values(found: xr.Dataset) -> Iterator[Node]:
     """The extreme of each channel on the side that is further from zero."""
-    if not has_statistics(run):
-        return
-    found = statistics(run, grown_from(run))
     rows = [_largest(found, channel) for channel in channels_of(found)]
     head = ("channel", "largest seen", "most probable", "90 % interval", "another run")
     yield Table(head, rows, "Largest values")

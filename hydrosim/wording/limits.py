@@ -26,7 +26,7 @@ from hydrosim.statistics.headings import SAID as SIDES
 from hydrosim.statistics.headings import image_of, without_images
 from hydrosim.statistics.weather import WIDEST
 from hydrosim.wording.assumptions import case_nodes
-from hydrosim.wording.parts import Parts, lines_of, nodes_of, title_of
+from hydrosim.wording.parts import Parts, attribute_text, lines_of, nodes_of, title_of
 from hydrosim.wording.title_block import title_block
 
 NEEDED = ("limit", "low", "high", "governing")
@@ -299,7 +299,7 @@ def _case(found: xr.Dataset) -> Iterator[Node]:
 def _assumed(found: xr.Dataset) -> Iterator[Node]:
     spectra = _by_spectra(found)
     known = {
-        said: _shown(found.attrs[name])
+        said: attribute_text(found.attrs[name])
         for name, said in SAID.items()
         if name in found.attrs and not (spectra and name in OF_RUNS)
     }
@@ -315,15 +315,11 @@ def _by_spectra(found: xr.Dataset) -> bool:
     return int(found.attrs.get("runs", 1)) == 0
 
 
-def _shown(value: object) -> str:
-    return value if isinstance(value, str) else digits_of(float(str(value)))
-
-
 def _convergence(found: xr.Dataset) -> Iterator[Node]:
     yield Sentence("This study does not assess how limits change with the step of the solver.")
 
 
-PARTS: Parts = {
+PARTS: Parts[xr.Dataset] = {
     "outcome": ("Limits", _outcome),
     "case": ("Case", _case),
     "assumptions": ("Assumptions", _assumed),

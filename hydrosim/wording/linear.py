@@ -18,9 +18,8 @@ from hydrosim.presentation.document import (
     Value,
     Verdict,
 )
-from hydrosim.presentation.units import units_of
+from hydrosim.presentation.units import unit_of_dof, units_of
 from hydrosim.wording.parts import lines_of, title_of
-from hydrosim.wording.run import unit_of
 
 SHOWN = 3
 """Coordinates that a mode is described by."""
@@ -55,7 +54,7 @@ def _motions(found: xr.Dataset) -> Table:
         for dof in map(str, found.dof.values):
             at = found.sel(body=body, dof=dof)
             figures = [_figure(at, variable, dof) for variable in columns.values()]
-            harmonics = [_harmonic(at.isel(wave=k), "regular", unit_of(dof)) for k in waves]
+            harmonics = [_harmonic(at.isel(wave=k), "regular", unit_of_dof(dof)) for k in waves]
             rows.append([f"{body} {dof}", *figures, *harmonics])
     return Table(("motion", *columns, *(_wave(found, k) for k in waves)), rows, "Motions")
 
@@ -70,7 +69,7 @@ def _figure(at: xr.Dataset, variable: str, dof: str) -> Value:
     number = float(at[variable])
     if variable == "response_period":
         return Value(number, "s")
-    return Value(0.0 if abs(number) <= ROUNDING else number, unit_of(dof))
+    return Value(0.0 if abs(number) <= ROUNDING else number, unit_of_dof(dof))
 
 
 def _modes(found: xr.Dataset) -> Table:
@@ -119,7 +118,7 @@ def _rao_tables(found: xr.Dataset) -> Iterator[Node]:
 
 
 def _rao(at: xr.Dataset, moving: list[str]) -> list[Cell]:
-    of = [_harmonic(at.sel(dof=dof), "rao", f"{unit_of(dof)}/m") for dof in moving]
+    of = [_harmonic(at.sel(dof=dof), "rao", f"{unit_of_dof(dof)}/m") for dof in moving]
     return [Value(2.0 * pi / float(at.frequency), "s"), *of]
 
 

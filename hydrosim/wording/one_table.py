@@ -10,6 +10,7 @@ import numpy as np
 from hydrosim.presentation.document import Cell, Node, Sentence, Table, Value
 from hydrosim.statistics import effects
 from hydrosim.statistics.effects import DRAWN, Plan, Row
+from hydrosim.wording.seeds import named_values
 
 FEWEST = 2
 """Figures, from which on there is one table of all."""
@@ -43,7 +44,7 @@ def one_table(plans: Sequence[Plan]) -> Iterator[Node]:
 def _of_plan(plan: Plan, figures: Sequence[str], several: bool) -> Iterator[list[Cell]]:
     found: dict[str, dict[str, Row]] = {}
     for row in effects.rows(plan):
-        found.setdefault(_name(plan, row), {})[row.figure] = row
+        found.setdefault(named_values(plan, row.values) or "all", {})[row.figure] = row
     for name, by_figure in found.items():
         runs = max(row.spread.n for row in by_figure.values())
         study: list[Cell] = [plan.name.replace("_", " ")] if several else []
@@ -51,26 +52,10 @@ def _of_plan(plan: Plan, figures: Sequence[str], several: bool) -> Iterator[list
         yield [*study, name, *cells, str(runs)]
 
 
-def _name(plan: Plan, row: Row) -> str:
-    """The values of a row in words; of one parameter at a time, the one that is varied."""
-    varied = str(row.values.get("varied", ""))
-    if "varied" in row.values and not varied:
-        return "the case"
-    axes = [plan.axis(varied)] if varied else [name for name in row.values if name != "varied"]
-    return ", ".join(_value(plan, name, row.values[name], len(axes) > 1) for name in axes) or "all"
-
-
-def _value(plan: Plan, name: str, value: object, named: bool) -> str:
-    short = " ".join(name.split(".")[-2:]).replace("_", " ")
-    unit = plan.unit(name)
-    text = f"{value:.6g} {unit}".strip() if isinstance(value, float) else str(value)
-    return f"{short} {text}" if named or isinstance(value, float) else text
-
-
 def _cells(row: Row) -> tuple[Cell, Cell]:
     """A mean, and half of its interval; nothing where no run has a value."""
     of = row.spread
     if not of.n:
         return "none", ""
-    half = of.high - of.mean
+    half = 0.5 * (of.high - of.low)
     return Value(of.mean, row.unit), Value(half, row.unit, 2) if np.isfinite(half) else ""

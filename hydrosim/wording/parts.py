@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from typing import Any, TypeVar
 
 import xarray as xr
 
+from hydrosim.documents.digits import digits_of
 from hydrosim.presentation.document import Heading, Node, Outcome, Verdict
 
-Part = Callable[[xr.Dataset], Iterator[Node]]
-Parts = Mapping[str, tuple[str, Part]]
+Result = TypeVar("Result")
+Part = Callable[[Result], Iterator[Node]]
+Parts = Mapping[str, tuple[str, Part[Result]]]
 """Sections by name: the heading, and what gives the nodes below it."""
 
 
-def nodes_of(parts: Parts, result: xr.Dataset) -> list[Node]:
+def nodes_of(parts: Parts[Result], result: Result) -> list[Node]:
     """The headings and nodes of those parts of a result that have anything to say."""
     nodes: list[Node] = []
     for name, (title, part) in parts.items():
@@ -32,7 +35,17 @@ def lines_of(result: xr.Dataset, attribute: str) -> list[str]:
     return str(result.attrs.get(attribute, "")).splitlines()
 
 
-def _tried(part: Part, result: xr.Dataset) -> Iterator[Node]:
+def attribute_text(value: Any) -> str:
+    """An attribute of a result: lines as sentences, numbers as numbers."""
+    if isinstance(value, str):
+        return "; ".join(value.splitlines())
+    try:
+        return digits_of(float(value), 6)
+    except (TypeError, ValueError):
+        return str(value)
+
+
+def _tried(part: Part[Result], result: Result) -> Iterator[Node]:
     """The nodes of a part. A result of another version or origin gives those that can be made."""
     try:
         yield from part(result)

@@ -7,8 +7,6 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
-from hydrosim.documents.digits import digits_of
-from hydrosim.dofs import DOFS
 from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
 from hydrosim.forces.trigger import BEFORE
 from hydrosim.presentation.document import (
@@ -22,11 +20,11 @@ from hydrosim.presentation.document import (
     Verdict,
     warnings,
 )
-from hydrosim.presentation.units import units_of
+from hydrosim.presentation.units import unit_of_dof, units_of
 from hydrosim.results.ledger import CLOSED
 from hydrosim.results.netcdf import is_part
 from hydrosim.wording.criteria import criteria_nodes
-from hydrosim.wording.parts import lines_of, title_of
+from hydrosim.wording.parts import attribute_text, lines_of, title_of
 from hydrosim.wording.stages import stage_nodes
 
 MODES = (OPEN, STICK, SLIP)
@@ -136,13 +134,8 @@ def _motions(run: xr.Dataset) -> Iterator[list[Cell]]:
             x = run.position.sel(body=body, dof=dof).values
             if x.size and x.any():
                 figures = (x.mean(), x.std(), x.min(), x.max(), x[-1])
-                unit = unit_of(dof)
+                unit = unit_of_dof(dof)
                 yield [f"{body} {dof}", *(Value(float(figure), unit) for figure in figures)]
-
-
-def unit_of(dof: str) -> str:
-    """The SI unit of a degree of freedom."""
-    return "m" if dof in DOFS[:3] else "rad"
 
 
 def _contacts(run: xr.Dataset) -> Iterator[list[Cell]]:
@@ -178,10 +171,10 @@ def _clearances(run: xr.Dataset) -> Iterator[list[Cell]]:
 def _solver(run: xr.Dataset) -> Iterator[list[Cell]]:
     for key, label in SOLVER.items():
         if key in run.attrs:
-            yield [label, _shown(run.attrs[key])]
+            yield [label, attribute_text(run.attrs[key])]
     seconds = max(float(run.attrs.get("wall_time", 0.0)), 1e-9)
     if run.attrs.get("solver_steps"):
-        yield ["steps in a second", _shown(float(run.attrs["solver_steps"]) / seconds)]
+        yield ["steps in a second", attribute_text(float(run.attrs["solver_steps"]) / seconds)]
 
 
 def _radiation(run: xr.Dataset) -> Iterator[str]:
@@ -190,7 +183,3 @@ def _radiation(run: xr.Dataset) -> Iterator[str]:
     first = {model: body for body, model in models.items() if model}
     yield from (f"{body}: {model}" for model, body in first.items())
     yield from lines_of(run, "radiation_errors")
-
-
-def _shown(value: object) -> str:
-    return value if isinstance(value, str) else digits_of(float(str(value)), 6)

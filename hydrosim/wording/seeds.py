@@ -22,6 +22,10 @@ SHOWN = 5
 """Combinations of parameters that are shown."""
 MOST = 300
 """Rows of a table."""
+CLEARANCE = FIGURES["end_clearance"][0]
+"""The only result of stages that may be negative."""
+VARIED = "varied"
+"""Coordinate of runs: the parameter that is varied, one at a time."""
 HOW = (
     f"Intervals hold 90 %, over {RUNS} seeds or more. Where maxima follow Gumbel's law they are by"
     " it; else by the order of the runs, without a law."
@@ -95,10 +99,15 @@ def nodes_over_seeds(runs: xr.Dataset, title: str = "") -> Iterator[Node]:
 
 
 def named_values(plan: Plan, values: Mapping[str, object]) -> str:
-    """The values of the parameters of runs, in the units that they are read in."""
+    """The values of the parameters of runs, in the units that they are read in; of one parameter at
+    a time, the one that is varied."""
+    varied = str(values.get(VARIED, ""))
+    if VARIED in values and not varied:
+        return "the case"
+    names = [plan.axis(varied)] if varied else [*values]
     units = units_of(plan.runs.attrs)
-    read = {key: text_of(value_of(value, plan.unit(key)), units) for key, value in values.items()}
-    return ", ".join(f"{short(key)} {value}" for key, value in read.items())
+    read = {name: text_of(value_of(values[name], plan.unit(name)), units) for name in names}
+    return ", ".join(f"{short(name)} {value}" for name, value in read.items())
 
 
 def short(name: str) -> str:
@@ -150,7 +159,7 @@ def _stages(runs: xr.Dataset) -> Iterator[list[Cell]]:
         for what, each in {**stages, **{FIGURES[f][0]: of[f] for f in FIGURES}}.items():
             known = each.values[np.isfinite(each.values)]
             if known.size and np.ptp(known) > 0.0:
-                at = spread(known)
+                at = spread(known, -np.inf if what == CLEARANCE else 0.0)
                 unit = str(each.attrs["units"])
                 ends = Between(at.low, at.high, unit), Between(known.min(), known.max(), unit)
                 yield [what, str(name), Value(at.mean, unit), *ends, str(known.size)]

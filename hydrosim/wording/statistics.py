@@ -106,15 +106,18 @@ def statistics_document(run: xr.Dataset, found: xr.Dataset) -> Document:
     return Document(title_of(run), nodes, units=units_of(run.attrs))
 
 
-def statistics_nodes(run: xr.Dataset) -> Iterator[Node]:
-    """Statistics of a run from where its waves have grown, as far as it has any."""
-    if not has_statistics(run):
+def statistics_of(run: xr.Dataset) -> xr.Dataset | None:
+    """Statistics of a run from where its waves have grown; None where it has too few records."""
+    return statistics(run, grown_from(run)) if has_statistics(run) else None
+
+
+def statistics_nodes(run: xr.Dataset, found: xr.Dataset | None) -> Iterator[Node]:
+    """What `statistics_of` a run gave."""
+    if found is None:
         yield Sentence("The run has too few finite records for statistics.")
         return
-    start = grown_from(run)
-    if start:
+    if start := grown_from(run):
         yield Sentence("Figures start at {}, when the waves have grown.", [Value(start, "s")])
-    found = statistics(run, start)
     yield from figures(found)
     yield from contact_nodes(found)
 

@@ -29,11 +29,12 @@ from hydrosim.results.growing import GATHERED
 from hydrosim.results.ledger import CLOSED
 from hydrosim.results.runs_file import COMPLETE, DIFFER
 from hydrosim.statistics import effects
-from hydrosim.statistics.effects import DRAWN, Difference, Plan, Row
+from hydrosim.statistics.effects import DESIGN, DRAWN, Difference, Plan, Row
 from hydrosim.wording.assumptions import assumptions, case_nodes
 from hydrosim.wording.one_table import has_one_table, one_table
 from hydrosim.wording.parts import Parts, nodes_of, title_of
 from hydrosim.wording.seeds import extreme_nodes, seed_nodes, short, value_of
+from hydrosim.wording.study_criteria import study_criteria
 from hydrosim.wording.title_block import title_block
 
 MOST = 300
@@ -46,7 +47,8 @@ LINES = 12
 """Lines of a picture."""
 MEANS = (
     "Means over seeds have a 90 % interval. The value of another seed lies in the last interval"
-    " with 90 %. Both are by Student's t, exact where a figure is normal over seeds."
+    " with 90 %. Both are by Student's t, exact where a figure is normal over seeds. Intervals of"
+    " figures that cannot be negative are on logarithms, and stay above zero."
 )
 
 
@@ -57,7 +59,7 @@ def study_document(runs: xr.Dataset) -> Document:
 
 
 def study_tables(runs: xr.Dataset) -> Document:
-    """How the runs went, what they warn of and what parameters do; the case is left out."""
+    """Criteria, how the runs went, what they warn of and what parameters do, without the case."""
     nodes = [*_outcome(runs), *_warned(runs, TOLD), *_results(runs)]
     return Document(title_of(runs), nodes, units=units_of(runs.attrs))
 
@@ -73,7 +75,10 @@ def _counts(runs: xr.Dataset) -> Counter[str]:
 
 
 def _outcome(runs: xr.Dataset) -> Iterator[Node]:
-    """How many runs are complete, why others are not, and what not all of them have."""
+    """Whether criteria are met, how many runs are complete, why others are not, and what not all of
+    them have."""
+    if DESIGN in runs.attrs:
+        yield from study_criteria(runs, effects.plans(runs))
     yield from _ends(runs)
     if differ := runs.attrs.get(DIFFER):
         yield List(
@@ -115,7 +120,7 @@ def _of_runs(text: str, own: list[int]) -> Sentence:
 
 def _results(runs: xr.Dataset) -> Iterator[Node]:
     """Tables and pictures of each plan; of seeds alone what lies between them."""
-    if "design" not in runs.attrs:
+    if DESIGN not in runs.attrs:
         text = "The file does not say its plan: it comes from simulate_many or an earlier version."
         yield Sentence(text)
         return
@@ -292,7 +297,7 @@ def _at_most(items: list[Sentence]) -> list[Sentence]:
     return [*items[:MOST], Sentence("{} more are in the result file.", [str(more)])]
 
 
-PARTS: Parts = {
+PARTS: Parts[xr.Dataset] = {
     "outcome": ("Outcome", _outcome),
     "results": ("What parameters do", _results),
     "case": ("Case", _case),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,9 +23,11 @@ from hydrosim.scene import (
     Scene,
     Solver,
     Start,
+    Tolerance,
     WaveTrain,
 )
 
+CASES = Path(hs.__file__).parents[1] / "cases"
 Figure = Callable[[str, float], None]
 SEA = WaveTrain(Jonswap(significant_height=1.5, peak_period=8.0, peak_enhancement=3.3), heading=0.6)
 
@@ -43,16 +46,30 @@ def stiff(scene: Scene, times: float) -> Scene:
     return replace(scene, forces={**scene.forces, "interface": replace(fender, friction=law)})
 
 
+def by_dopri5(scene: Scene, relative: float) -> Scene:
+    tolerance = Tolerance(relative, relative, relative / 100)
+    return replace(scene, solver=replace(scene.solver, method=Method.DOPRI5, tolerance=tolerance))
+
+
+def shipped(case: str, duration: float) -> Scene:
+    """The beginning of a shipped case, stepped."""
+    scene = hs.load_case(CASES / case).scene()
+    solver = replace(scene.solver, linear=LinearScenes.STEP)
+    return replace(scene, duration=duration, output_step=0.5, solver=solver)
+
+
 def chosen(scene: Scene) -> tuple[Method, float]:
     solver = compile_scene(scene, in_plane=True).scene.solver
     return solver.method, solver.tolerance.relative
 
 
 def apart(run: xr.Dataset, other: xr.Dataset) -> float:
-    """Largest distance over the range of places, and of angles."""
-    pair = [each.position.values[:, 0].reshape(-1, 2, 3) for each in (run, other)]
-    ranges = np.maximum(np.ptp(pair[1], axis=0).max(axis=1), 1e-6)
-    return float((np.abs(pair[0] - pair[1]).max(axis=(0, 2)) / ranges).max())
+    """Largest distance over the range of places, and of angles, of any body."""
+    ours, theirs = (
+        each.position.values.reshape(*each.position.shape[:2], 2, 3) for each in (run, other)
+    )
+    ranges = np.maximum(np.ptp(theirs, axis=0).max(axis=2), 1e-6)
+    return float((np.abs(ours - theirs).max(axis=(0, 3)) / ranges).max())
 
 
 @pytest.mark.parametrize("accuracy", [1e-4, 1e-6, 1e-8])
@@ -84,11 +101,53 @@ def test_contacts_within_the_accuracy(figure: Figure) -> None:
     assert error < 1e-5
 
 
+@pytest.mark.parametrize("accuracy", [1e-6, 1e-8])
+def test_slow_paths_and_first_steps_are_within_the_accuracy(
+    accuracy: float, figure: Figure
+) -> None:
+    """The mating: its waves follow the slow path of the barge, in rows that are interpolated, and
+    the topside begins to turn in steps as long as those of the records."""
+    mating = shipped("mating/mating.yaml", 300.0)
+    run = hs.simulate(automatic(mating, accuracy))
+    error = apart(run, hs.simulate(by_dopri5(mating, accuracy / 100)))
+    figure(f"error of automatic in the mating over its tolerance, {accuracy:g}", error / accuracy)
+    assert error < accuracy
+
+
+@pytest.mark.parametrize("accuracy", [1e-4, 1e-7])
+def test_errors_that_nothing_restores_are_within_the_accuracy_or_told(
+    accuracy: float, figure: Figure
+) -> None:
+    """The sphere turns by more than a round in an hour, free in yaw and without damping there."""
+    sphere = replace(shipped("sphere/irregular.yaml", 3600.0), output_step=2.0)
+    run = hs.simulate(automatic(sphere, accuracy))
+    error = apart(run, hs.simulate(by_dopri5(sphere, min(accuracy / 1000, 1e-9))))
+    figure(f"error of automatic in an hour over its tolerance, {accuracy:g}", error / accuracy)
+    told = "Nothing restores some motion" in run.attrs.get("warnings", "")
+    assert told == (accuracy == 1e-4)
+    assert told or error < accuracy
+    assert 0 < run.attrs["twin_evaluations"] < 0.6 * run.attrs["solver_evaluations"]
+
+
+def test_duration_counts_where_nothing_restores_a_motion() -> None:
+    """The barge is free in yaw, not in its plane; the method is the same."""
+    scene = automatic(in_contact(10.0), 1e-6)
+    hour = replace(scene, duration=3600.0)
+    short, long, plane = (
+        compile_scene(each, in_plane)
+        for each, in_plane in ((scene, False), (hour, False), (hour, True))
+    )
+    assert len(plane.scene.bodies[0].dofs) < len(long.scene.bodies[0].dofs)
+    assert [each.growth for each in (short, long, plane)] == [1.0, pytest.approx(6.0**1.5), 1.0]
+    tolerances = [each.scene.solver.tolerance.relative for each in (short, long, plane)]
+    assert tolerances == pytest.approx([1e-6, 1e-6 / 6.0**1.5, 1e-6])
+
+
 def test_stiff_nodes_are_implicit() -> None:
     """Nodes 100 times as stiff make explicit steps ten times as short; what a tight tolerance asks
     for in any case is no reason."""
     scene = in_contact(10.0)
-    assert chosen(automatic(scene, 1e-6)) == (Method.DOPRI5, pytest.approx(5e-6))
+    assert chosen(automatic(scene, 1e-6)) == (Method.DOPRI5, pytest.approx(1e-6))
     assert chosen(automatic(stiff(scene, 100.0), 1e-6)) == (Method.ESDIRK4, pytest.approx(1e-7))
     assert chosen(automatic(stiff(scene, 100.0), 1e-10))[0] == Method.DOPRI5
 

@@ -18,6 +18,7 @@ from numpy.testing import assert_array_equal
 
 import hydrosim as hs
 from hydrosim.compiling.restart import opened
+from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import Fender, FrictionSlope, LinearMooring, NormalCurve, StickSlip
 from hydrosim.results.ledger import gap
 from hydrosim.results.netcdf import write
@@ -63,7 +64,7 @@ def whole() -> xr.Dataset:
 
 
 @pytest.mark.parametrize("method", [Method.RK2, Method.HEUN, Method.RK4])
-def test_a_restart_goes_on_to_the_bit(method: Method) -> None:
+def test_a_restart_goes_on_to_the_bit(method: Method, validated: Callable[..., None]) -> None:
     """Steps, stages, waves and events are the same ones; energies and slip distances go on."""
     scene = replace(in_contact(END), solver=Solver(method=method, step=0.1))
     whole, after = hs.simulate(scene), continued(scene)
@@ -71,6 +72,9 @@ def test_a_restart_goes_on_to_the_bit(method: Method) -> None:
     assert after.solver_events >= 20
     assert {0, 1, 2} == set(np.unique(after.fender_mode))
     assert_same_bytes(after, rest_of(whole))
+    apart = float(np.abs(after.position.values - rest_of(whole).position.values).max())
+    claim = "run through contacts that goes on from another [m]"
+    validated(Kind.SELF, claim, "run in one piece", apart, 0.0, Feature.RESTART)
 
 
 def test_a_restart_of_a_restart_through_files(whole: xr.Dataset, tmp_path: Path) -> None:
@@ -282,7 +286,7 @@ def test_times_that_are_not_recorded_are_refused(short: xr.Dataset) -> None:
     message = refusal(replace(scene, initial=Start(short, 5.0)))
     for word in (
         "initial.time: found 5 s",
-        "only the state at its end, 10 s",
+        "only its last whole state, at 10 s",
         "output: {states: true}",
     ):
         assert word in message

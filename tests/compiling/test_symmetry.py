@@ -27,6 +27,7 @@ import hydrosim as hs
 from hydrosim.compiling.mirror import LATERAL, SMALL
 from hydrosim.database import HydroDatabase
 from hydrosim.dofs import DOFS
+from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import (
     AppliedForce,
     Coulomb,
@@ -135,12 +136,13 @@ def moored(**changes: Any) -> Scene:
 
 
 class TestAgreement:
-    def test_the_base_case(self, base_run: xr.Dataset, figure: Figure) -> None:
+    def test_the_base_case(self, base_run: xr.Dataset, validated: Callable[..., None]) -> None:
         """Through contact, stick and slip; without the states of what does not move: those of sway,
         roll and yaw."""
         expected = hs.simulate(full(scene_of("base")))
-        figure("difference", difference(base_run, expected))
-        assert difference(base_run, expected) <= ROUNDING
+        error = difference(base_run, expected)
+        claim, against = "base case in its plane, of its range", "six degrees of freedom"
+        validated(Kind.SELF, claim, against, error, ROUNDING, Feature.PLANE)
         assert base_run.attrs["solver_events"] == expected.attrs["solver_events"] > 1000
         assert_array_equal(base_run.fender_mode, expected.fender_mode)
         memory = [str(name) for name in expected.state.values if "of sway, roll, yaw" in str(name)]

@@ -9,6 +9,7 @@ from scipy.special import h1vp, hankel1, jv, jvp
 
 from hydrosim.database.build import drift
 from hydrosim.database.build.water import Water
+from hydrosim.evidence import Feature, Kind
 
 RHO, G, RADIUS = 1025.0, 9.81, 10.0
 HEADINGS = np.radians([0.0, 30.0, 90.0, 200.0])
@@ -74,11 +75,13 @@ def computed(w: float, place: tuple[float, float], water: Water) -> drift.Drift:
 
 @pytest.mark.parametrize("depth", [np.inf, 50.0, 12.0])
 @pytest.mark.parametrize("w", [0.4, 0.8, 1.4])
-def test_far_field_is_the_pressure_on_the_wall(w, depth):
+def test_far_field_is_the_pressure_on_the_wall(w, depth, validated):
     """Both are exact, so they agree to rounding; so does the energy."""
     water = Water(RHO, G, depth)
     result, force = computed(w, (0.0, 0.0), water), wall_force(w, water)
-    np.testing.assert_allclose(result.force[:, 0], force * np.cos(HEADINGS), atol=1e-9 * force)
+    error = np.abs(result.force[:, 0] - force * np.cos(HEADINGS)).max() / force
+    claim, against = "mean drift of a standing cylinder", "MacCamy and Fuchs 1954"
+    validated(Kind.CLOSED_FORM, claim, against, error, 1e-9, Feature.RECIPES)
     np.testing.assert_allclose(result.force[:, 1], force * np.sin(HEADINGS), atol=1e-9 * force)
     np.testing.assert_allclose(result.imbalance, 0.0, atol=1e-9)
     assert not result.force[:, 2:5].any()

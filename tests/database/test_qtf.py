@@ -19,6 +19,7 @@ from hydrosim.database.build import bem, drift, near_field, qtf
 from hydrosim.database.build.assemble import Floating
 from hydrosim.database.build.water import Water
 from hydrosim.errors import InputError
+from hydrosim.evidence import Feature, Kind
 
 pytestmark = pytest.mark.bem
 RHO, G = 1025.0, 9.81
@@ -159,7 +160,7 @@ def cylinder_qtf(radius: float, waves, headings) -> np.ndarray:
     return RHO * G / 4 * radius * t[1] * np.array([load @ np.cos(t), load @ np.sin(t)])
 
 
-def test_fixed_cylinder(water, figure):
+def test_fixed_cylinder(water, validated):
     """30 m of it are there, which is deep for these waves, in panels of 2.2 m: within 3 per cent of
     the largest, in magnitude and phase, of waves to the same and to two headings."""
     radius, frequencies, to = 10.0, (0.9, 1.15), np.radians([0.0, 50.0])
@@ -175,8 +176,8 @@ def test_fixed_cylinder(water, figure):
         )
         computed = qtf.quadratic(water, wetted, found, *headings)[..., :2]
         error = np.abs(computed - exact).max() / np.abs(exact).max()
-        figure(f"error of a cylinder's QTF, part of the largest, headings {headings}", error)
-        assert error < 0.03
+        claim = "QTF of a fixed cylinder in crossing waves, of the largest"
+        validated(Kind.CLOSED_FORM, claim, "its known flow", error, 0.03, Feature.RECIPES)
 
 
 def test_beam_seas_on_a_wall(water):
@@ -227,7 +228,7 @@ def test_near_field_comes_to_the_far_field(water, figure):
     assert errors[1] < 0.7 * errors[0]
 
 
-def test_hemisphere_against_wamit(water, figure):
+def test_hemisphere_against_wamit(water, validated):
     """Its surge drift by momentum, with its mass and waterplane; from where waves are scattered to
     its first irregular frequency (k R = 2.55), but for the resonance in heave, whose height its
     coarser sphere changes."""
@@ -240,8 +241,9 @@ def test_hemisphere_against_wamit(water, figure):
     afloat = floating(RHO * 2.07293, 3.128583)
     wetted, found = flows(hemisphere(10, 14), afloat, frequencies)
     load = mean(qtf.quadratic(water, wetted, found, 0, 0))[:, 0] / (RHO * G)
-    figure("surge drift against WAMIT", np.abs(load / given - 1).max())
-    np.testing.assert_allclose(load, given, rtol=0.06)
+    error = np.abs(load / given - 1).max()
+    claim = "mean drift of a hemisphere by pressures"
+    validated(Kind.PROGRAM, claim, "WAMIT, by momentum", error, 0.06, Feature.RECIPES)
 
 
 # ------------------------------------------------------------------ pairs of waves

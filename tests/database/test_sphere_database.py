@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from validation_data import unpacked
 
 from hydrosim.case import load_case
 from hydrosim.database import HydroDatabase, load
+from hydrosim.evidence import Feature, Kind
 
 ROOT = Path(__file__).parents[2]
 RADIUS, DENSITY, GRAVITY = 5.0, 1000.0, 9.81
@@ -56,18 +58,24 @@ def test_pressures_have_no_moment_about_the_centre(sphere: HydroDatabase) -> Non
 @pytest.mark.parametrize("dof", [SURGE, HEAVE])
 @pytest.mark.parametrize("name", ["added_mass", "radiation_damping"])
 def test_radiation_is_that_of_wamit(
-    sphere: HydroDatabase, wamit: HydroDatabase, name: str, dof: int
+    sphere: HydroDatabase, wamit: HydroDatabase, name: str, dof: int, validated: Callable[..., None]
 ) -> None:
     """Of the largest, at all frequencies from 0.4 rad/s: WAMIT's water is 200 m deep."""
     ours, theirs = (at_same(sphere, db, getattr(db, name))[:, dof, dof] for db in (sphere, wamit))
-    assert np.abs(ours - theirs).max() < 0.006 * np.abs(theirs).max()
+    error = np.abs(ours - theirs).max() / np.abs(theirs).max()
+    claim = "sphere in hydro_db, added mass and damping in surge and heave, of the largest"
+    validated(Kind.PROGRAM, claim, "WAMIT", error, 0.006, Feature.HULLS)
 
 
 @pytest.mark.parametrize("dof", [SURGE, HEAVE])
-def test_loads_are_those_of_wamit(sphere: HydroDatabase, wamit: HydroDatabase, dof: int) -> None:
+def test_loads_are_those_of_wamit(
+    sphere: HydroDatabase, wamit: HydroDatabase, dof: int, validated: Callable[..., None]
+) -> None:
     """In magnitude and phase."""
     ours, theirs = (at_same(sphere, db, db.excitation)[:, 0, dof] for db in (sphere, wamit))
-    assert np.abs(ours - theirs).max() < 0.009 * np.abs(theirs).max()
+    error = np.abs(ours - theirs).max() / np.abs(theirs).max()
+    claim = "sphere in hydro_db, loads in surge and heave, of the largest"
+    validated(Kind.PROGRAM, claim, "WAMIT", error, 0.009, Feature.HULLS)
 
 
 def at_same(sphere: HydroDatabase, db: HydroDatabase, values: np.ndarray) -> np.ndarray:

@@ -6,9 +6,11 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from examples import KINDS, LAWS, built
+from dry_scenes import block, scene
+from examples import KINDS, LAWS, all_examples, built
 from test_elements import ELEMENTS
 
+from hydrosim.evidence import features_of
 from hydrosim.forces import KINDS as KINDS_OF_UNITS
 from hydrosim.forces import ForceElement
 from hydrosim.forces.contact import guide
@@ -63,3 +65,9 @@ def test_all_of_them_are_in_the_battery() -> None:
     assert {*SHIPPED} <= {type(element) for element in inside}
     laws = {type(element.friction) for element in inside if hasattr(element, "friction")}
     assert {*ALL_LAWS} <= laws
+
+
+@pytest.mark.parametrize("element", all_examples().values(), ids=all_examples())
+def test_every_element_and_law_is_a_feature_that_evidence_is_about(element: ForceElement) -> None:
+    bare = features_of(scene(block(1e3), {}, 1.0, 0.1))
+    assert features_of(scene(block(1e3), {"it": element}, 1.0, 0.1)) - bare

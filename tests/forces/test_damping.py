@@ -15,6 +15,7 @@ from scipy.optimize import brentq
 
 import hydrosim as hs
 from hydrosim.dofs import DOFS
+from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import CurrentLoad, LinearDamping, LinearMooring, QuadraticDamping, WindLoad
 from hydrosim.scene import Environment, Scene, Stream
 
@@ -40,7 +41,9 @@ def extremes(run: xr.Dataset, dof: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("dof", "start", "drag"), [("surge", 1.5, 900.0), ("roll", 0.3, 2.4e4)])
-def test_quadratic_damping_decays_as_its_first_integral(dof, start, drag, figure: Figure) -> None:
+def test_quadratic_damping_decays_as_its_first_integral(
+    dof, start, drag, validated: Callable[..., None]
+) -> None:
     """Extremes of m x'' + D |x'| x' + k x = 0: (1 + b x1) exp(-b x1) = (1 - b x2) exp(b x2),
     b = 2 D / m. Steps of a two hundredth of the period, where RK4's error is below 1e-6; the
     second derivative of the force jumps at each extreme."""
@@ -58,15 +61,16 @@ def test_quadratic_damping_decays_as_its_first_integral(dof, start, drag, figure
         left = (1 + b * sizes[-1]) * np.exp(-b * sizes[-1])
         sizes.append(brentq(lambda x: (1 - b * x) * np.exp(b * x) - left, 0.0, sizes[-1]))  # noqa: B023
     found = extremes(run, i)[:10]
-    figure(f"{dof}: error of ten extremes over the first", np.abs(found - sizes[1:]).max() / start)
-    assert found == pytest.approx(sizes[1:], abs=2e-6 * start)
+    error = np.abs(found - sizes[1:]).max() / start
+    claim = "decay under quadratic damping, ten extremes over the first"
+    validated(Kind.CLOSED_FORM, claim, "first integral", error, 2e-6, Feature.DRAG)
     assert found[-1] < 0.4 * start
     lost = run["energy_dissipated_drag"].values
     assert (np.diff(lost) >= 0.0).all()
     assert float(run.attrs["energy_residual_relative"]) < 1e-6
 
 
-def test_a_body_adrift_takes_up_the_current() -> None:
+def test_a_body_adrift_takes_up_the_current(validated: Callable[..., None]) -> None:
     """m v' = D (U - v)^2: U - v = U / (1 + D U t / m), along an axis of a body that is turned."""
     U, drag, angle = 1.2, 300.0, 0.5
     body = block(MASS, dofs=["surge", "sway"], position=moving(yaw=angle))
@@ -76,7 +80,10 @@ def test_a_body_adrift_takes_up_the_current() -> None:
     run = hs.simulate(replace(drifting, environment=Environment(current=Stream(U, angle))))
     speed = U - U / (1 + drag * U * run.time.values / MASS)
     towards = np.array([np.cos(angle), np.sin(angle)])
-    assert run.velocity.values[:, 0, :2] == pytest.approx(speed[:, None] * towards, abs=1e-7)
+    error = np.abs(run.velocity.values[:, 0, :2] - speed[:, None] * towards).max()
+    claim, against = "body adrift that takes up a current [m/s]", "U/(1 + DUt/m)"
+    features = (Feature.DRAG, Feature.CURRENT)
+    validated(Kind.CLOSED_FORM, claim, against, error, 1e-7, *features)
     gained = 0.5 * MASS * speed**2
     assert run["energy_dissipated_drag"].values == pytest.approx(-gained, rel=1e-6)
 
@@ -112,7 +119,7 @@ RATIO = np.array([0.1, 0.0, 0.02, 0.05, 0.0, 0.3])
 STIFFNESS = np.array([9e3, 4e3, 16e3, 5e3, 8e3, 3e3])
 
 
-def test_ratio_of_critical_on_the_moorings_of_a_dry_body() -> None:
+def test_ratio_of_critical_on_the_moorings_of_a_dry_body(validated: Callable[..., None]) -> None:
     """Two moorings count together; the damping ratios of the modes are those asked for."""
     body = block(MASS, inertia=MASS * np.diag([3.0, 4.0, 6.0]))
     forces = {
@@ -122,10 +129,12 @@ def test_ratio_of_critical_on_the_moorings_of_a_dry_body() -> None:
     }
     modes = hs.natural_modes(hs.linearise(*hs.compile_scene(scene(body, forces, 1.0, 0.1))))
     found = {mode.dof: mode.damping_ratio for mode in modes}
-    assert [found[dof] for dof in DOFS] == pytest.approx(RATIO, abs=1e-7)
+    error = np.abs([found[dof] for dof in DOFS] - np.array(RATIO)).max()
+    claim, features = "damping ratio of six modes on moorings", (Feature.DAMPING, Feature.MOORINGS)
+    validated(Kind.CLOSED_FORM, claim, "ratio that was asked for", error, 1e-7, *features)
 
 
-def test_ratio_of_critical_on_a_mooring_of_a_natural_period() -> None:
+def test_ratio_of_critical_on_a_mooring_of_a_natural_period(validated: Callable[..., None]) -> None:
     body = block(MASS, dofs=["surge"])
     period = 20.0 * (np.arange(6) == 0)
     forces = {
@@ -133,10 +142,10 @@ def test_ratio_of_critical_on_a_mooring_of_a_natural_period() -> None:
         "viscous": LinearDamping("block", damping_ratio=0.2 * (np.arange(6) == 0)),
     }
     (mode,) = hs.natural_modes(hs.linearise(*hs.compile_scene(scene(body, forces, 1.0, 0.1))))
-    assert (mode.natural_period, mode.damping_ratio) == (
-        pytest.approx(20.0, rel=1e-6),
-        pytest.approx(0.2, abs=1e-6),
-    )
+    error = abs(mode.natural_period / 20.0 - 1.0)
+    claim, against = "natural period on a mooring that is given by it", "period that was asked for"
+    validated(Kind.CLOSED_FORM, claim, against, error, 1e-6, Feature.MOORINGS)
+    assert mode.damping_ratio == pytest.approx(0.2, abs=1e-6)
 
 
 def test_ratio_of_critical_of_a_floating_barge(figure: Figure) -> None:
@@ -211,7 +220,7 @@ SPLINE = np.radians(10.0) ** 4 / 384
 
 @pytest.mark.parametrize("kind", [CurrentLoad, WindLoad])
 @pytest.mark.parametrize("yaw", [0.0, 0.7, -3.0])
-def test_static_load_at_a_point(kind, yaw) -> None:
+def test_static_load_at_a_point(kind, yaw, validated: Callable[..., None]) -> None:
     """Along the stream, and its moment; the point turns with the body."""
     point, speed, heading = np.array([3.0, -1.0, 8.0]), 14.0, 2.2
     run = in_stream(round_drag(kind, tuple(point)), speed, heading, position=moving(yaw=yaw))
@@ -220,6 +229,10 @@ def test_static_load_at_a_point(kind, yaw) -> None:
     c, s = np.cos(yaw), np.sin(yaw)
     arm = np.array([c * point[0] - s * point[1], s * point[0] + c * point[1], point[2]])
     size = C * speed**2
+    feature = {CurrentLoad: Feature.CURRENT, WindLoad: Feature.WIND}[kind]
+    error = np.abs(found[:3] - force).max() / size
+    claim = f"load of a steady {feature}, of its size"
+    validated(Kind.CLOSED_FORM, claim, "cU²", error, 2.7e-6, feature)
     assert found[:3] == pytest.approx(force, abs=1.1 * SPLINE * size)
     assert found[3:] == pytest.approx(np.cross(arm, force), abs=10 * SPLINE * size)
 

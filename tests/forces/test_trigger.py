@@ -13,6 +13,7 @@ from reading import texts
 
 import hydrosim as hs
 from hydrosim.errors import InputError
+from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import AppliedForce, Frictionless, LinearDamping, LinearMooring, Spring
 from hydrosim.scene import Active, ForceElement, Method, Scene, Start, When
 from hydrosim.wording.run import run_document
@@ -32,7 +33,7 @@ def during(start: float | None = None, until: float | None = None) -> Active:
 
 
 @pytest.mark.parametrize("method", Method)
-def test_a_force_acts_between_its_times_to_the_last_digit(method):
+def test_a_force_acts_between_its_times_to_the_last_digit(method, validated):
     """Times that are on no grid: x = F / 2m (t - a)^2, and then straight on."""
     a, b = 0.7123, 2.3456
     brief = replace(steady(surge=5.0), active=during(a, b))
@@ -42,7 +43,9 @@ def test_a_force_acts_between_its_times_to_the_last_digit(method):
     t = run.time.values
     on, after = np.clip(t - a, 0.0, b - a), np.maximum(t - b, 0.0)
     expected = 0.5 * 5.0 / MASS * on**2 + 5.0 / MASS * (b - a) * after
-    assert surge(run) == pytest.approx(expected, abs=1e-9)
+    error = np.abs(surge(run) - expected).max()
+    claim = "force that acts between two times, every method [m]"
+    validated(Kind.CLOSED_FORM, claim, "parabola and straight lines", error, 1e-9, Feature.TRIGGERS)
     assert [*run.trigger_stage.values[[0, 15, -1], 0]] == [0, 1, 2]
     assert run.energy_work_brief.values[-1] == pytest.approx(
         0.5 * MASS * (5.0 / MASS * (b - a)) ** 2

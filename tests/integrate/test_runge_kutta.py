@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from hydrosim.evidence import Feature, Kind
 from hydrosim.integrate import (
     DOPRI5,
     HEUN,
@@ -62,7 +63,7 @@ def integrate(method: Tableau, f: Slope, steps: int) -> np.ndarray:
 @pytest.mark.parametrize("problem", PROBLEMS)
 @pytest.mark.parametrize("name", METHODS)
 def test_order_on_textbook_problems(
-    name: str, problem: str, figure: Callable[[str, float], None]
+    name: str, problem: str, validated: Callable[..., None]
 ) -> None:
     """From three steps: an error C h^p (1 + c h + ...) is seen with order p + c h / (2 ln 2), half
     as far from p at half the step, so that twice the finer order less the coarser is h^2 from p.
@@ -70,8 +71,9 @@ def test_order_on_textbook_problems(
     method, (f, solution) = METHODS[name], PROBLEMS[problem]
     error = [np.abs(integrate(method, f, n) - solution(END, START)).max() for n in (10, 20, 40)]
     coarse, fine = (float(np.log2(e / half)) for e, half in pairwise(error))
-    figure(f"order of {name} on {problem}", 2 * fine - coarse)
-    assert 2 * fine - coarse == pytest.approx(method.order, abs=0.1)
+    error = abs(2 * fine - coarse - method.order)
+    claim = "order of rk2, heun, rk4 and dopri5 on problems of textbooks [orders]"
+    validated(Kind.CLOSED_FORM, claim, "order of the tableau", error, 0.1, Feature.STEPS)
 
 
 def conditions(m: Tableau) -> list[tuple[int, float, float]]:

@@ -21,6 +21,7 @@ from hydrosim.jit.shipped import FEATURES, MANIFEST, read_manifest, refusal
 Figure = Callable[[str, float], None]
 ROOT = Path(__file__).parents[2]
 BASE, SPHERE, BLOCK = "reverse_float_over/base", "sphere/irregular", "friction_block/exact"
+DECAY = "reverse_float_over/decay"
 BEFORE_CONTACT = 500.0  # s, of the base case
 ROUNDING = 1e-12  # of the range of a channel
 PROGRAM = """
@@ -36,10 +37,10 @@ print(hs.__file__, len(recorder.buffer))
 
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder in which a wheel with the kernels of three cases is installed."""
+    """A folder in which a wheel with the kernels of four cases is installed."""
     pytest.importorskip("hatchling", reason="hatchling is not installed (pip install .[dev])")
     home = tmp_path_factory.mktemp("wheel")
-    cases = [str(ROOT / "cases" / f"{name}.yaml") for name in (BASE, SPHERE, BLOCK)]
+    cases = [str(ROOT / "cases" / f"{name}.yaml") for name in (BASE, SPHERE, BLOCK, DECAY)]
     command("hydrosim.jit.ship", str(home / "kernels"), *cases, PYTHONPATH=str(ROOT))
     build = ["build", "--target", "wheel", "--directory", str(home)]
     command("hatchling", *build, HYDROSIM_SHIPPED=str(home / "kernels"))
@@ -51,7 +52,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.slow
 @pytest.mark.extras
-@pytest.mark.parametrize("case", [BASE, SPHERE, BLOCK])
+@pytest.mark.parametrize("case", [BASE, SPHERE, BLOCK, DECAY])
 def test_no_kernel_of_a_wheel_is_compiled(
     installed: Path, case: str, tmp_path: Path, figure: Figure
 ) -> None:

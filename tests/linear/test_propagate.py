@@ -18,6 +18,7 @@ from scipy import linalg
 import hydrosim as hs
 from hydrosim.compiling.facts import solution
 from hydrosim.dofs import DOFS
+from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import (
     AppliedForce,
     Frictionless,
@@ -169,10 +170,12 @@ def surge_of(run: xr.Dataset) -> np.ndarray:
     return np.stack([run.position.values[:, 0, 0], run.velocity.values[:, 0, 0]], axis=1)
 
 
-def test_free_decay_is_the_exponential() -> None:
+def test_free_decay_is_the_exponential(validated: Callable[..., None]) -> None:
     run = hs.simulate(oscillator())
     expected = [linalg.expm(OSCILLATOR * t) @ [1.0, 0.0] for t in run.time.values]
-    assert_allclose(surge_of(run), expected, rtol=0, atol=1e-13)
+    error = np.abs(surge_of(run) - expected).max()
+    claim, against = "free decay that is propagated, of its start", "matrix exponential"
+    validated(Kind.CLOSED_FORM, claim, against, error, 1e-13, Feature.EXACT)
     assert run.attrs["solver_linear"] == "propagated exactly: linear"
     assert run.attrs["solver_steps"] == 0
     # losses are integrated over nodes 0.05 s apart, with 2 w h = 0.2: (w h)^6 191/60480 = 2e-7

@@ -18,6 +18,7 @@ import hydrosim as hs
 from hydrosim.compiling.compile import compile_for_linear
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.database import HydroDatabase
+from hydrosim.evidence import Feature, Kind
 from hydrosim.linear.linearise import linearise
 from hydrosim.scene import (
     Body,
@@ -112,13 +113,14 @@ def errors(scenes: list[Scene], reference: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("method", [Method.RK4, Method.HEUN, Method.DOPRI5, Method.ESDIRK4])
 @pytest.mark.parametrize("radiation", [CONVOLUTION, STATES])
 def test_decay_is_that_of_the_exact_linear_system(
-    radiation: Radiation, method: Method, figure: Figure
+    radiation: Radiation, method: Method, validated: Callable[..., None]
 ) -> None:
     """K and A_inf are known to 1e-4 from frequencies 0.01 rad/s apart and a table of 0.05 s."""
     run = hs.simulate(decay(radiation, 0.1 if method != Method.HEUN else 0.02, method=method))
     error = np.abs(motion(run)[:, HEAVE] - exact_decay(run.time.values)).max()
-    figure("largest error [m]", error)
-    assert error < 5e-4
+    claim = "decay with memory, as states and as an integral, four methods [m]"
+    against = "linear system with a known kernel"
+    validated(Kind.CLOSED_FORM, claim, against, error, 5e-4, Feature.RADIATION)
 
 
 def test_order_in_the_step_of_a_decay(figure: Figure) -> None:
@@ -174,7 +176,9 @@ def test_order_in_the_step_through_contact(figure: Figure) -> None:
     assert order[-1] > 3.0
 
 
-def test_state_space_agrees_with_convolution_on_the_base_case(figure: Figure) -> None:
+def test_state_space_agrees_with_convolution_on_the_base_case(
+    figure: Figure, validated: Callable[..., None]
+) -> None:
     """Until 700 s, 170 s after the first contact: 1e-3 of the standard deviation."""
     runs = [
         hs.simulate(replace(with_body(scene_of("base"), radiation=radiation), duration=700.0))
@@ -188,7 +192,9 @@ def test_state_space_agrees_with_convolution_on_the_base_case(figure: Figure) ->
     figure("run time by states [s]", runs[0].attrs["wall_time"])
     figure("run time by convolution [s]", runs[1].attrs["wall_time"])
     assert (runs[0].fender_mode > 0).any()
-    assert difference.max() < 1e-3
+    claim = "base case to 700 s, radiation as states, of the standard deviation"
+    features = (Feature.RADIATION, Feature.FENDERS)
+    validated(Kind.SELF, claim, "memory integral", difference.max(), 1e-3, *features)
 
 
 def test_state_space_agrees_with_convolution_in_all_six_motions(figure: Figure) -> None:
@@ -266,7 +272,8 @@ def test_a_group_that_no_fit_is_near_is_convolved_where_states_are_asked_for() -
     run = hs.simulate(in_shallow_water(StateSpaceRadiation(tolerance=1e-4)))
     convolved = hs.simulate(in_shallow_water(RadiationModel.CONVOLUTION))
     said = run.attrs["radiation_barge"]
-    assert "convolution over 62.8 s, table every 0.1 s, for surge, heave, pitch of barge" in said
+    assert "convolution over the last 62.8 s, retardation functions every 0.1 s" in said
+    assert "for surge, heave, pitch of barge" in said
     assert "no passive state-space model within 0.0001 was found; the nearest has an" in said
     assert motion(run)[:, [0, 2, 4]] == pytest.approx(motion(convolved)[:, [0, 2, 4]], abs=1e-12)
 

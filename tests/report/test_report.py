@@ -11,6 +11,7 @@ from command_line import Command, command
 from recorded_runs import made_run
 from report_pages import HOSTILE, Page, chart, data_of, hostile_run
 
+from hydrosim.report import run as run_report
 from hydrosim.report.page import LARGEST, html
 from hydrosim.report.run import PARTS, run_document
 from hydrosim.results.netcdf import write
@@ -37,6 +38,42 @@ def test_every_section_is_there_and_linked() -> None:
     links = [of["href"] for tag, of in page.elements if tag == "a"]
     assert links == [f"#{name}" for name in ids]
     assert "This run does not assess how motions, crawl and extremes change" in page.texts["p"]
+
+
+@pytest.mark.parametrize(
+    ("waves", "said"),
+    [
+        ("{spectrum: jonswap, significant_height: 1, peak_period: 8, seed: 4}", True),
+        ("{spectrum: regular, amplitude: 1, period: 8}", False),
+        ("{spectrum: none}", False),
+    ],
+)
+def test_a_run_in_random_waves_says_that_it_is_one_sea(waves: str, said: bool) -> None:
+    """And what to do about it. Regular waves have no other draw."""
+    case = f"bodies: {{}}\nforces: {{}}\nenvironment:\n  waves:\n  - {waves}\n"
+    run = made_run().assign_attrs(case_resolved=case, seeds=[4])
+    text = Page(page_of(run)).texts["p"]
+    assert ("one sea: one draw of random waves (seed 4)" in text) is said
+    assert ("run a study with `seeds: 1-19` by `hydrosim sweep`" in text) is said
+
+
+def test_statistics_and_scene_are_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[str] = []
+
+    def counting(name: str) -> None:
+        of = getattr(run_report, name)
+
+        def counted(run: xr.Dataset) -> object:
+            made.append(name)
+            return of(run)
+
+        monkeypatch.setattr(run_report, name, counted)
+
+    counting("statistics_of")
+    counting("scene_of")
+    page = Page(page_of(made_run()))
+    assert sorted(made) == ["scene_of", "statistics_of"]
+    assert "Statistics" in page.texts["h2"]
 
 
 def test_numbers_are_those_of_the_result() -> None:

@@ -16,6 +16,7 @@ from scipy.integrate import solve_ivp
 
 from hydrosim import simulate
 from hydrosim.dofs import DOFS
+from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import AppliedForce, Fender, LinearMooring, NormalCurve, Plane, StickSlip
 from hydrosim.scene import Kinematics, Method, Scene, Solver
 
@@ -61,7 +62,7 @@ def test_energy_and_angular_momentum_are_conserved_at_the_order_of_the_method(
         assert order >= ORDERS[method] - 0.2  # 0.2: steps that are not infinitely small
 
 
-def test_rotation_by_eulers_equations(figure: Figure) -> None:
+def test_rotation_by_eulers_equations(validated: Callable[..., None]) -> None:
     """Against Euler's equations in the body frame, R' = R (omega x), by an 8th-order method."""
     R0, inverse = rotation(START), np.linalg.inv(INERTIA)
 
@@ -77,8 +78,9 @@ def test_rotation_by_eulers_equations(figure: Figure) -> None:
     )
     R = np.array([rotation(a) for a in run.position.values[:, 0, 3:]])
     error = np.abs(R - exact.y[:9].T.reshape(-1, 3, 3)).max()
-    figure("error of the rotation", error)
-    assert error <= 1e-9  # (h |omega|)^4 / 120 over 12 rad
+    claim, against = "body that tumbles freely over 12 rad", "Euler's equations by DOP853"
+    # (h |omega|)^4 / 120 over 12 rad
+    validated(Kind.INDEPENDENT, claim, against, error, 1e-9, Feature.ROTATIONS)
     drift = np.outer(run.time.values, [1.0, -2.0, 0.5])
     assert_allclose(run.position.values[:, 0, :3], drift, atol=1e-12)
 

@@ -15,6 +15,7 @@ from random_records import DURATION, HARD, KINDS, MOST_PROBABLE
 from scipy.special import owens_t
 from scipy.stats import gumbel_r, norm
 
+from hydrosim.evidence import Feature, Kind
 from hydrosim.statistics.crossings import Crossings, crossings
 from hydrosim.statistics.extremes import LAWS, OFF, Basis, extremes
 from hydrosim.statistics.gaussian import fit_gaussian
@@ -190,7 +191,7 @@ def test_quantiles_are_those_of_the_process() -> None:
         assert bound - near < kind.quantiles[1] < bound + 0.01, name
 
 
-def test_independent_waves_have_rayleighs_extremes() -> None:
+def test_independent_waves_have_rayleighs_extremes(validated: Callable[..., None]) -> None:
     """n = 1080: 3.7376 standard deviations are most probable, 4.2977 exceeded once in ten times
     (sqrt(-2 ln(1 - 0.9^(1/n))), here by n exp(-u^2 / 2) = -ln 0.9, which is 4e-5 off)."""
     count = 1080.0
@@ -200,7 +201,9 @@ def test_independent_waves_have_rayleighs_extremes() -> None:
     values = 1e7  # in short steps: Rice's rate, a / pi of the values in groups of one each
     alone = Crossings(values, np.pi * count / values, 1e3, 0.0)
     fit = fit._replace(mean=0.0, std=1.0, crossings=alone)
-    assert fit.expected(1.0) == pytest.approx(3.7376, abs=5e-5)
+    error = abs(fit.expected(1.0) / 3.7376 - 1.0)
+    claim = "most probable largest of 1080 waves"
+    validated(Kind.CLOSED_FORM, claim, "Rayleigh", error, 1.3e-5, Feature.EXTREMES)
     exceeded = count / -np.log(0.9)
     assert fit.expected(exceeded / count) == pytest.approx(4.2977, abs=1e-4)
 
@@ -255,15 +258,16 @@ def test_gumbel_fit_is_scipys() -> None:
         assert p90 == pytest.approx(gumbel_r.ppf(0.9, location, scale), rel=1e-6)
 
 
-def test_p90_over_seeds(figure: Figure) -> None:
+def test_p90_over_seeds(validated: Callable[..., None]) -> None:
     """Of 20 runs whose largest values have Gumbel's law its interval holds the true P90 in 90 % of
     600 studies, within three standard errors."""
     random, true = np.random.default_rng(20), gumbel_r.ppf(0.9)
     laws = [fit_maxima(gumbel_r.rvs(size=20, random_state=random)) for _ in range(600)]
     low, high = np.array([law.confidence(exceeding(0.9)) for law in laws]).T
     share = float(np.mean((low <= true) & (true <= high)))
-    figure("P90 over 20 seeds", share)
-    assert abs(share - 0.9) <= 3.0 * np.sqrt(0.9 * 0.1 / 600)
+    limit = float(f"{3.0 * np.sqrt(0.9 * 0.1 / 600):.3g}")
+    claim = "90 % intervals of P90 over 20 seeds, share of 600 that hold"
+    validated(Kind.CLOSED_FORM, claim, "0.9", abs(share - 0.9), limit, Feature.EXTREMES)
 
 
 def test_a_record_that_is_cut_off_above_has_no_largest() -> None:

@@ -32,6 +32,7 @@ def run() -> xr.Dataset:
         ("end", None, -1.0),
         ("end_absolute", None, 1.0),
         ("change", "initial contact", 7.0),
+        ("change_absolute", None, 1.0),
         ("largest_absolute", "initial contact", 4.0),
         ("mean", None, 0.5),
         ("smallest", "moored", 0.0),
@@ -45,11 +46,44 @@ def test_figures(run: xr.Dataset, statistic: str, phase: str | None, expected: f
     assert found.attrs["units"] == "m"
 
 
+def test_crawl_counts_from_where_a_run_begins_and_the_end_from_the_place_at_rest(
+    run: xr.Dataset,
+) -> None:
+    """A body that begins 3 m off, and ends 4 m off to the other side, has crawled 7 m."""
+    moved = run.assign(position=run.position - 3.0 + 6.0 * (run.time == 0.0))
+    moved.position.attrs["units"] = "m"
+    channel = "position.barge.surge"
+    assert float(figure_of(moved, Figure("a", channel, "end_absolute"))) == 4.0
+    assert float(figure_of(moved, Figure("a", channel, "change_absolute"))) == 7.0
+    assert float(figure_of(moved, Figure("a", channel, "change"))) == -7.0
+    assert str(Figure("a", channel, "change_absolute")) == f"magnitude of the change of {channel}"
+
+
 def test_times_before_the_start_are_left_out(run: xr.Dataset) -> None:
     assert float(figure_of(run, Figure("a", "position.barge.surge", "mean", None, 4.0))) == 1.5
 
 
 def test_phases_need_contacts(run: xr.Dataset) -> None:
     figure = Figure("a", "position.barge.surge", "end", "moored")
-    with pytest.raises(InputError, match="found phase moored, but the run has no contacts"):
+    with pytest.raises(InputError, match="found phase moored; expected a run with contacts"):
         figure_of(run.drop_vars("contact_phase"), figure)
+
+
+@pytest.mark.parametrize(
+    ("channel", "statistic", "bounded"),
+    [
+        ("position.barge.surge", "largest", False),
+        ("position.barge.surge", "largest_absolute", True),
+        ("position.barge.surge", "std", True),
+        ("fender_normal_force.pad", "smallest", True),
+        ("fender_normal_force.pad", "change", False),
+    ],
+)
+def test_what_cannot_be_negative_says_so(
+    run: xr.Dataset, channel: str, statistic: str, bounded: bool
+) -> None:
+    more = run.assign_coords(fender=["pad"]).assign(
+        fender_normal_force=(("time", "fender"), np.abs(X)[:, None], {"units": "N"})
+    )
+    found = figure_of(more, Figure("a", channel, statistic))
+    assert ("lowest" in found.attrs) is bounded

@@ -15,7 +15,7 @@ import hydrosim as hs
 from hydrosim.dofs import DOFS
 from hydrosim.statistics.figures import Figure, figure_of
 from hydrosim.statistics.statistics import statistics
-from hydrosim.wording.statistics import figures, statistics_nodes
+from hydrosim.wording.statistics import figures, statistics_nodes, statistics_of
 
 CHANNEL = "force_line.barge.surge"
 TIME = np.arange(0.0, 400.0, 0.5)
@@ -92,7 +92,8 @@ def test_knocks_between_records_count() -> None:
     assert abs(found.named_recorded_mean.item() / expected - 1.0) > 0.02
     normal = fine.fender_normal_force.transpose("time", "fender").values
     expected = np.trapezoid(normal, fine.time.values, axis=0) / 90.0
-    page = texts(statistics_nodes(coarse.assign_attrs(wave_ramp=0.0)))
+    still = coarse.assign_attrs(wave_ramp=0.0)
+    page = texts(statistics_nodes(still, statistics_of(still)))
     assert any("this mean is by impulses" in line for line in page)
     each = found.fender_force.sel(statistic="mean").values
     np.testing.assert_allclose(each, expected, rtol=2e-3)

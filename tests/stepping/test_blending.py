@@ -26,6 +26,7 @@ from hydrosim.database import load
 from hydrosim.database.build.barge import box
 from hydrosim.database.build.closed import barge_with_deck
 from hydrosim.errors import InputError
+from hydrosim.evidence import Feature, Kind
 from hydrosim.integrate import RK4
 from hydrosim.linear.equilibrium import equilibrium
 from hydrosim.scene import (
@@ -91,15 +92,16 @@ def scene(body: Body, duration: float = 40.0, step: float = 0.1, **changes: Any)
 @pytest.mark.parametrize(("dof", "start"), [("heave", 0.02), ("roll", 0.02)])
 @pytest.mark.slow
 def test_a_decay_between_two_draughts_is_that_of_the_database_there(
-    dof: str, start: float, figure: Callable[[str, float], None]
+    dof: str, start: float, validated: Callable[..., None]
 ) -> None:
     """Within 1 % of its start: what linear interpolation leaves of databases 20 % apart."""
     offset, first = moving(**{dof: start}), np.array(moving(heave=0.4))
     own = hs.simulate(scene(barge(ALONE, 4.0, position=offset)))
     both = hs.simulate(scene(barge(FAMILY, 4.4, position=tuple(first + offset))))
     apart = (both - own)[["position"]].position.sel(dof=dof) - (0.4 if dof == "heave" else 0.0)
-    figure(f"largest difference in {dof}", float(abs(apart).max()) / start)
-    assert abs(apart).max() < 0.01 * start
+    error = float(abs(apart).max()) / start
+    claim, against = "decay between two draughts, of its start", "database of this draught"
+    validated(Kind.SELF, claim, against, error, 0.01, Feature.DRAUGHTS)
 
 
 def blends(count: int) -> list[Callable[[float], float]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -13,6 +14,7 @@ from numpy.testing import assert_allclose
 
 import hydrosim as hs
 from hydrosim.errors import InputError
+from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import LinearMooring
 from hydrosim.scene import (
     Active,
@@ -52,11 +54,15 @@ NEVER = When(channel="speed.block", above=9.0)
 
 
 @pytest.mark.parametrize("method", Method)
-def test_a_pump_runs_between_two_events_to_the_last_digit(method: Method) -> None:
+def test_a_pump_runs_between_two_events_to_the_last_digit(
+    method: Method, validated: Callable[..., None]
+) -> None:
     """From v = 1.2 m/s, at 8 s, to 0.77 s after 1.8 m/s, 12.77 s."""
     run = hs.simulate(pushed(Pump("across", 300.0, "left", "right", FAST, FASTER), method=method))
     moved = 300.0 * np.clip(run.time.values - 8.0, 0.0, 4.77) / DENSITY / AREA
-    assert_allclose(levels(run, "left"), 2.0 - moved, atol=1e-9)
+    error = np.abs(levels(run, "left") - (2.0 - moved)).max()
+    claim = "level of a tank whose pump runs between two events [m]"
+    validated(Kind.CLOSED_FORM, claim, "straight lines", error, 1e-9, Feature.PUMPS)
     assert_allclose(levels(run, "right"), 0.4 + moved, atol=1e-9)
     assert [*run.pump_mode.values[[0, 20, -1], 0]] == [0, 1, 2]
 

@@ -30,8 +30,8 @@ def test_a_changed_figure_is_noticed():
 
 
 def test_tables_name_seeds_and_program():
-    origin = json.loads((pages.FOLDER / "origin.json").read_text())
+    origin = json.loads((pages.MEASURED / "origin.json").read_text())
     assert origin.keys() >= {"commit", "numpy", "numba"}
-    with (pages.FOLDER / "score.csv").open(newline="") as file:
+    with (pages.MEASURED / "score.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert {int(row["row"]) for row in rows} == set(range(1, 15))

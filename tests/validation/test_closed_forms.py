@@ -6,9 +6,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from hydrosim import simulate
+from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import AppliedForce, constant
 from hydrosim.scene import Body, Environment, RegularWave, Scene, Solver, WaveForces, WaveTrain
 from hydrosim.studies.linear.rest import at_rest
@@ -18,7 +18,6 @@ LENGTH, BEAM, DRAUGHT = 100.0, 20.0, 5.0
 RHO, G = 1025.0, 9.81
 MASS = RHO * LENGTH * BEAM * DRAUGHT
 Validated = Callable[..., None]
-pytestmark = pytest.mark.validation
 
 
 def box(**changes: object) -> Body:
@@ -31,8 +30,9 @@ def test_box_sinks_by_the_weight_of_its_waterplane(validated: Validated) -> None
     rest = at_rest(Scene("loaded box", 1.0, (box(),), forces={"load": load}))
     sinkage = 1e7 / (RHO * G * LENGTH * BEAM)
     error = abs(rest.position[0, 2] / -sinkage - 1.0)
-    validated("box under a load, sinkage", "F / (rho g A)", error)
-    assert error < 1e-6  # the panels' waterplane, in single precision
+    validated(  # the panels' waterplane, in single precision
+        Kind.CLOSED_FORM, "box under a load, sinkage", "F/(ρgA)", error, 1e-6, Feature.STIFFNESS
+    )
 
 
 def test_long_waves_lift_a_box_with_them(validated: Validated) -> None:
@@ -53,7 +53,9 @@ def test_long_waves_lift_a_box_with_them(validated: Validated) -> None:
     late = simulate(scene).sel(time=slice(10 * period, None))
     heave, eta = late.position.sel(dof="heave").values[:, 0], late.wave_elevation.values
     ratio = float(heave @ eta / (eta @ eta))
-    validated("box in a wave 30 times its length, heave over amplitude", "1", abs(ratio - 1.0))
+    claim = "box in a wave 30 times its length, heave over amplitude"
+    features = (Feature.WAVES, Feature.RADIATION, Feature.STIFFNESS)
+    validated(Kind.CLOSED_FORM, claim, "1", abs(ratio - 1.0), 0.012, *features)
     assert abs(ratio - 1.0) < 0.01 + (k * LENGTH) ** 2 / 24
 
 
@@ -67,5 +69,6 @@ def test_airy_wave(validated: Validated) -> None:
     w = 2 * np.pi / period
     exact = amplitude * np.cos(w * run.time.values + 0.3)
     error = np.abs(run.wave_elevation.values - exact).max() / amplitude
-    validated("Airy wave, elevation", "a cos(w t + e)", error)
-    assert error < 1e-12
+    validated(
+        Kind.CLOSED_FORM, "Airy wave, elevation", "a cos(ωt + ε)", error, 1e-12, Feature.WAVES
+    )

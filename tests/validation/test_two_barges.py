@@ -18,6 +18,7 @@ from numpy.testing import assert_allclose
 import hydrosim as hs
 from hydrosim.compiling.wet import WetGroup
 from hydrosim.database import HydroDatabase, load, needed
+from hydrosim.evidence import Feature, Kind
 from hydrosim.presentation.document import List
 from hydrosim.radiation import Retardation, retardation
 from hydrosim.radiation.retardation import (
@@ -31,7 +32,6 @@ from hydrosim.wording.check import check_document
 
 Validated = Callable[..., None]
 Figure = Callable[[str, float], None]
-pytestmark = pytest.mark.validation
 BARGES = Path(__file__).parents[2] / "hydro_db" / "two_barges.nc"
 RESONANT = (1.3, 1.46)  # in the gap
 FREQUENCIES = (0.7, 1.0, *RESONANT, 2.0)  # of the database
@@ -113,8 +113,9 @@ def test_energy_and_reciprocity_over_both(validated: Validated) -> None:
     size = diagonal_scale(B)
     scale = size[:, None] * size
     error = float((np.abs(far_field(db) - B) / scale).max())
-    validated("two barges, damping of all 12 x 12", "Haskind from the loads", error)
-    assert error < 1e-6
+    haskind = "Haskind's relation, from the loads"
+    claim = "two barges, damping of all 12 x 12"
+    validated(Kind.CLOSED_FORM, claim, haskind, error, 1e-6, Feature.COUPLED)
     assert np.linalg.eigvalsh(B / scale).min() > -1e-12
     time = np.arange(0.0, 160.0, 0.1)
     kernel = retardation_function(db.frequency, B, time)
@@ -122,8 +123,9 @@ def test_energy_and_reciprocity_over_both(validated: Validated) -> None:
     added = needed(db, "added_mass_infinite")
     size = diagonal_scale(db.added_mass)
     gap = float((np.abs(infinite - added) / (size[:, None] * size)).max())
-    validated("two barges, added mass at infinite frequency", "Ogilvie from A(w) and B(w)", gap)
-    assert gap < 0.1
+    ogilvie = "Ogilvie's relation, from A(ω) and B(ω)"
+    claim = "two barges, added mass at infinite frequency"
+    validated(Kind.CLOSED_FORM, claim, ogilvie, gap, 0.1, Feature.COUPLED)
 
 
 def test_barges_are_mirror_images() -> None:
@@ -230,11 +232,14 @@ def test_response_is_that_of_the_frequency_domain(
     )
     same = errors(found, fits, 1).max()
     true, beyond = (errors(motions, database, 3).max() for motions in (found, memory))
-    what = "two barges in regular waves, 12 x 12"
-    validated(what, "frequency domain, same radiation", float(same))
-    validated(f"{what}, w = {omega:g}", "frequency domain of the database", float(true))
-    assert same < 0.002
-    validated(f"{what}, w = {omega:g}", "what the memory integral makes of it", float(beyond))
+    claim = "two barges in regular waves, 12 x 12"
+    features = (Feature.COUPLED, Feature.WAVES, Feature.RADIATION)
+    domain = "frequency domain, same radiation"
+    validated(Kind.INDEPENDENT, claim, domain, float(same), 0.002, *features)
+    where, limit = ("in", 0.1) if omega in RESONANT else ("beside", 0.065)
+    claim = f"{claim}, {where} resonances of the gap"
+    domain = "frequency domain of the database"
+    validated(Kind.INDEPENDENT, claim, domain, float(true), limit, *features)
     assert beyond < (0.1 if omega in RESONANT else 0.055)
     assert true < (0.1 if omega in RESONANT else beyond + 0.01)
 

@@ -11,6 +11,7 @@ from validation_data import unpacked
 
 from hydrosim.database.load import read
 from hydrosim.errors import InputError
+from hydrosim.evidence import Feature, Kind
 from hydrosim.radiation import fits, retardation
 from hydrosim.scene.given import Given
 
@@ -33,7 +34,12 @@ def database():
 
 @pytest.mark.parametrize("tolerance", few([6e-2, 1e-2], 1))
 def test_ours_is_closer_to_the_coefficients_than_the_supplied_one(
-    database, tolerance: float, tmp_path, monkeypatch, figure: Callable[[str, float], None]
+    database,
+    tolerance: float,
+    tmp_path,
+    monkeypatch,
+    figure: Callable[[str, float], None],
+    validated: Callable[..., None],
 ) -> None:
     """K^ = B + i w (A - A_inf) of WAMIT's .1, the root mean square error over its frequencies and
     over all 36 entries, each relative to the geometric mean of the diagonal entries' largest. Ours
@@ -66,6 +72,17 @@ def test_ours_is_closer_to_the_coefficients_than_the_supplied_one(
     figure("theirs: passivity", eigenvalues.min() / eigenvalues.max())
     assert np.linalg.eigvals(state).real.max() < 0.0  # it is the right file, the right way round
     assert all(model.report.passivity_margin >= -1e-7 for model in models)
+    ours, theirs = (np.sqrt((errors[name] ** 2).mean()) for name in ("ours", "theirs"))
+    claim = "VolturnUS, radiation as states, rms over 36 entries"
+    validated(
+        Kind.PROGRAM,
+        claim,
+        "WAMIT's A(ω), B(ω)",
+        ours,
+        float(f"{theirs:.3g}"),
+        Feature.RADIATION,
+        others=f"SS_Fitting {100.0 * theirs:.2f} %",
+    )
     assert np.linalg.norm(errors["ours"]) <= np.linalg.norm(errors["theirs"])
     assert (np.diag(errors["ours"]) <= 1.05 * np.diag(errors["theirs"])).all()
     assert tolerance < 5e-2 or sum(model.order for model in models) <= len(state)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.stats import chi2, kstest
 
+from hydrosim.evidence import Feature, Kind
 from hydrosim.scene import Amplitudes, DirectionalTable, Environment, Jonswap, WaveTrain
 from hydrosim.waves import Components, components, elevations
 from hydrosim.waves.draws import spread
@@ -52,7 +54,7 @@ def test_rayleigh_amplitudes_have_energies_of_two_degrees_of_freedom() -> None:
     assert kstest(waves.amplitude[kept] ** 2 / expected[kept], chi2(2).cdf).pvalue > 1e-3
 
 
-def test_hs_of_a_hundred_seeds() -> None:
+def test_hs_of_a_hundred_seeds(validated: Callable[..., None]) -> None:
     lines = density(SEA.spectrum, components(SEA, DEEP).omega) * 2 * np.pi / 600
     time = 0.5 * np.arange(1200)
     for train, spread_of_m0 in ((SEA, 0.0), (RAYLEIGH, np.sqrt(np.sum(lines**2)))):
@@ -61,7 +63,9 @@ def test_hs_of_a_hundred_seeds() -> None:
         assert np.mean(m0) == pytest.approx(lines.sum(), abs=0.4 * spread_of_m0 + 1e-12)
         assert np.std(m0) == pytest.approx(spread_of_m0, rel=0.4, abs=1e-12)
     # and of the whole axis: 0.1 % is above the cut-off
-    assert lines.sum() == pytest.approx(energy(SEA.spectrum), rel=2e-3)
+    error = abs(lines.sum() / energy(SEA.spectrum) - 1.0)
+    claim = "energy of a random sea"
+    validated(Kind.CLOSED_FORM, claim, "integral of its spectrum", error, 2e-3, Feature.SEA)
 
 
 @pytest.mark.parametrize("train", [SEA, RAYLEIGH], ids=["deterministic", "rayleigh"])
@@ -82,12 +86,18 @@ def test_spectrum_of_records_is_the_spectrum(train: WaveTrain) -> None:
 
 
 @pytest.mark.parametrize("exponent", [0.5, 2.0, 10.0, 75.0])
-def test_directions_have_the_moments_of_cosine_2s(exponent: float) -> None:
+def test_directions_have_the_moments_of_cosine_2s(
+    exponent: float, validated: Callable[..., None]
+) -> None:
     # Longuet-Higgins et al. (1963): mean of cos is s / (s + 1), of cos 2x s(s-1)/((s+1)(s+2))
     waves = components(replace(LONG, spreading=exponent), DEEP)
     angle, s = waves.heading - LONG.heading, exponent
     first, second = s / (s + 1), s * (s - 1) / ((s + 1) * (s + 2))
     root = np.sqrt(angle.size)
+    scatter = np.sqrt((1 + second) / 2 - first**2) / root
+    error = abs(np.mean(np.cos(angle)) - first) / scatter
+    claim, against = "mean cosine of a spread sea [standard errors]", "Longuet-Higgins 1963"
+    validated(Kind.CLOSED_FORM, claim, against, error, 4.0, Feature.SPREADING)
     assert np.mean(np.cos(angle)) == pytest.approx(
         first, abs=4 * np.sqrt((1 + second) / 2 - first**2) / root
     )

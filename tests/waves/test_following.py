@@ -1,11 +1,13 @@
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from known_box import Box, box_at, froude_krylov
 
+from hydrosim.evidence import Feature, Kind
 from hydrosim.scene import Environment, Jonswap, Place, RegularWave, WaveForces, WaveTrain
 from hydrosim.waves import WaveBody, following_model, sea, wave_loads, wave_loads_model
 from hydrosim.waves.following import following_loads, new_sums
@@ -62,7 +64,9 @@ def test_a_body_that_has_moved_is_a_body_elsewhere(box: Box) -> None:
 
 
 @pytest.mark.parametrize("yaw", [0.2, -1.1, 3.0, 7.0])
-def test_a_body_that_has_turned_sees_waves_from_elsewhere(yaw: float) -> None:
+def test_a_body_that_has_turned_sees_waves_from_elsewhere(
+    yaw: float, validated: Callable[..., None]
+) -> None:
     """In axes that turn with it, with the centre of gravity where it was: Froude-Krylov loads on a
     box in closed form. Frequencies are nodes of the table; the error is that of the headings'
     polynomials (1e-6 of the largest at 0.6 rad/s and below), and 1e-4 of Lagrange's."""
@@ -86,7 +90,9 @@ def test_a_body_that_has_turned_sees_waves_from_elsewhere(yaw: float) -> None:
         ],
         axis=1,
     )
-    np.testing.assert_allclose(found[:, :3], expected, atol=1e-4 * np.abs(load).max())
+    error = np.abs(found[:, :3] - expected).max() / np.abs(load).max()
+    claim, against = "loads on a box that has turned", "Froude-Krylov loads of a box"
+    validated(Kind.CLOSED_FORM, claim, against, error, 1e-4, Feature.FOLLOWING)
 
 
 def test_locked_degrees_of_freedom_have_no_load(box: Box) -> None:

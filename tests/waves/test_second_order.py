@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 from known_qtf import FREQUENCY, difference, total, with_qtf
 
 from hydrosim.errors import InputError
+from hydrosim.evidence import Feature, Kind
 from hydrosim.scene import Environment, Jonswap, SecondOrder, WaveForces, WaveTrain
 from hydrosim.waves import Components, WaveBody, components, second_order
 from hydrosim.waves.quadratic import difference_factors, sum_factors
@@ -63,7 +65,7 @@ def two_waves(
 
 
 @pytest.mark.parametrize("order", [[0, 1], [1, 0]])
-def test_bichromatic_waves_in_closed_form(order: list[int]) -> None:
+def test_bichromatic_waves_in_closed_form(order: list[int], validated: Callable[..., None]) -> None:
     """The phase of T_12 belongs to the wave named first, whichever is the longer one."""
     w = FREQUENCY[[10, 4]][order]
     waves = given(list(w), [1.2, 0.7], [0.4, 2.0])
@@ -78,9 +80,12 @@ def test_bichromatic_waves_in_closed_form(order: list[int]) -> None:
         one, other = T[0, 0, dof].real, T[1, 1, dof].real
         expected = two_waves(waves, T[0, 1, dof], one, other, TIMES)
         np.testing.assert_allclose(found[:, dof], expected, rtol=1e-10)
+        error = np.abs(found[:, dof] - expected).max() / np.abs(expected).max()
+        claim = "slow load of two waves from a QTF"
+        validated(Kind.CLOSED_FORM, claim, "sum of three cosines", error, 1e-10, Feature.QTF)
 
 
-def test_double_sum_over_a_sea_to_two_headings() -> None:
+def test_double_sum_over_a_sea_to_two_headings(validated: Callable[..., None]) -> None:
     """By Fourier transforms and pair by pair."""
     trains = (SEA, replace(SEA, heading=np.pi))
     each = [components(train, Environment(), stream) for stream, train in enumerate(trains)]
@@ -101,7 +106,10 @@ def test_double_sum_over_a_sea_to_two_headings() -> None:
         transfer = np.moveaxis(factors.pairs(), 0, -1)
         expected = double_sum(waves, transfer, TIMES, sign)
         found = in_time(loads(waves, elevation, factors), TIMES)
-        np.testing.assert_allclose(found, expected, atol=1e-10 * np.abs(expected).max())
+        error = np.abs(found - expected).max() / np.abs(expected).max()
+        feature = Feature.QTF if sign < 0.0 else Feature.SUM
+        claim = f"{feature}, a sea to two headings"
+        validated(Kind.INDEPENDENT, claim, "double sum, pair by pair", error, 1e-10, feature)
 
 
 def test_same_waves_on_and_off_a_grid() -> None:

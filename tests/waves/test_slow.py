@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from math import radians
 
@@ -12,6 +13,7 @@ from known_box import Box
 from moored_barge import SEA, hull, in_waves, motion, scene_of, with_body
 
 import hydrosim as hs
+from hydrosim.evidence import Feature, Kind
 from hydrosim.scene import (
     ConvolutionRadiation,
     Environment,
@@ -46,7 +48,7 @@ def body(box: Box, place: Place) -> WaveBody:
 
 @pytest.mark.parametrize("rate", [(0.0, 0.0, 0.0), (0.7, -0.4, 0.004)])
 def test_on_its_path_the_loads_are_those_where_it_is(
-    box: Box, rate: tuple[float, float, float]
+    box: Box, rate: tuple[float, float, float], validated: Callable[..., None]
 ) -> None:
     """A body that drifts and turns steadily, against the sum over all waves at its place at every
     time. Rows are within 1e-6 of the sea's deviation; a straight line between transfer functions
@@ -67,6 +69,9 @@ def test_on_its_path_the_loads_are_those_where_it_is(
             size = max(size, np.abs(expected[:3]).max())
             missed = max(missed, np.abs(found - expected)[:3].max())
     assert missed < (2e-4 if any(rate) else 2e-5) * size
+    claim = "loads on a body that drifts and turns, of the largest"
+    against = "sum over all waves, at its place"
+    validated(Kind.SELF, claim, against, missed / size, 2e-4, Feature.FOLLOWING)
 
 
 def test_a_filter_follows_a_drift_without_a_lag(box: Box) -> None:

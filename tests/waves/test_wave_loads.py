@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 from known_box import Box, froude_krylov, smooth_drift
 
 from hydrosim.errors import InputError
+from hydrosim.evidence import Feature, Kind
 from hydrosim.scene import (
     Environment,
     Jonswap,
@@ -130,7 +132,7 @@ def test_ramp_on_the_elevation_and_its_square_on_second_order(box: Box) -> None:
     assert steady[0][0] != 0.0
 
 
-def test_regular_wave_in_closed_form(box: Box) -> None:
+def test_regular_wave_in_closed_form(box: Box, validated: Callable[..., None]) -> None:
     x, y, times = 37.0, -18.0, np.linspace(0.0, 40.0, 101)
     train = replace(REGULAR, ramp=20.0)
     model = loads_model(environment(train), [body(box, location=(x, y))], 0.0, 0.05, 40.0)
@@ -143,7 +145,10 @@ def test_regular_wave_in_closed_form(box: Box) -> None:
     angle = OMEGA * times + 0.4 - OMEGA**2 / 9.81 * along
     expected = ramp[:, None] * np.real(load * np.exp(1j * angle)[:, None])
     # the spline over frequency is good to 1e-4
-    np.testing.assert_allclose(first, expected, atol=1e-4 * np.abs(load).max())
+    error = np.abs(first - expected).max() / np.abs(load).max()
+    claim = "first-order loads on a box in an oblique regular wave"
+    against = "Froude-Krylov loads of a box"
+    validated(Kind.CLOSED_FORM, claim, against, error, 1e-4, Feature.WAVES)
     drift = 0.8**2 * smooth_drift(np.array([OMEGA]), heading)[0, 0]
     np.testing.assert_allclose(
         second, ramp[:, None] ** 2 * drift, rtol=1e-4, atol=1e-4 * np.abs(drift).max()
@@ -151,7 +156,9 @@ def test_regular_wave_in_closed_form(box: Box) -> None:
 
 
 @pytest.mark.parametrize("train", [SWELL, REGULAR])
-def test_mean_drift_is_the_mean_of_the_slow_load(box: Box, train: WaveTrain) -> None:
+def test_mean_drift_is_the_mean_of_the_slow_load(
+    box: Box, train: WaveTrain, validated: Callable[..., None]
+) -> None:
     times = np.arange(0.0, 1800.0, 0.5)
     constant = body(box, WaveForces(True, SecondOrder.MEAN_DRIFT))
     newman, mean = (
@@ -164,6 +171,9 @@ def test_mean_drift_is_the_mean_of_the_slow_load(box: Box, train: WaveTrain) -> 
     np.testing.assert_allclose(newman.mean(axis=0), mean[0], rtol=1e-10)
     # drift between the frequencies of the database: a spline, 1e-4; above it the last value
     np.testing.assert_allclose(mean[0], expected, rtol=1e-3, atol=1e-12)
+    error = np.abs(mean[0] - expected).max() / np.abs(expected).max()
+    claim = "mean drift in a swell and in a random sea"
+    validated(Kind.CLOSED_FORM, claim, "Σ a² D(ω)", error, 1e-3, Feature.MEAN_DRIFT)
 
 
 def test_slow_load_is_the_double_sum_at_the_place_of_the_body(box: Box) -> None:

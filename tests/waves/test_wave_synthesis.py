@@ -1,10 +1,12 @@
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from hydrosim.evidence import Feature, Kind
 from hydrosim.scene import Environment, Jonswap, WaveTrain
 from hydrosim.waves import Components, components
 from hydrosim.waves.second_order import difference_loads, newman
@@ -102,7 +104,7 @@ def test_grid_is_no_finer_than_it_must_be_and_its_points_are_stages(dt: float) -
     assert (other.step, other.period) == (grid.step, grid.period)
 
 
-def test_newman_is_the_double_sum() -> None:
+def test_newman_is_the_double_sum(validated: Callable[..., None]) -> None:
     waves = sea(repeat_period=300.0)
     random = np.random.default_rng(3)
     drift = random.normal(size=(waves.omega.size, 2))
@@ -116,7 +118,10 @@ def test_newman_is_the_double_sum() -> None:
             pairs = np.cos(theta[:, None] - theta) * np.outer(waves.amplitude, waves.amplitude)
             double = np.sum(pairs * 0.5 * (D[:, None] + D))
             scale = np.sum(np.abs(pairs))
-            assert found[row, column] == pytest.approx(double, abs=1e-12 * scale)
+            error = abs(found[row, column] - double) / scale
+            claim = "slow drift of a random sea after Newman"
+            against = "double sum, pair by pair"
+            validated(Kind.INDEPENDENT, claim, against, error, 1e-12, Feature.NEWMAN)
 
 
 def test_mean_of_the_slow_load_is_the_mean_drift() -> None:

@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from moored_barge import scene_of
 
 import hydrosim as hs
 from hydrosim.errors import InputError
 from hydrosim.presentation.document import Document, Outcome, Table, Value, Verdict
-from hydrosim.wording.criteria import criteria_nodes, criteria_of
+from hydrosim.results.channels import names, series
+from hydrosim.statistics.criteria import criteria_of
+from hydrosim.studies.run import simulation
+from hydrosim.studies.run.asked import blank_run
+from hydrosim.studies.sweep.study import load_study
+from hydrosim.studies.sweep.sweep import run_study
+from hydrosim.wording.criteria import criteria_nodes
 from hydrosim.wording.run import run_document
 
 CASE = """\
@@ -69,12 +77,71 @@ def test_values_are_read_in_the_units_of_the_case(tmp_path: Path) -> None:
     assert "value [mm]" in str(document)
 
 
-def test_a_channel_that_is_not_there_is_not_met(tmp_path: Path) -> None:
-    more = "  lost: {channel: position.barge.surge, statistic: end, limit: 1 m}\n"
-    _, nodes = documents(tmp_path, more=more)
+def test_a_channel_that_a_kept_result_lacks_is_not_met(tmp_path: Path) -> None:
+    """Runs are refused before they begin; a file of another version may lack it all the same."""
+    path = tmp_path / "case.yaml"
+    path.write_text(CASE.format(far="0.4 m"))
+    run = hs.simulate(hs.load_case(path))
+    asked = run.attrs["criteria_asked"].replace("position.block.surge", "position.barge.surge")
+    nodes = list(criteria_nodes(run.assign_attrs(criteria_asked=asked)))
     said = [node for node in nodes if isinstance(node, Verdict)]
     assert said[0].outcome is Outcome.BAD
     assert "position.barge.surge" in str(said[1].parts)
+
+
+WRONG = {
+    "{channel: position.block.surg, statistic: end, limit: 1 m}": (
+        "case.yaml:10: criteria.lost.channel: found position.block.surg",
+        'did you mean "position.block.surge"?',
+    ),
+    "{channel: clearance.pin, statistic: end, limit: 1 m}": (
+        "case.yaml:10: criteria.lost.channel: found clearance.pin",
+        "they need output: {clearances: ...}",
+    ),
+    "{channel: position.block.surge, statistic: end, phase: stuck, limit: 1 m}": (
+        "case.yaml:10: criteria.lost.phase: found phase stuck; expected a run with contacts",
+    ),
+    "{result: recontact_force, group: legs, limit: 1 MN}": (
+        "case.yaml:10: criteria.lost.result: found a run without contacts",
+    ),
+}
+
+
+@pytest.mark.parametrize(("lost", "words"), WRONG.items())
+def test_what_a_run_will_not_have_is_refused_before_it_begins(
+    tmp_path: Path, lost: str, words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By simulate and check, with file, line and what was meant; no step is taken."""
+    path = tmp_path / "case.yaml"
+    path.write_text(CASE.format(far="0.4 m") + f"  lost: {lost}\n")
+    monkeypatch.setattr(simulation, "run_compiled", None)
+    for do in (hs.simulate, hs.check):
+        with pytest.raises(InputError) as caught:
+            do(hs.load_case(path))
+        for word in words:
+            assert word in str(caught.value)
+
+
+def test_the_names_before_a_run_are_those_of_its_result() -> None:
+    """Channels, variables and units of a moored barge with fenders, a line and waves."""
+    scene = replace(scene_of("base"), duration=1.0, output_accelerations=True)
+    compiled = hs.compile_scene(scene, in_plane=True)
+    before = blank_run(compiled)
+    run = hs.simulate(scene)
+    assert names(before) == names(run)
+    assert [series(before, name)[1] for name in names(run)] == [
+        series(run, name)[1] for name in names(run)
+    ]
+
+
+def test_a_study_of_a_case_with_a_wrong_criterion_names_the_case(tmp_path: Path) -> None:
+    (tmp_path / "case.yaml").write_text(
+        CASE.format(far="0.4 m") + "  lost: {channel: speed.blok, statistic: end, limit: 1 m/s}\n"
+    )
+    path = tmp_path / "study.yaml"
+    path.write_text("case: case.yaml\nparameters: {forces.spring.stiffness.surge: [5, 10]}\n")
+    with pytest.raises(InputError, match=r"case\.yaml:10: criteria\.lost\.channel: .*speed\.block"):
+        run_study(load_study(path), tmp_path / "runs.nc")
 
 
 def test_a_limit_without_a_number_is_refused(tmp_path: Path) -> None:

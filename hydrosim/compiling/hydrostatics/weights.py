@@ -48,10 +48,11 @@ def _check_supports(scene: Scene, alone: Mapping[str, HydroDatabase]) -> None:
         if body.weight == Weight.CARRIED and body.name not in supported:
             weight = body.mass * scene.environment.gravity
             raise InputError(
-                f"bodies.{body.name}.weight: found carried, and nothing that can carry"
-                f" {weight:.4g} N. Add hydrodynamics with stiffness in heave, or a contact,"
-                " spring, mooring or applied force to earth or to a carried body. Otherwise lock"
-                " heave, or set weight: balanced."
+                f"bodies.{body.name}.weight: found carried, but nothing in the case can carry its"
+                f" {weight:.4g} N. Add hydrodynamics with stiffness in heave, or an applied force,"
+                " or connect it by a contact, spring or mooring to the earth or to a body that is"
+                " carried. Otherwise lock heave; or set weight: balanced, a constant force equal"
+                " to the weight."
             )
 
 

@@ -73,9 +73,10 @@ def _first_order(path: Path, tables: Sequence[Table], given: Given) -> HydroData
         return hydrostar_linear.read(linear, given)
     if len(sets) != 1:
         raise InputError(
-            f"{path}: has only quadratic transfer functions, and {len(sets)} files .1 are beside"
-            " it; expected one, with the first-order data. Let HydroStar write added mass,"
-            " damping and loads, or its results in WAMIT's format, into this folder, too."
+            f"{path}: has only quadratic transfer functions, and this folder has {len(sets)} WAMIT"
+            " files that end in .1; expected one, with the first-order data. Let HydroStar write"
+            " added mass, damping and loads into this folder, in its own format or in WAMIT's."
+            " If there are several, keep the one that belongs to these functions."
         )
     db = wamit.read(sets[0], first_given(given, *(table.given for table in tables[:1])))
     if db.bodies != 1:

@@ -266,9 +266,14 @@ def which_remember(p: Params) -> np.ndarray:
 
 def memories(p: Params, y: np.ndarray) -> np.ndarray:
     """The memory (..., r, loop.STATES) of ``r`` points, from y (..., ny)."""
-    first = p.state + STATES * p.points.size
-    own = y[..., first : first + loop.STATES * p.remembering]
+    own = y[..., places_of_memories(p)]
     return own.reshape(*y.shape[:-1], p.remembering, loop.STATES)
+
+
+def places_of_memories(p: Params) -> slice:
+    """The places of all memories in y."""
+    first = p.state + STATES * p.points.size
+    return slice(first, first + loop.STATES * p.remembering)
 
 
 def without_friction(p: Params) -> Params:

@@ -26,6 +26,7 @@ from hydrosim.forces.contact.fender import (
     forget,
     is_mirrored,
     memories,
+    places_of_memories,
     which_remember,
 )
 from hydrosim.forces.contact.modes import OPEN
@@ -33,7 +34,16 @@ from hydrosim.forces.contact.postures import ContactPostures
 from hydrosim.forces.contact.tally import EACH, SLIPPING, WIDTH
 from hydrosim.forces.contact.tally import MODES as TALLIED
 from hydrosim.forces.contact.tally import SIZE as TALLIES
-from hydrosim.forces.kind import Columns, Kept, Modes, Parts, States, Variable, capacity_of
+from hydrosim.forces.kind import (
+    Columns,
+    Kept,
+    Modes,
+    Parts,
+    RecordedStates,
+    States,
+    Variable,
+    capacity_of,
+)
 from hydrosim.modes import MODE
 from hydrosim.scene import Scene
 
@@ -141,7 +151,7 @@ class _Kind(ContactPostures):
         seen = kept.observed
         is_open = kept.modes[:, :, MODE] == OPEN
         each = POINT[:2]
-        own = kept.y[:, p.state : p.state + STATES * p.points.size]
+        own = kept.y[p.state : p.state + STATES * p.points.size]
         states = own.reshape(len(own), -1, STATES)
         return {
             "fender_compression": (each, seen[:, :, COMPRESSION]),
@@ -195,12 +205,13 @@ def _kinetic(scene: Scene) -> dict[str, object]:
     }
 
 
-def _closings(p: Params, y: np.ndarray) -> Columns:
+def _closings(p: Params, y: RecordedStates) -> Columns:
     """Memory of closings of contacts; NaN for contacts without memory."""
     if p.remembering == 0:
         return {}
     known = np.full((len(y), p.points.size, loop.STATES), np.nan)
-    known[:, which_remember(p)] = memories(p, y)
+    own = y[places_of_memories(p)]
+    known[:, which_remember(p)] = own.reshape(len(y), p.remembering, loop.STATES)
     return {
         "fender_closings": (POINT[:2], known[:, :, loop.CLOSINGS]),
         "fender_closing_speed": (POINT[:2], known[:, :, loop.SPEED]),
@@ -225,13 +236,11 @@ def _tallied(tallies: np.ndarray) -> Iterator[tuple[str, tuple[tuple[str, ...], 
         at += count
 
 
-def remembered_groups(parts: Parts, y: np.ndarray) -> list[group.Remembered]:
-    """All groups with memory, with their states from y (nt, ny)."""
+def remembered_groups(parts: Parts, y: RecordedStates) -> list[group.Remembered]:
+    """All groups with memory, with their states from y."""
     p = KIND.of(parts)
     starts = p.state + p.groups["first"]
     return [
-        group.Remembered(
-            int(each["index"]), float(each["weight"]), y[:, first : first + group.STATES]
-        )
+        group.Remembered(int(each["index"]), float(each["weight"]), y[first : first + group.STATES])
         for each, first in zip(p.groups, starts, strict=True)
     ]

@@ -73,8 +73,9 @@ def begun(result: Output, resume: bool, identity: Mapping[str, str]) -> Journal:
         )
     elif stored and (other := [name for name in identity if stored.get(name) != identity[name]]):
         raise InputError(
-            f"--resume: the runs in {folder} were made with another state of: {'; '.join(other)}."
-            " Go on with what they were made with, or begin anew with --overwrite."
+            f"--resume: these have changed since the runs in {folder} were made:"
+            f" {'; '.join(other)}. Restore them to go on, or begin anew with --overwrite, which"
+            " replaces the finished runs."
         )
     folder.mkdir(exist_ok=True)
     return Journal(folder, identity)

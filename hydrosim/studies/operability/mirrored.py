@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from hydrosim.statistics.figures import Asked
     from hydrosim.studies.operability.seas import Swell
 
-EVEN = ("end_absolute", "std", "largest_absolute")
+EVEN = ("end_absolute", "change_absolute", "std", "largest_absolute")
 """Statistics that do not know the sign of what they are of."""
 MOTIONS = ("position", "velocity", "acceleration")
 

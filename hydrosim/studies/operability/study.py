@@ -115,7 +115,7 @@ def load_limits(path: Path) -> Limits:
         lacks = "operability" if data.operability is None else "criteria"
         raise InputError(
             f"{path}: found no key {lacks}; expected criteria and seas, as in criteria: {{crawl:"
-            " {channel: position.barge.surge, statistic: end_absolute, limit: 1 m}} and"
+            " {channel: position.barge.surge, statistic: change_absolute, limit: 1 m}} and"
             " operability: {heights: {from: 0.5 m, to: 4 m, apart: 0.25 m}, peak_periods: [6 s, 8"
             " s]}."
         )

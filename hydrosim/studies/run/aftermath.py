@@ -25,6 +25,7 @@ from hydrosim.scene import Body, FreeSurface, Kinematics, Place, Question, Scene
 from hydrosim.tanks.shapes import heel_and_trim, volume_at
 from hydrosim.waves.components import Components
 from hydrosim.waves.forms import second_order_at_rest
+from hydrosim.waves.moments import is_long
 from hydrosim.waves.transfer import excitation_at, mean_drift_at
 
 if TYPE_CHECKING:
@@ -233,7 +234,10 @@ def _turned_first(
         return
     to = sea.heading - body.heading
     here, turned = (excitation_at(db, to - x, sea.omega) for x in (0.0, yaw))
-    change = _change(here, turned, yaw, 0.0)
+    turned = loads_about_z(turned, yaw)
+    if is_long(db):  # moments are used in the axes of the hull
+        here = np.hstack([here[:, :3], loads_about_z(here[:, 3:], yaw)])
+    change = _change(here, turned, 0.0)
     if change > CHANGED:
         yield (
             f"bodies.{body.name}: waves act on it at its heading at rest, but"
@@ -251,7 +255,8 @@ def _turned_second(
         return
     to = sea.heading - body.heading
     here, turned = (mean_drift_at(db, to - x, sea.omega).mean(axis=0)[None] for x in (0.0, yaw))
-    change = _change(here, turned, yaw, float(np.sqrt(body.inertia[2, 2] / body.mass)))
+    arm = float(np.sqrt(body.inertia[2, 2] / body.mass))
+    change = _change(here, loads_about_z(turned, yaw), arm)
     if change > CHANGED:
         yield (
             f"bodies.{body.name}: second-order loads are computed for its heading at rest, but"
@@ -274,13 +279,13 @@ def _there(run: xr.Dataset, at: int, yaw: float) -> str:
     )
 
 
-def _change(here: np.ndarray, turned: np.ndarray, yaw: float, arm: float) -> float:
+def _change(here: np.ndarray, turned: np.ndarray, arm: float) -> float:
     """Root mean square change of forces or moments (n, 6), whichever is larger, relative to
     ``here``. Moments are at least the force times ``arm`` [m], because symmetry may make them
     zero."""
     change, size = (
         np.sqrt(np.mean(np.abs(x.reshape(-1, 2, 3)) ** 2, axis=(0, 2)))
-        for x in (loads_about_z(turned, yaw) - here, here)
+        for x in (turned - here, here)
     )
     size[1] = max(size[1], arm * size[0])
     return float(np.divide(change, size, out=np.zeros(2), where=size > 0.0).max())
@@ -327,10 +332,10 @@ def _coupled(group: WetGroup, run: xr.Dataset) -> Iterator[str]:
         distance = float(np.hypot(*(places[one] - places[other])))
         if away.max() > APART * distance or turned.max() > TURNED:
             yield (
-                f"bodies.{group.names[one]}, {group.names[other]}: their waves are coupled as at"
-                f" rest, {distance:.4g} m apart and parallel, but their relative position changed"
-                f" by {away.max():.3g} m and {np.degrees(turned.max()):.3g} deg; expected less"
-                f" than {APART * distance:.3g} m and {np.degrees(TURNED):.2g} deg. The loads"
-                " between them are uncertain to that extent. Compute a database for their"
-                " positions in the run."
+                f"bodies.{group.names[one]}, {group.names[other]}: the database has the waves"
+                f" between them for their places at rest, {distance:.4g} m apart and parallel. In"
+                f" the run their relative place changed by up to {away.max():.3g} m and"
+                f" {np.degrees(turned.max()):.3g} deg; expected less than"
+                f" {APART * distance:.3g} m and {np.degrees(TURNED):.2g} deg. Compute a database"
+                " for their mean places in the run."
             )

@@ -38,7 +38,7 @@ def blown_up(scene: Scene, model: Model, record: Record, first: int, count: int)
     with np.errstate(over="ignore", invalid="ignore"):
         held = values["kinetic"] + values["stored"].sum(axis=1)
     works = slice(model.energy, model.energy + model.rows)
-    since = values["y"][:, works] - start["y"][:, works]
+    since = values["y"][works] - start["y"][works]
     given = np.zeros(count - first)
     lost_before = losses(model, start)
     lost_besides = losses(model, values)

@@ -171,7 +171,12 @@ def _arrays(run: Run) -> Iterator[np.ndarray]:
     yield run.record.modes[:count]
     for part in (run.state, run.scratch, run.work):
         yield from (leaf for leaf in _leaves(part) if isinstance(leaf, np.ndarray))
-    yield run.record.accelerations[:count]
+    record = run.record
+    yield record.accelerations[:count]
+    rows = -(-count // record.spacing)
+    for rare in (record.remembered, record.memory):
+        yield rare[:rows]
+        yield rare[-1:]
 
 
 def _leaves(tree: Any) -> Iterator[Any]:

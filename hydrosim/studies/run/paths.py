@@ -10,7 +10,7 @@ import numpy as np
 
 from hydrosim.compiling.clock import compile_clock
 from hydrosim.jit.refs import Held
-from hydrosim.stepping.record import new_record, unpack
+from hydrosim.stepping.record import new_record, states_at, unpack, with_states
 from hydrosim.stepping.run import advance
 from hydrosim.stepping.state import EVALUATIONS, RECORDS, STATUS, Run, new_run
 
@@ -25,8 +25,8 @@ STEEPEST = 100.0  # of the logarithm of a growth: larger values are indistinguis
 
 class Path:
     """A path of a ``compiled`` scene, with the steps of the ``run`` or others. It begins with the
-    state of the run at its record ``begin``, displaced by ``moved``. At each record it keeps the
-    difference of a ``channel`` from the run."""
+    state of the run at its record ``begin``, displaced by ``moved``. That record must have all
+    states (`with_states`). At each record it keeps the difference of a ``channel`` from the run."""
 
     def __init__(
         self,
@@ -43,7 +43,7 @@ class Path:
         self._gaps: list[np.ndarray] = []
         state = compiled.first_state()
         if begin > 0:
-            state.y[:] = recorded(run, "y", begin, begin)[0]
+            state.y[:] = states_at(run.model, run.record, np.array([begin]))[0]
             state.modes[:] = run.record.modes[begin]
         state.y[:] += moved
         clock = compile_clock(compiled)
@@ -68,10 +68,10 @@ class Path:
         """Continue to the record ``last``, or until so many evaluations are spent, but at least to
         the next record."""
         while self.end < last and not self.failed:
-            left = int(evaluations) - self.evaluations
+            left = evaluations - self.evaluations
             if left <= 0 and self.end > self.begin:
                 break
-            advance(min(AT_ONCE, max(left, 1)), self._held)
+            advance(int(min(AT_ONCE, max(left, 1))), self._held)
             self._compare()
 
     def _compare(self) -> None:
@@ -111,7 +111,7 @@ def growth(run: Run, compiled: Compiled, begin: int, granted: float) -> Growth:
     A nearby path with the steps of the run is followed at `PLACES` records among the changes of
     modes. Its distance is handed on from one place to the next. Intervals that are not followed are
     assumed to grow at the same rate. At the first place, the distance turns into the direction of
-    growth.
+    growth. Radiation states begin each time as those of the run, and follow within the memory.
     """
     changes = recorded(run, "events")
     last = len(changes) - 1
@@ -120,20 +120,20 @@ def growth(run: Run, compiled: Compiled, begin: int, granted: float) -> Growth:
     size = _sizes(run)
     coordinates = size.size // 2
     model = run.model
+    remembered = model.states.decay.size
     moved = np.zeros(model.size)
     moved[:coordinates] = NEARBY * size[:coordinates]
     handed_on = 0.0
     levels = []
     spent = 0
-    places = _places(changes, begin, last)
+    places = _places(changes, begin, last, with_states(run.record, last))
     for place, following in pairwise(places):
         path = Path(run, compiled, place, moved, "y")
         path.follow(granted / (len(places) - 1), following)
         spent += path.evaluations
         gaps = path.gaps()[1:]
-        gaps[:, model.slow : model.draught] = (
-            0.0  # slow positions in waves, which each path determines anew
-        )
+        # slow positions in waves, which each path determines anew
+        gaps[:, model.slow - remembered : model.draught - remembered] = 0.0
         if not len(gaps):  # it failed before the next record
             continue
         distances = np.abs(gaps[:, : size.size] / size).max(axis=1)
@@ -142,7 +142,9 @@ def growth(run: Run, compiled: Compiled, begin: int, granted: float) -> Growth:
             continue
         levels.append(handed_on + log(np.median(distances)))
         handed_on += log(distances[calm] / NEARBY)
-        moved = gaps[calm] * NEARBY / distances[calm]
+        moved[: model.radiation] = gaps[calm, : model.radiation] * NEARBY / distances[calm]
+        others = moved[model.radiation + remembered :]
+        others[:] = gaps[calm, model.radiation :] * NEARBY / distances[calm]
     if not levels:
         return Growth(1.0, spent)
     grown = max(levels) - levels[0]
@@ -151,9 +153,11 @@ def growth(run: Run, compiled: Compiled, begin: int, granted: float) -> Growth:
 
 
 def recorded(run: Run, channel: str, first: int = 0, last: int | None = None) -> np.ndarray:
-    """A channel of the records ``first`` to ``last``, inclusive, or to the end."""
+    """A channel of the records ``first`` to ``last``, inclusive, or to the end. Of the states "y",
+    all but those of radiation."""
     count = int(run.counters[RECORDS]) if last is None else last + 1
-    return unpack(run.model, run.record, count, first)[channel]
+    found = unpack(run.model, run.record, count, first)[channel]
+    return np.asarray(found.values if channel == "y" else found)
 
 
 def _sizes(run: Run) -> np.ndarray:
@@ -165,8 +169,10 @@ def _sizes(run: Run) -> np.ndarray:
     return np.maximum(largest, NEARBY)
 
 
-def _places(changes: np.ndarray, begin: int, last: int) -> list[int]:
-    """Records from ``begin`` to ``last`` with equal numbers of ``changes`` between them."""
+def _places(changes: np.ndarray, begin: int, last: int, complete: np.ndarray) -> list[int]:
+    """Records from ``begin`` to ``last`` with about equal numbers of ``changes`` between them. Each
+    is the last of the ``complete`` records up to there, which have all states."""
     wanted = np.linspace(changes[begin], changes[last], PLACES + 1)[:-1]
     before = np.searchsorted(changes, wanted, side="right") - 1
-    return [*np.unique(np.maximum(before, begin)), last]
+    wanted = np.maximum(before, begin)
+    return [*np.unique(complete[np.searchsorted(complete, wanted, side="right") - 1]), last]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from datetime import UTC, datetime
 from math import isfinite
 from pathlib import Path
@@ -19,7 +20,7 @@ from hydrosim.compiling.facts import solution
 from hydrosim.compiling.restart import ACCURACY, HEADINGS, MET, started_from
 from hydrosim.documents.places import locating
 from hydrosim.errors import SimulationError
-from hydrosim.jit.refs import Held
+from hydrosim.jit.refs import Held, forget
 from hydrosim.jit.waiting import Torn, running_time
 from hydrosim.linear.propagate import propagate
 from hydrosim.program import program_version, versions
@@ -28,7 +29,7 @@ from hydrosim.results.netcdf import FORMAT, LATEST
 from hydrosim.results.output import to_dataset
 from hydrosim.scene import Scene
 from hydrosim.stepping.names import force_names
-from hydrosim.stepping.record import new_record, unpack
+from hydrosim.stepping.record import SPACING, new_record, unpack
 from hydrosim.stepping.run import PITCH, advance, count_evaluations
 from hydrosim.stepping.state import (
     BLOWN_UP,
@@ -52,6 +53,7 @@ from hydrosim.stepping.state import (
 )
 from hydrosim.stepping.state_layout import StateKind
 from hydrosim.studies.run.aftermath import noticed
+from hydrosim.studies.run.asked import check_criteria
 from hydrosim.studies.run.blow_up import blown_up, holder
 from hydrosim.studies.run.checkpoint import Checkpoint, Keeper
 from hydrosim.studies.run.resolution import (
@@ -115,14 +117,17 @@ def simulate(
     writing the result.
 
     An interrupt from the keyboard ends the run early, with ``status`` "interrupted". Raises
-    InputError if the scene cannot be compiled, and SimulationError if the run cannot continue. That
+    InputError if the scene cannot be compiled or has not the
+    channels of its criteria, and SimulationError if the run cannot continue. That
     error carries the ``dataset`` until then, with ``status`` "failed".
     """
     if isinstance(case, Compiled):
+        check_criteria(case)
         return run_compiled(warned_of_steps(case), progress, kept)
     if isinstance(case, Scene):
         with locating(case.places):
-            return simulate(compile_scene(case, in_plane=True), progress, kept)
+            # no name for the compiled scene: `run_compiled` lets go of its waves
+            return run_compiled(warned_of_steps(compile_scene(case, in_plane=True)), progress, kept)
     return simulate(prepared(case, progress), progress, kept)
 
 
@@ -146,7 +151,8 @@ def run_compiled(
     scene = compiled.scene
     model = compiled.model
     clock = compile_clock(compiled)
-    record = new_record(model, clock, scene.output_accelerations)
+    spacing = 1 if scene.output_states else SPACING
+    record = new_record(model, clock, scene.output_accelerations, spacing)
     run = new_run(clock, model, compiled.method, compiled.first_state(), record)
     counters = run.counters
     exact = compiled.facts.exact  # computed at once: no checkpoint
@@ -186,16 +192,30 @@ def run_compiled(
     history = run.state.history
     warnings = [*compiled.notes.warnings, *unresolved(compiled, record, count)]
     attributes["warnings"] = "\n".join(warnings) or None
+    wanted = estimates and status == "complete" and not failed
+    estimate = estimated(compiled, run) if wanted else None
+    compiled = _without_table(compiled)
+    del chunks, keeper, run, model  # with them the table of waves, if no caller holds it
+    forget()
     layout = compiled.facts.layout
-    dataset = to_dataset(scene, model, layout, compiled.sea, record, count, history, attributes)
+    dataset = to_dataset(
+        scene, compiled.model, layout, compiled.sea, record, count, history, attributes
+    )
     warn(dataset, noticed(compiled, dataset))
-    if estimates and status == "complete" and not failed:
-        estimate = estimated(compiled, run)
+    if estimate:
         dataset.attrs["twin_evaluations"] = estimate.evaluations
         warn(dataset, estimate.warnings)
     if message:
         raise SimulationError(message, dataset)
     return dataset
+
+
+def _without_table(compiled: Compiled) -> Compiled:
+    """Compiled scene without its waves over time. Only steps need them, and of a long run they are
+    a third of its record."""
+    waves = compiled.model.waves
+    model = compiled.model._replace(waves=waves._replace(values=waves.values[:0].copy()))
+    return replace(compiled, facts=replace(compiled.facts, model=model))
 
 
 def _chunks(run: Run) -> Iterator[float]:

@@ -90,8 +90,8 @@ def _result(stage: Stage) -> Output:
     key = f"file: {stage.file.name} (a run of {stage.case.path})"
     if not stage.file.parent.resolve() == home.resolve() or stage.file.suffix != ".nc":
         raise InputError(
-            f"{key}: found {stage.file}; expected a file that ends in .nc, in the folder {home}"
-            " of that case. hydrosim writes the result of an earlier case to no other folder."
+            f"{key}: found {stage.file}; expected a file that ends in .nc, in the folder {home}."
+            " hydrosim runs the earlier case first, and writes its result into that case's folder."
         )
     inputs = stage.case.inputs()
     made = Output(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from hydrosim.errors import InputError
 from hydrosim.integrate import methods_for_any_step
-from hydrosim.linear.stability import step_limits
+from hydrosim.linear.stability import smallest_step, step_limits
 from hydrosim.radiation.threads import one_thread
 from hydrosim.scene import Unstable
 from hydrosim.studies.ballast.loading import as_at
@@ -33,19 +33,29 @@ def warned_of_steps(compiled: Compiled) -> Compiled:
     if compiled.method.adapts or compiled.facts.exact:
         return compiled
     looked_at = scene_combinations(compiled)
-    limits = [] if compiled.method.any_step else scene_step_limits(compiled, looked_at)
-    found = [limit.describe(step) for limit in limits if limit.step < step]
-    if limits and not found and compiled.model.tanks.each.size:
+    limits = _limits_below(step, compiled, looked_at)
+    found = [limit.describe(step) for limit in limits]
+    if not found and compiled.model.tanks.each.size:
         end = compiled.begin + scene.duration
-        limits = scene_step_limits(as_at(compiled, end))
+        later = as_at(compiled, end)
+        limits = _limits_below(step, later, scene_combinations(later))
         now = f", with tanks as at the end, {end:g} s"
-        found = [limit.describe(step) + now for limit in limits if limit.step < step]
+        found = [limit.describe(step) + now for limit in limits]
     if found and scene.solver.unstable == Unstable.ERROR:
         raise InputError(f"solver.step {step:g} s: {'. '.join(found)}. {_advice(scene, limits[0])}")
     texts = [f"solver.step {step:g} s: {text}" for text in found]
     notes = compiled.notes.warned(texts)
     unresolved = scene_vibrations(compiled, looked_at)
     return replace(compiled, notes=notes, vibrations=unresolved)
+
+
+def _limits_below(step: float, compiled: Compiled, found: Sequence[Combination]) -> list[StepLimit]:
+    """Limits of a scene below this ``step``, for the combinations ``found``. Eigenvalues alone show
+    that most scenes have none. The names of limits need eigenvectors."""
+    method = compiled.method
+    if method.any_step or smallest_step(found, method) >= step:
+        return []
+    return [limit for limit in scene_step_limits(compiled, found) if limit.step < step]
 
 
 def _advice(scene: Scene, limit: StepLimit) -> str:

@@ -8,14 +8,16 @@ from typing import Any, NamedTuple, get_args
 
 from pydantic import BaseModel
 
-from hydrosim.documents.units import Quantity
+from hydrosim.documents.units import Cyclic, Quantity
 
 
 class Coordinate(NamedTuple):
-    """A ``value`` in a case, and its SI ``unit`` if the schema knows one."""
+    """A ``value`` in a case, and its SI ``unit`` if the schema knows one; whether that is
+    ``cyclic``, of a frequency of waves or a density over it."""
 
     value: Any
     unit: str | None = None
+    cyclic: bool = False
 
     @property
     def number(self) -> float | None:
@@ -41,8 +43,11 @@ def at_key(data: BaseModel, key: str) -> Coordinate:
             node, about = node[int(part)], _of_item(about, int(part))
         else:
             return Coordinate(None)
-    units = {quantity.unit for each in about for quantity in _quantities(each)}
-    return Coordinate(node, units.pop() if len(units) == 1 else None)
+    quantities = [quantity for each in about for quantity in _quantities(each)]
+    units = {quantity.unit for quantity in quantities}
+    if len(units) != 1:
+        return Coordinate(node)
+    return Coordinate(node, units.pop(), any(isinstance(each, Cyclic) for each in quantities))
 
 
 def column(values: Sequence[Any]) -> list[Any]:

@@ -31,10 +31,20 @@ from hydrosim.documents.validate import validated
 from hydrosim.errors import InputError
 from hydrosim.outputs import settings_text
 from hydrosim.results.runs_file import RUN, TEXTS
+from hydrosim.statistics.effects import CYCLIC
 from hydrosim.studies.run.simulation import prepared
-from hydrosim.studies.study_file import Enough, Kept, Linked, Plan, Range, StudyFile
+from hydrosim.studies.study_file import (
+    Criterion,
+    Enough,
+    Kept,
+    Linked,
+    Plan,
+    Range,
+    StudyFile,
+    in_study,
+)
 from hydrosim.studies.sweep import designs
-from hydrosim.studies.sweep.coordinates import at_key, column
+from hydrosim.studies.sweep.coordinates import Coordinate, at_key, column
 
 if TYPE_CHECKING:
     from hydrosim.documents.units import Scale
@@ -44,7 +54,6 @@ if TYPE_CHECKING:
 # coordinates of runs: the plan, and what of it is varied
 STUDY = "study"
 VARIED = "varied"
-DESIGN = "design"  # attribute of a file of runs, see `described`
 MOST_RUNS = 1_000_000
 OWN = {*TEXTS, RUN, STUDY, VARIED, "seed"}  # names that files of runs have
 TAKEN = f"found such a name; expected one that is not taken ({', '.join(sorted(OWN))}), without /"
@@ -98,6 +107,7 @@ def load_study(path: Path | str) -> Study:
 
 def _loaded(path: Path, data: StudyFile) -> Study:
     builder = _Builder(path, data)
+    data = with_criteria_of(builder.base(), data)
     rows = [row for name, plan in data.plans().items() for row in builder.rows(name, plan)]
     _check_once(path, _labels(data, rows))
     runs = [(row, scene) for row in rows for scene in row.seas(path, data)]
@@ -113,6 +123,15 @@ def _loaded(path: Path, data: StudyFile) -> Study:
         settings_with(data, rows[0].case),
         data.bounds(),
     )
+
+
+def with_criteria_of(case: Case, data: StudyFile) -> StudyFile:
+    """A study that also holds its runs against the criteria of its ``case``, under their names,
+    where the study does not use these itself."""
+    known = {*data.figures, *data.criteria, *OWN}
+    of_case = case.data.criteria
+    taken = {name: in_study(each) for name, each in of_case.items() if name not in known}
+    return data.model_copy(update={"criteria": {**taken, **data.criteria}}) if taken else data
 
 
 def settings_with(data: StudyFile, case: Case) -> str:
@@ -145,7 +164,7 @@ def fixed_of(data: StudyFile) -> dict[str, Any]:
 
 def described(data: StudyFile) -> dict[str, Any]:
     """What the file of runs says of a study: of each plan its design and the keys of its
-    parameters; the figures; the limits."""
+    parameters; the figures; what is asked of criteria."""
     plans = {
         name: {
             "design": plan.design,
@@ -154,8 +173,19 @@ def described(data: StudyFile) -> dict[str, Any]:
         }
         for name, plan in data.plans().items()
     }
-    limits = {name: each.limit.value for name, each in data.criteria.items()}
-    return {"plans": plans, "figures": [*data.figures, *data.criteria], "limits": limits}
+    criteria = {name: _asked(name, each) for name, each in data.criteria.items()}
+    return {"plans": plans, "figures": [*data.figures, *data.criteria], "criteria": criteria}
+
+
+def _asked(name: str, criterion: Criterion) -> dict[str, Any]:
+    """What `hydrosim.statistics.criteria` judges a criterion by."""
+    figure = criterion.figure(name, 0.0)
+    return {
+        "limit": criterion.limit.value,
+        "source": criterion.source,
+        "at_least": criterion.least(figure),
+        "never_is_late": figure.late_if_missing,
+    }
 
 
 def seas(scene: Scene, seeds: Iterable[int]) -> list[Scene]:
@@ -236,6 +266,10 @@ class _Builder:
         self.fixed = fixed_of(data)
         self.inputs: dict[Path, None] = {path: None}
 
+    def base(self) -> Case:
+        """The case of the study, without what is varied."""
+        return self._case({})
+
     def rows(self, name: str, plan: Plan) -> list[_Row]:
         """The combinations of a plan. One at a time, the case itself is there once, also where it
         is among the values of parameters."""
@@ -285,16 +319,15 @@ def _labels(data: StudyFile, rows: list[_Row]) -> dict[str, xr.Variable]:
         labels[STUDY] = [row.plan for row in rows]
     if any(plan.design == "one_at_a_time" for plan in plans.values()):
         labels[VARIED] = [row.row.varied for row in rows]
-    units: dict[str, str | None] = {}
+    said: dict[str, dict[str, Any]] = {}
     for plan in plans.values():
         for name, parameter in plan.parameters.items():
             if isinstance(parameter, Linked) and parameter.called is not None:
                 labels[name] = [row.row.called.get(name, "") for row in rows]
             for key in designs.keys_of(name, parameter):
-                labels[key], units[key] = _along(key, rows)
+                labels[key], said[key] = _along(key, rows)
     return {
-        name: xr.Variable(RUN, column(values), _attributes(units.get(name)))
-        for name, values in labels.items()
+        name: xr.Variable(RUN, column(values), said.get(name)) for name, values in labels.items()
     }
 
 
@@ -313,16 +346,16 @@ def _check_once(path: Path, labels: Mapping[str, xr.Variable]) -> None:
         seen.add(row)
 
 
-def _along(key: str, rows: list[_Row]) -> tuple[list[Any], str | None]:
-    """The values of a key in all cases, in SI if they are numbers, and the unit of these."""
+def _along(key: str, rows: list[_Row]) -> tuple[list[Any], dict[str, Any]]:
+    """The values of a key in all cases, in SI if they are numbers, and what is said of these."""
     found = {id(row): at_key(row.case.data, key) for row in rows}
     values = [found[id(row)] for row in rows]
     if all(value.number is not None for value in values):
-        units = [value.unit for value in values if value.unit is not None]
-        return [value.number for value in values], next(iter(units), None)
+        known = [value for value in values if value.unit is not None]
+        return [value.number for value in values], _attributes(known[0]) if known else {}
     given = [row.row.settings.get(key, v.value) for row, v in zip(rows, values, strict=True)]
-    return given, None
+    return given, {}
 
 
-def _attributes(unit: str | None) -> Mapping[str, str]:
-    return {} if unit is None else {"units": unit or "1"}
+def _attributes(of: Coordinate) -> dict[str, Any]:
+    return {"units": of.unit or "1", **({CYCLIC: 1} if of.cyclic else {})}

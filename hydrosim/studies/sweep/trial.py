@@ -11,6 +11,7 @@ from hydrosim.documents.units import Scale, factor
 from hydrosim.errors import HydrosimError, InputError
 from hydrosim.statistics.figures import Asked
 from hydrosim.statistics.results import Results
+from hydrosim.studies.run.asked import NotAskable
 from hydrosim.studies.run.simulation import simulate
 
 if TYPE_CHECKING:
@@ -22,7 +23,8 @@ STEPS = 4  # of output
 def check_figures(file: Path, scenes: Sequence[Scene], figures: Sequence[Asked]) -> dict[str, str]:
     """The units of the ``figures`` that a study ``file`` asks of runs like those of the ``scenes``,
     of which some may lack some; none where no scene can be run, which its own run will say. Raises
-    InputError where no run has such a channel."""
+    InputError where no run has such a channel, or a case of the study has not those of its own
+    criteria."""
     units: dict[str, str] = {}
     refused: dict[str, str] = {}
     for scene in scenes:
@@ -46,6 +48,8 @@ def _tried(scene: Scene, figures: Sequence[Asked]) -> dict[str, str | InputError
     short = replace(scene, duration=min(scene.duration, STEPS * scene.output_step))
     try:
         run = simulate(short)
+    except NotAskable:
+        raise
     except HydrosimError:
         return {}
     found: dict[str, str | InputError] = {}

@@ -166,7 +166,7 @@ def test_messages(path):
     with pytest.raises(InputError, match="found 5 loads; expected 6, to move the moments"):
         read(path)
     path.with_name("hull.1").unlink()
-    with pytest.raises(InputError, match=r"functions, and 0 files \.1 are beside it"):
+    with pytest.raises(InputError, match=r"and this folder has 0 WAMIT files"):
         read(path)
 
 

@@ -28,6 +28,7 @@ from scipy.optimize import brentq
 
 import hydrosim as hs
 from hydrosim.errors import InputError
+from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import (
     AppliedForce,
     Coulomb,
@@ -102,7 +103,6 @@ def closed_form(amplitude: float, duration: float) -> Iterator[Piece]:
         piece = Piece(t, float(piece.position(t, amplitude)), float(side))
 
 
-@pytest.mark.validation
 @pytest.mark.parametrize("amplitude", [4e5, 2.2e5])
 def test_block_of_the_thesis(
     amplitude: float, figure: Figure, validated: Callable[..., None]
@@ -113,23 +113,22 @@ def test_block_of_the_thesis(
     exact = np.array([pieces[i].position(t, amplitude) for i, t in zip(of, time, strict=True)])
     error = np.abs(surge(run) - exact).max()
     figure("position error [m]", error)
-    validated(
-        "block under dry friction, 1000 s, over its range", "closed form", error / np.ptp(exact)
-    )
+    claim = "block under dry friction, 1000 s, over its range"
+    part = error / np.ptp(exact)
+    validated(Kind.CLOSED_FORM, claim, "parabolas and sines", part, 1e-9, Feature.COULOMB)
     assert error <= 1e-9
     assert run.attrs["energy_residual_relative"] < 1e-9
     rests = sum(p.sign == 0.0 for p in pieces)
     assert rests == 1 if amplitude == 4e5 else rests > 5  # turns at once, or rests in between
 
 
-@pytest.mark.validation
 def test_no_creep(figure: Figure, validated: Callable[..., None]) -> None:
     """Others creep by 3.6e-6 m (MuJoCo, tuned) to 7e-4 m (Drake) in an hour of this."""
     run = hs.simulate(pushed(1e5, 5e4, duration=3600.0))
     creep = np.abs(surge(run)).max()
     figure("creep [m]", creep)
-    validated("block held by friction for an hour, creep [m]", "0", creep, "MuJoCo 3.6e-6")
-    assert np.all(surge(run) == 0.0)
+    claim = "block held by friction for an hour, creep [m]"
+    validated(Kind.CLOSED_FORM, claim, "0", creep, 0.0, Feature.COULOMB)
     assert np.all(run.fender_mode.values == STICK)
     friction = run.fender_friction.values[:, 0, 0]
     push = 1e5 + 5e4 * np.sin(2 * np.pi * run.time.values / PERIOD)
@@ -162,7 +161,6 @@ def oscillator(ratio: float, friction: float, phase: float, start: float, cycles
     return scene(body, forces, 2 * cycles * half, half, step=half / steps)
 
 
-@pytest.mark.validation
 @pytest.mark.parametrize("ratio", [0.3, 0.45, 0.6, 0.8, 0.9, 1.1, 1.25, 1.5, 2.0, 2.5, 3.0])
 def test_den_hartog(ratio: float, figure: Figure, validated: Callable[..., None]) -> None:
     """From the turning point of the steady motion; the next ones are half periods away."""
@@ -172,8 +170,8 @@ def test_den_hartog(ratio: float, figure: Figure, validated: Callable[..., None]
     turning = surge(run) * np.where(np.arange(run.time.size) % 2, -1.0, 1.0)
     error = np.abs(turning / amplitude - 1.0).max()
     figure(f"amplitude at {ratio:g}", error)
-    validated("oscillator with dry friction, amplitude", "Den Hartog 1931", error)
-    assert error <= 1e-6
+    claim = "oscillator with dry friction, amplitude at 11 frequencies"
+    validated(Kind.CLOSED_FORM, claim, "Den Hartog 1931", error, 1e-6, Feature.COULOMB)
     assert np.all(run.fender_mode.values[1:-1] != 0)
 
 

@@ -10,6 +10,7 @@ from dry_scenes import block, moving, observed_orders, scene, steady, with_step
 from scipy.integrate import solve_ivp
 
 import hydrosim as hs
+from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import Frictionless, Landing, LinearMooring, NormalCurve, Wall
 from hydrosim.forces.contact.guide import AWAY, BESIDE, FREE, INACTIVE, PRESSED
 from hydrosim.scene import Active, Scene, Start, When
@@ -46,7 +47,7 @@ def exact(times: np.ndarray, z: list[float], slope: float) -> np.ndarray:
 
 
 @pytest.mark.parametrize("slope", [0.0, 0.4])
-def test_a_pin_in_a_cylinder_and_in_a_cone_is_that_of_dop853(slope):
+def test_a_pin_in_a_cylinder_and_in_a_cone_is_that_of_dop853(slope, validated):
     start = {"surge": 0.02, "heave": 0.3}, {"surge": 0.9, "sway": 0.5}
     wall = Wall(GAP, *TABLE, slope)
     steps = np.array([0.01, 0.005, 0.0025])
@@ -54,7 +55,8 @@ def test_a_pin_in_a_cylinder_and_in_a_cone_is_that_of_dop853(slope):
     expected = exact(runs[0].time.values, [0.02, 0.0, 0.3, 0.9, 0.5, 0.0], slope)
     errors = [np.abs(run.position.values[:, 0, :3] - expected).max() for run in runs]
     assert np.all(observed_orders(steps, np.array(errors)) > 3.5)
-    assert errors[-1] < 1e-6
+    claim = "pin in a cylinder and in a cone [m]"
+    validated(Kind.INDEPENDENT, claim, "DOP853", errors[-1], 1e-6, Feature.GUIDES)
     assert runs[-1].attrs["energy_residual_relative"] < 1e-6
     assert {FREE, PRESSED} <= {*np.unique(runs[-1].guide_mode.values)}
     assert runs[-1].guide_clearance.values.min() < -1e-3

@@ -13,6 +13,7 @@ from scipy.linalg import expm
 
 import hydrosim as hs
 from hydrosim.errors import InputError
+from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import (
     AppliedForce,
     Coulomb,
@@ -125,7 +126,7 @@ class Exact:
         return out
 
 
-def test_a_mass_on_a_landing_is_that_of_dop853_at_order_4():
+def test_a_mass_on_a_landing_is_that_of_dop853_at_order_4(validated):
     times = np.arange(0.0, 3.0001, 0.05)
     exact = Exact()
     expected, steps = exact.at(times, [0.3, 0.0]), np.array([0.01, 0.005, 0.0025])
@@ -134,7 +135,9 @@ def test_a_mass_on_a_landing_is_that_of_dop853_at_order_4():
     assert np.all(observed_orders(steps, errors) > 3.8)
     assert {run.attrs["solver_events"] for run in runs} == {exact.events}
     fine = hs.simulate(with_step(dropped(), 5e-4))
-    assert np.abs(heave(fine) - expected).max() < 1e-9
+    error = np.abs(heave(fine) - expected).max()
+    claim = "mass that falls on a landing with a loop, 3 s [m]"
+    validated(Kind.INDEPENDENT, claim, "DOP853, piece by piece", error, 1e-9, Feature.LANDINGS)
     assert fine.attrs["energy_residual_relative"] < 1e-9
 
 
@@ -258,7 +261,7 @@ def test_a_horizontal_landing_is_a_vertical_one_that_is_turned(law):
     assert runs[0].solver_events == runs[1].solver_events
 
 
-def test_an_impact_oscillator_is_that_of_the_matrix_exponential_over_100_impacts():
+def test_an_impact_oscillator_is_that_of_the_matrix_exponential_over_100_impacts(validated):
     """A damped oscillator that is driven against an elastic landing: period one, stable; each piece
     is linear and known, and so are the times of its events, by Newton's method."""
     m, k, c, kc, F, w, gap = 1e3, 4e4, 400.0, 4e6, 4e3, 7.5, 0.02
@@ -307,7 +310,10 @@ def test_an_impact_oscillator_is_that_of_the_matrix_exponential_over_100_impacts
     assert (hits + 1) // 2 == closings
     late = expected[-400:].reshape(-1, 20)  # periodic, stable: e^-14 of the transient is left
     assert np.ptp(late, axis=0).max() < 1e-5 * np.ptp(late)
-    assert np.abs(heave(run) - expected).max() < 1e-9
+    error = np.abs(heave(run) - expected).max()
+    claim = "oscillator that strikes a landing 100 times [m]"
+    against = "matrix exponentials between impacts"
+    validated(Kind.CLOSED_FORM, claim, against, error, 1e-9, Feature.LANDINGS)
 
 
 def pushed(amplitude: float, **changes: object) -> Scene:

@@ -95,8 +95,8 @@ def test_against_an_independent_integration(power: float, figure: Figure) -> Non
     steps = np.array([0.005, 0.0025])
     runs = [hs.simulate(with_step(driven(held(power), lag), step)) for step in steps]
     error = np.array([np.abs(surge(run) - whole[:, 0]).max() for run in runs])
-    figure("error over the range", error[-1] / np.ptp(whole[:, 0]))
     figure("order", observed_orders(steps, error)[0])
+    figure("error over the range", error[-1] / np.ptp(whole[:, 0]))
     assert error[-1] <= 1e-6 * np.ptp(whole[:, 0])
     assert observed_orders(steps, error)[0] > 3.7
     friction = runs[-1].fender_friction.values[:, 0, 0]

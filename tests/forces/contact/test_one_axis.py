@@ -16,6 +16,7 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 from hydrosim import simulate
+from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import (
     Fender,
     Frictionless,
@@ -31,6 +32,10 @@ from hydrosim.forces import (
 Figure = Callable[[str, float], None]
 TIME = np.arange(0.0, 20.25, 0.25)
 STEPS = (0.005, 0.0025, 0.00125)
+LAWS = {
+    StickSlip: Feature.STICK_SLIP,
+    FrictionSlope: Feature.SLOPE,
+}
 EXACT = 1e-7  # of the range of the motion, at the smallest step
 STEEL = StickSlip(static=0.2, kinetic=0.1, stiffness=1.4e7, damping=8e5, slip_damping=1e5)
 
@@ -111,14 +116,18 @@ def order(errors: list[float]) -> float:
 
 @pytest.mark.kernels
 @pytest.mark.parametrize("name", BLOCKS)
-def test_motion_is_that_of_an_independent_integration(name: str, figure: Figure) -> None:
+def test_motion_is_that_of_an_independent_integration(
+    name: str, figure: Figure, validated: Callable[..., None]
+) -> None:
     """To 1e-7 of its range, at order 4, with the same modes and the same number of events."""
     runs = [simulate(BLOCKS[name].scene(step)) for step in STEPS]
     errors = [error(run, exact(name)) for run in runs]
     figure("order", order(errors))
-    figure("error", errors[-1])
     assert order(errors) >= 3.5
-    assert errors[-1] <= EXACT
+    law = LAWS[type(BLOCKS[name].friction)]
+    claim = f"block that is pressed on a floor and pushed, {law}, of its range"
+    features = (Feature.FENDERS, law)
+    validated(Kind.INDEPENDENT, claim, "DOP853 by events", errors[-1], EXACT, *features)
     for run in runs:
         assert np.array_equal(run.fender_mode.values[:, 0], exact(name).modes)
         assert run.solver_events == exact(name).events.size
@@ -136,15 +145,16 @@ def test_without_events_every_method_falls_to_low_order(name: str, figure: Figur
     assert errors[-1] >= 100 * cut
 
 
-def test_curve_with_corners(figure: Figure) -> None:
+def test_curve_with_corners(figure: Figure, validated: Callable[..., None]) -> None:
     """A body bounces through all pieces of its curve: order 4, its energy conserved."""
     reference = integrate(FALLING, output_times(FALLING))
     runs = [simulate(FALLING.scene(step)) for step in (0.004, 0.002, 0.001)]
     errors = [error(run, reference) for run in runs]
     losses = [run.energy_residual_relative for run in runs]
     figure("order", order(errors))
-    figure("error", errors[-1])
     figure("energy lost", losses[-1])
+    claim = "body that bounces on a fender of three stiffnesses, of its range"
+    validated(Kind.INDEPENDENT, claim, "DOP853 by events", errors[-1], EXACT, Feature.FENDERS)
     assert order(errors) >= 3.5
     assert order(losses) >= 3.5
     assert losses[-1] <= 1e-6
@@ -182,15 +192,19 @@ def one_dimensional(k: int) -> Block:
 
 
 @pytest.mark.parametrize("k", few(range(20), 6))
-def test_one_dimensional_model_with_random_parameters(k: int, figure: Figure) -> None:
+def test_one_dimensional_model_with_random_parameters(
+    k: int, figure: Figure, validated: Callable[..., None]
+) -> None:
     """To 1e-7 of the range at 0.01 s. The same sequence of modes: as many changes, and the same
     mode every 0.01 s (but where a change is at the very sample)."""
     block = one_dimensional(k)
     reference = integrate(block, SAMPLES)
     run = simulate(block.scene(0.01, output_step=0.01))
-    figure("error", error(run, reference))
     figure("events", reference.events.size)
-    assert error(run, reference) <= EXACT
+    off = error(run, reference)
+    claim = "one-dimensional model of Plasterk 2017, 20 random sets, of its range"
+    features = (Feature.FENDERS, Feature.STICK_SLIP)
+    validated(Kind.INDEPENDENT, claim, "DOP853 by events", off, EXACT, *features)
     assert run.solver_events == reference.events.size >= (10 if k % 3 == 1 else 2)
     apart = np.abs(SAMPLES[:, None] - reference.events).min(axis=1) > 1e-6
     assert np.array_equal(run.fender_mode.values[apart, 0], reference.modes[apart])

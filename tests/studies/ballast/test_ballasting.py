@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import combinations, product
 
@@ -16,6 +17,7 @@ import hydrosim as hs
 from hydrosim.compiling.compile import compile_in_calm
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.errors import InputError
+from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import LinearMooring
 from hydrosim.scene import Box, FreeSurface, Pump, Tank, TankTable, Weight
 from hydrosim.studies.ballast.ballasting import plan
@@ -49,7 +51,9 @@ def out(rate: float = 6e6 / 3600, **rates: float) -> list[Pump]:
 
 
 @pytest.mark.parametrize("surface", FreeSurface)
-def test_trim_and_heel_are_those_of_hydrostatics_by_hand(surface: FreeSurface) -> None:
+def test_trim_and_heel_are_those_of_hydrostatics_by_hand(
+    surface: FreeSurface, validated: Callable[..., None]
+) -> None:
     """4000 t from fore to aft and 1500 t to the other side: where the potential of weight, linear
     buoyancy and free surfaces, written down here, is stationary."""
     pumps = (
@@ -85,7 +89,9 @@ def test_trim_and_heel_are_those_of_hydrostatics_by_hand(surface: FreeSurface) -
     scale = np.array([1e8, 1e10, 1e11])
     exact = root(lambda q: slope(q) / scale, np.zeros(3), tol=1e-14).x
     assert np.abs(exact[1:]).min() > 1e-3
-    assert_allclose(found.position[2:5], exact, atol=1e-9 * np.abs(exact).max())
+    error = np.abs(found.position[2:5] - exact).max() / np.abs(exact).max()
+    claim = "trim and heel of a ballasted barge"
+    validated(Kind.INDEPENDENT, claim, "hydrostatics by hand", error, 1e-9, Feature.TANKS)
 
 
 def test_free_surfaces_take_their_moments_from_the_metacentric_heights() -> None:

@@ -85,10 +85,10 @@ def test_another_set_is_refused(tmp_path: Path) -> None:
     longer = [replace(s, duration=s.duration + 1.0) for s in scenes]
     other = [with_body(s, hydrodynamics=replace(database, added_mass=mass)) for s in scenes]
     for changed, options, words in (
-        (other, {}, "another state of: a database"),
-        (seeds(4), {}, "another state of: the seeds or parameters; the cases"),
-        (longer, {}, "another state of: the cases"),
-        (scenes, {"variables": ["velocity"]}, "another state of: what is kept of the runs"),
+        (other, {}, "were made: a database"),
+        (seeds(4), {}, "were made: the seeds or parameters; the cases"),
+        (longer, {}, "were made: the cases"),
+        (scenes, {"variables": ["velocity"]}, "were made: what is kept of the runs"),
     ):
         with pytest.raises(hs.InputError, match=words):
             hs.simulate_many(changed, path, resume=True, **options)

@@ -4,7 +4,7 @@ against many runs; what is refused; the command with a scatter diagram and a hin
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +14,7 @@ from command_line import command
 from moored_barge import CASES
 
 from hydrosim.compare.exact import differences
+from hydrosim.evidence import Feature, Kind
 from hydrosim.scene import Scene
 from hydrosim.studies.linear.seakeeping import Wanted, linear_analysis
 from hydrosim.studies.many import pools
@@ -56,7 +57,9 @@ def jonswap(omega: np.ndarray, height: float, period: float) -> np.ndarray:
     return shape * height**2 / 16.0 / np.trapezoid(shape, omega)
 
 
-def test_the_limit_of_a_linear_scene_is_that_of_its_spectrum(tmp_path: Path) -> None:
+def test_the_limit_of_a_linear_scene_is_that_of_its_spectrum(
+    tmp_path: Path, validated: Callable[..., None]
+) -> None:
     """From the RAOs of `linear_analysis` and a spectrum written out here: with
     the probability p none of the groups comes in which n waves exceed u = 1 / s on either side
     (Vanmarcke), and none is there at the beginning. Random
@@ -80,7 +83,9 @@ def test_the_limit_of_a_linear_scene_is_that_of_its_spectrum(tmp_path: Path) -> 
         inside = begins * np.exp(-n * np.exp(-0.5 * u**2) * together / begins)
         expected = 1.0 / (np.interp(0.9, inside, u) * np.sqrt(m0))
         limit = float(found.limit.sel(stage="all", peak_period=period).squeeze())
-        assert limit == pytest.approx(expected, rel=0.01)
+        error = abs(limit / expected - 1.0)
+        claim, against = "limiting height of a linear scene", "Vanmarcke, from its spectrum"
+        validated(Kind.INDEPENDENT, claim, against, error, 0.01, Feature.LIMITS)
 
 
 STAGED = f"""

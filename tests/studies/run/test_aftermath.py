@@ -91,7 +91,7 @@ def test_coupled_bodies_that_come_apart() -> None:
     )
     scene = replace(abeam(Place.MEAN), bodies=(one, other), duration=20.0)
     scene = replace(scene, environment=Environment())
-    assert "their waves are coupled as at rest, 14 m apart" in said(hs.simulate(scene))
+    assert "waves between them for their places at rest, 14 m apart" in said(hs.simulate(scene))
     still = replace(scene, bodies=(replace(one, velocity=(0.0,) * 6), other))
     assert "coupled" not in said(hs.simulate(still))
 

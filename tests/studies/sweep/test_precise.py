@@ -95,7 +95,7 @@ def test_rounds_that_are_there_are_taken_up(tmp_path: Path) -> None:
         run_until(study, data.seeds, data.until, whole, second)
     other = tmp_path / "other.yaml"
     other.write_text(TEXT.replace("10 s", "12 s"))
-    with pytest.raises(InputError, match="made with another state of"):
+    with pytest.raises(InputError, match="these have changed since the runs in"):
         run_until(load_study(other), data.seeds, data.until, whole, second, resume=True)
     lock = tmp_path / "b.nc.rounds" / f".hydrosim-2-{16 * 'a'}.nc.lock"
     lock.write_text("123@elsewhere\n")  # of a process that was killed

@@ -15,6 +15,8 @@ from moored_barge import CASES
 import hydrosim as hs
 from hydrosim.compare.exact import differences
 from hydrosim.interrupts import ENDING
+from hydrosim.presentation.units import Units
+from hydrosim.statistics.effects import Plan
 from hydrosim.studies.many import many
 from hydrosim.studies.sweep.study import load_study
 
@@ -350,3 +352,42 @@ def test_waves_out_of_reach_are_said_once_before_the_runs(tmp_path: Path, sweep:
     accepted = sweep(study(tmp_path, accept), "-o", tmp_path / "accepted.nc")
     assert accepted.code == 0
     assert "no first-order loads there" in accepted.err
+
+
+def test_a_frequency_of_waves_is_read_in_radians_per_second_and_a_turn_in_degrees(
+    tmp_path: Path,
+) -> None:
+    """Also in a case that writes angles in degrees; in Hz in the study, too."""
+    waves = "environment.waves"
+    (tmp_path / "case.yaml").write_text(
+        "title: A buoy on a spring\n"
+        "duration: 10 s\n"
+        "environment:\n"
+        "  waves:\n"
+        "    spectrum: white_noise\n"
+        "    significant_height: 1 m\n"
+        "    lowest_frequency: 0.5 rad/s\n"
+        "    highest_frequency: 2 rad/s\n"
+        "bodies:\n"
+        "  buoy:\n"
+        "    mass: 2 kg\n"
+        "    dofs: [surge, yaw]\n"
+        "    radii_of_gyration: [1 m, 1 m, 1 m]\n"
+        "    initial: {velocity: [0, 0, 0, 0, 0, 1 deg/s]}\n"
+        "forces:\n"
+        "  spring: {type: linear_mooring, body: buoy, stiffness: {surge: 5 N/m}}\n"
+    )
+    path = tmp_path / "study.yaml"
+    path.write_text(
+        f"case: case.yaml\nparameters: {{{waves}.lowest_frequency: [0.1 Hz, 0.2 Hz]}}\n"
+    )
+    found = load_study(path).labels
+    lowest = found[f"{waves}.lowest_frequency"]
+    np.testing.assert_allclose(lowest.values, 2.0 * np.pi * np.array([0.1, 0.2]))
+    assert lowest.attrs == {"units": "rad/s", "cyclic": 1}
+    runs = xr.Dataset(coords={"lowest": lowest, "rate": ("run", [0.1, 0.2], {"units": "rad/s"})})
+    plan = Plan("", "grid", {}, [], None, runs)
+    degrees = Units({"rad": "deg"})
+    assert degrees.shown(plan.unit("lowest")) == ("rad/s", 1.0)
+    assert degrees.shown(plan.unit("rate")).unit == "deg/s"
+    assert degrees.shown(f"m / ({plan.unit('lowest')})") == ("m / (rad/s)", 1.0)

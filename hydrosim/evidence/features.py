@@ -1,0 +1,195 @@
+"""Features of scenes that evidence is about, and the features that a scene uses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from enum import StrEnum
+
+from hydrosim.forces import (
+    Contact,
+    Coulomb,
+    CurrentLoad,
+    Fender,
+    FrictionSlope,
+    Landing,
+    LinearDamping,
+    LinearMooring,
+    Spring,
+    StickSlip,
+    WindLoad,
+)
+from hydrosim.forces.applied_force import AppliedForce
+from hydrosim.forces.quadratic_damping import QuadraticDamping
+from hydrosim.scene import (
+    Body,
+    Coefficients,
+    ConstantRadiation,
+    Family,
+    ForceElement,
+    GivenComponents,
+    Kinematics,
+    Method,
+    Place,
+    RadiationModel,
+    RegularWave,
+    Scene,
+    SecondOrder,
+    WaveTrain,
+    Weight,
+)
+
+
+class Feature(StrEnum):
+    """A part of a scene, or of the program, that lines of evidence are about."""
+
+    STEPS = "steps of a fixed size"
+    ADAPTIVE = "steps that adapt"
+    IMPLICIT = "implicit steps"
+    ROTATIONS = "rotations of any size"
+    RESTART = "start from another run"
+    EXACT = "exact propagation"
+    PLANE = "solution in the plane of symmetry"
+    STIFFNESS = "hydrostatic stiffness of a database"
+    HULL = "buoyancy of a closed hull"
+    RADIATION = "memory of radiated waves (Cummins)"
+    DRAUGHTS = "databases over the draught"
+    COUPLED = "bodies coupled through the water"
+    WAVES = "first-order wave loads"
+    SEA = "random seas"
+    SPREADING = "directional seas"
+    MEAN_DRIFT = "mean drift"
+    NEWMAN = "slow drift after Newman"
+    QTF = "slow drift from QTFs"
+    SUM = "loads at sums of frequencies"
+    FOLLOWING = "wave loads that follow heading and position"
+    FENDERS = "fenders"
+    LANDINGS = "landings"
+    GUIDES = "walls of landings"
+    STICK_SLIP = "stick-slip friction"
+    COULOMB = "rigid friction"
+    SLOPE = "friction slope"
+    SPRINGS = "springs and lines"
+    MOORINGS = "linear moorings"
+    APPLIED = "applied forces"
+    DAMPING = "linear damping"
+    DRAG = "quadratic damping"
+    CURRENT = "current"
+    WIND = "wind"
+    WEIGHT = "weight as a force"
+    TANKS = "tanks"
+    PUMPS = "pumps"
+    TRIGGERS = "elements that act for a time"
+    EXTREMES = "extremes of random seas"
+    LINEAR = "linear analysis"
+    LIMITS = "limits of operation"
+    RECIPES = "databases computed from recipes"
+    HULLS = "databases that come with the program"
+
+
+def features_of(scene: Scene, attributes: Mapping[str, object] | None = None) -> set[Feature]:
+    """Features that a scene uses. ``attributes`` of its run tell how it was solved."""
+    used = {feature for feature, is_used in OF_SCENES.items() if is_used(scene)}
+    told = attributes or {}
+    return used | {feature for feature, is_used in OF_RUNS.items() if is_used(told)}
+
+
+def _methods(*methods: Method) -> Callable[[Scene], bool]:
+    return lambda scene: scene.solver.method in methods
+
+
+def _elements(*classes: type[ForceElement]) -> Callable[[Scene], bool]:
+    return lambda scene: any(isinstance(each, classes) for each in scene.forces.values())
+
+
+def _friction(law: type) -> Callable[[Scene], bool]:
+    return lambda scene: any(isinstance(each.friction, law) for each in _contacts(scene))
+
+
+def _contacts(scene: Scene) -> Iterator[Contact]:
+    return (each for each in scene.forces.values() if isinstance(each, Contact))
+
+
+def _bodies(is_so: Callable[[Body], bool]) -> Callable[[Scene], bool]:
+    return lambda scene: any(is_so(body) for body in scene.bodies)
+
+
+def _second_order(*orders: SecondOrder) -> Callable[[Scene], bool]:
+    return _in_waves(lambda body: body.wave_forces.second_order in orders)
+
+
+def _in_waves(is_so: Callable[[Body], bool]) -> Callable[[Scene], bool]:
+    return lambda scene: any(_is_wet(b) and is_so(b) for b in scene.bodies if _sea(scene))
+
+
+def _is_wet(body: Body) -> bool:
+    """True if the body has a database."""
+    return body.hydrodynamics is not None and not isinstance(body.hydrodynamics, Coefficients)
+
+
+def _remembers(body: Body) -> bool:
+    constant = isinstance(body.radiation, ConstantRadiation)
+    return _is_wet(body) and not constant and body.radiation != RadiationModel.NONE
+
+
+def _follows(body: Body) -> bool:
+    places = (body.wave_forces.headings, body.wave_forces.position)
+    return any(place in (Place.SLOW, Place.INSTANTANEOUS) for place in places)
+
+
+def _sea(scene: Scene) -> tuple[WaveTrain, ...]:
+    return scene.environment.waves
+
+
+def _is_random(scene: Scene) -> bool:
+    return any(not isinstance(w.spectrum, RegularWave | GivenComponents) for w in _sea(scene))
+
+
+OF_SCENES: Mapping[Feature, Callable[[Scene], bool]] = {
+    Feature.STEPS: _methods(Method.RK2, Method.HEUN, Method.RK4),
+    Feature.ADAPTIVE: _methods(Method.DOPRI5, Method.AUTOMATIC),
+    Feature.IMPLICIT: _methods(Method.ESDIRK4),
+    Feature.ROTATIONS: lambda scene: scene.solver.kinematics == Kinematics.EXACT,
+    Feature.RESTART: lambda scene: scene.initial is not None,
+    Feature.STIFFNESS: _bodies(lambda body: _is_wet(body) and body.hydrostatics is None),
+    Feature.HULL: _bodies(lambda body: body.hydrostatics is not None),
+    Feature.RADIATION: _bodies(_remembers),
+    Feature.DRAUGHTS: _bodies(lambda body: isinstance(body.hydrodynamics, Family)),
+    Feature.COUPLED: _bodies(lambda body: body.database_body > 1),
+    Feature.WAVES: _in_waves(lambda body: body.wave_forces.first_order),
+    Feature.SEA: _is_random,
+    Feature.SPREADING: lambda scene: any(train.spreading is not None for train in _sea(scene)),
+    Feature.MEAN_DRIFT: _second_order(SecondOrder.MEAN_DRIFT),
+    Feature.NEWMAN: _second_order(SecondOrder.NEWMAN, SecondOrder.NEWMAN_SQUARE_ROOT),
+    Feature.QTF: _second_order(SecondOrder.QTF),
+    Feature.SUM: _in_waves(lambda body: body.wave_forces.sum_frequency),
+    Feature.FOLLOWING: _in_waves(_follows),
+    Feature.FENDERS: _elements(Fender),
+    Feature.LANDINGS: _elements(Landing),
+    Feature.GUIDES: lambda scene: any(
+        isinstance(each, Landing) and each.wall is not None for each in scene.forces.values()
+    ),
+    Feature.STICK_SLIP: _friction(StickSlip),
+    Feature.COULOMB: _friction(Coulomb),
+    Feature.SLOPE: _friction(FrictionSlope),
+    Feature.SPRINGS: _elements(Spring),
+    Feature.MOORINGS: _elements(LinearMooring),
+    Feature.APPLIED: _elements(AppliedForce),
+    Feature.DAMPING: _elements(LinearDamping),
+    Feature.DRAG: _elements(QuadraticDamping),
+    Feature.CURRENT: lambda scene: (
+        scene.environment.current.speed != 0.0 or _elements(CurrentLoad)(scene)
+    ),
+    Feature.WIND: _elements(WindLoad),
+    Feature.WEIGHT: _bodies(lambda body: body.weight == Weight.CARRIED),
+    Feature.TANKS: _bodies(lambda body: bool(body.tanks)),
+    Feature.PUMPS: _bodies(lambda body: bool(body.pumps)),
+    Feature.TRIGGERS: lambda scene: any(each.active for each in scene.forces.values()),
+    Feature.EXTREMES: _is_random,
+}
+"""Features of scenes, and whether a scene uses them."""
+
+OF_RUNS: Mapping[Feature, Callable[[Mapping[str, object]], bool]] = {
+    Feature.EXACT: lambda told: str(told.get("solver_linear", "")).startswith("propagated exactly"),
+    Feature.PLANE: lambda told: str(told.get("solver_symmetry", "")).startswith("in the plane"),
+}
+"""Features of solutions, and whether the attributes of a run tell them."""

@@ -1,0 +1,55 @@
+"""Whether a run will have the channels and contacts that the criteria of its case name, from the
+names in its records, before it is computed."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+from hydrosim.case.criteria import CRITERIA
+from hydrosim.compiling.clock import compile_clock
+from hydrosim.errors import InputError
+from hydrosim.results.output import to_dataset
+from hydrosim.statistics.criteria import figure_asked
+from hydrosim.statistics.figures import figure_of
+from hydrosim.stepping.record import new_record
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from hydrosim.compiling.compiled import Compiled
+
+
+class NotAskable(InputError):
+    """Criteria of a case that its run cannot be held against."""
+
+
+def check_criteria(compiled: Compiled) -> None:
+    """Raises NotAskable with a line for each criterion that the run cannot be held against."""
+    asked = json.loads(compiled.scene.source.get(CRITERIA, "[]"))
+    if not asked:
+        return
+    run = blank_run(compiled)
+    found = [text for each in asked if (text := _refused(run, each))]
+    if found:
+        raise NotAskable("\n".join(found))
+
+
+def blank_run(compiled: Compiled) -> xr.Dataset:
+    """The dataset of a run with a single record of zeros: names, dimensions and units."""
+    model = compiled.model
+    record = new_record(model, compile_clock(compiled), compiled.scene.output_accelerations)
+    history = compiled.first_state().history
+    layout = compiled.facts.layout
+    return to_dataset(compiled.scene, model, layout, compiled.sea, record, 1, history, {})
+
+
+def _refused(run: xr.Dataset, asked: dict[str, str]) -> str:
+    """Why a criterion cannot be judged, at its key; empty if it can be."""
+    try:
+        figure_of(run, figure_asked(asked))
+    except InputError as error:
+        given = [key for key in ("group", "phase", "channel") if asked.get(key)]
+        wrong = next((key for key in given if asked[key] in str(error)), "result")
+        return f"criteria.{asked['name']}.{wrong}: {error}"
+    return ""
