@@ -4,6 +4,7 @@ import csv
 import json
 import subprocess
 import sys
+from collections import defaultdict
 from dataclasses import asdict, replace
 
 import numpy as np
@@ -93,6 +94,18 @@ def _names_of_base_figures():
         *("fenders_moving_ahead", "fenders_moving_back", "moored_mean"),
         *("velocity_stuck", "heave_velocity", "last_slip", "surge_end"),
     )
+
+
+@pytest.mark.parametrize("model", score.MODELS, ids=lambda model: model.name)
+def test_statements_name_variants_that_tables_have(model):
+    variants = table_module(model.table).VARIANTS
+
+    def of(variant):
+        assert model.variant_of(variant) in variants
+        return defaultdict(float)
+
+    for statement in model.tests:
+        statement(of)
 
 
 def test_every_statement_quotes_the_thesis():
