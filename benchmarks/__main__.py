@@ -1,5 +1,6 @@
 """Answer the questions named on the command line, or all but the long ones: a table each here, and
-JSON and pictures in benchmarks/results/. With --keep, evidence writes its page, too."""
+JSON and pictures in benchmarks/results/. With --keep, evidence writes its page, too.
+``thesis`` has options of its own: ``python -m benchmarks thesis --help``."""
 
 from __future__ import annotations
 
@@ -11,6 +12,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as in hydrosim's own comma
 from importlib import import_module
 
 from benchmarks.report import keep, machine, save
+from benchmarks.thesis.command import main as make_tables_of_thesis
 
 QUESTIONS = (
     *("start_up", "steps_per_second", "work_precision", "error_against_step", "stability_map"),
@@ -23,7 +25,6 @@ LONG = (
     "evidence",
     "automatic",
     "short_waves",
-    "score_card",
     "draughts",
     "operability",
     "largest",
@@ -50,4 +51,7 @@ def main(asked: list[str]) -> None:
             print(f"written: {path}")
 
 
-main(sys.argv[1:])
+if sys.argv[1:2] == ["thesis"]:
+    make_tables_of_thesis(sys.argv[2:])
+else:
+    main(sys.argv[1:])

@@ -40,7 +40,7 @@ FIGURE = re.compile(
 )
 BENCHMARKS = (
     re.compile(r"python -m benchmarks(?: --keep)? (\w+)"),
-    re.compile(r"benchmarks/(\w+)\.py"),
+    re.compile(r"benchmarks/(\w+)(?:\.py|/\w+\.py)"),
     re.compile(r"benchmarks/README\.md#(\w+)"),
 )
 INPUTS = "## Where the numbers come from"
@@ -71,13 +71,19 @@ def sources(section: str, page: Path) -> Iterator[str]:
     """All sources that a section names and that exist."""
     for pattern in BENCHMARKS:
         names = pattern.findall(section)
-        yield from (name for name in names if (ROOT / "benchmarks" / f"{name}.py").exists())
+        yield from (name for name in names if is_benchmark(name))
     yield from (path for path in TEST.findall(section) if (ROOT / path).exists())
     named = FILE.findall(section)
     yield from (x for x in named if (ROOT / x).exists() or (page.parent / x).exists())
     yield from COMMIT.findall(section)
     if page == evidence.PAGE or "evidence.md" in section:
         yield "evidence.md"
+
+
+def is_benchmark(name: str) -> bool:
+    """Whether there is a module or a package of benchmarks of this name."""
+    folder = ROOT / "benchmarks"
+    return (folder / f"{name}.py").exists() or (folder / name / "__init__.py").exists()
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))

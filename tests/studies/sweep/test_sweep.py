@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import re
 import signal
 from pathlib import Path
@@ -353,18 +352,6 @@ def test_waves_out_of_reach_are_said_once_before_the_runs(tmp_path: Path, sweep:
     accepted = sweep(study(tmp_path, accept), "-o", tmp_path / "accepted.nc")
     assert accepted.code == 0
     assert "no first-order loads there" in accepted.err
-
-
-def test_the_table_in_the_readme_is_that_of_the_study() -> None:
-    """Means of the crawl, to the digits that are shown."""
-    table = CASES / "studies" / "sensitivities.csv"
-    lines = [line for line in table.read_text().splitlines() if not line.startswith("#")]
-    rows = [row for row in csv.DictReader(lines) if row["figure"] == "crawl"]
-    readme = (CASES / "README.md").read_text().partition("## The five sensitivities")[2]
-    shown = [line for line in readme.splitlines() if line.startswith("|")][2:]
-    assert len(rows) == 17
-    for row, line in zip(rows, shown, strict=False):
-        assert line.split("|")[3].split()[0] == f"{float(row['mean']):.2f}"
 
 
 def test_a_frequency_of_waves_is_read_in_radians_per_second_and_a_turn_in_degrees(
