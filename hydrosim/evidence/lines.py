@@ -52,9 +52,15 @@ class Line:
         return cls(**{**data, "kind": Kind(data["kind"]), "features": features})
 
     def stored(self) -> dict[str, Any]:
-        """The line as it is stored: names of features, figures of three digits."""
-        names = [feature.name for feature in self.features]
-        return {**asdict(self), "figure": float(f"{self.figure:.3g}"), "features": names}
+        """The line as it is stored, of plain texts and numbers: names of features, figures of three
+        digits."""
+        return {
+            **asdict(self),
+            "kind": self.kind.value,
+            "figure": float(f"{self.figure:.3g}"),
+            "limit": float(self.limit),
+            "features": [feature.name for feature in self.features],
+        }
 
 
 @cache
