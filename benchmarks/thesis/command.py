@@ -8,11 +8,13 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmarks.report import machine, markdown
+from benchmarks.report import Row, machine, markdown
+from benchmarks.thesis.one_dimension import STATEMENTS
 from benchmarks.thesis.pages import write_tables
 from benchmarks.thesis.runner import (
     KEPT,
     MEASURED,
+    Figures,
     Record,
     complete_seeds,
     compute_missing,
@@ -20,10 +22,14 @@ from benchmarks.thesis.runner import (
     table_module,
 )
 from benchmarks.thesis.score import score
+from benchmarks.thesis.statements import rows_of_shares
 from benchmarks.thesis.tables import rows_of, write_rows
 
 TABLES = (
     "one_dimension",
+    "exact",
+    "lagged",
+    "resolution",
     "six_degrees",
     "sensitivities",
     "wave_force",
@@ -43,6 +49,9 @@ def main(arguments: Sequence[str]) -> None:
         path = folder / f"{table}.csv"
         write_rows(rows_of(of_table), path)
         print(f"{table_module(table).TABLE}: {path}\n    {_cost(of_table)}")
+    shares = _shares_of_statements(records)
+    if shares:
+        write_rows(shares, folder / "one_dimension_shares.csv")
     card = score(records)
     if card:
         write_rows(card, folder / "score.csv")
@@ -90,6 +99,15 @@ def _cost(records: Sequence[Record]) -> str:
         f"{len(records)} runs, {seed:.1f} s of CPU a seed;"
         f" fifty seeds take {50 * seed / 2 / 60:.0f} min on two idle cores"
     )
+
+
+def _shares_of_statements(records: Sequence[Record]) -> list[Row]:
+    """Of how many seeds each statement on the one-dimensional model holds."""
+    seeds: dict[int, dict[str, Figures]] = {}
+    for record in records:
+        if record.table == "one_dimension":
+            seeds.setdefault(record.seed, {})[record.variant] = record.figures
+    return rows_of_shares(STATEMENTS, seeds.values()) if seeds else []
 
 
 def _write_origin(records: Sequence[Record], folder: Path) -> None:

@@ -128,19 +128,23 @@ def cpu_of_seed(records: Iterable[Record]) -> float:
 @cache
 def _digest_of_code(table: str) -> str:
     """Digest of the program, the cases, the databases and the modules of a table."""
-    modules = [table, *_modules_imported_by(table)]
-    sources = [f"benchmarks/thesis/{name}.py" for name in modules]
+    sources = [f"benchmarks/thesis/{name}.py" for name in sorted(_modules_of(table, set()))]
     data = [*ROOT.glob("cases/*/*.yaml"), *ROOT.glob("hydro_db/*.nc")]
     files = sorted(path.relative_to(ROOT).as_posix() for path in data)
     return f"{digest_of_sources(ROOT, 'hydrosim', *sources, *files)} {versions()}"
 
 
-def _modules_imported_by(table: str) -> list[str]:
-    """Modules of this package that define functions and classes a table imports."""
+def _modules_of(name: str, known: set[str]) -> set[str]:
+    """The ``known`` modules, a module of this package, and those that define functions and classes
+    which it or they import."""
     package = f"{__package__}."
-    names = {getattr(value, "__module__", "") for value in vars(table_module(table)).values()}
-    own = {str(name).removeprefix(package) for name in names if str(name).startswith(package)}
-    return sorted(own - {table})
+    known.add(name)
+    values = vars(import_module(package + name)).values()
+    names = {str(getattr(value, "__module__", "")) for value in values}
+    own = {each.removeprefix(package) for each in names if each.startswith(package)}
+    for other in own - known:
+        _modules_of(other, known)
+    return known
 
 
 def _order(record: Record) -> tuple[str, int, int]:

@@ -45,11 +45,11 @@ def test_surge_is_that_of_an_independent_code(variant: str, figure: Figure) -> N
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(1, 21))
+@pytest.mark.parametrize("seed", [1, 20])
 def test_ends_of_all_variants_are_those_of_an_independent_code(seed: int, figure: Figure) -> None:
     """At a quarter of the step of the case. A traction that exceeds mu_s N between two steps, but
     at neither, is not seen, and then the barge does not slip. At 0.1 s that parts 8 of 1240 runs
-    by 1 to 15 mm."""
+    by 1 to 15 mm. More seeds: ``python -m benchmarks thesis --tables exact``."""
     apart = {}
     for variant in VARIANTS:
         end = surge(simulated(settings(variant), seed, FINE))[-1]
