@@ -7,7 +7,6 @@ import json
 from collections.abc import Collection, Mapping
 from dataclasses import asdict, dataclass
 from enum import StrEnum
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -63,7 +62,6 @@ class Line:
         }
 
 
-@cache
 def known_lines() -> tuple[Line, ...]:
     """All lines, by kind."""
     return tuple(Line.read(data) for data in json.loads(FILE.read_text("utf-8")))

@@ -168,7 +168,7 @@ def vibrations(
     for combination, (part, spectrum) in [(x, part) for x in found for part in x.components]:
         if not wrong(spectrum.values).any():
             continue
-        values, left, right = spectrum.vectors
+        values, left, right = spectrum.vectors()
         share = shares(left, right)
         n = part.active.size
         own = np.searchsorted(active, part.active)

@@ -196,18 +196,14 @@ class Spectrum:
 
     def __init__(self, linear: Linear) -> None:
         self._linear = linear
-
-    @cached_property
-    def values(self) -> np.ndarray:
+        large = len(linear.jacobian) > LARGE
+        self._known = linear.eigenvectors() if large else None
+        self.values = linear.eigenvalues() if self._known is None else self._known[0]
         """The eigenvalues (k,) [1/s]."""
-        if len(self._linear.jacobian) > LARGE:
-            return self.vectors[0]
-        return self._linear.eigenvalues()
 
-    @cached_property
     def vectors(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Eigenvalues, left and right eigenvectors, as `Linear.eigenvectors`."""
-        return self._linear.eigenvectors()
+        return self._linear.eigenvectors() if self._known is None else self._known
 
 
 def _of_others(s: np.ndarray, n: int, J: np.ndarray, others: Others | None) -> np.ndarray:

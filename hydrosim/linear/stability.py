@@ -136,11 +136,11 @@ def _combination(
 ) -> Combination:
     """The scene linearised in these ``modes``."""
     linear = _linearise(model, state, modes, time)
-    parts = tuple(
-        Component(part, known.setdefault(part.content, Spectrum(part)))
-        for part in linear.split(linear.coupled)
-    )
-    return Combination(text, modes, parts)
+    parts = linear.split(linear.coupled)
+    for part in parts:
+        if part.content not in known:
+            known[part.content] = Spectrum(part)
+    return Combination(text, modes, tuple(Component(part, known[part.content]) for part in parts))
 
 
 def _chosen(
@@ -229,7 +229,7 @@ def _below(
     bound: float, contact: str, part: Component, method: Method, layout: StateLayout
 ) -> Iterator[StepLimit]:
     """The limits below ``bound`` of one component."""
-    values, left, right = part.spectrum.vectors
+    values, left, right = part.spectrum.vectors()
     share = shares(left, right)
     steps = _steps(method, values)
     for k in np.flatnonzero(steps < bound):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import cached_property
 
 import numpy as np
 import xarray as xr
@@ -17,7 +16,6 @@ from hydrosim.report.evidence import evidence_nodes
 from hydrosim.report.replay import replay_nodes
 from hydrosim.report.scenery import scene_of
 from hydrosim.results.netcdf import REMEDY
-from hydrosim.scene import Scene
 from hydrosim.wording.assumptions import assumed, case_nodes
 from hydrosim.wording.conclusion import conclusion, largest_values
 from hydrosim.wording.convergence import convergence
@@ -40,20 +38,13 @@ def run_document(run: xr.Dataset) -> Document:
 
 
 class Shown:
-    """A ``run`` that is shown. What several sections need of it is made once, when one asks."""
+    """A ``run`` that is shown, and what several sections need of it: its ``statistics``, if it has
+    any, and its ``scene``, if its case can be read again."""
 
     def __init__(self, run: xr.Dataset) -> None:
         self.run = run
-
-    @cached_property
-    def statistics(self) -> xr.Dataset | None:
-        """Its statistics, if it has any."""
-        return statistics_of(self.run)
-
-    @cached_property
-    def scene(self) -> Scene | None:
-        """Its scene, if its case can be read again."""
-        return scene_of(self.run)
+        self.statistics = statistics_of(run)
+        self.scene = scene_of(run)
 
 
 def _conclusion(of: Shown) -> Iterator[Node]:

@@ -117,18 +117,23 @@ def simulate(
     writing the result.
 
     An interrupt from the keyboard ends the run early, with ``status`` "interrupted". Raises
-    InputError if the scene cannot be compiled or has not the
-    channels of its criteria, and SimulationError if the run cannot continue. That
-    error carries the ``dataset`` until then, with ``status`` "failed".
+    InputError if the scene cannot be compiled or has not the channels of its criteria, and
+    SimulationError if the run cannot continue. That error carries the ``dataset`` until then, with
+    ``status`` "failed".
     """
     if isinstance(case, Compiled):
-        check_criteria(case)
-        return run_compiled(warned_of_steps(case), progress, kept)
+        return run_compiled(_checked(case), progress, kept)
     if isinstance(case, Scene):
         with locating(case.places):
             # no name for the compiled scene: `run_compiled` lets go of its waves
-            return run_compiled(warned_of_steps(compile_scene(case, in_plane=True)), progress, kept)
+            return run_compiled(_checked(compile_scene(case, in_plane=True)), progress, kept)
     return simulate(prepared(case, progress), progress, kept)
+
+
+def _checked(compiled: Compiled) -> Compiled:
+    """The scene with warnings of its step, once its run is known to have what its criteria ask."""
+    check_criteria(compiled)
+    return warned_of_steps(compiled)
 
 
 def prepared(case: Case | Scene | str | Path, progress: Progress | None = None) -> Scene:

@@ -136,9 +136,9 @@ def _made(part: Study, number: int, shared: Shared, folder: Path, run: Run) -> x
     others = {file for file in folder.glob(f"{number}-*") if not file.name.startswith(path.name)}
     if others and number == 0:
         raise InputError(
-            f"--resume: the runs in {folder} were made with another state of the program, of a"
-            " database, or of the study. Go on with what they were made with, or begin anew with"
-            " --overwrite."
+            f"--resume: these have changed since the runs in {folder} were made: the program, a"
+            " database, or the study. Restore them to go on, or begin anew with --overwrite, which"
+            " replaces the finished runs."
         )
     if path.exists() and is_whole(path):
         return xr.open_dataset(path, engine="netcdf4")
