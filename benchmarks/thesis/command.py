@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import os
 from argparse import ArgumentParser, Namespace
@@ -54,7 +55,7 @@ def main(arguments: Sequence[str]) -> None:
         write_rows(shares, folder / "one_dimension_shares.csv")
     card = score(records)
     if card:
-        write_rows(card, folder / "score.csv")
+        write_rows(with_other_models(card, folder / "score.csv"), folder / "score.csv")
         short = [{key: row[key] for key in row if key != "quote"} for row in card]
         print(f"\n{markdown(short)}")
     _write_origin(records, folder)
@@ -110,11 +111,23 @@ def _shares_of_statements(records: Sequence[Record]) -> list[Row]:
     return rows_of_shares(STATEMENTS, seeds.values()) if seeds else []
 
 
+def with_other_models(card: Sequence[Row], path: Path) -> list[Row]:
+    """The rows of a card, and those of a kept one that are about other models."""
+    models = {row["model"] for row in card}
+    kept: list[Row] = []
+    if path.exists():
+        with path.open(newline="") as file:
+            kept = [dict(row) for row in csv.DictReader(file) if row["model"] not in models]
+    return sorted([*card, *kept], key=lambda row: int(row["row"]))
+
+
 def _write_origin(records: Sequence[Record], folder: Path) -> None:
-    """What the tables were made with, and of which seeds."""
+    """What each table was made with, and of which seeds. Other tables keep theirs."""
+    path = folder / "origin.json"
+    origin = json.loads(path.read_text()) if path.exists() else {}
     seeds: dict[str, set[int]] = {}
     for record in records:
         seeds.setdefault(record.table, set()).add(record.seed)
-    of_tables = {table: " ".join(map(str, sorted(found))) for table, found in seeds.items()}
-    origin = {**machine(), "seeds": of_tables}
-    (folder / "origin.json").write_text(json.dumps(origin, indent=2) + "\n")
+    for table, found in seeds.items():
+        origin[table] = {**machine(), "seeds": " ".join(map(str, sorted(found)))}
+    path.write_text(json.dumps(origin, indent=2) + "\n")

@@ -31,7 +31,8 @@ def test_a_changed_figure_is_noticed():
 
 def test_tables_name_seeds_and_program():
     origin = json.loads((pages.MEASURED / "origin.json").read_text())
-    assert origin.keys() >= {"commit", "numpy", "numba"}
+    for table in ("pressed", "sensitivities", "six_degrees", "steel", "wave_force"):
+        assert origin[table].keys() >= {"commit", "numpy", "numba", "seeds"}
     with (pages.MEASURED / "score.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert {int(row["row"]) for row in rows} == set(range(1, 15))

@@ -13,7 +13,9 @@ from scipy.stats import binomtest, t
 
 from benchmarks.report import ROOT
 from benchmarks.thesis import score
+from benchmarks.thesis.command import with_other_models
 from benchmarks.thesis.runner import Record, complete_seeds, made_with, read_records, table_module
+from benchmarks.thesis.tables import write_rows
 
 TABLE, VARIANT = "six_degrees", "four fenders, 0.2/0.1"
 
@@ -170,3 +172,16 @@ def _compare_shares(folder):
         interval = binomtest(agree, n).proportion_ci(0.9, "wilson")
         found = [float(row[name]) for name in ("share", "lower", "upper")]
         assert found == pytest.approx([agree / n, interval.low, interval.high], abs=1e-5)
+
+
+def test_a_table_that_is_made_anew_keeps_the_others(tmp_path):
+    """The card of one model replaces its own rows; those of other models stay as they were."""
+    path = tmp_path / "score.csv"
+    old = [_row_of(3, "pressed", "1"), _row_of(6, "base", "7")]
+    write_rows(old, path)
+    found = with_other_models([_row_of(3, "pressed", "5")], path)
+    assert found == [_row_of(3, "pressed", "5"), {**old[1], "row": "6"}]
+
+
+def _row_of(number, model, agree):
+    return {"row": number, "statement": "it crawls", "model": model, "agree": agree}
