@@ -84,8 +84,9 @@ VARIANTS: Mapping[str, Mapping[str, object]] = {
 
 
 def figures(variant: str, seed: int) -> dict[str, float]:
-    """Of one run: surge at the end and the way gone in initial contact [m], not a number where the
-    run fails before, and the time at which it fails [s], not a number where it does not."""
+    """Of one run: surge at the end and the way gone in initial contact [m], and whether each is
+    towards +x (1 or 0), not a number where the run fails before. The time at which it fails [s],
+    not a number where it does not."""
     settings = VARIANTS[variant]
     surge = integrate(seed, **settings)  # type: ignore[arg-type]
     start, end = (surge[round(t / STEP)] for t in CONTACT)
@@ -93,9 +94,16 @@ def figures(variant: str, seed: int) -> dict[str, float]:
     fails = nan if known.all() else STEP * float(known.argmin())
     return {
         "surge_2000": float(surge[-1]),
+        "ends_ahead": _is_ahead(surge[-1]),
         "initial_contact": float(end - start),
+        "goes_ahead": _is_ahead(end - start),
         "fails_at": fails,
     }
+
+
+def _is_ahead(way: float) -> float:
+    """1 towards +x, 0 towards -x, not a number of a run that has failed."""
+    return float(way > 0.0) if np.isfinite(way) else nan
 
 
 def integrate(seed: int, lever: float, C3: float, way: str) -> np.ndarray:

@@ -100,18 +100,20 @@ VARIANTS: Mapping[str, Mapping[str, object]] = dict(_variants())
 def _statements() -> Iterator[tuple[str, Statement]]:
     """Rows 10 to 14 of the score card: what the thesis says of its sensitivities. Crawl is towards
     -x, so that less of it is a larger surge."""
-    end = "surge_2000"
+    end, initial = "surge_2000", "initial_contact"
     for at, friction in product(PLACES, (WEAK, STRONG)):
         case = f"{at}, {friction}"
         soft, middle, undamped = (f"{case}, {x}" for x in ("K2 5.6e+06", "K2 5.6e+07", "C3 0e+00"))
-        yield f"{case}: K2 in the thesis' order", Statement(end, ((middle, case, soft),))
+        order = ((middle, case, soft),)
+        yield f"{case}: K2 in the thesis' order in initial contact", Statement(initial, order)
+        yield f"{case}: K2 in the thesis' order", Statement(end, order)
         yield f"{case}: K2, least crawl at 5.6e6", Statement(end, ((middle, soft), (case, soft)))
         yield f"{case}: K2, most crawl at 5.6e7", Statement(end, ((middle, case), (middle, soft)))
         yield f"{case}: C3, less crawl at 1e6 than at 0", Statement(end, ((undamped, case),))
     damped = (variant for variant in VARIANTS if "C3 1e+08" in variant or "C3 1e+10" in variant)
     for variant in damped:
-        initial = Statement("initial_contact", ((variant,),), above=0.0)
-        yield f"{variant}: towards +x in initial contact", initial
+        ahead = Statement(initial, ((variant,),), above=0.0)
+        yield f"{variant}: towards +x in initial contact", ahead
         yield f"{variant}: end at +x", Statement(end, ((variant,),), above=0.0)
     for case in (f"{at}, {WEAK}" for at in PLACES):
         at = case.partition(",")[0]
