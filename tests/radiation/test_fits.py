@@ -115,7 +115,7 @@ def test_negative_damping_is_mended_within_reason_or_refused(tmp_path, monkeypat
     if depth > 10 * TOLERANCE:
         with pytest.raises(InputError) as caught:
             fits.check(models, "hull.nc")
-        for text in ("hull.nc", "in heave: ", "; roll: ", "passive", "db check", "automatic"):
+        for text in ("hull.nc", "of heave: ", "; roll: ", "passive", "db check", "automatic"):
             assert text in str(caught.value)
         suggested = float(str(caught.value).split("tolerance: ")[1].split("}")[0])
         models = fits.fit("a", memory, w, FREE, suggested)

@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 BINS = 200  # of a response spectrum
 EXPOSURE = 10800.0  # s
 MOTION = ("body", "dof")
+ROUGH = 1e-3  # error of radiation above which RAOs may show it
 
 
 @dataclass(frozen=True)
@@ -98,10 +99,10 @@ def linear_analysis(scene: Scene, wanted: Wanted) -> xr.Dataset:
 
 
 def _rough_memory(compiled: Compiled) -> Iterator[str]:
-    """Remarks on fits that replace convolutions and exceed their tolerance."""
+    """Remarks on fits that replace convolutions and are so rough that RAOs show it."""
     for group in compiled.wet:
         for fit in group.fits:
-            if not fit.report.holds:
+            if not (fit.report.passive and fit.report.error <= ROUGH):
                 yield (
                     f"the radiation of {dofs_of(fit.dofs, group.names)} uses the nearest passive"
                     f" state-space model, with an error of {fit.report.frequency_error:.1e}. RAOs"
