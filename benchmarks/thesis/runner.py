@@ -22,6 +22,7 @@ from time import perf_counter, process_time
 from typing import Any
 
 from benchmarks.report import RESULTS, ROOT
+from hydrosim.errors import SimulationError
 from hydrosim.program import digest_of_sources, versions
 
 KEPT = RESULTS / "thesis"
@@ -102,9 +103,13 @@ def read_records(table: str, folder: Path = KEPT) -> list[Record]:
 
 
 def compute(task: Task) -> Record:
-    """Make the run. It is called in another process."""
+    """Make the run. It is called in another process. A run that cannot continue has no figures."""
     start = process_time()
-    figures = table_module(task.table).figures(task.variant, task.seed)
+    try:
+        figures = table_module(task.table).figures(task.variant, task.seed)
+    except SimulationError as error:
+        print(f"{task}: {error}", file=sys.stderr)
+        figures = {}
     cpu = process_time() - start
     made = made_with(task.table, task.variant)
     return Record(task.table, task.variant, task.seed, made, cpu, figures)

@@ -361,7 +361,7 @@ MODELS = (
 
 def score(records: Iterable[Record]) -> list[Row]:
     """A row for each test and model whose table is among the records, by the rows of the card."""
-    seeds = _by_seed(records)
+    seeds = figures_by_seed(records)
     rows = [row for model in MODELS if model.table in seeds for row in _rows(model, seeds)]
     return sorted(rows, key=lambda row: row["row"])
 
@@ -379,12 +379,16 @@ def _rows(model: Model, seeds: Mapping[str, Mapping[int, Mapping[str, Figures]]]
         yield {**row, "quote": quote}
 
 
-def _by_seed(
+def figures_by_seed(
     records: Iterable[Record],
 ) -> Mapping[str, Mapping[int, Mapping[str, Figures]]]:
-    """Figures by table, seed and variant."""
+    """Figures by table, seed and variant. A seed in which a run has none does not count."""
+    records = list(records)
+    failed = {(record.table, record.seed) for record in records if not record.figures}
     found: dict[str, dict[int, dict[str, Figures]]] = {}
     for record in records:
+        if (record.table, record.seed) in failed:
+            continue
         of_seed = found.setdefault(record.table, {}).setdefault(record.seed, {})
         of_seed[record.variant] = record.figures
     return found

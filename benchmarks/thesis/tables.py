@@ -12,9 +12,9 @@ from benchmarks.thesis.runner import Record
 
 
 def rows_of(records: Sequence[Record]) -> list[Row]:
-    """A row for each variant and figure of one table."""
+    """A row for each variant and figure of one table. Runs without figures do not count."""
     rows: list[Row] = []
-    for variant, found in _by_variant(records).items():
+    for variant, found in _by_variant(record for record in records if record.figures).items():
         for name in found[0].figures:
             mean = mean_of(record.figures[name] for record in found)
             rows.append({"variant": variant, "figure": name, **mean._asdict()})

@@ -15,7 +15,8 @@ from benchmarks.report import ROOT
 from benchmarks.thesis import score
 from benchmarks.thesis.command import TABLES, with_other_models
 from benchmarks.thesis.runner import Record, complete_seeds, made_with, read_records, table_module
-from benchmarks.thesis.tables import write_rows
+from benchmarks.thesis.score import figures_by_seed
+from benchmarks.thesis.tables import rows_of, write_rows
 
 TABLE, VARIANT = "six_degrees", "four fenders, 0.2/0.1"
 
@@ -184,6 +185,15 @@ def test_a_table_that_is_made_anew_keeps_the_others(tmp_path):
     write_rows(old, path)
     found = with_other_models([_row_of(3, "pressed", "5")], path)
     assert found == [_row_of(3, "pressed", "5"), {**old[1], "row": "6"}]
+
+
+def test_a_run_that_cannot_continue_does_not_count():
+    """Neither in means nor, with all of its seed, in the score."""
+    whole = [replace(_record(seed), figures={"surge": -float(seed)}) for seed in (1, 2, 3)]
+    records = [*whole, replace(_record(4), figures={})]
+    (row,) = rows_of(records)
+    assert (row["n"], row["mean"]) == (3, -2.0)
+    assert set(figures_by_seed(records)[TABLE]) == {1, 2, 3}
 
 
 def _row_of(number, model, agree):
