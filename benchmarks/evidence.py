@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 
-from benchmarks.report import ROOT, Answer, Row, machine
+from benchmarks.report import ROOT, Answer, Row, machine, page_table
 from hydrosim.evidence import Feature, Kind, Line, known_lines
 from hydrosim.evidence.lines import FILE
 
@@ -122,7 +122,7 @@ def readme_block(lines: Sequence[Line]) -> str:
     known = {(line.claim, line.against): line for line in lines}
     first = [known[name] for name in FIRST_PAGE if name in known]
     rows = [(x.claim, x.against, _shown(x.figure), x.others) for x in first]
-    return _table(("claim", "against", "error", "others"), rows)
+    return page_table(("claim", "against", "error", "others"), rows)
 
 
 def with_block(text: str, block: str) -> str:
@@ -153,7 +153,7 @@ def _kinds(lines: Sequence[Line]) -> list[Kind]:
 def _section(lines: Sequence[Line], kind: Kind) -> str:
     """The heading of a kind, a remark, and the table of its lines."""
     head = ("claim", "against", "error", "limit", "others", "commit", "test")
-    table = _table(head, [_cells(line) for line in lines if line.kind == kind])
+    table = page_table(head, [_cells(line) for line in lines if line.kind == kind])
     remark = f"{REMARKS[kind]}\n\n" if kind in REMARKS else ""
     return f"## {TITLES[kind]}\n\n{remark}{table}"
 
@@ -171,8 +171,3 @@ def _row(line: Line) -> Row:
 
 def _shown(figure: float) -> str:
     return f"{figure:.2g}"
-
-
-def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)

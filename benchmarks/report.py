@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import platform
 import subprocess
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from importlib.metadata import version
@@ -42,6 +42,13 @@ def markdown(rows: Sequence[Row]) -> str:
     cells.insert(1, ["-" * width for width in widths])
     padded = ([c.rjust(w) for c, w in zip(line, widths, strict=True)] for line in cells)
     return "\n".join(f"| {' | '.join(line)} |" for line in padded)
+
+
+def page_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table in markdown for a page, its columns not aligned: a changed figure changes one line
+    alone."""
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
 def save(question: str, answer: Answer, here: Mapping[str, str]) -> list[Path]:

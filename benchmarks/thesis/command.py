@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import os
 from argparse import ArgumentParser, Namespace
@@ -24,7 +23,7 @@ from benchmarks.thesis.runner import (
 )
 from benchmarks.thesis.score import score
 from benchmarks.thesis.statements import rows_of_shares
-from benchmarks.thesis.tables import rows_of, write_rows
+from benchmarks.thesis.tables import read_rows, rows_of, write_rows
 
 TABLES = (
     "one_dimension",
@@ -114,10 +113,8 @@ def _shares_of_statements(records: Sequence[Record]) -> list[Row]:
 def with_other_models(card: Sequence[Row], path: Path) -> list[Row]:
     """The rows of a card, and those of a kept one that are about other models."""
     models = {row["model"] for row in card}
-    kept: list[Row] = []
-    if path.exists():
-        with path.open(newline="") as file:
-            kept = [dict(row) for row in csv.DictReader(file) if row["model"] not in models]
+    before = read_rows(path) if path.exists() else []
+    kept: list[Row] = [dict(row) for row in before if row["model"] not in models]
     return sorted([*card, *kept], key=lambda row: int(row["row"]))
 
 

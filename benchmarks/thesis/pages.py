@@ -6,13 +6,14 @@ A table stands between ``<!-- thesis: NAME -->`` and ``<!-- end -->``. ``python 
 
 from __future__ import annotations
 
-import csv
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
+from benchmarks.report import page_table
 from benchmarks.thesis.runner import MEASURED
 from benchmarks.thesis.runs import CASES
+from benchmarks.thesis.tables import read_rows
 
 PAGES = tuple(
     CASES / name / "README.md" for name in ("reverse_float_over", "numerical_oscillation")
@@ -48,7 +49,7 @@ def _base(folder: Path) -> str:
         (label, _interval(base[name], digits), _range(base[name], digits), thesis)
         for label, name, digits, thesis in BASE_FIGURES
     ]
-    return _table(head, rows)
+    return page_table(head, rows)
 
 
 def _fenders(folder: Path) -> str:
@@ -74,35 +75,35 @@ def _pressed(folder: Path) -> str:
 
 def _score_of_base(folder: Path) -> str:
     """Shares of seeds for rows 6 to 14 of the score card, in six degrees of freedom."""
-    lines = _lines(folder / "score.csv")
+    lines = read_rows(folder / "score.csv")
     rows = [
         (line["row"], line["quote"], *_agreement(line))
         for line in lines
         if line["model"] == "six degrees of freedom"
     ]
-    return _table(("row", "the thesis", *AGREEMENT), rows)
+    return page_table(("row", "the thesis", *AGREEMENT), rows)
 
 
 def _score_of_set_up(folder: Path) -> str:
     """Shares of seeds for rows 1, 2 and 5 of the score card."""
-    lines = _lines(folder / "score.csv")
+    lines = read_rows(folder / "score.csv")
     rows = [
         (line["row"], line["quote"], *_agreement(line))
         for line in lines
         if int(line["row"]) in (1, 2, 5)
     ]
-    return _table(("row", "the thesis", *AGREEMENT), rows)
+    return page_table(("row", "the thesis", *AGREEMENT), rows)
 
 
 def _score_of_pressed(folder: Path) -> str:
     """Shares of seeds for rows 3 and 4 of the score card, a row for each variant."""
     found: dict[str, list[str]] = {}
-    for line in _lines(folder / "score.csv"):
+    for line in read_rows(folder / "score.csv"):
         if int(line["row"]) in (3, 4):
             variant = line["model"].removeprefix("section 3.3, ")
             found.setdefault(variant, []).append(", ".join(_agreement(line)))
     rows = [(variant, *shares) for variant, shares in found.items()]
-    return _table(("seeds that agree, share", *PRESSED_STATEMENTS), rows)
+    return page_table(("seeds that agree, share", *PRESSED_STATEMENTS), rows)
 
 
 PRESSED_STATEMENTS = (
@@ -176,19 +177,14 @@ def _columns(means: Means, title: str, columns: Sequence[tuple[str, str, int]]) 
         n = figures[columns[0][1]]["n"]
         cells = [_interval(figures[name], digits) for _, name, digits in columns]
         rows.append([variant, n, *cells])
-    return _table(head, rows)
+    return page_table(head, rows)
 
 
 def _means(folder: Path, table: str) -> Means:
     found: dict[str, dict[str, Line]] = {}
-    for line in _lines(folder / f"{table}.csv"):
+    for line in read_rows(folder / f"{table}.csv"):
         found.setdefault(line["variant"], {})[line["figure"]] = line
     return found
-
-
-def _lines(path: Path) -> list[dict[str, str]]:
-    with path.open(newline="") as file:
-        return list(csv.DictReader(file))
 
 
 def _interval(line: Line, digits: int) -> str:
@@ -207,8 +203,3 @@ def _agreement(line: Line) -> tuple[str, str]:
         return ("yes" if agree == "1" else "no"), ""
     share, lower, upper = (100.0 * float(line[name]) for name in ("share", "lower", "upper"))
     return f"{agree} of {n}", f"{share:.0f} % ({lower:.0f} to {upper:.0f})"
-
-
-def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)

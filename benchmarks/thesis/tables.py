@@ -31,6 +31,12 @@ def write_rows(rows: Iterable[Row], path: Path) -> None:
         writer.writerows({key: _text(value) for key, value in row.items()} for row in rows)
 
 
+def read_rows(path: Path) -> list[dict[str, str]]:
+    """The rows of a CSV file, as texts."""
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
 def _by_variant(records: Iterable[Record]) -> Mapping[str, list[Record]]:
     found: dict[str, list[Record]] = {}
     for record in records:
