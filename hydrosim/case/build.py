@@ -36,6 +36,7 @@ def build_scene(
             name: element.placed(Where(f"forces.{name}", path))
             for name, element in data.forces.items()
         },
+        joints={name: joint.build() for name, joint in data.joints.items()},
         solver=_solver(data.solver),
         output_step=data.output_step,
         output_states=data.output.states,

@@ -33,6 +33,7 @@ def check(case: CaseFile, folder: Path) -> Iterator[Problem]:
     """All contradictions in ``case``; relative paths in it are relative to ``folder``."""
     yield from _check_names(case)
     yield from _check_bodies(case)
+    yield from _check_joints(case)
     yield from _check_accepted(case)
     yield from _check_waves(case)
     yield from _check_streams(case)
@@ -68,6 +69,20 @@ def _check_other(
     if other == case.forces[name].body:
         text = f"found {shown(other)} on both sides; expected another body, or none"
         yield Problem(("forces", name, *keys), f"{text}; {remedy}")
+
+
+def _check_joints(case: CaseFile) -> Iterator[Problem]:
+    """Bodies of joints, and degrees of freedom that joints give."""
+    for name, joint in case.joints.items():
+        if name in case.forces or name in RESERVED:
+            text = f'found the name "{name}" of a force; expected another; both are in the output'
+            yield Problem(("joints", name), text)
+        yield from _check_body(case, ("joints", name, "body"), joint.body)
+        if joint.to is not None:
+            yield from _check_body(case, ("joints", name, "to"), joint.to)
+        if joint.to == joint.body:
+            text = f"found {shown(joint.to)} on both sides; expected another body, or none"
+            yield Problem(("joints", name, "to"), f"{text}; a joint without to is to the earth")
 
 
 def _check_body(case: CaseFile, keys: Keys, body: str) -> Iterator[Problem]:

@@ -27,6 +27,7 @@ from hydrosim.case.elements import AnyElement
 from hydrosim.case.elements.fender import Plane
 from hydrosim.case.hydrodynamics import Coefficients, Hydrodynamics, files_of
 from hydrosim.case.hydrostatics import Hydrostatics
+from hydrosim.case.joints import AnyJoint
 from hydrosim.case.tanks import Lightship, Pump, Tank
 from hydrosim.case.waves import Waves
 from hydrosim.documents import quantities as of
@@ -463,6 +464,8 @@ class CaseFile(Strict):
     """Rigid bodies by name."""
     forces: dict[of.Name, AnyElement] = Field(default_factory=dict)
     """Force elements by name: moorings, fenders, lines, damping, loads."""
+    joints: dict[of.Name, AnyJoint] = Field(default_factory=dict)
+    """Joints between bodies or to the earth, by name: hinges, balls, sliders, locks."""
     solver: Solver = Solver()
     """Time integration."""
     output: Output = Output()

@@ -36,6 +36,13 @@ from hydrosim.scene.hydrodynamics import (
     Hydrodynamics,
     Without,
 )
+from hydrosim.scene.joint import (
+    Joint,
+    JointFriction,
+    JointType,
+    Stops,
+)
+from hydrosim.scene.joint import Resistance as JointResistance
 from hydrosim.scene.radiation import (
     BY_NAME,
     AutomaticRadiation,
@@ -115,6 +122,10 @@ __all__ = [
     "GivenComponents",
     "Hull",
     "Hydrodynamics",
+    "Joint",
+    "JointFriction",
+    "JointResistance",
+    "JointType",
     "Jonswap",
     "Kinematics",
     "LevelReached",
@@ -136,6 +147,7 @@ __all__ = [
     "Spectrum",
     "SpectrumTable",
     "Start",
+    "Stops",
     "StateSpaceRadiation",
     "Stream",
     "Symmetry",

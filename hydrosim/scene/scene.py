@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from hydrosim.scene.body import Body, Clearance
 from hydrosim.scene.environment import Environment
 from hydrosim.scene.force import ForceElement
+from hydrosim.scene.joint import Joint
 from hydrosim.scene.solver import Solver
 
 if TYPE_CHECKING:
@@ -85,6 +86,7 @@ class Scene:
     bodies: tuple[Body, ...]
     environment: Environment = field(default_factory=Environment)
     forces: Mapping[str, ForceElement] = field(default_factory=dict)
+    joints: Mapping[str, Joint] = field(default_factory=dict, kw_only=True)
     solver: Solver = field(default_factory=Solver)
     output_step: float = 0.5
     output_states: bool = False

@@ -1,0 +1,459 @@
+"""`joints` of a case file: what connects bodies to each other or to the earth.
+
+Each type is one class with its own keys. What acts in its free motions (springs, damping, stops,
+friction) stands beside them if there is one motion, else below the name of the motion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated, Any, ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import Discriminator, StrictStr, model_validator
+
+from hydrosim import scene
+from hydrosim.case.elements.active import Active
+from hydrosim.case.elements.element import Exemplary
+from hydrosim.documents import quantities as of
+from hydrosim.documents.quantities import Strict
+from hydrosim.documents.units import problem
+from hydrosim.scene.joint import JointType
+
+PARALLEL = 1e-6  # of two axes that must be at right angles: cosine that is rounding
+
+
+class TurnStops(Strict):
+    """End stops of a turn."""
+
+    range: tuple[of.Angle, of.Angle]
+    """Lowest and highest angle without contact. Example: [-60 deg, 60 deg]."""
+    stiffness: of.TurnStiffness
+    """Moment per angle beyond a stop."""
+    damping: of.TurnDamping = 0.0
+    """Damping while a stop is pressed. A stop never pulls."""
+
+    _check_order = model_validator(mode="after")(lambda stops: _ordered(stops))
+
+
+class SlideStops(Strict):
+    """End stops of a slide."""
+
+    range: tuple[of.Length, of.Length]
+    """Lowest and highest offset without contact. Example: [-3 m, 3 m]."""
+    stiffness: of.Stiffness
+    """Force per offset beyond a stop."""
+    damping: of.Damping = 0.0
+    """Damping while a stop is pressed. A stop never pulls."""
+
+    _check_order = model_validator(mode="after")(lambda stops: _ordered(stops))
+
+
+def _ordered(stops: Any) -> Any:
+    lowest, highest = stops.range
+    if lowest >= highest:
+        raise problem(f"range [{lowest:g}, {highest:g}]", "the lower end first, then the higher")
+    return stops
+
+
+class TurnFriction(Strict):
+    """Dry friction of a turn: a given moment, which does not depend on the load in the joint."""
+
+    law: Literal["coulomb"]
+    """Law of the friction."""
+    static_moment: of.FrictionMoment
+    """Largest moment while the joint rests."""
+    kinetic_moment: of.FrictionMoment | None = None
+    """Moment while it turns. Without it, the same as static_moment."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _check_reaction(cls, data: Any) -> Any:
+        return _without_reaction(data, "static_moment")
+
+    @model_validator(mode="after")
+    def _check_kinetic(self) -> Self:
+        _not_more(self.static_moment, self.kinetic_moment, "moment")
+        return self
+
+    def build(self) -> scene.JointFriction:
+        """The same of the scene."""
+        kinetic = self.kinetic_moment
+        return scene.JointFriction(
+            self.static_moment, self.static_moment if kinetic is None else kinetic
+        )
+
+
+class SlideFriction(Strict):
+    """Dry friction of a slide: a given force, which does not depend on the load in the joint."""
+
+    law: Literal["coulomb"]
+    """Law of the friction."""
+    static_force: of.FrictionForce
+    """Largest force while the joint rests."""
+    kinetic_force: of.FrictionForce | None = None
+    """Force while it slides. Without it, the same as static_force."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _check_reaction(cls, data: Any) -> Any:
+        return _without_reaction(data, "static_force")
+
+    @model_validator(mode="after")
+    def _check_kinetic(self) -> Self:
+        _not_more(self.static_force, self.kinetic_force, "force")
+        return self
+
+    def build(self) -> scene.JointFriction:
+        """The same of the scene."""
+        kinetic = self.kinetic_force
+        return scene.JointFriction(
+            self.static_force, self.static_force if kinetic is None else kinetic
+        )
+
+
+COEFFICIENTS = ("coefficient", "static_coefficient", "kinetic_coefficient", "radius")
+
+
+def _without_reaction(data: Any, instead: str) -> Any:
+    found = [key for key in COEFFICIENTS if isinstance(data, dict) and key in data]
+    if found:
+        raise problem(
+            f"{' and '.join(found)}, a friction that depends on the load in the joint",
+            f"a given {instead}",
+            "run without friction, read joint_force, and give coefficient x radius x its mean",
+        )
+    return data
+
+
+def _not_more(static: float, kinetic: float | None, what: str) -> None:
+    if kinetic is not None and kinetic > static:
+        raise problem(
+            f"kinetic_{what} {kinetic:g} above static_{what} {static:g}", "no more than static"
+        )
+
+
+class TurnInitial(Strict):
+    """Start of a turn."""
+
+    angle: of.Angle = 0.0
+    """Angle at the start. At rest it is zero."""
+    rate: of.TurnRate = 0.0
+    """Its rate at the start."""
+
+
+class SlideInitial(Strict):
+    """Start of a slide."""
+
+    offset: of.Length = 0.0
+    """Offset at the start. At rest it is zero."""
+    speed: of.Speed = 0.0
+    """Its rate at the start."""
+
+
+class Turn(Strict):
+    """What acts about an axis of a joint."""
+
+    stiffness: of.EitherTurnStiffness = 0.0
+    """Moment per angle of a spring, of either sign."""
+    neutral: of.Angle = 0.0
+    """Angle at which the spring has no moment."""
+    damping: of.TurnDamping = 0.0
+    """Linear damping."""
+    stops: TurnStops | None = None
+    """End stops."""
+    friction: TurnFriction | None = None
+    """Dry friction."""
+    initial: TurnInitial = TurnInitial()
+    """Angle and rate at the start."""
+
+    def built(self) -> scene.JointResistance:
+        """The same of the scene."""
+        return scene.JointResistance(
+            self.stiffness,
+            self.neutral,
+            self.damping,
+            _stops(self.stops),
+            self.friction.build() if self.friction else None,
+            self.initial.angle,
+            self.initial.rate,
+        )
+
+
+class Slide(Strict):
+    """What acts along an axis of a joint."""
+
+    stiffness: of.EitherStiffness = 0.0
+    """Force per offset of a spring, of either sign."""
+    neutral: of.Length = 0.0
+    """Offset at which the spring has no force."""
+    damping: of.Damping = 0.0
+    """Linear damping."""
+    stops: SlideStops | None = None
+    """End stops."""
+    friction: SlideFriction | None = None
+    """Dry friction."""
+    initial: SlideInitial = SlideInitial()
+    """Offset and speed at the start."""
+
+    def built(self) -> scene.JointResistance:
+        """The same of the scene."""
+        return scene.JointResistance(
+            self.stiffness,
+            self.neutral,
+            self.damping,
+            _stops(self.stops),
+            self.friction.build() if self.friction else None,
+            self.initial.offset,
+            self.initial.speed,
+        )
+
+
+def _stops(form: TurnStops | SlideStops | None) -> scene.Stops | None:
+    return None if form is None else scene.Stops(*form.range, form.stiffness, form.damping)
+
+
+class JointForm(Exemplary):
+    """A joint of a ``body``; in examples there are a "barge" and a "topside"."""
+
+    type: str
+    """Type of the joint."""
+    body: StrictStr
+    """Body of the joint. Point and axes are in its frame. Example: barge."""
+    to: StrictStr | None = None
+    """Other body of the joint. Without it the joint is to the earth. Example: topside."""
+    point: of.Point = (0.0, 0.0, 0.0)
+    """Place of the joint, with both bodies at their places at rest."""
+    active: Active | None = None
+    """Time in which the joint holds: from, until, or both. It holds the bodies in the relative
+    place that they have when it closes."""
+
+    @model_validator(mode="after")
+    def _check_active(self) -> Self:
+        if self.active is not None and any(each.acts for each in self.resistances()):
+            raise problem(
+                "active, and a spring, damping, stops or friction in the joint",
+                "one of them",
+                "a joint that comes and goes leaves its free motions without forces",
+            )
+        return self
+
+    def axes(self) -> tuple[tuple[float, ...], tuple[float, ...] | None]:
+        """Its axis and its second axis."""
+        return (0.0, 0.0, 1.0), None
+
+    def resistances(self) -> Sequence[scene.JointResistance]:
+        """What acts in its free motions, one after the other."""
+        return ()
+
+    def build(self) -> scene.Joint:
+        """The joint of the scene."""
+        axis, second = self.axes()
+        return scene.Joint(
+            JointType(self.type),
+            self.body,
+            self.to,
+            self.point,
+            axis,
+            second,
+            tuple(self.resistances()),
+            self.active.build() if self.active else None,
+        )
+
+
+class OnAxis(JointForm):
+    """A joint with an axis."""
+
+    axis: of.Direction
+    """Direction of the axis. Example: [0, 1, 0]."""
+
+    @model_validator(mode="after")
+    def _check_axis(self) -> Self:
+        if not any(self.axis):
+            raise problem("an axis of no length", "a direction, such as [0, 1, 0]")
+        return self
+
+    def axes(self) -> tuple[tuple[float, ...], tuple[float, ...] | None]:
+        return self.axis, None
+
+
+class Hinge(OnAxis, Turn):
+    """A joint that turns about an axis."""
+
+    example: ClassVar[dict[str, Any]] = {
+        "type": "hinge",
+        "body": "barge",
+        "to": "topside",
+        "point": ["-1 m", "0 m", "0.5 m"],
+        "axis": [0, 1, 0],
+        "damping": "1e6 N*m*s/rad",
+        "stops": {"range": ["-60 deg", "60 deg"], "stiffness": "1e9 N*m/rad"},
+        "initial": {"angle": "10 deg"},
+    }
+
+    type: Literal["hinge"]
+    """A turn about an axis."""
+
+    def resistances(self) -> Sequence[scene.JointResistance]:
+        return (self.built(),)
+
+
+class Slider(OnAxis, Slide):
+    """A joint that slides along an axis."""
+
+    example: ClassVar[dict[str, Any]] = {
+        "type": "slider",
+        "body": "barge",
+        "to": "topside",
+        "axis": [0, 0, 1],
+        "damping": "100 kN*s/m",
+    }
+
+    type: Literal["slider"]
+    """A slide along an axis."""
+
+    def resistances(self) -> Sequence[scene.JointResistance]:
+        return (self.built(),)
+
+
+class Cylindrical(OnAxis):
+    """A joint that slides along an axis and turns about it."""
+
+    example: ClassVar[dict[str, Any]] = {
+        "type": "cylindrical",
+        "body": "barge",
+        "axis": [0, 0, 1],
+        "slide": {"damping": "100 kN*s/m"},
+    }
+
+    type: Literal["cylindrical"]
+    """A slide along an axis and a turn about it."""
+    slide: Slide = Slide()
+    """What acts along the axis."""
+    turn: Turn = Turn()
+    """What acts about the axis."""
+
+    def resistances(self) -> Sequence[scene.JointResistance]:
+        return self.slide.built(), self.turn.built()
+
+
+class Universal(OnAxis):
+    """A joint that turns about two axes at right angles."""
+
+    example: ClassVar[dict[str, Any]] = {
+        "type": "universal",
+        "body": "barge",
+        "axis": [1, 0, 0],
+        "second_axis": [0, 1, 0],
+        "first": {"damping": "1e6 N*m*s/rad"},
+    }
+
+    type: Literal["universal"]
+    """Turns about an axis of the other body, then about one of this body."""
+    second_axis: of.Direction
+    """Axis that moves with the body, at right angles to axis. Example: [0, 1, 0]."""
+    first: Turn = Turn()
+    """What acts about axis, which moves with the other body."""
+    second: Turn = Turn()
+    """What acts about second_axis."""
+
+    @model_validator(mode="after")
+    def _check_angle(self) -> Self:
+        _at_right_angles(self.axis, self.second_axis)
+        return self
+
+    def axes(self) -> tuple[tuple[float, ...], tuple[float, ...] | None]:
+        return self.axis, self.second_axis
+
+    def resistances(self) -> Sequence[scene.JointResistance]:
+        return self.first.built(), self.second.built()
+
+
+class Planar(OnAxis):
+    """A joint that slides in a plane and turns about its normal."""
+
+    example: ClassVar[dict[str, Any]] = {"type": "planar", "body": "barge", "axis": [0, 1, 0]}
+
+    type: Literal["planar"]
+    """Slides in a plane with the normal axis, and a turn about it."""
+    second_axis: of.Direction | None = None
+    """First direction in the plane. Without it, x, or y if the normal is along x."""
+    first: Slide = Slide()
+    """What acts along the first direction."""
+    second: Slide = Slide()
+    """What acts along the second direction, axis x second_axis."""
+    turn: Turn = Turn()
+    """What acts about the normal."""
+
+    @model_validator(mode="after")
+    def _check_angle(self) -> Self:
+        if self.second_axis is not None:
+            _at_right_angles(self.axis, self.second_axis)
+        return self
+
+    def axes(self) -> tuple[tuple[float, ...], tuple[float, ...] | None]:
+        return self.axis, self.second_axis
+
+    def resistances(self) -> Sequence[scene.JointResistance]:
+        return self.first.built(), self.second.built(), self.turn.built()
+
+
+class BallInitial(Strict):
+    """Start of a ball joint."""
+
+    rotation: tuple[of.Angle, of.Angle, of.Angle] = (0.0, 0.0, 0.0)
+    """Rotation vector at the start: its direction is the axis, its length the angle."""
+    rate: tuple[of.TurnRate, of.TurnRate, of.TurnRate] = (0.0, 0.0, 0.0)
+    """Angular velocity relative to the other body at the start."""
+
+
+class Ball(JointForm):
+    """A joint that turns about a point."""
+
+    example: ClassVar[dict[str, Any]] = {
+        "type": "ball",
+        "body": "barge",
+        "point": ["0 m", "0 m", "2 m"],
+        "damping": "1e6 N*m*s/rad",
+    }
+
+    type: Literal["ball"]
+    """All turns about a point."""
+    damping: of.TurnDamping = 0.0
+    """Linear damping of the relative angular velocity."""
+    initial: BallInitial = BallInitial()
+    """Rotation and angular velocity at the start."""
+
+    def resistances(self) -> Sequence[scene.JointResistance]:
+        start = self.initial
+        return [
+            scene.JointResistance(damping=self.damping, position=angle, velocity=rate)
+            for angle, rate in zip(start.rotation, start.rate, strict=True)
+        ]
+
+
+class Fixed(JointForm):
+    """A joint that leaves no motion free."""
+
+    example: ClassVar[dict[str, Any]] = {
+        "type": "fixed",
+        "body": "barge",
+        "to": "topside",
+        "active": {"from": "100 s"},
+    }
+
+    type: Literal["fixed"]
+    """No motion."""
+
+
+def _at_right_angles(first: tuple[float, ...], second: tuple[float, ...]) -> None:
+    a, b = np.array(first), np.array(second)
+    cosine = float(a @ b) / float(np.linalg.norm(a) * np.linalg.norm(b) or 1.0)
+    if not any(second) or abs(cosine) > PARALLEL:
+        found = f"axis [{a[0]:g}, {a[1]:g}, {a[2]:g}] and second_axis [{b[0]:g}, {b[1]:g}, {b[2]:g}]"
+        raise problem(found, "two axes at right angles")
+
+
+AnyJoint = Annotated[
+    Hinge | Ball | Universal | Slider | Cylindrical | Planar | Fixed, Discriminator("type")
+]

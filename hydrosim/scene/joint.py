@@ -1,0 +1,154 @@
+"""Joints between bodies, or of a body to the earth.
+
+A joint leaves some relative motions free. `MOTIONS` lists them for each type: this table is all
+that a new type needs here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrosim.scene.triggers import Active
+
+
+class JointType(StrEnum):
+    """Types of joints."""
+
+    HINGE = "hinge"
+    BALL = "ball"
+    UNIVERSAL = "universal"
+    SLIDER = "slider"
+    CYLINDRICAL = "cylindrical"
+    PLANAR = "planar"
+    FIXED = "fixed"
+
+
+class MotionKind(StrEnum):
+    """A slide along an axis, a turn about an axis, or one of the three turns of a ball."""
+
+    SLIDE = "slide"
+    TURN = "turn"
+    SWIVEL = "swivel"
+
+
+class JointMotion(NamedTuple):
+    """A free motion of a joint: its ``name``, its ``kind``, and the number of its axis among
+    `Joint.axes`."""
+
+    name: str
+    kind: MotionKind
+    axis: int
+
+
+MOTIONS: dict[JointType, tuple[JointMotion, ...]] = {
+    JointType.HINGE: (JointMotion("angle", MotionKind.TURN, 0),),
+    JointType.SLIDER: (JointMotion("offset", MotionKind.SLIDE, 0),),
+    JointType.CYLINDRICAL: (
+        JointMotion("offset", MotionKind.SLIDE, 0),
+        JointMotion("angle", MotionKind.TURN, 0),
+    ),
+    JointType.UNIVERSAL: (
+        JointMotion("first_angle", MotionKind.TURN, 0),
+        JointMotion("second_angle", MotionKind.TURN, 1),
+    ),
+    JointType.PLANAR: (
+        JointMotion("first_offset", MotionKind.SLIDE, 1),
+        JointMotion("second_offset", MotionKind.SLIDE, 2),
+        JointMotion("angle", MotionKind.TURN, 0),
+    ),
+    JointType.BALL: (
+        JointMotion("rotation_x", MotionKind.SWIVEL, 0),
+        JointMotion("rotation_y", MotionKind.SWIVEL, 1),
+        JointMotion("rotation_z", MotionKind.SWIVEL, 2),
+    ),
+    JointType.FIXED: (),
+}
+"""Free motions of each type, applied one after the other from ``to`` outwards to ``body``."""
+
+
+@dataclass(frozen=True)
+class Stops:
+    """End stops of a joint motion beyond ``lowest`` and ``highest`` [m or rad]: ``stiffness`` and
+    ``damping`` of both."""
+
+    lowest: float
+    highest: float
+    stiffness: float
+    damping: float = 0.0
+
+
+@dataclass(frozen=True)
+class JointFriction:
+    """Dry friction of a joint motion [N or N m]: largest while it rests, and while it moves."""
+
+    static: float
+    kinetic: float
+
+
+@dataclass(frozen=True)
+class Resistance:
+    """What acts in a free motion of a joint: a spring of this ``stiffness`` (of either sign) about
+    ``neutral``, linear ``damping``, ``stops``, dry ``friction``; ``position`` and ``velocity`` are
+    those of the start. In SI units, [N/m], [N m/rad], ..."""
+
+    stiffness: float = 0.0
+    neutral: float = 0.0
+    damping: float = 0.0
+    stops: Stops | None = None
+    friction: JointFriction | None = None
+    position: float = 0.0
+    velocity: float = 0.0
+
+    @property
+    def acts(self) -> bool:
+        """True if it makes any force."""
+        linear = self.stiffness != 0.0 or self.damping != 0.0
+        return linear or self.stops is not None or self.friction is not None
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint of ``body`` to another body or, without ``to``, to the earth.
+
+    ``point`` (3,) and the axes are in the frame of ``body``, with both bodies at their places at
+    rest, where all motions of the joint are zero. ``axis`` is that of the hinge, slider or cylinder,
+    the normal of the plane, the first axis of the universal joint (it moves with ``to``). ``second``
+    is the second axis of the universal joint (it moves with ``body``), or the first one in the
+    plane; any right angle to ``axis`` without it. ``resistances`` has one entry for each of the
+    `MOTIONS`.
+
+    A joint without ``active`` lasts for the whole run; if it does not close a loop, its motions are
+    coordinates. One with ``active`` locks what it does not leave free while it is active, at the
+    relative place of the bodies when it closes.
+    """
+
+    type: JointType
+    body: str
+    to: str | None = None
+    point: tuple[float, ...] = (0.0, 0.0, 0.0)
+    axis: tuple[float, ...] = (0.0, 0.0, 1.0)
+    second: tuple[float, ...] | None = None
+    resistances: tuple[Resistance, ...] = ()
+    active: Active | None = None
+
+    @property
+    def motions(self) -> tuple[JointMotion, ...]:
+        """Its free motions."""
+        return MOTIONS[self.type]
+
+    def axes(self) -> np.ndarray:
+        """Three unit vectors by rows (3, 3), at right angles, right-handed, in the frame of
+        ``body`` at rest. Of a ball they are those of that frame."""
+        if self.type == JointType.BALL:
+            return np.eye(3)
+        first = np.array(self.axis) / np.linalg.norm(self.axis)
+        given = self.second
+        if given is None:  # the x axis, unless that is nearly the first
+            given = (1.0, 0.0, 0.0) if abs(first[0]) < 0.9 else (0.0, 1.0, 0.0)
+        second = np.array(given) - first * (first @ np.array(given))
+        second /= np.linalg.norm(second)
+        return np.array([first, second, np.cross(first, second)])

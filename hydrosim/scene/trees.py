@@ -1,0 +1,81 @@
+"""How joints arrange bodies: trees, whose joint motions are coordinates, and joints beside them.
+
+Joints that last for the whole run make trees. Each tree grows from the earth or, if it does not
+touch the earth, from one of its bodies, which keeps its own six coordinates. A joint that would
+close a loop, and a joint that is only `active` at times, is no branch: it is a constraint.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+from hydrosim.scene.joint import Joint
+
+EARTH = None
+
+
+class Branch(NamedTuple):
+    """A joint of a tree: its ``name``, the ``child`` that it carries and its ``parent`` (None: the
+    earth). It is ``reversed`` if the child is the joint's `to`."""
+
+    name: str
+    joint: Joint
+    child: str
+    parent: str | None
+    reversed: bool
+
+
+class Arrangement(NamedTuple):
+    """The ``branches``, parents before children, and the names of the joints that are constraints:
+    ``loops`` for the whole run, and ``locks`` at times."""
+
+    branches: tuple[Branch, ...]
+    loops: tuple[str, ...]
+    locks: tuple[str, ...]
+
+    @property
+    def children(self) -> frozenset[str]:
+        """Bodies that a joint carries: they have no coordinates of their own."""
+        return frozenset(branch.child for branch in self.branches)
+
+
+def arranged(joints: Mapping[str, Joint], bodies: Sequence[str]) -> Arrangement:
+    """Arrange the ``joints`` between ``bodies``. The order of the bodies decides between equals."""
+    lasting = {name: joint for name, joint in joints.items() if joint.active is None}
+    reached: set[str | None] = {EARTH}
+    branches = list(_grown(lasting, reached))
+    for body in _roots(lasting, bodies):
+        if body not in reached:
+            reached.add(body)
+            branches += _grown(lasting, reached)
+    used = {branch.name for branch in branches}
+    return Arrangement(
+        tuple(branches),
+        tuple(name for name in lasting if name not in used),
+        tuple(name for name in joints if name not in lasting),
+    )
+
+
+def _roots(joints: Mapping[str, Joint], bodies: Sequence[str]) -> list[str]:
+    """Bodies in the order in which they become roots: first those that others are joined `to`,
+    and that are joined to none."""
+    joined = {joint.body for joint in joints.values()}
+    return sorted(bodies, key=lambda body: body in joined)
+
+
+def _grown(joints: Mapping[str, Joint], reached: set[str | None]) -> Iterator[Branch]:
+    """Branches from the bodies ``reached``, nearest first; it adds the bodies that they carry."""
+    grows = True
+    while grows:
+        grows = False
+        layer = set(reached)
+        for name, joint in joints.items():
+            if joint.to in layer and joint.body not in reached:
+                reached.add(joint.body)
+                yield Branch(name, joint, joint.body, joint.to, False)
+                grows = True
+            elif joint.body in layer and joint.to not in reached:
+                reached.add(joint.to)
+                yield Branch(name, joint, str(joint.to), joint.body, True)
+                grows = True
