@@ -67,7 +67,9 @@ Power = Annotated[float, Quantity("power", "", "0.5", at_least=0, at_most=1)]
 Slope = Annotated[float, Quantity("friction slope", "N*s/m", "1e6 kN*s/m", above=0)]
 EitherStiffness = Annotated[float, Quantity("stiffness", "N/m", "40 tonne_force/m")]
 EitherTurnStiffness = Annotated[float, Quantity("rotational stiffness", "N*m/rad", "1 MN*m/deg")]
-TurnStiffness = Annotated[float, Quantity("rotational stiffness", "N*m/rad", "1e9 N*m/rad", above=0)]
+TurnStiffness = Annotated[
+    float, Quantity("rotational stiffness", "N*m/rad", "1e9 N*m/rad", above=0)
+]
 TurnDamping = Annotated[
     float, Quantity("damping coefficient", "N*m*s/rad", "1 MN*m*s/rad", at_least=0)
 ]
