@@ -78,7 +78,7 @@ def find_rigid_tractions(model: Model, state: State, forces: np.ndarray) -> np.n
     n = model.bodies.active.size
     work = new_work(model)
     place_bodies(state.y[:n], np.zeros(n), model.bodies, work.motion)
-    constrain(state.modes, model, work)
+    constrain(state.y, state.modes, model, work)
     found = np.zeros((*forces.shape[:-1], *work.holds.reaction.shape), dtype=forces.dtype)
     for r in np.flatnonzero(work.holds.point[: forces.shape[-1]] != NO_POINT):
         found[..., work.holds.point[r], :] += forces[..., r, None] * work.holds.direction[r]

@@ -40,6 +40,8 @@ from hydrosim.scene.joint import (
     Joint,
     JointFriction,
     JointType,
+    Ratchet,
+    Window,
     Stops,
 )
 from hydrosim.scene.joint import Resistance as JointResistance

@@ -42,7 +42,7 @@ class Arrangement(NamedTuple):
 
 def arranged(joints: Mapping[str, Joint], bodies: Sequence[str]) -> Arrangement:
     """Arrange the ``joints`` between ``bodies``. The order of the bodies decides between equals."""
-    lasting = {name: joint for name, joint in joints.items() if joint.active is None}
+    lasting = {name: joint for name, joint in joints.items() if joint.lasts}
     reached: set[str | None] = {EARTH}
     branches = list(_grown(lasting, reached))
     for body in _roots(lasting, bodies):
@@ -55,6 +55,14 @@ def arranged(joints: Mapping[str, Joint], bodies: Sequence[str]) -> Arrangement:
         tuple(name for name in lasting if name not in used),
         tuple(name for name in joints if name not in lasting),
     )
+
+
+def constraints(joints: Mapping[str, Joint], bodies: Sequence[str]) -> tuple[str, ...]:
+    """Names of the joints that are constraints on the coordinates: loops, then locks."""
+    found = arranged(joints, bodies)
+    branches = tuple(branch.name for branch in found.branches)
+    # TREES: until joints of trees are coordinates, they are constraints too
+    return (*branches, *found.loops, *found.locks)
 
 
 def _roots(joints: Mapping[str, Joint], bodies: Sequence[str]) -> list[str]:
