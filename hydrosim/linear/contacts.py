@@ -17,7 +17,7 @@ import numpy as np
 
 from hydrosim.errors import InputError
 from hydrosim.forces import without_friction
-from hydrosim.forces.contact.coulomb import NO_POINT
+from hydrosim.forces.holds import NONE
 from hydrosim.forces.contact.laws import COULOMB, FRICTIONLESS
 from hydrosim.forces.contact.modes import OPEN, STICK
 from hydrosim.linear.coordinates import inertia
@@ -79,7 +79,8 @@ def find_rigid_tractions(model: Model, state: State, forces: np.ndarray) -> np.n
     work = new_work(model)
     place_bodies(state.y[:n], np.zeros(n), model.bodies, work.motion)
     constrain(state.y, state.modes, model, work)
-    found = np.zeros((*forces.shape[:-1], *work.holds.reaction.shape), dtype=forces.dtype)
-    for r in np.flatnonzero(work.holds.point[: forces.shape[-1]] != NO_POINT):
+    points = model.elements.fenders.points.size
+    found = np.zeros((*forces.shape[:-1], points, 2), dtype=forces.dtype)
+    for r in np.flatnonzero(work.holds.point[: forces.shape[-1]] != NONE):
         found[..., work.holds.point[r], :] += forces[..., r, None] * work.holds.direction[r]
     return found

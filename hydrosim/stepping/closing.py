@@ -116,7 +116,7 @@ def choose_rows(y, modes, model, work):
     p = model.elements.locks
     for i in range(p.each.size):
         if modes[p.mode + i, MODE] == CLOSED:
-            modes[p.mode + i, SEGMENT] = locks.ALL
+            modes[p.mode + i, SEGMENT] = locks.every_row(i, p)
     _set_up(y, modes, model, work)
     cholesky(work.inertia)
     least = find_rank(work.constraints, work.inertia)

@@ -8,11 +8,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from hydrosim.forces.joint import locks
-from hydrosim.forces.joint.locks import ALL, IMPULSE, LOSS, NAMES, STATES, Params
+from hydrosim.forces.joint.locks import CLOSED, IMPULSE, LOSS, MOST, NAMES, STATES, Params
 from hydrosim.forces.joint.rows import REFERENCE
 from hydrosim.forces.kind import Columns, ElementKind, Kept, Kind, Modes, Parts, States, Variable
 from hydrosim.forces.layout import constraint_names
-from hydrosim.modes import MODE
+from hydrosim.modes import MODE, SEGMENT
 from hydrosim.scene import Scene
 
 STATE_NAMES = (
@@ -28,6 +28,9 @@ class _Locks(ElementKind):
     variables: ClassVar[Mapping[str, Variable]] = {
         "lock_mode": Variable("mode of a joint that is a constraint", "1", flags=" ".join(NAMES)),
         "lock_segment": Variable("bits of the rows of a joint that are not redundant", "1"),
+        "lock_rows": Variable(
+            "number of relative motions that a joint holds; those that others hold do not count", "1"
+        ),
         "lock_impulse": Variable(
             "impulses of a joint on its body since the start, when joints closed; moment about the"
             " joint",
@@ -42,7 +45,7 @@ class _Locks(ElementKind):
 
     def modes(self, p: Params) -> Modes:
         count = p.each.size
-        return Modes(count, first=np.zeros(count, dtype=int), last=np.full(count, ALL))
+        return Modes(count, first=np.zeros(count, dtype=int), last=np.full(count, MOST))
 
     def states(self, p: Params, scene: Scene) -> Iterator[States]:
         yield States("lock", self.unit_names(scene), STATE_NAMES)
@@ -54,6 +57,7 @@ class _Locks(ElementKind):
             "lock_mode": (("time", "lock"), kept.modes[:, :, MODE].astype(np.int8)),
             "lock_impulse": (("time", "lock", "dof"), own[:, :, IMPULSE:STATES]),
             "lock_loss": (("time", "lock"), own[:, :, LOSS]),
+            "lock_rows": (("time", "lock"), _held_rows(kept.modes)),
         }
 
     def forget(self, p: Params, y: np.ndarray) -> None:
@@ -68,6 +72,12 @@ class _Locks(ElementKind):
             own = slice(p.state + STATES * i, p.state + STATES * i + REFERENCE)
             if lock["lasts"] or not known[own].all():
                 y[own] = anew[own]
+
+
+def _held_rows(modes: np.ndarray) -> np.ndarray:
+    """Number (nt, n) of the rows that each joint holds."""
+    bits = np.unpackbits(modes[:, :, SEGMENT].astype(np.uint8)[..., None], axis=2).sum(axis=2)
+    return np.where(modes[:, :, MODE] == CLOSED, bits, 0).astype(np.int8)
 
 
 class _Joints(Kind):

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 OPEN, WAITING, RUNNING, CLOSED = range(4)
 NAMES = ("open", "waiting", "running", "closed")
 ROWS = 6  # most rows of a joint
-ALL = 2**ROWS - 1  # bits of all rows
+MOST = 2**ROWS - 1  # bits of six rows
 LOSS = REFERENCE
 IMPULSE = LOSS + 1
 STATES = IMPULSE + 6
@@ -128,10 +128,21 @@ def _rows(joint: Joint) -> tuple[np.ndarray, np.ndarray, int]:
     return padded[:, 0], padded[:, 1], len(pairs)
 
 
+def states_of(p: Params) -> slice:
+    """Entries of y of all joints."""
+    return slice(p.state, p.state + STATES * int(p.each.size))
+
+
 @kernel
 def begin(i, p):
     """Entry of y where the states of joint ``i`` begin: first its reference (12,)."""
     return p.state + STATES * i
+
+
+@kernel
+def every_row(i, p):
+    """Bits of all rows of joint ``i``."""
+    return (1 << p.each[i].count) - 1
 
 
 @kernel
@@ -308,7 +319,7 @@ def close(i, y, modes, motion, bodies, p):
     k = begin(i, p)
     rows.take_reference(p.each[i], bodies, motion, y[k : k + REFERENCE])
     modes[p.mode + i, MODE] = CLOSED
-    modes[p.mode + i, SEGMENT] = ALL
+    modes[p.mode + i, SEGMENT] = every_row(i, p)
 
 
 @kernel
@@ -319,7 +330,7 @@ def activate(i, y, modes, motion, bodies, p):
         k = begin(i, p)
         rows.take_reference(lock, bodies, motion, y[k : k + REFERENCE])
         modes[p.mode + i, MODE] = RUNNING
-        modes[p.mode + i, SEGMENT] = ALL
+        modes[p.mode + i, SEGMENT] = every_row(i, p)
         if ratchet_rate(i, y, bodies, motion, p) <= 0.0:
             modes[p.mode + i, MODE] = CLOSED
     elif _outside(lock, bodies, motion) <= 0.0:
@@ -346,7 +357,7 @@ def settle(y, modes, motion, bodies, p):
             mode[MODE] = CLOSED
         else:
             activate(i, y, modes, motion, bodies, p)
-        mode[SEGMENT] = kept if kept > 0 else ALL
+        mode[SEGMENT] = kept if kept > 0 else every_row(i, p)
 
 
 @root
