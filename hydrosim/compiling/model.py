@@ -29,6 +29,7 @@ from hydrosim.forces.layout import (
     constraint_names,
     row_names,
 )
+from hydrosim.results.points import named_points, point_names
 from hydrosim.rigid.heading import Headings, new_headings
 from hydrosim.rigid.inertia import constant_inertia
 from hydrosim.rigid.kinematics import BODY, Bodies
@@ -233,6 +234,8 @@ def _layout(
         scene.joints,
         _joined(scene, bodies),
         len(row_names(scene)) - 1,
+        dict(zip(point_names(scene), named_points(scene), strict=True)),
+        scene.clearances,
     )
 
 
