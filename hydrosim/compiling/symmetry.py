@@ -26,7 +26,7 @@ import numpy as np
 from scipy import linalg
 
 from hydrosim.compiling.hydrostatics.hulls import lopsided
-from hydrosim.compiling.mirror import COUPLES, couples, without_image
+from hydrosim.compiling.mirror import COUPLES, couples, joints_without_image, without_image
 from hydrosim.compiling.start import first_state
 from hydrosim.compiling.wet import WetGroup, each_alone, each_database
 from hydrosim.dofs import DOFS, MIRROR_SIGN, SMALL
@@ -146,8 +146,7 @@ def _asymmetries(calm: Compiled, sea: Sequence[Components]) -> Iterator[str]:
         if alone := without_image_in(body):
             yield f"{', '.join(alone)} of {body.name} have no mirror image"
     yield from without_image(scene.forces, y)
-    if scene.joints:
-        yield f"joints ({', '.join(scene.joints)}), for which the plane is not used"
+    yield from joints_without_image(scene.joints)
     water = scene.environment
     for name, stream in (("current", water.current), ("wind", water.wind)):
         if abs(stream.speed * np.sin(stream.heading)) > SMALL * abs(stream.speed):
