@@ -544,5 +544,6 @@ def _at_right_angles(first: tuple[float, ...], second: tuple[float, ...]) -> Non
 
 
 AnyJoint = Annotated[
-    Hinge | Ball | Universal | Slider | Cylindrical | Planar | Fixed | Ratchet, Discriminator("type")
+    Hinge | Ball | Universal | Slider | Cylindrical | Planar | Fixed | Ratchet,
+    Discriminator("type"),
 ]

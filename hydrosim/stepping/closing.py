@@ -59,8 +59,7 @@ def meet(t, run):
     state = run.state
     model = run.model
     p = model.elements.locks
-    run.scratch.pace[RANK_TIME] = t
-    run.scratch.pace[RANK] = choose_rows(state.y, state.modes, model, run.work)
+    choose_rows(state.y, state.modes, model, run.work)
     if not locks.any_closed(state.modes, p) and not _any_runs(state.modes, p):
         return
     project_places(state.y, state.modes, model, run.work)
@@ -73,6 +72,8 @@ def meet(t, run):
             _test_contacts(t, run)
         if not joins:
             break
+    run.scratch.pace[RANK_TIME] = t
+    run.scratch.pace[RANK] = choose_rows(state.y, state.modes, model, run.work)
     project(state.y, state.modes, model, run.work)
 
 

@@ -29,7 +29,8 @@ class _Locks(ElementKind):
         "lock_mode": Variable("mode of a joint that is a constraint", "1", flags=" ".join(NAMES)),
         "lock_segment": Variable("bits of the rows of a joint that are not redundant", "1"),
         "lock_rows": Variable(
-            "number of relative motions that a joint holds; those that others hold do not count", "1"
+            "number of relative motions that a joint holds; those that others hold do not count",
+            "1",
         ),
         "lock_impulse": Variable(
             "impulses of a joint on its body since the start, when joints closed; moment about the"
