@@ -1,7 +1,7 @@
 """Modes of all elements that have modes: their ends, their successors, and observed values.
 
-Rows of modes belong to contact points, springs, flows, guides, joints and triggers, in this order. Every
-row has the same number of margins, which are positive while its mode lasts.
+Rows of modes belong to contact points, springs, flows, guides, joints and triggers, in this order.
+Every row has the same number of margins, which are positive while its mode lasts.
 """
 
 from __future__ import annotations

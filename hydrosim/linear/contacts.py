@@ -17,9 +17,9 @@ import numpy as np
 
 from hydrosim.errors import InputError
 from hydrosim.forces import without_friction
-from hydrosim.forces.holds import NONE
 from hydrosim.forces.contact.laws import COULOMB, FRICTIONLESS
 from hydrosim.forces.contact.modes import OPEN, STICK
+from hydrosim.forces.holds import NONE
 from hydrosim.linear.coordinates import inertia
 from hydrosim.linear.freedom import find_constraint_rows, freedom_of
 from hydrosim.modes import MODE

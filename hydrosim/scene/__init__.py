@@ -41,8 +41,8 @@ from hydrosim.scene.joint import (
     JointFriction,
     JointType,
     Ratchet,
-    Window,
     Stops,
+    Window,
 )
 from hydrosim.scene.joint import Resistance as JointResistance
 from hydrosim.scene.radiation import (
@@ -149,8 +149,8 @@ __all__ = [
     "Spectrum",
     "SpectrumTable",
     "Start",
-    "Stops",
     "StateSpaceRadiation",
+    "Stops",
     "Stream",
     "Symmetry",
     "Tank",

@@ -70,8 +70,8 @@ MOTIONS: dict[JointType, tuple[JointMotion, ...]] = {
     JointType.FIXED: (),
     JointType.RATCHET: (),
 }
-"""Free motions of each type, applied one after the other from ``to`` outwards to ``body``. A ratchet
-is never a branch of a tree, see `Ratchet`."""
+"""Free motions of each type, applied one after the other from ``to`` outwards to ``body``. A
+ratchet is never a branch of a tree, see `Ratchet`."""
 
 
 @dataclass(frozen=True)

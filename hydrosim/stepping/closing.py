@@ -23,8 +23,6 @@ whose row comes to depend on others later (a four-bar linkage in a straight line
 
 from __future__ import annotations
 
-from math import inf
-
 from hydrosim.forces import events
 from hydrosim.forces.joint import locks
 from hydrosim.forces.joint.locks import CLOSED, IMPULSE, LOSS, NO_RATCHET, RUNNING
@@ -34,8 +32,7 @@ from hydrosim.rigid.constraints import DROPPED, find_rank
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.rigid.mass import cholesky
 from hydrosim.stepping.dynamics import constrain, find_inertia, solve_held
-from hydrosim.stepping.state import NEXT_STEP, RANK, RANK_TIME, RUNNING as GOING
-from hydrosim.stepping.state import SINGULAR, STATUS
+from hydrosim.stepping.state import NEXT_STEP, RANK, RANK_TIME, SINGULAR, STATUS
 
 MET = 1e-13  # m or 1: residual of a place, more by 1e-15 of the farthest place beyond 100 m
 STILL = 1e-14  # of the sum of the terms of a velocity: rounding of J q'
@@ -79,10 +76,11 @@ def meet(t, run):
 
 @kernel
 def _any_runs(modes, p):
+    running = 0
     for i in range(p.each.size):
         if modes[p.mode + i, MODE] == RUNNING:
-            return True
-    return False
+            running += 1
+    return running > 0
 
 
 @kernel

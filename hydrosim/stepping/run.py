@@ -15,8 +15,8 @@ from hydrosim.jit.kernels import assign, kernel, root, root_giving, summing
 from hydrosim.radiation.history import count_anew, drop, push
 from hydrosim.rigid.heading import accelerations_along
 from hydrosim.rigid.kinematics import accelerations, place_bodies
-from hydrosim.stepping.crossing import cut, make_consistent, note_headings, switch_modes
 from hydrosim.stepping.closing import keep_closed
+from hydrosim.stepping.crossing import cut, make_consistent, note_headings, switch_modes
 from hydrosim.stepping.dynamics import may_hold, project_velocities, update_contents
 from hydrosim.stepping.record import keep
 from hydrosim.stepping.state import (

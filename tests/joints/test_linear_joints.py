@@ -28,7 +28,7 @@ G, MASS, ARM, INERTIA = 9.81, 3.0, 2.0, 2.0
 
 
 def pendulum(side: float = 0.0, **changes: object) -> Scene:
-    """A body that hangs on a hinge to the earth, under its weight and a force of 1 N to the side."""
+    """A body that hangs on a hinge to the earth, under its weight and a force to the side."""
     inertia = np.diag([1.0, INERTIA, 1.5])
     body = Body("bob", MASS, inertia, centre_of_gravity=(0.0, 0.0, -ARM))
     load = steady("bob", heave=-MASS * G, surge=side)

@@ -182,5 +182,5 @@ def test_joints_that_fight_are_refused() -> None:
     scene = replace(
         scene, bodies=(*scene.bodies[:2], moved), joints={**scene.joints, "second": second}
     )
-    with pytest.raises(InputError, match="does not close at the start: 0.1 m and 0 deg"):
+    with pytest.raises(InputError, match=r"does not close at the start: 0\.1 m and 0 deg"):
         hs.simulate(scene)
