@@ -28,12 +28,19 @@ from hydrosim.scene import (
 from hydrosim.scene.joint import MOTIONS
 
 G = 9.81
-FRAME = {"centre": (0.0, 0.0, 0.0), "x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+FRAME = {
+    "centre": (0.0, 0.0, 0.0),
+    "x": (1.0, 0.0, 0.0),
+    "y": (0.0, 1.0, 0.0),
+    "z": (0.0, 0.0, 1.0),
+}
 """Named points of every body, which tell its rotation at any attitude."""
 TIGHT = Tolerance(1e-12, 1e-12, 1e-12)
 
 
-def carried(name: str, mass: float, inertia: ArrayLike, place: Sequence[float], **changes: Any) -> Body:
+def carried(
+    name: str, mass: float, inertia: ArrayLike, place: Sequence[float], **changes: Any
+) -> Body:
     """A dry body with weight. At rest its centre of gravity is at ``place``; ``inertia`` (3,) or
     (3, 3) is about it."""
     matrix = np.asarray(inertia, float)
@@ -44,7 +51,9 @@ def carried(name: str, mass: float, inertia: ArrayLike, place: Sequence[float], 
     return Body(name, mass, matrix, **given)
 
 
-def joint(kind: str, body: str, to: str | None = None, *motions: JointResistance, **place: Any) -> Joint:
+def joint(
+    kind: str, body: str, to: str | None = None, *motions: JointResistance, **place: Any
+) -> Joint:
     """A joint; ``motions`` are the resistances of its free motions, none without them."""
     free = JointType(kind)
     resistances = motions or (JointResistance(),) * len(MOTIONS[free])

@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
+
 EARTH = -1
 RIGHT_ANGLES: Mapping[str, Sequence[tuple[int, int]]] = {
     "ball": (),
@@ -128,7 +129,9 @@ def _angles(bodies: Sequence[Rigid], link: Link) -> list[tuple[np.ndarray, float
         row = np.zeros(6 * len(bodies))
         _add(row, link.body, np.zeros(3), -normal)
         _add(row, link.to, np.zeros(3), normal)
-        found.append((row, (other.spin - one.spin) @ change, np.concatenate([np.zeros(3), -normal])))
+        found.append(
+            (row, (other.spin - one.spin) @ change, np.concatenate([np.zeros(3), -normal]))
+        )
     return found
 
 

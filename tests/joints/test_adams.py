@@ -1,13 +1,13 @@
 """Pendulums on one joint to the earth, against MSC ADAMS.
 
-A body of 1 kg hangs on a joint, 2 m from its centre of gravity, and falls from rest for 5 s. Project
-Chrono's test data has the place of its centre, the rotation of its frame, and the reaction of the
-joint, in seven digits and with noise of about 3e-5 of the motion. The body's frame in the data is
-that of the joint at the start: ours, which is parallel to the earth's at rest, turned by `TURN`.
+A body of 1 kg hangs on a joint, 2 m from its centre of gravity, and falls from rest for 5 s.
+Project Chrono's test data has the place of its centre, the rotation of its frame, and the reaction
+of the joint, in seven digits and with noise of about 3e-5 of the motion. The body's frame in the
+data is that of the joint at the start: ours, parallel to the earth's at rest, after a turn.
 
-The data do not tell in which axes and about which point the reaction is, nor on which body. Newton's
-laws do, see `test_the_reaction_of_the_data_acts_on_the_ground`: it is the wrench on the ground in the
-earth's axes, about the point of the joint on the ground.
+The data do not tell in which axes and about which point the reaction is, nor on which body.
+Newton's laws do, see `test_the_reaction_of_the_data_acts_on_the_ground`: it is the wrench on the
+ground in the earth's axes, about the point of the joint on the ground.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ def test_the_reaction_of_the_data_acts_on_the_ground(pendulum: Pendulum) -> None
     spread = 10  # steps of a difference, over which digits are lost in rounding
     h = spread * step
     acceleration = (place[2 * spread :] - 2.0 * place[spread:-spread] + place[: -2 * spread]) / h**2
-    force = acceleration + [0.0, 0.0, GRAVITY]
+    force = acceleration + np.array([0.0, 0.0, GRAVITY])
     found = recorded(pendulum, "Rforce")[spread:-spread]
     size = np.abs(force).max()
     assert np.abs(found + force).max() < 0.02 * size

@@ -9,11 +9,11 @@ on a common turn about the vertical, in which all psi_i grow alike. By Noether t
     L   = sum of x_rel x (m w_t + p) + R I R^T omega + G   about z,  x_rel = x - U t
     E   = sum of m w_t^2 / 2 + omega R I R^T omega / 2 + w^T A(psi) w / 2  + V
 
-The water's impulse p acts at the centre of gravity, about which A is. With the hinge's axis vertical
-at rest, the heading of the second body is that of the first one and the angle of the hinge.
+The water's impulse p acts at the centre of gravity, about which A is. With the hinge's axis
+vertical at rest, the heading of the second body is that of the first and the angle of the hinge.
 
-Hamilton's equations of the same T and V, in coordinates q = (place, angles, hinge) of the first body
-seen from the water, are the independent model:
+Hamilton's equations of the same T and V are the independent model. Its coordinates q are place and
+angles of the first body, seen from the water, and the angle of the hinge:
 
     q' = M(q)^-1 s,   s' = q'^T M_q q' / 2 - V_q,   T = q'^T M(q) q' / 2;  M_q by the complex step.
 """
@@ -32,14 +32,14 @@ from jointed import apart, carried, completed, joint, moved, places, rotations, 
 from solutions import about, skew, solved
 from turning import points, turned, turned_back
 
-from hydrosim.scene import Coefficients, Environment, RadiationModel, Scene, Stream, Symmetry, Weight
+from hydrosim.scene import Coefficients, Environment, Scene, Stream, Symmetry, Weight
 
 Figure = Callable[[str, float], None]
 KEPT = 1e-10  # of impulses and energies
 WITHIN = 1e-9  # of the range
 TINY = 1e-30  # complex step
-DURATION = 20.0
-TIME = np.linspace(0.0, DURATION, 101)
+DURATION = 14.0
+TIME = np.linspace(0.0, DURATION, 71)
 CURRENT = np.array([0.9, -0.6, 0.0])
 MASS = (4.0, 3.0)
 INERTIA = (
@@ -73,7 +73,6 @@ def pair(current: np.ndarray = CURRENT) -> Scene:
             INERTIA[i],
             centre,
             weight=Weight.BALANCED,
-            radiation=RadiationModel.NONE,
             hydrodynamics=Coefficients(ADDED[i], zero, STIFFNESS if i == 0 else zero),
         )
         for i, (name, centre) in enumerate((("fore", (0.0, 0.0, 0.0)), ("aft", place)))

@@ -79,7 +79,9 @@ def tree() -> Scene:
         "thrust": AppliedForce(
             "drum", (0.1, 0.0, 0.0), {"surge": Harmonic(6.0, 3.0)}, body_fixed=True
         ),
-        "lift": AppliedForce("hull", (0.0, 0.0, 0.0), {"heave": Harmonic(0.0, 1.0, 11.5 * G)}, True),
+        "lift": AppliedForce(
+            "hull", (0.0, 0.0, 0.0), {"heave": Harmonic(0.0, 1.0, 11.5 * G)}, True
+        ),
     }
     return scene(bodies, joints, 4.0, forces, output_step=0.1)
 
@@ -124,7 +126,7 @@ def test_the_order_of_bodies_and_joints(figure: Figure) -> None:
 
 @pytest.mark.parametrize("name", ["wrist", "shin"])
 def test_which_body_tells_a_joint(name: str, figure: Figure) -> None:
-    """A joint told from the side that the tree grows from; the load on the other body is opposite."""
+    """A joint told from the side that the tree grows from. Its load is on the other body now."""
     run = completed(swapped(tree(), name))
     error = apart(points(run, tree()))
     figure("error", error)

@@ -173,7 +173,9 @@ def body_of(mechanism: Mechanism, name: str) -> Body:
     return carried(name, link.mass, (0.1, across, 0.2 * across + 0.05), (x, 0.0, z))
 
 
-def hinged(mechanism: Mechanism, body: str, to: str | None, place: Vector, rate: float = 0.0) -> Joint:
+def hinged(
+    mechanism: Mechanism, body: str, to: str | None, place: Vector, rate: float = 0.0
+) -> Joint:
     """A hinge at a ``place`` of the plane."""
     x, z = place - mechanism.poses(complex(START))[body].centre.real
     return joint("hinge", body, to, moved(0.0, rate), point=(x, 0.0, z), axis=COUNTER)

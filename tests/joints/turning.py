@@ -124,7 +124,7 @@ def _opposite(told: Joint, turn: np.ndarray) -> tuple[JointResistance, ...]:
 
 
 def rooted(scene: Scene, root: str, run: xr.Dataset) -> Scene:
-    """The scene with ``root`` as the body that keeps its own coordinates: it comes first, all joints
+    """The scene with ``root`` as the body that keeps its own coordinates. It comes first, all joints
     are told from the side that is farther from it, and it starts as in ``run``."""
     reached, waiting, found = {root}, dict(scene.joints), scene
     while waiting:
