@@ -29,10 +29,11 @@ import numpy as np
 import pytest
 import xarray as xr
 from jointed import apart, carried, completed, joint, moved, places, rotations, scene
+from scipy.spatial.transform import Rotation
 from solutions import about, skew, solved
 from turning import points, turned, turned_back
 
-from hydrosim.scene import Coefficients, Environment, Scene, Stream, Symmetry, Weight
+from hydrosim.scene import Coefficients, Environment, Joint, Scene, Stream, Symmetry, Weight
 
 Figure = Callable[[str, float], None]
 KEPT = 1e-10  # of impulses and energies
@@ -62,8 +63,13 @@ def added_mass(seed: int, mass: float) -> np.ndarray:
 ADDED = (added_mass(1, MASS[0]), added_mass(2, MASS[1]))
 
 
-def pair(current: np.ndarray = CURRENT) -> Scene:
-    """The pair, launched in a current."""
+def hinged() -> Joint:
+    """The vertical hinge of the pair."""
+    return joint("hinge", "aft", "fore", moved(*HINGE), point=tuple(ARM[1]), axis=tuple(Z))
+
+
+def pair(current: np.ndarray = CURRENT, held: Joint | None = None) -> Scene:
+    """The pair, launched in a current; on its vertical hinge, or ``held`` by another joint."""
     zero = np.zeros((6, 6))
     place = (ARM[0] - ARM[1]).tolist()
     first, second = (
@@ -78,8 +84,8 @@ def pair(current: np.ndarray = CURRENT) -> Scene:
         for i, (name, centre) in enumerate((("fore", (0.0, 0.0, 0.0)), ("aft", place)))
     )
     first = replace(first, velocity=(*(RATES[:3] + current), *RATES[3:]))
-    hinge = joint("hinge", "aft", "fore", moved(*HINGE), point=tuple(ARM[1]), axis=tuple(Z))
-    found = scene([first, second], {"hinge": hinge}, DURATION, output_step=0.2)
+    joints = {"pin": held or hinged()}
+    found = scene([first, second], joints, DURATION, output_step=0.2)
     return replace(
         found,
         environment=Environment(current=stream_of(current)),
@@ -121,21 +127,54 @@ def impulses_and_energy(run: xr.Dataset) -> np.ndarray:
 
 
 def _headings(run: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
-    """Yaw of the first body, and that with the turn of the hinge."""
+    """Yaw of the first body, and that with the joint's turn about the vertical: the twist of its
+    rotation about z, of a vertical hinge its angle."""
     first = run.position.sel(body="fore", dof="yaw").values
     R = np.einsum("tji,tjk->tik", rotations(run, "fore"), rotations(run, "aft"))
-    return first, first + np.arctan2(R[:, 1, 0], R[:, 0, 0])
+    quaternion = Rotation.from_matrix(R).as_quat()
+    return first, first + np.unwrap(2.0 * np.arctan2(quaternion[:, 2], quaternion[:, 3]))
 
 
-def test_impulse_and_energy_are_kept(figure: Figure) -> None:
-    run = the_run()
-    assert np.ptp(run.position.sel(body="fore", dof="yaw").values) > np.pi
+def assert_kept(run: xr.Dataset, figure: Figure) -> None:
+    """Impulse, angular impulse and energy do not change over a run, and its ledger is closed."""
     kept = impulses_and_energy(run)
     for name, values in zip(("x", "y", "turn", "energy"), kept.T, strict=True):
         error = np.ptp(values) / np.abs(values).max()
         figure(name, error)
         assert error <= KEPT
     assert run.attrs["energy_residual_relative"] <= KEPT
+
+
+def test_impulse_and_energy_are_kept(figure: Figure) -> None:
+    run = the_run()
+    assert np.ptp(run.position.sel(body="fore", dof="yaw").values) > np.pi
+    assert_kept(run, figure)
+
+
+def other_joint(kind: str, *motions: tuple[float, float], **axes: tuple[float, ...]) -> Joint:
+    """Another joint in the place of the hinge."""
+    each = [moved(*motion) for motion in motions]
+    return joint(kind, "aft", "fore", *each, point=tuple(ARM[1]), **axes)
+
+
+X, Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
+OTHERS = {
+    "level hinge": other_joint("hinge", (0.3, -0.4), axis=Y),
+    "slanted hinge": other_joint("hinge", (0.2, -0.5), axis=(0.5, 0.2, 1.0)),
+    "ball": other_joint("ball", (0.2, 0.1), (-0.3, 0.2), (0.4, -0.5)),
+    "universal": other_joint("universal", (0.2, 0.3), (-0.3, 0.2), axis=X, second=Y),
+    "vertical universal": other_joint("universal", (0.2, 0.5), (0.1, 0.2), axis=tuple(Z), second=Y),
+    "slider": other_joint("slider", (0.1, 0.2), axis=(1.0, 0.3, 0.2)),
+    "cylindrical": other_joint("cylindrical", (0.1, -0.1), (0.3, 0.4), axis=(0.2, 0.1, 1.0)),
+    "planar": other_joint("planar", (0.1, 0.1), (0.0, -0.1), (0.2, 0.3), axis=(0.1, 0.2, 1.0)),
+    "fixed": other_joint("fixed"),
+}
+
+
+@pytest.mark.parametrize("held", OTHERS.values(), ids=list(OTHERS))
+def test_impulse_and_energy_are_kept_on_any_joint(held: Joint, figure: Figure) -> None:
+    """The heading of the second body has a gradient in all turns of the joint that tilt it."""
+    assert_kept(completed(replace(pair(held=held), duration=6.0)), figure)
 
 
 class Pair:

@@ -124,8 +124,8 @@ def _opposite(told: Joint, turn: np.ndarray) -> tuple[JointResistance, ...]:
 
 
 def rooted(scene: Scene, root: str, run: xr.Dataset) -> Scene:
-    """The scene with ``root`` as the body that keeps its own coordinates. It comes first, all joints
-    are told from the side that is farther from it, and it starts as in ``run``."""
+    """The scene with ``root`` as the body that keeps its own coordinates. It comes first and starts
+    as in ``run``; all joints are told from the side that is farther from it."""
     reached, waiting, found = {root}, dict(scene.joints), scene
     while waiting:
         name = next(n for n, j in waiting.items() if j.body in reached or j.to in reached)
