@@ -23,11 +23,13 @@ from jointed import carried, completed, joint, places, rotations, scene
 from scipy.spatial.transform import Rotation
 from validation_data import unpacked
 
+from hydrosim.evidence import Feature, Kind
 from hydrosim.scene import Scene
 
 GRAVITY = 9.80665
 ALONG, ACROSS = 0.04, 0.1  # inertia along the pendulum and across it [kg m^2]
 PLACES, REACTIONS = 1e-4, 1e-3  # of the range
+CLAIM = "pendulums on a hinge, a ball, a universal joint, a slider: "
 
 
 class Pendulum(NamedTuple):
@@ -111,26 +113,22 @@ def test_the_reaction_of_the_data_acts_on_the_ground(pendulum: Pendulum) -> None
 
 @EACH
 def test_places_and_rotations_are_those_of_adams(
-    pendulum: Pendulum, figure: Callable[[str, float], None]
+    pendulum: Pendulum, validated: Callable[..., None]
 ) -> None:
     run = our_run(pendulum)
     place = recorded(pendulum, "Pos")
     error = np.abs(places(run, "rod") - place).max() / np.ptp(place, axis=0).max()
-    figure("places", error)
-    assert error <= PLACES
+    validated(Kind.PROGRAM, CLAIM + "places", "MSC ADAMS", error, PLACES, Feature.JOINTS)
     start = Rotation.from_euler("x", pendulum.turn, degrees=True)
     ours = (Rotation.from_matrix(rotations(run, "rod")) * start).as_quat(scalar_first=True)
     theirs = recorded(pendulum, "Quat")
     ours *= np.sign(np.sum(ours * theirs, axis=1))[:, None]  # q and -q are one rotation
     error = np.abs(ours - theirs).max()
-    figure("rotations", error)
-    assert error <= PLACES
+    validated(Kind.PROGRAM, CLAIM + "quaternions", "MSC ADAMS", error, PLACES, Feature.JOINTS)
 
 
 @EACH
-def test_reactions_are_those_of_adams(
-    pendulum: Pendulum, figure: Callable[[str, float], None]
-) -> None:
+def test_reactions_are_those_of_adams(pendulum: Pendulum, validated: Callable[..., None]) -> None:
     """Over their largest, since that of the slider is constant."""
     ours = reaction_on_the_ground(pendulum, our_run(pendulum))
     for name, columns in (("Rforce", slice(0, 3)), ("Rtorque", slice(3, 6))):
@@ -138,5 +136,4 @@ def test_reactions_are_those_of_adams(
         size = max(np.ptp(theirs, axis=0).max(), np.abs(theirs).max())
         free_of_load = name == "Rtorque" and size < 1e-9
         error = np.abs(ours[:, columns] - theirs).max() / (GRAVITY if free_of_load else size)
-        figure(name, error)
-        assert error <= REACTIONS
+        validated(Kind.PROGRAM, CLAIM + "loads", "MSC ADAMS", error, REACTIONS, Feature.JOINTS)

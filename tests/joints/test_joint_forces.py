@@ -11,6 +11,7 @@ import xarray as xr
 from jointed import G, carried, completed, joint, moved, places, rotations, scene
 from redundant import EARTH, Link, Rigid, joint_wrenches
 
+from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import AppliedForce, constant
 from hydrosim.scene import Body, Joint, JointResistance, JointType, Scene
 from hydrosim.scene.joint import MOTIONS
@@ -134,14 +135,16 @@ def redundant(scene: Scene, run: xr.Dataset) -> tuple[list[Rigid], list[Link]]:
 
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("kinds", CHAINS, ids="-".join)
-def test_joint_forces_are_the_multipliers(kinds: Sequence[str], seed: int, figure: Figure) -> None:
+def test_joint_forces_are_the_multipliers(
+    kinds: Sequence[str], seed: int, validated: Callable[..., None]
+) -> None:
     whole = chain(kinds, seed)
     run = completed(whole)
     exact = joint_wrenches(*redundant(whole, run))
     found = run.joint_force.isel(time=0).sel(joint=list(whole.joints)).values
     error = np.abs(found - exact).max() / np.abs(exact).max()
-    figure("error", error)
-    assert error <= WITHIN
+    claim, against = "loads in chains of joints, of the largest", "multipliers of free bodies"
+    validated(Kind.INDEPENDENT, claim, against, error, WITHIN, Feature.JOINTS)
 
 
 def test_what_acts_in_a_joint_is_in_its_load(figure: Figure) -> None:

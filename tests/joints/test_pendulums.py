@@ -23,10 +23,12 @@ from jointed import (
 )
 from solutions import about, skew, solved
 
+from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import AppliedForce, Harmonic
 from hydrosim.scene import Body, Scene
 
 Figure = Callable[[str, float], None]
+Validated = Callable[..., None]
 WITHIN = 1e-9  # of the range
 ORDER = 3.8
 Y = (0.0, 1.0, 0.0)
@@ -112,12 +114,12 @@ def double_pendulum_by_lagrange() -> tuple[np.ndarray, np.ndarray]:
     return hung(a, UPPER.centre), hung(a, UPPER.length) + hung(b, LOWER.centre)
 
 
-def test_a_double_pendulum(figure: Figure) -> None:
+def test_a_double_pendulum(validated: Validated, figure: Figure) -> None:
     whole, (upper, lower) = double_pendulum(), double_pendulum_by_lagrange()
     run = completed(whole)
     error = max(apart(places(run, "upper"), upper), apart(places(run, "lower"), lower))
-    figure("error", error)
-    assert error <= WITHIN
+    claim, against = "double pendulum, 10 s", "Lagrange's equations by DOP853"
+    validated(Kind.INDEPENDENT, claim, against, error, WITHIN, Feature.JOINTS)
     assert run.attrs["energy_residual_relative"] <= WITHIN
     order = observed_order(whole, "lower", lower, 0.05)
     figure("order", order)
@@ -154,12 +156,12 @@ def spherical_pendulum_by_lagrange() -> np.ndarray:
     return UPPER.centre * np.stack([np.sin(a) * np.cos(b), np.sin(a) * np.sin(b), -np.cos(a)], 1)
 
 
-def test_a_spherical_pendulum(figure: Figure) -> None:
+def test_a_spherical_pendulum(validated: Validated, figure: Figure) -> None:
     whole, exact = spherical_pendulum(), spherical_pendulum_by_lagrange()
     run = completed(whole)
     error = apart(places(run, "rod"), exact)
-    figure("error", error)
-    assert error <= WITHIN
+    claim, against = "spherical pendulum on a ball joint, 10 s", "Lagrange's equations by DOP853"
+    validated(Kind.INDEPENDENT, claim, against, error, WITHIN, Feature.JOINTS)
     order = observed_order(whole, "rod", exact, 0.05)
     figure("order", order)
     assert order >= ORDER
@@ -226,7 +228,7 @@ def moving_pivot_by_lagrange(shaking: Shaking) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize(("ratio", "unstable"), [(2.0, True), (1.4, False)])
 def test_a_moving_pivot_makes_a_pendulum_unstable_at_twice_its_frequency(
-    ratio: float, unstable: bool, figure: Figure
+    ratio: float, unstable: bool, validated: Validated, figure: Figure
 ) -> None:
     shaking = Shaking(ratio * NATURAL)
     whole = moving_pivot(shaking)
@@ -236,8 +238,11 @@ def test_a_moving_pivot_makes_a_pendulum_unstable_at_twice_its_frequency(
     exact = hung(a, UPPER.centre)
     exact[:, 2] += z
     error = apart(places(run, "rod"), exact)
-    figure("error", error)
-    assert error <= WITHIN
+    claim, against = (
+        "pendulum on a moving pivot, at twice its frequency too",
+        "Lagrange's equations by DOP853",
+    )
+    validated(Kind.INDEPENDENT, claim, against, error, WITHIN, Feature.JOINTS)
     if unstable:
         order = observed_order(whole, "rod", exact, 0.05)
         figure("order", order)
@@ -281,7 +286,7 @@ def gyroscope_by_lagrange() -> np.ndarray:
     return about(2, b) @ about(1, a) @ about(2, c)
 
 
-def test_a_gyroscope(figure: Figure) -> None:
+def test_a_gyroscope(validated: Validated, figure: Figure) -> None:
     """Its axis traces cusps, its frame turns 29 times."""
     whole, exact = gyroscope(), gyroscope_by_lagrange()
     tip = TOP.centre * exact[:, :, 2]
@@ -289,8 +294,8 @@ def test_a_gyroscope(figure: Figure) -> None:
     assert np.count_nonzero(nods) >= 8
     run = completed(whole)
     error = max(apart(places(run, "top"), tip), apart(rotations(run, "top"), exact))
-    figure("error", error)
-    assert error <= WITHIN
+    claim, against = "gyroscope that nutates, 29 turns", "Lagrange's equations by DOP853"
+    validated(Kind.INDEPENDENT, claim, against, error, WITHIN, Feature.JOINTS)
     order = observed_order(whole, "top", tip, 0.005)
     figure("order", order)
     assert order >= ORDER
@@ -336,7 +341,7 @@ def tumbler_by_euler(spin: tuple[float, float, float]) -> np.ndarray:
 
 @pytest.mark.parametrize("spin", SPINS.values(), ids=list(SPINS))
 def test_a_ball_joint_turns_through_every_attitude(
-    spin: tuple[float, float, float], figure: Figure
+    spin: tuple[float, float, float], validated: Validated, figure: Figure
 ) -> None:
     """Several turns, so that any three coordinates of a rotation must be changed on the way."""
     exact = tumbler_by_euler(spin)
@@ -345,8 +350,8 @@ def test_a_ball_joint_turns_through_every_attitude(
     whole = tumbler(spin)
     run = completed(whole)
     error = apart(rotations(run, "body"), exact)
-    figure("error", error)
-    assert error <= WITHIN
+    claim, against = "body on a ball joint through every attitude", "Euler's equations by DOP853"
+    validated(Kind.INDEPENDENT, claim, against, error, WITHIN, Feature.JOINTS)
     order = observed_order(whole, "body", exact @ ARM, 0.02)
     figure("order", order)
     assert order >= ORDER
