@@ -73,9 +73,9 @@ def pendulum_scene(pendulum: Pendulum) -> Scene:
 
 
 @cache
-def our_run(pendulum: Pendulum) -> xr.Dataset:
-    """Our run of the same."""
-    return completed(pendulum_scene(pendulum))
+def run_on(kind: str) -> xr.Dataset:
+    """Our run of the pendulum on a joint of this kind."""
+    return completed(pendulum_scene(next(p for p in PENDULUMS if p.kind == kind)))
 
 
 def reaction_on_the_ground(pendulum: Pendulum, run: xr.Dataset) -> np.ndarray:
@@ -115,7 +115,7 @@ def test_the_reaction_of_the_data_acts_on_the_ground(pendulum: Pendulum) -> None
 def test_places_and_rotations_are_those_of_adams(
     pendulum: Pendulum, validated: Callable[..., None]
 ) -> None:
-    run = our_run(pendulum)
+    run = run_on(pendulum.kind)
     place = recorded(pendulum, "Pos")
     error = np.abs(places(run, "rod") - place).max() / np.ptp(place, axis=0).max()
     validated(Kind.PROGRAM, CLAIM + "places", "MSC ADAMS", error, PLACES, Feature.JOINTS)
@@ -130,7 +130,7 @@ def test_places_and_rotations_are_those_of_adams(
 @EACH
 def test_reactions_are_those_of_adams(pendulum: Pendulum, validated: Callable[..., None]) -> None:
     """Over their largest, since that of the slider is constant."""
-    ours = reaction_on_the_ground(pendulum, our_run(pendulum))
+    ours = reaction_on_the_ground(pendulum, run_on(pendulum.kind))
     for name, columns in (("Rforce", slice(0, 3)), ("Rtorque", slice(3, 6))):
         theirs = recorded(pendulum, name)
         size = max(np.ptp(theirs, axis=0).max(), np.abs(theirs).max())
