@@ -28,13 +28,15 @@ from hydrosim.scene import Scene
 
 GRAVITY = 9.80665
 ALONG, ACROSS = 0.04, 0.1  # inertia along the pendulum and across it [kg m^2]
-PLACES, REACTIONS = 1e-4, 1e-3  # of the range
-CLAIM = "pendulums on a hinge, a ball, a universal joint, a slider: "
+WHAT = ("places", "quaternions", "loads")
+LIMITS = (1e-4, 1e-4, 1e-3)  # of the range, and of the largest load
+NOTHING = 1e-9  # N, N m: less is no load
 
 
 class Pendulum(NamedTuple):
     """A joint at ``point``, with the body's centre at ``centre`` from it, and the frame of the data
-    turned by ``turn`` [deg] about x; ``axes`` of the joint as the scene has them."""
+    turned by ``turn`` [deg] about x; ``axes`` of the joint as the scene has them. It may fall
+    ``like_hinge``, in a plane that is ``away`` [rad] from that of the hinge."""
 
     kind: str
     file: str
@@ -42,19 +44,42 @@ class Pendulum(NamedTuple):
     centre: tuple[float, float, float]
     turn: float
     axes: dict[str, tuple[float, float, float]]
+    like_hinge: bool = False
+    away: float = 0.0
+
+
+class Fall(NamedTuple):
+    """Centre from the joint (nt, 3), rotation since the start, load on the ground (nt, 6)."""
+
+    place: np.ndarray
+    rotation: Rotation
+    load: np.ndarray
+
+    def turned(self, by: float) -> Fall:
+        """The same about another vertical plane."""
+        turn = Rotation.from_euler("z", by)
+        load = np.hstack([turn.apply(self.load[:, :3]), turn.apply(self.load[:, 3:])])
+        return Fall(turn.apply(self.place), turn * self.rotation * turn.inv(), load)
 
 
 SLANT = (0.0, np.sqrt(0.5), np.sqrt(0.5))
 PENDULUMS = (
     Pendulum("hinge", "Revolute_Case01", (0, 0, 0), (2, 0, 0), -90.0, {"axis": (0, 1, 0)}),
-    Pendulum("ball", "Spherical_Case01", (0, 0, 0), (2, 0, 0), 0.0, {}),
+    Pendulum("ball", "Spherical_Case01", (0, 0, 0), (2, 0, 0), 0.0, {}, True),
     Pendulum(
         *("universal", "Universal_Case01", (0, 0, 0), (0, 2, 0), 90.0),
         {"axis": (1, 0, 0), "second": (0, 0, 1)},
+        *(True, np.pi / 2),
     ),
     Pendulum("slider", "Prismatic_Case02", (1, 2, 3), (2, 0, 0), -45.0, {"axis": SLANT}),
 )
-EACH = pytest.mark.parametrize("pendulum", PENDULUMS, ids=lambda p: p.kind)
+
+
+def kind_of(pendulum: Pendulum) -> str:
+    return pendulum.kind
+
+
+EACH = pytest.mark.parametrize("pendulum", PENDULUMS, ids=kind_of)
 
 
 def recorded(pendulum: Pendulum, what: str) -> np.ndarray:
@@ -111,29 +136,81 @@ def test_the_reaction_of_the_data_acts_on_the_ground(pendulum: Pendulum) -> None
     assert np.abs((moment + about_point)[trimmed]).max() < 0.02 * size * 2.0
 
 
-@EACH
-def test_places_and_rotations_are_those_of_adams(
-    pendulum: Pendulum, validated: Callable[..., None]
-) -> None:
+def our_motion(pendulum: Pendulum) -> Fall:
+    """Ours, as the data have it."""
     run = run_on(pendulum.kind)
-    place = recorded(pendulum, "Pos")
-    error = np.abs(places(run, "rod") - place).max() / np.ptp(place, axis=0).max()
-    validated(Kind.PROGRAM, CLAIM + "places", "MSC ADAMS", error, PLACES, Feature.JOINTS)
+    return Fall(
+        places(run, "rod") - np.array(pendulum.point),
+        Rotation.from_matrix(rotations(run, "rod")),
+        reaction_on_the_ground(pendulum, run),
+    )
+
+
+def motion_of_data(pendulum: Pendulum) -> Fall:
+    """The motion in the files of a pendulum."""
     start = Rotation.from_euler("x", pendulum.turn, degrees=True)
-    ours = (Rotation.from_matrix(rotations(run, "rod")) * start).as_quat(scalar_first=True)
-    theirs = recorded(pendulum, "Quat")
-    ours *= np.sign(np.sum(ours * theirs, axis=1))[:, None]  # q and -q are one rotation
-    error = np.abs(ours - theirs).max()
-    validated(Kind.PROGRAM, CLAIM + "quaternions", "MSC ADAMS", error, PLACES, Feature.JOINTS)
+    rotation = Rotation.from_quat(recorded(pendulum, "Quat"), scalar_first=True)
+    load = np.hstack([recorded(pendulum, "Rforce"), recorded(pendulum, "Rtorque")])
+    return Fall(recorded(pendulum, "Pos") - np.array(pendulum.point), rotation * start.inv(), load)
 
 
-@EACH
-def test_reactions_are_those_of_adams(pendulum: Pendulum, validated: Callable[..., None]) -> None:
-    """Over their largest, since that of the slider is constant."""
-    ours = reaction_on_the_ground(pendulum, run_on(pendulum.kind))
-    for name, columns in (("Rforce", slice(0, 3)), ("Rtorque", slice(3, 6))):
-        theirs = recorded(pendulum, name)
-        size = max(np.ptp(theirs, axis=0).max(), np.abs(theirs).max())
-        free_of_load = name == "Rtorque" and size < 1e-9
-        error = np.abs(ours[:, columns] - theirs).max() / (GRAVITY if free_of_load else size)
-        validated(Kind.PROGRAM, CLAIM + "loads", "MSC ADAMS", error, REACTIONS, Feature.JOINTS)
+def distances(ours: Fall, theirs: Fall) -> tuple[float, float, float]:
+    """Largest differences of places over their range, of quaternions, and of loads over the
+    largest: those of the slider are constant."""
+    place = np.abs(ours.place - theirs.place).max() / np.ptp(theirs.place, axis=0).max()
+    q, p = (each.rotation.as_quat() for each in (ours, theirs))
+    turn = np.abs(q * np.sign(np.sum(q * p, axis=1))[:, None] - p).max()  # q and -q are the same
+    load = max(
+        np.abs(ours.load[:, part] - theirs.load[:, part]).max() / _size(theirs.load[:, part])
+        for part in (slice(0, 3), slice(3, 6))
+    )
+    return float(place), float(turn), float(load)
+
+
+def _size(load: np.ndarray) -> float:
+    """The largest load; the weight, or its moment over a metre, where there is none."""
+    largest = float(np.abs(load).max())
+    return largest if largest > NOTHING else GRAVITY
+
+
+@pytest.mark.parametrize("pendulum", [p for p in PENDULUMS if not p.like_hinge], ids=kind_of)
+def test_hinge_and_slider(pendulum: Pendulum, validated: Callable[..., None]) -> None:
+    found = distances(our_motion(pendulum), motion_of_data(pendulum))
+    for what, error, limit in zip(WHAT, found, LIMITS, strict=True):
+        claim = f"pendulums on a hinge and on a slider, {what}"
+        validated(Kind.PROGRAM, claim, "MSC ADAMS", error, limit, Feature.JOINTS)
+
+
+@pytest.mark.parametrize("pendulum", [p for p in PENDULUMS if p.like_hinge], ids=kind_of)
+def test_ball_and_universal_joint(pendulum: Pendulum, validated: Callable[..., None]) -> None:
+    """Both let the pendulum fall as the hinge does: it is the same motion, turned. Of the data only
+    that of the hinge is exact to the digits. On the others ADAMS loses 4e-4 of the energy, see
+    below, and is 2e-4 of the range away from itself."""
+    hinge = motion_of_data(PENDULUMS[0]).turned(pendulum.away)
+    found = distances(our_motion(pendulum), hinge)
+    for what, error, limit in zip(WHAT, found, LIMITS, strict=True):
+        claim = f"pendulums on a ball and on a universal joint, {what}"
+        against = "MSC ADAMS, the same motion on a hinge"
+        validated(Kind.PROGRAM, claim, against, error, limit, Feature.JOINTS)
+    own = motion_of_data(pendulum)
+    spread = distances(own, hinge)
+    for error, limit, more in zip(
+        distances(our_motion(pendulum), own), LIMITS, spread, strict=True
+    ):
+        assert error <= limit + more
+
+
+def test_only_the_data_of_the_hinge_keep_their_energy() -> None:
+    """J omega^2 / 2 + m g z, with omega from the reaction along the rod, m l omega^2 + m g z / l.
+    What is lost belongs to the data: the joints have no friction."""
+    kept = {}
+    for pendulum in PENDULUMS[:3]:
+        place, _, load = motion_of_data(pendulum)
+        length = np.linalg.norm(place[0])
+        along = np.sum(load[:, :3] * place, axis=1) / length
+        square = (along + GRAVITY * place[:, 2] / length) / length
+        energy = 0.5 * (ACROSS + length**2) * square + GRAVITY * place[:, 2]
+        kept[pendulum.kind] = abs(energy[-1]) / (GRAVITY * length)
+    assert kept["hinge"] < 1e-5
+    assert 3e-4 < kept["ball"] < 5e-4
+    assert 3e-4 < kept["universal"] < 5e-4
