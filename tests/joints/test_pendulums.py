@@ -352,6 +352,6 @@ def test_a_ball_joint_turns_through_every_attitude(
     error = apart(rotations(run, "body"), exact)
     claim, against = "body on a ball joint through every attitude", "Euler's equations by DOP853"
     validated(Kind.INDEPENDENT, claim, against, error, WITHIN, Feature.JOINTS)
-    order = observed_order(whole, "body", exact @ ARM, 0.02)
+    order = observed_order(whole, "body", exact @ ARM, 0.005)
     figure("order", order)
     assert order >= ORDER
