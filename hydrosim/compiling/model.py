@@ -117,7 +117,7 @@ def _bodies(scene: Scene) -> Bodies:
         (
             b.mass,
             b.inertia,
-            about_z(b.heading) @ b.centre_of_gravity + (*b.location, 0.0),
+            _origin(b),
             b.heading,
             steady_surface(b, scene),
         )
@@ -129,6 +129,12 @@ def _bodies(scene: Scene) -> Bodies:
         locked=np.concatenate([b.position for b in scene.bodies]).astype(float),
         exact=scene.solver.kinematics == Kinematics.EXACT,
     )
+
+
+def _origin(body: Body) -> np.ndarray:
+    """Centre of gravity of a body at rest (3,) in the earth frame."""
+    centre = about_z(body.heading) @ body.centre_of_gravity
+    return np.asarray(centre + (*body.location, 0.0))
 
 
 def _headings(scene: Scene, bodies: Bodies, wet: Collection[str]) -> Headings:
@@ -220,6 +226,7 @@ def _layout(scene: Scene, alone: Mapping[str, HydroDatabase], tanks: Tanks) -> L
         tuple(tank_names(scene)),
         tuple(triggered_pumps(scene)),
         carried(scene),
+        tuple(_origin(body) for body in scene.bodies),
     )
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from hydrosim.compiling.sizes import check_sizes
 from hydrosim.errors import InputError
-from hydrosim.forces import is_known, signals_of
+from hydrosim.forces import is_known, lost_units, signals_of
 from hydrosim.forces.contact.laws import COULOMB
 from hydrosim.forces.contact.modes import OPEN, STICK
 from hydrosim.forces.layout import ROWS
@@ -89,6 +89,8 @@ def check_start(scene: Scene, model: Model, state: State) -> None:
     """Raises InputError if the run cannot continue from the state at the start."""
     _check_rigid_friction(scene, model, state)
     _check_springs(scene, model, state)
+    for name, reason in lost_units(model, scene, state.modes):
+        raise InputError(f"forces.{name}: {reason}, at the start. Change its ends or axis.")
 
 
 def _check_rigid_friction(scene: Scene, model: Model, state: State) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from enum import StrEnum
 
 from hydrosim.forces import (
+    Bushing,
     Contact,
     Coulomb,
     CurrentLoad,
@@ -16,6 +17,8 @@ from hydrosim.forces import (
     LinearMooring,
     Spring,
     StickSlip,
+    Strut,
+    TorsionSpring,
     WindLoad,
 )
 from hydrosim.forces.applied_force import AppliedForce
@@ -171,7 +174,7 @@ OF_SCENES: Mapping[Feature, Callable[[Scene], bool]] = {
     Feature.STICK_SLIP: _friction(StickSlip),
     Feature.COULOMB: _friction(Coulomb),
     Feature.SLOPE: _friction(FrictionSlope),
-    Feature.SPRINGS: _elements(Spring),
+    Feature.SPRINGS: _elements(Spring, Strut, TorsionSpring, Bushing),
     Feature.MOORINGS: _elements(LinearMooring),
     Feature.APPLIED: _elements(AppliedForce),
     Feature.DAMPING: _elements(LinearDamping),

@@ -1,6 +1,6 @@
 """Modes of all elements that have modes: their ends, their successors, and observed values.
 
-Rows of modes belong to contact points, springs, flows, guides and triggers, in this order. Every
+Rows of modes belong to contact points, springs, flows, links, bushings, guides and triggers, in this order. Every
 row has the same number of margins, which are positive while its mode lasts.
 """
 
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hydrosim.forces import spring, trigger
+from hydrosim.forces import bushing, link, spring, trigger
 from hydrosim.forces.contact import fender, group, guide, loop, transitions
 from hydrosim.forces.contact.laws import COULOMB
 from hydrosim.forces.contact.tally import add_tallies
@@ -27,13 +27,15 @@ def observed(elements: Elements) -> dict[str, tuple[int, int]]:
     return {
         "fender": (elements.fenders.points.size, fender.OBSERVED),
         "spring": (elements.springs.lines.size, spring.OBSERVED),
+        "link": (elements.links.links.size, link.OBSERVED),
+        "bushing": (elements.bushings.each.size, bushing.OBSERVED),
         "guide": (elements.guides.pins.size, guide.OBSERVED),
     }
 
 
 @kernel
 def observe(t, y, modes, motion, bodies, elements, reactions, wrench, out):
-    """Write what a run records of fenders, springs and guides, except their forces, to ``out``.
+    """Write what a run records of fenders, springs, links, bushings and guides, except their forces, to ``out``.
     `observed` gives the shapes that follow one another in the flat array ``out``. The forces of
     all elements are read from ``wrench`` (rows, 6 nb) [N, N m]."""
     fenders = elements.fenders
@@ -43,8 +45,14 @@ def observe(t, y, modes, motion, bodies, elements, reactions, wrench, out):
     behind = fenders.points.size * fender.OBSERVED
     if springs.lines.size > 0:
         spring.observe(modes, motion, bodies, springs, out[behind:])
+    behind += springs.lines.size * spring.OBSERVED
+    if elements.links.links.size > 0:
+        link.observe(modes, motion, bodies, elements.links, out[behind:])
+    behind += elements.links.links.size * link.OBSERVED
+    if elements.bushings.each.size > 0:
+        bushing.observe(modes, motion, bodies, elements.bushings, out[behind:])
     if elements.guides.pins.size > 0:
-        behind += springs.lines.size * spring.OBSERVED
+        behind += elements.bushings.each.size * bushing.OBSERVED
         guide.observe(modes, motion, bodies, elements, out[behind:])
 
 
@@ -57,6 +65,10 @@ def settle(t, y, modes, motion, bodies, elements, tanks):
         spring.settle(modes, motion, bodies, elements.springs)
     if tanks.flows.size > 0:
         pumping.settle(t, modes, tanks)
+    if elements.links.links.size > 0:
+        link.settle(modes, motion, bodies, elements.links)
+    if elements.bushings.each.size > 0:
+        bushing.settle(modes, motion, bodies, elements.bushings)
     if elements.guides.pins.size > 0:
         guide.settle(modes, motion, bodies, elements)
     if elements.triggers.each.size > 0:
@@ -75,6 +87,10 @@ def find_margins(t, y, modes, motion, bodies, elements, tanks, headings, reactio
         spring.margins(modes, motion, bodies, springs, out)
     if tanks.flows.size > 0:
         pumping.margins(t, y, modes, tanks, out)
+    if elements.links.links.size > 0:
+        link.margins(modes, motion, bodies, elements.links, out)
+    if elements.bushings.each.size > 0:
+        bushing.margins(modes, motion, bodies, elements.bushings, out)
     if elements.guides.pins.size > 0:
         guide.margins(modes, motion, bodies, elements, out)
     if elements.triggers.each.size > 0:
@@ -101,6 +117,12 @@ def switch(row, which, size, step, t, y, modes, motion, bodies, elements, tanks,
     if row >= elements.guides.mode and elements.guides.pins.size > 0:
         i = row - elements.guides.mode
         guide.switch(i, which, y, modes, motion, bodies, elements)
+        return
+    if row >= elements.bushings.mode and elements.bushings.each.size > 0:
+        bushing.switch(row - elements.bushings.mode, modes, elements.bushings)
+        return
+    if row >= elements.links.mode and elements.links.links.size > 0:
+        link.switch(row - elements.links.mode, which, modes, motion, bodies, elements.links)
         return
     if row >= tanks.mode and tanks.flows.size > 0:
         pumping.switch(row - tanks.mode, which, t, modes, tanks)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -72,7 +72,7 @@ class Layout:
 
     ``tank_names`` names the tanks that change, ``flow`` is the row of forces of flows, ``pumps``
     begin or end by events. ``carried`` [N] is the weight of bodies without water that carry their
-    own weight.
+    own weight. ``origin`` [m] is the centre of gravity of each body at rest.
     """
 
     body: dict[str, int]
@@ -87,6 +87,20 @@ class Layout:
     tank_names: tuple[str, ...] = ()
     pumps: tuple[TriggeredPump, ...] = ()
     carried: Mapping[str, float] = field(default_factory=dict)
+    origin: tuple[np.ndarray, ...] = ()
+
+    def place_at_rest(self, body: str | None, point: Sequence[float]) -> np.ndarray:
+        """Position (3,) in the earth frame of a ``point`` of a body at rest, or of the earth."""
+        if body is None:
+            return np.asarray(point, float)
+        b = self.body[body]
+        return np.asarray(np.add(self.origin[b], about_z(self.heading[b]) @ point))
+
+    def axes_from(self, body: str, to: str | None) -> np.ndarray:
+        """Matrix (3, 3) that turns vectors from the frame of ``body`` to that of ``to``, or to the
+        earth frame, with both bodies at rest."""
+        there = 0.0 if to is None else self.heading[self.body[to]]
+        return about_z(self.heading[self.body[body]] - there)
 
 
 def axes_at_rest(heading: float) -> np.ndarray:

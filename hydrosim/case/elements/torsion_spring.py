@@ -1,0 +1,109 @@
+"""`torsion_spring` and `rotary_power_take_off` in a case file: springs and dampers about an axis."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
+
+from pydantic import StrictStr, model_validator
+
+from hydrosim.case.elements.element import Element, Where
+from hydrosim.case.elements.strut import check_law, check_points, points_of
+from hydrosim.documents import quantities as of
+from hydrosim.documents.messages import Keys
+from hydrosim.documents.quantities import Strict
+from hydrosim.documents.units import problem
+
+if TYPE_CHECKING:
+    from hydrosim.forces.link import TorsionSpring as Built
+
+
+class TorsionCurve(Strict):
+    """Moment of a torsion spring over its angle; straight lines, the outer ones continued."""
+
+    angle: of.Angles
+    """Angles that rise, beyond the neutral one."""
+    moment: tuple[of.Moment, ...]
+    """Moment against the twist at each angle."""
+
+    @model_validator(mode="after")
+    def _check_curve(self) -> Self:
+        check_points("angle", self.angle, "moment", self.moment)
+        return self
+
+
+class AboutAxis(Element):
+    """What acts about an axis between a body and another one or the earth."""
+
+    absorbs: ClassVar[bool] = False
+    """Whether the power that it dissipates is recorded."""
+    to: StrictStr | None = None
+    """Other body. Without it the other side is the earth. Example: topside."""
+    axis: of.Direction
+    """Direction of the axis, in the body frame. Example: [0, 1, 0]."""
+    neutral: of.Angle = 0.0
+    """Angle at which the spring has no moment. The angle is 0 at rest."""
+    stiffness: of.EitherTurnStiffness | None = None
+    """Moment per angle. It may be 0."""
+    curve: TorsionCurve | None = None
+    """Moment over angle, in place of stiffness."""
+    damping: of.TurnDamping = 0.0
+    """Linear damping about the axis."""
+    quadratic_damping: of.TurnDrag = 0.0
+    """Damping about the axis by the square of the rate."""
+
+    @model_validator(mode="after")
+    def _check_law(self) -> Self:
+        if not any(self.axis):
+            raise problem("an axis of no length", "a direction, such as [0, 1, 0]")
+        check_law(self)
+        return self
+
+    def others(self) -> Iterator[tuple[Keys, str | None, str]]:
+        yield ("to",), self.to, "without to the other side is the earth"
+
+    def build(self, where: Where) -> Built:
+        from hydrosim.forces.link import TorsionSpring as Built  # loads numba
+
+        return Built(
+            self.body,
+            *points_of(self.stiffness, self.curve and (self.curve.angle, self.curve.moment)),
+            self.damping,
+            self.quadratic_damping,
+            self.absorbs,
+            axis=self.axis,
+            neutral=self.neutral,
+            to=self.to,
+        )
+
+
+class TorsionSpring(AboutAxis):
+    """A spring and damper about an axis, between a body and another one or the earth."""
+
+    example: ClassVar[dict[str, Any]] = {
+        "type": "torsion_spring",
+        "body": "barge",
+        "to": "topside",
+        "axis": [0.3, 1, 0.2],
+        "stiffness": "20 kN*m/rad",
+        "damping": "5 kN*m*s/rad",
+    }
+
+    type: Literal["torsion_spring"]
+    """A spring and damper about an axis."""
+
+
+class RotaryPowerTakeOff(AboutAxis):
+    """A damper about an axis, with or without a spring, whose absorbed power is recorded."""
+
+    absorbs = True
+    example: ClassVar[dict[str, Any]] = {
+        "type": "rotary_power_take_off",
+        "body": "barge",
+        "to": "topside",
+        "axis": [0, 1, 0],
+        "damping": "20 kN*m*s/rad",
+    }
+
+    type: Literal["rotary_power_take_off"]
+    """A power take-off about an axis."""
