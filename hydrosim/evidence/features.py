@@ -72,6 +72,8 @@ class Feature(StrEnum):
     COULOMB = "rigid friction"
     SLOPE = "friction slope"
     SPRINGS = "springs and lines"
+    STRUTS = "struts, torsion springs and power take-offs"
+    BUSHINGS = "bushings"
     MOORINGS = "linear moorings"
     APPLIED = "applied forces"
     DAMPING = "linear damping"
@@ -174,7 +176,9 @@ OF_SCENES: Mapping[Feature, Callable[[Scene], bool]] = {
     Feature.STICK_SLIP: _friction(StickSlip),
     Feature.COULOMB: _friction(Coulomb),
     Feature.SLOPE: _friction(FrictionSlope),
-    Feature.SPRINGS: _elements(Spring, Strut, TorsionSpring, Bushing),
+    Feature.SPRINGS: _elements(Spring),
+    Feature.STRUTS: _elements(Strut, TorsionSpring),
+    Feature.BUSHINGS: _elements(Bushing),
     Feature.MOORINGS: _elements(LinearMooring),
     Feature.APPLIED: _elements(AppliedForce),
     Feature.DAMPING: _elements(LinearDamping),

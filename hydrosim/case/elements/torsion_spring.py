@@ -85,8 +85,8 @@ class TorsionSpring(AboutAxis):
         "body": "barge",
         "to": "topside",
         "axis": [0.3, 1, 0.2],
-        "stiffness": "20 kN*m/rad",
-        "damping": "5 kN*m*s/rad",
+        "stiffness": "2 MN*m/rad",
+        "damping": "50 kN*m*s/rad",
     }
 
     type: Literal["torsion_spring"]
@@ -102,7 +102,7 @@ class RotaryPowerTakeOff(AboutAxis):
         "body": "barge",
         "to": "topside",
         "axis": [0, 1, 0],
-        "damping": "20 kN*m*s/rad",
+        "damping": "2 MN*m*s/rad",
     }
 
     type: Literal["rotary_power_take_off"]
