@@ -68,6 +68,15 @@ def tables_of(run: xr.Dataset) -> Iterator[Node]:
             yield from stage_nodes(run)
     if "spring" in run.dims:
         yield Table(("line", "mean tension", "largest", "slack"), list(_lines(run)))
+    if "strut" in run.dims:
+        head = ("strut", "mean force", "smallest", "largest")
+        yield Table(head, list(_ranges(run.strut_force, "strut", "N")))
+    if "torsion_spring" in run.dims:
+        head = ("torsion spring", "mean moment", "smallest", "largest")
+        yield Table(head, list(_ranges(run.torsion_moment, "torsion_spring", "N m")))
+    if "pto" in run.dims:
+        head = ("power take-off", "mean power", "largest", "absorbed")
+        yield Table(head, list(_absorbed(run)))
     if "gap" in run.dims:
         yield Table(("clearance", "smallest", "at the end"), list(_clearances(run)))
     if not is_part(run):
@@ -160,6 +169,25 @@ def _lines(run: xr.Dataset) -> Iterator[list[Cell]]:
         tension = line.spring_tension.values
         slack = Value(float(np.mean(line.spring_mode == 0)), "share", 2)
         yield [name, Value(float(tension.mean()), "N"), Value(float(tension.max()), "N"), slack]
+
+
+def _ranges(loads: xr.DataArray, dim: str, unit: str) -> Iterator[list[Cell]]:
+    """Mean, smallest and largest load of each unit."""
+    for name in map(str, loads[dim].values):
+        load = loads.sel({dim: name}).values
+        yield [name, *(Value(float(x), unit) for x in (load.mean(), load.min(), load.max()))]
+
+
+def _absorbed(run: xr.Dataset) -> Iterator[list[Cell]]:
+    """Power and energy of each power take-off; the energy is the integral of the power over the
+    steps of the run."""
+    lasts = float(run.time[-1] - run.time[0])
+    for name in map(str, run.pto.values):
+        lost = run[f"energy_dissipated_{name}"].values
+        energy = float(lost[-1] - lost[0])
+        largest = float(run.pto_power.sel(pto=name).max())
+        mean = energy / lasts if lasts > 0.0 else largest
+        yield [name, Value(mean, "W"), Value(largest, "W"), Value(energy, "J")]
 
 
 def _clearances(run: xr.Dataset) -> Iterator[list[Cell]]:
