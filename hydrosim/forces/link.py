@@ -364,15 +364,20 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
 def observe(modes, motion, bodies, p, out):
     """Write rows of `OBSERVED` of all links to ``out``: load, length or twist, dissipated power."""
     for i in range(p.links.size):
-        link = p.links[i]
-        mode = modes[p.mode + i]
-        r = reach(link, mode, bodies, motion)
         row = out[OBSERVED * i : OBSERVED * (i + 1)]
-        row[PLACE] = r.x + link.neutral
-        row[LOAD] = row[POWER] = 0.0
-        if mode[MODE] != GONE:
-            row[LOAD] = load(link, mode, r, p)
-            row[POWER] = resistance(link, r.rate) * r.rate
+        row[LOAD], row[PLACE], row[POWER] = measured(i, modes, motion, bodies, p)
+
+
+@kernel
+def measured(i, modes, motion, bodies, p):
+    """Load, length or twist, and dissipated power of link ``i``."""
+    link = p.links[i]
+    mode = modes[p.mode + i]
+    r = reach(link, mode, bodies, motion)
+    place = r.x + link.neutral
+    if mode[MODE] == GONE:
+        return 0.0, place, 0.0
+    return load(link, mode, r, p), place, resistance(link, r.rate) * r.rate
 
 
 @root
