@@ -16,8 +16,8 @@ from hydrosim.case.elements.linear_mooring import LinearMooring
 from hydrosim.case.elements.quadratic_damping import QuadraticDamping
 from hydrosim.case.elements.spring import Spring
 from hydrosim.case.elements.stream_load import CurrentLoad, WindLoad
-from hydrosim.case.elements.strut import PowerTakeOff, Strut
-from hydrosim.case.elements.torsion_spring import RotaryPowerTakeOff, TorsionSpring
+from hydrosim.case.elements.strut import Strut
+from hydrosim.case.elements.torsion_spring import TorsionSpring
 from hydrosim.documents.units import problem
 
 
@@ -36,8 +36,6 @@ AnyElement = Annotated[
     | Strut
     | TorsionSpring
     | Bushing
-    | PowerTakeOff
-    | RotaryPowerTakeOff
     | LinearDamping
     | QuadraticDamping
     | CurrentLoad

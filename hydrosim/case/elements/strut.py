@@ -1,4 +1,4 @@
-"""`strut` and `power_take_off` in a case file: springs and dampers along a line, of both signs."""
+"""`strut` and `power_take_off` in a case file."""
 
 from __future__ import annotations
 
@@ -32,11 +32,24 @@ class StrutCurve(Strict):
         return self
 
 
-class AlongLine(Element):
-    """What acts along the line between a point of a body and an anchor."""
+class Strut(Element):
+    """A spring and damper that pushes and pulls between a point of a body and an anchor, on the
+    earth or on another body. The power that a power take-off absorbs is recorded."""
 
-    absorbs: ClassVar[bool] = False
-    """Whether the power that it dissipates is recorded."""
+    example: ClassVar[dict[str, Any]] = {
+        "type": "strut",
+        "body": "barge",
+        "point": ["0.4 m", "-0.3 m", "0.8 m"],
+        "anchor": ["0.5 m", "0.2 m", "5 m"],
+        "anchor_body": "topside",
+        "curve": {"extension": ["-0.3 m", "0 m", "0.3 m"], "force": ["-9 kN", "0 kN", "6 kN"]},
+        "damping": "2 kN*s/m",
+        "quadratic_damping": "1 kN*s^2/m^2",
+    }
+
+    type: Literal["strut", "power_take_off"]
+    """A spring and damper along a line, which pushes and pulls. A power_take_off is the same with
+    its absorbed power recorded."""
     point: of.Point
     """End on the body, in the body frame."""
     anchor: of.Point
@@ -74,49 +87,13 @@ class AlongLine(Element):
             *points_of(self.stiffness, self.curve and (self.curve.extension, self.curve.force)),
             self.damping,
             self.quadratic_damping,
-            self.absorbs,
+            self.type == "power_take_off",
             point=self.point,
             anchor=self.anchor,
             length=self.length,
             anchor_body=self.anchor_body,
             capacity=self.capacity,
         )
-
-
-class Strut(AlongLine):
-    """A spring and damper that pushes and pulls between a point of a body and an anchor, on the
-    earth or on another body."""
-
-    example: ClassVar[dict[str, Any]] = {
-        "type": "strut",
-        "body": "barge",
-        "point": ["0.4 m", "-0.3 m", "0.8 m"],
-        "anchor": ["0.5 m", "0.2 m", "5 m"],
-        "anchor_body": "topside",
-        "curve": {"extension": ["-0.3 m", "0 m", "0.3 m"], "force": ["-9 kN", "0 kN", "6 kN"]},
-        "damping": "2 kN*s/m",
-    }
-
-    type: Literal["strut"]
-    """A spring and damper along a line. It pushes and pulls."""
-
-
-class PowerTakeOff(AlongLine):
-    """A damper along a line, with or without a spring, whose absorbed power is recorded."""
-
-    absorbs = True
-    example: ClassVar[dict[str, Any]] = {
-        "type": "power_take_off",
-        "body": "barge",
-        "point": ["0.4 m", "-0.3 m", "0.8 m"],
-        "anchor": ["0.5 m", "0.2 m", "5 m"],
-        "anchor_body": "topside",
-        "damping": "20 kN*s/m",
-        "quadratic_damping": "1 kN*s^2/m^2",
-    }
-
-    type: Literal["power_take_off"]
-    """A power take-off along a line."""
 
 
 def check_points(x: str, at: Sequence[float], y: str, values: Sequence[float]) -> None:

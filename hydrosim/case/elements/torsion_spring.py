@@ -1,4 +1,4 @@
-"""`torsion_spring` and `rotary_power_take_off` in a case file: springs and dampers about an axis."""
+"""`torsion_spring` and `rotary_power_take_off` in a case file."""
 
 from __future__ import annotations
 
@@ -32,11 +32,22 @@ class TorsionCurve(Strict):
         return self
 
 
-class AboutAxis(Element):
-    """What acts about an axis between a body and another one or the earth."""
+class TorsionSpring(Element):
+    """A spring and damper about an axis, between a body and another one or the earth. The power that
+    a rotary power take-off absorbs is recorded."""
 
-    absorbs: ClassVar[bool] = False
-    """Whether the power that it dissipates is recorded."""
+    example: ClassVar[dict[str, Any]] = {
+        "type": "torsion_spring",
+        "body": "barge",
+        "to": "topside",
+        "axis": [0.3, 1, 0.2],
+        "stiffness": "2 MN*m/rad",
+        "damping": "50 kN*m*s/rad",
+    }
+
+    type: Literal["torsion_spring", "rotary_power_take_off"]
+    """A spring and damper about an axis. A rotary_power_take_off is the same with its absorbed power
+    recorded."""
     to: StrictStr | None = None
     """Other body. Without it the other side is the earth. Example: topside."""
     axis: of.Direction
@@ -70,40 +81,8 @@ class AboutAxis(Element):
             *points_of(self.stiffness, self.curve and (self.curve.angle, self.curve.moment)),
             self.damping,
             self.quadratic_damping,
-            self.absorbs,
+            self.type == "rotary_power_take_off",
             axis=self.axis,
             neutral=self.neutral,
             to=self.to,
         )
-
-
-class TorsionSpring(AboutAxis):
-    """A spring and damper about an axis, between a body and another one or the earth."""
-
-    example: ClassVar[dict[str, Any]] = {
-        "type": "torsion_spring",
-        "body": "barge",
-        "to": "topside",
-        "axis": [0.3, 1, 0.2],
-        "stiffness": "2 MN*m/rad",
-        "damping": "50 kN*m*s/rad",
-    }
-
-    type: Literal["torsion_spring"]
-    """A spring and damper about an axis."""
-
-
-class RotaryPowerTakeOff(AboutAxis):
-    """A damper about an axis, with or without a spring, whose absorbed power is recorded."""
-
-    absorbs = True
-    example: ClassVar[dict[str, Any]] = {
-        "type": "rotary_power_take_off",
-        "body": "barge",
-        "to": "topside",
-        "axis": [0, 1, 0],
-        "damping": "2 MN*m*s/rad",
-    }
-
-    type: Literal["rotary_power_take_off"]
-    """A power take-off about an axis."""
