@@ -16,11 +16,20 @@ from hydrosim.compiling.hydrostatics.liquids import liquids_of
 from hydrosim.compiling.hydrostatics.tanks import steady_surface, tanks_of
 from hydrosim.compiling.hydrostatics.weights import weights_of
 from hydrosim.compiling.restart import initial_headings
+from hydrosim.compiling.trees import tree_of
 from hydrosim.compiling.wet import WetGroup, each_alone, moving, resonance
 from hydrosim.database.database import HydroDatabase, needed
 from hydrosim.dofs import DOFS, about_z
 from hydrosim.errors import InputError
-from hydrosim.forces.layout import Layout, Resonance, carried, row_names
+from hydrosim.forces.layout import (
+    BodyAtRest,
+    Joined,
+    Layout,
+    Resonance,
+    carried,
+    constraint_names,
+    row_names,
+)
 from hydrosim.rigid.heading import Headings, new_headings
 from hydrosim.rigid.inertia import constant_inertia
 from hydrosim.rigid.kinematics import BODY, Bodies
@@ -29,6 +38,7 @@ from hydrosim.scene import (
     Scene,
     Stream,
 )
+from hydrosim.scene.trees import arranged
 from hydrosim.stepping import blending
 from hydrosim.stepping.dynamics import Model
 from hydrosim.tanks.contents import Tanks, tank_names
@@ -62,7 +72,7 @@ def model_of(scene: Scene, wet: Sequence[WetGroup], known: Parts | None = None) 
     own = radiating + states.decay.size
     if known is None:
         tanks = tanks_of(scene)
-        elements = forces.compile_elements(scene.forces, _layout(scene, alone, tanks))
+        elements = forces.compile_elements(scene.forces, _layout(scene, bodies, alone, tanks))
         known = forces.Placed(elements, tanks)
     slow = own + forces.state_count(known, scene)
     draught = slow + STATES * len(slow_bodies(scene))
@@ -108,11 +118,16 @@ def _impulses(rows: int, bodies: Bodies, parts: Parts) -> int:
 
 
 def _bodies(scene: Scene) -> Bodies:
-    active = [
-        6 * i + DOFS.index(dof)
-        for i, body in enumerate(scene.bodies)
-        for dof in sorted(body.dofs, key=DOFS.index)
-    ]
+    carried = arranged(scene.joints, [body.name for body in scene.bodies]).children
+    own = np.array(
+        [
+            6 * i + DOFS.index(dof)
+            for i, body in enumerate(scene.bodies)
+            for dof in sorted(body.dofs, key=DOFS.index)
+            if body.name not in carried
+        ],
+        dtype=np.int64,
+    )
     each = [
         (
             b.mass,
@@ -123,18 +138,15 @@ def _bodies(scene: Scene) -> Bodies:
         )
         for b in scene.bodies
     ]
+    constants = np.array(each, dtype=BODY)
+    tree = tree_of(scene, own, constants["origin"])
     return Bodies(
-        each=np.array(each, dtype=BODY),
-        active=np.array(active, dtype=np.int64),
+        each=constants,
+        active=np.concatenate([own, 6 * len(each) + np.arange(tree.coordinates)]),
         locked=np.concatenate([b.position for b in scene.bodies]).astype(float),
         exact=scene.solver.kinematics == Kinematics.EXACT,
+        tree=tree,
     )
-
-
-def _origin(body: Body) -> np.ndarray:
-    """Centre of gravity of a body at rest (3,) in the earth frame."""
-    centre = about_z(body.heading) @ body.centre_of_gravity
-    return np.asarray(centre + (*body.location, 0.0))
 
 
 def _headings(scene: Scene, bodies: Bodies, wet: Collection[str]) -> Headings:
@@ -209,7 +221,9 @@ def _kernel(wet: WetGroup, free: np.ndarray) -> np.ndarray:
     return kernel
 
 
-def _layout(scene: Scene, alone: Mapping[str, HydroDatabase], tanks: Tanks) -> Layout:
+def _layout(
+    scene: Scene, bodies: Bodies, alone: Mapping[str, HydroDatabase], tanks: Tanks
+) -> Layout:
     def of_body(body: int, stiffness: np.ndarray) -> Resonance:
         return resonance(scene.bodies[body], stiffness, alone.get(scene.bodies[body].name))
 
@@ -226,8 +240,23 @@ def _layout(scene: Scene, alone: Mapping[str, HydroDatabase], tanks: Tanks) -> L
         tuple(tank_names(scene)),
         tuple(triggered_pumps(scene)),
         carried(scene),
-        tuple(_origin(body) for body in scene.bodies),
+        scene.joints,
+        _joined(scene, bodies),
+        len(row_names(scene)) - 1,
+        tuple(bodies.each["origin"]),
     )
+
+
+def _joined(scene: Scene, bodies: Bodies) -> dict[str, Joined]:
+    """The bodies of all joints that are constraints."""
+    found = {
+        body.name: BodyAtRest(i, tuple(bodies.each[i]["origin"]), body.heading)
+        for i, body in enumerate(scene.bodies)
+    }
+    return {
+        name: Joined(found[joint.body], found[joint.to] if joint.to else None, bodies.exact)
+        for name, joint in ((name, scene.joints[name]) for name in constraint_names(scene))
+    }
 
 
 def _velocity(stream: Stream) -> tuple[float, float]:

@@ -93,8 +93,8 @@ BUSHING = np.dtype(
         *(("stiffness", float, (6, 6)), ("damping", float, (6, 6))),
     ]
 )
-"""Constants of a bushing: the places of both frames, each in the frame of its side; the rotation from
-the axes of the body at rest to those of the other side."""
+"""Constants of a bushing: the places of both frames, each in the frame of its side; the rotation
+from the axes of the body at rest to those of the other side."""
 
 
 class Params(NamedTuple):

@@ -52,10 +52,11 @@ UNITS = {
     "strut_length": (Link, Strut),
     "torsion_angle": (Link, TorsionSpring),
 }
-"""Of kinds that belong to units: the elements that these units are numbered among, and those that have
-the channel."""
+"""Of kinds that belong to units: the elements among which these units are numbered, and those that
+have the channel."""
 CHANNEL = np.dtype([("kind", int), ("first", int), ("end", int)])
-"""A channel: its kind and its entries, points, springs, links or tanks with ``first`` <= i < ``end``."""
+"""A channel: its kind and its entries, points, springs, links or tanks with ``first`` <= i <
+``end``."""
 
 
 def compile_channel(

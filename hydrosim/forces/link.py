@@ -1,4 +1,4 @@
-"""Links of two points or axes: struts and torsion springs, which push and pull, and power take-offs.
+"""Links between two points or axes: struts, torsion springs and power take-offs, of both signs.
 
     T = f(x) + c x' + d |x'| x'
 
@@ -23,8 +23,8 @@ absorbed power of a power take-off. The twist is counted beyond half a turn: its
 the modes.
 
 Limits: no mass. A strut has no direction where its ends meet, and a twist none where the axes are
-opposite (a swing of 180 deg): a run ends there. |x'| x' has a corner in its slope where x' = 0: with
-d, methods have order 3 there. With small angles lever arms stay as at rest while e follows the
+opposite (a swing of 180 deg): a run ends there. The slope of |x'| x' has a corner at x' = 0, so
+methods have order 3 with d. With small angles lever arms stay as at rest while e follows the
 points, as for a `spring`; a twist is the difference of the angles about the axis.
 """
 
@@ -47,7 +47,6 @@ from hydrosim.forces.postures import PosingKind, Posture, rest_at_first, steepes
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import (
     CONTACT_MARGIN,
-    FRICTION_MARGIN,
     MARGINS,
     MODE,
     RISING,
@@ -176,10 +175,10 @@ class Params(NamedTuple):
 
 
 class Reach(NamedTuple):
-    """State of one link: its offset ``x`` and the ``rate``. The load T = 1 is the ``force`` and the
-    ``moment`` on the body, the opposite force and the moment ``counter`` on the other side. ``room``
-    is positive while it has a direction; ``turned`` is the twist from the middle of its half
-    turn."""
+    """State of one link: its offset ``x`` and the ``rate``. The load T = 1 is the ``force`` and
+    the ``moment`` on the body, the opposite force and the moment ``counter`` on the other side.
+    ``room`` is positive while it has a direction; ``turned`` is the twist from the middle of its
+    half turn."""
 
     x: float
     rate: float

@@ -176,7 +176,9 @@ def _square(point: Any, normal: Any, half: float) -> np.ndarray:
 
 def _lines(frames: xr.Dataset, scene: Scene | None) -> dict[str, Any]:
     """Springs and struts from point to anchor, with the sizes (nt, n) of their forces."""
-    drawn = {n: e for n, e in scene.forces.items() if isinstance(e, Spring | Strut)} if scene else {}
+    drawn = (
+        {n: e for n, e in scene.forces.items() if isinstance(e, Spring | Strut)} if scene else {}
+    )
     if scene is None or not drawn:
         return {"lines": [], "tensions": ""}
     loads = [

@@ -1,10 +1,11 @@
 """The equation of motion.
 
-    v = S q',   S^T (M + A) S q'' = S^T (F - F_gyroscopic + F_turning - (M + A) S' q')
+    v = S u,   S^T (M + A) S u' = S^T (F - F_gyroscopic + F_turning - (M + A) S' u),   q' = N u
 
     F = F_hydrostatic + F_radiation + F_wave1 + F_wave2 + F_elements + F_weight
 
-q: free coordinates of all bodies; v: velocities of the centres of gravity and angular velocities in
+q: free coordinates of all bodies and joints; u: their rates, N is the identity except for ball
+joints (`rigid.tree`); v: velocities of the centres of gravity and angular velocities in
 the earth frame; M: mass, m and R I R^T; A: added mass at infinite frequency; F_gyroscopic = omega x
 (R I R^T omega). (Cummins 1962; Ogilvie 1964.)
 
@@ -16,7 +17,7 @@ A and the retardation functions are constant in axes that turn with the yaw of e
 (`rigid.heading`); F_turning is the resulting force (`rigid.added_mass`). Constraints, such as rigid
 friction, add J q'' = c, with J^T lambda on the right.
 
-The state is y = (q, q', radiation states, contact points, energies, impulses). The energies are
+The state is y = (q, u, radiation states, contact points, energies, impulses). The energies are
 integrals: for every row of forces its work (waves, applied forces) or its dissipation (all others),
 and the integral of |wave power|. If requested, the impulses of every row, its works by coordinate,
 and the integrals of contact points (`forces.contact.tally`) follow.
@@ -30,9 +31,9 @@ import numpy as np
 
 from hydrosim import forces
 from hydrosim.forces import Elements, add_element_energies, add_elements, events
-from hydrosim.forces.contact.coulomb import Holds, new_holds
 from hydrosim.forces.displacement import Hulls as Displacement
 from hydrosim.forces.displacement import add_displacement, add_displacement_energy
+from hydrosim.forces.holds import Holds, new_holds
 from hydrosim.forces.hydrostatics import add_hydrostatic_energy, add_hydrostatics
 from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
 from hydrosim.forces.weight import Weights, add_weight, add_weight_energy
@@ -76,6 +77,7 @@ from hydrosim.rigid.kinematics import (
     place_bodies,
 )
 from hydrosim.rigid.mass import cholesky, cholesky_solve, kinetic_energy, mass_matrix
+from hydrosim.rigid.tree import fill_rates
 from hydrosim.rigid.vectors import cross, matvec, vector
 from hydrosim.stepping.blending import (
     Blend,
@@ -169,7 +171,7 @@ def new_work(model: Model) -> Work:
         np.zeros((n, n)),
         new_turning(model.inertia),
         new_constraints(rows, n),
-        new_holds(events.held_points(model.elements), rows),
+        new_holds(events.held_points(model.elements), rows, model.elements.locks.each.size),
         new_sums(model.following),
         new_block(model.following),
         np.zeros(model.bodies.each.size),
@@ -225,12 +227,14 @@ def rhs(t, y, modes, history, model, work, dy):
     total_force(work.wrench, work.total)
     acceleration = dy[n : 2 * n]
     assign(dy[:n], y[n : 2 * n])
+    if model.bodies.tree.branches.size > 0:
+        fill_rates(y[:n], y[n : 2 * n], model.bodies, dy[:n])
     subtract_gyroscopic(model.bodies, work.contents, motion, work.total)
     if model.headings.turning.size > 0:
-        add_turning(model.headings, A, motion, work.hulls, work.total)
+        add_turning(model.headings, A, model.bodies, motion, work.hulls, work.total)
     steady = model.headings.steady and not blends and model.tanks.each.size == 0
-    if work.constraints.force.size > 0 or not steady:
-        accelerate(modes, model, work, acceleration)
+    if may_hold(modes, model, work) or not steady:
+        accelerate(y, modes, model, work, acceleration)
     elif model.headings.turned.size > 0:
         accelerate_along(model, work, acceleration)
     else:
@@ -270,7 +274,7 @@ def accelerate_along(model, work, x):
 
 
 @root
-def accelerate(modes, model, work, x):
+def accelerate(y, modes, model, work, x):
     """Accelerations ``x`` (n,) with constraints, or with varying added mass. The reactions of
     elements go to ``work.holds`` and to their rows of ``work.wrench``."""
     motion = work.motion
@@ -280,10 +284,10 @@ def accelerate(modes, model, work, x):
     subtract_bias(model.bodies, motion, work.mass, work.total)
     generalised_force(model.bodies, motion, work.total, x)
     acceleration_map(model.bodies, motion, work.mass, work.inertia)
-    constrain(modes, model, work)
+    constrain(y, modes, model, work)
     solve_held(work.inertia, constraints, x)
     events.add_reactions(
-        modes, motion, model.bodies, model.elements, constraints, work.holds, work.wrench
+        y, modes, motion, model.bodies, model.elements, constraints, work.holds, work.wrench
     )
 
 
@@ -336,7 +340,7 @@ def apply_impulse(y, modes, model, work):
     generalised_force(model.bodies, work.motion, push, change)
     assign(drive, change)
     acceleration_map(model.bodies, work.motion, work.mass, work.inertia)
-    constrain(modes, model, work)
+    constrain(y, modes, model, work)
     clear(constraints.bound)
     solve_held(work.inertia, constraints, change)
     for i in range(n):
@@ -345,13 +349,40 @@ def apply_impulse(y, modes, model, work):
 
 
 @kernel
-def constrain(modes, model, work):
+def may_hold(modes, model, work):
+    """True if constraints may act. If joints that are constraints are all open, and nothing else
+    can hold, the scene is solved as if it had none."""
+    most = work.constraints.force.size
+    if most == 0:
+        return False
+    if events.may_hold(modes, model.elements, most):
+        return True
+    work.constraints.number[0] = 0
+    events.release(model.elements, work.holds)
+    return False
+
+
+@kernel
+def constrain(y, modes, model, work):
     """Set up all constraints J q'' = c at the present ``work.motion``."""
     constraints = work.constraints
     constraints.number[0] = 0
     events.hold(
-        modes, work.motion, model.bodies, model.elements, work.total, constraints, work.holds
+        y, modes, work.motion, model.bodies, model.elements, work.total, constraints, work.holds
     )
+
+
+@root
+def find_inertia(y, model, work):
+    """Fill ``work.inertia`` with S^T (M + A) S at the state ``y``."""
+    n = model.bodies.active.size
+    place_bodies(y[:n], y[n : 2 * n], model.bodies, work.motion)
+    update_contents(y, model, work)
+    blends = model.family.body.size > 0
+    if blends:
+        blend(y[model.draught :], model.family, model.added_mass, work.blend)
+    find_mass(model, work.blend.added_mass if blends else model.added_mass, work)
+    acceleration_map(model.bodies, work.motion, work.mass, work.inertia)
 
 
 @root
@@ -360,7 +391,7 @@ def project_velocities(y, modes, model, work):
     n = model.bodies.active.size
     constraints = work.constraints
     place_bodies(y[:n], y[n : 2 * n], model.bodies, work.motion)
-    constrain(modes, model, work)
+    constrain(y, modes, model, work)
     if constraints.number[0] > 0:
         clear(constraints.bound)
         solve_for_pivots(constraints)

@@ -742,7 +742,9 @@ class TestStrut:
         assert_array_equal([strut.offset, strut.force], [[-0.1, 0.5], [-4e3, 9e3]])
 
     def test_a_power_take_off_needs_no_stiffness(self, load: Load) -> None:
-        text = element(f"{STRUT}, stiffness: 0, damping: 2 kN*s/m").replace("strut", "power_take_off")
+        text = element(f"{STRUT}, stiffness: 0, damping: 2 kN*s/m").replace(
+            "strut", "power_take_off"
+        )
         pto = load(text).scene().forces["element"]
         assert isinstance(pto, forces.Strut)
         assert (pto.absorbs, pto.damping, pto.offset.size, pto.carries()) == (True, 2e3, 0, False)

@@ -130,9 +130,9 @@ def test_a_torsion_pendulum_swings_by_several_turns(
     ]
     runs = [hs.simulate(each) for each in whole]
     exact = amplitude * np.sin(omega * runs[0].time.values)
-    errors = np.array(
-        [np.abs(run.torsion_angle.values[:, 0] - exact).max() for run in runs]
-    ) / (2 * amplitude)
+    errors = np.array([np.abs(run.torsion_angle.values[:, 0] - exact).max() for run in runs]) / (
+        2 * amplitude
+    )
     figure("order", observed_orders(steps, errors)[0])
     claim = "torsion pendulum over three turns, of its range"
     validated(Kind.CLOSED_FORM, claim, "sine", errors[-1], 1e-7, Feature.STRUTS)
@@ -256,7 +256,9 @@ def turned_body(body: Body, angle: float) -> Body:
 
 def test_a_turned_scene_moves_as_it_did(figure: Figure) -> None:
     """All three between the bodies, damped, and to the earth; the whole turned about z."""
-    damped = [replace(each["it"], damping=3e2) for each in (JOINED["strut"], JOINED["torsion spring"])]
+    damped = [
+        replace(each["it"], damping=3e2) for each in (JOINED["strut"], JOINED["torsion spring"])
+    ]
     soft = replace(JOINED["bushing"]["it"], damping=np.diag([2e2] * 6))
     anchor = np.array([-7.0, 3.0, 1.0])
     held = strut(1e3, anchor=tuple(anchor))
@@ -462,5 +464,3 @@ def test_the_record_says_what_it_holds() -> None:
     used, _ = series(run, "utilisation.strut")
     np.testing.assert_allclose(used, np.abs(run.strut_force.sel(strut="strut")) / 1e4)
     assert "link" not in hs.simulate(scene(block(1.0), {"push": steady(surge=1.0)}, 1.0, 0.5)).dims
-
-

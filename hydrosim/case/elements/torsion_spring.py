@@ -33,8 +33,8 @@ class TorsionCurve(Strict):
 
 
 class TorsionSpring(Element):
-    """A spring and damper about an axis, between a body and another one or the earth. The power that
-    a rotary power take-off absorbs is recorded."""
+    """A spring and damper about an axis, between a body and another one or the earth. The power
+    that a rotary power take-off absorbs is recorded."""
 
     example: ClassVar[dict[str, Any]] = {
         "type": "torsion_spring",
@@ -46,8 +46,8 @@ class TorsionSpring(Element):
     }
 
     type: Literal["torsion_spring", "rotary_power_take_off"]
-    """A spring and damper about an axis. A rotary_power_take_off is the same with its absorbed power
-    recorded."""
+    """A spring and damper about an axis. A rotary_power_take_off is the same with its absorbed
+    power recorded."""
     to: StrictStr | None = None
     """Other body. Without it the other side is the earth. Example: topside."""
     axis: of.Direction

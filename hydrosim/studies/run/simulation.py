@@ -17,6 +17,7 @@ from hydrosim.compiling.clock import compile_clock
 from hydrosim.compiling.compile import compile_scene
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.facts import solution
+from hydrosim.compiling.joints import singular_joints
 from hydrosim.compiling.restart import ACCURACY, HEADINGS, MET, started_from
 from hydrosim.documents.places import locating
 from hydrosim.errors import SimulationError
@@ -28,6 +29,7 @@ from hydrosim.program import program_version, versions
 from hydrosim.results.ledger import warn
 from hydrosim.results.netcdf import FORMAT, LATEST
 from hydrosim.results.output import to_dataset
+from hydrosim.rigid.free import owners
 from hydrosim.scene import Scene
 from hydrosim.stepping.names import force_names
 from hydrosim.stepping.record import SPACING, new_record, unpack
@@ -44,6 +46,7 @@ from hydrosim.stepping.state import (
     RECORDS,
     REJECTED,
     RUNNING,
+    SINGULAR,
     STATUS,
     STEP_TOO_SMALL,
     STEPS,
@@ -79,6 +82,8 @@ MESSAGES = {
     STEP_TOO_SMALL: "no step is small enough to continue (200,000 steps were taken within one"
     " solver.step, or the last was 1e-12 of the time)",
     NO_SOLUTION: "the implicit method finds no solution for a step",
+    SINGULAR: "the joints {where} come to a place where they do not determine their forces, as a"
+    " four-bar linkage in a straight line",
     BLOWN_UP: "the solution blows up: it holds more than ten times the energy that all sources"
     " can have given, most of it in {where}",
 }
@@ -88,6 +93,7 @@ REMEDIES = {
     " check the stiffness and damping of that element.",
     STEP_TOO_SMALL: "Try solver.method: esdirk4, which is stable at any step, or a larger"
     " solver.tolerance, or check the stiffness and damping of that element.",
+    SINGULAR: "End the run before, or keep the joints away from that place.",
     NO_SOLUTION: "Try solver.method: dopri5, or check the stiffness and damping of that element.",
 }
 """Remedies for a status if another one is better than `REMEDY`."""
@@ -271,6 +277,8 @@ def _failure(compiled: Compiled, run: Run, time: float) -> str:
     count = int(counters[RECORDS])
     if counters[STATUS] == BLOWN_UP:
         where = holder(scene, model, run.record, count)
+    elif counters[STATUS] == SINGULAR:
+        where = singular_joints(scene, model, run.state)
     else:
         where = _where(compiled, run.state)
     what = MESSAGES[int(counters[STATUS])].format(where=where)
@@ -292,10 +300,10 @@ def _where(compiled: Compiled, state: State) -> str:
     y = state.y
     first = int(np.argmax(~np.isfinite(y)))
     if np.isfinite(y[first]):
-        judged = model.bodies.active % 6 == PITCH
+        judged = np.isin(model.bodies.active, 6 * np.arange(len(scene.bodies)) + PITCH)
         judged[model.hulls.roll] = True
-        steepest = np.argmax(np.abs(y[:n]) * judged)
-        return scene.bodies[model.bodies.active[steepest] // 6].name
+        steepest = int(np.argmax(np.abs(y[:n]) * judged))
+        return scene.bodies[owners(model.bodies)[steepest]].name
     kind, entry = compiled.facts.layout.at(first)
     if kind in (StateKind.COORDINATE, StateKind.RATE):
         return f"{entry.component} of body {entry.owner}"
