@@ -132,7 +132,7 @@ def _bodies(scene: Scene) -> Bodies:
         (
             b.mass,
             b.inertia,
-            _origin(b),
+            about_z(b.heading) @ b.centre_of_gravity + (*b.location, 0.0),
             b.heading,
             steady_surface(b, scene),
         )
