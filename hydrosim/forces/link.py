@@ -195,7 +195,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
     segments = [np.zeros(0, dtype=curve.SEGMENT)]
     first = 0
     for name, e in elements.items():
-        if isinstance(e, Link):
+        if isinstance(e, Strut | TorsionSpring):
             pieces = _segments(e)
             last = first + pieces.size - 1
             place = _line(e, layout) if isinstance(e, Strut) else _axis(e, layout)
@@ -451,8 +451,8 @@ class _Kind(PosingKind):
 
     def modes(self, p: Params) -> Modes:
         links = p.links
-        curves = {"first": links["first"], "last": links["last"], "steepest": links["steepest"]}
-        return Modes(links.size, rising="half_turns", **curves)
+        first, last, slope = links["first"], links["last"], links["steepest"]
+        return Modes(links.size, rising="half_turns", first=first, last=last, steepest=slope)
 
     def postures(self, p: Params) -> Sequence[Posture]:
         """All on the piece of their curve without load, and on their steepest."""

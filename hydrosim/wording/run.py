@@ -68,15 +68,7 @@ def tables_of(run: xr.Dataset) -> Iterator[Node]:
             yield from stage_nodes(run)
     if "spring" in run.dims:
         yield Table(("line", "mean tension", "largest", "slack"), list(_lines(run)))
-    if "strut" in run.dims:
-        head = ("strut", "mean force", "smallest", "largest")
-        yield Table(head, list(_ranges(run.strut_force, "strut", "N")))
-    if "torsion_spring" in run.dims:
-        head = ("torsion spring", "mean moment", "smallest", "largest")
-        yield Table(head, list(_ranges(run.torsion_moment, "torsion_spring", "N m")))
-    if "pto" in run.dims:
-        head = ("power take-off", "mean power", "largest", "absorbed")
-        yield Table(head, list(_absorbed(run)))
+    yield from _links(run)
     if "gap" in run.dims:
         yield Table(("clearance", "smallest", "at the end"), list(_clearances(run)))
     if not is_part(run):
@@ -169,6 +161,19 @@ def _lines(run: xr.Dataset) -> Iterator[list[Cell]]:
         tension = line.spring_tension.values
         slack = Value(float(np.mean(line.spring_mode == 0)), "share", 2)
         yield [name, Value(float(tension.mean()), "N"), Value(float(tension.max()), "N"), slack]
+
+
+def _links(run: xr.Dataset) -> Iterator[Node]:
+    """Tables of struts, torsion springs and power take-offs."""
+    if "strut" in run.dims:
+        rows = _ranges(run.strut_force, "strut", "N")
+        yield Table(("strut", "mean force", "smallest", "largest"), list(rows))
+    if "torsion_spring" in run.dims:
+        rows = _ranges(run.torsion_moment, "torsion_spring", "N m")
+        yield Table(("torsion spring", "mean moment", "smallest", "largest"), list(rows))
+    if "pto" in run.dims:
+        head = ("power take-off", "mean power", "largest", "absorbed")
+        yield Table(head, list(_absorbed(run)))
 
 
 def _ranges(loads: xr.DataArray, dim: str, unit: str) -> Iterator[list[Cell]]:

@@ -26,14 +26,18 @@ from hydrosim.scene import (
     Active,
     Body,
     ForceElement,
+    Joint,
+    JointType,
     Kinematics,
     Method,
     Scene,
     Start,
+    Symmetry,
     Tolerance,
     Weight,
     When,
 )
+from hydrosim.scene import JointResistance as Resistance
 from hydrosim.stepping.dynamics import new_work, rhs
 from hydrosim.studies.run.step_limits import scene_step_limits
 
@@ -464,3 +468,62 @@ def test_the_record_says_what_it_holds() -> None:
     used, _ = series(run, "utilisation.strut")
     np.testing.assert_allclose(used, np.abs(run.strut_force.sel(strut="strut")) / 1e4)
     assert "link" not in hs.simulate(scene(block(1.0), {"push": steady(surge=1.0)}, 1.0, 0.5)).dims
+
+
+def test_links_on_a_hinged_body(figure: Figure, validated: Callable[..., None]) -> None:
+    """A flap on a hinge to the earth with a torsion spring about it, 120 deg to both sides: a sine with the
+    inertia about the hinge; then damped and on a strut as well, where the ledger closes."""
+    inertia = np.diag([2e3, 3e3, 4e3])
+    k, rate = 4e4, 5.0
+    hinge = Joint(JointType.HINGE, "block", None, (0.0, 0.0, -2.0), (0.0, 1.0, 0.0))
+    turning = replace(hinge, resistances=(Resistance(velocity=rate),))
+    body = block(M, inertia=inertia)
+    spring = torsion(k, (0.0, 1.0, 0.0))
+    whole = replace(scene(body, {"spring": spring}, 4.0, 0.1, step=0.005), joints={"it": turning})
+    run = hs.simulate(whole)
+    omega = sqrt(k / (3e3 + M * 2.0**2))
+    exact = rate / omega * np.sin(omega * run.time.values)
+    assert np.ptp(exact) > np.radians(200.0)
+    error = np.abs(run.torsion_angle.values[:, 0] - exact).max() / np.ptp(exact)
+    claim = "flap on a hinge with a torsion spring, of its range"
+    validated(Kind.CLOSED_FORM, claim, "sine", error, 1e-8, Feature.STRUTS)
+    held = strut(anchor=(3.0, 0.5, -1.0), damping=3e2)
+    both = {"spring": replace(spring, damping=2e3, absorbs=True), "held": held}
+    run = hs.simulate(replace(whole, forces=both))
+    figure("residual", run.energy_residual_relative)
+    assert run.energy_residual_relative < 1e-7
+    assert run.pto_power.max() > 1e3
+
+
+def test_mirror_images() -> None:
+    """A strut to each side, a torsion spring about any axis of the plane or across it, a bushing
+    in the plane: solved in the plane. One strut alone, a crooked axis or bushing are not."""
+    body = block(M, inertia=np.diag([2e3, 3e3, 4e3]), velocity=moving(heave=1.0, pitch=0.3))
+    sides = {
+        f"strut_{side:g}": strut(point=(1.0, side, 0.5), anchor=(9.0, 4.0 * side, 2.0))
+        for side in (1.0, -1.0)
+    }
+    turns = {
+        name: torsion(9e3, axis, damping=10.0)
+        for name, axis in {"roll": (-1.0, 0.0, 0.0), "pitch": (0.0, 1.0, 0.0)}.items()
+    }
+    soft = Bushing("block", (0.5, 0.0, 1.0), np.diag([1e4] * 6), np.diag([1e3] * 6))
+    whole = scene(body, {**sides, **turns, "soft": soft}, 2.0, 0.1, step=0.01)
+    compiled = hs.compile_scene(whole, in_plane=True)
+    assert compiled.notes.symmetry.startswith("in the plane y = 0 m")
+    plane, full = hs.simulate(whole), hs.simulate(unfolded(whole))
+    np.testing.assert_allclose(plane.position, full.position, atol=1e-12)
+    coupled = np.eye(6) * 1e4
+    coupled[0, 1] = coupled[1, 0] = 3e3
+    for name, lopsided in {
+        "strut_1": replace(sides["strut_1"], damping=1.0),
+        "roll": replace(turns["roll"], axis=(1.0, 0.2, 0.0)),
+        "soft": replace(soft, stiffness=coupled),
+    }.items():
+        other = replace(whole, forces=whole.forces | {name: lopsided})
+        said = hs.compile_scene(other, in_plane=True).notes.symmetry
+        assert said.startswith("in all degrees of freedom") and name in said
+
+
+def unfolded(whole: Scene) -> Scene:
+    return replace(whole, solver=replace(whole.solver, symmetry=Symmetry.IGNORE))

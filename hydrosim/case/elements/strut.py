@@ -82,9 +82,10 @@ class Strut(Element):
     def build(self, where: Where) -> Built:
         from hydrosim.forces.link import Strut as Built  # loads numba
 
+        points = None if self.curve is None else (self.curve.extension, self.curve.force)
         return Built(
             self.body,
-            *points_of(self.stiffness, self.curve and (self.curve.extension, self.curve.force)),
+            *points_of(self.stiffness, points),
             self.damping,
             self.quadratic_damping,
             self.type == "power_take_off",

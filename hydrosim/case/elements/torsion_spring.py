@@ -76,9 +76,10 @@ class TorsionSpring(Element):
     def build(self, where: Where) -> Built:
         from hydrosim.forces.link import TorsionSpring as Built  # loads numba
 
+        points = None if self.curve is None else (self.curve.angle, self.curve.moment)
         return Built(
             self.body,
-            *points_of(self.stiffness, self.curve and (self.curve.angle, self.curve.moment)),
+            *points_of(self.stiffness, points),
             self.damping,
             self.quadratic_damping,
             self.type == "rotary_power_take_off",
