@@ -34,7 +34,7 @@ LINES = {  # of files that are there: before which line stands what
         ),
     },
     "forces/events.py": {
-        "from hydrosim.forces import spring": "from hydrosim.forces import rope\n",
+        "from hydrosim.forces import bushing": "from hydrosim.forces import rope\n",
         "    }\n\n\n@kernel\ndef observe": (
             '        "rope": (elements.ropes.lines.size, rope.OBSERVED),\n'
         ),
