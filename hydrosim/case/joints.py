@@ -523,7 +523,7 @@ class Ratchet(OnAxis):
         if self.window is not None:
             raise problem("a ratchet with a window", "no window; a ratchet holds when it goes back")
         pitch = getattr(self, given[0]).pitch
-        if not 0.0 <= pitch or (given[0] == "turn" and not pitch < pi):
+        if not pitch >= 0.0 or (given[0] == "turn" and not pitch < pi):
             raise problem(f"pitch {pitch:g}", "0 or more, and below 180 deg for a turn")
         return self
 
@@ -544,5 +544,6 @@ def _at_right_angles(first: tuple[float, ...], second: tuple[float, ...]) -> Non
 
 
 AnyJoint = Annotated[
-    Hinge | Ball | Universal | Slider | Cylindrical | Planar | Fixed | Ratchet, Discriminator("type")
+    Hinge | Ball | Universal | Slider | Cylindrical | Planar | Fixed | Ratchet,
+    Discriminator("type"),
 ]

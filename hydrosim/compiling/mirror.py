@@ -72,9 +72,7 @@ class _Shape:
         """Its mirror image: a turn about an axis in the plane becomes its opposite."""
         sign = -1.0 if self.turning else 1.0
         axes = MIRROR @ self.axes @ MIRROR
-        return replace(
-            self, point=MIRROR @ self.point, axes=axes, arrow=sign * MIRROR @ self.arrow
-        )
+        return replace(self, point=MIRROR @ self.point, axes=axes, arrow=sign * MIRROR @ self.arrow)
 
 
 class _Times(NamedTuple):

@@ -213,6 +213,7 @@ def _layout(
         _joined(scene, bodies),
         len(row_names(scene)) - 1,
         bodies.tree,
+        tuple(bodies.each["origin"]),
         dict(zip(point_names(scene), named_points(scene), strict=True)),
         scene.clearances,
     )
