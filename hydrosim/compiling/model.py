@@ -15,6 +15,7 @@ from hydrosim.compiling.hydrostatics.hulls import hulls_of
 from hydrosim.compiling.hydrostatics.liquids import liquids_of
 from hydrosim.compiling.hydrostatics.tanks import steady_surface, tanks_of
 from hydrosim.compiling.hydrostatics.weights import weights_of
+from hydrosim.compiling.joints import tree_of
 from hydrosim.compiling.restart import initial_headings
 from hydrosim.compiling.wet import WetGroup, each_alone, moving, resonance
 from hydrosim.database.database import HydroDatabase, needed
@@ -29,6 +30,7 @@ from hydrosim.scene import (
     Scene,
     Stream,
 )
+from hydrosim.scene.trees import arranged
 from hydrosim.stepping import blending
 from hydrosim.stepping.dynamics import Model
 from hydrosim.tanks.contents import Tanks, tank_names
@@ -108,11 +110,16 @@ def _impulses(rows: int, bodies: Bodies, parts: Parts) -> int:
 
 
 def _bodies(scene: Scene) -> Bodies:
-    active = [
-        6 * i + DOFS.index(dof)
-        for i, body in enumerate(scene.bodies)
-        for dof in sorted(body.dofs, key=DOFS.index)
-    ]
+    carried = arranged(scene.joints, [body.name for body in scene.bodies]).children
+    own = np.array(
+        [
+            6 * i + DOFS.index(dof)
+            for i, body in enumerate(scene.bodies)
+            for dof in sorted(body.dofs, key=DOFS.index)
+            if body.name not in carried
+        ],
+        dtype=np.int64,
+    )
     each = [
         (
             b.mass,
@@ -123,11 +130,14 @@ def _bodies(scene: Scene) -> Bodies:
         )
         for b in scene.bodies
     ]
+    constants = np.array(each, dtype=BODY)
+    tree = tree_of(scene, own, constants["origin"])
     return Bodies(
-        each=np.array(each, dtype=BODY),
-        active=np.array(active, dtype=np.int64),
+        each=constants,
+        active=np.concatenate([own, 6 * len(each) + np.arange(tree.coordinates)]),
         locked=np.concatenate([b.position for b in scene.bodies]).astype(float),
         exact=scene.solver.kinematics == Kinematics.EXACT,
+        tree=tree,
     )
 
 

@@ -19,6 +19,7 @@ from hydrosim.compiling.wet import WetGroup, each_database
 from hydrosim.dofs import DOFS
 from hydrosim.forces import signals_of
 from hydrosim.forces.signal import Recorded
+from hydrosim.rigid.free import moving_dofs
 from hydrosim.scene import Body, RecordedElevation, Scene, SecondOrder
 from hydrosim.stepping.names import dofs_of
 from hydrosim.waves import components, outside
@@ -150,7 +151,7 @@ def _skipped(
     loaded = 6 * owner[model.waves.first_dof // 6] + model.waves.first_dof % 6
     unloaded = [
         f"{scene.bodies[i // 6].name} {DOFS[i % 6]}"
-        for i in model.bodies.active
+        for i in moving_dofs(model.bodies)
         if scene.bodies[i // 6].name in wet
         and i not in loaded
         and i // 6 not in model.following.body

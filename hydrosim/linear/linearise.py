@@ -24,6 +24,7 @@ from hydrosim.errors import InputError
 from hydrosim.linear.components import find_components
 from hydrosim.linear.coordinates import STEP, inertia
 from hydrosim.linear.freedom import Freedom, find_constraint_rows, freedom_of
+from hydrosim.rigid.tree import BALL, fill_rates
 from hydrosim.stepping.dynamics import (
     Model,
     dynamic_states,
@@ -250,6 +251,7 @@ def linearise(
     J = np.zeros((states.size, states.size))
     scratch = np.zeros((3, model.size))
     jacobian(time, state.y, held, state.history, model, work, states, step, scratch, J)
+    _use_rates(J, model, state.y)
     rows = find_constraint_rows(model, state.y, held)
     freedom = freedom_of(rows, inertia(model, state.y))
     found = Linear(J, states, model.bodies.active, freedom)
@@ -259,6 +261,20 @@ def linearise(
     return replace(
         found, reactions=differentiate_reactions(model, at, time, step, states, len(rows))
     )
+
+
+def _use_rates(J: np.ndarray, model: Model, y: np.ndarray) -> None:
+    """Change the coordinates of the Jacobian ``J`` (m, m), in place, to integrals of the rates: a
+    ball joint has q' = N u, with N at the present place."""
+    bodies = model.bodies
+    n = bodies.active.size
+    if not (bodies.tree.moves["kind"] == BALL).any():
+        return
+    N = np.eye(n)
+    for u, column in zip(np.eye(n), N, strict=True):
+        fill_rates(y[:n], u, bodies, column)
+    J[:, :n] = J[:, :n] @ N.T
+    J[:n] = np.linalg.solve(N.T, J[:n])
 
 
 def differentiate_reactions(

@@ -14,6 +14,8 @@ import numpy as np
 
 from hydrosim.forces import Recorded, signals_of
 from hydrosim.forces.layout import ROWS
+from hydrosim.rigid.free import moving_dofs
+from hydrosim.rigid.tree import NO_BODY, SLIDE
 from hydrosim.scene import Scene, Turns
 from hydrosim.stepping.dynamics import Model
 
@@ -39,6 +41,9 @@ def nonlinearities(scene: Scene, model: Model) -> Iterator[str]:
     for key, signal in signals_of(scene.forces):
         if isinstance(signal, Recorded):
             yield f"{key} is a record"
+    for branch in model.bodies.tree.branches if model.bodies.exact else ():
+        if not _is_straight(branch, model):
+            yield f"exact rotations of {scene.bodies[branch['child']].name} on its joint"
     for b, body in enumerate(scene.bodies):
         free = _free_angles(b, model)
         locked = [i for i in ANGLES if i not in free and body.position[i] != 0.0]
@@ -48,6 +53,12 @@ def nonlinearities(scene: Scene, model: Model) -> Iterator[str]:
         elif b in model.headings.turning and (model.bodies.active.size > 1 or _stream(model)):
             yield f"hydrodynamics turn with {body.name}"
     yield from _elements(scene, model)
+
+
+def _is_straight(branch: np.void, model: Model) -> bool:
+    """True for a joint to the earth that slides."""
+    moves = model.bodies.tree.moves[branch["first"] : branch["last"]]
+    return branch["parent"] == NO_BODY and bool(np.all(moves["kind"] == SLIDE))
 
 
 def _stream(model: Model) -> bool:
@@ -68,4 +79,5 @@ def _elements(scene: Scene, model: Model) -> Iterator[str]:
 
 
 def _free_angles(body: int, model: Model) -> list[int]:
-    return [i for i in ANGLES if 6 * body + i in model.bodies.active]
+    moving = moving_dofs(model.bodies)
+    return [i for i in ANGLES if 6 * body + i in moving]

@@ -8,9 +8,12 @@ close a loop, and a joint that is only `active` at times, is no branch: it is a 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from hydrosim.scene.joint import Joint
+
+if TYPE_CHECKING:
+    from hydrosim.scene.scene import Scene
 
 EARTH = None
 
@@ -55,6 +58,13 @@ def arranged(joints: Mapping[str, Joint], bodies: Sequence[str]) -> Arrangement:
         tuple(name for name in lasting if name not in used),
         tuple(name for name in joints if name not in lasting),
     )
+
+
+def tree_joints(scene: Scene) -> dict[str, Joint]:
+    """The joints whose motions are coordinates, in the order of the scene."""
+    found = arranged(scene.joints, [body.name for body in scene.bodies]).branches
+    used = {branch.name for branch in found}
+    return {name: joint for name, joint in scene.joints.items() if name in used}
 
 
 def _roots(joints: Mapping[str, Joint], bodies: Sequence[str]) -> list[str]:

@@ -12,6 +12,7 @@ from hydrosim.forces import events, new_modes
 from hydrosim.forces.kind import RecordedStates
 from hydrosim.jit.kernels import assign, kernel, root
 from hydrosim.rigid.kinematics import accelerations
+from hydrosim.rigid.tree import record_angles
 from hydrosim.stepping.dynamics import Model, momentum, rhs, stored_energies
 from hydrosim.stepping.state import EVENTS, RECORDS, START_SLOPE, Clock, Places, Record
 from hydrosim.waves.loads import any_waves, wave_loads
@@ -122,6 +123,8 @@ def keep(t, run):
     row[at.events] = counters[EVENTS]
     _keep_states(y, run, row[at.y :])
     assign(row[at.coordinates :], motion.coordinates)
+    if model.bodies.tree.branches.size > 0:
+        record_angles(model.bodies, motion, row[at.coordinates :])
     assign(row[at.velocity :], motion.velocity)
     for r in range(model.rows):
         assign(row[at.wrench + r * motion.velocity.size :], work.wrench[r])

@@ -37,6 +37,7 @@ from hydrosim.presentation.document import (
 )
 from hydrosim.presentation.units import units_of
 from hydrosim.scene import Scene
+from hydrosim.stepping.names import coordinate_at
 from hydrosim.studies.ballast.loading import as_at
 from hydrosim.studies.run.asked import check_criteria
 from hydrosim.studies.run.resolution import accuracy_limit, scene_combinations
@@ -136,7 +137,8 @@ def _periods(scene: Scene, modes: Sequence[NaturalMode], when: str) -> Table:
 
 
 def _mode(scene: Scene, mode: NaturalMode) -> list[Cell]:
-    cells: list[Cell] = [scene.bodies[mode.coordinate // 6].name, mode.dof]
+    found = coordinate_at(scene, mode.coordinate)
+    cells: list[Cell] = [found.body, found.dof]
     if mode.kind == Kind.FREE:
         return [*cells, "free", "", ""]
     cells.append(Value(mode.natural_period, "s"))

@@ -21,9 +21,10 @@ from hydrosim.linear.equilibrium import ENOUGH, Rest
 from hydrosim.linear.modes import Kind, NaturalMode
 from hydrosim.radiation.threads import one_thread
 from hydrosim.results.variables import units_of
+from hydrosim.rigid.free import are_lengths, own_coordinates
 from hydrosim.scene import FreeSurface
 from hydrosim.statistics.excursions import find_excursions
-from hydrosim.stepping.names import coordinate_names, dofs_of
+from hydrosim.stepping.names import coordinate_at, coordinate_names, dofs_of
 from hydrosim.studies.linear.held import contact_remarks
 from hydrosim.studies.linear.response import Responder, responder
 from hydrosim.studies.linear.rest import at_rest
@@ -122,10 +123,10 @@ def _unloaded(compiled: Compiled) -> Iterator[str]:
 
 def _drifting(scene: Scene, drifted: Rest) -> Iterator[str]:
     """Remark on free coordinates with mean loads but without stiffness."""
-    names, active = coordinate_names(scene), drifted.model.bodies.active
+    names, lengths = coordinate_names(scene), are_lengths(drifted.model.bodies)
     weight = drifted.model.bodies.each["mass"].sum() * scene.environment.gravity
     pushed = [
-        f"{names[k]} ({drifted.drift[k]:.3g} {'N' if active[k] % 6 < 3 else 'N m'})"
+        f"{names[k]} ({drifted.drift[k]:.3g} {'N' if lengths[k] else 'N m'})"
         for k in np.flatnonzero(np.abs(drifted.drift) > ENOUGH * weight)
     ]
     if pushed:
@@ -170,7 +171,8 @@ def _shallow(scene: Scene, rest: Rest, found: xr.Dataset) -> Iterator[str]:
 def _at_rest(scene: Scene, rest: Rest, drifted: Rest) -> xr.Dataset:
     """Position at rest, and the offset by mean drift."""
     loads = np.zeros(6 * len(scene.bodies))
-    loads[drifted.model.bodies.active] = drifted.drift
+    free = own_coordinates(drifted.model.bodies)
+    loads[free] = drifted.drift[: free.size]
     return xr.Dataset(
         {
             "position_at_rest": (MOTION, rest.position, _motion("displacement at rest")),
@@ -214,7 +216,8 @@ def _modes(scene: Scene, linear: Linear, modes: Sequence[NaturalMode]) -> xr.Dat
 
 
 def _called(scene: Scene, mode: NaturalMode) -> str:
-    return f"{scene.bodies[mode.coordinate // 6].name} {mode.dof}"
+    found = coordinate_at(scene, mode.coordinate)
+    return f"{found.body} {found.dof}"
 
 
 def _raos(scene: Scene, about: Responder, wanted: Wanted) -> xr.Dataset:

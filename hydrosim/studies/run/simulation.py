@@ -27,6 +27,7 @@ from hydrosim.program import program_version, versions
 from hydrosim.results.ledger import warn
 from hydrosim.results.netcdf import FORMAT, LATEST
 from hydrosim.results.output import to_dataset
+from hydrosim.rigid.free import owners
 from hydrosim.scene import Scene
 from hydrosim.stepping.names import force_names
 from hydrosim.stepping.record import SPACING, new_record, unpack
@@ -289,10 +290,10 @@ def _where(compiled: Compiled, state: State) -> str:
     y = state.y
     first = int(np.argmax(~np.isfinite(y)))
     if np.isfinite(y[first]):
-        judged = model.bodies.active % 6 == PITCH
+        judged = np.isin(model.bodies.active, 6 * np.arange(len(scene.bodies)) + PITCH)
         judged[model.hulls.roll] = True
-        steepest = np.argmax(np.abs(y[:n]) * judged)
-        return scene.bodies[model.bodies.active[steepest] // 6].name
+        steepest = int(np.argmax(np.abs(y[:n]) * judged))
+        return scene.bodies[owners(model.bodies)[steepest]].name
     kind, entry = compiled.facts.layout.at(first)
     if kind in (StateKind.COORDINATE, StateKind.RATE):
         return f"{entry.component} of body {entry.owner}"
