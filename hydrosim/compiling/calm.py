@@ -67,7 +67,7 @@ def in_waves(calm: Compiled, scene: Scene, sea: Sequence[Components]) -> Compile
     facts = facts_of(scene, calm.wet, model)
     compiled = replace(calm, scene=scene, facts=facts, state=state, sea=tuple(sea))
     known = calm.notes.of_memory(calm.memory_errors)
-    notes = notes_of_sea(scene, calm.wet, facts, sea, known)
+    notes = notes_of_sea(scene, calm.wet, facts, state, sea, known)
     about = describe_start(scene, facts, state, sea, end)
     return replace(compiled, notes=notes.warned(asked(about)))
 

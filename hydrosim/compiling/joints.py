@@ -1,135 +1,192 @@
-"""Joints of a scene as arrays: the trees whose motions are coordinates."""
+"""Joints that are constraints, at the start of a run: whether they close, agree and are regular."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import tan
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from scipy import linalg
 
-from hydrosim.dofs import about_z
-from hydrosim.rigid.tree import BALL, BRANCH, MOVE, NO_BODY, NO_TREE, SLIDE, TURN, Tree
-from hydrosim.scene import Body, Joint, JointType, Scene
-from hydrosim.scene.joint import JointMotion, MotionKind
-from hydrosim.scene.trees import Branch, arranged, tree_joints
+from hydrosim.errors import InputError
+from hydrosim.forces.holds import NONE
+from hydrosim.forces.joint import locks
+from hydrosim.forces.joint.locks import CLOSED, NO_RATCHET
+from hydrosim.forces.layout import constraint_names
+from hydrosim.linear.coordinates import inertia
+from hydrosim.linear.freedom import freedom_of
+from hydrosim.modes import MODE, SEGMENT
+from hydrosim.rigid.kinematics import place_bodies
+from hydrosim.stepping.closing import choose_rows
+from hydrosim.stepping.dynamics import Model, new_work
 
-KINDS = {MotionKind.SLIDE: SLIDE, MotionKind.TURN: TURN, MotionKind.SWIVEL: BALL}
+if TYPE_CHECKING:
+    from hydrosim.scene import Scene
+    from hydrosim.stepping.state import State
+
+CLOSE = 1e-6  # m, rad and per second: rounding of the input, which the start removes
+ASIDE = 1e-3  # of a metre and a radian: how far a linkage is moved to test whether it is regular
+RANK = 1e-7  # of the largest singular value: smaller ones are zero
+TRIES = 30  # Newton's iterations back to the constraints
+TAKING_PART = 0.1  # of a joint's constraints in the combination that vanishes
 
 
-def tree_of(scene: Scene, own: np.ndarray, origins: np.ndarray) -> Tree:
-    """Tree of the joints of a scene. ``own`` are the indices of the free coordinates of its roots,
-    which come first; ``origins`` (nb, 3) are the centres of gravity at rest."""
+class Rows(NamedTuple):
+    """All constraints of closed joints: J (r, n), the ``residual`` (r,) [m or rad], and the ``lock``
+    and the ``slides`` (r,) flag of each."""
+
+    J: np.ndarray
+    residual: np.ndarray
+    lock: np.ndarray
+    slides: np.ndarray
+
+
+def check_joints(scene: Scene) -> Iterator[str]:
+    """Problems of joints of a scene that a case file cannot contain."""
     names = [body.name for body in scene.bodies]
-    found = arranged(scene.joints, names).branches
-    if not found:
-        return NO_TREE
-    index = {name: i for i, name in enumerate(names)}
-    first = _first_coordinates(scene, own.size)
-    moves: list[tuple[object, ...]] = []
-    branches = []
-    for branch in found:
-        child = index[branch.child]
-        parent = NO_BODY if branch.parent is None else index[branch.parent]
-        body = index[branch.joint.body]
-        place = place_at_rest(branch.joint, scene.bodies[body], origins[body])
-        begin = len(moves)
-        moves += _moves(branch, scene.bodies[body], first[branch.name])
-        branches.append(
-            (
-                *(child, parent, begin, len(moves), scene.bodies[child].heading),
-                place - (0.0 if parent == NO_BODY else origins[parent]),
-                place - origins[child],
-                _winding(moves[begin:], begin),
+    for name, joint in scene.joints.items():
+        for key, body in (("body", joint.body), ("to", joint.to)):
+            if body is not None and body not in names:
+                yield f"joints.{name}.{key}: found {body}, which is no body of the scene"
+        if joint.body == joint.to:
+            yield f"joints.{name}.to: found {joint.to} on both sides; expected another body"
+
+
+def check_closed(scene: Scene, model: Model, state: State) -> None:
+    """Raises InputError if joints that hold at the start do not close, if velocities part them, or
+    if a loop is singular."""
+    if not locks.any_closed(state.modes, model.elements.locks):
+        return
+    rows = _all_rows(model, state.y, state.modes)
+    _check_gaps(scene, model, rows)
+    _check_velocities(scene, model, state, rows)
+    _check_regular(scene, model, state, rows)
+
+
+def describe_dropped(scene: Scene, model: Model, state: State) -> Iterator[str]:
+    """Constraints that others hold already, joint by joint."""
+    p = model.elements.locks
+    names = constraint_names(scene)
+    for i, (name, lock) in enumerate(zip(names, p.each, strict=True)):
+        mode = state.modes[p.mode + i]
+        kept = int(mode[SEGMENT]).bit_count()
+        if mode[MODE] == CLOSED and kept < lock["count"]:
+            yield (
+                f"{name}: {lock['count'] - kept} of its {lock['count']} constraints, which other"
+                " joints hold; joint_force shows one of several possible shares of these joints"
             )
-        )
-    tree = Tree(
-        np.array(branches, dtype=BRANCH),
-        np.array(moves, dtype=MOVE),
-        np.full(len(names), -1),
-        sum(len(joint.motions) for joint in tree_joints(scene).values()),
-        _start(scene),
-        np.zeros((0, 0)),
+
+
+def singular_joints(scene: Scene, model: Model, state: State) -> str:
+    """Names of the closed joints whose constraints depend on each other most."""
+    rows = _all_rows(model, state.y, state.modes)
+    J = _scaled(model, state.y, rows.J)
+    part = np.abs(linalg.svd(J)[0][:, min(J.shape) - 1])
+    taking = dict.fromkeys(rows.lock[part > TAKING_PART * part.max()].tolist())
+    return ", ".join(constraint_names(scene)[i] for i in taking)
+
+
+def _all_rows(model: Model, y: np.ndarray, modes: np.ndarray) -> Rows:
+    """All rows of closed joints in a state, those that depend on others included."""
+    p = model.elements.locks
+    n = model.bodies.active.size
+    work = new_work(model)
+    every = modes.copy()
+    every[p.mode : p.mode + p.each.size, SEGMENT] = (1 << p.each["count"]) - 1
+    place_bodies(y[:n], y[n : 2 * n], model.bodies, work.motion)
+    locks.hold(y, every, work.motion, model.bodies, p, work.total, work.constraints, work.holds)
+    count = int(work.constraints.number[0])
+    lock = work.holds.lock[:count]
+    second = p.each["second"][lock, work.holds.bit[:count]]
+    return Rows(
+        work.constraints.J[:count].copy(), work.holds.residual[:count].copy(), lock, second == NONE
     )
-    tree.branch[tree.branches["child"]] = np.arange(len(branches))
-    return tree._replace(slopes=_slopes_at_rest(tree, own, origins))
 
 
-def place_at_rest(joint: Joint, body: Body, origin: np.ndarray) -> np.ndarray:
-    """Place of a joint with all bodies at rest, in the earth frame (3,); ``origin`` is the centre
-    of gravity of its ``body``."""
-    return np.asarray(origin + about_z(body.heading) @ np.array(joint.point))
+def _scaled(model: Model, y: np.ndarray, J: np.ndarray) -> np.ndarray:
+    """Rows of unit length in coordinates scaled by the roots of their inertias."""
+    scaled = J / np.sqrt(np.diag(inertia(model, y)))
+    return np.asarray(scaled / np.maximum(np.linalg.norm(scaled, axis=1), 1e-300)[:, None])
 
 
-def _first_coordinates(scene: Scene, first: int) -> dict[str, int]:
-    """First coordinate of every joint of the trees, the first of all being ``first``."""
-    found = {}
-    for name, joint in tree_joints(scene).items():
-        found[name] = first
-        first += len(joint.motions)
-    return found
+def _check_gaps(scene: Scene, model: Model, rows: Rows) -> None:
+    for i, name in enumerate(constraint_names(scene)):
+        own = rows.residual * (rows.lock == i)
+        gap = float(np.linalg.norm(own[rows.slides]))
+        turn = float(np.degrees(np.arcsin(min(np.linalg.norm(own[~rows.slides]), 1.0))))
+        if max(gap, np.radians(turn)) > CLOSE:
+            raise InputError(
+                f"joints.{name}: does not close at the start: {gap:.3g} m and {turn:.3g} deg are"
+                f" missing between {_sides(scene, name)}; expected less than {CLOSE:g} m and rad."
+                " Joints are closed with all bodies at rest: change initial.position of these"
+                " bodies together, or leave it out."
+            )
 
 
-def _moves(branch: Branch, body: Body, first: int) -> Iterator[tuple[object, ...]]:
-    """Entries of `MOVE` of a joint, from parent to child; its coordinates begin at ``first``."""
-    axes = branch.joint.axes() @ about_z(body.heading).T
-    steps = [
-        (KINDS[motion.kind], first + j, -1.0 if branch.reversed else 1.0, _axes_of(motion, axes))
-        for j, motion in enumerate(branch.joint.motions)
-        if motion.kind != MotionKind.SWIVEL or motion.axis == 0  # a ball is one move
-    ]
-    yield from reversed(steps) if branch.reversed else steps
+def _check_velocities(scene: Scene, model: Model, state: State, rows: Rows) -> None:
+    p = model.elements.locks
+    n = model.bodies.active.size
+    rates = rows.J @ state.y[n : 2 * n]
+    size = np.abs(rows.J) @ np.abs(state.y[n : 2 * n])
+    pawl = p.each["ratchet"][rows.lock] != NO_RATCHET
+    apart = (np.abs(rates) > CLOSE * (1.0 + size)) & ~pawl
+    if apart.any():
+        worst = int(np.argmax(np.abs(rates) * apart))
+        name = constraint_names(scene)[rows.lock[worst]]
+        unit = "m/s" if rows.slides[worst] else "rad/s"
+        raise InputError(
+            f"joints.{name}: holds at the start, and the initial velocities part"
+            f" {_sides(scene, name)} by {abs(rates[worst]):.3g} {unit}; expected initial.velocity"
+            " of these bodies that the joint allows. A joint that is to stop them needs"
+            " active: {from: ...} after the start."
+        )
 
 
-def _axes_of(motion: JointMotion, axes: np.ndarray) -> np.ndarray:
-    """The axis of a motion as first of three; a ball has all three in their order."""
-    return np.roll(axes, -motion.axis, axis=0)
+def _check_regular(scene: Scene, model: Model, state: State, rows: Rows) -> None:
+    """Refuse a loop in a place where its constraints depend on each other, and beside which they do
+    not."""
+    here = _rank(_scaled(model, state.y, rows.J))
+    n = model.bodies.active.size
+    M = inertia(model, state.y)
+    basis = freedom_of(rows.J, M).basis
+    basis = basis / np.maximum(np.abs(basis).max(axis=0, initial=1e-300), 1e-300)
+    draw = np.random.default_rng(1)
+    for _ in range(2 if basis.size else 0):
+        y = state.y.copy()
+        y[:n] += ASIDE * basis @ draw.uniform(-1.0, 1.0, basis.shape[1])
+        if not _return(model, y, state.modes):
+            continue
+        beside = _rank(_scaled(model, y, _all_rows(model, y, state.modes).J))
+        if beside > here:
+            raise InputError(
+                f"joints.{singular_joints(scene, model, state)}: at the start these joints are in a"
+                " place where they do not determine their forces, as a four-bar linkage in a"
+                " straight line; expected another place. Change initial.position of their bodies."
+            )
 
 
-def _winding(moves: list[tuple[object, ...]], begin: int) -> int:
-    """Number of the move that turns a joint about the vertical if it has no other turn, else -1."""
-    turns = [(begin + m, move) for m, move in enumerate(moves) if move[0] != SLIDE]
-    upright = len(turns) == 1 and turns[0][1][0] == TURN
-    if upright and not np.any(np.asarray(turns[0][1][3])[0, :2]):
-        return turns[0][0]
-    return -1
+def _rank(J: np.ndarray) -> int:
+    return int(np.linalg.matrix_rank(J, tol=RANK * np.linalg.norm(J, 2)))
 
 
-def _start(scene: Scene) -> np.ndarray:
-    """Values and rates (nq, 2) of the coordinates of joints at the start."""
-    found = []
-    for joint in tree_joints(scene).values():
-        resistances = joint.resistances or (None,) * len(joint.motions)
-        values = [(0.0, 0.0) if r is None else (r.position, r.velocity) for r in resistances]
-        start = np.reshape(np.array(values, dtype=float), (-1, 2))
-        if joint.type == JointType.BALL and scene.solver.kinematics == "exact":
-            start[:, 0] = rodrigues(start[:, 0])
-        found.append(start)
-    return np.concatenate(found)
+def _return(model: Model, y: np.ndarray, modes: np.ndarray) -> bool:
+    """Bring places in ``y`` back to the constraints by least squares; false if that fails."""
+    n = model.bodies.active.size
+    root = np.sqrt(np.diag(inertia(model, y)))
+    for _ in range(TRIES):
+        rows = _all_rows(model, y, modes)
+        if np.abs(rows.residual).max() < 1e-12:
+            return True
+        y[:n] -= np.linalg.lstsq(rows.J / root, rows.residual, rcond=RANK)[0] / root
+    return False
 
 
-def rodrigues(rotation: np.ndarray) -> np.ndarray:
-    """Four times the modified Rodrigues parameters (3,) of a rotation vector (3,)."""
-    angle = float(np.linalg.norm(rotation))
-    return rotation if angle == 0.0 else rotation * (4.0 * tan(0.25 * angle) / angle)
+def _sides(scene: Scene, name: str) -> str:
+    joint = scene.joints[name]
+    return f"{joint.body} and {joint.to or 'the earth'}"
 
 
-def _slopes_at_rest(tree: Tree, own: np.ndarray, origins: np.ndarray) -> np.ndarray:
-    """S (6 nb, n) at rest."""
-    S = np.zeros((len(origins), 6, own.size + tree.coordinates))
-    S.reshape(-1, S.shape[-1])[own, np.arange(own.size)] = 1.0
-    for branch in tree.branches:
-        child, parent = branch["child"], branch["parent"]
-        if parent != NO_BODY:
-            arm = origins[child] - origins[parent]
-            S[child] = S[parent]
-            S[child, :3] += np.cross(S[parent, 3:].T, arm).T
-        for move in tree.moves[branch["first"] : branch["last"]]:
-            for a in range(3 if move["kind"] == BALL else 1):
-                axis = move["sign"] * move["axes"][a]
-                j = move["coordinate"] + a
-                if move["kind"] == SLIDE:
-                    S[child, :3, j] = axis
-                else:
-                    S[child, :3, j] = np.cross(axis, -branch["to_child"])
-                    S[child, 3:, j] = axis
-    return np.ascontiguousarray(S.reshape(-1, S.shape[-1]))
+def keep_independent_rows(model: Model, state: State) -> None:
+    """Mark in ``state.modes`` the constraints of closed joints that do not depend on others."""
+    if locks.any_closed(state.modes, model.elements.locks):
+        choose_rows(state.y, state.modes, model, new_work(model))

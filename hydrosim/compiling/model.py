@@ -15,13 +15,21 @@ from hydrosim.compiling.hydrostatics.hulls import hulls_of
 from hydrosim.compiling.hydrostatics.liquids import liquids_of
 from hydrosim.compiling.hydrostatics.tanks import steady_surface, tanks_of
 from hydrosim.compiling.hydrostatics.weights import weights_of
-from hydrosim.compiling.joints import tree_of
 from hydrosim.compiling.restart import initial_headings
+from hydrosim.compiling.trees import tree_of
 from hydrosim.compiling.wet import WetGroup, each_alone, moving, resonance
 from hydrosim.database.database import HydroDatabase, needed
 from hydrosim.dofs import DOFS, about_z
 from hydrosim.errors import InputError
-from hydrosim.forces.layout import Layout, Resonance, carried, row_names
+from hydrosim.forces.layout import (
+    BodyAtRest,
+    Joined,
+    Layout,
+    Resonance,
+    carried,
+    constraint_names,
+    row_names,
+)
 from hydrosim.rigid.heading import Headings, new_headings
 from hydrosim.rigid.inertia import constant_inertia
 from hydrosim.rigid.kinematics import BODY, Bodies
@@ -64,7 +72,7 @@ def model_of(scene: Scene, wet: Sequence[WetGroup], known: Parts | None = None) 
     own = radiating + states.decay.size
     if known is None:
         tanks = tanks_of(scene)
-        elements = forces.compile_elements(scene.forces, _layout(scene, alone, tanks))
+        elements = forces.compile_elements(scene.forces, _layout(scene, bodies, alone, tanks))
         known = forces.Placed(elements, tanks)
     slow = own + forces.state_count(known, scene)
     draught = slow + STATES * len(slow_bodies(scene))
@@ -213,7 +221,9 @@ def _kernel(wet: WetGroup, free: np.ndarray) -> np.ndarray:
     return kernel
 
 
-def _layout(scene: Scene, alone: Mapping[str, HydroDatabase], tanks: Tanks) -> Layout:
+def _layout(
+    scene: Scene, bodies: Bodies, alone: Mapping[str, HydroDatabase], tanks: Tanks
+) -> Layout:
     def of_body(body: int, stiffness: np.ndarray) -> Resonance:
         return resonance(scene.bodies[body], stiffness, alone.get(scene.bodies[body].name))
 
@@ -230,7 +240,22 @@ def _layout(scene: Scene, alone: Mapping[str, HydroDatabase], tanks: Tanks) -> L
         tuple(tank_names(scene)),
         tuple(triggered_pumps(scene)),
         carried(scene),
+        scene.joints,
+        _joined(scene, bodies),
+        len(row_names(scene)) - 1,
     )
+
+
+def _joined(scene: Scene, bodies: Bodies) -> dict[str, Joined]:
+    """The bodies of all joints that are constraints."""
+    found = {
+        body.name: BodyAtRest(i, tuple(bodies.each[i]["origin"]), body.heading)
+        for i, body in enumerate(scene.bodies)
+    }
+    return {
+        name: Joined(found[joint.body], found[joint.to] if joint.to else None, bodies.exact)
+        for name, joint in ((name, scene.joints[name]) for name in constraint_names(scene))
+    }
 
 
 def _velocity(stream: Stream) -> tuple[float, float]:

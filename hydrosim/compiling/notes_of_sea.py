@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hydrosim.compiling.joints import describe_dropped
 from hydrosim.compiling.meetings import (
     coarse_headings,
     meetings,
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from hydrosim.compiling.notes import Notes
     from hydrosim.database.database import HydroDatabase
     from hydrosim.stepping.dynamics import Model
+    from hydrosim.stepping.state import State
 
 Seas = Sequence[Components]
 # fraction of a sea's energy, or of its loads, outside a database's frequencies
@@ -38,9 +40,10 @@ OUTSIDE_WARNED = 1e-3
 
 
 def notes_of_sea(
-    scene: Scene, wet: Sequence[WetGroup], facts: Facts, seas: Seas, notes: Notes
+    scene: Scene, wet: Sequence[WetGroup], facts: Facts, state: State, seas: Seas, notes: Notes
 ) -> Notes:
-    """The ``notes`` of a scene in calm water, with messages on the scene in its ``seas``."""
+    """The ``notes`` of a scene in calm water, with messages on the scene in its ``seas`` that begins
+    in a ``state``."""
     alone = facts.databases
     warnings = [text for group in wet for text in group.cut_lengths]
     warnings.extend(_fit_warnings(wet))
@@ -49,12 +52,13 @@ def notes_of_sea(
         if body.name in alone and body.dofs:
             warnings.extend(range_warnings(seas, body, alone[body.name]))
             warnings.extend(_heading_warnings(seas, body, alone[body.name]))
+    dropped = describe_dropped(scene, facts.model, state)
     met = list(meetings(scene, facts, seas))
     warnings.extend(text for each in met for text in coarse_headings(each))
     said = [text for each in met for text in said_of_waves(each)]
     return replace(
         notes,
-        skipped=tuple(_skipped(scene, facts.model, alone, seas, notes.zero)),
+        skipped=(*_skipped(scene, facts.model, alone, seas, notes.zero), *dropped),
         records=tuple(_records(scene)),
         meetings=(*said, *said_of_current(scene, facts.model)),
         warnings=(*warnings, *notes.warnings),

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hydrosim.compiling.joints import check_closed, check_joints
 from hydrosim.compiling.sizes import check_sizes
 from hydrosim.errors import InputError
 from hydrosim.forces import is_known, signals_of
@@ -64,6 +65,7 @@ def check_scene(scene: Scene) -> None:
         )
         problems[text] = not is_known(element)
     found = [problem for problem, there in problems.items() if there]
+    found += check_joints(scene)
     if found:
         raise InputError("scene: " + "; ".join(found) + ".")
     for key, signal in signals_of(scene.forces):
@@ -87,6 +89,8 @@ def _check_record(key: str, time: np.ndarray, duration: float) -> None:
 
 def check_start(scene: Scene, model: Model, state: State) -> None:
     """Raises InputError if the run cannot continue from the state at the start."""
+    if scene.initial is None:
+        check_closed(scene, model, state)
     _check_rigid_friction(scene, model, state)
     _check_springs(scene, model, state)
 

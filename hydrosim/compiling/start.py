@@ -10,6 +10,7 @@ import numpy as np
 from hydrosim import radiation
 from hydrosim.compiling import restart
 from hydrosim.compiling.at_rest import states_at_rest
+from hydrosim.compiling.joints import keep_independent_rows
 from hydrosim.forces import new_modes
 from hydrosim.forces.events import settle
 from hydrosim.rigid.kinematics import Bodies, Motion, place_bodies
@@ -41,6 +42,7 @@ def first_state(scene: Scene, model: Model) -> State:
     place_bodies(y[:n], y[n : 2 * n], bodies, motion)
     settle(0.0, y, modes, motion, bodies, model.elements, tanks)
     state = State(y, modes, _history(scene, model))
+    keep_independent_rows(model, state)
     if scene.at_rest:
         y[:] = states_at_rest(scene, model, state)
         place_bodies(y[:n], y[n : 2 * n], bodies, motion)

@@ -146,6 +146,8 @@ def _asymmetries(calm: Compiled, sea: Sequence[Components]) -> Iterator[str]:
         if alone := without_image_in(body):
             yield f"{', '.join(alone)} of {body.name} have no mirror image"
     yield from without_image(scene.forces, y)
+    if scene.joints:
+        yield f"joints ({', '.join(scene.joints)}), for which the plane is not used"
     water = scene.environment
     for name, stream in (("current", water.current), ("wind", water.wind)):
         if abs(stream.speed * np.sin(stream.heading)) > SMALL * abs(stream.speed):

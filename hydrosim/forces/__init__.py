@@ -42,6 +42,8 @@ from hydrosim.forces.contact.landing import Landing
 from hydrosim.forces.contact.normal import NormalCurve, NormalLoop, PrescribedNormal
 from hydrosim.forces.contact.plane import Plane
 from hydrosim.forces.contact.stick_slip import LoadPowers, StickSlip
+from hydrosim.forces.joint import kind as joint
+from hydrosim.forces.joint import locks
 from hydrosim.forces.kind import ElementKind, Kind, Losing, Mirrored, Parts, Resisting, Tallying
 from hydrosim.forces.layout import Layout, Resistance
 from hydrosim.forces.linear_damping import LinearDamping
@@ -68,6 +70,7 @@ class Elements(NamedTuple):
     quadratic_dampings: Any
     stream_loads: Any
     guides: Any
+    locks: Any
     triggers: Any
 
 
@@ -81,6 +84,8 @@ KINDS: tuple[Kind, ...] = (
     stream_load.KIND,
     tanks.KIND,
     guide.KIND,
+    joint.KIND,
+    joint.JOINTS,
     trigger.KIND,
 )
 """All kinds, in the order of their states in y and of their rows of modes."""
@@ -108,6 +113,8 @@ def add_elements(t, y, modes, motion, bodies, elements, wrench, rate, dy):
         stream_load.add_force(t, y, modes, motion, bodies, e.stream_loads, wrench, rate, dy)
     if e.guides.pins.size > 0:
         guide.add_force(t, y, modes, motion, bodies, e, wrench)
+    if e.locks.each.size > 0:
+        clear(dy[e.locks.state : e.locks.state + locks.STATES * e.locks.each.size])
     if e.triggers.each.size > 0:
         trigger.clear_inactive(modes, e.triggers, wrench, rate)
         clear(dy[e.triggers.state : e.triggers.state + e.triggers.each.size])
@@ -164,13 +171,15 @@ class Placed(NamedTuple):
 
 def placed(parts: Parts, scene: Scene, state: int, losses: int) -> Placed:
     """The same constants, with states in y numbered from ``state`` on, kind by kind, rows of modes
-    likewise, and the integrals of losses, row by row, from ``losses`` on. Constants with such
-    indices have fields ``state``, ``mode`` and ``losses``."""
+    likewise, and the integrals of losses, row by row, from ``losses`` on; reactions of joints follow
+    those of contact points. Constants with such indices have fields ``state``, ``mode``, ``losses``
+    and ``reaction``."""
     found = {}
     mode = 0
+    points = parts.elements.fenders.points.size
     for kind in KINDS:
         p = kind.of(parts)
-        places = {"state": state, "mode": mode, "losses": losses}
+        places = {"state": state, "mode": mode, "losses": losses, "reaction": points}
         own = {name: places[name] for name in getattr(p, "_fields", ()) if name in places}
         found[kind] = p._replace(**own) if own else p
         state += _state_count(kind, p, scene)

@@ -1,6 +1,6 @@
 """Modes of all elements that have modes: their ends, their successors, and observed values.
 
-Rows of modes belong to contact points, springs, flows, guides and triggers, in this order. Every
+Rows of modes belong to contact points, springs, flows, guides, joints and triggers, in this order. Every
 row has the same number of margins, which are positive while its mode lasts.
 """
 
@@ -12,6 +12,8 @@ from hydrosim.forces import spring, trigger
 from hydrosim.forces.contact import fender, group, guide, loop, transitions
 from hydrosim.forces.contact.laws import COULOMB
 from hydrosim.forces.contact.tally import add_tallies
+from hydrosim.forces.joint import locks
+from hydrosim.forces.joint.rows import REFERENCE
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.tanks import pumping
 
@@ -28,24 +30,28 @@ def observed(elements: Elements) -> dict[str, tuple[int, int]]:
         "fender": (elements.fenders.points.size, fender.OBSERVED),
         "spring": (elements.springs.lines.size, spring.OBSERVED),
         "guide": (elements.guides.pins.size, guide.OBSERVED),
+        "joint": (elements.locks.joints, 6),
     }
 
 
 @kernel
-def observe(t, y, modes, motion, bodies, elements, reactions, wrench, out):
-    """Write what a run records of fenders, springs and guides, except their forces, to ``out``.
-    `observed` gives the shapes that follow one another in the flat array ``out``. The forces of
-    all elements are read from ``wrench`` (rows, 6 nb) [N, N m]."""
+def observe(t, y, modes, motion, bodies, elements, holds, wrench, out):
+    """Write what a run records of fenders, springs, guides and joints, except the forces of
+    elements, to ``out``. `observed` gives the shapes that follow one another in the flat array
+    ``out``. The forces of all elements are read from ``wrench`` (rows, 6 nb) [N, N m]."""
     fenders = elements.fenders
     springs = elements.springs
     if fenders.points.size > 0:
-        fender.observe(t, y, modes, motion, bodies, fenders, reactions, out)
+        fender.observe(t, y, modes, motion, bodies, fenders, holds.reaction, out)
     behind = fenders.points.size * fender.OBSERVED
     if springs.lines.size > 0:
         spring.observe(modes, motion, bodies, springs, out[behind:])
+    behind += springs.lines.size * spring.OBSERVED
     if elements.guides.pins.size > 0:
-        behind += springs.lines.size * spring.OBSERVED
         guide.observe(modes, motion, bodies, elements, out[behind:])
+    behind += elements.guides.pins.size * guide.OBSERVED
+    if elements.locks.each.size > 0:
+        locks.observe(elements.locks, holds, out[behind:])
 
 
 @root
@@ -59,6 +65,8 @@ def settle(t, y, modes, motion, bodies, elements, tanks):
         pumping.settle(t, modes, tanks)
     if elements.guides.pins.size > 0:
         guide.settle(modes, motion, bodies, elements)
+    if elements.locks.each.size > 0:
+        locks.settle(y, modes, motion, bodies, elements.locks)
     if elements.triggers.each.size > 0:
         trigger.settle(t, y, modes, motion, bodies, elements, tanks)
     group.initialise(t, y, modes, elements.fenders)
@@ -77,6 +85,8 @@ def find_margins(t, y, modes, motion, bodies, elements, tanks, headings, reactio
         pumping.margins(t, y, modes, tanks, out)
     if elements.guides.pins.size > 0:
         guide.margins(modes, motion, bodies, elements, out)
+    if elements.locks.each.size > 0:
+        locks.margins(y, modes, motion, bodies, elements.locks, reactions, out)
     if elements.triggers.each.size > 0:
         trigger.margins(t, y, modes, motion, bodies, elements, tanks, out)
 
@@ -97,6 +107,9 @@ def switch(row, which, size, step, t, y, modes, motion, bodies, elements, tanks,
     triggers = elements.triggers
     if is_trigger(row, elements):
         trigger.switch(row - triggers.mode, which, t, y, modes, motion, bodies, elements, tanks)
+        return
+    if row >= elements.locks.mode and elements.locks.each.size > 0:
+        locks.switch(row - elements.locks.mode, which, y, modes, motion, bodies, elements.locks)
         return
     if row >= elements.guides.mode and elements.guides.pins.size > 0:
         i = row - elements.guides.mode
@@ -137,6 +150,9 @@ def felt(row, part, elements, tanks):
         return tanks.state, tanks.state + tanks.each.size
     if tanks.flows.size > 0 and is_trigger(row, elements):
         return tanks.state, tanks.state + tanks.each.size
+    if row >= elements.locks.mode and elements.locks.each.size > 0 and part == 0:
+        k = elements.locks.state + locks.STATES * (row - elements.locks.mode)
+        return (k, k + REFERENCE) if row < elements.triggers.mode else (0, 0)
     if row < fenders.mode or row >= fenders.mode + fenders.points.size:
         return 0, 0
     point = fenders.points[row - fenders.mode]
@@ -150,8 +166,9 @@ def felt(row, part, elements, tanks):
 
 
 def held_points(elements: Elements) -> int:
-    """Number of the points with directions of slip, or reactions of rigid friction."""
-    return int(elements.fenders.points.size)
+    """Number of the points with directions of slip, or reactions of rigid friction; and of the
+    joints with reactions."""
+    return int(elements.fenders.points.size + elements.locks.each.size)
 
 
 @kernel
@@ -180,19 +197,49 @@ def settling(t, y, elements):
 
 def held_directions(elements: Elements) -> int:
     """Largest number of rows of constraints that elements need."""
-    return HELD * int((elements.fenders.points["law"] == COULOMB).sum())
+    rigid = HELD * int((elements.fenders.points["law"] == COULOMB).sum())
+    return rigid + int(elements.locks.rows)
 
 
 @kernel
-def hold(modes, motion, bodies, elements, wrench, constraints, holds):
-    """Add the constraints of elements that hold bodies; ``wrench`` (6 nb,) is scratch."""
+def may_hold(modes, elements, most):
+    """True if any unit may hold bodies now; ``most`` is the largest number of constraints."""
+    if elements.locks.each.size == 0:
+        return most > 0
+    return most > elements.locks.rows or locks.any_closed(modes, elements.locks)
+
+
+@kernel
+def release(elements, holds):
+    """Set all reactions of joints to zero, because nothing holds."""
+    if elements.locks.each.size > 0:
+        locks.clear_reactions(elements.locks, holds)
+
+
+@kernel
+def hold(y, modes, motion, bodies, elements, wrench, constraints, holds):
+    """Add the constraints of elements that hold bodies, first those of joints; ``wrench`` (6 nb,)
+    is scratch."""
+    if elements.locks.each.size > 0:
+        locks.hold(y, modes, motion, bodies, elements.locks, wrench, constraints, holds)
     fender.hold_points(modes, motion, bodies, elements.fenders, wrench, constraints, holds)
 
 
 @kernel
-def add_reactions(modes, motion, bodies, elements, constraints, holds, wrench):
+def add_reactions(y, modes, motion, bodies, elements, constraints, holds, wrench):
     """Add the reactions of constraints to the rows of ``wrench`` of their elements."""
     fender.add_reactions(modes, motion, bodies, elements.fenders, constraints, holds, wrench)
+    if elements.locks.each.size > 0:
+        p = elements.locks
+        locks.add_reactions(y, modes, motion, bodies, p, constraints, holds, wrench)
+
+
+@kernel
+def strike(t, y, modes, motion, bodies, headings, reactions, elements):
+    """Test contacts again after velocities have jumped."""
+    if elements.fenders.points.size > 0:
+        p = elements.fenders
+        transitions.strike(t, y, modes, motion, bodies, headings, reactions, p)
 
 
 @kernel

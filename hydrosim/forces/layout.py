@@ -9,23 +9,33 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from hydrosim.dofs import about_z
-from hydrosim.scene import ForceElement, Scene, Weight
+from hydrosim.scene import ForceElement, Joint, Scene, Weight
+from hydrosim.scene.trees import constraints
 
 if TYPE_CHECKING:
     from hydrosim.tanks.events import TriggeredPump
 
 HYDROSTATIC, RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER = range(4)
 ROWS = ("hydrostatic", "radiation", "wave_first_order", "wave_second_order")
+JOINTS = "joints"
 WEIGHT = "weight"
 BALLAST = "ballast"
 
 
 def row_names(scene: Scene) -> tuple[str, ...]:
     """Names of all rows of forces: bodies, elements, the weight if any body carries its own, and
-    the flow in and out of tanks."""
+    the flow in and out of tanks, and joints that are constraints."""
     carried = any(body.weight == Weight.CARRIED for body in scene.bodies)
     own = [*([WEIGHT] if carried else []), *([BALLAST] if has_flow(scene) else [])]
+    own += [JOINTS] if constraint_names(scene) else []
     return (*ROWS, *scene.forces, *own)
+
+
+def constraint_names(scene: Scene) -> tuple[str, ...]:
+    """Names of the joints that are constraints: loops, and locks."""
+    if not scene.joints:
+        return ()
+    return constraints(scene.joints, [body.name for body in scene.bodies])
 
 
 def carried(scene: Scene) -> dict[str, float]:
@@ -60,6 +70,23 @@ class Resistance(NamedTuple):
     b: np.ndarray
 
 
+class BodyAtRest(NamedTuple):
+    """A body of a joint: its ``number``, the place of its centre of gravity [m] and its ``heading``
+    [rad] at rest."""
+
+    number: int
+    origin: tuple[float, ...]
+    heading: float
+
+
+class Joined(NamedTuple):
+    """The bodies of a joint at rest (``to`` is None for the earth); ``exact`` as in `Bodies`."""
+
+    body: BodyAtRest
+    to: BodyAtRest | None
+    exact: bool
+
+
 @dataclass(frozen=True)
 class Layout:
     """Indices of bodies by name, rows of forces by element name, and properties that elements need.
@@ -72,7 +99,8 @@ class Layout:
 
     ``tank_names`` names the tanks that change, ``flow`` is the row of forces of flows, ``pumps``
     begin or end by events. ``carried`` [N] is the weight of bodies without water that carry their
-    own weight.
+    own weight. ``joints`` are all joints of the scene, ``constraints`` the bodies of those that are
+    constraints, ``joint_row`` is their row of forces.
     """
 
     body: dict[str, int]
@@ -87,6 +115,9 @@ class Layout:
     tank_names: tuple[str, ...] = ()
     pumps: tuple[TriggeredPump, ...] = ()
     carried: Mapping[str, float] = field(default_factory=dict)
+    joints: Mapping[str, Joint] = field(default_factory=dict)
+    constraints: Mapping[str, Joined] = field(default_factory=dict)
+    joint_row: int = 0
 
 
 def axes_at_rest(heading: float) -> np.ndarray:

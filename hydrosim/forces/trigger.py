@@ -1,4 +1,4 @@
-"""Triggers: start and end of the action of elements and pumps.
+"""Triggers: start and end of the action of elements, pumps and joints.
 
 A trigger waits for its ``start``, acts, waits for its ``end`` and acts no more. Each is a time, or
 a condition that a channel has been above or below a value for a duration
@@ -23,7 +23,9 @@ from hydrosim.forces import spring
 from hydrosim.forces.channels import CHANNEL, channel_value, compile_channel, unit_ranges
 from hydrosim.forces.contact import guide, transitions
 from hydrosim.forces.contact.fender import Contact
+from hydrosim.forces.joint import locks
 from hydrosim.forces.kind import Columns, Kept, Modes, States, Variable
+from hydrosim.forces.layout import constraint_names
 from hydrosim.forces.postures import PosingKind, Posture, rest_at_first
 from hydrosim.forces.spring import Spring
 from hydrosim.jit.kernels import clear, kernel, root
@@ -50,10 +52,11 @@ TRIGGER = np.dtype(
     [
         *(("row", int), ("start", CONDITION), ("end", CONDITION)),
         *(("point", int), ("points", int), ("line", int), ("lines", int), ("flow", int)),
+        ("lock", int),
     ]
 )
 """A trigger: the row of forces of its element, both conditions, and its own contact points and
-springs, ``points`` from ``point`` on; or its flow, else `NONE`."""
+springs, ``points`` from ``point`` on; or its flow or joint, else `NONE`."""
 NONE = -1
 
 
@@ -68,7 +71,8 @@ class Params(NamedTuple):
 
 
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
-    """Constants of the triggers of ``elements``, in their order, followed by those of pumps."""
+    """Constants of the triggers of ``elements``, in their order, followed by those of pumps and of
+    joints."""
     points, lines = (unit_ranges(elements, kind) for kind in (Contact, Spring))
     rows: list[Any] = []
     for name, element in elements.items():
@@ -77,10 +81,15 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
         key = f"forces.{name}.active"
         own = (of.get(name, (0, 0)) for of in (points, lines))
         ends = _conditions(key, element.active, elements, layout)
-        rows.append((layout.row[name], *ends, *(x for a, b in own for x in (a, b - a)), NONE))
+        rows.append((layout.row[name], *ends, *(x for a, b in own for x in (a, b - a)), NONE, NONE))
     for pump in layout.pumps:
         ends = _conditions(pump.key, pump.active, elements, layout)
-        rows.append((layout.flow, *ends, 0, 0, 0, 0, pump.flow))
+        rows.append((layout.flow, *ends, 0, 0, 0, 0, pump.flow, NONE))
+    for lock, name in enumerate(layout.constraints):
+        active = layout.joints[name].active
+        if active is not None:
+            ends = _conditions(f"joints.{name}.active", active, elements, layout)
+            rows.append((layout.joint_row, *ends, 0, 0, 0, 0, NONE, lock))
     return Params(np.array(rows, dtype=TRIGGER), 0, 0, 0)
 
 
@@ -163,6 +172,11 @@ def apply_switch(j, t, y, modes, motion, bodies, elements, tanks):
     now = stage == DURING
     if trigger.flow != NONE:
         pumping.turn(trigger.flow, stage, y, modes, tanks)
+    if trigger.lock != NONE:
+        if now:
+            locks.activate(trigger.lock, y, modes, motion, bodies, elements.locks)
+        else:
+            locks.deactivate(trigger.lock, modes, elements.locks)
     for i in range(trigger.point, trigger.point + trigger.points):
         if now:
             transitions.activate(i, t, y, modes, motion, bodies, fenders)
@@ -223,7 +237,8 @@ def is_on(j, modes, p):
 def clear_inactive(modes, p, wrench, rate):
     """Clear the rows of forces, and of work or dissipation, of inactive elements."""
     for j in range(p.each.size):
-        if not is_on(j, modes, p) and p.each[j].flow == NONE:
+        own = p.each[j].flow == NONE and p.each[j].lock == NONE
+        if own and not is_on(j, modes, p):
             clear(wrench[p.each[j].row])
             rate[p.each[j].row] = 0.0
 
@@ -233,7 +248,8 @@ def forget_stored(modes, p, stored):
     """Clear the energy stored in inactive elements that have no modes of their own."""
     for j in range(p.each.size):
         trigger = p.each[j]
-        if not is_on(j, modes, p) and trigger.points + trigger.lines == 0:
+        own = trigger.points + trigger.lines == 0 and trigger.lock == NONE
+        if own and not is_on(j, modes, p):
             stored[trigger.row] = 0.0
 
 
@@ -249,11 +265,12 @@ class _Kind(PosingKind):
     }
 
     def unit_names(self, scene: Scene) -> list[str]:
-        """Names of the elements that are active for a limited time, and of pumps that wait for
-        events."""
+        """Names of the elements that are active for a limited time, of pumps that wait for events,
+        and of joints that are active for a limited time."""
         named = [name for name, element in scene.forces.items() if element.active is not None]
         flows = flow_names(scene)
-        return [*named, *(flows[pump.flow] for pump in triggered_pumps(scene))]
+        held = [name for name in constraint_names(scene) if scene.joints[name].active is not None]
+        return [*named, *(flows[pump.flow] for pump in triggered_pumps(scene)), *held]
 
     def modes(self, p: Params) -> Modes:
         return Modes(p.each.size, "stage", "waits")

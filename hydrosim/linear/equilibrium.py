@@ -27,6 +27,7 @@ import numpy as np
 from hydrosim.errors import InputError
 from hydrosim.forces import without_friction
 from hydrosim.forces.events import settle
+from hydrosim.forces.joint import locks
 from hydrosim.linear.coordinates import inertia
 from hydrosim.linear.freedom import DEPENDENT, find_constraint_rows, freedom_of
 from hydrosim.linear.modes import FLAT, FREE
@@ -242,6 +243,8 @@ def _at(q: np.ndarray, state: State, model: Model) -> np.ndarray:
     tanks = model.tanks
     held = slice(tanks.state, tanks.state + tanks.each.size)
     y[held] = state.y[held]
+    joined = locks.states_of(model.elements.locks)
+    y[joined] = state.y[joined]
     return y
 
 

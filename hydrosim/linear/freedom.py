@@ -122,5 +122,5 @@ def find_constraint_rows(model: Model, y: np.ndarray, modes: np.ndarray) -> np.n
         return np.zeros((0, n))
     work = new_work(model)
     place_bodies(y[:n], np.zeros(n), model.bodies, work.motion)
-    constrain(modes, model, work)
+    constrain(y, modes, model, work)
     return work.constraints.J[: work.constraints.number[0]].copy()

@@ -53,6 +53,11 @@ def nonlinearities(scene: Scene, model: Model) -> Iterator[str]:
         elif b in model.headings.turning and (model.bodies.active.size > 1 or _stream(model)):
             yield f"hydrodynamics turn with {body.name}"
     yield from _elements(scene, model)
+    for name, joint in scene.joints.items():
+        if not joint.lasts:
+            yield f"{name} is not always closed"
+        elif model.bodies.exact:
+            yield f"exact rotations of the joint {name}"
 
 
 def _is_straight(branch: np.void, model: Model) -> bool:

@@ -40,7 +40,9 @@ from hydrosim.scene.joint import (
     Joint,
     JointFriction,
     JointType,
+    Ratchet,
     Stops,
+    Window,
 )
 from hydrosim.scene.joint import Resistance as JointResistance
 from hydrosim.scene.radiation import (

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -25,6 +26,7 @@ class JointType(StrEnum):
     CYLINDRICAL = "cylindrical"
     PLANAR = "planar"
     FIXED = "fixed"
+    RATCHET = "ratchet"
 
 
 class MotionKind(StrEnum):
@@ -66,8 +68,10 @@ MOTIONS: dict[JointType, tuple[JointMotion, ...]] = {
         JointMotion("rotation_z", MotionKind.SWIVEL, 2),
     ),
     JointType.FIXED: (),
+    JointType.RATCHET: (),
 }
-"""Free motions of each type, applied one after the other from ``to`` outwards to ``body``."""
+"""Free motions of each type, applied one after the other from ``to`` outwards to ``body``. A ratchet
+is never a branch of a tree, see `Ratchet`."""
 
 
 @dataclass(frozen=True)
@@ -111,6 +115,25 @@ class Resistance:
 
 
 @dataclass(frozen=True)
+class Window:
+    """A joint with a window closes as soon as its point on both bodies is nearer than ``gap`` [m],
+    and the relative speed there is below ``speed`` [m/s]."""
+
+    gap: float = inf
+    speed: float = inf
+
+
+@dataclass(frozen=True)
+class Ratchet:
+    """The motion of ``body`` along the axis of the joint, or about it if it ``turns``, never goes
+    back; all other motions stay free. With a ``pitch`` [m or rad] it may go back to the last of
+    teeth with this distance, which begin where the ratchet becomes active."""
+
+    turns: bool = False
+    pitch: float = 0.0
+
+
+@dataclass(frozen=True)
 class Joint:
     """A joint of ``body`` to another body or, without ``to``, to the earth.
 
@@ -123,7 +146,7 @@ class Joint:
 
     A joint without ``active`` lasts for the whole run; if it does not close a loop, its motions are
     coordinates. One with ``active`` locks what it does not leave free while it is active, at the
-    relative place of the bodies when it closes.
+    relative place of the bodies when it closes. With a ``window`` it closes only there.
     """
 
     type: JointType
@@ -134,6 +157,13 @@ class Joint:
     second: tuple[float, ...] | None = None
     resistances: tuple[Resistance, ...] = ()
     active: Active | None = None
+    window: Window | None = None
+    ratchet: Ratchet | None = None
+
+    @property
+    def lasts(self) -> bool:
+        """True if it holds for the whole run."""
+        return self.active is None and self.window is None and self.ratchet is None
 
     @property
     def motions(self) -> tuple[JointMotion, ...]:

@@ -45,7 +45,7 @@ class Arrangement(NamedTuple):
 
 def arranged(joints: Mapping[str, Joint], bodies: Sequence[str]) -> Arrangement:
     """Arrange the ``joints`` between ``bodies``. The order of the bodies decides between equals."""
-    lasting = {name: joint for name, joint in joints.items() if joint.active is None}
+    lasting = {name: joint for name, joint in joints.items() if joint.lasts}
     reached: set[str | None] = {EARTH}
     branches = list(_grown(lasting, reached))
     for body in _roots(lasting, bodies):
@@ -65,6 +65,12 @@ def tree_joints(scene: Scene) -> dict[str, Joint]:
     found = arranged(scene.joints, [body.name for body in scene.bodies]).branches
     used = {branch.name for branch in found}
     return {name: joint for name, joint in scene.joints.items() if name in used}
+
+
+def constraints(joints: Mapping[str, Joint], bodies: Sequence[str]) -> tuple[str, ...]:
+    """Names of the joints that are constraints on the coordinates: loops, then locks."""
+    found = arranged(joints, bodies)
+    return (*found.loops, *found.locks)
 
 
 def _roots(joints: Mapping[str, Joint], bodies: Sequence[str]) -> list[str]:

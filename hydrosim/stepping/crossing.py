@@ -17,6 +17,7 @@ from hydrosim.integrate.implicit import STALE
 from hydrosim.jit.kernels import any_negative, assign, clear, kernel, root, root_giving
 from hydrosim.modes import MARGINS, MODE
 from hydrosim.rigid.kinematics import place_bodies
+from hydrosim.stepping.closing import meet
 from hydrosim.stepping.dynamics import apply_impulse, project_velocities
 from hydrosim.stepping.state import (
     AFTER,
@@ -571,7 +572,9 @@ def _book_stored(i, sign, t, run):
 @kernel
 def make_consistent(t, run):
     """Bring held points to rest, and release points that cannot be held."""
-    if run.work.constraints.force.size > 0:
+    if run.model.elements.locks.each.size > 0:
+        meet(t, run)
+    if run.work.constraints.force.size > run.model.elements.locks.rows:
         _make_consistent(t, run)
 
 

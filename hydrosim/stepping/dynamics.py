@@ -31,9 +31,9 @@ import numpy as np
 
 from hydrosim import forces
 from hydrosim.forces import Elements, add_element_energies, add_elements, events
-from hydrosim.forces.contact.coulomb import Holds, new_holds
 from hydrosim.forces.displacement import Hulls as Displacement
 from hydrosim.forces.displacement import add_displacement, add_displacement_energy
+from hydrosim.forces.holds import Holds, new_holds
 from hydrosim.forces.hydrostatics import add_hydrostatic_energy, add_hydrostatics
 from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
 from hydrosim.forces.weight import Weights, add_weight, add_weight_energy
@@ -171,7 +171,7 @@ def new_work(model: Model) -> Work:
         np.zeros((n, n)),
         new_turning(model.inertia),
         new_constraints(rows, n),
-        new_holds(events.held_points(model.elements), rows),
+        new_holds(events.held_points(model.elements), rows, model.elements.locks.each.size),
         new_sums(model.following),
         new_block(model.following),
         np.zeros(model.bodies.each.size),
@@ -233,8 +233,8 @@ def rhs(t, y, modes, history, model, work, dy):
     if model.headings.turning.size > 0:
         add_turning(model.headings, A, model.bodies, motion, work.hulls, work.total)
     steady = model.headings.steady and not blends and model.tanks.each.size == 0
-    if work.constraints.force.size > 0 or not steady:
-        accelerate(modes, model, work, acceleration)
+    if may_hold(modes, model, work) or not steady:
+        accelerate(y, modes, model, work, acceleration)
     elif model.headings.turned.size > 0:
         accelerate_along(model, work, acceleration)
     else:
@@ -274,7 +274,7 @@ def accelerate_along(model, work, x):
 
 
 @root
-def accelerate(modes, model, work, x):
+def accelerate(y, modes, model, work, x):
     """Accelerations ``x`` (n,) with constraints, or with varying added mass. The reactions of
     elements go to ``work.holds`` and to their rows of ``work.wrench``."""
     motion = work.motion
@@ -284,10 +284,10 @@ def accelerate(modes, model, work, x):
     subtract_bias(model.bodies, motion, work.mass, work.total)
     generalised_force(model.bodies, motion, work.total, x)
     acceleration_map(model.bodies, motion, work.mass, work.inertia)
-    constrain(modes, model, work)
+    constrain(y, modes, model, work)
     solve_held(work.inertia, constraints, x)
     events.add_reactions(
-        modes, motion, model.bodies, model.elements, constraints, work.holds, work.wrench
+        y, modes, motion, model.bodies, model.elements, constraints, work.holds, work.wrench
     )
 
 
@@ -340,7 +340,7 @@ def apply_impulse(y, modes, model, work):
     generalised_force(model.bodies, work.motion, push, change)
     assign(drive, change)
     acceleration_map(model.bodies, work.motion, work.mass, work.inertia)
-    constrain(modes, model, work)
+    constrain(y, modes, model, work)
     clear(constraints.bound)
     solve_held(work.inertia, constraints, change)
     for i in range(n):
@@ -349,13 +349,40 @@ def apply_impulse(y, modes, model, work):
 
 
 @kernel
-def constrain(modes, model, work):
+def may_hold(modes, model, work):
+    """True if constraints may act. If joints that are constraints are all open, and nothing else
+    can hold, the scene is solved as if it had none."""
+    most = work.constraints.force.size
+    if most == 0:
+        return False
+    if events.may_hold(modes, model.elements, most):
+        return True
+    work.constraints.number[0] = 0
+    events.release(model.elements, work.holds)
+    return False
+
+
+@kernel
+def constrain(y, modes, model, work):
     """Set up all constraints J q'' = c at the present ``work.motion``."""
     constraints = work.constraints
     constraints.number[0] = 0
     events.hold(
-        modes, work.motion, model.bodies, model.elements, work.total, constraints, work.holds
+        y, modes, work.motion, model.bodies, model.elements, work.total, constraints, work.holds
     )
+
+
+@root
+def find_inertia(y, model, work):
+    """Fill ``work.inertia`` with S^T (M + A) S at the state ``y``."""
+    n = model.bodies.active.size
+    place_bodies(y[:n], y[n : 2 * n], model.bodies, work.motion)
+    update_contents(y, model, work)
+    blends = model.family.body.size > 0
+    if blends:
+        blend(y[model.draught :], model.family, model.added_mass, work.blend)
+    find_mass(model, work.blend.added_mass if blends else model.added_mass, work)
+    acceleration_map(model.bodies, work.motion, work.mass, work.inertia)
 
 
 @root
@@ -364,7 +391,7 @@ def project_velocities(y, modes, model, work):
     n = model.bodies.active.size
     constraints = work.constraints
     place_bodies(y[:n], y[n : 2 * n], model.bodies, work.motion)
-    constrain(modes, model, work)
+    constrain(y, modes, model, work)
     if constraints.number[0] > 0:
         clear(constraints.bound)
         solve_for_pivots(constraints)

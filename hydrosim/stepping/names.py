@@ -12,6 +12,7 @@ from hydrosim.forces import spring
 from hydrosim.forces.contact import kind as contact_points
 from hydrosim.forces.layout import (
     BALLAST,
+    JOINTS,
     RADIATION,
     ROWS,
     WAVE_FIRST_ORDER,
@@ -42,12 +43,16 @@ def supplies(scene: Scene, row: int) -> bool:
 
 def stores(scene: Scene, row: int) -> bool:
     """True if a row of forces may store energy."""
-    return force_names(scene)[row] == WEIGHT or not (row == RADIATION or supplies(scene, row))
+    name = force_names(scene)[row]
+    holds = row == RADIATION or name == JOINTS or supplies(scene, row)
+    return name == WEIGHT or not holds
 
 
 def loses(scene: Scene, row: int) -> bool:
     """True if a row of forces may dissipate energy."""
-    return row == RADIATION or (element_of(scene, row) is not None and not supplies(scene, row))
+    if row == RADIATION or force_names(scene)[row] == JOINTS:
+        return True
+    return element_of(scene, row) is not None and not supplies(scene, row)
 
 
 def element_of(scene: Scene, row: int) -> ForceElement | None:

@@ -129,9 +129,8 @@ def keep(t, run):
     for r in range(model.rows):
         assign(row[at.wrench + r * motion.velocity.size :], work.wrench[r])
     elements = model.elements
-    reactions = work.holds.reaction
     observed = row[at.observed :]
-    events.observe(t, y, modes, motion, model.bodies, elements, reactions, work.wrench, observed)
+    events.observe(t, y, modes, motion, model.bodies, elements, work.holds, work.wrench, observed)
     for i in range(modes.shape[0]):
         assign(kept[i], modes[i])
     row[at.elevation] = 0.0

@@ -16,8 +16,9 @@ from hydrosim.radiation.history import count_anew, drop, push
 from hydrosim.rigid.heading import accelerations_along
 from hydrosim.rigid.kinematics import accelerations, place_bodies
 from hydrosim.rigid.tree import rechart
+from hydrosim.stepping.closing import keep_closed
 from hydrosim.stepping.crossing import cut, make_consistent, note_headings, switch_modes
-from hydrosim.stepping.dynamics import project_velocities, update_contents
+from hydrosim.stepping.dynamics import may_hold, project_velocities, update_contents
 from hydrosim.stepping.record import keep
 from hydrosim.stepping.state import (
     AFTER,
@@ -154,11 +155,13 @@ def _cross(goal, enough, run):
         if events.remembers(run.model.elements):
             _record_largest(t, run)
         _renew(t, left, run)
+        if run.model.elements.locks.each.size > 0:
+            keep_closed(t, run)
         if left:
             counters[EVENTS] += 1
             remember(t, run)  # as it was before the event
             switch_modes(t, run)
-        elif run.work.constraints.force.size > 0:
+        elif run.work.constraints.force.size > run.model.elements.locks.rows:
             project_velocities(state.y, state.modes, run.model, run.work)
         check(state.y, run.model, counters)
         if run.model.bodies.tree.branches.size > 0:
@@ -364,7 +367,7 @@ def _renew(t, left, run):
     known[START_SLOPE] = 0
     known[END_SLOPE] = 0
     known[START_MARGINS] = UNKNOWN
-    if left or run.work.constraints.force.size > 0:
+    if left or may_hold(run.state.modes, run.model, run.work):
         return
     assign(scratch.margins[BEFORE], scratch.margins[AFTER])
     known[START_MARGINS] = BUT_FOR_SLIP  # their headings are new at each step

@@ -16,6 +16,7 @@ from hydrosim.radiation.history import VelocityHistory
 from hydrosim.stepping.dynamics import Model, Work, dynamic_states, new_work, radiation_filters
 
 RUNNING, NOT_FINITE, CAPSIZED, CHATTERING, STEP_TOO_SMALL, NO_SOLUTION, BLOWN_UP = range(7)
+SINGULAR = 7
 STEPS, REJECTED, RECORDS, EVENTS, EVALUATIONS, LOOKS, STATUS, POINT = range(8)
 EVENTS_THEN, STEPS_THEN, COUNTERS = range(8, 11)
 """Entries of `Run.counters`: ``LOOKS`` counts evaluations of margins, ``POINT`` is the grid point
@@ -36,9 +37,10 @@ START_SLOPE, END_SLOPE, START_MARGINS = range(3)
 current state."""
 UNKNOWN, BUT_FOR_SLIP, KNOWN = range(3)
 """Values of ``known[START_MARGINS]``."""
-NEXT_STEP, LAST_ERROR, REACHED, SINCE = range(4)
-"""Entries of `Scratch.pace`: next step, last error, the time reached, and the time since which
-events and steps are counted to detect a run without progress."""
+NEXT_STEP, LAST_ERROR, REACHED, SINCE, RANK, RANK_TIME = range(6)
+"""Entries of `Scratch.pace`: next step, last error, the time reached, the time since which events
+and steps are counted to detect a run without progress; the smallest sine between rows of
+constraints, and its time (`closing.watch`)."""
 
 
 class State(NamedTuple):
@@ -108,7 +110,7 @@ class Record(NamedTuple):
 
 class Scratch(NamedTuple):
     """Scratch of a step: stage derivatives ``k`` (s, ny), ``states`` (5, ny), ``margins`` (6, nm),
-    ``watched`` (2, rows) flags of rows of modes. ``pace`` (4,) holds the next adaptive step, the
+    ``watched`` (2, rows) flags of rows of modes. ``pace`` (6,) holds the next adaptive step, the
     last error and the progress of the run; ``known`` (3,) flags of reusable values. ``headings``
     (nf, 2) of slip at the start of the step, ``reactions`` (5, nf, 2) of held points."""
 
@@ -148,7 +150,7 @@ def new_scratch(model: Model, method: Method, step: float) -> Scratch:
         np.zeros((5, ny)),
         np.zeros((6, MARGINS * rows)),
         watched,
-        np.array([step, 1.0, 0.0, 0.0]),
+        np.array([step, 1.0, 0.0, 0.0, 0.0, 0.0]),
         np.zeros(3, dtype=np.int64),
         np.zeros((points, 2)),
         np.zeros((5, points, 2)),

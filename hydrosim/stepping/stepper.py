@@ -9,7 +9,7 @@ from __future__ import annotations
 from hydrosim.integrate import advance_state, improve, prepare, stage_state
 from hydrosim.integrate.implicit import ITERATIONS, READY, SLOW, STALE
 from hydrosim.jit.kernels import assign, kernel, root
-from hydrosim.stepping.dynamics import jacobian, rhs
+from hydrosim.stepping.dynamics import jacobian, may_hold, rhs
 from hydrosim.stepping.state import (
     AT_START,
     END,
@@ -53,7 +53,7 @@ def step(t, h, run):
 def knows_end_slope(run):
     """True if the last slope of a step is the slope at its end, and no reactions are needed there,
     as they are if points may be held."""
-    return run.method.closes and run.work.constraints.force.size == 0
+    return run.method.closes and not may_hold(run.state.modes, run.model, run.work)
 
 
 @kernel

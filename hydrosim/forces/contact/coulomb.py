@@ -18,19 +18,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import atan2, cos, sin
-from typing import NamedTuple
 
 import numpy as np
 
 from hydrosim.forces.contact.geometry import press, tangential_bias
 from hydrosim.forces.contact.law import AT_REST, Constants, Friction, direction
 from hydrosim.forces.contact.modes import SLIP, STICK
+from hydrosim.forces.holds import NONE
 from hydrosim.jit.kernels import clear, kernel
 from hydrosim.rigid.kinematics import generalised_force
 from hydrosim.rigid.vectors import length
 
 STOPPED = 1e-6  # of the speed by which the end of slip was located: slip has come to rest
-NO_POINT = -1  # of a constraint that does not belong to a contact point
 RANK = 1e-12  # of the larger: smaller components are no direction of motion
 
 
@@ -45,20 +44,6 @@ class Coulomb:
 def constants(law: Coulomb) -> Constants:
     """The coefficients alone."""
     return Constants(law.static, law.kinetic)
-
-
-class Holds(NamedTuple):
-    """Scratch for each constraint: the ``point`` (r,) that it holds, `NO_POINT` if none, and the
-    ``direction`` (r, 2) in the plane; the ``reaction`` (points, 2) on each point's body."""
-
-    point: np.ndarray
-    direction: np.ndarray
-    reaction: np.ndarray
-
-
-def new_holds(points: int, rows: int) -> Holds:
-    """Scratch for this number of contact ``points`` and ``rows`` of constraints."""
-    return Holds(np.full(rows, NO_POINT), np.zeros((rows, 2)), np.zeros((points, 2)))
 
 
 @kernel
@@ -125,6 +110,8 @@ def hold(i, point, contact, bodies, motion, wrench, rows, holds):
         press(point, contact, 0.0, along, wrench)
         generalised_force(bodies, motion, wrench, rows.J[r + a])
         holds.point[r + a] = i
+        holds.lock[r + a] = NONE
+        holds.residual[r + a] = 0.0
         holds.direction[r + a, 0], holds.direction[r + a, 1] = along
         rows.bound[r + a] = -bias[a]
     rows.number[0] += _independent(r, rows, holds)
@@ -164,6 +151,6 @@ def collect_reactions(rows, holds):
     """Compute the reactions of all points from the forces of their constraints ``rows``."""
     clear(holds.reaction.reshape(holds.reaction.size))
     for r in range(rows.number[0]):
-        for a in range(2 if holds.point[r] != NO_POINT else 0):
+        for a in range(2 if holds.point[r] != NONE else 0):
             force = rows.force[r] * holds.direction[r, a]
             holds.reaction[holds.point[r], a] += force

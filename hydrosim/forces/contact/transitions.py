@@ -291,6 +291,30 @@ def break_loose(t, y, modes, motion, bodies, p, reactions):
     return False
 
 
+@root
+def strike(t, y, modes, motion, bodies, headings, reactions, p):
+    """Test all points in contact again, after velocities have jumped: stick that cannot hold breaks
+    away, slip that has reversed against its ``headings`` (n, 2) ends. Points of rigid friction
+    bear no impulse, because their normal force is finite: they slide if they move."""
+    for i in range(p.points.size):
+        mode = modes[p.mode + i]
+        if mode[MODE] == OPEN:
+            continue
+        point = p.points[i]
+        c = geometry.touch(point, bodies, motion)
+        load = pressure(i, t, y, modes, c, p)
+        x = y[p.state + STATES * i : p.state + STATES * (i + 1)]
+        if point.law == COULOMB:
+            mode[MODE], (x[0], x[1]) = laws.close(load, c.velocity, (x[0], x[1]), point)
+            continue
+        heading = (headings[i, 0], headings[i, 1])
+        if laws.margin(mode[MODE], load, c.velocity, (x[0], x[1]), heading, (0.0, 0.0), point) < 0:
+            if mode[MODE] == STICK:
+                _break_away(i, t, y, modes, c, reactions, p)
+            else:
+                _grip(i, 0.0, t, y, modes, c, p)
+
+
 @kernel
 def settling(t, y, p):
     """True if any node still relaxes fast after an event."""

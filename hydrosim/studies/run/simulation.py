@@ -17,6 +17,7 @@ from hydrosim.compiling.clock import compile_clock
 from hydrosim.compiling.compile import compile_scene
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.facts import solution
+from hydrosim.compiling.joints import singular_joints
 from hydrosim.compiling.restart import ACCURACY, HEADINGS, MET, started_from
 from hydrosim.documents.places import locating
 from hydrosim.errors import SimulationError
@@ -44,6 +45,7 @@ from hydrosim.stepping.state import (
     RECORDS,
     REJECTED,
     RUNNING,
+    SINGULAR,
     STATUS,
     STEP_TOO_SMALL,
     STEPS,
@@ -79,6 +81,8 @@ MESSAGES = {
     STEP_TOO_SMALL: "no step is small enough to continue (200,000 steps were taken within one"
     " solver.step, or the last was 1e-12 of the time)",
     NO_SOLUTION: "the implicit method finds no solution for a step",
+    SINGULAR: "the joints {where} come to a place where they do not determine their forces, as a"
+    " four-bar linkage in a straight line",
     BLOWN_UP: "the solution blows up: it holds more than ten times the energy that all sources"
     " can have given, most of it in {where}",
 }
@@ -88,6 +92,7 @@ REMEDIES = {
     " check the stiffness and damping of that element.",
     STEP_TOO_SMALL: "Try solver.method: esdirk4, which is stable at any step, or a larger"
     " solver.tolerance, or check the stiffness and damping of that element.",
+    SINGULAR: "End the run before, or keep the joints away from that place.",
     NO_SOLUTION: "Try solver.method: dopri5, or check the stiffness and damping of that element.",
 }
 """Remedies for a status if another one is better than `REMEDY`."""
@@ -271,6 +276,8 @@ def _failure(compiled: Compiled, run: Run, time: float) -> str:
     count = int(counters[RECORDS])
     if counters[STATUS] == BLOWN_UP:
         where = holder(scene, model, run.record, count)
+    elif counters[STATUS] == SINGULAR:
+        where = singular_joints(scene, model, run.state)
     else:
         where = _where(compiled, run.state)
     what = MESSAGES[int(counters[STATUS])].format(where=where)

@@ -1,0 +1,45 @@
+"""Scratch for constraints that hold bodies: which unit owns a row, and the reactions."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+NONE = -1  # of a row that does not belong to a contact point, or to a joint
+
+
+class Holds(NamedTuple):
+    """Scratch for each of r constraints, and the reactions of units.
+
+    A row belongs to a contact ``point`` (r,) and acts in the ``direction`` (r, 2) in its plane; or
+    it is row ``bit`` (r,) of a joint ``lock`` (r,), acts on its body by the ``axis`` (r, 6) of
+    force and moment at the joint, and is not met by its ``residual`` (r,) [m or 1]. ``reaction``
+    (points + locks, 2) are the reactions on each point's body, and of ratchets; ``joint`` (locks,
+    6) are force and moment of each joint on its body.
+    """
+
+    point: np.ndarray
+    direction: np.ndarray
+    lock: np.ndarray
+    bit: np.ndarray
+    axis: np.ndarray
+    residual: np.ndarray
+    reaction: np.ndarray
+    joint: np.ndarray
+
+
+def new_holds(reactions: int, rows: int, joints: int) -> Holds:
+    """Scratch for this number of ``reactions`` of points and locks, of ``rows`` of constraints, and
+    of ``joints`` that are constraints."""
+    none = np.full(rows, NONE)
+    return Holds(
+        none,
+        np.zeros((rows, 2)),
+        none.copy(),
+        np.zeros(rows, dtype=np.int64),
+        np.zeros((rows, 6)),
+        np.zeros(rows),
+        np.zeros((reactions, 2)),
+        np.zeros((joints, 6)),
+    )

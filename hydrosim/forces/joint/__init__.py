@@ -1,0 +1,1 @@
+"""Joints that are constraints: those that close loops, and locks."""

@@ -1,0 +1,104 @@
+"""Joints as kinds of units: locks, which have modes and states, and the forces of all joints."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+
+from hydrosim.forces.joint import locks
+from hydrosim.forces.joint.locks import CLOSED, IMPULSE, LOSS, MOST, NAMES, STATES, Params
+from hydrosim.forces.joint.rows import REFERENCE
+from hydrosim.forces.kind import Columns, ElementKind, Kept, Kind, Modes, Parts, States, Variable
+from hydrosim.forces.layout import constraint_names
+from hydrosim.modes import MODE, SEGMENT
+from hydrosim.scene import Scene
+
+STATE_NAMES = (
+    *(f"reference {k + 1}" for k in range(REFERENCE)),
+    "energy lost",
+    *(f"impulse of {force}" for force in ("force x", "force y", "force z")),
+    *(f"impulse of {moment}" for moment in ("moment x", "moment y", "moment z")),
+)
+
+
+class _Locks(ElementKind):
+    unit = "lock"
+    variables: ClassVar[Mapping[str, Variable]] = {
+        "lock_mode": Variable("mode of a joint that is a constraint", "1", flags=" ".join(NAMES)),
+        "lock_segment": Variable("bits of the rows of a joint that are not redundant", "1"),
+        "lock_rows": Variable(
+            "number of relative motions that a joint holds; those that others hold do not count",
+            "1",
+        ),
+        "lock_impulse": Variable(
+            "impulses of a joint on its body since the start, when joints closed; moment about the"
+            " joint",
+            "N s or N m s",
+            "earth",
+        ),
+        "lock_loss": Variable("energy lost since the start, when the joint closed", "J"),
+    }
+
+    def unit_names(self, scene: Scene) -> list[str]:
+        return list(constraint_names(scene))
+
+    def modes(self, p: Params) -> Modes:
+        count = p.each.size
+        return Modes(count, first=np.zeros(count, dtype=int), last=np.full(count, MOST))
+
+    def states(self, p: Params, scene: Scene) -> Iterator[States]:
+        yield States("lock", self.unit_names(scene), STATE_NAMES)
+
+    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+        count = p.each.size
+        own = kept.y[p.state : p.state + STATES * count].reshape(-1, count, STATES)
+        return {
+            "lock_mode": (("time", "lock"), kept.modes[:, :, MODE].astype(np.int8)),
+            "lock_impulse": (("time", "lock", "dof"), own[:, :, IMPULSE:STATES]),
+            "lock_loss": (("time", "lock"), own[:, :, LOSS]),
+            "lock_rows": (("time", "lock"), _held_rows(kept.modes)),
+        }
+
+    def forget(self, p: Params, y: np.ndarray) -> None:
+        """No state of a joint lacks meaning after a restart."""
+
+    def renew(
+        self, p: Params, y: np.ndarray, anew: np.ndarray, possible: np.ndarray, known: np.ndarray
+    ) -> None:
+        """References of loops, and of joints that the earlier run did not have, are those of
+        now."""
+        for i, lock in enumerate(p.each):
+            own = slice(p.state + STATES * i, p.state + STATES * i + REFERENCE)
+            if lock["lasts"] or not known[own].all():
+                y[own] = anew[own]
+
+
+def _held_rows(modes: np.ndarray) -> np.ndarray:
+    """Number (nt, n) of the rows that each joint holds."""
+    bits = np.unpackbits(modes[:, :, SEGMENT].astype(np.uint8)[..., None], axis=2).sum(axis=2)
+    return np.where(modes[:, :, MODE] == CLOSED, bits, 0).astype(np.int8)
+
+
+class _Joints(Kind):
+    unit = "joint"
+    variables: ClassVar[Mapping[str, Variable]] = {
+        "joint_force": Variable(
+            "force and moment of a joint at its point on its body", "N or N m", "earth"
+        ),
+    }
+
+    def of(self, parts: Parts) -> Params:
+        found: Params = parts.elements.locks
+        return found
+
+    def unit_names(self, scene: Scene) -> list[str]:
+        return list(scene.joints)
+
+    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+        return {"joint_force": (("time", "joint", "dof"), kept.observed)}
+
+
+KIND = _Locks("locks", (), locks.compile_elements)
+JOINTS = _Joints()

@@ -1,0 +1,369 @@
+"""Joints that are constraints: open, closed, and what changes between.
+
+    open      before and after its `active` time         no force
+    waiting   active, outside its `Window`               until gap and speed are small enough
+    running   a ratchet that moves its way               until it would go back, or a tooth later
+    closed    holds                                      a ratchet until its reaction changes sign
+
+A joint that closes a loop is always closed, at its place at rest. Any other joint holds the
+relative place of the bodies when it closes; that place is in the state. What it stops is lost at
+once (`hydrosim.stepping.closing`). Of a closed joint the column `SEGMENT` of modes has a bit for
+each row that is kept: rows that repeat what others hold are dropped.
+
+Limit: a running ratchet without teeth holds as soon as it would go back; its place is then that of
+the located event.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import inf, sqrt
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from hydrosim.dofs import about_z
+from hydrosim.forces.holds import NONE
+from hydrosim.forces.joint import rows
+from hydrosim.forces.joint.rows import EARTH, REFERENCE
+from hydrosim.jit.kernels import assign, clear, kernel, root
+from hydrosim.modes import CONTACT_MARGIN, FRICTION_MARGIN, MARGINS, MODE, SEGMENT, SEGMENT_MARGIN
+from hydrosim.rigid.kinematics import generalised_force, point_velocity
+from hydrosim.rigid.vectors import dot, sub, vector
+from hydrosim.scene.joint import MotionKind
+
+if TYPE_CHECKING:
+    from hydrosim.forces.layout import Layout
+    from hydrosim.scene import ForceElement, Joint
+
+OPEN, WAITING, RUNNING, CLOSED = range(4)
+NAMES = ("open", "waiting", "running", "closed")
+ROWS = 6  # most rows of a joint
+MOST = 2**ROWS - 1  # bits of six rows
+LOSS = REFERENCE
+IMPULSE = LOSS + 1
+STATES = IMPULSE + 6
+"""States of a joint: the reference (12,), the energy lost when it closed, the impulse (6,) on its
+body then."""
+SLACK = 1e-9  # m or rad behind a tooth at which a ratchet falls on it
+NO_RATCHET, SLIDES, TURNS = range(3)
+HELD_TURNS = {0: ((1, 0), (2, 0), (2, 1)), 1: ((1, 0), (2, 0)), 2: ((0, 1),), 3: ()}
+"""Pairs of axes (on the other body, on the body) that stay at right angles, by the number of free
+turns."""
+LOCK = np.dtype(
+    [
+        *(("joint", int), ("row", int), ("body", int), ("to", int)),
+        *(("point", float, 3), ("other", float, 3), ("axes", float, (3, 3))),
+        *(("rest", float, REFERENCE), ("first", int, ROWS), ("second", int, ROWS), ("count", int)),
+        *(("lasts", bool), ("ratchet", int), ("pitch", float), ("gap", float), ("speed", float)),
+    ]
+)
+"""A joint: its number among all joints, its row of forces, its bodies, its point and axes, the
+reference at rest, its rows (axes on the other body and on the body; `NONE`: a slide)."""
+
+
+class Params(NamedTuple):
+    """The joints ``each`` (n,) of `LOCK` that are constraints; the number of ``joints`` of the
+    scene, and of ``rows`` of constraints at most; the first of their states in y, of their rows of
+    modes and of their reactions, and of the integrals of losses in y, row by row."""
+
+    each: np.ndarray
+    joints: int
+    rows: int
+    state: int
+    mode: int
+    losses: int
+    reaction: int
+
+
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+    """Constants of all joints of the layout that are constraints."""
+    order = {name: i for i, name in enumerate(layout.joints)}
+    each = [
+        _constants(order[name], layout.joints[name], bodies, layout)
+        for name, bodies in layout.constraints.items()
+    ]
+    found = np.array(each, dtype=LOCK)
+    return Params(found, len(order), int(found["count"].sum()), 0, 0, 0, 0)
+
+
+def _constants(number: int, joint: Joint, at: Any, layout: Layout) -> tuple[Any, ...]:
+    body, other, exact = at
+    turn = about_z(body.heading)
+    place = np.array(body.origin) + turn @ np.array(joint.point)
+    point = place
+    rest = np.concatenate([place, turn.ravel()])
+    if other is not None:
+        point = about_z(other.heading).T @ (place - np.array(other.origin))
+        rest = np.concatenate([point, (about_z(other.heading).T @ turn).ravel()])
+    window = joint.window
+    return (
+        number,
+        layout.joint_row,
+        body.number,
+        EARTH if other is None else other.number,
+        joint.point,
+        point,
+        joint.axes(),
+        rest if exact else np.zeros(REFERENCE),
+        *_rows(joint),
+        joint.lasts,
+        NO_RATCHET if joint.ratchet is None else TURNS if joint.ratchet.turns else SLIDES,
+        joint.ratchet.pitch if joint.ratchet else 0.0,
+        window.gap if window else inf,
+        window.speed if window else inf,
+    )
+
+
+def _rows(joint: Joint) -> tuple[np.ndarray, np.ndarray, int]:
+    """Axes of all rows, and their number."""
+    if joint.ratchet is not None:
+        pairs = [(2, 1)] if joint.ratchet.turns else [(0, NONE)]
+    else:
+        free = {m.axis for m in joint.motions if m.kind == MotionKind.SLIDE}
+        turns = sum(m.kind != MotionKind.SLIDE for m in joint.motions)
+        pairs = [(k, NONE) for k in range(3) if k not in free]
+        pairs += HELD_TURNS[turns]
+    padded = np.array(pairs + [(0, NONE)] * (ROWS - len(pairs)))
+    return padded[:, 0], padded[:, 1], len(pairs)
+
+
+def states_of(p: Params) -> slice:
+    """Entries of y of all joints."""
+    return slice(p.state, p.state + STATES * int(p.each.size))
+
+
+@kernel
+def begin(i, p):
+    """Entry of y where the states of joint ``i`` begin: first its reference (12,)."""
+    return p.state + STATES * i
+
+
+@kernel
+def every_row(i, p):
+    """Bits of all rows of joint ``i``."""
+    return (1 << p.each[i].count) - 1
+
+
+@kernel
+def is_closed(i, modes, p):
+    """True if joint ``i`` holds."""
+    return modes[p.mode + i, MODE] == CLOSED
+
+
+@kernel
+def any_closed(modes, p):
+    """True if any joint holds."""
+    for i in range(p.each.size):
+        if is_closed(i, modes, p):
+            return True
+    return False
+
+
+@root
+def hold(y, modes, motion, bodies, p, wrench, constraints, holds):
+    """Add the constraints of all closed joints; ``wrench`` (6 nb,) is scratch."""
+    for i in range(p.each.size):
+        if is_closed(i, modes, p):
+            _hold(i, y, modes[p.mode + i, SEGMENT], motion, bodies, p, wrench, constraints, holds)
+
+
+@kernel
+def _hold(i, y, kept, motion, bodies, p, wrench, constraints, holds):
+    """Add the ``kept`` rows of joint ``i``."""
+    lock = p.each[i]
+    k = begin(i, p)
+    rest = y[k : k + REFERENCE]
+    at = rows.pose(lock, rest, bodies, motion)
+    for bit in range(lock.count):
+        if (kept >> bit) & 1 == 0:
+            continue
+        r = constraints.number[0]
+        row = rows.find_row(lock, bit, at, rest, bodies, motion)
+        clear(wrench)
+        rows.apply(lock, at, row.force, row.moment, bodies, wrench)
+        generalised_force(bodies, motion, wrench, constraints.J[r])
+        constraints.bound[r] = -row.bias
+        holds.point[r] = NONE
+        holds.lock[r] = i
+        holds.bit[r] = bit
+        holds.residual[r] = row.residual
+        for a in range(3):
+            holds.axis[r, a] = row.force[a]
+            holds.axis[r, 3 + a] = row.moment[a]
+        constraints.number[0] = r + 1
+
+
+@root
+def add_reactions(y, modes, motion, bodies, p, constraints, holds, wrench):
+    """Add the reactions of all closed joints to their row of ``wrench`` (rows, 6 nb)."""
+    collect(p, constraints, holds)
+    for i in range(p.each.size):
+        if is_closed(i, modes, p):
+            press(i, y, holds.joint[i], motion, bodies, p, wrench[p.each[i].row])
+
+
+@kernel
+def press(i, y, load, motion, bodies, p, wrench):
+    """Add force and moment ``load`` (6,) of joint ``i``, and their opposites, to ``wrench`` (6
+    nb,)."""
+    k = begin(i, p)
+    at = rows.pose(p.each[i], y[k : k + REFERENCE], bodies, motion)
+    rows.apply(p.each[i], at, vector(load, 0), vector(load, 3), bodies, wrench)
+
+
+@kernel
+def collect(p, constraints, holds):
+    """Compute force and moment of every joint, and the reactions of ratchets, from the forces of
+    the constraints."""
+    clear_reactions(p, holds)
+    for r in range(constraints.number[0]):
+        i = holds.lock[r]
+        if i != NONE:
+            for a in range(6):
+                holds.joint[i, a] += constraints.force[r] * holds.axis[r, a]
+            holds.reaction[p.reaction + i, 0] = constraints.force[r]
+
+
+@kernel
+def clear_reactions(p, holds):
+    """Set the reactions of all joints to zero."""
+    for i in range(p.each.size):
+        clear(holds.joint[i])
+        holds.reaction[p.reaction + i, 0] = 0.0
+
+
+@kernel
+def _gap(lock, bodies, motion):
+    """Distance [m] between the joint's points on both bodies, and their relative speed [m/s]."""
+    at = rows.pose(lock, lock.rest, bodies, motion)
+    v = point_velocity(lock.body, at.arm, motion)
+    if lock.to != EARTH:
+        v = sub(v, point_velocity(lock.to, at.own, motion))
+    return sqrt(dot(at.gap, at.gap)), sqrt(dot(v, v))
+
+
+@kernel
+def _outside(lock, bodies, motion):
+    """Part by which gap or speed is beyond the window of a joint; negative inside."""
+    gap, speed = _gap(lock, bodies, motion)
+    return max(gap / lock.gap, speed / lock.speed) - 1.0
+
+
+@kernel
+def _travel(i, y, bodies, motion, p):
+    """Way [m or rad] of ratchet ``i`` from its reference, and its rate."""
+    lock = p.each[i]
+    k = begin(i, p)
+    rest = y[k : k + REFERENCE]
+    at = rows.pose(lock, rest, bodies, motion)
+    speed = ratchet_rate(i, y, bodies, motion, p)
+    if lock.ratchet == TURNS:
+        return rows.turned(lock, rest, bodies, motion), speed
+    return dot(rows.axis_on_other(lock, 0, rest, bodies, motion), at.gap), speed
+
+
+@kernel
+def ratchet_rate(i, y, bodies, motion, p):
+    """Rate of ratchet ``i`` in its direction [m/s or rad/s]."""
+    lock = p.each[i]
+    k = begin(i, p)
+    rest = y[k : k + REFERENCE]
+    at = rows.pose(lock, rest, bodies, motion)
+    a = rows.axis_on_other(lock, 0, rest, bodies, motion)
+    zero = (0.0, 0.0, 0.0)
+    slides = lock.ratchet == SLIDES
+    row = rows.Row(a if slides else zero, zero if slides else a, 0.0, 0.0)
+    return rows.rate(lock, row, at, bodies, motion)
+
+
+@root
+def margins(y, modes, motion, bodies, p, reactions, out):
+    """Margins of all joints into ``out``: part outside the window; way or speed of a ratchet and
+    way to its next tooth; its reaction [N or N m]."""
+    for i in range(p.each.size):
+        lock = p.each[i]
+        mode = modes[p.mode + i, MODE]
+        m = MARGINS * (p.mode + i)
+        for k in range(MARGINS):
+            out[m + k] = 1.0
+        if mode == WAITING:
+            out[m + CONTACT_MARGIN] = _outside(lock, bodies, motion)
+        elif mode == RUNNING:
+            way, speed = _travel(i, y, bodies, motion, p)
+            out[m + CONTACT_MARGIN] = way + SLACK if lock.pitch > 0.0 else speed
+            out[m + SEGMENT_MARGIN] = lock.pitch - way if lock.pitch > 0.0 else 1.0
+        elif mode == CLOSED and lock.ratchet != NO_RATCHET:
+            out[m + FRICTION_MARGIN] = reactions[p.reaction + i, 0]
+
+
+@root
+def switch(i, which, y, modes, motion, bodies, p):
+    """Switch joint ``i`` to its next mode, after margin ``which`` has reached zero."""
+    lock = p.each[i]
+    k = begin(i, p)
+    if which == SEGMENT_MARGIN:
+        turns = lock.ratchet == TURNS
+        rows.advance_reference(lock, turns, lock.pitch, bodies, y[k : k + REFERENCE])
+    elif which == FRICTION_MARGIN:
+        modes[p.mode + i, MODE] = RUNNING
+    elif lock.pitch > 0.0:
+        modes[p.mode + i, MODE] = CLOSED
+    else:
+        close(i, y, modes, motion, bodies, p)
+
+
+@kernel
+def close(i, y, modes, motion, bodies, p):
+    """Close joint ``i`` at the present place."""
+    k = begin(i, p)
+    rows.take_reference(p.each[i], bodies, motion, y[k : k + REFERENCE])
+    modes[p.mode + i, MODE] = CLOSED
+    modes[p.mode + i, SEGMENT] = every_row(i, p)
+
+
+@kernel
+def activate(i, y, modes, motion, bodies, p):
+    """Activate joint ``i``: it closes at once, unless it waits for its window or is a ratchet."""
+    lock = p.each[i]
+    if lock.ratchet != NO_RATCHET:
+        k = begin(i, p)
+        rows.take_reference(lock, bodies, motion, y[k : k + REFERENCE])
+        modes[p.mode + i, MODE] = RUNNING
+        modes[p.mode + i, SEGMENT] = every_row(i, p)
+        if ratchet_rate(i, y, bodies, motion, p) <= 0.0:
+            modes[p.mode + i, MODE] = CLOSED
+    elif _outside(lock, bodies, motion) <= 0.0:
+        close(i, y, modes, motion, bodies, p)
+    else:
+        modes[p.mode + i, MODE] = WAITING
+
+
+@kernel
+def deactivate(i, modes, p):
+    """Open joint ``i``."""
+    modes[p.mode + i, MODE] = OPEN
+
+
+@root
+def settle(y, modes, motion, bodies, p):
+    """Modes and references of all joints for a start; rows that are known to be kept stay so."""
+    for i in range(p.each.size):
+        mode = modes[p.mode + i]
+        kept = mode[SEGMENT]
+        if p.each[i].lasts:
+            k = begin(i, p)
+            assign(y[k : k + REFERENCE], p.each[i].rest)
+            mode[MODE] = CLOSED
+        else:
+            activate(i, y, modes, motion, bodies, p)
+        mode[SEGMENT] = kept if kept > 0 else every_row(i, p)
+
+
+@root
+def observe(p, holds, out):
+    """Write force and moment (6,) of every joint of the scene to ``out``; zero of those that are no
+    constraints, or open."""
+    for i in range(p.each.size):
+        for a in range(6):
+            out[6 * p.each[i].joint + a] = holds.joint[i, a]
