@@ -26,6 +26,7 @@ from hydrosim.forces.layout import (
     Joined,
     Layout,
     Resonance,
+    acting_joints,
     carried,
     constraint_names,
     row_names,
@@ -227,9 +228,10 @@ def _layout(
     def of_body(body: int, stiffness: np.ndarray) -> Resonance:
         return resonance(scene.bodies[body], stiffness, alone.get(scene.bodies[body].name))
 
+    rows = {*scene.forces, *acting_joints(scene)}
     return Layout(
         {body.name: i for i, body in enumerate(scene.bodies)},
-        {name: row_names(scene).index(name) for name in scene.forces},
+        {name: i for i, name in enumerate(row_names(scene)) if name in rows},
         _velocity(scene.environment.current),
         _velocity(scene.environment.wind),
         of_body,
@@ -243,6 +245,7 @@ def _layout(
         scene.joints,
         _joined(scene, bodies),
         len(row_names(scene)) - 1,
+        bodies.tree,
     )
 
 

@@ -40,6 +40,7 @@ def tree_of(scene: Scene, own: np.ndarray, origins: np.ndarray) -> Tree:
                 place - (0.0 if parent == NO_BODY else origins[parent]),
                 place - origins[child],
                 _winding(moves[begin:], begin),
+                *(list(scene.joints).index(branch.name), branch.reversed),
             )
         )
     tree = Tree(

@@ -43,7 +43,7 @@ from hydrosim.forces.contact.normal import NormalCurve, NormalLoop, PrescribedNo
 from hydrosim.forces.contact.plane import Plane
 from hydrosim.forces.contact.stick_slip import LoadPowers, StickSlip
 from hydrosim.forces.joint import kind as joint
-from hydrosim.forces.joint import locks
+from hydrosim.forces.joint import locks, motions
 from hydrosim.forces.kind import ElementKind, Kind, Losing, Mirrored, Parts, Resisting, Tallying
 from hydrosim.forces.layout import Layout, Resistance
 from hydrosim.forces.linear_damping import LinearDamping
@@ -71,6 +71,7 @@ class Elements(NamedTuple):
     stream_loads: Any
     guides: Any
     locks: Any
+    joint_motions: Any
     triggers: Any
 
 
@@ -86,6 +87,7 @@ KINDS: tuple[Kind, ...] = (
     guide.KIND,
     joint.KIND,
     joint.JOINTS,
+    motions.KIND,
     trigger.KIND,
 )
 """All kinds, in the order of their states in y and of their rows of modes."""
@@ -115,6 +117,8 @@ def add_elements(t, y, modes, motion, bodies, elements, wrench, rate, dy):
         guide.add_force(t, y, modes, motion, bodies, e, wrench)
     if e.locks.each.size > 0:
         clear(dy[e.locks.state : e.locks.state + locks.STATES * e.locks.each.size])
+    if e.joint_motions.each.size > 0:
+        motions.add_force(y, modes, motion, bodies, e.joint_motions, wrench, rate)
     if e.triggers.each.size > 0:
         trigger.clear_inactive(modes, e.triggers, wrench, rate)
         clear(dy[e.triggers.state : e.triggers.state + e.triggers.each.size])
@@ -141,6 +145,8 @@ def add_element_energies(t, y, modes, motion, bodies, elements, stored):
         spring.add_energy(t, y, modes, motion, bodies, e.springs, stored)
     if e.guides.pins.size > 0:
         guide.add_energy(modes, motion, bodies, e, stored)
+    if e.joint_motions.each.size > 0:
+        motions.add_energy(y, modes, e.joint_motions, stored)
     if e.triggers.each.size > 0:
         trigger.forget_stored(modes, e.triggers, stored)
 
@@ -176,14 +182,15 @@ def placed(parts: Parts, scene: Scene, state: int, losses: int) -> Placed:
     and ``reaction``."""
     found = {}
     mode = 0
-    points = parts.elements.fenders.points.size
+    reaction = parts.elements.fenders.points.size
     for kind in KINDS:
         p = kind.of(parts)
-        places = {"state": state, "mode": mode, "losses": losses, "reaction": points}
+        places = {"state": state, "mode": mode, "losses": losses, "reaction": reaction}
         own = {name: places[name] for name in getattr(p, "_fields", ()) if name in places}
         found[kind] = p._replace(**own) if own else p
         state += _state_count(kind, p, scene)
         mode += kind.modes(p).size
+        reaction += len(p.each) if "reaction" in own else 0
     own = {kind.field: found[kind] for kind in KINDS if isinstance(kind, ElementKind)}
     return Placed(Elements(**own), found[tanks.KIND])
 

@@ -1,7 +1,7 @@
 """Modes of all elements that have modes: their ends, their successors, and observed values.
 
-Rows of modes belong to contact points, springs, flows, guides, joints and triggers, in this order. Every
-row has the same number of margins, which are positive while its mode lasts.
+Rows of modes belong to contact points, springs, flows, guides, joints, their motions and triggers,
+in this order. Every row has the same number of margins, which are positive while its mode lasts.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from hydrosim.forces import spring, trigger
 from hydrosim.forces.contact import fender, group, guide, loop, transitions
 from hydrosim.forces.contact.laws import COULOMB
 from hydrosim.forces.contact.tally import add_tallies
-from hydrosim.forces.joint import locks
+from hydrosim.forces.joint import locks, motions
 from hydrosim.forces.joint.rows import REFERENCE
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.tanks import pumping
@@ -31,7 +31,16 @@ def observed(elements: Elements) -> dict[str, tuple[int, int]]:
         "spring": (elements.springs.lines.size, spring.OBSERVED),
         "guide": (elements.guides.pins.size, guide.OBSERVED),
         "joint": (elements.locks.joints, 6),
+        "joint_motion": (elements.joint_motions.each.size, motions.OBSERVED),
     }
+
+
+@kernel
+def joints_observed(elements):
+    """Place of the loads of joints in the output of `observe`."""
+    behind = elements.fenders.points.size * fender.OBSERVED
+    behind += elements.springs.lines.size * spring.OBSERVED
+    return behind + elements.guides.pins.size * guide.OBSERVED
 
 
 @kernel
@@ -52,6 +61,10 @@ def observe(t, y, modes, motion, bodies, elements, holds, wrench, out):
     behind += elements.guides.pins.size * guide.OBSERVED
     if elements.locks.each.size > 0:
         locks.observe(elements.locks, holds, out[behind:])
+    behind += elements.locks.joints * 6
+    if elements.joint_motions.each.size > 0:
+        p = elements.joint_motions
+        motions.observe(y, modes, bodies, p, holds.reaction, out[behind:])
 
 
 @root
@@ -67,6 +80,8 @@ def settle(t, y, modes, motion, bodies, elements, tanks):
         guide.settle(modes, motion, bodies, elements)
     if elements.locks.each.size > 0:
         locks.settle(y, modes, motion, bodies, elements.locks)
+    if elements.joint_motions.each.size > 0:
+        motions.settle(y, modes, bodies, elements.joint_motions)
     if elements.triggers.each.size > 0:
         trigger.settle(t, y, modes, motion, bodies, elements, tanks)
     group.initialise(t, y, modes, elements.fenders)
@@ -87,6 +102,8 @@ def find_margins(t, y, modes, motion, bodies, elements, tanks, headings, reactio
         guide.margins(modes, motion, bodies, elements, out)
     if elements.locks.each.size > 0:
         locks.margins(y, modes, motion, bodies, elements.locks, reactions, out)
+    if elements.joint_motions.each.size > 0:
+        motions.margins(y, modes, bodies, elements.joint_motions, reactions, out)
     if elements.triggers.each.size > 0:
         trigger.margins(t, y, modes, motion, bodies, elements, tanks, out)
 
@@ -107,6 +124,10 @@ def switch(row, which, size, step, t, y, modes, motion, bodies, elements, tanks,
     triggers = elements.triggers
     if is_trigger(row, elements):
         trigger.switch(row - triggers.mode, which, t, y, modes, motion, bodies, elements, tanks)
+        return
+    if row >= elements.joint_motions.mode and elements.joint_motions.each.size > 0:
+        p = elements.joint_motions
+        motions.switch(row - p.mode, which, y, modes, bodies, reactions, p)
         return
     if row >= elements.locks.mode and elements.locks.each.size > 0:
         locks.switch(row - elements.locks.mode, which, y, modes, motion, bodies, elements.locks)
@@ -152,7 +173,7 @@ def felt(row, part, elements, tanks):
         return tanks.state, tanks.state + tanks.each.size
     if row >= elements.locks.mode and elements.locks.each.size > 0 and part == 0:
         k = elements.locks.state + locks.STATES * (row - elements.locks.mode)
-        return (k, k + REFERENCE) if row < elements.triggers.mode else (0, 0)
+        return (k, k + REFERENCE) if row < elements.joint_motions.mode else (0, 0)
     if row < fenders.mode or row >= fenders.mode + fenders.points.size:
         return 0, 0
     point = fenders.points[row - fenders.mode]
@@ -167,8 +188,9 @@ def felt(row, part, elements, tanks):
 
 def held_points(elements: Elements) -> int:
     """Number of the points with directions of slip, or reactions of rigid friction; and of the
-    joints with reactions."""
-    return int(elements.fenders.points.size + elements.locks.each.size)
+    joints and motions of joints with reactions."""
+    joints = elements.locks.each.size + elements.joint_motions.each.size
+    return int(elements.fenders.points.size + joints)
 
 
 @kernel
@@ -198,7 +220,7 @@ def settling(t, y, elements):
 def held_directions(elements: Elements) -> int:
     """Largest number of rows of constraints that elements need."""
     rigid = HELD * int((elements.fenders.points["law"] == COULOMB).sum())
-    return rigid + int(elements.locks.rows)
+    return rigid + int(elements.locks.rows) + int(elements.joint_motions.rows)
 
 
 @kernel
@@ -222,6 +244,8 @@ def hold(y, modes, motion, bodies, elements, wrench, constraints, holds):
     is scratch."""
     if elements.locks.each.size > 0:
         locks.hold(y, modes, motion, bodies, elements.locks, wrench, constraints, holds)
+    if elements.joint_motions.rows > 0:
+        motions.hold(modes, elements.joint_motions, constraints, holds)
     fender.hold_points(modes, motion, bodies, elements.fenders, wrench, constraints, holds)
 
 
@@ -232,6 +256,9 @@ def add_reactions(y, modes, motion, bodies, elements, constraints, holds, wrench
     if elements.locks.each.size > 0:
         p = elements.locks
         locks.add_reactions(y, modes, motion, bodies, p, constraints, holds, wrench)
+    if elements.joint_motions.rows > 0:
+        p = elements.joint_motions
+        motions.add_reactions(modes, motion, bodies, p, constraints, holds, wrench)
 
 
 @kernel
@@ -244,5 +271,8 @@ def strike(t, y, modes, motion, bodies, headings, reactions, elements):
 
 @kernel
 def break_loose(t, y, modes, motion, bodies, elements, reactions):
-    """Release the first point whose reaction exceeds its limit; returns true if there was one."""
+    """Release the first unit whose reaction exceeds its limit; returns true if there was one."""
+    p = elements.joint_motions
+    if p.rows > 0 and motions.break_loose(modes, p, reactions):
+        return True
     return transitions.break_loose(t, y, modes, motion, bodies, elements.fenders, reactions)

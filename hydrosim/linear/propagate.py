@@ -265,11 +265,15 @@ def _resistances(model: Model) -> Resistances:
         own = slice(6 * each.body, 6 * each.body + 6)
         B.append(np.zeros((size, size)))
         b.append(np.zeros(size))
-        B[-1][own, own] = each.B
-        b[-1][own] = each.b
+        if each.coordinate < 0:
+            B[-1][own, own] = each.B
+            b[-1][own] = each.b
         rows.append(each.row)
     matrices = S.T @ np.array(B) @ S
     steady = np.array(b) @ S
+    for k, each in enumerate(resistances(model), 1):
+        if each.coordinate >= 0:
+            matrices[k, each.coordinate, each.coordinate] = each.B[0, 0]
     return Resistances(np.array(rows, dtype=np.int64), matrices, steady)
 
 

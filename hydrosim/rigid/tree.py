@@ -72,11 +72,13 @@ BRANCH = np.dtype(
     [
         *(("child", int), ("parent", int), ("first", int), ("last", int), ("heading", float)),
         *(("from_parent", float, 3), ("to_child", float, 3), ("winding", int)),
+        *(("joint", int), ("reversed", bool)),
     ]
 )
 """A joint: its bodies (or `NO_BODY`, the earth), its range of moves, the heading of the child at
 rest, the arms to the joint from the parent's centre of gravity (from the earth's origin) and from
-the child's, in the earth frame at rest, and the move about the vertical or -1."""
+the child's, in the earth frame at rest, the move about the vertical or -1, its number among all
+joints, and whether the child is the joint's `to`."""
 
 
 class Tree(NamedTuple):
@@ -529,7 +531,7 @@ def push_joint(m, a, force, bodies, motion, wrench):
         if b != NO_BODY:
             moment = push
             if move.kind == SLIDE:
-                moment = cross(_arm(k, side, bodies, motion), push)
+                moment = cross(arm_to_joint(k, side, bodies, motion), push)
             for i in range(3):
                 if move.kind == SLIDE:
                     wrench[6 * b + i] += sign * push[i]
@@ -537,7 +539,7 @@ def push_joint(m, a, force, bodies, motion, wrench):
 
 
 @kernel
-def _arm(k, side, bodies, motion):
+def arm_to_joint(k, side, bodies, motion):
     """Arm of joint ``k`` from the centre of gravity of its child (side 0) or of its parent."""
     branch = bodies.tree.branches[k]
     if not bodies.exact:

@@ -50,7 +50,7 @@ def stores(scene: Scene, row: int) -> bool:
 
 def loses(scene: Scene, row: int) -> bool:
     """True if a row of forces may dissipate energy."""
-    if row == RADIATION or force_names(scene)[row] == JOINTS:
+    if row == RADIATION or force_names(scene)[row] in (JOINTS, *scene.joints):
         return True
     return element_of(scene, row) is not None and not supplies(scene, row)
 
