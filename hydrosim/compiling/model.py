@@ -11,15 +11,15 @@ import numpy as np
 
 from hydrosim import forces, radiation
 from hydrosim.compiling import families
+from hydrosim.compiling.bodies import bodies_of
 from hydrosim.compiling.hydrostatics.hulls import hulls_of
 from hydrosim.compiling.hydrostatics.liquids import liquids_of
-from hydrosim.compiling.hydrostatics.tanks import steady_surface, tanks_of
+from hydrosim.compiling.hydrostatics.tanks import tanks_of
 from hydrosim.compiling.hydrostatics.weights import weights_of
 from hydrosim.compiling.restart import initial_headings
-from hydrosim.compiling.trees import tree_of
 from hydrosim.compiling.wet import WetGroup, each_alone, moving, resonance
 from hydrosim.database.database import HydroDatabase, needed
-from hydrosim.dofs import DOFS, about_z
+from hydrosim.dofs import about_z
 from hydrosim.errors import InputError
 from hydrosim.forces.layout import (
     BodyAtRest,
@@ -33,13 +33,11 @@ from hydrosim.forces.layout import (
 )
 from hydrosim.rigid.heading import Headings, new_headings
 from hydrosim.rigid.inertia import constant_inertia
-from hydrosim.rigid.kinematics import BODY, Bodies
+from hydrosim.rigid.kinematics import Bodies
 from hydrosim.scene import (
-    Kinematics,
     Scene,
     Stream,
 )
-from hydrosim.scene.trees import arranged
 from hydrosim.stepping import blending
 from hydrosim.stepping.dynamics import Model
 from hydrosim.tanks.contents import Tanks, tank_names
@@ -61,7 +59,7 @@ def model_of(scene: Scene, wet: Sequence[WetGroup], known: Parts | None = None) 
 
     Raises InputError if radiation or an element does not fit the scene.
     """
-    bodies = _bodies(scene)
+    bodies = bodies_of(scene)
     alone = each_alone(wet)
     free = moving(scene.bodies)
     family = families.constants(scene, wet)
@@ -116,38 +114,6 @@ def model_of(scene: Scene, wet: Sequence[WetGroup], known: Parts | None = None) 
 def _impulses(rows: int, bodies: Bodies, parts: Parts) -> int:
     """Number of integrals of impulses: of forces, of their works, and of units."""
     return 2 * rows * 6 * bodies.each.size + forces.tally_count(parts)
-
-
-def _bodies(scene: Scene) -> Bodies:
-    carried = arranged(scene.joints, [body.name for body in scene.bodies]).children
-    own = np.array(
-        [
-            6 * i + DOFS.index(dof)
-            for i, body in enumerate(scene.bodies)
-            for dof in sorted(body.dofs, key=DOFS.index)
-            if body.name not in carried
-        ],
-        dtype=np.int64,
-    )
-    each = [
-        (
-            b.mass,
-            b.inertia,
-            about_z(b.heading) @ b.centre_of_gravity + (*b.location, 0.0),
-            b.heading,
-            steady_surface(b, scene),
-        )
-        for b in scene.bodies
-    ]
-    constants = np.array(each, dtype=BODY)
-    tree = tree_of(scene, own, constants["origin"])
-    return Bodies(
-        each=constants,
-        active=np.concatenate([own, 6 * len(each) + np.arange(tree.coordinates)]),
-        locked=np.concatenate([b.position for b in scene.bodies]).astype(float),
-        exact=scene.solver.kinematics == Kinematics.EXACT,
-        tree=tree,
-    )
 
 
 def _headings(scene: Scene, bodies: Bodies, wet: Collection[str]) -> Headings:

@@ -8,6 +8,7 @@ import numpy as np
 
 from hydrosim.compiling.joints import check_closed, check_joints
 from hydrosim.compiling.sizes import check_sizes
+from hydrosim.compiling.trees import check_trees
 from hydrosim.errors import InputError
 from hydrosim.forces import is_known, signals_of
 from hydrosim.forces.contact.laws import COULOMB
@@ -66,6 +67,7 @@ def check_scene(scene: Scene) -> None:
         problems[text] = not is_known(element)
     found = [problem for problem, there in problems.items() if there]
     found += check_joints(scene)
+    found += [] if found else check_trees(scene)  # only of joints between known bodies
     if found:
         raise InputError("scene: " + "; ".join(found) + ".")
     for key, signal in signals_of(scene.forces):

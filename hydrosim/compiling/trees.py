@@ -16,6 +16,25 @@ from hydrosim.scene.trees import Branch, arranged, tree_joints
 KINDS = {MotionKind.SLIDE: SLIDE, MotionKind.TURN: TURN, MotionKind.SWIVEL: BALL}
 
 
+def check_trees(scene: Scene) -> Iterator[str]:
+    """Problems of joints and of what they carry that a case file cannot contain."""
+    found = arranged(scene.joints, [body.name for body in scene.bodies])
+    bodies = {body.name: body for body in scene.bodies}
+    for branch in found.branches:
+        child = bodies[branch.child]
+        if any(child.position) or any(child.velocity):
+            yield f"bodies.{child.name}: found a start of a body that {branch.name} carries"
+    for name, joint in scene.joints.items():
+        each = joint.resistances
+        if each and len(each) != len(joint.motions):
+            yield f"joints.{name}.resistances: found {len(each)}; expected {len(joint.motions)}"
+        beyond = [r for r in each if r.stiffness or r.stops or r.friction]
+        if joint.type == JointType.BALL and beyond:
+            yield f"joints.{name}.resistances: a ball joint has damping alone; use a bushing"
+        if name in found.loops and any(r.acts or r.position or r.velocity for r in each):
+            yield f"joints.{name}: found forces or a start in a joint that closes a loop"
+
+
 def tree_of(scene: Scene, own: np.ndarray, origins: np.ndarray) -> Tree:
     """Tree of the joints of a scene. ``own`` are the indices of the free coordinates of its roots,
     which come first; ``origins`` (nb, 3) are the centres of gravity at rest."""

@@ -79,6 +79,7 @@ class Feature(StrEnum):
     TANKS = "tanks"
     PUMPS = "pumps"
     TRIGGERS = "elements that act for a time"
+    JOINTS = "joints"
     EXTREMES = "extremes of random seas"
     LINEAR = "linear analysis"
     LIMITS = "limits of operation"
@@ -184,6 +185,7 @@ OF_SCENES: Mapping[Feature, Callable[[Scene], bool]] = {
     Feature.TANKS: _bodies(lambda body: bool(body.tanks)),
     Feature.PUMPS: _bodies(lambda body: bool(body.pumps)),
     Feature.TRIGGERS: lambda scene: any(each.active for each in scene.forces.values()),
+    Feature.JOINTS: lambda scene: bool(scene.joints),
     Feature.EXTREMES: _is_random,
 }
 """Features of scenes, and whether a scene uses them."""

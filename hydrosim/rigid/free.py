@@ -64,6 +64,16 @@ def positions(bodies: Bodies, q: np.ndarray) -> np.ndarray:
     return motion.coordinates.reshape(-1, 6)
 
 
+def slopes_at(bodies: Bodies, q: np.ndarray) -> np.ndarray:
+    """S (6 nb, n) at ``q`` (n,): velocities of all bodies per rate of each coordinate."""
+    motion = new_motion(bodies)
+    columns = []
+    for rates in np.eye(q.size):
+        place_bodies(q, rates, bodies, motion)
+        columns.append(motion.velocity.copy())
+    return np.reshape(columns, (q.size, -1)).T
+
+
 def coordinate_map(bodies: Bodies, q: np.ndarray) -> np.ndarray:
     """Rates (6 nb, n) of the displacements of all bodies per rate of each coordinate, at ``q``
     (n,)."""

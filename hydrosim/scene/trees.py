@@ -10,12 +10,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from hydrosim.scene.joint import Joint
+from hydrosim.scene.joint import Joint, JointMotion, MotionKind
 
 if TYPE_CHECKING:
     from hydrosim.scene.scene import Scene
 
 EARTH = None
+LEVEL = 1e-3  # of a unit axis: its part along the vertical
 
 
 class Branch(NamedTuple):
@@ -58,6 +59,38 @@ def arranged(joints: Mapping[str, Joint], bodies: Sequence[str]) -> Arrangement:
         tuple(name for name in lasting if name not in used),
         tuple(name for name in joints if name not in lasting),
     )
+
+
+def joined_with(scene: Scene, body: str) -> frozenset[str]:
+    """The body and all bodies that the joints of its tree connect with it."""
+    found = {body}
+    branches = arranged(scene.joints, [each.name for each in scene.bodies]).branches
+    for _ in branches:
+        for branch in branches:
+            if branch.parent is not None and {branch.child, branch.parent} & found:
+                found |= {branch.child, branch.parent}
+    return frozenset(found)
+
+
+def is_anchored(scene: Scene, body: str) -> bool:
+    """True if joints to the earth hold a body near its place and heading: they turn about level
+    axes, or slide up and down."""
+    branches = arranged(scene.joints, [each.name for each in scene.bodies]).branches
+    below = {branch.child: branch for branch in branches}
+    while body in below:
+        if not all(_stays(motion, below[body].joint) for motion in below[body].joint.motions):
+            return False
+        parent = below[body].parent
+        if parent is None:
+            return True
+        body = parent
+    return False
+
+
+def _stays(motion: JointMotion, joint: Joint) -> bool:
+    """Whether a motion turns about a level axis, or slides along the vertical."""
+    up = abs(joint.axes()[motion.axis, 2])
+    return up < LEVEL if motion.kind == MotionKind.TURN else up > 1.0 - LEVEL
 
 
 def tree_joints(scene: Scene) -> dict[str, Joint]:

@@ -42,6 +42,7 @@ from hydrosim.studies.ballast.loading import as_at
 from hydrosim.studies.run.asked import check_criteria
 from hydrosim.studies.run.resolution import accuracy_limit, scene_combinations
 from hydrosim.studies.run.step_limits import scene_step_limits
+from hydrosim.wording.joints import describe_joints
 from hydrosim.wording.run import radiation_verdict
 
 if TYPE_CHECKING:
@@ -154,6 +155,7 @@ def _details(own: Compiled, compiled: Compiled) -> Iterator[Node]:
     for wet in own.wet:
         said = [f"{key.replace('_', ' ')}: {value}" for key, value in wet.provenance().items()]
         yield List(said, ", ".join(wet.names))
+    yield from _lists({"Joints": list(describe_joints(own.scene))})
     yield from _lists({"Radiation": notes.memory, "Recorded": notes.records})
     yield from _lists({"Where waves meet bodies": notes.meetings, "Skipped": notes.skipped})
 

@@ -68,11 +68,21 @@ class Responder:
         """Complex amplitudes (nw, 6 nb) of all coordinates [m, rad] in waves of 1 m amplitude to
         ``heading`` [rad] at frequencies ``omega`` (nw,) [rad/s]. The time factor is exp(+i w t),
         with elevations at the earth's origin."""
-        depth = self.environment.water_depth
-        gravity = self.environment.gravity
-        k = wavenumber(omega, depth, gravity)
+        return self.motions(self._unit_waves(heading, omega))
+
+    @property
+    def joints(self) -> int:
+        """Number of the motions of joints among the free coordinates, the last ones."""
+        return int((self.linear.active >= self.map.shape[0]).sum())
+
+    def joint_raos(self, heading: float, omega: np.ndarray) -> np.ndarray:
+        """Complex amplitudes (nw, nj) of all motions of joints [m, rad], as `raos`."""
+        return self.free_motions(self._unit_waves(heading, omega))[:, -self.joints :]
+
+    def _unit_waves(self, heading: float, omega: np.ndarray) -> Components:
+        k = wavenumber(omega, self.environment.water_depth, self.environment.gravity)
         ones = np.ones(omega.size)
-        return self.motions(Components(omega, ones, 0.0 * ones, k, heading * ones, 0.0, 0.0))
+        return Components(omega, ones, 0.0 * ones, k, heading * ones, 0.0, 0.0)
 
     def motions(self, waves: Components) -> np.ndarray:
         """Complex amplitudes (nw, 6 nb) of all coordinates [m, rad] in each of the given waves."""
