@@ -10,7 +10,7 @@ import numpy as np
 
 from hydrosim.dofs import about_z
 from hydrosim.rigid.tree import NO_TREE, Tree
-from hydrosim.scene import ForceElement, Joint, Scene, Weight
+from hydrosim.scene import Clearance, ForceElement, Joint, Scene, Weight
 from hydrosim.scene.trees import constraints, tree_joints
 
 if TYPE_CHECKING:
@@ -108,7 +108,8 @@ class Layout:
     ``tank_names`` names the tanks that change, ``flow`` is the row of forces of flows, ``pumps``
     begin or end by events. ``carried`` [N] is the weight of bodies without water that carry their
     own weight. ``joints`` are all joints of the scene, ``constraints`` the bodies of those that are
-    constraints, ``joint_row`` is their row of forces. ``tree`` are the constants of the others.
+    constraints, ``joint_row`` is their row of forces; ``tree`` are the constants of the others.
+    ``points`` are body and place of each named point, for the ``clearances``.
     """
 
     body: dict[str, int]
@@ -127,6 +128,8 @@ class Layout:
     constraints: Mapping[str, Joined] = field(default_factory=dict)
     joint_row: int = 0
     tree: Tree = NO_TREE
+    points: Mapping[str, tuple[int, tuple[float, ...]]] = field(default_factory=dict)
+    clearances: Mapping[str, Clearance] = field(default_factory=dict)
 
 
 def axes_at_rest(heading: float) -> np.ndarray:

@@ -20,7 +20,13 @@ import numpy as np
 
 from hydrosim.errors import InputError
 from hydrosim.forces import spring
-from hydrosim.forces.channels import CHANNEL, channel_value, compile_channel, unit_ranges
+from hydrosim.forces.channels import (
+    CHANNEL,
+    channel_value,
+    compile_channel,
+    compile_clearances,
+    unit_ranges,
+)
 from hydrosim.forces.contact import guide, transitions
 from hydrosim.forces.contact.fender import Contact
 from hydrosim.forces.joint import locks
@@ -61,10 +67,12 @@ NONE = -1
 
 
 class Params(NamedTuple):
-    """The triggers ``each`` (n,) of `TRIGGER`; the first of their states in y and of their rows of
+    """The triggers ``each`` (n,) of `TRIGGER`, and the clearances ``gaps`` that they may watch; the
+    first of their states in y and of their rows of
     modes, and of the integrals of losses in y, row by row."""
 
     each: np.ndarray
+    gaps: np.ndarray
     state: int
     mode: int
     losses: int
@@ -90,7 +98,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
         if active is not None:
             ends = _conditions(f"joints.{name}.active", active, elements, layout)
             rows.append((layout.joint_row, *ends, 0, 0, 0, 0, NONE, lock))
-    return Params(np.array(rows, dtype=TRIGGER), 0, 0, 0)
+    return Params(np.array(rows, dtype=TRIGGER), compile_clearances(layout), 0, 0, 0)
 
 
 def _conditions(

@@ -33,7 +33,7 @@ from hydrosim.documents.text import Source
 from hydrosim.errors import InputError
 
 RUN = Source(Path("run"))
-USUAL = ("position.*", "velocity.*", "wave_elevation", "force_*", "fender_*", "spring_*")
+USUAL = ("position.*", "velocity.*", "wave_elevation", "force_*", "fender_*", "spring_*", "joint_*")
 TO = " to "  # between two points
 MOST = 40  # names in a message
 CAPABLE = {"fender": "fender_normal_force", "spring": "spring_tension"}
