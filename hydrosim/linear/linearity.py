@@ -13,7 +13,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from hydrosim.forces import Recorded, signals_of
-from hydrosim.forces.layout import ROWS
+from hydrosim.forces.layout import ROWS, constraint_names
 from hydrosim.rigid.free import moving_dofs
 from hydrosim.rigid.tree import NO_BODY, SLIDE
 from hydrosim.scene import Scene, Turns
@@ -53,11 +53,15 @@ def nonlinearities(scene: Scene, model: Model) -> Iterator[str]:
         elif b in model.headings.turning and (model.bodies.active.size > 1 or _stream(model)):
             yield f"hydrodynamics turn with {body.name}"
     yield from _elements(scene, model)
-    for name, joint in scene.joints.items():
-        if not joint.lasts:
+    for name in constraint_names(scene):
+        if not scene.joints[name].lasts:
             yield f"{name} is not always closed"
         elif model.bodies.exact:
             yield f"exact rotations of the joint {name}"
+    for one in model.elements.joint_motions.each:
+        if one["stop"] > 0.0 or one["static"] >= 0.0:
+            yield "stops or friction in joints"
+            break
 
 
 def _is_straight(branch: np.void, model: Model) -> bool:
