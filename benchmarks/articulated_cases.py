@@ -237,8 +237,8 @@ def _body(tree: Tree, limb: Limb, floats: bool) -> Case:
     """The body of a limb. What hangs from the earth has weight; what floats is mostly balanced."""
     d = tree.draw
     x, y, z = limb.place
-    radii = [rounded(limb.size * d.between(0.3, 0.6)) for _ in range(3)]
-    radii[2] = rounded(min(radii[2], 0.95 * (radii[0] ** 2 + radii[1] ** 2) ** 0.5))
+    extent = [limb.size * d.between(0.2, 0.45) for _ in range(3)]
+    radii = [rounded(sqrt(extent[i - 1] ** 2 + extent[i - 2] ** 2)) for i in range(3)]
     body: Case = {
         "mass": limb.mass,
         "centre_of_gravity": [0.0, 0.0, z],
