@@ -21,6 +21,7 @@ from hydrosim.documents.messages import Keys, Problem
 from hydrosim.documents.nodes import joined
 from hydrosim.documents.suggestions import suggestion
 from hydrosim.documents.units import shown
+from hydrosim.scene.trees import arranged
 
 # The output has forces of these names (`hydrosim.forces.layout`, which would load numba).
 RESERVED = ("hydrostatic", "radiation", "wave_first_order", "wave_second_order", "weight")
@@ -83,6 +84,31 @@ def _check_joints(case: CaseFile) -> Iterator[Problem]:
         if joint.to == joint.body:
             text = f"found {shown(joint.to)} on both sides; expected another body, or none"
             yield Problem(("joints", name, "to"), f"{text}; a joint without to is to the earth")
+    known = {*case.bodies, None}
+    if all({joint.body, joint.to} <= known for joint in case.joints.values()):
+        yield from _check_tree(case)
+
+
+def _check_tree(case: CaseFile) -> Iterator[Problem]:
+    """Keys that bodies on joints, and joints that close loops, do not have."""
+    joints = {name: joint.build() for name, joint in case.joints.items()}
+    found = arranged(joints, list(case.bodies))
+    for branch in found.branches:
+        body = case.bodies[branch.child]
+        if "dofs" in body.model_fields_set:
+            text = f"found dofs of {branch.child}, which the joint {branch.name} carries; expected"
+            remedy = "none; the joint leaves its motions free"
+            yield Problem(("bodies", branch.child, "dofs"), f"{text} {remedy}")
+        if "initial" in body.model_fields_set:
+            text = f"found a start of {branch.child}, which the joint {branch.name} carries"
+            remedy = f"expected none; give joints.{branch.name}.initial"
+            yield Problem(("bodies", branch.child, "initial"), f"{text}; {remedy}")
+    for name in found.loops:
+        acting = [r for r in joints[name].resistances if r.acts or r.position or r.velocity]
+        if acting:
+            text = "found a spring, damping, stops, friction or a start in a joint that closes a"
+            expected = "loop; expected none; give them to another joint of the loop, or list this"
+            yield Problem(("joints", name), f"{text} {expected} joint first")
 
 
 def _check_body(case: CaseFile, keys: Keys, body: str) -> Iterator[Problem]:

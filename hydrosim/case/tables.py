@@ -59,6 +59,8 @@ def case_tables(data: Mapping[str, Any]) -> Iterator[Table]:
         yield Table(("body", ""), [*_bodies(data.get("bodies"))])
         if forces := data.get("forces"):
             yield Table(("force element", "type", "on"), [*_forces(forces)])
+        if joints := data.get("joints"):
+            yield Table(("joint", "type", "between"), [*_joints(joints)])
 
 
 def seas(data: Mapping[str, Any], units: Units = DEFAULT) -> list[str]:
@@ -121,6 +123,12 @@ def _forces(forces: Any) -> Iterator[tuple[str, str, str]]:
     for name, element in forces.items():
         kind = str(element.get("type", "")).replace("_", " ")
         yield str(name), kind, str(element.get("body", ""))
+
+
+def _joints(joints: Any) -> Iterator[tuple[str, str, str]]:
+    for name, joint in joints.items():
+        other = joint.get("to") or "the earth"
+        yield str(name), str(joint.get("type", "")), f"{joint.get('body', '')} and {other}"
 
 
 def _told(value: Any, unit: str) -> Sentence:

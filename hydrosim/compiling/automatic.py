@@ -43,6 +43,7 @@ from hydrosim.forces.layout import carried
 from hydrosim.integrate import DOPRI5
 from hydrosim.linear.stability import all_open, combinations, smallest_step
 from hydrosim.radiation.threads import one_thread
+from hydrosim.rigid.free import owners
 from hydrosim.scene import Method, Tolerance
 from hydrosim.scene.solver import ACCURACY
 
@@ -164,7 +165,8 @@ def _drifts(compiled: Compiled) -> bool:
     scene = compiled.scene
     held = carried(scene).keys()
     for part in all_open(compiled.model, compiled.state).components:
-        bodies = {scene.bodies[dof // 6].name for dof in part.linear.active}
+        here = np.searchsorted(compiled.model.bodies.active, part.linear.active)
+        bodies = {scene.bodies[b].name for b in owners(compiled.model.bodies)[here]}
         slow = np.abs(part.values) * scene.duration < 1.0
         if slow.any() and not bodies <= held:
             return True

@@ -11,6 +11,7 @@ from hydrosim.forces import signals_of
 from hydrosim.forces.contact import fender
 from hydrosim.forces.signal import corners
 from hydrosim.integrate import Control
+from hydrosim.rigid.free import are_lengths
 from hydrosim.stepping.state import Clock
 from hydrosim.waves.following import STATES
 from hydrosim.waves.places import grid_step, slow_bodies, steps_per_block
@@ -59,7 +60,7 @@ def _tolerances(scene: Scene, model: Model) -> np.ndarray:
     n = model.bodies.active.size
     states = model.states
     absolute = np.full(model.size, np.inf)
-    place = np.where(model.bodies.active % 6 < 3, tolerance.position, tolerance.angle)
+    place = np.where(are_lengths(model.bodies), tolerance.position, tolerance.angle)
     absolute[:n] = absolute[n : 2 * n] = place
     by_dof = np.tile(np.repeat([tolerance.position, tolerance.angle], 3), len(scene.bodies))
     by_dof = np.concatenate([by_dof, np.tile(by_dof[:6], model.family.owner.size)])

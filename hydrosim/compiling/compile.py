@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from hydrosim.compiling import symmetry
 from hydrosim.compiling.automatic import with_tolerance
+from hydrosim.compiling.bodies import with_dofs_of_joints
 from hydrosim.compiling.calm import compile_calm, in_waves
 from hydrosim.compiling.families import all_groups
 from hydrosim.compiling.refusals import check_scene
@@ -69,6 +70,7 @@ def compile_in_calm(
     with locating(scene.places):
         scene = opened(scene)
         check_scene(scene)
+        scene = with_dofs_of_joints(scene)
         wet = all_groups(scene, seas, before(scene))
         if states is not None:
             scene, wet = in_states(scene, wet, states)

@@ -32,8 +32,8 @@ TAKING_PART = 0.1  # of a joint's constraints in the combination that vanishes
 
 
 class Rows(NamedTuple):
-    """All constraints of closed joints: J (r, n), the ``residual`` (r,) [m or rad]; the ``lock`` (r,)
-    of each, and whether it ``slides`` (r,)."""
+    """All constraints of closed joints: J (r, n), the ``residual`` (r,) [m or rad], and the ``lock``
+    and the ``slides`` (r,) flag of each."""
 
     J: np.ndarray
     residual: np.ndarray
@@ -113,7 +113,8 @@ def _check_gaps(scene: Scene, model: Model, rows: Rows) -> None:
     for i, name in enumerate(constraint_names(scene)):
         own = rows.residual * (rows.lock == i)
         gap = float(np.linalg.norm(own[rows.slides]))
-        turn = float(np.degrees(np.arcsin(min(float(np.linalg.norm(own[~rows.slides])), 1.0))))
+        sine = min(float(np.linalg.norm(own[~rows.slides])), 1.0)
+        turn = float(np.degrees(np.arcsin(sine)))
         if max(gap, np.radians(turn)) > CLOSE:
             raise InputError(
                 f"joints.{name}: does not close at the start: {gap:.3g} m and {turn:.3g} deg are"

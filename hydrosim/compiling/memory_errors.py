@@ -17,8 +17,9 @@ from hydrosim.radiation.convolution import convolution_model
 from hydrosim.radiation.retardation import resolved_length
 from hydrosim.radiation.spectra import LONGER, Spectra, spectra
 from hydrosim.radiation.threads import one_thread
+from hydrosim.rigid.free import moving_dofs, slopes_at_rest
 from hydrosim.scene import ConstantRadiation, Scene
-from hydrosim.stepping.names import dofs_of
+from hydrosim.stepping.names import coordinate_names
 
 if TYPE_CHECKING:
     from hydrosim.compiling.wet import WetGroup
@@ -95,7 +96,7 @@ def memory_errors(
     scene: Scene, wet: Sequence[WetGroup], model: Model, state: State, time: float
 ) -> tuple[MemoryErrors, ...]:
     """Errors of all databases with a memory, with all other forces linearised about ``state``."""
-    moving = model.bodies.active
+    moving = moving_dofs(model.bodies)
     groups = [group for group in wet if np.isin(group.dofs, moving).any() and _remembers(group)]
     if not groups:
         return ()
@@ -108,11 +109,13 @@ def memory_errors(
     ]
     s = 1.0 / duration + 1j * w
     linear = _without_memory(model, state, time)
-    admittances = find_admittances(s, [group.dofs for group in groups], K, linear)
+    slopes = slopes_at_rest(model.bodies)
+    admittances = find_admittances(s, [slopes[group.dofs] for group in groups], K, linear)
+    names = coordinate_names(scene)
 
     def change(group: WetGroup, admittance: Admittance, missed: np.ndarray) -> tuple[Change, str]:
         largest = admittance.largest_change(w, _turned(group, missed))
-        return largest, dofs_of([largest.coordinate], [body.name for body in scene.bodies])
+        return largest, names[int(np.searchsorted(model.bodies.active, largest.coordinate))]
 
     return tuple(
         MemoryErrors(

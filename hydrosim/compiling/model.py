@@ -11,20 +11,22 @@ import numpy as np
 
 from hydrosim import forces, radiation
 from hydrosim.compiling import families
+from hydrosim.compiling.bodies import bodies_of
 from hydrosim.compiling.hydrostatics.hulls import hulls_of
 from hydrosim.compiling.hydrostatics.liquids import liquids_of
-from hydrosim.compiling.hydrostatics.tanks import steady_surface, tanks_of
+from hydrosim.compiling.hydrostatics.tanks import tanks_of
 from hydrosim.compiling.hydrostatics.weights import weights_of
 from hydrosim.compiling.restart import initial_headings
 from hydrosim.compiling.wet import WetGroup, each_alone, moving, resonance
 from hydrosim.database.database import HydroDatabase, needed
-from hydrosim.dofs import DOFS, about_z
+from hydrosim.dofs import about_z
 from hydrosim.errors import InputError
 from hydrosim.forces.layout import (
     BodyAtRest,
     Joined,
     Layout,
     Resonance,
+    acting_joints,
     carried,
     constraint_names,
     row_names,
@@ -32,9 +34,8 @@ from hydrosim.forces.layout import (
 from hydrosim.results.points import named_points, point_names
 from hydrosim.rigid.heading import Headings, new_headings
 from hydrosim.rigid.inertia import constant_inertia
-from hydrosim.rigid.kinematics import BODY, Bodies
+from hydrosim.rigid.kinematics import Bodies
 from hydrosim.scene import (
-    Kinematics,
     Scene,
     Stream,
 )
@@ -59,7 +60,7 @@ def model_of(scene: Scene, wet: Sequence[WetGroup], known: Parts | None = None) 
 
     Raises InputError if radiation or an element does not fit the scene.
     """
-    bodies = _bodies(scene)
+    bodies = bodies_of(scene)
     alone = each_alone(wet)
     free = moving(scene.bodies)
     family = families.constants(scene, wet)
@@ -114,30 +115,6 @@ def model_of(scene: Scene, wet: Sequence[WetGroup], known: Parts | None = None) 
 def _impulses(rows: int, bodies: Bodies, parts: Parts) -> int:
     """Number of integrals of impulses: of forces, of their works, and of units."""
     return 2 * rows * 6 * bodies.each.size + forces.tally_count(parts)
-
-
-def _bodies(scene: Scene) -> Bodies:
-    active = [
-        6 * i + DOFS.index(dof)
-        for i, body in enumerate(scene.bodies)
-        for dof in sorted(body.dofs, key=DOFS.index)
-    ]
-    each = [
-        (
-            b.mass,
-            b.inertia,
-            about_z(b.heading) @ b.centre_of_gravity + (*b.location, 0.0),
-            b.heading,
-            steady_surface(b, scene),
-        )
-        for b in scene.bodies
-    ]
-    return Bodies(
-        each=np.array(each, dtype=BODY),
-        active=np.array(active, dtype=np.int64),
-        locked=np.concatenate([b.position for b in scene.bodies]).astype(float),
-        exact=scene.solver.kinematics == Kinematics.EXACT,
-    )
 
 
 def _headings(scene: Scene, bodies: Bodies, wet: Collection[str]) -> Headings:
@@ -218,9 +195,10 @@ def _layout(
     def of_body(body: int, stiffness: np.ndarray) -> Resonance:
         return resonance(scene.bodies[body], stiffness, alone.get(scene.bodies[body].name))
 
+    rows = {*scene.forces, *acting_joints(scene)}
     return Layout(
         {body.name: i for i, body in enumerate(scene.bodies)},
-        {name: row_names(scene).index(name) for name in scene.forces},
+        {name: i for i, name in enumerate(row_names(scene)) if name in rows},
         _velocity(scene.environment.current),
         _velocity(scene.environment.wind),
         of_body,
@@ -234,6 +212,8 @@ def _layout(
         scene.joints,
         _joined(scene, bodies),
         len(row_names(scene)) - 1,
+        bodies.tree,
+        tuple(bodies.each["origin"]),
         dict(zip(point_names(scene), named_points(scene), strict=True)),
         scene.clearances,
     )

@@ -20,7 +20,9 @@ from hydrosim.compiling.wet import WetGroup, each_database
 from hydrosim.dofs import DOFS
 from hydrosim.forces import signals_of
 from hydrosim.forces.signal import Recorded
+from hydrosim.rigid.free import moving_dofs
 from hydrosim.scene import Body, RecordedElevation, Scene, SecondOrder
+from hydrosim.scene.trees import arranged
 from hydrosim.stepping.names import dofs_of
 from hydrosim.waves import components, outside
 from hydrosim.waves.components import Components
@@ -130,13 +132,14 @@ def _skipped(
     seas: Seas,
     zero: Sequence[str],
 ) -> Iterator[str]:
+    carried = arranged(scene.joints, [body.name for body in scene.bodies]).children
     for body in scene.bodies:
         left_out = [dof for dof in DOFS if dof not in body.dofs]
         symmetric = [dof for dof in left_out if f"{dof} of {body.name}" in zero]
         locked = [dof for dof in left_out if dof not in symmetric]
         if symmetric:
             yield f"{body.name}: {', '.join(symmetric)} zero by symmetry, not in the state"
-        if locked:
+        if locked and body.name not in carried:
             text = f"{body.name}: {', '.join(locked)} locked, not in the state"
             # waves load free directions only, and memory is fitted for DOFs that move
             missing = "; forces in these directions exclude waves and the radiation memory"
@@ -154,7 +157,7 @@ def _skipped(
     loaded = 6 * owner[model.waves.first_dof // 6] + model.waves.first_dof % 6
     unloaded = [
         f"{scene.bodies[i // 6].name} {DOFS[i % 6]}"
-        for i in model.bodies.active
+        for i in moving_dofs(model.bodies)
         if scene.bodies[i // 6].name in wet
         and i not in loaded
         and i // 6 not in model.following.body

@@ -31,7 +31,7 @@ def first_state(scene: Scene, model: Model) -> State:
     bodies = model.bodies
     n = model.bodies.active.size
     y = np.zeros(model.size)
-    y[:n] = bodies.locked[bodies.active]
+    y[:n] = np.concatenate([bodies.locked, bodies.tree.start[:, 0]])[bodies.active]
     tanks = model.tanks
     y[tanks.state : tanks.state + tanks.each.size] = tanks.each["first_volume"]
     modes = new_modes(model)
@@ -82,9 +82,9 @@ def _rates(bodies: Bodies, motion: Motion, q: np.ndarray, velocity: np.ndarray) 
     place_bodies(q, np.zeros_like(q), bodies, motion)
     rates = velocity.astype(float).copy()
     for b in range(bodies.each.size if bodies.exact else 0):
-        angles = slice(6 * b + 3, 6 * b + 6)
+        angles = slice(6 * b + 3, 6 * b + 6)  # those of jointed bodies are not used
         rates[angles] = np.linalg.solve(motion.rate_map[b], velocity[angles])
-    return rates[bodies.active]
+    return np.concatenate([rates, bodies.tree.start[:, 1]])[bodies.active]
 
 
 def _history(scene: Scene, model: Model) -> radiation.VelocityHistory:

@@ -35,7 +35,9 @@ from hydrosim.forces.mirroring import LATERAL
 from hydrosim.linear.components import find_components
 from hydrosim.linear.linearise import linearise
 from hydrosim.radiation.history import AFTER, VELOCITY
-from hydrosim.scene import Body, Scene, SecondOrder, Symmetry, WaveForces
+from hydrosim.scene import Body, Joint, Scene, SecondOrder, Symmetry, WaveForces
+from hydrosim.scene.joint import JointMotion, MotionKind
+from hydrosim.scene.trees import tree_joints
 from hydrosim.stepping.names import Coordinate, coordinates
 from hydrosim.tanks.mirror import without_image as without_image_in
 from hydrosim.waves.components import Components
@@ -146,7 +148,7 @@ def _asymmetries(calm: Compiled, sea: Sequence[Components]) -> Iterator[str]:
         if alone := without_image_in(body):
             yield f"{', '.join(alone)} of {body.name} have no mirror image"
     yield from without_image(scene.forces, y)
-    yield from joints_without_image(scene.joints)
+    yield from _joints_aside(scene, y)
     water = scene.environment
     for name, stream in (("current", water.current), ("wind", water.wind)):
         if abs(stream.speed * np.sin(stream.heading)) > SMALL * abs(stream.speed):
@@ -156,6 +158,25 @@ def _asymmetries(calm: Compiled, sea: Sequence[Components]) -> Iterator[str]:
     for group in each_database(calm.wet):
         yield from _couplings(group)
     yield from wave_asymmetries(scene, calm.wet, sea)
+
+
+def _joints_aside(scene: Scene, y: float) -> Iterator[str]:
+    """Joints whose motions leave the plane at ``y``, and constraints that have no mirror image."""
+    bodies = {body.name: body for body in scene.bodies}
+    joints = tree_joints(scene)
+    for name, joint in joints.items():
+        beside = abs(_plane(bodies[joint.body]) + joint.point[1] - y) > NEAR
+        if beside or not all(_is_in_plane(motion, joint) for motion in joint.motions):
+            yield f"the joint {name}"
+    others = {name: joint for name, joint in scene.joints.items() if name not in joints}
+    yield from joints_without_image(others)
+
+
+def _is_in_plane(motion: JointMotion, joint: Joint) -> bool:
+    """Whether a motion of a joint stays in a plane of constant y."""
+    across = abs(joint.axes()[motion.axis, 1])
+    slides = motion.kind == MotionKind.SLIDE
+    return motion.kind != MotionKind.SWIVEL and abs(across - (0.0 if slides else 1.0)) < NEAR
 
 
 def _plane(body: Body) -> float:

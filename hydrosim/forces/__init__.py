@@ -22,8 +22,10 @@ import numpy as np
 
 from hydrosim.forces import (
     applied_force,
+    bushing,
     linear_damping,
     linear_mooring,
+    link,
     quadratic_damping,
     spring,
     stream_load,
@@ -31,6 +33,7 @@ from hydrosim.forces import (
     trigger,
 )
 from hydrosim.forces.applied_force import AppliedForce
+from hydrosim.forces.bushing import Bushing
 from hydrosim.forces.contact import fender, guide
 from hydrosim.forces.contact import kind as contact_points
 from hydrosim.forces.contact.coulomb import Coulomb
@@ -43,11 +46,21 @@ from hydrosim.forces.contact.normal import NormalCurve, NormalLoop, PrescribedNo
 from hydrosim.forces.contact.plane import Plane
 from hydrosim.forces.contact.stick_slip import LoadPowers, StickSlip
 from hydrosim.forces.joint import kind as joint
-from hydrosim.forces.joint import locks
-from hydrosim.forces.kind import ElementKind, Kind, Losing, Mirrored, Parts, Resisting, Tallying
+from hydrosim.forces.joint import locks, motions
+from hydrosim.forces.kind import (
+    ElementKind,
+    Ending,
+    Kind,
+    Losing,
+    Mirrored,
+    Parts,
+    Resisting,
+    Tallying,
+)
 from hydrosim.forces.layout import Layout, Resistance
 from hydrosim.forces.linear_damping import LinearDamping
 from hydrosim.forces.linear_mooring import LinearMooring
+from hydrosim.forces.link import Strut, TorsionSpring
 from hydrosim.forces.postures import PosingKind
 from hydrosim.forces.quadratic_damping import QuadraticDamping
 from hydrosim.forces.signal import Harmonic, Recorded, Signal, Table, constant
@@ -69,8 +82,11 @@ class Elements(NamedTuple):
     linear_dampings: Any
     quadratic_dampings: Any
     stream_loads: Any
+    links: Any
+    bushings: Any
     guides: Any
     locks: Any
+    joint_motions: Any
     triggers: Any
 
 
@@ -83,9 +99,12 @@ KINDS: tuple[Kind, ...] = (
     quadratic_damping.KIND,
     stream_load.KIND,
     tanks.KIND,
+    link.KIND,
+    bushing.KIND,
     guide.KIND,
     joint.KIND,
     joint.JOINTS,
+    motions.KIND,
     trigger.KIND,
 )
 """All kinds, in the order of their states in y and of their rows of modes."""
@@ -111,10 +130,16 @@ def add_elements(t, y, modes, motion, bodies, elements, wrench, rate, dy):
         )
     if e.stream_loads.each.size > 0:
         stream_load.add_force(t, y, modes, motion, bodies, e.stream_loads, wrench, rate, dy)
+    if e.links.links.size > 0:
+        link.add_force(t, y, modes, motion, bodies, e.links, wrench, rate, dy)
+    if e.bushings.each.size > 0:
+        bushing.add_force(t, y, modes, motion, bodies, e.bushings, wrench, rate, dy)
     if e.guides.pins.size > 0:
         guide.add_force(t, y, modes, motion, bodies, e, wrench)
     if e.locks.each.size > 0:
         clear(dy[e.locks.state : e.locks.state + locks.STATES * e.locks.each.size])
+    if e.joint_motions.each.size > 0:
+        motions.add_force(y, modes, motion, bodies, e.joint_motions, wrench, rate)
     if e.triggers.each.size > 0:
         trigger.clear_inactive(modes, e.triggers, wrench, rate)
         clear(dy[e.triggers.state : e.triggers.state + e.triggers.each.size])
@@ -139,8 +164,14 @@ def add_element_energies(t, y, modes, motion, bodies, elements, stored):
         fender.add_energy(t, y, modes, motion, bodies, e.fenders, stored)
     if e.springs.lines.size > 0:
         spring.add_energy(t, y, modes, motion, bodies, e.springs, stored)
+    if e.links.links.size > 0:
+        link.add_energy(t, y, modes, motion, bodies, e.links, stored)
+    if e.bushings.each.size > 0:
+        bushing.add_energy(t, y, modes, motion, bodies, e.bushings, stored)
     if e.guides.pins.size > 0:
         guide.add_energy(modes, motion, bodies, e, stored)
+    if e.joint_motions.each.size > 0:
+        motions.add_energy(y, modes, e.joint_motions, stored)
     if e.triggers.each.size > 0:
         trigger.forget_stored(modes, e.triggers, stored)
 
@@ -176,14 +207,15 @@ def placed(parts: Parts, scene: Scene, state: int, losses: int) -> Placed:
     ``losses`` and ``reaction``."""
     found = {}
     mode = 0
-    points = parts.elements.fenders.points.size
+    reaction = parts.elements.fenders.points.size
     for kind in KINDS:
         p = kind.of(parts)
-        places = {"state": state, "mode": mode, "losses": losses, "reaction": points}
+        places = {"state": state, "mode": mode, "losses": losses, "reaction": reaction}
         own = {name: places[name] for name in getattr(p, "_fields", ()) if name in places}
         found[kind] = p._replace(**own) if own else p
         state += _state_count(kind, p, scene)
         mode += kind.modes(p).size
+        reaction += len(p.each) if "reaction" in own else 0
     own = {kind.field: found[kind] for kind in KINDS if isinstance(kind, ElementKind)}
     return Placed(Elements(**own), found[tanks.KIND])
 
@@ -233,6 +265,15 @@ def is_mirrored(parts: Parts, y: np.ndarray, modes: np.ndarray) -> bool:
     """True if the states and modes of all kinds are mirror symmetric about y = 0."""
     own = [kind for kind in KINDS if isinstance(kind, Mirrored)]
     return all(kind.is_mirrored(kind.of(parts), y, modes) for kind in own)
+
+
+def lost_units(parts: Parts, scene: Scene, modes: np.ndarray) -> Iterator[tuple[str, str]]:
+    """Names of the units whose force is not defined in these ``modes``, each with the reason."""
+    for kind in KINDS:
+        if isinstance(kind, Ending):
+            p = kind.of(parts)
+            names = kind.unit_names(scene)
+            yield from ((names[i], why) for i, why in kind.lost(p, own_modes(kind, p, modes)))
 
 
 def resistances(parts: Parts) -> Iterator[Resistance]:

@@ -1,18 +1,19 @@
 """Modes of all elements that have modes: their ends, their successors, and observed values.
 
-Rows of modes belong to contact points, springs, flows, guides, joints and triggers, in this order.
-Every row has the same number of margins, which are positive while its mode lasts.
+Rows of modes belong to contact points, springs, flows, links, bushings, guides, joints, their
+motions and triggers, in this order. Every row has the same number of margins, which are positive
+while its mode lasts.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hydrosim.forces import spring, trigger
+from hydrosim.forces import bushing, link, spring, trigger
 from hydrosim.forces.contact import fender, group, guide, loop, transitions
 from hydrosim.forces.contact.laws import COULOMB
 from hydrosim.forces.contact.tally import add_tallies
-from hydrosim.forces.joint import locks
+from hydrosim.forces.joint import locks, motions
 from hydrosim.forces.joint.rows import REFERENCE
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.tanks import pumping
@@ -29,16 +30,30 @@ def observed(elements: Elements) -> dict[str, tuple[int, int]]:
     return {
         "fender": (elements.fenders.points.size, fender.OBSERVED),
         "spring": (elements.springs.lines.size, spring.OBSERVED),
+        "link": (elements.links.links.size, link.OBSERVED),
+        "bushing": (elements.bushings.each.size, bushing.OBSERVED),
         "guide": (elements.guides.pins.size, guide.OBSERVED),
         "joint": (elements.locks.joints, 6),
+        "joint_motion": (elements.joint_motions.each.size, motions.OBSERVED),
     }
 
 
 @kernel
+def joints_observed(elements):
+    """Place of the loads of joints in the output of `observe`."""
+    behind = elements.fenders.points.size * fender.OBSERVED
+    behind += elements.springs.lines.size * spring.OBSERVED
+    behind += elements.links.links.size * link.OBSERVED
+    behind += elements.bushings.each.size * bushing.OBSERVED
+    return behind + elements.guides.pins.size * guide.OBSERVED
+
+
+@kernel
 def observe(t, y, modes, motion, bodies, elements, holds, wrench, out):
-    """Write what a run records of fenders, springs, guides and joints, except the forces of
-    elements, to ``out``. `observed` gives the shapes that follow one another in the flat array
-    ``out``. The forces of all elements are read from ``wrench`` (rows, 6 nb) [N, N m]."""
+    """Write what a run records of fenders, springs, links, bushings, guides and joints, except
+    the forces of elements, to ``out``. `observed` gives the shapes that follow one another in the
+    flat array ``out``. The forces of all elements are read from ``wrench`` (rows, 6 nb)
+    [N, N m]."""
     fenders = elements.fenders
     springs = elements.springs
     if fenders.points.size > 0:
@@ -47,11 +62,21 @@ def observe(t, y, modes, motion, bodies, elements, holds, wrench, out):
     if springs.lines.size > 0:
         spring.observe(modes, motion, bodies, springs, out[behind:])
     behind += springs.lines.size * spring.OBSERVED
+    if elements.links.links.size > 0:
+        link.observe(modes, motion, bodies, elements.links, out[behind:])
+    behind += elements.links.links.size * link.OBSERVED
+    if elements.bushings.each.size > 0:
+        bushing.observe(modes, motion, bodies, elements.bushings, out[behind:])
+    behind += elements.bushings.each.size * bushing.OBSERVED
     if elements.guides.pins.size > 0:
         guide.observe(modes, motion, bodies, elements, out[behind:])
     behind += elements.guides.pins.size * guide.OBSERVED
     if elements.locks.each.size > 0:
         locks.observe(elements.locks, holds, out[behind:])
+    behind += elements.locks.joints * 6
+    if elements.joint_motions.each.size > 0:
+        p = elements.joint_motions
+        motions.observe(y, modes, bodies, p, holds.reaction, out[behind:])
 
 
 @root
@@ -63,10 +88,16 @@ def settle(t, y, modes, motion, bodies, elements, tanks):
         spring.settle(modes, motion, bodies, elements.springs)
     if tanks.flows.size > 0:
         pumping.settle(t, modes, tanks)
+    if elements.links.links.size > 0:
+        link.settle(modes, motion, bodies, elements.links)
+    if elements.bushings.each.size > 0:
+        bushing.settle(modes, motion, bodies, elements.bushings)
     if elements.guides.pins.size > 0:
         guide.settle(modes, motion, bodies, elements)
     if elements.locks.each.size > 0:
         locks.settle(y, modes, motion, bodies, elements.locks)
+    if elements.joint_motions.each.size > 0:
+        motions.settle(y, modes, bodies, elements.joint_motions)
     if elements.triggers.each.size > 0:
         trigger.settle(t, y, modes, motion, bodies, elements, tanks)
     group.initialise(t, y, modes, elements.fenders)
@@ -83,10 +114,16 @@ def find_margins(t, y, modes, motion, bodies, elements, tanks, headings, reactio
         spring.margins(modes, motion, bodies, springs, out)
     if tanks.flows.size > 0:
         pumping.margins(t, y, modes, tanks, out)
+    if elements.links.links.size > 0:
+        link.margins(modes, motion, bodies, elements.links, out)
+    if elements.bushings.each.size > 0:
+        bushing.margins(modes, motion, bodies, elements.bushings, out)
     if elements.guides.pins.size > 0:
         guide.margins(modes, motion, bodies, elements, out)
     if elements.locks.each.size > 0:
         locks.margins(y, modes, motion, bodies, elements.locks, reactions, out)
+    if elements.joint_motions.each.size > 0:
+        motions.margins(y, modes, bodies, elements.joint_motions, reactions, out)
     if elements.triggers.each.size > 0:
         trigger.margins(t, y, modes, motion, bodies, elements, tanks, out)
 
@@ -108,12 +145,22 @@ def switch(row, which, size, step, t, y, modes, motion, bodies, elements, tanks,
     if is_trigger(row, elements):
         trigger.switch(row - triggers.mode, which, t, y, modes, motion, bodies, elements, tanks)
         return
+    if row >= elements.joint_motions.mode and elements.joint_motions.each.size > 0:
+        p = elements.joint_motions
+        motions.switch(row - p.mode, which, y, modes, bodies, reactions, p)
+        return
     if row >= elements.locks.mode and elements.locks.each.size > 0:
         locks.switch(row - elements.locks.mode, which, y, modes, motion, bodies, elements.locks)
         return
     if row >= elements.guides.mode and elements.guides.pins.size > 0:
         i = row - elements.guides.mode
         guide.switch(i, which, y, modes, motion, bodies, elements)
+        return
+    if row >= elements.bushings.mode and elements.bushings.each.size > 0:
+        bushing.switch(row - elements.bushings.mode, modes, elements.bushings)
+        return
+    if row >= elements.links.mode and elements.links.links.size > 0:
+        link.switch(row - elements.links.mode, which, modes, motion, bodies, elements.links)
         return
     if row >= tanks.mode and tanks.flows.size > 0:
         pumping.switch(row - tanks.mode, which, t, modes, tanks)
@@ -152,7 +199,7 @@ def felt(row, part, elements, tanks):
         return tanks.state, tanks.state + tanks.each.size
     if row >= elements.locks.mode and elements.locks.each.size > 0 and part == 0:
         k = elements.locks.state + locks.STATES * (row - elements.locks.mode)
-        return (k, k + REFERENCE) if row < elements.triggers.mode else (0, 0)
+        return (k, k + REFERENCE) if row < elements.joint_motions.mode else (0, 0)
     if row < fenders.mode or row >= fenders.mode + fenders.points.size:
         return 0, 0
     point = fenders.points[row - fenders.mode]
@@ -167,8 +214,9 @@ def felt(row, part, elements, tanks):
 
 def held_points(elements: Elements) -> int:
     """Number of the points with directions of slip, or reactions of rigid friction; and of the
-    joints with reactions."""
-    return int(elements.fenders.points.size + elements.locks.each.size)
+    joints and motions of joints with reactions."""
+    joints = elements.locks.each.size + elements.joint_motions.each.size
+    return int(elements.fenders.points.size + joints)
 
 
 @kernel
@@ -198,7 +246,7 @@ def settling(t, y, elements):
 def held_directions(elements: Elements) -> int:
     """Largest number of rows of constraints that elements need."""
     rigid = HELD * int((elements.fenders.points["law"] == COULOMB).sum())
-    return rigid + int(elements.locks.rows)
+    return rigid + int(elements.locks.rows) + int(elements.joint_motions.rows)
 
 
 @kernel
@@ -222,6 +270,8 @@ def hold(y, modes, motion, bodies, elements, wrench, constraints, holds):
     is scratch."""
     if elements.locks.each.size > 0:
         locks.hold(y, modes, motion, bodies, elements.locks, wrench, constraints, holds)
+    if elements.joint_motions.rows > 0:
+        motions.hold(modes, elements.joint_motions, constraints, holds)
     fender.hold_points(modes, motion, bodies, elements.fenders, wrench, constraints, holds)
 
 
@@ -232,6 +282,9 @@ def add_reactions(y, modes, motion, bodies, elements, constraints, holds, wrench
     if elements.locks.each.size > 0:
         p = elements.locks
         locks.add_reactions(y, modes, motion, bodies, p, constraints, holds, wrench)
+    if elements.joint_motions.rows > 0:
+        p = elements.joint_motions
+        motions.add_reactions(modes, motion, bodies, p, constraints, holds, wrench)
 
 
 @kernel
@@ -244,5 +297,8 @@ def strike(t, y, modes, motion, bodies, headings, reactions, elements):
 
 @kernel
 def break_loose(t, y, modes, motion, bodies, elements, reactions):
-    """Release the first point whose reaction exceeds its limit; returns true if there was one."""
+    """Release the first unit whose reaction exceeds its limit; returns true if there was one."""
+    p = elements.joint_motions
+    if p.rows > 0 and motions.break_loose(modes, p, reactions):
+        return True
     return transitions.break_loose(t, y, modes, motion, bodies, elements.fenders, reactions)

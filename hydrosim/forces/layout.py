@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from hydrosim.dofs import about_z
+from hydrosim.rigid.tree import NO_TREE, Tree
 from hydrosim.scene import Clearance, ForceElement, Joint, Scene, Weight
-from hydrosim.scene.trees import constraints
+from hydrosim.scene.trees import constraints, tree_joints
 
 if TYPE_CHECKING:
     from hydrosim.tanks.events import TriggeredPump
@@ -23,12 +24,18 @@ BALLAST = "ballast"
 
 
 def row_names(scene: Scene) -> tuple[str, ...]:
-    """Names of all rows of forces: bodies, elements, the weight if any body carries its own, and
-    the flow in and out of tanks, and joints that are constraints."""
+    """Names of all rows of forces: bodies, elements, joints in whose motions forces act, the weight
+    if any body carries its own, the flow in and out of tanks, and joints that are constraints."""
     carried = any(body.weight == Weight.CARRIED for body in scene.bodies)
     own = [*([WEIGHT] if carried else []), *([BALLAST] if has_flow(scene) else [])]
     own += [JOINTS] if constraint_names(scene) else []
-    return (*ROWS, *scene.forces, *own)
+    return (*ROWS, *scene.forces, *acting_joints(scene), *own)
+
+
+def acting_joints(scene: Scene) -> tuple[str, ...]:
+    """Names of the joints of trees in whose motions springs, damping, stops or friction act."""
+    joints = tree_joints(scene) if scene.joints else {}
+    return tuple(name for name, j in joints.items() if any(r.acts for r in j.resistances))
 
 
 def constraint_names(scene: Scene) -> tuple[str, ...]:
@@ -62,12 +69,13 @@ class Resonance(NamedTuple):
 
 class Resistance(NamedTuple):
     """A ``row`` of forces that takes the power v (B v - b) at the velocity v (6,) of a ``body``:
-    ``B`` (6, 6) and ``b`` (6,)."""
+    ``B`` (6, 6) and ``b`` (6,). Or v (1,) is the rate of a free ``coordinate``."""
 
     row: int
     body: int
     B: np.ndarray
     b: np.ndarray
+    coordinate: int = -1
 
 
 class BodyAtRest(NamedTuple):
@@ -100,8 +108,9 @@ class Layout:
     ``tank_names`` names the tanks that change, ``flow`` is the row of forces of flows, ``pumps``
     begin or end by events. ``carried`` [N] is the weight of bodies without water that carry their
     own weight. ``joints`` are all joints of the scene, ``constraints`` the bodies of those that are
-    constraints, ``joint_row`` is their row of forces. ``points`` are body and place of each named
-    point, for the ``clearances``.
+    constraints, ``joint_row`` is their row of forces; ``tree`` are the constants of the others.
+    ``origin`` [m] is the centre of gravity of each body at rest. ``points`` are body and place of
+    each named point, for the ``clearances``.
     """
 
     body: dict[str, int]
@@ -119,8 +128,23 @@ class Layout:
     joints: Mapping[str, Joint] = field(default_factory=dict)
     constraints: Mapping[str, Joined] = field(default_factory=dict)
     joint_row: int = 0
+    tree: Tree = NO_TREE
+    origin: tuple[np.ndarray, ...] = ()
     points: Mapping[str, tuple[int, tuple[float, ...]]] = field(default_factory=dict)
     clearances: Mapping[str, Clearance] = field(default_factory=dict)
+
+    def place_at_rest(self, body: str | None, point: Sequence[float]) -> np.ndarray:
+        """Position (3,) in the earth frame of a ``point`` of a body at rest, or of the earth."""
+        if body is None:
+            return np.asarray(point, float)
+        b = self.body[body]
+        return np.asarray(np.add(self.origin[b], about_z(self.heading[b]) @ point))
+
+    def axes_from(self, body: str, to: str | None) -> np.ndarray:
+        """Matrix (3, 3) that turns vectors from the frame of ``body`` to that of ``to``, or to the
+        earth frame, with both bodies at rest."""
+        there = 0.0 if to is None else self.heading[self.body[to]]
+        return about_z(self.heading[self.body[body]] - there)
 
 
 def axes_at_rest(heading: float) -> np.ndarray:

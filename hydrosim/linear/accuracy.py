@@ -41,6 +41,7 @@ from hydrosim.linear.components import spread
 from hydrosim.linear.modes import TINY, shares
 from hydrosim.linear.stability import Combination, what_moves
 from hydrosim.modes import MODE, SEGMENT
+from hydrosim.rigid.free import slopes_at_rest
 from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.state_layout import StateLayout
 
@@ -198,5 +199,5 @@ def remembered(model: Model, omega: float) -> np.ndarray:
     turning = np.exp(-1j * omega * kernel.step * np.arange(len(kernel.K)))
     turning[[0, -1]] *= 0.5  # the trapezoidal rule
     found[kernel.row, kernel.column] = turning @ kernel.K
-    active = model.bodies.active
-    return np.asarray(kernel.step * found[np.ix_(active, active)])
+    S = slopes_at_rest(model.bodies)
+    return np.asarray(kernel.step * (S.T @ found @ S))

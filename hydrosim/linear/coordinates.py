@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from hydrosim.rigid.free import slopes_at
 from hydrosim.rigid.kinematics import acceleration_map, place_bodies
 from hydrosim.stepping.blending import blend
 from hydrosim.stepping.dynamics import Model, find_mass, new_work, update_contents
@@ -22,12 +23,7 @@ def without_waves(model: Model) -> Model:
 
 def velocity_map(model: Model, q: np.ndarray) -> np.ndarray:
     """S (6 nb, n) at coordinates ``q`` (n,): velocities v = S q', generalised loads S^T F."""
-    motion = new_work(model).motion
-    columns = []
-    for rates in np.eye(q.size):
-        place_bodies(q, rates, model.bodies, motion)
-        columns.append(motion.velocity.copy())
-    return np.reshape(columns, (q.size, -1)).T
+    return slopes_at(model.bodies, q)
 
 
 def inertia(model: Model, y: np.ndarray) -> np.ndarray:

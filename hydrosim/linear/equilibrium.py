@@ -31,6 +31,7 @@ from hydrosim.forces.joint import locks
 from hydrosim.linear.coordinates import inertia
 from hydrosim.linear.freedom import DEPENDENT, find_constraint_rows, freedom_of
 from hydrosim.linear.modes import FLAT, FREE
+from hydrosim.rigid.free import positions
 from hydrosim.rigid.kinematics import generalised_force, place_bodies
 from hydrosim.stepping.blending import settled
 from hydrosim.stepping.dynamics import (
@@ -83,9 +84,7 @@ class Rest:
     def position(self) -> np.ndarray:
         """Displacements of all bodies, (nb, 6)."""
         bodies = self.model.bodies
-        found = bodies.locked.copy()
-        found[bodies.active] = self.state.y[: bodies.active.size]
-        return found.reshape(-1, 6)
+        return positions(bodies, self.state.y[: bodies.active.size])
 
 
 class _Loads:
@@ -237,9 +236,10 @@ def stiffness_of(rest: Rest, rows: Sequence[int], step: float = WIDE) -> np.ndar
 def _at(q: np.ndarray, state: State, model: Model) -> np.ndarray:
     """y at rest at ``q`` with the tank contents of a ``state``."""
     y = np.zeros_like(state.y)
-    coordinates = model.bodies.locked.copy()
-    y[: q.size] = coordinates[model.bodies.active] = q
-    y[model.draught : model.energy] = settled(model.family, coordinates)
+    y[: q.size] = q
+    if model.family.body.size:
+        coordinates = positions(model.bodies, q).ravel()
+        y[model.draught : model.energy] = settled(model.family, coordinates)
     tanks = model.tanks
     held = slice(tanks.state, tanks.state + tanks.each.size)
     y[held] = state.y[held]

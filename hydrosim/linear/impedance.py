@@ -56,35 +56,36 @@ class Admittance:
 
 def find_admittances(
     s: np.ndarray,
-    dofs: Sequence[np.ndarray],
+    slopes: Sequence[np.ndarray],
     memories: Sequence[np.ndarray],
     linear: Linear,
 ) -> list[Admittance]:
-    """Z^-1 for the coordinates ``dofs`` (k,) of each database, among 6 nb, at ``s`` (nw,) [1/s].
-    ``memories`` (nw, k, k) are K^ of the databases; ``linear`` has positions and rates, without
-    memory. Z contains forces of constraints, but they do no work on allowed motions. Each component
-    is solved by itself."""
+    """Z^-1 for the DOFs of each database at ``s`` (nw,) [1/s], which move by its ``slopes`` (k, n)
+    with the free coordinates. ``memories`` (nw, k, k) are K^ of the databases; ``linear`` has
+    positions and rates, without memory. Z contains forces of constraints, but they do no work on
+    allowed motions. Each component is solved by itself."""
     active = linear.active
     coupled = linear.coupled
-    for each in dofs:
-        at = np.flatnonzero(np.isin(active, each))
+    for each in slopes:
+        at = np.flatnonzero(each.any(axis=0))
         coupled[at[:, None], at] = True
     found: dict[int, Admittance] = {}
     for part in linear.split(coupled):
-        own = [k for k, each in enumerate(dofs) if np.isin(each, part.active).any()]
-        solved = _admittances(s, [dofs[k] for k in own], [memories[k] for k in own], part)
+        here = np.searchsorted(active, part.active)
+        felt = [each[:, here] for each in slopes]
+        own = [k for k, each in enumerate(felt) if each.any()]
+        solved = _admittances(s, [felt[k] for k in own], [memories[k] for k in own], part)
         found.update(zip(own, solved, strict=True))
-    return [found[k] for k in range(len(dofs))]
+    return [found[k] for k in range(len(slopes))]
 
 
 def _admittances(
-    s: np.ndarray, dofs: Sequence[np.ndarray], memories: Sequence[np.ndarray], part: Linear
+    s: np.ndarray, slopes: Sequence[np.ndarray], memories: Sequence[np.ndarray], part: Linear
 ) -> Iterator[Admittance]:
     """Admittances of the databases of one component."""
     n = part.active.size
     N = part.freedom.basis
-    # velocities of the databases' coordinates, zero where they are held
-    felt = [(own[:, None] == part.active) @ N for own in dofs]
+    felt = [each @ N for each in slopes]
     MJ = part.inertia @ part.jacobian[n:]
     s = s[:, None, None]
     Z = s * (N.T @ part.inertia @ N) - N.T @ MJ[:, n:] @ N - N.T @ MJ[:, :n] @ N / s

@@ -13,7 +13,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from hydrosim.forces import Recorded, signals_of
-from hydrosim.forces.layout import ROWS
+from hydrosim.forces.layout import ROWS, constraint_names
+from hydrosim.rigid.free import moving_dofs
+from hydrosim.rigid.tree import NO_BODY, SLIDE
 from hydrosim.scene import Scene, Turns
 from hydrosim.stepping.dynamics import Model
 
@@ -39,6 +41,9 @@ def nonlinearities(scene: Scene, model: Model) -> Iterator[str]:
     for key, signal in signals_of(scene.forces):
         if isinstance(signal, Recorded):
             yield f"{key} is a record"
+    for branch in model.bodies.tree.branches if model.bodies.exact else ():
+        if not _is_straight(branch, model):
+            yield f"exact rotations of {scene.bodies[branch['child']].name} on its joint"
     for b, body in enumerate(scene.bodies):
         free = _free_angles(b, model)
         locked = [i for i in ANGLES if i not in free and body.position[i] != 0.0]
@@ -48,11 +53,21 @@ def nonlinearities(scene: Scene, model: Model) -> Iterator[str]:
         elif b in model.headings.turning and (model.bodies.active.size > 1 or _stream(model)):
             yield f"hydrodynamics turn with {body.name}"
     yield from _elements(scene, model)
-    for name, joint in scene.joints.items():
-        if not joint.lasts:
+    for name in constraint_names(scene):
+        if not scene.joints[name].lasts:
             yield f"{name} is not always closed"
         elif model.bodies.exact:
             yield f"exact rotations of the joint {name}"
+    for one in model.elements.joint_motions.each:
+        if one["stop"] > 0.0 or one["static"] >= 0.0:
+            yield "stops or friction in joints"
+            break
+
+
+def _is_straight(branch: np.void, model: Model) -> bool:
+    """True for a joint to the earth that slides."""
+    moves = model.bodies.tree.moves[branch["first"] : branch["last"]]
+    return branch["parent"] == NO_BODY and bool(np.all(moves["kind"] == SLIDE))
 
 
 def _stream(model: Model) -> bool:
@@ -73,4 +88,5 @@ def _elements(scene: Scene, model: Model) -> Iterator[str]:
 
 
 def _free_angles(body: int, model: Model) -> list[int]:
-    return [i for i in ANGLES if 6 * body + i in model.bodies.active]
+    moving = moving_dofs(model.bodies)
+    return [i for i in ANGLES if 6 * body + i in moving]

@@ -56,9 +56,10 @@ class Kind(StrEnum):
 class NaturalMode:
     """One mode of motion.
 
-    ``coordinate`` (among 6 nb) gives its name; each is used once. ``eigenvalue`` [1/s] is that of
-    its free decay (0 for a free mode). ``natural_period`` [s] is 2 pi / w with det Re D(w) = 0: the
-    period at which inertia with the added mass A(w) balances stiffness, infinite without stiffness.
+    ``coordinate`` (among `Bodies.active`) gives its name; each is used once. ``eigenvalue`` [1/s]
+    is that of its free decay (0 for a free mode). ``natural_period`` [s] is 2 pi / w with
+    det Re D(w) = 0: the period at which inertia with the added mass A(w) balances stiffness,
+    infinite without stiffness.
     ``shape`` (n,) is the undamped motion of the free coordinates, 1 where its energy is largest.
     ``share`` (n,) is the kinetic energy of each as a fraction.
     """
@@ -71,7 +72,7 @@ class NaturalMode:
 
     @property
     def dof(self) -> str:
-        """Name of the coordinate."""
+        """Name of the degree of freedom of a body that names it."""
         return DOFS[self.coordinate % 6]
 
     @property

@@ -38,6 +38,7 @@ from hydrosim.integrate.exponential import (
 from hydrosim.jit.refs import Held
 from hydrosim.linear.coordinates import without_waves
 from hydrosim.linear.linearise import linearise
+from hydrosim.rigid.free import slopes_at_rest
 from hydrosim.stepping.dynamics import Model, new_work, rhs
 from hydrosim.stepping.exact import Resistances, add_energies, keep_states, sample_loads
 from hydrosim.stepping.state import STATUS, Clock, Run, State
@@ -254,7 +255,7 @@ def _equation(calm: _Rest) -> Equation:
 def _resistances(model: Model) -> Resistances:
     """Resistances of radiation with constant damping, and of elements that declare them."""
     size = 6 * model.bodies.each.size
-    active = model.bodies.active
+    S = slopes_at_rest(model.bodies)
     damping = model.damping
     B = [np.zeros((size, size))]
     b = [np.zeros(size)]
@@ -264,11 +265,15 @@ def _resistances(model: Model) -> Resistances:
         own = slice(6 * each.body, 6 * each.body + 6)
         B.append(np.zeros((size, size)))
         b.append(np.zeros(size))
-        B[-1][own, own] = each.B
-        b[-1][own] = each.b
+        if each.coordinate < 0:
+            B[-1][own, own] = each.B
+            b[-1][own] = each.b
         rows.append(each.row)
-    matrices = np.array(B)[:, active[:, None], active]
-    steady = np.array(b)[:, active]
+    matrices = S.T @ np.array(B) @ S
+    steady = np.array(b) @ S
+    for k, each in enumerate(resistances(model), 1):
+        if each.coordinate >= 0:
+            matrices[k, each.coordinate, each.coordinate] = each.B[0, 0]
     return Resistances(np.array(rows, dtype=np.int64), matrices, steady)
 
 

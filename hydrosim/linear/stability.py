@@ -28,6 +28,7 @@ from hydrosim.linear.coordinates import inertia
 from hydrosim.linear.freedom import find_constraint_rows, freedom_of
 from hydrosim.linear.linearise import Linear, Spectrum, linearise
 from hydrosim.linear.modes import shares
+from hydrosim.rigid.free import own_coordinates
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.scene import Scene
 from hydrosim.stepping.dynamics import Model, dynamic_states, new_work
@@ -315,7 +316,9 @@ def _sliding(model: Model, state: State, modes: np.ndarray, time: float) -> Stat
     posing = [(kind, p, own_modes(kind, p, modes)) for kind, p in kinds_posing(model)]
     speed = max(kind.sliding_speed(p, own, time) for kind, p, own in posing)
     if speed > 0.0:
-        y[n : 2 * n] += speed * (1 + bodies.active // 6) * (bodies.active % 6 < 2)
+        own = own_coordinates(bodies)
+        y[n : n + own.size] += speed * (1 + own // 6) * (own % 6 < 2)
+        y[n + own.size : 2 * n] += speed  # of joints
     place_bodies(y[:n], y[n : 2 * n], bodies, motion)
     for kind, p, own in posing:
         kind.slide(p, own, time, bodies, motion, y)

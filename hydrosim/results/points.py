@@ -9,6 +9,7 @@ import numpy as np
 
 from hydrosim.errors import InputError
 from hydrosim.rigid.kinematics import new_motion, place_bodies
+from hydrosim.rigid.tree import NO_TREE
 
 if TYPE_CHECKING:
     from hydrosim.scene import Clearance, Scene
@@ -66,14 +67,15 @@ def check_points(scene: Scene) -> None:
 
 
 def frames_of(model: Model, coordinates: np.ndarray) -> Frames:
-    """Positions and rotations of the bodies at ``coordinates`` (nt, 6 nb)."""
-    bodies = model.bodies
-    motion = new_motion(model.bodies)
-    count = len(bodies.each)
-    still = np.zeros(bodies.active.size)
+    """Positions and rotations of the bodies at ``coordinates`` (nt, 6 nb) as they are recorded,
+    which tell them without the joints."""
+    count = len(model.bodies.each)
+    bodies = model.bodies._replace(active=np.arange(6 * count), tree=NO_TREE)
+    motion = new_motion(bodies)
+    still = np.zeros(6 * count)
     rotation = np.zeros((len(coordinates), count, 3, 3))
     for k, q in enumerate(coordinates):
-        place_bodies(q[bodies.active], still, bodies, motion)
+        place_bodies(q, still, bodies, motion)
         rotation[k] = motion.rotation
     place = coordinates.reshape(len(coordinates), count, 6)[:, :, :3] + bodies.each["origin"]
     return place, rotation

@@ -5,13 +5,14 @@ The water that a body sets in motion has the kinetic energy
     T = w^T A(psi) w / 2,   A(psi) = P A P^T,   w = v - U
 
 P: from the heading axes of each body to the earth's (`heading`); U: the current. Lagrange's
-equations in w give the force on the bodies: force p', moment G' - omega x G, and -dT/dpsi on yaw.
+equations in w give the force on the bodies: force p', moment G' - omega x G, and -dT/dpsi on psi.
 (Lamb 1932, art. 124 has them for axes fixed in a body.) With the momentum (p, G) = A(psi) w,
 
     F = -p',   M = -G' + omega x G + E^-T (0, 0, dT/dpsi),
     dT/dpsi = w^T J A(psi) w = -e_z . (w_t x p + omega x G)
 
-The last term is Munk's moment. The part -A(psi) v' is inertia; `add_turning` adds the rest. The
+The last term is Munk's moment. For a jointed body it acts on all joints that turn its heading
+(`rigid.tree`). The part -A(psi) v' is inertia; `add_turning` adds the rest. The
 rest does no net work but conserves momentum: the work of F is -dT/dt. Body and water together keep
 their linear impulse, and their angular impulse about a vertical through any fixed point.
 """
@@ -19,12 +20,13 @@ their linear impulse, and their angular impulse about a vertical through any fix
 from __future__ import annotations
 
 from hydrosim.jit.kernels import clear, kernel, root
-from hydrosim.rigid.heading import all_to_earth, all_to_heading
+from hydrosim.rigid.heading import all_to_earth, all_to_heading, heading_rate
+from hydrosim.rigid.tree import add_heading_moment
 from hydrosim.rigid.vectors import cross, vector
 
 
 @root
-def add_turning(p, A, motion, hulls, total):
+def add_turning(p, A, bodies, motion, hulls, total):
     """Add to ``total`` (6 nb,) the force of the water without -A(psi) v'; ``hulls.flow`` must be
     filled.
 
@@ -34,13 +36,16 @@ def add_turning(p, A, motion, hulls, total):
     turn, momentum, force = hulls.turn, hulls.momentum, hulls.force
     clear(turn)
     for b in p.turning:
-        _add_turned(motion.rate[6 * b + 5], 6 * b, hulls.flow, turn)
+        _add_turned(heading_rate(b, motion), 6 * b, hulls.flow, turn)
     multiply(A, hulls.flow, momentum)
     multiply(A, turn, force)
     for b in p.turning:
-        _add_turned(-motion.rate[6 * b + 5], 6 * b, momentum, force)
-        _add_moments(6 * b, motion.rate_map[b], hulls.flow, momentum, force)
+        _add_turned(-heading_rate(b, motion), 6 * b, momentum, force)
+        _add_spin(6 * b, hulls.flow, momentum, force)
     all_to_earth(p, motion, force)
+    for b in p.turning:
+        moment = _heading_moment(6 * b, hulls.flow, momentum)
+        add_heading_moment(b, moment, bodies, motion, force)
     for i in range(total.size):
         total[i] += force[i]
 
@@ -54,15 +59,19 @@ def _add_turned(rate, k, x, out):
 
 
 @kernel
-def _add_moments(k, E, w, momentum, force):
-    """Add omega x G and E^-T (0, 0, dT/dpsi): in heading axes dT/dpsi (tan pitch, 0, 1)."""
-    p, G = vector(momentum, k), vector(momentum, k + 3)
-    spin, munk = cross(vector(w, k + 3), G), cross(vector(w, k), p)
-    on_yaw = -munk[2] - spin[2]
-    ct = E[1, 1] * E[0, 0] - E[0, 1] * E[1, 0]
-    force[k + 3] += spin[0] - E[2, 0] / ct * on_yaw
-    force[k + 4] += spin[1]
-    force[k + 5] += spin[2] + on_yaw
+def _add_spin(k, w, momentum, force):
+    """Add omega x G, in heading axes."""
+    spin = cross(vector(w, k + 3), vector(momentum, k + 3))
+    for i in range(3):
+        force[k + 3 + i] += spin[i]
+
+
+@kernel
+def _heading_moment(k, w, momentum):
+    """dT/dpsi of one body."""
+    spin = cross(vector(w, k + 3), vector(momentum, k + 3))
+    munk = cross(vector(w, k), vector(momentum, k))
+    return -munk[2] - spin[2]
 
 
 @kernel

@@ -22,6 +22,7 @@ import numpy as np
 
 from hydrosim.jit.kernels import assign, kernel
 from hydrosim.rigid.kinematics import Bodies, Motion, new_motion
+from hydrosim.rigid.tree import NO_BODY, SLIDE, TURN
 
 
 class Headings(NamedTuple):
@@ -61,17 +62,32 @@ def new_headings(
     """Headings of bodies; ``wet`` (nb,) marks those with hydrodynamics. See `Headings`."""
     free = np.isin(np.arange(6 * bodies.each.size), bodies.active).reshape(-1, 6)
     yaw = bodies.locked.reshape(-1, 6)[:, 5] + bodies.each["heading"]
-    turning = wet & free[:, 5] & bodies.exact
+    turning = wet & turning_heading(bodies) & bodies.exact
     turned = np.flatnonzero(turning | (wet & (yaw != 0.0) & bodies.exact))
     place = {index: j for j, index in enumerate(bodies.active.tolist())}
     return Headings(
         turned,
         np.flatnonzero(turning),
         np.array([place.get(6 * b, -1) for b in turned.tolist()], dtype=np.int64),
-        bool(np.all(free[turned, 0] == free[turned, 1])),
+        bool(np.all(free[turned, 0] == free[turned, 1])) and not bodies.tree.branches.size,
         np.array(current),
         stream,
     )
+
+
+def turning_heading(bodies: Bodies) -> np.ndarray:
+    """True (nb,) for bodies whose heading may change: their own yaw is free, or a joint below them
+    turns about an axis that is not level."""
+    free = np.isin(np.arange(6 * bodies.each.size), bodies.active).reshape(-1, 6)[:, 5]
+    for branch in bodies.tree.branches:
+        moves = bodies.tree.moves[branch["first"] : branch["last"]]
+        turns = moves[moves["kind"] != SLIDE]
+        level = len(turns) == 0 or (
+            len(turns) == 1 and (turns["kind"] == TURN).all() and abs(turns["axes"][0, 0, 2]) == 0.0
+        )
+        parent = branch["parent"]
+        free[branch["child"]] = not level or (parent != NO_BODY and free[parent])
+    return free
 
 
 def new_hulls(bodies: Bodies) -> Hulls:
@@ -88,6 +104,12 @@ def heading(b, bodies, motion):
         return E[1, 1], -E[0, 1]
     yaw = motion.coordinates[6 * b + 5]
     return cos(yaw), sin(yaw)
+
+
+@kernel
+def heading_rate(b, motion):
+    """psi' of body ``b``."""
+    return motion.growth.rate[b] if motion.growth.rate.size > 0 else motion.rate[6 * b + 5]
 
 
 @kernel
@@ -160,7 +182,7 @@ def accelerations_along(p, motion, flow, a):
     into earth axes, U is the velocity of the water, and J = e_z x."""
     all_to_heading(p, motion, a)
     for b in p.turning:
-        rate = motion.rate[6 * b + 5]
+        rate = heading_rate(b, motion)
         for k in (6 * b, 6 * b + 3):
             a[k] += rate * flow[k + 1]
             a[k + 1] -= rate * flow[k]

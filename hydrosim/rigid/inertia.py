@@ -70,8 +70,9 @@ def constant_inertia(bodies: Bodies, added_mass: np.ndarray) -> Inertia:
         M[6 * b : 6 * b + 3, 6 * b : 6 * b + 3] += body["mass"] * np.eye(3)
         if not bodies.exact:
             M[6 * b + 3 : 6 * b + 6, 6 * b + 3 : 6 * b + 6] += body["inertia"]
-    turns = (bodies.active % 6 >= 3) & bodies.exact
-    t, r = bodies.active[~turns], np.arange(6 * bodies.each.size).reshape(-1, 6)[:, 3:].ravel()
+    own = bodies.active[: bodies.active.size - bodies.tree.coordinates]  # joints do without it
+    turns = (own % 6 >= 3) & bodies.exact
+    t, r = own[~turns], np.arange(6 * bodies.each.size).reshape(-1, 6)[:, 3:].ravel()
     try:
         root = np.linalg.inv(np.linalg.cholesky(M[np.ix_(t, t)]))
         inverse = root.T @ root
@@ -81,7 +82,7 @@ def constant_inertia(bodies: Bodies, added_mass: np.ndarray) -> Inertia:
     gain = inverse @ coupling.T
     return Inertia(
         *(np.flatnonzero(~turns), np.flatnonzero(turns), t),
-        *(bodies.active[turns] // 6, bodies.active[turns] % 6 - 3),
+        *(own[turns] // 6, own[turns] % 6 - 3),
         *(inverse, coupling, gain, added_mass[np.ix_(r, r)] - coupling @ gain),
         alone=len(M) == bodies.active.size and not _coupled(added_mass),
     )

@@ -9,6 +9,7 @@ in the earth frame; omega = E (phi', theta', psi') with
 
 singular at a pitch of 90 deg. For all bodies together v = S q', v' = S q'' + S' q', where S is the
 identity with blocks E. A wrench F does the generalised force S^T F on the coordinates.
+Bodies that joints carry have no coordinates of their own: `rigid.tree` has their part of S.
 
 psi is the sum of yaw and heading at rest. With small angles (`Bodies.exact` false) that heading is
 zero and E is the identity. Points then move by u + theta x r, and lever arms stay as they are at
@@ -23,6 +24,17 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.jit.kernels import assign, kernel, root
+from hydrosim.rigid.tree import (
+    NO_TREE,
+    Growth,
+    Tree,
+    add_generalised,
+    add_inertia,
+    add_to_accelerations,
+    add_wrench_of_angles,
+    grow,
+    new_growth,
+)
 from hydrosim.rigid.vectors import add, cross, matvec, vector
 
 BODY = np.dtype(
@@ -40,17 +52,19 @@ if contents change (`rigid.contents`)."""
 class Bodies(NamedTuple):
     """Constants of all rigid bodies: ``each`` (nb,) of `BODY`, ``active`` (n,) indices of the free
     coordinates among 6 nb, ``locked`` (6 nb,) values of the locked ones; ``exact`` is true for
-    rotation matrices, false for small angles."""
+    rotation matrices, false for small angles. The ``tree`` has their joints, whose coordinates come
+    last: their indices in ``active`` begin at 6 nb."""
 
     each: np.ndarray
     active: np.ndarray
     locked: np.ndarray
     exact: bool
+    tree: Tree = NO_TREE
 
 
 class Motion(NamedTuple):
     """Scratch: ``coordinates`` q and their ``rate`` q' (6 nb,), ``rotation`` R and ``rate_map`` E
-    (nb, 3, 3), ``velocity`` v (6 nb,), ``bias`` S' q' (6 nb,)."""
+    (nb, 3, 3), ``velocity`` v (6 nb,), ``bias`` S' q' (6 nb,); ``growth`` of the tree of joints."""
 
     coordinates: np.ndarray
     rate: np.ndarray
@@ -58,6 +72,7 @@ class Motion(NamedTuple):
     rate_map: np.ndarray
     velocity: np.ndarray
     bias: np.ndarray
+    growth: Growth
 
 
 def new_motion(bodies: Bodies) -> Motion:
@@ -65,7 +80,8 @@ def new_motion(bodies: Bodies) -> Motion:
     nb = bodies.each.size
     unit = np.tile(np.eye(3), (nb, 1, 1))
     zero = np.zeros(6 * nb)
-    return Motion(bodies.locked.copy(), zero, unit, unit.copy(), zero.copy(), zero.copy())
+    growth = new_growth(bodies.tree)
+    return Motion(bodies.locked.copy(), zero, unit, unit.copy(), zero.copy(), zero.copy(), growth)
 
 
 @root
@@ -77,7 +93,7 @@ def place_bodies(q, u, bodies, motion):
 @kernel
 def place(q, u, bodies, motion):
     """`place_bodies` as a part of its caller, for callers where the cost of a call matters."""
-    for j in range(bodies.active.size):
+    for j in range(bodies.active.size - bodies.tree.coordinates):
         motion.coordinates[bodies.active[j]] = q[j]
         motion.rate[bodies.active[j]] = u[j]
     assign(motion.velocity, motion.rate)
@@ -90,6 +106,8 @@ def place(q, u, bodies, motion):
             _turn(b, angles, motion)
         else:
             _rotate_little(angles, motion.rotation[b])
+    if bodies.tree.branches.size > 0:
+        grow(q, u, bodies, motion)
 
 
 @kernel
@@ -97,6 +115,9 @@ def accelerations(x, bodies, motion, a):
     """Fill ``a`` (6 nb,) = v' = S q'' + S' q' from accelerations ``x`` (n,) of the free
     coordinates; ``motion`` must be filled."""
     assign(a, motion.bias)
+    if bodies.tree.branches.size > 0:
+        add_to_accelerations(x, bodies, motion, a)
+        return
     for j in range(bodies.active.size):
         i = bodies.active[j]
         if i % 6 < 3 or not bodies.exact:
@@ -209,10 +230,11 @@ def point_velocity(b, arm, motion):
 
 @kernel
 def point_bias(b, arm, motion):
-    """Acceleration S' q' x arm + omega x (omega x arm) of a body's point."""
+    """Acceleration of a body's point for q'' = 0: S' q' and omega x (omega x arm)."""
     omega = vector(motion.velocity, 6 * b + 3)
     bias = vector(motion.bias, 6 * b + 3)
-    return add(cross(bias, arm), cross(omega, cross(omega, arm)))
+    turning = add(cross(bias, arm), cross(omega, cross(omega, arm)))
+    return add(vector(motion.bias, 6 * b), turning)
 
 
 @kernel
@@ -225,7 +247,10 @@ def add_wrench(b, force, moment, wrench):
 
 @kernel
 def generalised_force(bodies, motion, wrench, Q):
-    """Q = S^T F on the free coordinates; ``wrench`` (6 nb,) is overwritten by S^T F."""
+    """Q = S^T F on the free coordinates; ``wrench`` (6 nb,) is overwritten."""
+    if bodies.tree.branches.size > 0:
+        add_generalised(bodies, motion, wrench, Q)
+        return
     if bodies.exact:
         for b in range(bodies.each.size):
             _transposed_map(motion.rate_map[b], wrench, 6 * b + 3)
@@ -246,12 +271,15 @@ def wrench_of_coordinates(b, Q, bodies, motion, wrench):
 
     Solves E^T m = Q_angles; E^T is [Rz Ry ex; Rz ey; ez] by rows.
     """
-    for i in range(3):
-        wrench[6 * b + i] += Q[i]
     if not bodies.exact:
-        for i in range(3, 6):
+        for i in range(6):
             wrench[6 * b + i] += Q[i]
         return
+    if bodies.tree.branches.size > 0 and bodies.tree.branch[b] >= 0:
+        add_wrench_of_angles(b, Q, bodies, motion, wrench)
+        return
+    for i in range(3):
+        wrench[6 * b + i] += Q[i]
     E = motion.rate_map[b]
     ct = E[1, 1] * E[0, 0] - E[0, 1] * E[1, 0]
     along = (Q[3] - E[2, 0] * Q[5]) / ct
@@ -263,6 +291,9 @@ def wrench_of_coordinates(b, Q, bodies, motion, wrench):
 @kernel
 def acceleration_map(bodies, motion, M, H):
     """H = S^T M S over the free coordinates; ``M`` (6 nb, 6 nb) is overwritten."""
+    if bodies.tree.branches.size > 0:
+        add_inertia(bodies, motion, M, H)
+        return
     n = M.shape[0]
     if bodies.exact:
         for b in range(bodies.each.size):

@@ -1,10 +1,16 @@
-"""Vectors of two, three and six as tuples: no allocation, and formulas that read like formulas."""
+"""Vectors of two, three and six, and quaternions, as tuples: no allocation, and formulas that read
+like formulas.
+
+Unit quaternions (q0, q1, q2, q3), scalar first, are rotations R(q), with R(a b) = R(a) R(b).
+"""
 
 from __future__ import annotations
 
-from math import sqrt
+from math import atan2, cos, sin, sqrt, tan
 
 from hydrosim.jit.kernels import kernel
+
+ALMOST_ZERO = 1e-4  # rad: below it series replace quotients that lose digits
 
 
 @kernel
@@ -69,3 +75,92 @@ def product(A, x, k):
             y[5] + A[5, j] * a,
         )
     return y
+
+
+@kernel
+def about(axis, angle):
+    """Rotation by an angle about a unit vector."""
+    s = sin(0.5 * angle)
+    return (cos(0.5 * angle), s * axis[0], s * axis[1], s * axis[2])
+
+
+@kernel
+def multiply(a, b):
+    """The product a b."""
+    return (
+        a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+        a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+        a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
+        a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
+    )
+
+
+@kernel
+def turned(q, v):
+    """R(q) v."""
+    axis = (q[1], q[2], q[3])
+    across = cross(axis, v)
+    return add(v, scale(2.0, add(scale(q[0], across), cross(axis, across))))
+
+
+@kernel
+def fill_rotation(q, R):
+    """Fill ``R`` (3, 3) with R(q)."""
+    for j in range(3):
+        column = turned(q, (1.0 * (j == 0), 1.0 * (j == 1), 1.0 * (j == 2)))
+        for i in range(3):
+            R[i, j] = column[i]
+
+
+@kernel
+def of_parameters(s):
+    """Rotation of the modified Rodrigues parameters s = tan(angle / 4) axis (Schaub & Junkins,
+    Analytical Mechanics of Space Systems, 2003, eq. 3.138)."""
+    square = dot(s, s)
+    c = 1.0 / (1.0 + square)
+    return ((1.0 - square) * c, 2.0 * c * s[0], 2.0 * c * s[1], 2.0 * c * s[2])
+
+
+@kernel
+def parameter_rates(s, omega):
+    """Rates of 4 s for the angular velocity in the fixed frame (the same, eq. 3.153, whose body
+    frame changes one sign). They equal omega at s = 0."""
+    rates = add(scale(1.0 - dot(s, s), omega), scale(2.0, cross(omega, s)))
+    return add(rates, scale(2.0 * dot(s, omega), s))
+
+
+@kernel
+def rotation_vector(q):
+    """Rotation vector with an angle of at most 180 deg."""
+    sign = 1.0 if q[0] >= 0.0 else -1.0
+    axis = (sign * q[1], sign * q[2], sign * q[3])
+    s = sqrt(dot(axis, axis))
+    if s < ALMOST_ZERO:
+        return scale(2.0 * (1.0 + s * s / 6.0), axis)
+    return scale(2.0 * atan2(s, sign * q[0]) / s, axis)
+
+
+@kernel
+def vector_rates(vector, omega):
+    """Rates of a rotation vector for the angular velocity in the fixed frame."""
+    across = cross(vector, omega)
+    change = add(scale(-0.5, across), scale(_third(vector), cross(vector, across)))
+    return add(omega, change)
+
+
+@kernel
+def conjugate_moment(vector, force):
+    """Moment in the fixed frame whose power is ``force`` times the rates of a rotation vector."""
+    across = cross(vector, force)
+    change = add(scale(0.5, across), scale(_third(vector), cross(vector, across)))
+    return add(force, change)
+
+
+@kernel
+def _third(vector):
+    """(1 - (a/2) cot(a/2)) / a^2 of an angle a."""
+    square = dot(vector, vector)
+    if square < ALMOST_ZERO:
+        return 1.0 / 12.0 + square / 720.0 + square * square / 30240.0
+    half = 0.5 * sqrt(square)
+    return (1.0 - half / tan(half)) / square

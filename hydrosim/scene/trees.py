@@ -8,11 +8,15 @@ close a loop, and a joint that is only `active` at times, is no branch: it is a 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from hydrosim.scene.joint import Joint
+from hydrosim.scene.joint import Joint, JointMotion, MotionKind
+
+if TYPE_CHECKING:
+    from hydrosim.scene.scene import Scene
 
 EARTH = None
+LEVEL = 1e-3  # of a unit axis: its part along the vertical
 
 
 class Branch(NamedTuple):
@@ -57,12 +61,49 @@ def arranged(joints: Mapping[str, Joint], bodies: Sequence[str]) -> Arrangement:
     )
 
 
+def joined_with(scene: Scene, body: str) -> frozenset[str]:
+    """The body and all bodies that the joints of its tree connect with it."""
+    found = {body}
+    branches = arranged(scene.joints, [each.name for each in scene.bodies]).branches
+    for _ in branches:
+        for branch in branches:
+            if branch.parent is not None and {branch.child, branch.parent} & found:
+                found |= {branch.child, branch.parent}
+    return frozenset(found)
+
+
+def is_anchored(scene: Scene, body: str) -> bool:
+    """True if joints to the earth hold a body near its place and heading: they turn about level
+    axes, or slide up and down."""
+    branches = arranged(scene.joints, [each.name for each in scene.bodies]).branches
+    below = {branch.child: branch for branch in branches}
+    while body in below:
+        if not all(_stays(motion, below[body].joint) for motion in below[body].joint.motions):
+            return False
+        parent = below[body].parent
+        if parent is None:
+            return True
+        body = parent
+    return False
+
+
+def _stays(motion: JointMotion, joint: Joint) -> bool:
+    """Whether a motion turns about a level axis, or slides along the vertical."""
+    up = abs(joint.axes()[motion.axis, 2])
+    return up < LEVEL if motion.kind == MotionKind.TURN else up > 1.0 - LEVEL
+
+
+def tree_joints(scene: Scene) -> dict[str, Joint]:
+    """The joints whose motions are coordinates, in the order of the scene."""
+    found = arranged(scene.joints, [body.name for body in scene.bodies]).branches
+    used = {branch.name for branch in found}
+    return {name: joint for name, joint in scene.joints.items() if name in used}
+
+
 def constraints(joints: Mapping[str, Joint], bodies: Sequence[str]) -> tuple[str, ...]:
     """Names of the joints that are constraints on the coordinates: loops, then locks."""
     found = arranged(joints, bodies)
-    branches = tuple(branch.name for branch in found.branches)
-    # TREES: until joints of trees are coordinates, they are constraints too
-    return (*branches, *found.loops, *found.locks)
+    return (*found.loops, *found.locks)
 
 
 def _roots(joints: Mapping[str, Joint], bodies: Sequence[str]) -> list[str]:

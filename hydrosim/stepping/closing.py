@@ -26,11 +26,12 @@ from __future__ import annotations
 from hydrosim.forces import events
 from hydrosim.forces.joint import locks
 from hydrosim.forces.joint.locks import CLOSED, IMPULSE, LOSS, NO_RATCHET, RUNNING
-from hydrosim.jit.kernels import clear, kernel, root, root_giving
+from hydrosim.jit.kernels import assign, clear, kernel, root, root_giving
 from hydrosim.modes import MODE, SEGMENT
 from hydrosim.rigid.constraints import DROPPED, find_rank
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.rigid.mass import cholesky
+from hydrosim.rigid.tree import fill_rates
 from hydrosim.stepping.dynamics import constrain, find_inertia, solve_held
 from hydrosim.stepping.state import NEXT_STEP, RANK, RANK_TIME, SINGULAR, STATUS
 
@@ -139,8 +140,12 @@ def project_places(y, modes, model, work):
             constraints.bound[r] = -work.holds.residual[r]
         clear(change)
         solve_held(work.inertia, constraints, change)
+        move = work.jump[1]
+        assign(move, change)
+        if model.bodies.tree.branches.size > 0:
+            fill_rates(y[:n], change, model.bodies, move)
         for i in range(n):
-            y[i] += change[i]
+            y[i] += move[i]
 
 
 @kernel

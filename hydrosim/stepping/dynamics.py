@@ -1,10 +1,11 @@
 """The equation of motion.
 
-    v = S q',   S^T (M + A) S q'' = S^T (F - F_gyroscopic + F_turning - (M + A) S' q')
+    v = S u,   S^T (M + A) S u' = S^T (F - F_gyroscopic + F_turning - (M + A) S' u),   q' = N u
 
     F = F_hydrostatic + F_radiation + F_wave1 + F_wave2 + F_elements + F_weight
 
-q: free coordinates of all bodies; v: velocities of the centres of gravity and angular velocities in
+q: free coordinates of all bodies and joints; u: their rates, N is the identity except for ball
+joints (`rigid.tree`); v: velocities of the centres of gravity and angular velocities in
 the earth frame; M: mass, m and R I R^T; A: added mass at infinite frequency; F_gyroscopic = omega x
 (R I R^T omega). (Cummins 1962; Ogilvie 1964.)
 
@@ -16,7 +17,7 @@ A and the retardation functions are constant in axes that turn with the yaw of e
 (`rigid.heading`); F_turning is the resulting force (`rigid.added_mass`). Constraints, such as rigid
 friction, add J q'' = c, with J^T lambda on the right.
 
-The state is y = (q, q', radiation states, contact points, energies, impulses). The energies are
+The state is y = (q, u, radiation states, contact points, energies, impulses). The energies are
 integrals: for every row of forces its work (waves, applied forces) or its dissipation (all others),
 and the integral of |wave power|. If requested, the impulses of every row, its works by coordinate,
 and the integrals of contact points (`forces.contact.tally`) follow.
@@ -76,6 +77,7 @@ from hydrosim.rigid.kinematics import (
     place_bodies,
 )
 from hydrosim.rigid.mass import cholesky, cholesky_solve, kinetic_energy, mass_matrix
+from hydrosim.rigid.tree import fill_rates
 from hydrosim.rigid.vectors import cross, matvec, vector
 from hydrosim.stepping.blending import (
     Blend,
@@ -225,9 +227,11 @@ def rhs(t, y, modes, history, model, work, dy):
     total_force(work.wrench, work.total)
     acceleration = dy[n : 2 * n]
     assign(dy[:n], y[n : 2 * n])
+    if model.bodies.tree.branches.size > 0:
+        fill_rates(y[:n], y[n : 2 * n], model.bodies, dy[:n])
     subtract_gyroscopic(model.bodies, work.contents, motion, work.total)
     if model.headings.turning.size > 0:
-        add_turning(model.headings, A, motion, work.hulls, work.total)
+        add_turning(model.headings, A, model.bodies, motion, work.hulls, work.total)
     steady = model.headings.steady and not blends and model.tanks.each.size == 0
     if may_hold(modes, model, work) or not steady:
         accelerate(y, modes, model, work, acceleration)

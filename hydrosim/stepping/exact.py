@@ -9,6 +9,7 @@ import numpy as np
 from hydrosim.forces import add_given_forces
 from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
 from hydrosim.jit.kernels import assign, clear, kernel
+from hydrosim.rigid.kinematics import generalised_force
 from hydrosim.stepping.dynamics import power
 from hydrosim.stepping.record import keep
 from hydrosim.stepping.run import check
@@ -39,8 +40,7 @@ def sample_loads(start, step, rows, model, state, work, loads):
         wave_loads(t, model.waves, wrench[WAVE_FIRST_ORDER], wrench[WAVE_SECOND_ORDER])
         add_given_forces(t, state.y, state.modes, work.motion, bodies, elements, wrench, work)
         for r in range(rows.size):
-            for j in range(bodies.active.size):
-                loads[k, r, j] = wrench[rows[r], bodies.active[j]]
+            generalised_force(bodies, work.motion, wrench[rows[r]], loads[k, r])
 
 
 @kernel

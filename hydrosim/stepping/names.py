@@ -22,6 +22,7 @@ from hydrosim.forces.layout import (
     row_names,
 )
 from hydrosim.scene import ForceElement, Scene
+from hydrosim.scene.trees import arranged, tree_joints
 from hydrosim.stepping.dynamics import Model
 
 WAVES = (ROWS[WAVE_FIRST_ORDER], ROWS[WAVE_SECOND_ORDER])
@@ -49,7 +50,7 @@ def stores(scene: Scene, row: int) -> bool:
 
 def loses(scene: Scene, row: int) -> bool:
     """True if a row of forces may dissipate energy."""
-    if row == RADIATION or force_names(scene)[row] == JOINTS:
+    if row == RADIATION or force_names(scene)[row] in (JOINTS, *scene.joints):
         return True
     return element_of(scene, row) is not None and not supplies(scene, row)
 
@@ -70,7 +71,7 @@ def dofs_of(dofs: Sequence[int] | np.ndarray, bodies: Sequence[str]) -> str:
 
 
 class Coordinate(NamedTuple):
-    """A degree of freedom of a body."""
+    """A degree of freedom of a body, or a motion of a joint."""
 
     dof: str
     body: str
@@ -83,7 +84,21 @@ class Coordinate(NamedTuple):
 
 def coordinates(scene: Scene) -> list[Coordinate]:
     """All free coordinates, in the order of y."""
-    return [Coordinate(dof, b.name) for b in scene.bodies for dof in DOFS if dof in b.dofs]
+    carried = arranged(scene.joints, [body.name for body in scene.bodies]).children
+    own = [body for body in scene.bodies if body.name not in carried]
+    found = [Coordinate(dof, body.name) for body in own for dof in DOFS if dof in body.dofs]
+    joints = tree_joints(scene)
+    return found + [Coordinate(m.name, name) for name, j in joints.items() for m in j.motions]
+
+
+def coordinate_at(scene: Scene, index: int) -> Coordinate:
+    """The coordinate with this index in `Bodies.active`."""
+    body = index // 6
+    if body < len(scene.bodies):
+        return Coordinate(DOFS[index % 6], scene.bodies[body].name)
+    joints = [(name, m) for name, joint in tree_joints(scene).items() for m in joint.motions]
+    name, motion = joints[index - 6 * len(scene.bodies)]
+    return Coordinate(motion.name, name)
 
 
 def coordinate_names(scene: Scene) -> list[str]:

@@ -12,7 +12,9 @@ from hydrosim.forces import events, new_modes
 from hydrosim.forces.kind import RecordedStates
 from hydrosim.jit.kernels import assign, kernel, root
 from hydrosim.rigid.kinematics import accelerations
+from hydrosim.rigid.tree import record_angles
 from hydrosim.stepping.dynamics import Model, momentum, rhs, stored_energies
+from hydrosim.stepping.joint_loads import find_joint_loads
 from hydrosim.stepping.state import EVENTS, RECORDS, START_SLOPE, Clock, Places, Record
 from hydrosim.waves.loads import any_waves, wave_loads
 
@@ -122,12 +124,18 @@ def keep(t, run):
     row[at.events] = counters[EVENTS]
     _keep_states(y, run, row[at.y :])
     assign(row[at.coordinates :], motion.coordinates)
+    if model.bodies.tree.branches.size > 0:
+        record_angles(model.bodies, motion, row[at.coordinates :])
     assign(row[at.velocity :], motion.velocity)
     for r in range(model.rows):
         assign(row[at.wrench + r * motion.velocity.size :], work.wrench[r])
     elements = model.elements
     observed = row[at.observed :]
     events.observe(t, y, modes, motion, model.bodies, elements, work.holds, work.wrench, observed)
+    if model.bodies.tree.branches.size > 0:
+        n = model.bodies.active.size
+        loads = observed[events.joints_observed(elements) :]
+        find_joint_loads(scratch.k[0][n : 2 * n], model, work, loads)
     for i in range(modes.shape[0]):
         assign(kept[i], modes[i])
     row[at.elevation] = 0.0

@@ -15,6 +15,7 @@ from hydrosim.jit.kernels import assign, kernel, root, root_giving, summing
 from hydrosim.radiation.history import count_anew, drop, push
 from hydrosim.rigid.heading import accelerations_along
 from hydrosim.rigid.kinematics import accelerations, place_bodies
+from hydrosim.rigid.tree import rechart
 from hydrosim.stepping.closing import keep_closed
 from hydrosim.stepping.crossing import cut, make_consistent, note_headings, switch_modes
 from hydrosim.stepping.dynamics import may_hold, project_velocities, update_contents
@@ -56,6 +57,7 @@ from hydrosim.waves.slow import BEGIN, begin_block
 
 PITCH = 4  # among a body's six coordinates
 STEEPEST = 1.48  # rad (85 deg): beyond it the angles' rates lose their meaning
+UPRIGHT = 0.087  # cosine of that angle
 PARTS = 3  # of a step, while a contact node relaxes fast after an event
 SHORTEST = 1e-12  # s, or relative to the time: smallest step of an adaptive method
 PIECES = 200  # events in one step, per contact point or spring: more are chattering
@@ -162,6 +164,8 @@ def _cross(goal, enough, run):
         elif run.work.constraints.force.size > run.model.elements.locks.rows:
             project_velocities(state.y, state.modes, run.model, run.work)
         check(state.y, run.model, counters)
+        if run.model.bodies.tree.branches.size > 0:
+            _check_joints(run)
         remember(t, run)
         _watch(t, run)
     scratch.pace[REACHED] = t
@@ -388,11 +392,35 @@ def check(y, model, counters):
     for j in model.liquids.roll:
         if abs(y[j]) > STEEPEST:
             counters[STATUS] = CAPSIZED
-    for j in range(bodies.active.size if bodies.exact else 0):
+    own = bodies.active.size - bodies.tree.coordinates
+    for j in range(own if bodies.exact else 0):
         if bodies.active[j] % 6 == PITCH and abs(y[j]) > STEEPEST:
             counters[STATUS] = CAPSIZED
     if zero_if_finite(y) != 0.0:
         counters[STATUS] = NOT_FINITE
+
+
+@root
+def _check_joints(run):
+    """Set the status if a hull or a tank that a joint carries heels too far. Rewrite the rotation
+    of ball joints beyond 180 deg; margins and slopes of old coordinates are then unknown."""
+    state = run.state
+    model = run.model
+    bodies = model.bodies
+    motion = run.work.motion
+    known = run.scratch.known
+    n = bodies.active.size
+    if rechart(state.y[:n], bodies):
+        known[START_SLOPE] = 0
+        known[START_MARGINS] = UNKNOWN
+    if bodies.exact:
+        place_bodies(state.y[:n], state.y[n : 2 * n], bodies, motion)
+        for b in model.hulls.body:
+            if motion.rotation[b, 2, 2] < UPRIGHT:
+                run.counters[STATUS] = CAPSIZED
+        for k in range(model.liquids.each.size):
+            if motion.rotation[model.liquids.each[k].body, 2, 2] < UPRIGHT:
+                run.counters[STATUS] = CAPSIZED
 
 
 @summing

@@ -12,6 +12,7 @@ from dataclasses import replace
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.scene import Body, Kinematics, Place, Scene, SecondOrder, WaveForces
+from hydrosim.scene.trees import is_anchored, joined_with
 from hydrosim.waves.transfer import TransferFunctions, all_round
 
 BLOCK = 2.0
@@ -72,15 +73,20 @@ def _chosen(asked: Place, scene: Scene, body: Body, dofs: tuple[int, ...]) -> Pl
 
 def _free(scene: Scene, body: Body, dofs: tuple[int, ...]) -> bool:
     """True if the body may leave its position at rest in one of the ``dofs``."""
-    held = {dof for e in scene.forces.values() if e.body == body.name for dof in e.holds()}
+    joined = joined_with(scene, body.name)
+    if is_anchored(scene, body.name):
+        return False
+    held = {dof for e in scene.forces.values() if e.body in joined for dof in e.holds()}
     return any(dof in body.dofs and dof not in held for dof in (DOFS[i] for i in dofs))
 
 
 def _pushed(scene: Scene, body: Body) -> bool:
     """True if a steady force pushes the body, or has pushed it."""
-    loads = body.wave_forces.second_order != SecondOrder.NONE
-    driven = any(e.supplies for e in scene.forces.values() if e.body == body.name)
-    moving = any(body.velocity[i] for i in (*PLACE, *YAW))
+    joined = joined_with(scene, body.name)
+    each = [other for other in scene.bodies if other.name in joined]
+    loads = any(other.wave_forces.second_order != SecondOrder.NONE for other in each)
+    driven = any(e.supplies for e in scene.forces.values() if e.body in joined)
+    moving = any(other.velocity[i] for other in each for i in (*PLACE, *YAW))
     return loads or driven or moving or scene.environment.current.speed != 0.0
 
 

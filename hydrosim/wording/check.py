@@ -37,10 +37,12 @@ from hydrosim.presentation.document import (
 )
 from hydrosim.presentation.units import units_of
 from hydrosim.scene import Scene
+from hydrosim.stepping.names import coordinate_at
 from hydrosim.studies.ballast.loading import as_at
 from hydrosim.studies.run.asked import check_criteria
 from hydrosim.studies.run.resolution import accuracy_limit, scene_combinations
 from hydrosim.studies.run.step_limits import scene_step_limits
+from hydrosim.wording.joints import describe_joints
 from hydrosim.wording.run import radiation_verdict
 
 if TYPE_CHECKING:
@@ -136,7 +138,8 @@ def _periods(scene: Scene, modes: Sequence[NaturalMode], when: str) -> Table:
 
 
 def _mode(scene: Scene, mode: NaturalMode) -> list[Cell]:
-    cells: list[Cell] = [scene.bodies[mode.coordinate // 6].name, mode.dof]
+    found = coordinate_at(scene, mode.coordinate)
+    cells: list[Cell] = [found.body, found.dof]
     if mode.kind == Kind.FREE:
         return [*cells, "free", "", ""]
     cells.append(Value(mode.natural_period, "s"))
@@ -152,6 +155,7 @@ def _details(own: Compiled, compiled: Compiled) -> Iterator[Node]:
     for wet in own.wet:
         said = [f"{key.replace('_', ' ')}: {value}" for key, value in wet.provenance().items()]
         yield List(said, ", ".join(wet.names))
+    yield from _lists({"Joints": list(describe_joints(own.scene))})
     yield from _lists({"Radiation": notes.memory, "Recorded": notes.records})
     yield from _lists({"Where waves meet bodies": notes.meetings, "Skipped": notes.skipped})
 

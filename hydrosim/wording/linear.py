@@ -38,7 +38,7 @@ COLUMNS = {
 def linear_document(found: xr.Dataset, raos: bool = False) -> Document:
     """Motions, natural modes and, if so asked, ``raos`` over the period."""
     nodes = [*_remarks(found), _motions(found), _modes(found)]
-    nodes += list(_rao_tables(found)) if raos else []
+    nodes += [*_rao_tables(found), *_joint_rao_tables(found)] if raos else []
     return Document(title_of(found), nodes, units=units_of(found.attrs))
 
 
@@ -96,11 +96,15 @@ def _moves(at: xr.Dataset) -> str:
     share = at.mode_share.stack(coordinate=("body", "dof"))
     largest = share.sortby(share, ascending=False)[:SHOWN]
     several = at.body.size > 1
-    return ", ".join(
-        f"{f'{body} ' if several else ''}{dof} {float(value):.0%}"
+    parts = [
+        (float(value), f"{f'{body} ' if several else ''}{dof}")
         for (body, dof), value in zip(largest.coordinate.values, largest.values, strict=True)
-        if value >= LITTLE
-    )
+    ]
+    if "joint_mode_share" in at:
+        joints = zip(at.joint_mode_share.values, at.joint_motion.values, strict=True)
+        parts += [(float(value), str(name)) for value, name in joints]
+    parts = sorted(parts, key=lambda part: -part[0])[:SHOWN]
+    return ", ".join(f"{name} {value:.0%}" for value, name in parts if value >= LITTLE)
 
 
 def _rao_tables(found: xr.Dataset) -> Iterator[Node]:
@@ -115,6 +119,30 @@ def _rao_tables(found: xr.Dataset) -> Iterator[Node]:
             rows = [_rao(at.sel(frequency=omega), moving) for omega in at.frequency.values[::-1]]
             title = f"RAOs of {body}, waves to {degrees(float(heading)):g} deg: amplitude, phase"
             yield Table(("period", *moving), rows, title)
+
+
+def _joint_rao_tables(found: xr.Dataset) -> Iterator[Node]:
+    """RAOs of the motions of joints over the period, a table for each heading."""
+    for heading in found.heading.values if "joint_motion" in found.dims else ():
+        at = found.sel(heading=heading)
+        names = list(map(str, at.joint_motion.values))
+        rows = [
+            [
+                Value(2.0 * pi / float(omega), "s"),
+                *(
+                    _harmonic(at.sel(frequency=omega, joint_motion=name), "joint_rao", _unit(name))
+                    for name in names
+                ),
+            ]
+            for omega in at.frequency.values[::-1]
+        ]
+        title = f"RAOs in joints, waves to {degrees(float(heading)):g} deg: amplitude, phase"
+        yield Table(("period", *names), rows, title)
+
+
+def _unit(joint_motion: str) -> str:
+    """Unit of the RAO of a motion of a joint."""
+    return "m/m" if joint_motion.endswith("offset") else "rad/m"
 
 
 def _rao(at: xr.Dataset, moving: list[str]) -> list[Cell]:

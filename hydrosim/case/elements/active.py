@@ -16,6 +16,9 @@ UNITS = {
     "fender_normal_force": "N",
     "spring_tension": "N",
     "fender_compression": "m",
+    "strut_force": "N",
+    "strut_length": "m",
+    "torsion_angle": "rad",
     "clearance": "m",
 }
 """Of channels; those of motions are in m or rad, with their speeds per second."""

@@ -75,6 +75,10 @@ def _stands(body: Body, alone: Mapping[str, HydroDatabase]) -> bool:
 
 def _links(scene: Scene) -> Iterator[tuple[str, str | None]]:
     """Pairs of bodies: the second may carry the first; None is the earth."""
+    for joint in scene.joints.values():
+        yield joint.body, joint.to
+        if joint.to is not None:
+            yield joint.to, joint.body
     for element in scene.forces.values():
         if element.carries():
             others = [name for _, name in element.others()] or [None]

@@ -111,6 +111,7 @@ def hold(i, point, contact, bodies, motion, wrench, rows, holds):
         generalised_force(bodies, motion, wrench, rows.J[r + a])
         holds.point[r + a] = i
         holds.lock[r + a] = NONE
+        holds.motion[r + a] = NONE
         holds.residual[r + a] = 0.0
         holds.direction[r + a, 0], holds.direction[r + a, 1] = along
         rows.bound[r + a] = -bias[a]

@@ -186,6 +186,7 @@ def _hold(i, y, kept, motion, bodies, p, wrench, constraints, holds):
         constraints.bound[r] = -row.bias
         holds.point[r] = NONE
         holds.lock[r] = i
+        holds.motion[r] = NONE
         holds.bit[r] = bit
         holds.residual[r] = row.residual
         for a in range(3):

@@ -9,6 +9,7 @@ import numpy as np
 from hydrosim.compiling.hydrostatics.liquids import cut_tanks
 from hydrosim.forces.weight import add_weight
 from hydrosim.rigid.kinematics import place_bodies
+from hydrosim.rigid.tree import NO_TREE
 from hydrosim.stepping.dynamics import new_work, update_contents
 from hydrosim.tanks.mesh import section
 from hydrosim.tanks.shapes import triangles
@@ -65,10 +66,8 @@ class FreeSurfaces:
         q = self.model.bodies.locked.copy()
         q[6 * b + 3] = heel
         q[6 * b + 4] = trim
-        active = self.model.bodies.active
-        rest = self.model.bodies._replace(locked=q)
-        self.work.motion.coordinates[:] = q
-        place_bodies(q[active], np.zeros(active.size), rest, self.work.motion)
+        each = self.model.bodies._replace(active=np.arange(q.size), tree=NO_TREE)
+        place_bodies(q, np.zeros(q.size), each, self.work.motion)
         update_contents(self.y, self.model, self.work)
 
     def _moment(self, b: int) -> float:

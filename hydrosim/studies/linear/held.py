@@ -58,8 +58,7 @@ def contact_remarks(
         f"pressed at rest, {which} hold by friction: {how}. The position at rest is computed"
         " without friction."
     )
-    active = about.linear.active
-    waves = [(w.omega, about.motions(w)[:, active] @ about.map.T) for w in compiled.sea]
+    waves = [(w.omega, about.free_motions(w) @ about.map.T) for w in compiled.sea]
     if not waves:
         return
     omega = np.concatenate([w for w, _ in waves])

@@ -30,6 +30,7 @@ from hydrosim.linear.coordinates import velocity_map
 from hydrosim.linear.impedance import at_frequencies
 from hydrosim.linear.linearise import Linear, linearise
 from hydrosim.linear.modes import NaturalMode, modes_of_stiffness, natural_modes
+from hydrosim.rigid.free import coordinate_map, positions
 from hydrosim.scene import Body, Environment, Place, Scene
 from hydrosim.stepping.names import contact_names
 from hydrosim.studies.ballast.loading import pumped
@@ -59,6 +60,7 @@ class Responder:
     bodies: Sequence[WaveBody]
     environment: Environment
     map: np.ndarray
+    displacements: np.ndarray
     added_mass_infinite: np.ndarray
     databases: Sequence[WetGroup] = ()
 
@@ -66,20 +68,32 @@ class Responder:
         """Complex amplitudes (nw, 6 nb) of all coordinates [m, rad] in waves of 1 m amplitude to
         ``heading`` [rad] at frequencies ``omega`` (nw,) [rad/s]. The time factor is exp(+i w t),
         with elevations at the earth's origin."""
-        depth = self.environment.water_depth
-        gravity = self.environment.gravity
-        k = wavenumber(omega, depth, gravity)
+        return self.motions(self._unit_waves(heading, omega))
+
+    @property
+    def joints(self) -> int:
+        """Number of the motions of joints among the free coordinates, the last ones."""
+        return int((self.linear.active >= self.map.shape[0]).sum())
+
+    def joint_raos(self, heading: float, omega: np.ndarray) -> np.ndarray:
+        """Complex amplitudes (nw, nj) of all motions of joints [m, rad], as `raos`."""
+        return self.free_motions(self._unit_waves(heading, omega))[:, -self.joints :]
+
+    def _unit_waves(self, heading: float, omega: np.ndarray) -> Components:
+        k = wavenumber(omega, self.environment.water_depth, self.environment.gravity)
         ones = np.ones(omega.size)
-        return self.motions(Components(omega, ones, 0.0 * ones, k, heading * ones, 0.0, 0.0))
+        return Components(omega, ones, 0.0 * ones, k, heading * ones, 0.0, 0.0)
 
     def motions(self, waves: Components) -> np.ndarray:
         """Complex amplitudes (nw, 6 nb) of all coordinates [m, rad] in each of the given waves."""
-        loads = self.loads(waves)
-        D = self.dynamic_stiffness(waves.omega)
-        found = np.zeros((len(loads), self.map.shape[0]), dtype=complex)
-        found[:, self.linear.active] = self.linear.freedom.solve_motions(D, loads)
+        found = self.free_motions(waves) @ self.displacements.T
         found[np.abs(found) <= ROUNDING * np.abs(found).max(initial=0.0)] = 0.0
         return found
+
+    def free_motions(self, waves: Components) -> np.ndarray:
+        """Complex amplitudes (nw, n) of the free coordinates in each of the given waves."""
+        D = self.dynamic_stiffness(waves.omega)
+        return self.linear.freedom.solve_motions(D, self.loads(waves))
 
     def reactions(self, waves: Components) -> np.ndarray:
         """Complex amplitudes (nw, m) of the constraint forces in each of the given waves."""
@@ -144,12 +158,13 @@ def responder(
     at_rest = replace(scene, bodies=tuple(map(_met_at_rest, scene.bodies)))
     databases = compiled.facts.databases
     met = wave_bodies(at_rest, databases, met_by_waves(at_rest, databases))
-    place = model.bodies.locked.copy()
-    place[model.bodies.active] = about.y[:n]
-    bodies = [body.moved(at) for body, at in zip(met, place.reshape(-1, 6), strict=True)]
+    place = positions(model.bodies, about.y[:n])
+    bodies = [body.moved(at) for body, at in zip(met, place, strict=True)]
     groups = compiled.wet if radiation == Radiation.DATABASE else ()
     S = velocity_map(model, about.y[:n])
-    return Responder(linear, bodies, scene.environment, S, model.added_mass, groups)
+    displacements = coordinate_map(model.bodies, about.y[:n])
+    water = scene.environment
+    return Responder(linear, bodies, water, S, displacements, model.added_mass, groups)
 
 
 def _met_at_rest(body: Body) -> Body:

@@ -21,9 +21,10 @@ from hydrosim.linear.equilibrium import ENOUGH, Rest
 from hydrosim.linear.modes import Kind, NaturalMode
 from hydrosim.radiation.threads import one_thread
 from hydrosim.results.variables import units_of
+from hydrosim.rigid.free import are_lengths, own_coordinates
 from hydrosim.scene import FreeSurface
 from hydrosim.statistics.excursions import find_excursions
-from hydrosim.stepping.names import coordinate_names, dofs_of
+from hydrosim.stepping.names import coordinate_at, coordinate_names, coordinates, dofs_of
 from hydrosim.studies.linear.held import contact_remarks
 from hydrosim.studies.linear.response import Responder, responder
 from hydrosim.studies.linear.rest import at_rest
@@ -33,7 +34,6 @@ from hydrosim.waves.components import Components, sea
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
-    from hydrosim.linear.linearise import Linear
     from hydrosim.scene import Scene
 
 BINS = 200  # of a response spectrum
@@ -72,8 +72,9 @@ def linear_analysis(scene: Scene, wanted: Wanted) -> xr.Dataset:
     dataset = xr.merge(
         [
             _at_rest(scene, rest, drifted),
-            _modes(scene, about.linear, modes),
+            _modes(scene, about, modes),
             _raos(scene, about, wanted),
+            _of_joints(scene, about, wanted, modes),
             _in_regular_waves(scene, regular, about),
             _in_sea(scene, random, about, wanted.exposure),
         ]
@@ -122,10 +123,10 @@ def _unloaded(compiled: Compiled) -> Iterator[str]:
 
 def _drifting(scene: Scene, drifted: Rest) -> Iterator[str]:
     """Remark on free coordinates with mean loads but without stiffness."""
-    names, active = coordinate_names(scene), drifted.model.bodies.active
+    names, lengths = coordinate_names(scene), are_lengths(drifted.model.bodies)
     weight = drifted.model.bodies.each["mass"].sum() * scene.environment.gravity
     pushed = [
-        f"{names[k]} ({drifted.drift[k]:.3g} {'N' if active[k] % 6 < 3 else 'N m'})"
+        f"{names[k]} ({drifted.drift[k]:.3g} {'N' if lengths[k] else 'N m'})"
         for k in np.flatnonzero(np.abs(drifted.drift) > ENOUGH * weight)
     ]
     if pushed:
@@ -170,7 +171,8 @@ def _shallow(scene: Scene, rest: Rest, found: xr.Dataset) -> Iterator[str]:
 def _at_rest(scene: Scene, rest: Rest, drifted: Rest) -> xr.Dataset:
     """Position at rest, and the offset by mean drift."""
     loads = np.zeros(6 * len(scene.bodies))
-    loads[drifted.model.bodies.active] = drifted.drift
+    free = own_coordinates(drifted.model.bodies)
+    loads[free] = drifted.drift[: free.size]
     return xr.Dataset(
         {
             "position_at_rest": (MOTION, rest.position, _motion("displacement at rest")),
@@ -189,10 +191,14 @@ def _at_rest(scene: Scene, rest: Rest, drifted: Rest) -> xr.Dataset:
     )
 
 
-def _modes(scene: Scene, linear: Linear, modes: Sequence[NaturalMode]) -> xr.Dataset:
-    shapes, share = np.zeros((2, len(modes), 6 * len(scene.bodies)))
+def _modes(scene: Scene, about: Responder, modes: Sequence[NaturalMode]) -> xr.Dataset:
+    size = 6 * len(scene.bodies)
+    active = about.linear.active
+    own = active < size  # the others are motions of joints
+    shapes = np.reshape([about.displacements @ mode.shape for mode in modes], (len(modes), size))
+    share = np.zeros((len(modes), size))
     for k, mode in enumerate(modes):
-        shapes[k, linear.active], share[k, linear.active] = mode.shape, mode.share
+        share[k, active[own]] = mode.share[own]
     free = [mode.kind == Kind.FREE for mode in modes]
     of, by_body = ("mode", *MOTION), (len(modes), -1, 6)
     damping = np.where(free, np.nan, [m.damping_ratio for m in modes])
@@ -214,7 +220,8 @@ def _modes(scene: Scene, linear: Linear, modes: Sequence[NaturalMode]) -> xr.Dat
 
 
 def _called(scene: Scene, mode: NaturalMode) -> str:
-    return f"{scene.bodies[mode.coordinate // 6].name} {mode.dof}"
+    found = coordinate_at(scene, mode.coordinate)
+    return f"{found.body} {found.dof}"
 
 
 def _raos(scene: Scene, about: Responder, wanted: Wanted) -> xr.Dataset:
@@ -237,6 +244,42 @@ def _raos(scene: Scene, about: Responder, wanted: Wanted) -> xr.Dataset:
             "heading": ("heading", headings, _said("heading that the waves go to", "rad")),
             "frequency": ("frequency", omega, _said("angular frequency", "rad/s")),
         },
+    )
+
+
+def _of_joints(
+    scene: Scene, about: Responder, wanted: Wanted, modes: Sequence[NaturalMode]
+) -> xr.Dataset:
+    """RAOs of the motions of joints, and their parts in the modes."""
+    if not about.joints:
+        return xr.Dataset()
+    joints = [f"{q.body} {q.dof}" for q in coordinates(scene)[-about.joints :]]
+    omega = np.array(wanted.frequencies or _frequencies(about), dtype=float)
+    headings = list(wanted.headings) or _headings(scene)
+    found = np.array([about.joint_raos(heading, omega) for heading in headings])
+    found = found.reshape(len(headings), omega.size, about.joints)
+    of = ("heading", "frequency", "joint_motion")
+    own = ("mode", "joint_motion")
+    return xr.Dataset(
+        {
+            "joint_rao_amplitude": (
+                of,
+                np.abs(found),
+                _said("motion in a joint per wave amplitude", "m/m or rad/m"),
+            ),
+            "joint_rao_phase": (of, np.angle(found), _said("phase lead over the elevation", "rad")),
+            "joint_mode_shape": (
+                own,
+                np.array([mode.shape[-about.joints :] for mode in modes]),
+                _motion("undamped motion in a joint"),
+            ),
+            "joint_mode_share": (
+                own,
+                np.array([mode.share[-about.joints :] for mode in modes]),
+                _said("fraction of the kinetic energy", "1"),
+            ),
+        },
+        coords={"joint_motion": joints},
     )
 
 

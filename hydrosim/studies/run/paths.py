@@ -10,6 +10,7 @@ import numpy as np
 
 from hydrosim.compiling.clock import compile_clock
 from hydrosim.jit.refs import Held
+from hydrosim.rigid.free import groups
 from hydrosim.stepping.record import new_record, states_at, unpack, with_states
 from hydrosim.stepping.run import advance
 from hydrosim.stepping.state import EVALUATIONS, RECORDS, STATUS, Run, new_run
@@ -164,8 +165,9 @@ def _sizes(run: Run) -> np.ndarray:
     """Ranges of coordinates and rates: the largest of the three positions or angles of a body."""
     active = run.model.bodies.active
     ranges = np.ptp(recorded(run, "y")[:, : 2 * active.size], axis=0)
-    groups = np.concatenate([active // 3, -1 - active // 3])
-    largest = np.array([ranges[groups == group].max() for group in groups])
+    each = groups(run.model.bodies)
+    both = np.concatenate([each, -1 - each])
+    largest = np.array([ranges[both == group].max() for group in both])
     return np.maximum(largest, NEARBY)
 
 

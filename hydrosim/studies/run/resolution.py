@@ -12,6 +12,7 @@ import numpy as np
 from hydrosim.linear.accuracy import WRONG, Vibration, vibrations
 from hydrosim.linear.stability import Combination, Watch, combinations, unwatched
 from hydrosim.radiation.threads import one_thread
+from hydrosim.rigid.free import groups
 from hydrosim.stepping.record import unpack
 
 if TYPE_CHECKING:
@@ -107,12 +108,14 @@ def _needs(compiled: Compiled, record: Record, count: int) -> Iterator[Need]:
         return
     values = unpack(compiled.model, record, count)
     scene = compiled.scene
-    active = compiled.model.bodies.active
+    bodies = compiled.model.bodies
+    n = bodies.active.size
     method = compiled.method
-    ranges = _ranges(values["coordinates"][:, active], active)
+    place, rate = values["y"][:n], values["y"][n : 2 * n]
+    ranges = _ranges(place, groups(bodies))
     for vibration in compiled.vibrations:
         fading = vibration.fading(method, scene.solver.step)
-        seen = values["time"], values["velocity"][:, active], record.modes[:count]
+        seen = values["time"], rate, record.modes[:count]
         excited, lasting = vibration.excited(*seen, fading)
         part = min(float((excited / ranges).max()), 1.0)
         error = part * vibration.error(method, scene.solver.step, lasting)
@@ -122,11 +125,10 @@ def _needs(compiled: Compiled, record: Record, count: int) -> Iterator[Need]:
             yield Need(vibration.accurate_step(*of), min(error, WRONG), vibration)
 
 
-def _ranges(motion: np.ndarray, active: np.ndarray) -> np.ndarray:
+def _ranges(motion: np.ndarray, kind: np.ndarray) -> np.ndarray:
     """Range (n,) of each coordinate of ``motion`` (nt, n): that of its body in the direction of its
     largest range, or about the axis of its largest range."""
     own = np.ptp(motion, axis=0)
-    kind = active // 3
     return np.maximum([own[kind == k].max() for k in kind], STILL)
 
 

@@ -21,6 +21,7 @@ from hydrosim.compiling.joints import singular_joints
 from hydrosim.compiling.restart import ACCURACY, HEADINGS, MET, started_from
 from hydrosim.documents.places import locating
 from hydrosim.errors import SimulationError
+from hydrosim.forces import lost_units
 from hydrosim.jit.refs import Held, forget
 from hydrosim.jit.waiting import Torn, running_time
 from hydrosim.linear.propagate import propagate
@@ -28,6 +29,7 @@ from hydrosim.program import program_version, versions
 from hydrosim.results.ledger import warn
 from hydrosim.results.netcdf import FORMAT, LATEST
 from hydrosim.results.output import to_dataset
+from hydrosim.rigid.free import owners
 from hydrosim.scene import Scene
 from hydrosim.stepping.names import force_names
 from hydrosim.stepping.record import SPACING, new_record, unpack
@@ -280,6 +282,8 @@ def _failure(compiled: Compiled, run: Run, time: float) -> str:
     else:
         where = _where(compiled, run.state)
     what = MESSAGES[int(counters[STATUS])].format(where=where)
+    for name, reason in lost_units(model, scene, run.state.modes):
+        what = f"the force of {name} is lost: {reason}"
     name, size = _largest_force(scene, model, run.record, count)
     message = (
         f"at t = {time:.6g} s {what}. The largest force at the last record is that of {name},"
@@ -296,10 +300,10 @@ def _where(compiled: Compiled, state: State) -> str:
     y = state.y
     first = int(np.argmax(~np.isfinite(y)))
     if np.isfinite(y[first]):
-        judged = model.bodies.active % 6 == PITCH
+        judged = np.isin(model.bodies.active, 6 * np.arange(len(scene.bodies)) + PITCH)
         judged[model.hulls.roll] = True
-        steepest = np.argmax(np.abs(y[:n]) * judged)
-        return scene.bodies[model.bodies.active[steepest] // 6].name
+        steepest = int(np.argmax(np.abs(y[:n]) * judged))
+        return scene.bodies[owners(model.bodies)[steepest]].name
     kind, entry = compiled.facts.layout.at(first)
     if kind in (StateKind.COORDINATE, StateKind.RATE):
         return f"{entry.component} of body {entry.owner}"

@@ -1,0 +1,558 @@
+"""Trees of joints: places and velocities of bodies from the motions of their joints.
+
+    v = S(q) u,   v' = S u' + b,   q' = N(q) u
+
+v: velocities of all bodies (6 nb,) in the earth frame; u: rates of the free coordinates. They are
+q' but for a ball joint, whose u is the relative angular velocity, and whose q is 4 s, four times
+the modified Rodrigues parameters s (`rigid.vectors`). Beyond 180 deg s is replaced by
+-s / |s|^2, the same rotation, so that a ball joint has no singular attitude.
+
+A joint is a row of moves: slides along, or turns about, an axis that moves with the part before it.
+From a parent's place x, rotation, velocity and acceleration bias, one move after the other gives
+those of its child. All rotations here are relative to rest, where they are the identity (T):
+
+    slide along a:  x += a q
+                    v += a u + omega x a q
+                    b += b_omega x a q + omega x (omega x a q) + 2 omega x a u
+    turn about a:   T = T Rot(a, q)
+                    omega += a u
+                    b_omega += omega x a u
+
+In `S` (6 nb, n) the column of a coordinate is the velocity of all bodies that it carries. A joint
+that is named from the parent's side has the sign -1: its moves are undone in reverse order.
+
+The heading of a jointed body is that of its parent plus the joint's turn about the vertical: the
+twist of its rotation (quaternion p) about the vertical z at rest, 2 atan2(p_z, p_0). Its gradient
+in the relative angular velocity is
+
+    g = (p_0^2 z + p_0 (p x z) + p_z p) / (p_0^2 + p_z^2)
+
+For a vertical axis it is the angle itself, any number of times round; for a level axis it is zero.
+
+The coordinates of a jointed body are the displacement of its centre of gravity and its rotation
+vector relative to its heading axes, with the heading added to the third: for a hinge with a level
+axis its angle times the axis. For small angles S is constant, that at rest.
+"""
+
+from __future__ import annotations
+
+from math import atan2, cos, floor, pi, sin, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrosim.jit.kernels import kernel, root, root_giving
+from hydrosim.rigid.vectors import (
+    about,
+    add,
+    conjugate_moment,
+    cross,
+    dot,
+    fill_rotation,
+    multiply,
+    of_parameters,
+    parameter_rates,
+    rotation_vector,
+    scale,
+    sub,
+    turned,
+    vector,
+    vector_rates,
+)
+
+SLIDE, TURN, BALL = range(3)
+NO_BODY = -1
+UP = (0.0, 0.0, 1.0)
+FULL_TURN = 2.0 * pi
+LARGEST = 4.0  # of four Rodrigues parameters: an angle of 180 deg
+
+MOVE = np.dtype([("kind", int), ("coordinate", int), ("sign", float), ("axes", float, (3, 3))])
+"""A move: its first coordinate, its axis in the earth frame at rest; a ball has three of both."""
+BRANCH = np.dtype(
+    [
+        *(("child", int), ("parent", int), ("first", int), ("last", int), ("heading", float)),
+        *(("from_parent", float, 3), ("to_child", float, 3), ("winding", int)),
+        *(("joint", int), ("reversed", bool)),
+    ]
+)
+"""A joint: its bodies (or `NO_BODY`, the earth), its range of moves, the heading of the child at
+rest, the arms to the joint from the parent's centre of gravity (from the earth's origin) and from
+the child's, in the earth frame at rest, the move about the vertical or -1, its number among all
+joints, and whether the child is the joint's `to`."""
+
+
+class Tree(NamedTuple):
+    """Constants of all joints that are coordinates: ``branches`` (nj,) of `BRANCH`, parents first;
+    ``moves`` (nm,) of `MOVE`; ``branch`` (nb,) of each body, or -1; the number of ``coordinates``;
+    ``start`` (nq, 2) their values and rates; ``slopes`` (6 nb, n), S at rest."""
+
+    branches: np.ndarray
+    moves: np.ndarray
+    branch: np.ndarray
+    coordinates: int
+    start: np.ndarray
+    slopes: np.ndarray
+
+
+class Growth(NamedTuple):
+    """Scratch of a tree: ``S`` (6 nb, n); of each body its rotation since rest as a quaternion
+    ``turned`` (nb, 4), its ``heading`` (nb,) since rest and the ``rate`` (nb,) of that; of each
+    joint its ``place`` (nj, 3) and the ``gradient`` (nj, 3) of its turn about the vertical; of each
+    move its present ``axes`` (nm, 3, 3)."""
+
+    S: np.ndarray
+    turned: np.ndarray
+    heading: np.ndarray
+    rate: np.ndarray
+    place: np.ndarray
+    gradient: np.ndarray
+    axes: np.ndarray
+
+
+NO_TREE = Tree(
+    np.zeros(0, BRANCH),
+    np.zeros(0, MOVE),
+    np.zeros(0, dtype=np.int64),
+    0,
+    np.zeros((0, 2)),
+    np.zeros((0, 0)),
+)
+
+
+def new_growth(tree: Tree) -> Growth:
+    """Scratch for this tree, at rest."""
+    nb, nj, nm = tree.branch.size, tree.branches.size, tree.moves.size
+    turned = np.tile([1.0, 0.0, 0.0, 0.0], (nb, 1))
+    still = np.zeros(nb)
+    place = np.zeros((nj, 3))
+    axes = tree.moves["axes"].copy()
+    assert axes.shape[0] == nm
+    return Growth(tree.slopes.copy(), turned, still, still.copy(), place, place.copy(), axes)
+
+
+@root
+def grow(q, u, bodies, motion):
+    """Fill ``motion`` of all jointed bodies, and the `Growth`, from the roots, which are placed."""
+    tree = bodies.tree
+    if not bodies.exact:
+        _grow_little(q, u, bodies, motion)
+        return
+    _fill_roots(bodies, motion)
+    for k in range(tree.branches.size):
+        _carry(k, q, u, bodies, motion)
+
+
+@kernel
+def _grow_little(q, u, bodies, motion):
+    """Displacements and velocities S q and S u of jointed bodies, for small angles."""
+    tree = bodies.tree
+    S = tree.slopes
+    for k in range(tree.branches.size):
+        b = tree.branches[k].child
+        for i in range(6 * b, 6 * b + 6):
+            place = 0.0
+            speed = 0.0
+            for j in range(q.size):
+                place += S[i, j] * q[j]
+                speed += S[i, j] * u[j]
+            motion.coordinates[i] = place
+            motion.rate[i] = speed
+            motion.velocity[i] = speed
+        motion.growth.rate[b] = motion.rate[6 * b + 5]
+
+
+@kernel
+def _fill_roots(bodies, motion):
+    """S, rotation and heading of the bodies with coordinates of their own."""
+    tree = bodies.tree
+    growth = motion.growth
+    for j in range(bodies.active.size - tree.coordinates):
+        i = bodies.active[j]
+        if i % 6 < 3:
+            growth.S[i, j] = 1.0
+        else:
+            E = motion.rate_map[i // 6]
+            for a in range(3):
+                growth.S[6 * (i // 6) + 3 + a, j] = E[a, i % 6 - 3]
+    for b in range(bodies.each.size):
+        if tree.branch[b] < 0:
+            roll, pitch, yaw = vector(motion.coordinates, 6 * b + 3)
+            back = about(UP, -bodies.each[b].heading)
+            tilt = multiply(about((0.0, 1.0, 0.0), pitch), about((1.0, 0.0, 0.0), roll))
+            heading = about(UP, yaw + bodies.each[b].heading)
+            _set(multiply(heading, multiply(tilt, back)), growth.turned[b])
+            growth.heading[b] = yaw
+            growth.rate[b] = motion.rate[6 * b + 5]
+
+
+@kernel
+def _carry(k, q, u, bodies, motion):
+    """Place the child of joint ``k``, and give its velocity, its bias and its columns of S."""
+    tree = bodies.tree
+    growth = motion.growth
+    branch = tree.branches[k]
+    child = branch.child
+    here, x, v, omega, b, b_omega = _leave(k, bodies, motion)
+    there = (1.0, 0.0, 0.0, 0.0)
+    relative = (0.0, 0.0, 0.0)
+    for m in range(branch.first, branch.last):
+        move = tree.moves[m]
+        _set_axes(m, multiply(here, there), tree, growth)
+        if move.kind == SLIDE:
+            a = vector(growth.axes[m, 0], 0)
+            shift = scale(move.sign * q[move.coordinate], a)
+            speed = scale(move.sign * u[move.coordinate], a)
+            swing = cross(omega, shift)
+            b = add(b, add(cross(b_omega, shift), cross(omega, swing)))
+            b = add(b, scale(2.0, cross(omega, speed)))
+            v = add(v, add(speed, swing))
+            x = add(x, shift)
+        else:
+            turn = _turn_of(m, q, tree)
+            spin = _spin_of(m, u, tree, growth)
+            b_omega = add(b_omega, cross(omega, spin))
+            omega = add(omega, spin)
+            relative = add(relative, spin)
+            there = multiply(there, turn)
+    all_there = multiply(here, there)
+    _set(all_there, growth.turned[child])
+    _set(x, growth.place[k])
+    arm = turned(all_there, scale(-1.0, vector(branch.to_child, 0)))
+    swing = cross(omega, arm)
+    v = add(v, swing)
+    b = add(b, add(cross(b_omega, arm), cross(omega, swing)))
+    centre = add(x, arm)
+    _put(child, sub(centre, vector(bodies.each[child].origin, 0)), motion.coordinates, 0)
+    _put(child, v, motion.velocity, 0)
+    _put(child, v, motion.rate, 0)
+    _put(child, omega, motion.velocity, 3)
+    _put(child, b, motion.bias, 0)
+    _put(child, b_omega, motion.bias, 3)
+    _turn_heading(k, q, here, there, relative, tree, growth)
+    _orient(k, omega, bodies, motion)
+    _fill_columns(k, centre, bodies, motion)
+
+
+@kernel
+def _leave(k, bodies, motion):
+    """Rotation, and place, velocity and acceleration bias of the parent's point of joint ``k``."""
+    branch = bodies.tree.branches[k]
+    p = branch.parent
+    arm = vector(branch.from_parent, 0)
+    zero = (0.0, 0.0, 0.0)
+    if p == NO_BODY:
+        return (1.0, 0.0, 0.0, 0.0), arm, zero, zero, zero, zero
+    q = motion.growth.turned[p]
+    here = (q[0], q[1], q[2], q[3])
+    arm = turned(here, arm)
+    centre = add(vector(bodies.each[p].origin, 0), vector(motion.coordinates, 6 * p))
+    omega = vector(motion.velocity, 6 * p + 3)
+    b_omega = vector(motion.bias, 6 * p + 3)
+    swing = cross(omega, arm)
+    v = add(vector(motion.velocity, 6 * p), swing)
+    b = add(vector(motion.bias, 6 * p), add(cross(b_omega, arm), cross(omega, swing)))
+    return here, add(centre, arm), v, omega, b, b_omega
+
+
+@kernel
+def _set_axes(m, rotation, tree, growth):
+    for a in range(3):
+        axis = turned(rotation, vector(tree.moves[m].axes[a], 0))
+        for i in range(3):
+            growth.axes[m, a, i] = axis[i]
+
+
+@kernel
+def _turn_of(m, q, tree):
+    """Rotation of a turn or of a ball, in the axes at rest."""
+    move = tree.moves[m]
+    j = move.coordinate
+    if move.kind == TURN:
+        return about(vector(move.axes[0], 0), move.sign * q[j])
+    return of_parameters(_along(move.axes, scale(0.25 * move.sign, (q[j], q[j + 1], q[j + 2]))))
+
+
+@kernel
+def _spin_of(m, u, tree, growth):
+    """Relative angular velocity of a turn or of a ball, in the earth frame."""
+    move = tree.moves[m]
+    j = move.coordinate
+    if move.kind == TURN:
+        return scale(move.sign * u[j], vector(growth.axes[m, 0], 0))
+    return _along(growth.axes[m], scale(move.sign, (u[j], u[j + 1], u[j + 2])))
+
+
+@kernel
+def _along(axes, a):
+    """Sum of the ``axes`` times the entries of a."""
+    first = add(scale(a[0], vector(axes[0], 0)), scale(a[1], vector(axes[1], 0)))
+    return add(first, scale(a[2], vector(axes[2], 0)))
+
+
+@kernel
+def _turn_heading(k, q, here, there, relative, tree, growth):
+    """Heading of the child of joint ``k``, its rate, and the gradient of the joint's part in it."""
+    branch = tree.branches[k]
+    heading = 0.0
+    rate = 0.0
+    if branch.parent != NO_BODY:
+        heading = growth.heading[branch.parent]
+        rate = growth.rate[branch.parent]
+    square = there[0] * there[0] + there[3] * there[3]
+    axis = (there[1], there[2], there[3])
+    g = add(scale(there[0] * there[0], UP), scale(there[0], cross(axis, UP)))
+    g = scale(1.0 / square, add(g, scale(there[3], axis))) if square > 0.0 else UP
+    g = turned(here, g)
+    if branch.winding >= 0:
+        move = tree.moves[branch.winding]
+        heading += move.sign * q[move.coordinate] * move.axes[0, 2]
+    else:
+        heading += 2.0 * atan2(there[3], there[0])
+    growth.heading[branch.child] = heading
+    growth.rate[branch.child] = rate + dot(g, relative)
+    _set(g, growth.gradient[k])
+
+
+@kernel
+def _orient(k, omega, bodies, motion):
+    """Rotation matrix, angles and their rates of the child of joint ``k``. Its ``rate_map`` is the
+    turn by its heading, which `rigid.heading` reads."""
+    growth = motion.growth
+    b = bodies.tree.branches[k].child
+    own = bodies.each[b].heading
+    heading = growth.heading[b] + own
+    q = growth.turned[b]
+    attitude = multiply((q[0], q[1], q[2], q[3]), about(UP, own))
+    fill_rotation(attitude, motion.rotation[b])
+    c = cos(heading)
+    s = sin(heading)
+    E = motion.rate_map[b]
+    E[0, 0] = c
+    E[0, 1] = -s
+    E[1, 0] = s
+    E[1, 1] = c
+    angles = rotation_vector(multiply(about(UP, -heading), attitude))
+    spin = (c * omega[0] + s * omega[1], c * omega[1] - s * omega[0], omega[2] - growth.rate[b])
+    rates = vector_rates(angles, spin)
+    _put(b, add(angles, scale(growth.heading[b], UP)), motion.coordinates, 3)
+    _put(b, add(rates, scale(growth.rate[b], UP)), motion.rate, 3)
+
+
+@kernel
+def _fill_columns(k, centre, bodies, motion):
+    """Rows of S of the child of joint ``k``: those of its parent, carried to its centre of gravity,
+    and the columns of its own moves."""
+    tree = bodies.tree
+    growth = motion.growth
+    S = growth.S
+    branch = tree.branches[k]
+    c = 6 * branch.child
+    p = 6 * branch.parent
+    for i in range(c, c + 6):
+        for j in range(S.shape[1]):
+            S[i, j] = 0.0
+    if branch.parent != NO_BODY:
+        origin = vector(bodies.each[branch.parent].origin, 0)
+        arm = sub(centre, add(origin, vector(motion.coordinates, p)))
+        for j in range(S.shape[1]):
+            axis = (S[p + 3, j], S[p + 4, j], S[p + 5, j])
+            swing = cross(axis, arm)
+            for i in range(3):
+                S[c + i, j] = S[p + i, j] + swing[i]
+                S[c + 3 + i, j] = axis[i]
+    arm = sub(centre, vector(growth.place[k], 0))
+    for m in range(branch.first, branch.last):
+        move = tree.moves[m]
+        for a in range(3 if move.kind == BALL else 1):
+            axis = scale(move.sign, vector(growth.axes[m, a], 0))
+            j = move.coordinate + a
+            swing = cross(axis, arm)
+            for i in range(3):
+                if move.kind == SLIDE:
+                    S[c + i, j] = axis[i]
+                else:
+                    S[c + i, j] = swing[i]
+                    S[c + 3 + i, j] = axis[i]
+
+
+@kernel
+def _set(value, target):
+    for i in range(target.size):
+        target[i] = value[i]
+
+
+@kernel
+def _put(b, value, target, first):
+    for i in range(3):
+        target[6 * b + first + i] = value[i]
+
+
+@root
+def record_angles(bodies, motion, out):
+    """Write to ``out`` (6 nb,) roll, pitch and yaw of jointed bodies (z-y'-x'') in place of their
+    rotation vectors: records have the same angles for all bodies. Yaw is the one nearest to the
+    heading."""
+    tree = bodies.tree
+    for k in range(tree.branches.size if bodies.exact else 0):
+        b = tree.branches[k].child
+        R = motion.rotation[b]
+        heading = motion.growth.heading[b]
+        yaw = atan2(R[1, 0], R[0, 0]) - bodies.each[b].heading
+        out[6 * b + 3] = atan2(R[2, 1], R[2, 2])
+        out[6 * b + 4] = atan2(-R[2, 0], sqrt(R[0, 0] * R[0, 0] + R[1, 0] * R[1, 0]))
+        out[6 * b + 5] = yaw + FULL_TURN * floor((heading - yaw) / FULL_TURN + 0.5)
+
+
+@root
+def fill_rates(q, u, bodies, dq):
+    """Fill the entries of ``dq`` (n,) = q' = N(q) u of ball joints; all others must hold u."""
+    tree = bodies.tree
+    for m in range(tree.moves.size if bodies.exact else 0):
+        move = tree.moves[m]
+        if move.kind == BALL:
+            j = move.coordinate
+            s = scale(0.25 * move.sign, (q[j], q[j + 1], q[j + 2]))
+            omega = scale(move.sign, (u[j], u[j + 1], u[j + 2]))
+            rates = parameter_rates(s, omega)
+            for i in range(3):
+                dq[j + i] = move.sign * rates[i]
+
+
+@root_giving(bool)
+def rechart(q, bodies):
+    """Replace Rodrigues parameters beyond 180 deg by those of the same rotation, in place. Returns
+    true if there were any."""
+    tree = bodies.tree
+    changed = False
+    for m in range(tree.moves.size if bodies.exact else 0):
+        move = tree.moves[m]
+        if move.kind == BALL:
+            j = move.coordinate
+            p = (q[j], q[j + 1], q[j + 2])
+            square = dot(p, p)
+            if square > LARGEST * LARGEST:
+                changed = True
+                for i in range(3):
+                    q[j + i] = -LARGEST * LARGEST / square * p[i]
+    return changed
+
+
+@root
+def add_generalised(bodies, motion, wrench, Q):
+    """Q = S^T F (n,) for the wrenches F (6 nb,)."""
+    S = motion.growth.S
+    for j in range(Q.size):
+        entry = 0.0
+        for i in range(wrench.size):
+            entry += S[i, j] * wrench[i]
+        Q[j] = entry
+
+
+@root
+def add_inertia(bodies, motion, M, H):
+    """H = S^T M S (n, n) for M (6 nb, 6 nb), which is overwritten."""
+    S = motion.growth.S
+    size = M.shape[0]
+    n = H.shape[0]
+    for i in range(size):
+        for j in range(n):
+            H[0, j] = 0.0
+            for k in range(size):
+                H[0, j] += M[i, k] * S[k, j]
+        for j in range(n):
+            M[i, j] = H[0, j]
+    for i in range(n):
+        for j in range(n):
+            entry = 0.0
+            for k in range(size):
+                entry += S[k, i] * M[k, j]
+            H[i, j] = entry
+
+
+@root
+def add_to_accelerations(x, bodies, motion, a):
+    """a += S u' for the accelerations ``x`` (n,)."""
+    S = motion.growth.S
+    for i in range(a.size):
+        for j in range(x.size):
+            a[i] += S[i, j] * x[j]
+
+
+@kernel
+def add_heading_moment(b, moment, bodies, motion, wrench):
+    """Add to ``wrench`` the wrench whose power is ``moment`` times the heading rate of a body."""
+    tree = bodies.tree
+    while tree.branches.size > 0 and b != NO_BODY and tree.branch[b] >= 0:
+        k = tree.branch[b]
+        parent = tree.branches[k].parent
+        for i in range(3):
+            m = moment * motion.growth.gradient[k, i]
+            wrench[6 * b + 3 + i] += m
+            if parent != NO_BODY:
+                wrench[6 * parent + 3 + i] -= m
+        b = parent
+    if b != NO_BODY:
+        E = motion.rate_map[b]
+        along = -E[2, 0] * moment / (E[1, 1] * E[0, 0] - E[0, 1] * E[1, 0])
+        wrench[6 * b + 3] += E[1, 1] * along
+        wrench[6 * b + 4] -= E[0, 1] * along
+        wrench[6 * b + 5] += moment
+
+
+@root
+def add_wrench_of_angles(b, Q, bodies, motion, wrench):
+    """Add the wrench whose power is ``Q`` (6,) times the rates of the coordinates of a jointed
+    body."""
+    own = vector(motion.coordinates, 6 * b + 3)
+    angles = (own[0], own[1], own[2] - motion.growth.heading[b])
+    moment = conjugate_moment(angles, (Q[3], Q[4], Q[5]))
+    E = motion.rate_map[b]
+    for i in range(3):
+        wrench[6 * b + i] += Q[i]
+    wrench[6 * b + 3] += E[0, 0] * moment[0] + E[0, 1] * moment[1]
+    wrench[6 * b + 4] += E[1, 0] * moment[0] + E[1, 1] * moment[1]
+    wrench[6 * b + 5] += moment[2]
+    add_heading_moment(b, Q[5] - moment[2], bodies, motion, wrench)
+
+
+@kernel
+def push_joint(m, a, force, bodies, motion, wrench):
+    """Add to ``wrench`` the wrench whose power is ``force`` times the rate of coordinate ``a`` of
+    move ``m``: on the child of its joint, and its opposite on the parent."""
+    tree = bodies.tree
+    growth = motion.growth
+    k = _joint_of(m, tree)
+    branch = tree.branches[k]
+    move = tree.moves[m]
+    push = scale(move.sign * force, vector(growth.axes[m, a], 0))
+    for side in range(2):
+        b = branch.child if side == 0 else branch.parent
+        sign = 1.0 - 2.0 * side
+        if b != NO_BODY:
+            moment = push
+            if move.kind == SLIDE:
+                moment = cross(arm_to_joint(k, side, bodies, motion), push)
+            for i in range(3):
+                if move.kind == SLIDE:
+                    wrench[6 * b + i] += sign * push[i]
+                wrench[6 * b + 3 + i] += sign * moment[i]
+
+
+@kernel
+def arm_to_joint(k, side, bodies, motion):
+    """Arm of joint ``k`` from the centre of gravity of its child (side 0) or of its parent."""
+    branch = bodies.tree.branches[k]
+    if not bodies.exact:
+        return vector(branch.to_child if side == 0 else branch.from_parent, 0)
+    b = branch.child if side == 0 else branch.parent
+    centre = add(vector(bodies.each[b].origin, 0), vector(motion.coordinates, 6 * b))
+    return sub(vector(motion.growth.place[k], 0), centre)
+
+
+@kernel
+def _joint_of(m, tree):
+    """The joint that a move belongs to."""
+    k = 0
+    while tree.branches[k].last <= m:
+        k += 1
+    return k

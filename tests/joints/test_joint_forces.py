@@ -1,0 +1,175 @@
+"""`joint_force` against the multipliers of a model whose bodies are all free."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+from jointed import G, carried, completed, joint, moved, places, rotations, scene
+from redundant import EARTH, Link, Rigid, joint_wrenches
+
+from hydrosim.evidence import Feature, Kind
+from hydrosim.forces import AppliedForce, constant
+from hydrosim.scene import Body, Joint, JointResistance, JointType, Scene
+from hydrosim.scene.joint import MOTIONS
+
+Figure = Callable[[str, float], None]
+WITHIN = 1e-10  # of the largest force or moment
+CHAINS = (
+    ("hinge", "ball", "universal"),
+    ("universal", "hinge", "ball"),
+    ("ball", "universal", "hinge"),
+    ("slider", "cylindrical", "planar"),
+    ("fixed", "planar", "slider"),
+    ("cylindrical", "fixed", "ball"),
+)
+SEEDS = range(3)
+
+
+def random_inertia(rng: np.random.Generator) -> np.ndarray:
+    """An inertia without symmetry that a body may have [kg m^2]."""
+    masses = rng.uniform(0.2, 1.0, 12)
+    points = rng.uniform(-1.5, 1.5, (12, 3))
+    return sum(
+        m * (np.eye(3) * (p @ p) - np.outer(p, p)) for m, p in zip(masses, points, strict=True)
+    )
+
+
+def random_direction(rng: np.random.Generator) -> np.ndarray:
+    found = rng.normal(size=3)
+    return found / np.linalg.norm(found)
+
+
+def random_motions(kind: str, rng: np.random.Generator) -> list[JointResistance]:
+    """Any place and speed of all free motions."""
+    count = len(MOTIONS[JointType(kind)])
+    return [moved(*rng.uniform(-1.2, 1.2, 2)) for _ in range(count)]
+
+
+def random_joint(kind: str, body: str, to: str | None, rng: np.random.Generator) -> Joint:
+    first = random_direction(rng)
+    second = np.cross(first, random_direction(rng))
+    axes = {"axis": tuple(first), "second": tuple(second)}
+    point = tuple(rng.uniform(-1.0, 1.0, 3))
+    return joint(kind, body, to, *random_motions(kind, rng), point=point, **axes)
+
+
+def chain(kinds: Sequence[str], seed: int) -> Scene:
+    """Three bodies on each other, the first on the earth, with loads, in any state."""
+    rng = np.random.default_rng(seed)
+    names = ["a", "b", "c"]
+    bodies = [
+        carried(
+            name,
+            float(rng.uniform(1.0, 4.0)),
+            random_inertia(rng),
+            rng.uniform(-2.0, 2.0, 3).tolist(),
+            heading=float(rng.uniform(-3.0, 3.0)),
+        )
+        for name in names
+    ]
+    joints = {
+        f"joint of {body}": random_joint(kind, body, to, rng)
+        for kind, body, to in zip(kinds, names, [None, "a", "b"], strict=True)
+    }
+    forces = {
+        name: AppliedForce(
+            name,
+            tuple(rng.uniform(-1.0, 1.0, 3)),
+            {dof: constant(rng.uniform(-20.0, 20.0)) for dof in ("surge", "sway", "heave", "yaw")},
+        )
+        for name in names
+    }
+    return scene(bodies, joints, 0.01, forces, output_step=0.01, step=0.01)
+
+
+def at_rest(bodies: Mapping[str, Body], name: str | None) -> tuple[np.ndarray, np.ndarray]:
+    """Place and rotation of a body at rest, or of the earth."""
+    if name is None:
+        return np.zeros(3), np.eye(3)
+    body = bodies[name]
+    c, s = np.cos(body.heading), np.sin(body.heading)
+    R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    return np.array([*body.location, 0.0]) + R @ body.centre_of_gravity, R
+
+
+def redundant(scene: Scene, run: xr.Dataset) -> tuple[list[Rigid], list[Link]]:
+    """The bodies and joints of a scene as its run starts, by places, rotations and velocities."""
+    number = {body.name: b for b, body in enumerate(scene.bodies)}
+    bodies = {body.name: body for body in scene.bodies}
+    rigid = []
+    for body in scene.bodies:
+        R = rotations(run, body.name)[0]
+        velocity = run.velocity.sel(body=body.name).values[0]
+        pushed = scene.forces[body.name]
+        force = np.array([pushed.force[dof].value[0] for dof in ("surge", "sway", "heave")])
+        moment = np.array([0.0, 0.0, pushed.force["yaw"].value[0]])
+        load = [*force, *(moment + np.cross(R @ pushed.point, force))]
+        load[2] -= body.mass * G
+        inertia = R @ body.inertia @ R.T
+        place = places(run, body.name)[0]
+        rigid.append(
+            Rigid(body.mass, inertia, place, R, velocity[:3], velocity[3:], np.array(load))
+        )
+    links = []
+    for each in scene.joints.values():
+        place, R = at_rest(bodies, each.body)
+        to_place, to_R = at_rest(bodies, each.to)
+        point, axes = np.array(each.point), each.axes()
+        links.append(
+            Link(
+                each.type.value,
+                number[each.body],
+                number.get(each.to or "", EARTH),
+                point,
+                to_R.T @ (place + R @ point - to_place),
+                axes,
+                axes @ R.T @ to_R,
+            )
+        )
+    return rigid, links
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("kinds", CHAINS, ids="-".join)
+def test_joint_forces_are_the_multipliers(
+    kinds: Sequence[str], seed: int, validated: Callable[..., None]
+) -> None:
+    whole = chain(kinds, seed)
+    run = completed(whole)
+    exact = joint_wrenches(*redundant(whole, run))
+    found = run.joint_force.isel(time=0).sel(joint=list(whole.joints)).values
+    error = np.abs(found - exact).max() / np.abs(exact).max()
+    claim, against = "loads in chains of joints, of the largest", "multipliers of free bodies"
+    validated(Kind.INDEPENDENT, claim, against, error, WITHIN, Feature.JOINTS)
+
+
+def test_what_acts_in_a_joint_is_no_part_of_its_load(figure: Figure) -> None:
+    """Springs and dampers of hinges are moments on both bodies. With them the multipliers are what
+    `joint_force` has: nothing about the hinge's own axis."""
+    whole = chain(("hinge", "hinge", "hinge"), 5)
+    joints = {name: _sprung(held) for name, held in whole.joints.items()}
+    run = completed(replace(whole, joints=joints))
+    rigid, links = redundant(whole, run)
+    axes = [rigid[link.body].rotation @ link.axes[0] for link in links]
+    for link, held, axis in zip(links, joints.values(), axes, strict=True):
+        acts = held.resistances[0]
+        moment = -acts.stiffness * (acts.position - acts.neutral) - acts.damping * acts.velocity
+        rigid[link.body].load[3:] += moment * axis
+        if link.to != EARTH:
+            rigid[link.to].load[3:] -= moment * axis
+    exact = np.array(joint_wrenches(rigid, links))
+    found = run.joint_force.isel(time=0).sel(joint=list(joints)).values
+    error = np.abs(found - exact).max() / np.abs(exact).max()
+    figure("error", error)
+    assert error <= WITHIN
+    about_axes = np.sum(found[:, 3:] * axes, axis=1)
+    assert np.abs(about_axes).max() <= WITHIN * np.abs(found).max()
+
+
+def _sprung(held: Joint) -> Joint:
+    acts = replace(held.resistances[0], stiffness=30.0, neutral=0.2, damping=4.0)
+    return replace(held, resistances=(acts,))

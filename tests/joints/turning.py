@@ -1,0 +1,149 @@
+"""Scenes that are the same but for where they are, or how they are told."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import xarray as xr
+from jointed import places, rotations
+from scipy.spatial.transform import Rotation
+
+from hydrosim.dofs import about_z
+from hydrosim.forces import AppliedForce, Fender, LinearMooring, Spring
+from hydrosim.scene import Body, ForceElement, Joint, JointResistance, JointType, Scene, Stream
+
+MIRRORED = {JointType.HINGE, JointType.SLIDER, JointType.CYLINDRICAL, JointType.FIXED}
+"""Joints whose motions about the same axis are the opposite when seen from the other body."""
+
+
+def turned(scene: Scene, by: float, shift: Sequence[float] = (0.0, 0.0)) -> Scene:
+    """The whole scene turned about the vertical through the origin, then shifted. Joints are in the
+    frames of their bodies and stay as they are."""
+    R = about_z(by)
+    water = scene.environment
+    return replace(
+        scene,
+        bodies=tuple(_turned_body(body, R, by, shift) for body in scene.bodies),
+        forces={name: _turned_force(e, R, shift) for name, e in scene.forces.items()},
+        environment=replace(
+            water, current=_turned_stream(water.current, by), wind=_turned_stream(water.wind, by)
+        ),
+    )
+
+
+def _turned_body(body: Body, R: np.ndarray, by: float, shift: Sequence[float]) -> Body:
+    q, v = np.array(body.position), np.array(body.velocity)
+    place = (R @ [*body.location, 0.0])[:2] + shift
+    return replace(
+        body,
+        location=tuple(place),
+        heading=body.heading + by,
+        position=(*(R @ q[:3]), *q[3:]),
+        velocity=(*(R @ v[:3]), *(R @ v[3:])),
+    )
+
+
+def _turned_force(e: ForceElement, R: np.ndarray, shift: Sequence[float]) -> ForceElement:
+    if isinstance(e, LinearMooring):  # angles are the body's own
+        T = np.eye(6)
+        T[:3, :3] = R
+        damping = None if e.damping is None else T @ e.damping @ T.T
+        return replace(e, stiffness=T @ e.stiffness @ T.T, damping=damping)
+    if isinstance(e, Spring) and e.anchor_body is None:
+        return replace(e, anchor=tuple(R @ e.anchor + [*shift, 0.0]))
+    if isinstance(e, Fender) and e.plane.body is None:
+        point = tuple(R @ e.plane.point + [*shift, 0.0])
+        return replace(e, plane=replace(e.plane, point=point, normal=tuple(R @ e.plane.normal)))
+    assert not isinstance(e, AppliedForce) or e.body_fixed
+    return e
+
+
+def _turned_stream(stream: Stream, by: float) -> Stream:
+    return replace(stream, heading=stream.heading + by)
+
+
+def points(run: xr.Dataset, scene: Scene) -> np.ndarray:
+    """All named points over time (nt, np, 3), in the order of the bodies of ``scene``."""
+    names = [f"{point} of {body.name}" for body in scene.bodies for point in body.points]
+    return run.point_position.sel(point=names).values
+
+
+def turned_back(found: np.ndarray, by: float, shift: Sequence[float] = (0.0, 0.0)) -> np.ndarray:
+    """Points of a turned scene (nt, np, 3) where they would be without the turn."""
+    return (found - [*shift, 0.0]) @ about_z(by)
+
+
+def at_rest(scene: Scene, name: str | None) -> tuple[np.ndarray, np.ndarray]:
+    """Place and rotation of a body at rest, or of the earth."""
+    if name is None:
+        return np.zeros(3), np.eye(3)
+    body = next(body for body in scene.bodies if body.name == name)
+    R = about_z(body.heading)
+    return np.array([*body.location, 0.0]) + R @ body.centre_of_gravity, R
+
+
+def swapped(scene: Scene, name: str) -> Scene:
+    """The same scene with a joint told from its other body."""
+    told = scene.joints[name]
+    assert told.to is not None
+    place, R = at_rest(scene, told.body)
+    to_place, to_R = at_rest(scene, told.to)
+    turn = to_R.T @ R
+    axes = told.axes() @ turn.T
+    first, second = (1, 0) if told.type == JointType.UNIVERSAL else (0, 1)
+    other = replace(
+        told,
+        body=told.to,
+        to=told.body,
+        point=tuple(to_R.T @ (place + R @ told.point - to_place)),
+        axis=tuple(axes[first]),
+        second=tuple(axes[second]),
+        resistances=_opposite(told, turn),
+    )
+    return replace(scene, joints={**scene.joints, name: other})
+
+
+def _opposite(told: Joint, turn: np.ndarray) -> tuple[JointResistance, ...]:
+    """Motions seen from the other body. The first angle of a universal joint becomes the second. A
+    ball's rotation has the same axis in both frames; its rate is told in the other frame."""
+    each = told.resistances
+    if told.type == JointType.UNIVERSAL:
+        each = each[::-1]
+    if told.type == JointType.BALL:
+        vector = np.array([motion.position for motion in each])
+        rate = np.array([motion.velocity for motion in each])
+        there = Rotation.from_rotvec(vector).inv().apply(rate)
+        pairs = zip(each, turn @ vector, turn @ there, strict=True)
+        return tuple(replace(m, position=-angle, velocity=-speed) for m, angle, speed in pairs)
+    assert told.type in MIRRORED or told.type == JointType.UNIVERSAL
+    return tuple(
+        replace(m, position=-m.position, velocity=-m.velocity, neutral=-m.neutral) for m in each
+    )
+
+
+def rooted(scene: Scene, root: str, run: xr.Dataset) -> Scene:
+    """The scene with ``root`` as the body that keeps its own coordinates. It comes first and starts
+    as in ``run``; all joints are told from the side that is farther from it."""
+    reached, waiting, found = {root}, dict(scene.joints), scene
+    while waiting:
+        name = next(n for n, j in waiting.items() if j.body in reached or j.to in reached)
+        told = waiting.pop(name)
+        if told.body in reached:
+            found = swapped(found, name)
+        reached |= {told.body, str(told.to)}
+    bodies = sorted(found.bodies, key=lambda body: body.name != root)
+    return replace(found, bodies=tuple(_started(scene, body, root, run) for body in bodies))
+
+
+def _started(scene: Scene, body: Body, root: str, run: xr.Dataset) -> Body:
+    if body.name != root:
+        return replace(body, position=(0.0,) * 6, velocity=(0.0,) * 6)
+    place, _ = at_rest(scene, root)
+    offset = places(run, root)[0] - place
+    yaw, pitch, roll = Rotation.from_matrix(rotations(run, root)[0]).as_euler("ZYX")
+    velocity = run.velocity.sel(body=root).values[0]
+    return replace(
+        body, position=(*offset, roll, pitch, yaw - body.heading), velocity=tuple(velocity)
+    )
