@@ -119,7 +119,7 @@ def choose_rows(y, modes, model, work):
             modes[p.mode + i, SEGMENT] = locks.every_row(i, p)
     _set_up(y, modes, model, work)
     cholesky(work.inertia)
-    least = find_rank(work.constraints, work.inertia)
+    least = find_rank(work.constraints, work.inertia, work.holds.size)
     for r in range(work.constraints.number[0]):
         if work.constraints.pivot[r] == DROPPED:
             modes[p.mode + work.holds.lock[r], SEGMENT] -= 1 << work.holds.bit[r]
@@ -309,7 +309,7 @@ def _sine(run):
     work = run.work
     _set_up(run.state.y, run.state.modes, run.model, work)
     cholesky(work.inertia)
-    least = find_rank(work.constraints, work.inertia)
+    least = find_rank(work.constraints, work.inertia, work.holds.size)
     for r in range(work.constraints.number[0]):
         if work.constraints.pivot[r] == DROPPED:
             least = 0.0

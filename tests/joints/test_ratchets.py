@@ -123,8 +123,8 @@ def test_the_times_of_a_ratchet_against_dop853() -> None:
 
 
 def test_teeth_catch_with_a_loss() -> None:
-    """From its turn at 0.5 m the cart falls back on the tooth at 0.45 m: it loses what it has gained
-    from the spring."""
+    """From its turn at 0.5 m the cart falls back on the tooth at 0.45 m: it loses what the spring
+    has given."""
     base = driven(0.15, step=0.005)
     base = replace(base, duration=1.6, forces={"spring": along(STIFFNESS)})
     run = hs.simulate(base)

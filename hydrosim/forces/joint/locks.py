@@ -182,6 +182,7 @@ def _hold(i, y, kept, motion, bodies, p, wrench, constraints, holds):
         row = rows.find_row(lock, bit, at, rest, bodies, motion)
         clear(wrench)
         rows.apply(lock, at, row.force, row.moment, bodies, wrench)
+        holds.size[r] = _size(lock, wrench, bodies)
         generalised_force(bodies, motion, wrench, constraints.J[r])
         constraints.bound[r] = -row.bias
         holds.point[r] = NONE
@@ -193,6 +194,20 @@ def _hold(i, y, kept, motion, bodies, p, wrench, constraints, holds):
             holds.axis[r, a] = row.force[a]
             holds.axis[r, 3 + a] = row.moment[a]
         constraints.number[0] = r + 1
+
+
+@kernel
+def _size(lock, wrench, bodies):
+    """Sum of the squares of force and moment on both bodies, over mass and mean inertia."""
+    size = 0.0
+    for b in (lock.body, lock.to):
+        if b != EARTH:
+            one = bodies.each[b]
+            inertia = (one.inertia[0, 0] + one.inertia[1, 1] + one.inertia[2, 2]) / 3.0
+            f = vector(wrench, 6 * b)
+            m = vector(wrench, 6 * b + 3)
+            size += dot(f, f) / one.mass + dot(m, m) / inertia
+    return size
 
 
 @root
