@@ -152,9 +152,7 @@ def test_a_loop_that_does_not_close_is_refused_with_its_gap() -> None:
     scene = linkage.scene(ANGLE, 0.0, 1.0, 0.01, IN_PLANE)
     off = replace(scene.joints["d"], resistances=(moved(0.1),))
     scene = replace(scene, joints={**scene.joints, "d": off})
-    with pytest.raises(
-        InputError, match=r"joints.c: does not close .* 0\.3 m and 0 deg"
-    ):
+    with pytest.raises(InputError, match=r"joints.c: does not close .* 0\.3 m and 0 deg"):
         hs.simulate(scene)
 
 
