@@ -67,6 +67,7 @@ BAD = {
     "pawl: {type: ratchet, body: a, axis: [1, 0, 0], turn: {pitch: 190 deg}}": "below 180 deg",
     "pin: {type: fixed, body: a, to: b, window: {}}": "gap, speed, or both",
     "pin: {type: fixed, body: a, to: b, window: {gap: 0 m}}": "a value above 0",
+    "pin: {type: fixed, body: a, to: b, breaks_at: 0 N}": "a force above 0",
     "pin: {type: fixed, body: a, to: c}": "expected a body of this case",
     "pin: {type: fixed, body: a, to: a}": "on both sides",
     "pin: {type: slider, body: a, to: b, axis: [1, 0, 0], damping: 1 kg/s, window: {gap: 1 m}}": (

@@ -3,7 +3,8 @@
     open      before and after its `active` time         no force
     waiting   active, outside its `Window`               until gap and speed are small enough
     running   a ratchet that moves its way               until it would go back, or a tooth later
-    closed    holds                                      a ratchet until its reaction changes sign
+    closed    holds                                      a ratchet until its reaction changes sign,
+                                                         others until their force exceeds a limit
 
 A joint that closes a loop is always closed, at its place at rest. Any other joint holds the
 relative place of the bodies when it closes; that place is in the state. What it stops is lost at
@@ -56,6 +57,7 @@ LOCK = np.dtype(
         *(("point", float, 3), ("other", float, 3), ("axes", float, (3, 3))),
         *(("rest", float, REFERENCE), ("first", int, ROWS), ("second", int, ROWS), ("count", int)),
         *(("lasts", bool), ("ratchet", int), ("pitch", float), ("gap", float), ("speed", float)),
+        ("strength", float),
     ]
 )
 """A joint: its number among all joints, its row of forces, its bodies, its point and axes, the
@@ -112,6 +114,7 @@ def _constants(number: int, joint: Joint, at: Any, layout: Layout) -> tuple[Any,
         joint.ratchet.pitch if joint.ratchet else 0.0,
         window.gap if window else inf,
         window.speed if window else inf,
+        inf if joint.breaks_at is None else joint.breaks_at,
     )
 
 
@@ -230,8 +233,8 @@ def press(i, y, load, motion, bodies, p, wrench):
 
 @kernel
 def collect(p, constraints, holds):
-    """Compute force and moment of every joint, and the reactions of ratchets, from the forces of
-    the constraints."""
+    """Compute force and moment of every joint, and the reactions of ratchets and of joints that may
+    break, from the forces of the constraints."""
     clear_reactions(p, holds)
     for r in range(constraints.number[0]):
         i = holds.lock[r]
@@ -239,6 +242,10 @@ def collect(p, constraints, holds):
             for a in range(6):
                 holds.joint[i, a] += constraints.force[r] * holds.axis[r, a]
             holds.reaction[p.reaction + i, 0] = constraints.force[r]
+    for i in range(p.each.size):
+        if p.each[i].strength < inf:
+            f = vector(holds.joint[i], 0)
+            holds.reaction[p.reaction + i, 0] = sqrt(dot(f, f))
 
 
 @kernel
@@ -311,6 +318,8 @@ def margins(y, modes, motion, bodies, p, reactions, out):
             out[m + SEGMENT_MARGIN] = lock.pitch - way if lock.pitch > 0.0 else 1.0
         elif mode == CLOSED and lock.ratchet != NO_RATCHET:
             out[m + FRICTION_MARGIN] = reactions[p.reaction + i, 0]
+        elif mode == CLOSED and lock.strength < inf:
+            out[m + FRICTION_MARGIN] = lock.strength - reactions[p.reaction + i, 0]
 
 
 @root
@@ -322,7 +331,7 @@ def switch(i, which, y, modes, motion, bodies, p):
         turns = lock.ratchet == TURNS
         rows.advance_reference(lock, turns, lock.pitch, bodies, y[k : k + REFERENCE])
     elif which == FRICTION_MARGIN:
-        modes[p.mode + i, MODE] = RUNNING
+        modes[p.mode + i, MODE] = RUNNING if lock.ratchet != NO_RATCHET else OPEN
     elif lock.pitch > 0.0:
         modes[p.mode + i, MODE] = CLOSED
     else:
