@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.compiling.joints import describe_dropped
+from hydrosim.compiling.joints.closed import describe_dropped
 from hydrosim.compiling.meetings import (
     coarse_headings,
     meetings,
