@@ -9,7 +9,7 @@ drift on a mooring. Some start far from rest, and some steps are too large.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import cos, pi, sin, sqrt
+from math import cos, hypot, pi, sin, sqrt
 from typing import Any
 
 from benchmarks.random_cases import FINE, GRAVITY, STEPS, Case, Draw, Place, rounded
@@ -237,8 +237,8 @@ def _body(tree: Tree, limb: Limb, floats: bool) -> Case:
     """The body of a limb. What hangs from the earth has weight; what floats is mostly balanced."""
     d = tree.draw
     x, y, z = limb.place
-    radii = [rounded(limb.size * d.between(0.3, 0.6)) for _ in range(3)]
-    radii[2] = rounded(min(radii[2], 0.95 * (radii[0] ** 2 + radii[1] ** 2) ** 0.5))
+    extent = [limb.size * d.between(0.2, 0.45) for _ in range(3)]
+    radii = [rounded(sqrt(extent[i - 1] ** 2 + extent[i - 2] ** 2)) for i in range(3)]
     body: Case = {
         "mass": limb.mass,
         "centre_of_gravity": [0.0, 0.0, z],
@@ -327,13 +327,14 @@ def _line(tree: Tree, limb: Limb) -> None:
     d = tree.draw
     away, reach = d.between(-pi, pi), limb.size * d.between(1.5, 4.0)
     x, y, z = limb.place
+    up = d.between(-1.0, 1.0) * reach
     anchor = tree.turned(x + reach * cos(away), y + reach * sin(away))
     rate = d.order(0.5, 4.0)
     tree.rates.append(2.0 * rate)
     keys: Case = {
         "point": [0.0, 0.0, rounded(0.2 * limb.size)],
-        "anchor": [*anchor, rounded(z - d.between(-1.0, 1.0) * reach)],
-        "length": rounded(reach * d.between(0.9, 1.3)),
+        "anchor": [*anchor, rounded(z + 0.2 * limb.size + up)],
+        "length": rounded(hypot(reach, up) * d.between(0.95, 1.1)),
         "stiffness": rounded(limb.mass * rate**2),
     }
     if d.chance(0.4):
@@ -345,15 +346,22 @@ def _tie(tree: Tree) -> None:
     """A spring between two bodies."""
     d = tree.draw
     one, other = tree.limbs[-1], tree.limbs[0]
-    span = sqrt(sum((a - b) ** 2 for a, b in zip(one.place, other.place, strict=True)))
+    x, y, z = one.place
+    aside = 0.1 * other.size
+    ring = (
+        other.place[0] - aside * sin(other.heading),
+        other.place[1] + aside * cos(other.heading),
+        other.place[2],
+    )
+    span = hypot(ring[0] - x, ring[1] - y, ring[2] - z)
     rate = d.order(0.5, 4.0)
     tree.rates.append(2.0 * rate)
     tree.add(
         *("spring", one.name),
         point=[0.0, 0.0, 0.0],
-        anchor=[0.0, rounded(0.1 * other.size), 0.0],
+        anchor=[0.0, rounded(aside), 0.0],
         anchor_body=other.name,
-        length=rounded(max(span, 0.5 * one.size) * d.between(0.9, 1.2)),
+        length=rounded(max(span, 0.5 * one.size) * d.between(0.95, 1.1)),
         stiffness=rounded(min(one.mass, other.mass) * rate**2),
     )
 

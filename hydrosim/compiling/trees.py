@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import tan
+from math import cos, sin, tan
 
 import numpy as np
 
@@ -116,15 +116,30 @@ def _winding(moves: list[tuple[object, ...]], begin: int) -> int:
 
 def _start(scene: Scene) -> np.ndarray:
     """Values and rates (nq, 2) of the coordinates of joints at the start."""
+    branches = arranged(scene.joints, [body.name for body in scene.bodies]).branches
+    backwards = {branch.name for branch in branches if branch.reversed}
     found = []
-    for joint in tree_joints(scene).values():
+    for name, joint in tree_joints(scene).items():
         resistances = joint.resistances or (None,) * len(joint.motions)
         values = [(0.0, 0.0) if r is None else (r.position, r.velocity) for r in resistances]
         start = np.reshape(np.array(values, dtype=float), (-1, 2))
         if joint.type == JointType.BALL and scene.solver.kinematics == "exact":
+            if name in backwards:
+                start[:, 1] = _seen_from_body(start[:, 1], start[:, 0])
             start[:, 0] = rodrigues(start[:, 0])
         found.append(start)
     return np.concatenate(found)
+
+
+def _seen_from_body(rate: np.ndarray, rotation: np.ndarray) -> np.ndarray:
+    """An angular velocity (3,) in the axes of a joint's body, which has turned by a ``rotation``
+    vector (3,), from those of its `to`. Rates of a ball are along axes of the parent."""
+    angle = float(np.linalg.norm(rotation))
+    if angle == 0.0:
+        return rate
+    axis = rotation / angle
+    along = axis * (axis @ rate)
+    return np.asarray(along + cos(angle) * (rate - along) - sin(angle) * np.cross(axis, rate))
 
 
 def rodrigues(rotation: np.ndarray) -> np.ndarray:

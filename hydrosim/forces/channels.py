@@ -8,6 +8,7 @@
     strut_force.NAME, strut_length.NAME     of a strut or power take-off; tension is positive
     torsion_angle.NAME                      of a torsion spring or rotary power take-off
     tank_level.TANK of BODY                 above the bottom of a tank that is pumped
+    clearance.NAME                          of a named point from another, or from a plane
 
 The names are those in the result of a run.
 """
@@ -15,7 +16,8 @@ The names are those in the result of a run.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import hypot
+from math import hypot, sqrt
+from typing import Any
 
 import numpy as np
 
@@ -28,10 +30,13 @@ from hydrosim.forces.layout import Layout, unit_ranges
 from hydrosim.forces.link import Link, Strut, TorsionSpring
 from hydrosim.forces.spring import Spring
 from hydrosim.jit.kernels import kernel
-from hydrosim.scene import ForceElement
+from hydrosim.rigid.kinematics import attachment
+from hydrosim.rigid.vectors import dot, matvec, sub, vector
+from hydrosim.scene import Clearance, ForceElement
 from hydrosim.tanks import contents
 
 POSITION, VELOCITY, SPEED, NORMAL_FORCE, COMPRESSION, TENSION, LOAD, PLACE, LEVEL = range(9)
+CLEARANCE = 9
 KINDS = {
     "position": POSITION,
     "velocity": VELOCITY,
@@ -43,6 +48,7 @@ KINDS = {
     "strut_length": PLACE,
     "torsion_angle": PLACE,
     "tank_level": LEVEL,
+    "clearance": CLEARANCE,
 }
 UNITS = {
     "fender_normal_force": (Contact, Contact),
@@ -57,6 +63,45 @@ have the channel."""
 CHANNEL = np.dtype([("kind", int), ("first", int), ("end", int)])
 """A channel: its kind and its entries, points, springs, links or tanks with ``first`` <= i <
 ``end``."""
+
+
+GAP = np.dtype(
+    [
+        *(("body", int), ("point", float, 3), ("to", int), ("other", float, 3)),
+        *(("plane", bool), ("normal", float, 3)),
+    ]
+)
+"""A clearance: its point on a body; a point of the other body (`EARTH`: of the earth), and the unit
+normal there if it is that of a ``plane``."""
+EARTH = -1
+
+
+def compile_clearances(layout: Layout) -> np.ndarray:
+    """All clearances of a scene, (n,) of `GAP`; empty without triggers to watch them."""
+    return np.array([_gap(c, layout) for c in layout.clearances.values()], dtype=GAP)
+
+
+def _gap(c: Clearance, layout: Layout) -> tuple[Any, ...]:
+    body, point = layout.points[c.of]
+    if c.to is not None:
+        other, place = layout.points[c.to]
+        return body, point, other, place, False, (0.0, 0.0, 0.0)
+    normal = np.array(c.normal, float) / np.linalg.norm(c.normal)
+    other = EARTH if c.body is None else layout.body[c.body]
+    return body, point, other, c.place, True, normal
+
+
+@kernel
+def clearance(gap, bodies, motion):
+    """Present value of a clearance [m]."""
+    d, _ = attachment(gap.body, vector(gap.point, 0), bodies, motion)
+    normal = vector(gap.normal, 0)
+    other = vector(gap.other, 0)
+    if gap.to != EARTH:
+        other, _ = attachment(gap.to, other, bodies, motion)
+        normal = matvec(motion.rotation[gap.to], normal)
+    d = sub(d, other)
+    return dot(d, normal) if gap.plane else sqrt(dot(d, d))
 
 
 def compile_channel(
@@ -77,6 +122,8 @@ def _known(
 ) -> dict[str, tuple[int, int]]:
     """Names that a channel of a kind may have, with their entries."""
     body = layout.body
+    if kind == "clearance":
+        return {name: (k, k + 1) for k, name in enumerate(layout.clearances)}
     if kind == "tank_level":
         return {name: (k, k + 1) for k, name in enumerate(layout.tank_names)}
     if kind in ("position", "velocity"):
@@ -121,6 +168,8 @@ def channel_value(channel, t, y, modes, motion, bodies, elements, tanks):
         return link.measured(k, modes, motion, bodies, elements.links)[1]
     if channel.kind == COMPRESSION:
         return geometry.touch(fenders.points[k], bodies, motion).compression
+    if channel.kind == CLEARANCE:
+        return clearance(elements.triggers.gaps[k], bodies, motion)
     if channel.kind == LEVEL:
         return contents.level(k, y, tanks) if tanks.each.size > 0 else 0.0
     total = 0.0

@@ -33,7 +33,7 @@ from hydrosim.documents.text import Source
 from hydrosim.errors import InputError
 
 RUN = Source(Path("run"))
-LINKS = ("strut_*", "torsion_*", "pto_*", "bushing_*")
+LINKS = ("strut_*", "torsion_*", "pto_*", "bushing_*", "joint_*")
 USUAL = ("position.*", "velocity.*", "wave_elevation", "force_*", "fender_*", "spring_*", *LINKS)
 TO = " to "  # between two points
 MOST = 40  # names in a message

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
+from hydrosim.documents.series import unit_of
 from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
 from hydrosim.forces.trigger import BEFORE
 from hydrosim.presentation.document import (
@@ -60,6 +61,11 @@ def summary(run: xr.Dataset) -> Iterator[Node]:
 def tables_of(run: xr.Dataset) -> Iterator[Node]:
     """Motions, contacts, lines and clearances; how the run was solved."""
     yield Table(("motion", "mean", "std", "smallest", "largest", "at the end"), list(_motions(run)))
+    if "joint_motion" in run.dims:
+        moved = ("joint", "mean", "std", "smallest", "largest", "at the end")
+        yield Table(moved, list(_joint_motions(run)))
+    if "joint" in run.dims:
+        yield Table(("joint", "largest force", "largest moment"), list(_joint_loads(run)))
     if "fender" in run.dims:
         head = ("contact", "first", "open", "stick", "slip", "slipped")
         title = "Contacts: time of the first, then the share of the time since it in each mode"
@@ -137,6 +143,21 @@ def _motions(run: xr.Dataset) -> Iterator[list[Cell]]:
                 figures = (x.mean(), x.std(), x.min(), x.max(), x[-1])
                 unit = unit_of_dof(dof)
                 yield [f"{body} {dof}", *(Value(float(figure), unit) for figure in figures)]
+
+
+def _joint_motions(run: xr.Dataset) -> Iterator[list[Cell]]:
+    for name in map(str, run.joint_motion.values):
+        x = run.joint_position.sel(joint_motion=name).values
+        unit = unit_of(run.joint_position.attrs, [name])
+        figures = (x.mean(), x.std(), x.min(), x.max(), x[-1])
+        yield [name, *(Value(float(figure), unit) for figure in figures)]
+
+
+def _joint_loads(run: xr.Dataset) -> Iterator[list[Cell]]:
+    for name in map(str, run.joint.values):
+        load = run.joint_force.sel(joint=name).transpose("time", "dof").values
+        force, moment = (np.linalg.norm(part, axis=1).max() for part in np.hsplit(load, 2))
+        yield [name, Value(float(force), "N"), Value(float(moment), "N m")]
 
 
 def _contacts(run: xr.Dataset) -> Iterator[list[Cell]]:

@@ -19,6 +19,7 @@ UNITS = {
     "strut_force": "N",
     "strut_length": "m",
     "torsion_angle": "rad",
+    "clearance": "m",
 }
 """Of channels; those of motions are in m or rad, with their speeds per second."""
 OTHERS = ("position", "velocity", "speed", "tank_level")
