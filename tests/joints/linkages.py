@@ -47,7 +47,9 @@ def body(bar: Bar, v: np.ndarray, w: float, turn: Rotation) -> Body:
     R = turn.as_matrix()
     inertia = R @ np.diag([0.3 * bar.inertia, 0.9 * bar.inertia, bar.inertia]) @ R.T
     velocity = (*turn.apply([*v, 0.0]), *turn.apply([0.0, 0.0, w]))
-    return Body(bar.name, bar.mass, inertia, centre_of_gravity=tuple(centre), velocity=velocity)
+    return Body(
+        bar.name, bar.mass, inertia, centre_of_gravity=tuple(centre), velocity=velocity
+    )
 
 
 def at(bar: Bar, place: np.ndarray, turn: Rotation) -> tuple[float, ...]:

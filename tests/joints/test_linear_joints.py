@@ -86,7 +86,9 @@ def test_small_angles_keep_joints_and_are_propagated() -> None:
     )
     small = replace(small, bodies=(body,))
     stepped = hs.simulate(replace(small, solver=replace(small.solver, step=0.002)))
-    exact = hs.simulate(replace(small, solver=replace(small.solver, linear=LinearScenes.EXACT)))
+    exact = hs.simulate(
+        replace(small, solver=replace(small.solver, linear=LinearScenes.EXACT))
+    )
     assert exact.position.values == pytest.approx(stepped.position.values, abs=1e-9)
     q = exact.position.values[:, 0]
     assert np.abs(q[:, 0] + ARM * q[:, 4]).max() < 1e-12

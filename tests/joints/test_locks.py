@@ -295,9 +295,7 @@ def reference_of_sprung(gap: float, speed: float, end: float) -> tuple[float, np
         return max(abs(y[0] - y[1]) / gap, abs(y[2] - y[3]) / speed) - 1.0
 
     outside.terminal, outside.direction = True, -1.0
-    way = solve_ivp(
-        apart, (0.0, end), [0.6, -0.4, 0.0, 0.0], events=outside, max_step=1e-3, **tight
-    )
+    way = solve_ivp(apart, (0.0, end), [0.6, -0.4, 0.0, 0.0], events=outside, max_step=1e-3, **tight)
     t, y = way.t[-1], way.y[:, -1]
     u = (2.0 * y[2] + 3.0 * y[3]) / 5.0
 
