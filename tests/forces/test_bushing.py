@@ -10,7 +10,7 @@ import pytest
 from dry_scenes import block, moving, scene, with_step
 from scipy.linalg import eigh
 from scipy.spatial.transform import Rotation
-from test_links import load_on
+from test_struts import load_on
 
 import hydrosim as hs
 from hydrosim.errors import SimulationError
