@@ -96,10 +96,10 @@ class Tree(NamedTuple):
 
 class Growth(NamedTuple):
     """Scratch of a tree: ``S`` (6 nb, n). Of each body: its rotation since rest as a quaternion
-    ``turned`` (nb, 4); its ``heading`` (nb,) since rest and the ``rate`` (nb,) of that; its rotation
-    vector from there in heading axes, ``angles`` (nb, 3). Of each joint: its ``place`` (nj, 3), and
-    the ``gradient`` (nj, 3) of its turn about the vertical. Of each move: its present ``axes`` (nm,
-    3, 3)."""
+    ``turned`` (nb, 4); its ``heading`` (nb,) since rest and the ``rate`` (nb,) of that; its
+    rotation vector from there in heading axes, ``angles`` (nb, 3). Of each joint: its ``place``
+    (nj, 3), and the ``gradient`` (nj, 3) of its turn about the vertical. Of each move: its present
+    ``axes`` (nm, 3, 3)."""
 
     S: np.ndarray
     turned: np.ndarray

@@ -91,7 +91,7 @@ def test_a_stop_never_pulls() -> None:
 
 
 def test_dry_friction_stops_a_spring_after_half_periods() -> None:
-    """Amplitudes fall by 2 F / k in each half period; it rests where the spring cannot pull it on."""
+    """Amplitudes fall by 2 F / k in each half period, until the spring cannot pull it on."""
     stiffness, kinetic, start = 8.0, 0.6, 0.51
     friction = JointFriction(0.8, kinetic)
     run = simulate(sliding(0.005, stiffness=stiffness, position=start, friction=friction))

@@ -9,7 +9,7 @@ import numpy as np
 
 from hydrosim.dofs import about_z
 from hydrosim.rigid.tree import BALL, BRANCH, MOVE, NO_BODY, NO_TREE, SLIDE, TURN, Tree
-from hydrosim.scene import Body, Joint, JointType, Scene
+from hydrosim.scene import Body, Joint, JointType, Kinematics, Scene, Weight
 from hydrosim.scene.joint import JointMotion, MotionKind
 from hydrosim.scene.trees import Branch, arranged, tree_joints
 
@@ -20,8 +20,15 @@ def check_trees(scene: Scene) -> Iterator[str]:
     """Problems of joints and of what they carry that a case file cannot contain."""
     found = arranged(scene.joints, [body.name for body in scene.bodies])
     bodies = {body.name: body for body in scene.bodies}
+    little = scene.solver.kinematics == Kinematics.LINEAR
     for branch in found.branches:
         child = bodies[branch.child]
+        parent = bodies.get(str(branch.parent), child)
+        if little and Weight.CARRIED in (child.weight, parent.weight):
+            yield (
+                f"joints.{branch.name}: kinematics: linear keeps arms as at rest, so that a weight"
+                " that a joint carries restores nothing; choose exact"
+            )
         if any(child.position) or any(child.velocity):
             yield f"bodies.{child.name}: found a start of a body that {branch.name} carries"
     for name, joint in scene.joints.items():
