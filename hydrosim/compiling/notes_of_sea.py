@@ -43,8 +43,8 @@ OUTSIDE_WARNED = 1e-3
 def notes_of_sea(
     scene: Scene, wet: Sequence[WetGroup], facts: Facts, state: State, seas: Seas, notes: Notes
 ) -> Notes:
-    """The ``notes`` of a scene in calm water, with messages on the scene in its ``seas`` that begins
-    in a ``state``."""
+    """The ``notes`` of a scene in calm water, with messages on the scene in its ``seas``, which
+    begins in a ``state``."""
     alone = facts.databases
     warnings = [text for group in wet for text in group.cut_lengths]
     warnings.extend(_fit_warnings(wet))
