@@ -284,8 +284,8 @@ def _coefficients(tree: Tree, limb: Limb, is_root: bool) -> Case:
     if is_root:
         rate = d.between(1.5, 3.0)
         tree.rates.append(1.5 * rate)
-        stiff = {"heave": mass * rate**2, "roll": inertia * rate**2, "pitch": inertia * rate**2}
-        found["stiffness"] = {dof: rounded(2.0 * k) for dof, k in stiff.items()}
+        stiff = {"heave": 2.0 * mass, "roll": 0.5 * inertia, "pitch": 0.5 * inertia}
+        found["stiffness"] = {dof: rounded(k * rate**2) for dof, k in stiff.items()}
     return found
 
 
@@ -401,15 +401,22 @@ def _face(tree: Tree, limb: Limb) -> None:
     tree.add("fender", limb.name, points=[point], plane=plane, normal=normal, friction=friction)
 
 
+def _current(tree: Tree) -> Case:
+    """A current that drags all that is in the water."""
+    d = tree.draw
+    for limb in tree.limbs:
+        if limb.wet:
+            drag = {dof: rounded(limb.mass * d.order(0.02, 0.2)) for dof in DOFS[:2]}
+            tree.add("linear_damping", limb.name, damping=drag, relative_to_current=True)
+    return {"speed": d.between(0.1, 1.0), "heading": d.between(-pi, pi) + tree.turn}
+
+
 def _whole(tree: Tree, seed: int) -> Case:
     """The whole case, with a method and a step that goes with its fastest rate."""
     d = tree.draw
     environment: Case = {"water_depth": "infinite"}
     if d.chance(0.3) and any(limb.wet for limb in tree.limbs):
-        environment["current"] = {
-            "speed": d.between(0.1, 1.0),
-            "heading": d.between(-pi, pi) + tree.turn,
-        }
+        environment["current"] = _current(tree)
     method = d.one(tuple(METHODS), *METHODS.values())
     wanted = FINE.get(method, 1.0) * d.order(0.06, 0.4) / max(tree.rates)
     step = next((h for h in STEPS if h <= wanted), STEPS[-1])
