@@ -7,6 +7,7 @@ friction) stands beside them if there is one motion, else below the name of the 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import inf, pi
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
@@ -213,6 +214,32 @@ def _stops(form: TurnStops | SlideStops | None) -> scene.Stops | None:
     return None if form is None else scene.Stops(*form.range, form.stiffness, form.damping)
 
 
+class JointWindow(Strict):
+    """Window in which a joint closes."""
+
+    gap: of.Length | None = None
+    """The joint closes when its point on both bodies is nearer than this. Example: 0.05 m."""
+    speed: of.Speed | None = None
+    """The joint closes when the relative speed of the bodies at its point is below this. Example:
+    0.1 m/s."""
+
+    @model_validator(mode="after")
+    def _check_values(self) -> Self:
+        given = self.given("gap", "speed")
+        if not given:
+            raise problem("an empty mapping", "gap, speed, or both")
+        for key in given:
+            if not getattr(self, key) > 0.0:
+                raise problem(f"{key} {getattr(self, key):g}", "a value above 0")
+        return self
+
+    def build(self) -> scene.Window:
+        """The same of the scene."""
+        return scene.Window(
+            inf if self.gap is None else self.gap, inf if self.speed is None else self.speed
+        )
+
+
 class JointForm(Exemplary):
     """A joint of a ``body``; in examples there are a "barge" and a "topside"."""
 
@@ -227,12 +254,16 @@ class JointForm(Exemplary):
     active: Active | None = None
     """Time in which the joint holds: from, until, or both. It holds the bodies in the relative
     place that they have when it closes."""
+    window: JointWindow | None = None
+    """Gap and speed at the joint's point below which the joint closes, while it is active. Without
+    it, it closes as soon as it is active."""
 
     @model_validator(mode="after")
     def _check_active(self) -> Self:
-        if self.active is not None and any(each.acts for each in self.resistances()):
+        limited = self.given("active", "window")
+        if limited and any(each.acts for each in self.resistances()):
             raise problem(
-                "active, and a spring, damping, stops or friction in the joint",
+                f"{limited[0]}, and a spring, damping, stops or friction in the joint",
                 "one of them",
                 "a joint that comes and goes leaves its free motions without forces",
             )
@@ -258,7 +289,13 @@ class JointForm(Exemplary):
             second,
             tuple(self.resistances()),
             self.active.build() if self.active else None,
+            self.window.build() if self.window else None,
+            self.pawl(),
         )
+
+    def pawl(self) -> scene.Ratchet | None:
+        """The ratchet of the scene, if it is one."""
+        return None
 
 
 class OnAxis(JointForm):
@@ -446,6 +483,56 @@ class Fixed(JointForm):
     """No motion."""
 
 
+class SlidingPawl(Strict):
+    """A ratchet along its axis."""
+
+    pitch: of.Length = 0.0
+    """Distance of its teeth. Without it, it holds wherever it would go back."""
+
+
+class TurningPawl(Strict):
+    """A ratchet about its axis."""
+
+    pitch: of.Angle = 0.0
+    """Angle between its teeth, below 180 deg. Without it, it holds wherever it would turn back."""
+
+
+class Ratchet(OnAxis):
+    """A joint that lets one motion go one way only, and leaves all others free."""
+
+    example: ClassVar[dict[str, Any]] = {
+        "type": "ratchet",
+        "body": "barge",
+        "axis": [-1, 0, 0],
+        "slide": {"pitch": "0.1 m"},
+        "active": {"from": "100 s"},
+    }
+
+    type: Literal["ratchet"]
+    """A motion of the body along an axis of the other body, or about it, that never goes back."""
+    slide: SlidingPawl | None = None
+    """The body only goes along the axis, not back."""
+    turn: TurningPawl | None = None
+    """The body only turns about the axis, not back."""
+
+    @model_validator(mode="after")
+    def _check_motion(self) -> Self:
+        given = self.given("slide", "turn")
+        if len(given) != 1:
+            raise problem(" and ".join(given) or "no motion", "either slide: {} or turn: {}")
+        if self.window is not None:
+            raise problem("a ratchet with a window", "no window; a ratchet holds when it goes back")
+        pitch = getattr(self, given[0]).pitch
+        if not pitch >= 0.0 or (given[0] == "turn" and not pitch < pi):
+            raise problem(f"pitch {pitch:g}", "0 or more, and below 180 deg for a turn")
+        return self
+
+    def pawl(self) -> scene.Ratchet:
+        form = self.slide or self.turn
+        assert form is not None
+        return scene.Ratchet(self.turn is not None, form.pitch)
+
+
 def _at_right_angles(first: tuple[float, ...], second: tuple[float, ...]) -> None:
     a, b = np.array(first), np.array(second)
     cosine = float(a @ b) / float(np.linalg.norm(a) * np.linalg.norm(b) or 1.0)
@@ -457,5 +544,6 @@ def _at_right_angles(first: tuple[float, ...], second: tuple[float, ...]) -> Non
 
 
 AnyJoint = Annotated[
-    Hinge | Ball | Universal | Slider | Cylindrical | Planar | Fixed, Discriminator("type")
+    Hinge | Ball | Universal | Slider | Cylindrical | Planar | Fixed | Ratchet,
+    Discriminator("type"),
 ]

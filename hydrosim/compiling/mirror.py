@@ -1,4 +1,4 @@
-"""Force elements that are not their own mirror image in a vertical plane along x.
+"""Force elements and joints that are not their own mirror image in a vertical plane along x.
 
 An element that acts on all coordinates of a body is its own image if it does not couple surge,
 heave and pitch with sway, roll and yaw. Elements that act at points need an image among the
@@ -10,17 +10,21 @@ depend on the motions out of the plane.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import fields, is_dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, fields, is_dataclass, replace
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from hydrosim.dofs import DOFS, MIRROR_SIGN, SMALL
 from hydrosim.forces.mirroring import LATERAL
+from hydrosim.scene.joint import JointType
 
 if TYPE_CHECKING:
-    from hydrosim.scene import ForceElement
+    from hydrosim.scene import Active, ForceElement, Joint, Window
 
+MIRROR = np.diag([1.0, -1.0, 1.0])
+AXES = {JointType.FIXED: 0, JointType.BALL: 0, JointType.UNIVERSAL: 2}
+"""Number of axes that matter, for joints that do not have one."""
 COUPLES = f"couples {', '.join(x for x in DOFS if x not in LATERAL)} with {', '.join(LATERAL)}"
 
 
@@ -42,6 +46,55 @@ def without_image(elements: Mapping[str, ForceElement], y: float) -> Iterator[st
         if reason := element.asymmetry():
             yield f"{name} {reason}"
     yield from (f"{name} has no mirror image" for name in dict.fromkeys(_alone(elements, y)))
+
+
+def joints_without_image(joints: Mapping[str, Joint]) -> Iterator[str]:
+    """Messages on joints that are not symmetric about the plane through their bodies."""
+    shapes = {name: _shape(joint) for name, joint in joints.items()}
+    for name, shape in shapes.items():
+        if not any(_same(shape.image(), other) for other in shapes.values()):
+            yield f"{name} has no mirror image"
+
+
+@dataclass(frozen=True, eq=False)
+class _Shape:
+    """What a joint holds: its axes (m, 3, 3) as a a^T, because their sense does not matter, and
+    the ``arrow`` (3,) along which a ratchet goes, or (turning) about which it turns."""
+
+    between: str
+    times: _Times
+    point: np.ndarray
+    axes: np.ndarray
+    arrow: np.ndarray
+    turning: bool
+
+    def image(self) -> _Shape:
+        """Its mirror image: a turn about an axis in the plane becomes its opposite."""
+        sign = -1.0 if self.turning else 1.0
+        axes = MIRROR @ self.axes @ MIRROR
+        return replace(self, point=MIRROR @ self.point, axes=axes, arrow=sign * MIRROR @ self.arrow)
+
+
+class _Times(NamedTuple):
+    """When a joint holds, and its teeth."""
+
+    active: Active | None
+    window: Window | None
+    pitch: float
+
+
+def _shape(joint: Joint) -> _Shape:
+    axes = joint.axes()
+    lines = [np.outer(axes[k], axes[k]) for k in range(AXES.get(joint.type, 1))]
+    pawl = joint.ratchet
+    return _Shape(
+        f"{joint.type} {joint.body} {joint.to}",
+        _Times(joint.active, joint.window, pawl.pitch if pawl else 0.0),
+        np.array(joint.point, dtype=float),
+        np.array(lines).reshape(-1, 3, 3),
+        axes[0] if pawl else np.zeros(3),
+        pawl is not None and pawl.turns,
+    )
 
 
 def _alone(elements: Mapping[str, ForceElement], y: float) -> Iterator[str]:
@@ -66,7 +119,7 @@ def _same(one: object, other: object) -> bool:
         return one.keys() == other.keys() and all(_same(one[key], other[key]) for key in one)
     if one is None or other is None:
         return one is other
-    if is_dataclass(one) or isinstance(one, str):
+    if is_dataclass(one) or isinstance(one, str | _Times):
         return one == other
     a, b = np.asarray(one, dtype=float), np.asarray(other, dtype=float)
     return a.shape == b.shape and bool(np.all(np.abs(a - b) <= SMALL * np.abs(a).max(initial=0.0)))

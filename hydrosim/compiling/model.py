@@ -31,6 +31,7 @@ from hydrosim.forces.layout import (
     constraint_names,
     row_names,
 )
+from hydrosim.results.points import named_points, point_names
 from hydrosim.rigid.heading import Headings, new_headings
 from hydrosim.rigid.inertia import constant_inertia
 from hydrosim.rigid.kinematics import Bodies
@@ -212,6 +213,9 @@ def _layout(
         _joined(scene, bodies),
         len(row_names(scene)) - 1,
         bodies.tree,
+        tuple(bodies.each["origin"]),
+        dict(zip(point_names(scene), named_points(scene), strict=True)),
+        scene.clearances,
     )
 
 

@@ -10,7 +10,7 @@ from hydrosim.compiling.joints import check_closed, check_joints
 from hydrosim.compiling.sizes import check_sizes
 from hydrosim.compiling.trees import check_trees
 from hydrosim.errors import InputError
-from hydrosim.forces import is_known, signals_of
+from hydrosim.forces import is_known, lost_units, signals_of
 from hydrosim.forces.contact.laws import COULOMB
 from hydrosim.forces.contact.modes import OPEN, STICK
 from hydrosim.forces.layout import ROWS
@@ -95,6 +95,8 @@ def check_start(scene: Scene, model: Model, state: State) -> None:
         check_closed(scene, model, state)
     _check_rigid_friction(scene, model, state)
     _check_springs(scene, model, state)
+    for name, reason in lost_units(model, scene, state.modes):
+        raise InputError(f"forces.{name}: {reason}, at the start. Change its ends or axis.")
 
 
 def _check_rigid_friction(scene: Scene, model: Model, state: State) -> None:

@@ -26,7 +26,7 @@ import numpy as np
 from scipy import linalg
 
 from hydrosim.compiling.hydrostatics.hulls import lopsided
-from hydrosim.compiling.mirror import COUPLES, couples, without_image
+from hydrosim.compiling.mirror import COUPLES, couples, joints_without_image, without_image
 from hydrosim.compiling.start import first_state
 from hydrosim.compiling.wet import WetGroup, each_alone, each_database
 from hydrosim.dofs import DOFS, MIRROR_SIGN, SMALL
@@ -161,15 +161,15 @@ def _asymmetries(calm: Compiled, sea: Sequence[Components]) -> Iterator[str]:
 
 
 def _joints_aside(scene: Scene, y: float) -> Iterator[str]:
-    """Joints that are constraints, or whose motions leave the plane at ``y``."""
+    """Joints whose motions leave the plane at ``y``, and constraints that have no mirror image."""
     bodies = {body.name: body for body in scene.bodies}
     joints = tree_joints(scene)
-    for name, joint in scene.joints.items():
+    for name, joint in joints.items():
         beside = abs(_plane(bodies[joint.body]) + joint.point[1] - y) > NEAR
-        if name not in joints:
-            yield f"the joint {name}, which is a constraint"
-        elif beside or not all(_is_in_plane(motion, joint) for motion in joint.motions):
+        if beside or not all(_is_in_plane(motion, joint) for motion in joint.motions):
             yield f"the joint {name}"
+    others = {name: joint for name, joint in scene.joints.items() if name not in joints}
+    yield from joints_without_image(others)
 
 
 def _is_in_plane(motion: JointMotion, joint: Joint) -> bool:

@@ -24,6 +24,7 @@ from hydrosim.scene import Hull
 Triangles = np.ndarray  # (nt, 3 corners, 3 coordinates), normals into the water
 
 CLOSED = 1e-6  # of the area and of the volume: rounding of the file of a closed hull
+SUBMERGED = 1e-9  # of the volume to 2/3: area of a waterplane that is only rounding
 
 
 def read_hull(path: Path, keys: MeshKeys = MeshKeys()) -> Hull:
@@ -79,15 +80,18 @@ def integrals(corners: Triangles) -> Hydrostatics:
 
     volume = over(z)
     moments = [over(x * z), over(y * z), over(z * z) / 2]
+    waterplane = {
+        "area": -over(np.ones_like(x)),
+        "moment_x": -over(x),
+        "moment_y": -over(y),
+        "second_xx": -over(x * x),
+        "second_yy": -over(y * y),
+        "second_xy": -over(x * y),
+    }
+    if abs(waterplane["area"]) < SUBMERGED * abs(volume) ** (2 / 3):
+        waterplane = dict.fromkeys(waterplane, 0.0)
     return Hydrostatics(
-        area=-over(np.ones_like(x)),
-        moment_x=-over(x),
-        moment_y=-over(y),
-        second_xx=-over(x * x),
-        second_yy=-over(y * y),
-        second_xy=-over(x * y),
-        volume=volume,
-        centre_of_buoyancy=np.array(moments) / volume,
+        volume=volume, centre_of_buoyancy=np.array(moments) / volume, **waterplane
     )
 
 

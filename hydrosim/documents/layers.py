@@ -25,7 +25,7 @@ LONG = 200  # characters of a setting in a message
 MAP = "tag:yaml.org,2002:map"
 TEXT = "tag:yaml.org,2002:str"
 KINDS = {"type", "law", "spectrum"}  # a mapping with one of these keys replaces the one below
-NAMED = {"bodies", "forces"}  # mappings whose keys are names given by the user
+NAMED = {"bodies", "forces", "joints"}  # mappings whose keys are names given by the user
 # keys of files, which are relative to the folder of their own file
 FILES = {"hydrodynamics", "file", "case", "run", "mesh", "recipe"}
 

@@ -73,6 +73,10 @@ TurnStiffness = Annotated[
 TurnDamping = Annotated[
     float, Quantity("damping coefficient", "N*m*s/rad", "1 MN*m*s/rad", at_least=0)
 ]
+Drag = Annotated[float, Quantity("quadratic damping", "N*s^2/m^2", "10 kN*s^2/m^2", at_least=0)]
+TurnDrag = Annotated[
+    float, Quantity("quadratic damping", "N*m*s^2/rad^2", "1 MN*m*s^2/rad^2", at_least=0)
+]
 FrictionForce = Annotated[float, Quantity("force", "N", "100 kN", at_least=0)]
 FrictionMoment = Annotated[float, Quantity("moment", "N*m", "100 kN*m", at_least=0)]
 
@@ -354,4 +358,5 @@ StreamForces = tuple[_StreamForce, ...]
 StreamMoments = tuple[_StreamMoment, ...]
 Compressions = Annotated[tuple[Length, ...], RISING, AfterValidator(from_zero)]
 Extensions = Annotated[tuple[Length, ...], RISING]
+Angles = Annotated[tuple[Angle, ...], RISING]
 NormalForces = Annotated[tuple[Force, ...], NOT_FALLING, AfterValidator(from_zero)]

@@ -36,6 +36,8 @@ from hydrosim.dofs import DOFS
 if TYPE_CHECKING:
     import xarray as xr
 
+TURNS = ("angle", "first_angle", "second_angle", "rotation_x", "rotation_y", "rotation_z")
+"""Last words of the names of motions of joints that are angles."""
 NETCDF = (b"\x89HDF", b"CDF\x01", b"CDF\x02", b"CDF\x05")
 ENOUGH = 4  # values needed for a cubic
 Column = str | int
@@ -175,11 +177,14 @@ def select(source: Source, run: xr.Dataset, column: str) -> tuple[np.ndarray, st
 def unit_of(said: Mapping[str, object], labels: Sequence[str]) -> str:
     """The unit of the selection by ``labels``, from the attributes of a variable. It is the unit of
     the statistic if the last label has its own, else of the degree of freedom, else of the
-    variable. Older files have "m or rad", or "m, rad or s", for translations and rotations."""
+    variable. Motions of joints are angles or offsets. Older files have "m or rad", or "m, rad or
+    s", for translations and rotations."""
     apart = dict(each.split(": ") for each in str(said.get(APART, "")).split(", ") if each)
     if labels and labels[-1] in apart:
         return apart[labels[-1]]
     row = next((DOFS.index(label) for label in labels if label in DOFS), 0)
+    if any(label.rpartition(" ")[2] in TURNS for label in labels):
+        row = 3
     if "dof_units" in said:
         return str(said["dof_units"]).split(", ")[row]
     each = re.split(", | or ", str(said.get("units", "")))

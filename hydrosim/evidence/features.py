@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from enum import StrEnum
 
 from hydrosim.forces import (
+    Bushing,
     Contact,
     Coulomb,
     CurrentLoad,
@@ -16,6 +17,8 @@ from hydrosim.forces import (
     LinearMooring,
     Spring,
     StickSlip,
+    Strut,
+    TorsionSpring,
     WindLoad,
 )
 from hydrosim.forces.applied_force import AppliedForce
@@ -69,6 +72,8 @@ class Feature(StrEnum):
     COULOMB = "rigid friction"
     SLOPE = "friction slope"
     SPRINGS = "springs and lines"
+    STRUTS = "struts, torsion springs and power take-offs"
+    BUSHINGS = "bushings"
     MOORINGS = "linear moorings"
     APPLIED = "applied forces"
     DAMPING = "linear damping"
@@ -173,6 +178,8 @@ OF_SCENES: Mapping[Feature, Callable[[Scene], bool]] = {
     Feature.COULOMB: _friction(Coulomb),
     Feature.SLOPE: _friction(FrictionSlope),
     Feature.SPRINGS: _elements(Spring),
+    Feature.STRUTS: _elements(Strut, TorsionSpring),
+    Feature.BUSHINGS: _elements(Bushing),
     Feature.MOORINGS: _elements(LinearMooring),
     Feature.APPLIED: _elements(AppliedForce),
     Feature.DAMPING: _elements(LinearDamping),

@@ -22,8 +22,10 @@ import numpy as np
 
 from hydrosim.forces import (
     applied_force,
+    bushing,
     linear_damping,
     linear_mooring,
+    link,
     quadratic_damping,
     spring,
     stream_load,
@@ -31,6 +33,7 @@ from hydrosim.forces import (
     trigger,
 )
 from hydrosim.forces.applied_force import AppliedForce
+from hydrosim.forces.bushing import Bushing
 from hydrosim.forces.contact import fender, guide
 from hydrosim.forces.contact import kind as contact_points
 from hydrosim.forces.contact.coulomb import Coulomb
@@ -44,10 +47,20 @@ from hydrosim.forces.contact.plane import Plane
 from hydrosim.forces.contact.stick_slip import LoadPowers, StickSlip
 from hydrosim.forces.joint import kind as joint
 from hydrosim.forces.joint import locks, motions
-from hydrosim.forces.kind import ElementKind, Kind, Losing, Mirrored, Parts, Resisting, Tallying
+from hydrosim.forces.kind import (
+    ElementKind,
+    Ending,
+    Kind,
+    Losing,
+    Mirrored,
+    Parts,
+    Resisting,
+    Tallying,
+)
 from hydrosim.forces.layout import Layout, Resistance
 from hydrosim.forces.linear_damping import LinearDamping
 from hydrosim.forces.linear_mooring import LinearMooring
+from hydrosim.forces.link import Strut, TorsionSpring
 from hydrosim.forces.postures import PosingKind
 from hydrosim.forces.quadratic_damping import QuadraticDamping
 from hydrosim.forces.signal import Harmonic, Recorded, Signal, Table, constant
@@ -69,6 +82,8 @@ class Elements(NamedTuple):
     linear_dampings: Any
     quadratic_dampings: Any
     stream_loads: Any
+    links: Any
+    bushings: Any
     guides: Any
     locks: Any
     joint_motions: Any
@@ -84,6 +99,8 @@ KINDS: tuple[Kind, ...] = (
     quadratic_damping.KIND,
     stream_load.KIND,
     tanks.KIND,
+    link.KIND,
+    bushing.KIND,
     guide.KIND,
     joint.KIND,
     joint.JOINTS,
@@ -113,6 +130,10 @@ def add_elements(t, y, modes, motion, bodies, elements, wrench, rate, dy):
         )
     if e.stream_loads.each.size > 0:
         stream_load.add_force(t, y, modes, motion, bodies, e.stream_loads, wrench, rate, dy)
+    if e.links.links.size > 0:
+        link.add_force(t, y, modes, motion, bodies, e.links, wrench, rate, dy)
+    if e.bushings.each.size > 0:
+        bushing.add_force(t, y, modes, motion, bodies, e.bushings, wrench, rate, dy)
     if e.guides.pins.size > 0:
         guide.add_force(t, y, modes, motion, bodies, e, wrench)
     if e.locks.each.size > 0:
@@ -143,6 +164,10 @@ def add_element_energies(t, y, modes, motion, bodies, elements, stored):
         fender.add_energy(t, y, modes, motion, bodies, e.fenders, stored)
     if e.springs.lines.size > 0:
         spring.add_energy(t, y, modes, motion, bodies, e.springs, stored)
+    if e.links.links.size > 0:
+        link.add_energy(t, y, modes, motion, bodies, e.links, stored)
+    if e.bushings.each.size > 0:
+        bushing.add_energy(t, y, modes, motion, bodies, e.bushings, stored)
     if e.guides.pins.size > 0:
         guide.add_energy(modes, motion, bodies, e, stored)
     if e.joint_motions.each.size > 0:
@@ -240,6 +265,15 @@ def is_mirrored(parts: Parts, y: np.ndarray, modes: np.ndarray) -> bool:
     """True if the states and modes of all kinds are mirror symmetric about y = 0."""
     own = [kind for kind in KINDS if isinstance(kind, Mirrored)]
     return all(kind.is_mirrored(kind.of(parts), y, modes) for kind in own)
+
+
+def lost_units(parts: Parts, scene: Scene, modes: np.ndarray) -> Iterator[tuple[str, str]]:
+    """Names of the units whose force is not defined in these ``modes``, each with the reason."""
+    for kind in KINDS:
+        if isinstance(kind, Ending):
+            p = kind.of(parts)
+            names = kind.unit_names(scene)
+            yield from ((names[i], why) for i, why in kind.lost(p, own_modes(kind, p, modes)))
 
 
 def resistances(parts: Parts) -> Iterator[Resistance]:

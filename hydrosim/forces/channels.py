@@ -5,7 +5,10 @@
     fender_normal_force.NAME                of a contact point, or the sum over an element
     fender_compression.POINT                of a contact point
     spring_tension.NAME                     of a spring
+    strut_force.NAME, strut_length.NAME     of a strut or power take-off; tension is positive
+    torsion_angle.NAME                      of a torsion spring or rotary power take-off
     tank_level.TANK of BODY                 above the bottom of a tank that is pumped
+    clearance.NAME                          of a named point from another, or from a plane
 
 The names are those in the result of a run.
 """
@@ -13,22 +16,27 @@ The names are those in the result of a run.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import hypot
+from math import hypot, sqrt
+from typing import Any
 
 import numpy as np
 
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.forces import spring
+from hydrosim.forces import link, spring
 from hydrosim.forces.contact import geometry
 from hydrosim.forces.contact.fender import Contact, pressure
 from hydrosim.forces.layout import Layout, unit_ranges
+from hydrosim.forces.link import Link, Strut, TorsionSpring
 from hydrosim.forces.spring import Spring
 from hydrosim.jit.kernels import kernel
-from hydrosim.scene import ForceElement
+from hydrosim.rigid.kinematics import attachment
+from hydrosim.rigid.vectors import dot, matvec, sub, vector
+from hydrosim.scene import Clearance, ForceElement
 from hydrosim.tanks import contents
 
-POSITION, VELOCITY, SPEED, NORMAL_FORCE, COMPRESSION, TENSION, LEVEL = range(7)
+POSITION, VELOCITY, SPEED, NORMAL_FORCE, COMPRESSION, TENSION, LOAD, PLACE, LEVEL = range(9)
+CLEARANCE = 9
 KINDS = {
     "position": POSITION,
     "velocity": VELOCITY,
@@ -36,10 +44,64 @@ KINDS = {
     "fender_normal_force": NORMAL_FORCE,
     "fender_compression": COMPRESSION,
     "spring_tension": TENSION,
+    "strut_force": LOAD,
+    "strut_length": PLACE,
+    "torsion_angle": PLACE,
     "tank_level": LEVEL,
+    "clearance": CLEARANCE,
 }
+UNITS = {
+    "fender_normal_force": (Contact, Contact),
+    "fender_compression": (Contact, Contact),
+    "spring_tension": (Spring, Spring),
+    "strut_force": (Link, Strut),
+    "strut_length": (Link, Strut),
+    "torsion_angle": (Link, TorsionSpring),
+}
+"""Of kinds that belong to units: the elements among which these units are numbered, and those that
+have the channel."""
 CHANNEL = np.dtype([("kind", int), ("first", int), ("end", int)])
-"""A channel: its kind and its entries, points, springs or tanks with ``first`` <= i < ``end``."""
+"""A channel: its kind and its entries, points, springs, links or tanks with ``first`` <= i <
+``end``."""
+
+
+GAP = np.dtype(
+    [
+        *(("body", int), ("point", float, 3), ("to", int), ("other", float, 3)),
+        *(("plane", bool), ("normal", float, 3)),
+    ]
+)
+"""A clearance: its point on a body; a point of the other body (`EARTH`: of the earth), and the unit
+normal there if it is that of a ``plane``."""
+EARTH = -1
+
+
+def compile_clearances(layout: Layout) -> np.ndarray:
+    """All clearances of a scene, (n,) of `GAP`; empty without triggers to watch them."""
+    return np.array([_gap(c, layout) for c in layout.clearances.values()], dtype=GAP)
+
+
+def _gap(c: Clearance, layout: Layout) -> tuple[Any, ...]:
+    body, point = layout.points[c.of]
+    if c.to is not None:
+        other, place = layout.points[c.to]
+        return body, point, other, place, False, (0.0, 0.0, 0.0)
+    normal = np.array(c.normal, float) / np.linalg.norm(c.normal)
+    other = EARTH if c.body is None else layout.body[c.body]
+    return body, point, other, c.place, True, normal
+
+
+@kernel
+def clearance(gap, bodies, motion):
+    """Present value of a clearance [m]."""
+    d, _ = attachment(gap.body, vector(gap.point, 0), bodies, motion)
+    normal = vector(gap.normal, 0)
+    other = vector(gap.other, 0)
+    if gap.to != EARTH:
+        other, _ = attachment(gap.to, other, bodies, motion)
+        normal = matvec(motion.rotation[gap.to], normal)
+    d = sub(d, other)
+    return dot(d, normal) if gap.plane else sqrt(dot(d, d))
 
 
 def compile_channel(
@@ -60,6 +122,8 @@ def _known(
 ) -> dict[str, tuple[int, int]]:
     """Names that a channel of a kind may have, with their entries."""
     body = layout.body
+    if kind == "clearance":
+        return {name: (k, k + 1) for k, name in enumerate(layout.clearances)}
     if kind == "tank_level":
         return {name: (k, k + 1) for k, name in enumerate(layout.tank_names)}
     if kind in ("position", "velocity"):
@@ -69,13 +133,17 @@ def _known(
         return {name: (k, k + 1) for name, k in pairs}
     if kind == "speed":
         return {name: (6 * b, 6 * b + 2) for name, b in body.items()}
-    units = unit_ranges(elements, Spring if kind == "spring_tension" else Contact)
+    if kind not in UNITS:
+        return {}
+    among, own = UNITS[kind]
+    every = unit_ranges(elements, among)
+    units = {name: place for name, place in every.items() if isinstance(elements[name], own)}
     each = {
         unit: (k, k + 1)
         for name, (first, _) in units.items()
         for k, unit in enumerate(elements[name].unit_names(name), first)
     }
-    return each | (units if kind == "fender_normal_force" else {}) if kind in KINDS else {}
+    return each | (units if kind == "fender_normal_force" else {})
 
 
 @kernel
@@ -94,8 +162,14 @@ def channel_value(channel, t, y, modes, motion, bodies, elements, tanks):
         line = springs.lines[k]
         mode = modes[springs.mode + k]
         return spring.tension(line, mode, spring.stretch(line, bodies, motion), springs)[0]
+    if channel.kind == LOAD:
+        return link.measured(k, modes, motion, bodies, elements.links)[0]
+    if channel.kind == PLACE:
+        return link.measured(k, modes, motion, bodies, elements.links)[1]
     if channel.kind == COMPRESSION:
         return geometry.touch(fenders.points[k], bodies, motion).compression
+    if channel.kind == CLEARANCE:
+        return clearance(elements.triggers.gaps[k], bodies, motion)
     if channel.kind == LEVEL:
         return contents.level(k, y, tanks) if tanks.each.size > 0 else 0.0
     total = 0.0

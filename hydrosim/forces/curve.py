@@ -32,6 +32,11 @@ def segments(x: np.ndarray, force: np.ndarray) -> np.ndarray:
     return pieces
 
 
+def piece_at(pieces: np.ndarray, x: float) -> int:
+    """Number of the piece of a curve that holds x."""
+    return int(np.searchsorted(pieces["upper"], x, side="right"))
+
+
 @kernel
 def curve_force(piece, x):
     """f(x) on one piece of a curve."""

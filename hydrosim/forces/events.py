@@ -1,14 +1,15 @@
 """Modes of all elements that have modes: their ends, their successors, and observed values.
 
-Rows of modes belong to contact points, springs, flows, guides, joints, their motions and triggers,
-in this order. Every row has the same number of margins, which are positive while its mode lasts.
+Rows of modes belong to contact points, springs, flows, links, bushings, guides, joints, their
+motions and triggers, in this order. Every row has the same number of margins, which are positive
+while its mode lasts.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hydrosim.forces import spring, trigger
+from hydrosim.forces import bushing, link, spring, trigger
 from hydrosim.forces.contact import fender, group, guide, loop, transitions
 from hydrosim.forces.contact.laws import COULOMB
 from hydrosim.forces.contact.tally import add_tallies
@@ -29,6 +30,8 @@ def observed(elements: Elements) -> dict[str, tuple[int, int]]:
     return {
         "fender": (elements.fenders.points.size, fender.OBSERVED),
         "spring": (elements.springs.lines.size, spring.OBSERVED),
+        "link": (elements.links.links.size, link.OBSERVED),
+        "bushing": (elements.bushings.each.size, bushing.OBSERVED),
         "guide": (elements.guides.pins.size, guide.OBSERVED),
         "joint": (elements.locks.joints, 6),
         "joint_motion": (elements.joint_motions.each.size, motions.OBSERVED),
@@ -40,14 +43,17 @@ def joints_observed(elements):
     """Place of the loads of joints in the output of `observe`."""
     behind = elements.fenders.points.size * fender.OBSERVED
     behind += elements.springs.lines.size * spring.OBSERVED
+    behind += elements.links.links.size * link.OBSERVED
+    behind += elements.bushings.each.size * bushing.OBSERVED
     return behind + elements.guides.pins.size * guide.OBSERVED
 
 
 @kernel
 def observe(t, y, modes, motion, bodies, elements, holds, wrench, out):
-    """Write what a run records of fenders, springs, guides and joints, except the forces of
-    elements, to ``out``. `observed` gives the shapes that follow one another in the flat array
-    ``out``. The forces of all elements are read from ``wrench`` (rows, 6 nb) [N, N m]."""
+    """Write what a run records of fenders, springs, links, bushings, guides and joints, except
+    the forces of elements, to ``out``. `observed` gives the shapes that follow one another in the
+    flat array ``out``. The forces of all elements are read from ``wrench`` (rows, 6 nb)
+    [N, N m]."""
     fenders = elements.fenders
     springs = elements.springs
     if fenders.points.size > 0:
@@ -56,6 +62,12 @@ def observe(t, y, modes, motion, bodies, elements, holds, wrench, out):
     if springs.lines.size > 0:
         spring.observe(modes, motion, bodies, springs, out[behind:])
     behind += springs.lines.size * spring.OBSERVED
+    if elements.links.links.size > 0:
+        link.observe(modes, motion, bodies, elements.links, out[behind:])
+    behind += elements.links.links.size * link.OBSERVED
+    if elements.bushings.each.size > 0:
+        bushing.observe(modes, motion, bodies, elements.bushings, out[behind:])
+    behind += elements.bushings.each.size * bushing.OBSERVED
     if elements.guides.pins.size > 0:
         guide.observe(modes, motion, bodies, elements, out[behind:])
     behind += elements.guides.pins.size * guide.OBSERVED
@@ -76,6 +88,10 @@ def settle(t, y, modes, motion, bodies, elements, tanks):
         spring.settle(modes, motion, bodies, elements.springs)
     if tanks.flows.size > 0:
         pumping.settle(t, modes, tanks)
+    if elements.links.links.size > 0:
+        link.settle(modes, motion, bodies, elements.links)
+    if elements.bushings.each.size > 0:
+        bushing.settle(modes, motion, bodies, elements.bushings)
     if elements.guides.pins.size > 0:
         guide.settle(modes, motion, bodies, elements)
     if elements.locks.each.size > 0:
@@ -98,6 +114,10 @@ def find_margins(t, y, modes, motion, bodies, elements, tanks, headings, reactio
         spring.margins(modes, motion, bodies, springs, out)
     if tanks.flows.size > 0:
         pumping.margins(t, y, modes, tanks, out)
+    if elements.links.links.size > 0:
+        link.margins(modes, motion, bodies, elements.links, out)
+    if elements.bushings.each.size > 0:
+        bushing.margins(modes, motion, bodies, elements.bushings, out)
     if elements.guides.pins.size > 0:
         guide.margins(modes, motion, bodies, elements, out)
     if elements.locks.each.size > 0:
@@ -135,6 +155,12 @@ def switch(row, which, size, step, t, y, modes, motion, bodies, elements, tanks,
     if row >= elements.guides.mode and elements.guides.pins.size > 0:
         i = row - elements.guides.mode
         guide.switch(i, which, y, modes, motion, bodies, elements)
+        return
+    if row >= elements.bushings.mode and elements.bushings.each.size > 0:
+        bushing.switch(row - elements.bushings.mode, modes, elements.bushings)
+        return
+    if row >= elements.links.mode and elements.links.links.size > 0:
+        link.switch(row - elements.links.mode, which, modes, motion, bodies, elements.links)
         return
     if row >= tanks.mode and tanks.flows.size > 0:
         pumping.switch(row - tanks.mode, which, t, modes, tanks)

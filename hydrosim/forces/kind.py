@@ -5,7 +5,7 @@ are plain functions of the compiled constants, called one by one in `hydrosim.fo
 `hydrosim.forces.events`. A kind has no state and returns data alone.
 
 Properties of few kinds have small protocols of their own: `Renewing`, `Mirrored`, `Resisting`,
-`Losing`, `Tallying`; `hydrosim.forces.postures`.
+`Losing`, `Tallying`, `Ending`; `hydrosim.forces.postures`.
 """
 
 from __future__ import annotations
@@ -161,20 +161,24 @@ class ElementKind(Kind):
         return getattr(parts.elements, self.field)
 
     def unit_names(self, scene: Scene) -> list[str]:
-        every = [(n, e) for n, e in scene.forces.items() if isinstance(e, self.classes)]
+        every = elements_of(scene, self.classes)
         return [unit for name, e in every for unit in e.unit_names(name)]
 
 
-def capacity_of(kind: ElementKind, scene: Scene) -> dict[str, object]:
-    """The coordinate of the allowable load of each unit [N], NaN where none is given; empty if no
-    unit has one."""
-    every = [(n, e) for n, e in scene.forces.items() if isinstance(e, kind.classes)]
+def elements_of(scene: Scene, classes: Any) -> list[tuple[str, ForceElement]]:
+    """The elements of a scene of these ``classes``, with their names."""
+    return [(n, e) for n, e in scene.forces.items() if isinstance(e, classes)]
+
+
+def capacity_of(unit: str, every: Sequence[tuple[str, ForceElement]]) -> dict[str, object]:
+    """The coordinate of the allowable load [N] of each ``unit`` of the elements ``every``, NaN
+    where none is given; empty if no unit has one."""
     count = [len(e.unit_names(name)) for name, e in every]
     known = [np.nan if e.capacity is None else e.capacity for _, e in every]
     values = np.repeat(np.array(known, float), count)
     said = {"long_name": "capacity: allowable force", "units": "N"}
     found = np.isfinite(values).any()
-    return {f"{kind.unit}_capacity": (kind.unit, values, said)} if found else {}
+    return {f"{unit}_capacity": (unit, values, said)} if found else {}
 
 
 @runtime_checkable
@@ -221,3 +225,11 @@ class Tallying(Protocol):
     each unit."""
 
     tallied: ClassVar[Sequence[str]]
+
+
+@runtime_checkable
+class Ending(Protocol):
+    """A kind with units that end a run where their force is not defined."""
+
+    def lost(self, p: Any, modes: np.ndarray) -> Iterator[tuple[int, str]]:
+        """The units whose force is not defined in these ``modes`` (n, 3), each with the reason."""

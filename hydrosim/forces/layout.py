@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from hydrosim.dofs import about_z
 from hydrosim.rigid.tree import NO_TREE, Tree
-from hydrosim.scene import ForceElement, Joint, Scene, Weight
+from hydrosim.scene import Clearance, ForceElement, Joint, Scene, Weight
 from hydrosim.scene.trees import constraints, tree_joints
 
 if TYPE_CHECKING:
@@ -108,7 +108,9 @@ class Layout:
     ``tank_names`` names the tanks that change, ``flow`` is the row of forces of flows, ``pumps``
     begin or end by events. ``carried`` [N] is the weight of bodies without water that carry their
     own weight. ``joints`` are all joints of the scene, ``constraints`` the bodies of those that are
-    constraints, ``joint_row`` is their row of forces. ``tree`` are the constants of the others.
+    constraints, ``joint_row`` is their row of forces; ``tree`` are the constants of the others.
+    ``origin`` [m] is the centre of gravity of each body at rest. ``points`` are body and place of
+    each named point, for the ``clearances``.
     """
 
     body: dict[str, int]
@@ -127,6 +129,22 @@ class Layout:
     constraints: Mapping[str, Joined] = field(default_factory=dict)
     joint_row: int = 0
     tree: Tree = NO_TREE
+    origin: tuple[np.ndarray, ...] = ()
+    points: Mapping[str, tuple[int, tuple[float, ...]]] = field(default_factory=dict)
+    clearances: Mapping[str, Clearance] = field(default_factory=dict)
+
+    def place_at_rest(self, body: str | None, point: Sequence[float]) -> np.ndarray:
+        """Position (3,) in the earth frame of a ``point`` of a body at rest, or of the earth."""
+        if body is None:
+            return np.asarray(point, float)
+        b = self.body[body]
+        return np.asarray(np.add(self.origin[b], about_z(self.heading[b]) @ point))
+
+    def axes_from(self, body: str, to: str | None) -> np.ndarray:
+        """Matrix (3, 3) that turns vectors from the frame of ``body`` to that of ``to``, or to the
+        earth frame, with both bodies at rest."""
+        there = 0.0 if to is None else self.heading[self.body[to]]
+        return about_z(self.heading[self.body[body]] - there)
 
 
 def axes_at_rest(heading: float) -> np.ndarray:

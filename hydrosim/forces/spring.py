@@ -28,7 +28,7 @@ import numpy as np
 
 from hydrosim.forces import curve
 from hydrosim.forces.contact.geometry import EARTH
-from hydrosim.forces.kind import Columns, Kept, Modes, Variable, capacity_of
+from hydrosim.forces.kind import Columns, Kept, Modes, Variable, capacity_of, elements_of
 from hydrosim.forces.layout import Layout
 from hydrosim.forces.mirroring import turned
 from hydrosim.forces.postures import (
@@ -331,7 +331,7 @@ class _Kind(PosingKind):
         return p._replace(lines=lines)
 
     def coordinates(self, scene: Scene) -> dict[str, object]:
-        return super().coordinates(scene) | capacity_of(self, scene)
+        return super().coordinates(scene) | capacity_of(self.unit, elements_of(scene, Spring))
 
     def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
         each = ("time", "spring")

@@ -19,13 +19,15 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 import numpy as np
 
 from hydrosim.errors import InputError
-from hydrosim.forces import spring
-from hydrosim.forces.channels import CHANNEL, channel_value, compile_channel, unit_ranges
+from hydrosim.forces import bushing, link, spring
+from hydrosim.forces.bushing import Bushing
+from hydrosim.forces.channels import CHANNEL, channel_value, compile_channel, compile_clearances
 from hydrosim.forces.contact import guide, transitions
 from hydrosim.forces.contact.fender import Contact
 from hydrosim.forces.joint import locks
 from hydrosim.forces.kind import Columns, Kept, Modes, States, Variable
-from hydrosim.forces.layout import constraint_names
+from hydrosim.forces.layout import constraint_names, unit_ranges
+from hydrosim.forces.link import Link
 from hydrosim.forces.postures import PosingKind, Posture, rest_at_first
 from hydrosim.forces.spring import Spring
 from hydrosim.jit.kernels import clear, kernel, root
@@ -51,20 +53,24 @@ CONDITION = np.dtype(
 TRIGGER = np.dtype(
     [
         *(("row", int), ("start", CONDITION), ("end", CONDITION)),
-        *(("point", int), ("points", int), ("line", int), ("lines", int), ("flow", int)),
-        ("lock", int),
+        *(("point", int), ("points", int), ("line", int), ("lines", int)),
+        *(("link", int), ("links", int), ("bushing", int), ("bushings", int)),
+        *(("flow", int), ("lock", int)),
     ]
 )
-"""A trigger: the row of forces of its element, both conditions, and its own contact points and
-springs, ``points`` from ``point`` on; or its flow or joint, else `NONE`."""
+"""A trigger: the row of forces of its element, both conditions, and its own contact points,
+springs, links and bushings, ``points`` from ``point`` on; or its flow or joint, else `NONE`."""
 NONE = -1
+NO_UNITS = (0,) * 8
 
 
 class Params(NamedTuple):
-    """The triggers ``each`` (n,) of `TRIGGER`; the first of their states in y and of their rows of
+    """The triggers ``each`` (n,) of `TRIGGER`, and the clearances ``gaps`` that they may watch; the
+    first of their states in y and of their rows of
     modes, and of the integrals of losses in y, row by row."""
 
     each: np.ndarray
+    gaps: np.ndarray
     state: int
     mode: int
     losses: int
@@ -73,24 +79,24 @@ class Params(NamedTuple):
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
     """Constants of the triggers of ``elements``, in their order, followed by those of pumps and of
     joints."""
-    points, lines = (unit_ranges(elements, kind) for kind in (Contact, Spring))
+    ranges = [unit_ranges(elements, kind) for kind in (Contact, Spring, Link, Bushing)]
     rows: list[Any] = []
     for name, element in elements.items():
         if element.active is None:
             continue
         key = f"forces.{name}.active"
-        own = (of.get(name, (0, 0)) for of in (points, lines))
+        own = (of.get(name, (0, 0)) for of in ranges)
         ends = _conditions(key, element.active, elements, layout)
         rows.append((layout.row[name], *ends, *(x for a, b in own for x in (a, b - a)), NONE, NONE))
     for pump in layout.pumps:
         ends = _conditions(pump.key, pump.active, elements, layout)
-        rows.append((layout.flow, *ends, 0, 0, 0, 0, pump.flow, NONE))
+        rows.append((layout.flow, *ends, *NO_UNITS, pump.flow, NONE))
     for lock, name in enumerate(layout.constraints):
         active = layout.joints[name].active
         if active is not None:
             ends = _conditions(f"joints.{name}.active", active, elements, layout)
-            rows.append((layout.joint_row, *ends, 0, 0, 0, 0, NONE, lock))
-    return Params(np.array(rows, dtype=TRIGGER), 0, 0, 0)
+            rows.append((layout.joint_row, *ends, *NO_UNITS, NONE, lock))
+    return Params(np.array(rows, dtype=TRIGGER), compile_clearances(layout), 0, 0, 0)
 
 
 def _conditions(
@@ -194,6 +200,16 @@ def apply_switch(j, t, y, modes, motion, bodies, elements, tanks):
             spring.settle_line(i, modes, motion, bodies, springs)
         else:
             spring.deactivate(i, modes, springs)
+    for i in range(trigger.link, trigger.link + trigger.links):
+        if now:
+            link.activate(i, modes, motion, bodies, elements.links)
+        else:
+            link.deactivate(i, modes, elements.links)
+    for i in range(trigger.bushing, trigger.bushing + trigger.bushings):
+        if now:
+            bushing.activate(i, modes, motion, bodies, elements.bushings)
+        else:
+            bushing.deactivate(i, modes, elements.bushings)
 
 
 @kernel

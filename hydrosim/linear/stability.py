@@ -113,7 +113,7 @@ def combinations(
     found = []
     known: dict[tuple[bytes, ...], Spectrum] = {}
     for chosen in watch(list(_chosen(each)), "contacts and springs"):
-        modes = new_modes(model)
+        modes = _joined(model, state)
         for (kind, p), posture in zip(posing, chosen, strict=True):
             own_modes(kind, p, modes)[:] = posture.modes
         text = ", ".join(posture.text for posture in chosen if posture.text)
@@ -124,7 +124,7 @@ def combinations(
 def all_open(model: Model, state: State) -> Combination:
     """The first of `combinations`, with all contacts open, alone."""
     time = max((kind.time_of_most(p) for kind, p in kinds_posing(model)), default=0.0)
-    return _combination("", _at_rest(model), model, state, time, {})
+    return _combination("", _at_rest(model, state), model, state, time, {})
 
 
 def _combination(
@@ -180,7 +180,7 @@ def _mobility(kind: PosingKind, p: Any, model: Model, state: State) -> np.ndarra
         place_bodies(state.y[:n], unit, model.bodies, motion)
         rates.append(kind.rates(p, model.bodies, motion))
     J = np.array(rates)
-    rows = find_constraint_rows(model, state.y, _at_rest(model))
+    rows = find_constraint_rows(model, state.y, _at_rest(model, state))
     freedom = freedom_of(rows, inertia(model, state.y))
     yielding = freedom.accelerate(J.reshape(n, -1)).reshape(J.shape)
     return np.asarray((J * yielding).sum(axis=0))
@@ -264,9 +264,19 @@ def _first_unstable(method: Method, places: np.ndarray, angle: float) -> float:
     return np.inf
 
 
-def _at_rest(model: Model) -> np.ndarray:
-    """Modes (rows, 3) with all units at rest."""
+def _joined(model: Model, state: State) -> np.ndarray:
+    """New modes (rows, 3) in which loops of joints hold, as in the ``state``, and no lock does:
+    what locks hold moves no faster than without them."""
     modes = new_modes(model)
+    p = model.elements.locks
+    loops = p.mode + np.flatnonzero(p.each["lasts"])
+    modes[loops] = state.modes[loops]
+    return modes
+
+
+def _at_rest(model: Model, state: State) -> np.ndarray:
+    """Modes (rows, 3) with all units at rest."""
+    modes = _joined(model, state)
     for kind, p in kinds_posing(model):
         for posture in kind.postures(p)[:1]:
             own_modes(kind, p, modes)[:] = posture.modes

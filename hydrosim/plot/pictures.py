@@ -34,6 +34,7 @@ def overview(run: xr.Dataset) -> list[Panel]:
         panels += [_modes(run), *_crawl(run)]
     if "spring" in run.dims:
         panels += [_lines(run, "tension", "N", _by_spring(run.spring_tension))]
+    panels += _links(run)
     return [*panels, *_utilisation(run)]
 
 
@@ -101,13 +102,14 @@ def transfer(run: xr.Dataset) -> list[Panel]:
 
 
 def tensions(run: xr.Dataset) -> list[Panel]:
-    """Panels of the tension of each line, all over one range, and of the utilisation of
-    capacities."""
+    """Panels of the tension of each line, all over one range, of the loads of struts and torsion
+    springs, of absorbed powers, and of the utilisation of capacities."""
+    links = list(_links(run))
     if "spring" not in run.dims:
-        return []
+        return [*links, *_utilisation(run)] if links else []
     tension = _few(run, run.spring_tension, "spring")
     shown = units_of(run.attrs).shown("N")
-    return [*apart(run.time.values, "tension", shown, tension), *_utilisation(run)]
+    return [*apart(run.time.values, "tension", shown, tension), *links, *_utilisation(run)]
 
 
 def tanks(run: xr.Dataset) -> list[Panel]:
@@ -227,6 +229,17 @@ def _utilisation(run: xr.Dataset) -> Iterator[Panel]:
     }
     if each:
         yield _lines(run, "utilisation", "1", each)
+
+
+def _links(run: xr.Dataset) -> Iterator[Panel]:
+    """Loads of struts and torsion springs, and powers of power take-offs."""
+    for name, dim, label, unit in (
+        ("strut_force", "strut", "strut force", "N"),
+        ("torsion_moment", "torsion_spring", "torsion moment", "N m"),
+        ("pto_power", "pto", "absorbed power", "W"),
+    ):
+        if dim in run.dims:
+            yield _lines(run, label, unit, _each(run[name], dim))
 
 
 def _clearances(run: xr.Dataset) -> Iterator[Panel]:

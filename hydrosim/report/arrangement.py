@@ -14,6 +14,7 @@ import xarray as xr
 from hydrosim.documents.digits import digits_of
 from hydrosim.dofs import about_z
 from hydrosim.forces.contact.fender import Contact
+from hydrosim.forces.link import Strut
 from hydrosim.forces.spring import Spring
 from hydrosim.presentation.document import Node
 from hydrosim.presentation.figures import Drawing
@@ -93,7 +94,7 @@ def arranged(scene: Scene) -> Arrangement:
     lines = [
         Line(name, at(each.body, each.point), at(each.anchor_body, each.anchor))
         for name, each in scene.forces.items()
-        if isinstance(each, Spring)
+        if isinstance(each, Spring | Strut)
     ]
     return Arrangement(bodies, contacts, lines, list(_streams(scene)))
 

@@ -11,6 +11,7 @@ import xarray as xr
 from hydrosim.errors import InputError
 from hydrosim.forces.contact.fender import Contact, Fender
 from hydrosim.forces.contact.landing import Landing
+from hydrosim.forces.link import Strut
 from hydrosim.forces.spring import Spring
 from hydrosim.presentation.document import Document, Heading, Node
 from hydrosim.presentation.figures import Replay
@@ -90,7 +91,7 @@ def replay_nodes(run: xr.Dataset, scene: Scene | None) -> Iterator[Node]:
 
 def _stride(run: xr.Dataset) -> int:
     """Number of records from one moment to the next."""
-    single = run.sizes.get("spring", 0) + run.sizes.get("tank", 0)
+    single = sum(run.sizes.get(dim, 0) for dim in ("spring", "strut", "tank"))
     each = 6 * run.sizes["body"] + 2 * run.sizes.get("fender", 0) + single
     return -(-run.time.size * 4 * each // ROOM)
 
@@ -174,11 +175,18 @@ def _square(point: Any, normal: Any, half: float) -> np.ndarray:
 
 
 def _lines(frames: xr.Dataset, scene: Scene | None) -> dict[str, Any]:
-    """Springs from point to anchor, with tensions (nt, ns)."""
-    if "spring_tension" not in frames or scene is None:
+    """Springs and struts from point to anchor, with the sizes (nt, n) of their forces."""
+    drawn = (
+        {n: e for n, e in scene.forces.items() if isinstance(e, Spring | Strut)} if scene else {}
+    )
+    if scene is None or not drawn:
         return {"lines": [], "tensions": ""}
-    springs = {name: e for name, e in scene.forces.items() if isinstance(e, Spring)}
-    tension = frames.spring_tension.transpose("time", "spring").sel(spring=list(springs))
+    loads = [
+        frames.spring_tension.sel(spring=name)
+        if isinstance(e, Spring)
+        else frames.strut_force.sel(strut=name)
+        for name, e in drawn.items()
+    ]
     return {
         "lines": [
             {
@@ -188,7 +196,7 @@ def _lines(frames: xr.Dataset, scene: Scene | None) -> dict[str, Any]:
                 "anchor_body": _body_number(scene, e.anchor_body),
                 "anchor": list(map(float, e.anchor)),
             }
-            for name, e in springs.items()
+            for name, e in drawn.items()
         ],
-        "tensions": base64_of(tension.values.ravel()),
+        "tensions": base64_of(np.abs(np.transpose(loads)).ravel()),
     }

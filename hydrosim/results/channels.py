@@ -33,11 +33,11 @@ from hydrosim.documents.text import Source
 from hydrosim.errors import InputError
 
 RUN = Source(Path("run"))
-USUAL = ("position.*", "velocity.*", "wave_elevation", "force_*", "fender_*", "spring_*")
+USUAL = ("position.*", "velocity.*", "wave_elevation", "force_*", "fender_*", "spring_*", "joint_*")
 TO = " to "  # between two points
 MOST = 40  # names in a message
-CAPABLE = {"fender": "fender_normal_force", "spring": "spring_tension"}
-"""Units that may have a capacity (`fender_capacity`, `spring_capacity`), and the load that is
+CAPABLE = {"fender": "fender_normal_force", "spring": "spring_tension", "strut": "strut_force"}
+"""Units that may have a capacity (`fender_capacity`, `strut_capacity`), and the load that is
 compared with it."""
 NEVER_NEGATIVE = ("fender_normal_force", "spring_tension", "speed", "utilisation")
 """Kinds of channels that are never negative: contacts only push, lines only pull."""
@@ -225,7 +225,7 @@ def _capable(run: xr.Dataset) -> Iterator[str]:
 def _utilisation(run: xr.Dataset, unit: str) -> np.ndarray:
     dim = next(dim for dim in CAPABLE if unit in _labels(run, dim))
     force, capacity = (run[name].sel({dim: unit}) for name in (CAPABLE[dim], f"{dim}_capacity"))
-    return np.asarray(force.values / float(capacity))
+    return np.asarray(np.abs(force.values) / float(capacity))
 
 
 KINDS = {
@@ -245,7 +245,7 @@ NEEDS = {
     "point_acceleration": "output: {accelerations: true} and named points of bodies in the case",
     "relative_position": "two named points of bodies in the case (bodies.NAME.points)",
     "relative_velocity": "two named points of bodies in the case (bodies.NAME.points)",
-    "utilisation": "a capacity of a fender, landing or spring in the case",
+    "utilisation": "a capacity of a fender, landing, spring or strut in the case",
     "impulse": "output: {impulses: true} in the case",
 }
 """Remedy: keys of a case that give a run the channels of a kind."""

@@ -26,18 +26,18 @@ def point_names(scene: Scene) -> list[str]:
 
 def point_positions(scene: Scene, frames: Frames) -> np.ndarray:
     """Positions (nt, np, 3) of all named points in the earth frame [m]."""
-    return np.stack([_place(b, point, frames) for b, point in _points(scene)], axis=1)
+    return np.stack([_place(b, point, frames) for b, point in named_points(scene)], axis=1)
 
 
 def coordinates(scene: Scene) -> dict[str, object]:
     """Coordinates: names of all points, and the body of each."""
     names = point_names(scene)
-    owners = [scene.bodies[b].name for b, _ in _points(scene)]
+    owners = [scene.bodies[b].name for b, _ in named_points(scene)]
     said = {"long_name": "body of the point"}
     return {"point": ("point", names), "point_body": ("point", owners, said)} if names else {}
 
 
-def _points(scene: Scene) -> Iterator[tuple[int, tuple[float, ...]]]:
+def named_points(scene: Scene) -> Iterator[tuple[int, tuple[float, ...]]]:
     """Body index and body-frame position of all named points."""
     for b, body in enumerate(scene.bodies):
         yield from ((b, point) for point in body.points.values())
@@ -88,7 +88,7 @@ def _place(b: int, point: tuple[float, ...], frames: Frames) -> np.ndarray:
 
 def _clearance(scene: Scene, c: Clearance, frames: Frames) -> np.ndarray:
     index = {body.name: b for b, body in enumerate(scene.bodies)}
-    points = dict(zip(point_names(scene), _points(scene), strict=True))
+    points = dict(zip(point_names(scene), named_points(scene), strict=True))
 
     def named(name: str) -> np.ndarray:
         return _place(*points[name], frames)

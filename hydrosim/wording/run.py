@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
+from hydrosim.documents.series import unit_of
 from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
 from hydrosim.forces.trigger import BEFORE
 from hydrosim.presentation.document import (
@@ -60,6 +61,11 @@ def summary(run: xr.Dataset) -> Iterator[Node]:
 def tables_of(run: xr.Dataset) -> Iterator[Node]:
     """Motions, contacts, lines and clearances; how the run was solved."""
     yield Table(("motion", "mean", "std", "smallest", "largest", "at the end"), list(_motions(run)))
+    if "joint_motion" in run.dims:
+        moved = ("joint", "mean", "std", "smallest", "largest", "at the end")
+        yield Table(moved, list(_joint_motions(run)))
+    if "joint" in run.dims:
+        yield Table(("joint", "largest force", "largest moment"), list(_joint_loads(run)))
     if "fender" in run.dims:
         head = ("contact", "first", "open", "stick", "slip", "slipped")
         title = "Contacts: time of the first, then the share of the time since it in each mode"
@@ -68,6 +74,7 @@ def tables_of(run: xr.Dataset) -> Iterator[Node]:
             yield from stage_nodes(run)
     if "spring" in run.dims:
         yield Table(("line", "mean tension", "largest", "slack"), list(_lines(run)))
+    yield from _links(run)
     if "gap" in run.dims:
         yield Table(("clearance", "smallest", "at the end"), list(_clearances(run)))
     if not is_part(run):
@@ -138,6 +145,21 @@ def _motions(run: xr.Dataset) -> Iterator[list[Cell]]:
                 yield [f"{body} {dof}", *(Value(float(figure), unit) for figure in figures)]
 
 
+def _joint_motions(run: xr.Dataset) -> Iterator[list[Cell]]:
+    for name in map(str, run.joint_motion.values):
+        x = run.joint_position.sel(joint_motion=name).values
+        unit = unit_of(run.joint_position.attrs, [name])
+        figures = (x.mean(), x.std(), x.min(), x.max(), x[-1])
+        yield [name, *(Value(float(figure), unit) for figure in figures)]
+
+
+def _joint_loads(run: xr.Dataset) -> Iterator[list[Cell]]:
+    for name in map(str, run.joint.values):
+        load = run.joint_force.sel(joint=name).transpose("time", "dof").values
+        force, moment = (np.linalg.norm(part, axis=1).max() for part in np.hsplit(load, 2))
+        yield [name, Value(float(force), "N"), Value(float(moment), "N m")]
+
+
 def _contacts(run: xr.Dataset) -> Iterator[list[Cell]]:
     modes = run.fender_mode.values
     time = run.time.values
@@ -160,6 +182,38 @@ def _lines(run: xr.Dataset) -> Iterator[list[Cell]]:
         tension = line.spring_tension.values
         slack = Value(float(np.mean(line.spring_mode == 0)), "share", 2)
         yield [name, Value(float(tension.mean()), "N"), Value(float(tension.max()), "N"), slack]
+
+
+def _links(run: xr.Dataset) -> Iterator[Node]:
+    """Tables of struts, torsion springs and power take-offs."""
+    if "strut" in run.dims:
+        rows = _ranges(run.strut_force, "strut", "N")
+        yield Table(("strut", "mean force", "smallest", "largest"), list(rows))
+    if "torsion_spring" in run.dims:
+        rows = _ranges(run.torsion_moment, "torsion_spring", "N m")
+        yield Table(("torsion spring", "mean moment", "smallest", "largest"), list(rows))
+    if "pto" in run.dims:
+        head = ("power take-off", "mean power", "largest", "absorbed")
+        yield Table(head, list(_absorbed(run)))
+
+
+def _ranges(loads: xr.DataArray, dim: str, unit: str) -> Iterator[list[Cell]]:
+    """Mean, smallest and largest load of each unit."""
+    for name in map(str, loads[dim].values):
+        load = loads.sel({dim: name}).values
+        yield [name, *(Value(float(x), unit) for x in (load.mean(), load.min(), load.max()))]
+
+
+def _absorbed(run: xr.Dataset) -> Iterator[list[Cell]]:
+    """Power and energy of each power take-off; the energy is the integral of the power over the
+    steps of the run."""
+    lasts = float(run.time[-1] - run.time[0])
+    for name in map(str, run.pto.values):
+        lost = run[f"energy_dissipated_{name}"].values
+        energy = float(lost[-1] - lost[0])
+        largest = float(run.pto_power.sel(pto=name).max())
+        mean = energy / lasts if lasts > 0.0 else largest
+        yield [name, Value(mean, "W"), Value(largest, "W"), Value(energy, "J")]
 
 
 def _clearances(run: xr.Dataset) -> Iterator[list[Cell]]:

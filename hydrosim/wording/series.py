@@ -49,6 +49,9 @@ LOADS = Motions("force ", "N", "N m")
 FIRST = {
     "fender_normal_force": Lines("fender", "Normal force of contacts", "N"),
     "spring_tension": Lines("spring", "Tension of lines", "N"),
+    "strut_force": Lines("strut", "Force of struts", "N"),
+    "torsion_moment": Lines("torsion_spring", "Moment of torsion springs", "N m"),
+    "pto_power": Lines("pto", "Power of power take-offs", "W"),
     "clearance": Lines("gap", "Clearances", "m"),
     "tank_level": Lines("tank", "Levels of tanks", "m"),
     "slow_draught": Lines("body", "Slow draught", "m"),
@@ -57,6 +60,8 @@ THEN = {
     "contact_load": Lines("contact_group", "Load of groups of contacts", "N"),
     "fender_compression": Lines("fender", "Compression of contacts, negative when open", "m"),
     "fender_slip_distance": Lines("fender", "Distance slipped", "m"),
+    "strut_length": Lines("strut", "Length of struts", "m"),
+    "torsion_angle": Lines("torsion_spring", "Twist of torsion springs", "rad"),
     "guide_force": Lines("guide", "Force of guides", "N"),
     "pump_rate": Lines("pump", "Pump rates", "kg/s"),
     "wave_elevation_at_probe": Lines("probe", "Waves at probes", "m"),

@@ -117,6 +117,8 @@ IN_CASES = [
     mistake("step: 0.01 s", "method: RK4", 26, *meant("solver.method", "rk4")),
     mistake("type: fender", "type: Fender", 15, *meant("forces.floor.type", "fender")),
     mistake("linear_mooring", "mooring", 22, *meant("forces.mooring.type", "linear_mooring")),
+    mistake("linear_mooring", "pto", 22, *meant("forces.mooring.type", "power_take_off")),
+    mistake("linear_mooring", "rod", 22, *meant("forces.mooring.type", "strut")),
     mistake("linear_mooring", "catenary", 22, *meant("forces.mooring.type", "spring")),
     mistake("static:", "mu:", 20, *meant("forces.floor.friction.mu", "static")),
     mistake("stick_slip", "Coulomb", 20, *meant("forces.floor.friction.law", "coulomb")),

@@ -718,6 +718,128 @@ class TestSpring:
         assert 'forces.element.length: found "0 m"; expected a length' in wrong
 
 
+STRUT = "type: strut, body: block, point: [1, 0, 0], anchor: [9, 0, 2 m]"
+TORSION = "type: torsion_spring, body: block"
+
+
+class TestStrut:
+    def test_a_stiffness_is_a_line_of_both_signs(self, load: Load) -> None:
+        strut = load(element(f"{STRUT}, stiffness: -5 kN/m")).scene().forces["element"]
+        assert isinstance(strut, forces.Strut)
+        assert (strut.length, strut.damping, strut.absorbs) == (None, 0.0, False)
+        assert_array_equal([strut.offset, strut.force], [[0, 1], [0, -5e3]])
+
+    def test_all_keys(self, load: Load) -> None:
+        curve = "curve: {extension: [-10 cm, 0.5], force: [-4 kN, 9 kN]}, capacity: 9 kN"
+        text = element(
+            f"{STRUT}, {curve}, damping: 3 kN*s/m, quadratic_damping: 2 kN*s^2/m^2,"
+            " length: 7 m, anchor_body: tug"
+        )
+        text = text.replace("forces:", "  tug: {mass: 1, dofs: [heave]}\nforces:")
+        strut = load(text).scene().forces["element"]
+        found = (strut.damping, strut.drag, strut.length, strut.capacity, strut.anchor_body)
+        assert found == (3e3, 2e3, 7.0, 9e3, "tug")
+        assert_array_equal([strut.offset, strut.force], [[-0.1, 0.5], [-4e3, 9e3]])
+
+    def test_a_power_take_off_needs_no_stiffness(self, load: Load) -> None:
+        text = element(f"{STRUT}, stiffness: 0, damping: 2 kN*s/m").replace(
+            "strut", "power_take_off"
+        )
+        pto = load(text).scene().forces["element"]
+        assert isinstance(pto, forces.Strut)
+        assert (pto.absorbs, pto.damping, pto.offset.size, pto.carries()) == (True, 2e3, 0, False)
+
+    @pytest.mark.parametrize(
+        ("keys", "key", "found"),
+        [
+            ("", "", "nothing that acts; expected stiffness, curve, damping or"),
+            ("stiffness: 0", "", "nothing that acts"),
+            ("stiffness: 1, curve: {extension: [0, 1], force: [0, 1]}", "", "stiffness and curve"),
+            ("stiffness: 5 kN", ".stiffness", '"5 kN"'),
+            ("stiffness: 1, damping: -1", ".damping", "-1"),
+            ("damping: 1 kN*m*s/rad", ".damping", '"1 kN*m*s/rad"'),
+            ("stiffness: 1, length: 0", ".length", "0"),
+            ("stiffness: 1, neutral: 1", ".neutral", "an unknown key"),
+            ("curve: {extension: [0, 2, 1], force: [0, 1, 2]}", ".curve.extension", "1 after 2"),
+            ("curve: {extension: [0, 1], force: [0, 1, 2]}", ".curve", "2 values in extension"),
+            ("curve: {extension: [0], force: [0]}", ".curve", "1 points; expected two or more"),
+            ("curve: {extension: [0, 1]}", ".curve", 'no key "force"'),
+            ("stiffness: 1, anchor_body: blok", ".anchor_body", '"blok"; expected a body of this'),
+            ("stiffness: 1, anchor_body: block", ".anchor_body", '"block" on both sides'),
+        ],
+    )
+    def test_refused(self, refusal: Refusal, keys: str, key: str, found: str) -> None:
+        message = refusal(element(f"{STRUT}, {keys}" if keys else STRUT))
+        assert message.startswith(f"case.yaml:6: forces.element{key}: found {found}")
+
+
+class TestTorsionSpring:
+    def test_all_keys(self, load: Load) -> None:
+        curve = "curve: {angle: [-20 deg, 0, 1], moment: [-4 kN*m, 0, 9]}, neutral: 90 deg"
+        more = "damping: 3 kN*m*s/rad, quadratic_damping: 2 N*m*s^2/rad^2, to: tug"
+        text = element(f"{TORSION}, axis: [0, 2, 0], {curve}, {more}")
+        text = text.replace("forces:", "  tug: {mass: 1, dofs: [heave]}\nforces:")
+        spring = load(text).scene().forces["element"]
+        assert isinstance(spring, forces.TorsionSpring)
+        assert (spring.axis, spring.damping, spring.drag, spring.to) == ((0, 2, 0), 3e3, 2, "tug")
+        assert spring.neutral == pytest.approx(np.pi / 2)
+        assert_array_equal(spring.offset, [-np.radians(20.0), 0, 1])
+        assert_array_equal(spring.force, [-4e3, 0, 9])
+
+    def test_a_rotary_power_take_off(self, load: Load) -> None:
+        text = element("type: rotary_power_take_off, body: block, axis: [0, 1, 0], damping: 2")
+        assert load(text).scene().forces["element"].absorbs
+
+    @pytest.mark.parametrize(
+        ("keys", "key", "found"),
+        [
+            ("stiffness: 1", "", 'no key "axis"'),
+            ("axis: [0, 0, 0], stiffness: 1", "", "an axis of no length"),
+            ("axis: [0, 1], stiffness: 1", ".axis", "a list of 2"),
+            ("axis: [0, 1, 0]", "", "nothing that acts"),
+            ("axis: [0, 1, 0], stiffness: 1 kN/m", ".stiffness", '"1 kN/m"'),
+            ("axis: [0, 1, 0], damping: 1, point: [0, 0, 0]", ".point", "an unknown key"),
+            (
+                "axis: [0, 1, 0], curve: {angle: [0, 1], moment: [0]}",
+                ".curve",
+                "2 values in angle and 1 in moment",
+            ),
+            ("axis: [0, 1, 0], damping: 1, to: block", ".to", '"block" on both sides'),
+        ],
+    )
+    def test_refused(self, refusal: Refusal, keys: str, key: str, found: str) -> None:
+        message = refusal(element(f"{TORSION}, {keys}"))
+        assert message.startswith(f"case.yaml:6: forces.element{key}: found {found}")
+
+
+class TestBushing:
+    def test_all_keys(self, load: Load) -> None:
+        text = element(
+            "type: bushing, body: block, to: tug, point: [1 m, 0, 0],"
+            " stiffness: {surge: 5 kN/m, yaw: 2 kN*m/rad}, damping: {heave: 3}"
+        ).replace("forces:", "  tug: {mass: 1, dofs: [heave]}\nforces:")
+        bushing = load(text).scene().forces["element"]
+        assert isinstance(bushing, forces.Bushing)
+        assert (bushing.point, bushing.to) == ((1.0, 0.0, 0.0), "tug")
+        assert_array_equal(bushing.stiffness, np.diag([5e3, 0, 0, 0, 0, 2e3]))
+        assert_array_equal(bushing.damping, np.diag([0, 0, 3.0, 0, 0, 0]))
+
+    @pytest.mark.parametrize(
+        ("keys", "key", "found"),
+        [
+            ("point: [0, 0, 0]", "", "nothing that acts; expected stiffness, damping, or both"),
+            ("stiffness: {surge: -1}", ".stiffness", "-1 for surge; expected 0 or more"),
+            ("stiffness: {roll: 3 N/m}", ".stiffness.roll", '"3 N/m"'),
+            ("stiffness: 3", ".stiffness", "3; expected a mapping"),
+            ("stiffness: {surge: 1}, to: blok", ".to", '"blok"; expected a body of this case'),
+            ("stiffness: {surge: 1}, anchor: [0, 0, 0]", ".anchor", "an unknown key"),
+        ],
+    )
+    def test_refused(self, refusal: Refusal, keys: str, key: str, found: str) -> None:
+        message = refusal(element(f"type: bushing, body: block, {keys}"))
+        assert message.startswith(f"case.yaml:6: forces.element{key}: found {found}")
+
+
 class TestSolver:
     def test_defaults(self, load: Load) -> None:
         made = load(DRY).scene()

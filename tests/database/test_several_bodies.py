@@ -159,8 +159,9 @@ def test_drift_in_a_recipe(tmp_path):
         (
             ((0, 4, 0), (0, -4, 0)),
             "lid=auto",
-            "number_1.position: found it inside the box around number",
+            "number_1.position: found panels inside number_0",
         ),
+        (((0, 4, 0), (0, 4, 0)), "lid=auto", "found panels inside number_0"),
         (((0, 7, 0), (0, -7, 0)), "bodies.number_1.hull.length=0", "it must be above 0"),
         (((0, 7, 0),), "far_field={share: 0.5, rising: [0.3, 0.6]}", "all round the circle"),
     ],

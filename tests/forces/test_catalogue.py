@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 from dry_scenes import block, scene
 from examples import KINDS, LAWS, all_examples, built
@@ -26,6 +27,7 @@ LAYOUT = Layout(
     resonance=lambda body, stiffness: Resonance(stiffness, stiffness),
     heading=(0.0, 0.0),
     weight=(1.0, 1.0),
+    origin=(np.zeros(3), np.ones(3)),
 )
 
 

@@ -34,8 +34,8 @@ LINES = {  # of files that are there: before which line stands what
         ),
     },
     "forces/events.py": {
-        "from hydrosim.forces import spring": "from hydrosim.forces import rope\n",
-        "    }\n\n\n@kernel\ndef observe": (
+        "from hydrosim.forces import bushing": "from hydrosim.forces import rope\n",
+        "    }\n\n\n@kernel\ndef joints_observed": (
             '        "rope": (elements.ropes.lines.size, rope.OBSERVED),\n'
         ),
         "\n\n@root\ndef settle": (

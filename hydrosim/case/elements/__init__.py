@@ -7,6 +7,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Discriminator
 
 from hydrosim.case.elements.applied_force import AppliedForce
+from hydrosim.case.elements.bushing import Bushing
 from hydrosim.case.elements.element import Element, Where
 from hydrosim.case.elements.fender import Fender
 from hydrosim.case.elements.landing import Landing
@@ -15,6 +16,8 @@ from hydrosim.case.elements.linear_mooring import LinearMooring
 from hydrosim.case.elements.quadratic_damping import QuadraticDamping
 from hydrosim.case.elements.spring import Spring
 from hydrosim.case.elements.stream_load import CurrentLoad, WindLoad
+from hydrosim.case.elements.strut import Strut
+from hydrosim.case.elements.torsion_spring import TorsionSpring
 from hydrosim.documents.units import problem
 
 
@@ -30,6 +33,9 @@ AnyElement = Annotated[
     | Fender
     | Landing
     | Spring
+    | Strut
+    | TorsionSpring
+    | Bushing
     | LinearDamping
     | QuadraticDamping
     | CurrentLoad

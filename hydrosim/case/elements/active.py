@@ -12,7 +12,15 @@ from hydrosim.documents.quantities import Strict
 from hydrosim.documents.units import AnyQuantity, Scale, factor, problem
 from hydrosim.dofs import DOFS
 
-UNITS = {"fender_normal_force": "N", "spring_tension": "N", "fender_compression": "m"}
+UNITS = {
+    "fender_normal_force": "N",
+    "spring_tension": "N",
+    "fender_compression": "m",
+    "strut_force": "N",
+    "strut_length": "m",
+    "torsion_angle": "rad",
+    "clearance": "m",
+}
 """Of channels; those of motions are in m or rad, with their speeds per second."""
 OTHERS = ("position", "velocity", "speed", "tank_level")
 

@@ -26,8 +26,10 @@ LARGER = 1.25  # ratio: rounding, above the radius of gyration of a body with al
 
 def mass(about: About) -> Iterator[Doubt]:
     """Ask about bodies whose mass differs from their displacement."""
+    afloat = {body.name for _, body, _ in about.afloat()}
     for _, body, db in about.wet():
-        if _is_mass_doubtful(body, db):
+        held = body.weight == Weight.CARRIED and body.name not in afloat
+        if _is_mass_doubtful(body, db) and not held:
             displaced = _displaced_mass(db)
             hopeless = _is_hopeless(body, displaced)
             yield Doubt(
@@ -104,7 +106,7 @@ def _radii(about: About) -> Iterator[Doubt]:
 
 def trim(about: About) -> Iterator[Doubt]:
     """Ask about hulls that float level although weight and buoyancy are not on one vertical."""
-    for _, body, db in about.wet():
+    for _, body, db in about.afloat():
         if body.weight == Weight.CARRIED or db.centre_of_buoyancy is None:
             continue
         weight = body.mass * about.scene.environment.gravity
@@ -138,7 +140,7 @@ def _tilt(body: Body, stiffness: np.ndarray, moment: np.ndarray) -> np.ndarray:
 def stability(about: About) -> Iterator[Doubt]:
     """Ask about hulls that capsize, or that have no waterplane."""
     gravity = about.scene.environment.gravity
-    for _, body, db in about.wet():
+    for _, body, db in about.afloat():
         stiffness = needed(db, "hydrostatic_stiffness")
         for dof in (3, 4):
             height = stiffness[dof, dof] / (body.mass * gravity)
@@ -152,7 +154,7 @@ def stability(about: About) -> Iterator[Doubt]:
 def periods(about: About) -> Iterator[Doubt]:
     """Ask about natural periods that are too short or too long, for each degree of freedom by
     itself."""
-    for i, body, db in about.wet():
+    for i, body, db in about.afloat():
         for name, period in natural_periods(about, i, body, db).items():
             if not SHORTEST <= period <= LONGEST:
                 found = f"a natural period of {period:.3g} s in {name}"

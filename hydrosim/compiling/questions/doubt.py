@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from hydrosim.rigid.kinematics import Motion, place_bodies
+from hydrosim.scene.trees import arranged
 from hydrosim.stepping.dynamics import Model, new_work
 
 if TYPE_CHECKING:
@@ -47,6 +48,12 @@ class About:
         for i, body in enumerate(self.scene.bodies):
             if body.name in self.facts.databases and body.dofs:
                 yield i, body, self.facts.databases[body.name]
+
+    def afloat(self) -> Iterator[tuple[int, Body, HydroDatabase]]:
+        """`wet` bodies that no joint carries."""
+        names = [body.name for body in self.scene.bodies]
+        carried = arranged(self.scene.joints, names).children
+        return ((i, body, db) for i, body, db in self.wet() if body.name not in carried)
 
     @property
     def model(self) -> Model:

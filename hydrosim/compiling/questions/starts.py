@@ -12,6 +12,7 @@ from hydrosim.forces.contact.normal import NormalCurve, PrescribedNormal
 from hydrosim.forces.contact.plane import Plane
 from hydrosim.forces.spring import Spring, stretch
 from hydrosim.scene import ForceElement, GivenComponents, Weight
+from hydrosim.scene.trees import arranged, joined_with
 
 TURN = 2.0 * np.pi * (1.0 + 1e-9)
 TILT = np.radians(30.0)  # limit for a body afloat with linear hydrostatics
@@ -90,12 +91,15 @@ def fall(about: About) -> Iterator[Doubt]:
     """Ask about dry bodies that fall by metres before a contact carries them."""
     acting = about.scene.forces.values()
     held = {each.body for each in acting if each.carries() and not _touches(each)}
+    names = [body.name for body in about.scene.bodies]
+    carried = arranged(about.scene.joints, names).children
     deepest: dict[str, float] = {}
     for _, fender, deep in _fenders(about):
         most = max(float(deep.max()), deepest.get(fender.body, -np.inf))
         deepest[fender.body] = most
     for body in about.scene.bodies:
-        falls = body.weight == Weight.CARRIED and "heave" in body.dofs
+        jointed = len(joined_with(about.scene, body.name)) > 1 or body.name in carried
+        falls = body.weight == Weight.CARRIED and "heave" in body.dofs and not jointed
         gap = -deepest.get(body.name, 0.0)
         if falls and body.name not in held | {*about.facts.databases} and gap > DROP:
             yield Doubt(

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -128,17 +129,22 @@ def _together(panels: list[Panels], lids: list[Panels], halve: bool) -> tuple[Hu
 
 
 def _check_apart(recipe: Recipe, panels: Sequence[Panels]) -> None:
-    """Refuse hulls whose bounding boxes overlap in plan."""
+    """Refuse hulls with panels inside each other. One may float within a ring or under another."""
     names = [*getattr(recipe.data, "bodies", {"hull": None})]
-    ends = [(each.min(axis=(0, 1)), each.max(axis=(0, 1))) for each in panels]
-    for i, (low, high) in enumerate(ends):
-        for j, (lower, higher) in enumerate(ends[:i]):
-            if (low[:2] < higher[:2]).all() and (lower[:2] < high[:2]).all():
-                raise InputError(
-                    f"{recipe.path}: bodies.{names[i]}.position: found it inside the box around"
-                    f" {names[j]}, seen from above; expected boxes around the hulls that do not"
-                    " overlap."
-                )
+    for i, j in combinations(range(len(panels)), 2):
+        if _meet(panels[i], panels[j]) or _meet(panels[j], panels[i]):
+            raise InputError(
+                f"{recipe.path}: bodies.{names[j]}.position: found panels inside {names[i]};"
+                " expected hulls that do not overlap."
+            )
+
+
+def _meet(panels: Panels, others: Panels) -> bool:
+    """Whether a panel of the ``others`` is inside the hull of the ``panels``."""
+    points = mesh.inner_points(others)
+    low, high = panels.min(axis=(0, 1)), panels.max(axis=(0, 1))
+    near = ((points > low) & (points < high)).all(axis=1)
+    return bool((np.abs(mesh.windings(panels, points[near])) > 0.5).any())
 
 
 def _own(recipe: Recipe, part: Part, share: float) -> _Own:

@@ -18,6 +18,7 @@ from hydrosim.errors import InputError
 
 NONE: Panels = np.empty((0, 4, 3))
 _SAME = 1e-5  # of the hull's size: closer points are merged
+_INSIDE = 1e-3  # of a panel's size: depth of the point behind it
 _CLOSED = 0.01  # largest relative difference of the volumes of a closed hull
 
 
@@ -53,6 +54,28 @@ def is_symmetric(panels: Panels) -> bool:
 def centres(panels: Panels) -> np.ndarray:
     """Centres (n, 3) of the panels."""
     return np.asarray(mesh_of(panels).faces_centers)
+
+
+def inner_points(panels: Panels) -> np.ndarray:
+    """Points (n, 3) just inside the hull, behind the centre of each panel."""
+    made = mesh_of(panels)
+    depth = _INSIDE * np.sqrt(made.faces_areas)[:, None]
+    return np.asarray(made.faces_centers - depth * made.faces_normals)
+
+
+def windings(panels: Panels, points: np.ndarray) -> np.ndarray:
+    """How often the wetted hull and its image above the water wind around each of the ``points``
+    (n, 3): 1 or -1 inside the hull, 0 outside. They are solid angles over 4 pi (van Oosterom and
+    Strackee 1983)."""
+    corners = hull.triangles_of(np.concatenate([panels, panels[:, ::-1] * [1, 1, -1]]))
+    total = np.zeros(len(points))
+    for triangle in corners:
+        a, b, c = triangle[:, None] - points
+        la, lb, lc = (np.linalg.norm(side, axis=1) for side in (a, b, c))
+        above = np.sum(a * np.cross(b, c), axis=1)
+        below = la * lb * lc + np.sum(a * b, 1) * lc + np.sum(b * c, 1) * la + np.sum(c * a, 1) * lb
+        total += np.arctan2(above, below)
+    return total / (2.0 * np.pi)
 
 
 def port_half(panels: Panels) -> Panels:

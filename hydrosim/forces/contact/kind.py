@@ -43,6 +43,7 @@ from hydrosim.forces.kind import (
     States,
     Variable,
     capacity_of,
+    elements_of,
 )
 from hydrosim.modes import MODE
 from hydrosim.scene import Scene
@@ -143,7 +144,7 @@ class _Kind(ContactPostures):
             "fender": ("fender", self.unit_names(scene)),
             "fender_group": ("fender", groups, said),
             "contact_group": ("contact_group", [*dict.fromkeys(groups)], said),
-            **capacity_of(self, scene),
+            **capacity_of(self.unit, elements_of(scene, self.classes)),
             **(_kinetic(scene) if scene.output_impulses else {}),
         }
 

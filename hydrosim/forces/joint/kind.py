@@ -61,6 +61,11 @@ class _Locks(ElementKind):
             "lock_rows": (("time", "lock"), _held_rows(kept.modes)),
         }
 
+    def is_mirrored(self, p: Params, y: np.ndarray, modes: np.ndarray) -> bool:
+        """True if all joints are in the same mode; others may be mirrored too."""
+        own = modes[p.mode : p.mode + p.each.size, MODE]
+        return bool((own == own[:1]).all())
+
     def forget(self, p: Params, y: np.ndarray) -> None:
         """No state of a joint lacks meaning after a restart."""
 

@@ -325,11 +325,11 @@ def _coupled(group: WetGroup, run: xr.Dataset) -> Iterator[str]:
     names = run.variables["body"].values.tolist()
     of = [names.index(name) for name in group.names]
     q = run.variables["position"].values[:, of]
-    places = run.variables["reference_position"].values[of, :2]
+    places = run.variables["reference_position"].values[of]
     for one, other in combinations(range(len(group.bodies)), 2):
         away = np.hypot(*(q[:, one, :2] - q[:, other, :2]).T)
         turned = np.abs(q[:, one, 5] - q[:, other, 5])
-        distance = float(np.hypot(*(places[one] - places[other])))
+        distance = float(np.linalg.norm(places[one] - places[other]))
         if away.max() > APART * distance or turned.max() > TURNED:
             yield (
                 f"bodies.{group.names[one]}, {group.names[other]}: the database has the waves"

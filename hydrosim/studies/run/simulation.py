@@ -21,6 +21,7 @@ from hydrosim.compiling.joints import singular_joints
 from hydrosim.compiling.restart import ACCURACY, HEADINGS, MET, started_from
 from hydrosim.documents.places import locating
 from hydrosim.errors import SimulationError
+from hydrosim.forces import lost_units
 from hydrosim.jit.refs import Held, forget
 from hydrosim.jit.waiting import Torn, running_time
 from hydrosim.linear.propagate import propagate
@@ -281,6 +282,8 @@ def _failure(compiled: Compiled, run: Run, time: float) -> str:
     else:
         where = _where(compiled, run.state)
     what = MESSAGES[int(counters[STATUS])].format(where=where)
+    for name, reason in lost_units(model, scene, run.state.modes):
+        what = f"the force of {name} is lost: {reason}"
     name, size = _largest_force(scene, model, run.record, count)
     message = (
         f"at t = {time:.6g} s {what}. The largest force at the last record is that of {name},"

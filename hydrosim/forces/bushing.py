@@ -1,0 +1,356 @@
+"""Bushing: spring and damper of six components between frames on a body and on another one or the
+earth.
+
+    U = x^T K x / 2,   x = (d, theta),   theta = log Q
+
+At rest both frames are at one place and parallel to the axes of the body. R is the rotation of the
+frame on the body, F that of the other frame; p and a are their places. d = F^T (p - a) is the
+displacement, theta the rotation vector of Q = F^T R, both in the axes of the other frame. With s =
+K x the body receives at p, in these axes,
+
+    force  -s_d - (C u)_d,   moment  -J^-T s_theta - (C u)_theta
+
+and the other side the opposite force and moment at the same place p. u = (d', omega) are the
+relative velocity of the frames and their relative angular velocity. omega = J theta' with the left
+Jacobian J of the rotation group (Chirikjian 2012, Stochastic Models, vol. 2, sec. 10.6),
+
+    J^-T s = s + theta x s / 2 + c theta x (theta x s),
+    c = (1 - |theta|/2 cot(|theta|/2)) / |theta|^2
+
+so the load is the gradient of U at any rotation. Dissipation u^T C u.
+
+Limits: theta is not defined at half a turn: a run ends there. With small angles the axes of the
+other frame and the lever arms stay as at rest, J is the identity, and the bushing is linear.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import atan2, nan, sqrt, tan
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from hydrosim.dofs import DOFS, MIRROR_SIGN, about_z
+from hydrosim.forces.contact.geometry import EARTH
+from hydrosim.forces.kind import Columns, ElementKind, Kept, Modes, Variable
+from hydrosim.forces.layout import Layout
+from hydrosim.forces.mirroring import turned
+from hydrosim.forces.pair import small_turn, turning
+from hydrosim.jit.kernels import kernel, root
+from hydrosim.modes import CONTACT_MARGIN, MARGINS, MODE
+from hydrosim.rigid.kinematics import add_wrench, attachment, point_velocity
+from hydrosim.rigid.vectors import add, cross, dot, matvec, product, scale, sub, vector
+from hydrosim.scene import ForceElement, Turns
+
+ACTING, GONE, LOST = range(3)
+OBSERVED = 12  # see `observe`
+TURNED = 1e-3  # least 1 + cosine of the relative rotation: 177 deg
+SMALL = 0.03  # rad: below, c is a series to 1e-15
+
+
+@dataclass(frozen=True)
+class Bushing(ForceElement):
+    """At ``point`` of the body, where the other frame is at rest on the body ``to`` or the earth.
+    ``stiffness`` (6, 6) [N/m ... N m/rad] and ``damping`` (6, 6) [N s/m ... N m s/rad] in the axes
+    of the body at rest, which move with the other frame."""
+
+    point: tuple[float, ...]
+    stiffness: np.ndarray
+    damping: np.ndarray
+    to: str | None = None
+
+    def carries(self) -> bool:
+        return bool(np.any(self.stiffness[:3, :3]))
+
+    def holds(self) -> Collection[str]:
+        if self.to is not None:
+            return ()
+        held = np.diag(self.stiffness) > 0.0
+        return [dof for dof, is_held in zip(DOFS, held, strict=True) if is_held]
+
+    def others(self) -> Iterator[tuple[str, str | None]]:
+        yield "to", self.to
+
+    def unit_names(self, name: str) -> Sequence[str]:
+        return [name]
+
+    def image(self) -> ForceElement:
+        sign = np.outer(MIRROR_SIGN, MIRROR_SIGN)
+        both = {"stiffness": sign * self.stiffness, "damping": sign * self.damping}
+        return replace(self, point=turned(self.point), **both)
+
+    def nonlinearity(self, name: str, turns: Turns) -> str | None:
+        """Linear with small angles. Its damping may act on two bodies, which exact propagation does
+        not book."""
+        return name if turns.exact or np.any(self.damping) else None
+
+
+BUSHING = np.dtype(
+    [
+        *(("body", int), ("row", int), ("other", int), ("ends", float, 6), ("axes", float, (3, 3))),
+        *(("stiffness", float, (6, 6)), ("damping", float, (6, 6))),
+    ]
+)
+"""Constants of a bushing: the places of both frames, each in the frame of its side; the rotation
+from the axes of the body at rest to those of the other side."""
+
+
+class Params(NamedTuple):
+    """The bushings ``each`` (n,) of `BUSHING` and the first of their rows of modes."""
+
+    each: np.ndarray
+    mode: int
+
+
+class Offset(NamedTuple):
+    """State of a bushing: lever ``arm`` and ``other_arm`` of the place p, in the earth frame; the
+    ``axes`` of the other frame; x and u in these axes; the cosine of the relative rotation."""
+
+    arm: tuple[float, float, float]
+    other_arm: tuple[float, float, float]
+    axes: tuple[tuple[float, float, float], ...]
+    x: tuple[float, float, float, float, float, float]
+    u: tuple[float, float, float, float, float, float]
+    cosine: float
+
+
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+    """Constants of the bushings among ``elements``, in their order."""
+    rows = []
+    for name, e in elements.items():
+        if isinstance(e, Bushing):
+            axes = layout.axes_from(e.body, e.to)
+            which = (layout.body[e.body], layout.row[name])
+            other = EARTH if e.to is None else layout.body[e.to]
+            ends = np.concatenate([e.point, _there(e, layout)])
+            rows.append((*which, other, ends, axes, e.stiffness, e.damping))
+    return Params(np.array(rows, dtype=BUSHING), 0)
+
+
+def _there(bushing: Bushing, layout: Layout) -> np.ndarray:
+    """Place (3,) of the bushing at rest in the frame of the other side."""
+    place = layout.place_at_rest(bushing.body, bushing.point)
+    if bushing.to is None:
+        return place
+    b = layout.body[bushing.to]
+    return np.asarray((place - layout.origin[b]) @ about_z(layout.heading[b]))
+
+
+@kernel
+def along(axes, v):
+    """Components of a vector along three axes."""
+    return (dot(axes[0], v), dot(axes[1], v), dot(axes[2], v))
+
+
+@kernel
+def across(axes, v):
+    """The vector with these components along three axes."""
+    return add(add(scale(v[0], axes[0]), scale(v[1], axes[1])), scale(v[2], axes[2]))
+
+
+@kernel
+def column(A, k):
+    return (A[0, k], A[1, k], A[2, k])
+
+
+@kernel
+def other_axes(one, bodies, motion):
+    """Axes of the other frame of a bushing, in the earth frame."""
+    x = column(one.axes, 0)
+    y = column(one.axes, 1)
+    z = column(one.axes, 2)
+    if one.other == EARTH or not bodies.exact:
+        return (x, y, z)
+    R = motion.rotation[one.other]
+    return (matvec(R, x), matvec(R, y), matvec(R, z))
+
+
+@kernel
+def offset(one, bodies, motion):
+    """State of a bushing, as an `Offset`."""
+    p, arm = attachment(one.body, vector(one.ends, 0), bodies, motion)
+    v = point_velocity(one.body, arm, motion)
+    a = vector(one.ends, 3)
+    other_arm = (0.0, 0.0, 0.0)
+    if one.other != EARTH:
+        a, other_arm = attachment(one.other, a, bodies, motion)
+        if bodies.exact:
+            other_arm = add(other_arm, sub(p, a))
+        v = sub(v, point_velocity(one.other, other_arm, motion))
+    axes = other_axes(one, bodies, motion)
+    d = along(axes, sub(p, a))
+    v = along(axes, v)
+    w = along(axes, turning(one.body, one.other, motion))
+    theta, cosine = turn(one, axes, bodies, motion)
+    x = (d[0], d[1], d[2], theta[0], theta[1], theta[2])
+    u = (v[0], v[1], v[2], w[0], w[1], w[2])
+    return Offset(arm, other_arm, axes, x, u, cosine)
+
+
+@kernel
+def turn(one, axes, bodies, motion):
+    """Rotation vector of the body relative to the other frame, in its axes, and the cosine of the
+    angle."""
+    if not bodies.exact:
+        return along(axes, small_turn(one.body, one.other, motion)), 1.0
+    R = motion.rotation[one.body]
+    X = along(axes, column(R, 0))
+    Y = along(axes, column(R, 1))
+    Z = along(axes, column(R, 2))
+    k = scale(0.5, (Y[2] - Z[1], Z[0] - X[2], X[1] - Y[0]))
+    sine = sqrt(dot(k, k))
+    cosine = 0.5 * (X[0] + Y[1] + Z[2] - 1.0)
+    return scale(atan2(sine, cosine) / sine if sine > 0.0 else 1.0, k), cosine
+
+
+@kernel
+def moment_of(theta, s):
+    """J^-T s."""
+    angle = sqrt(dot(theta, theta))
+    if angle < SMALL:
+        c = 1.0 / 12.0 + angle * angle / 720.0
+    else:
+        c = (1.0 - 0.5 * angle / tan(0.5 * angle)) / (angle * angle)
+    once = cross(theta, s)
+    return add(s, add(scale(0.5, once), scale(c, cross(theta, once))))
+
+
+@kernel
+def loads(one, mode, o, bodies):
+    """Load (6,) of a bushing on its body, in the axes of the other frame, and the power that it
+    dissipates. The load is not a number where theta is not defined, so that the run ends."""
+    s = product(one.stiffness, o.x, 0)
+    f = product(one.damping, o.u, 0)
+    m = (s[3], s[4], s[5])
+    if bodies.exact:
+        m = moment_of((o.x[3], o.x[4], o.x[5]), m)
+    lost = 0.0
+    for i in range(6):
+        lost += o.u[i] * f[i]
+    z = nan if mode[MODE] == LOST else 0.0
+    force = (z - s[0] - f[0], z - s[1] - f[1], z - s[2] - f[2])
+    return force, (z - m[0] - f[3], z - m[1] - f[4], z - m[2] - f[5]), lost
+
+
+@root
+def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+    """Add the force [N, N m] of every bushing to its row of ``wrench``, and the power [W] that it
+    dissipates to ``rate``, in place."""
+    for i in range(p.each.size):
+        one = p.each[i]
+        mode = modes[p.mode + i]
+        if mode[MODE] == GONE:
+            continue
+        o = offset(one, bodies, motion)
+        force, moment, lost = loads(one, mode, o, bodies)
+        rate[one.row] += lost
+        F = across(o.axes, force)
+        M = across(o.axes, moment)
+        add_wrench(one.body, F, add(M, cross(o.arm, F)), wrench[one.row])
+        if one.other != EARTH:
+            M = scale(-1.0, add(M, cross(o.other_arm, F)))
+            add_wrench(one.other, scale(-1.0, F), M, wrench[one.row])
+
+
+@root
+def add_energy(t, y, modes, motion, bodies, p, stored):
+    """Add the energy stored in every bushing to its row of ``stored``."""
+    for i in range(p.each.size):
+        one = p.each[i]
+        if modes[p.mode + i, MODE] == ACTING:
+            o = offset(one, bodies, motion)
+            s = product(one.stiffness, o.x, 0)
+            for k in range(6):
+                stored[one.row] += 0.5 * o.x[k] * s[k]
+
+
+@root
+def observe(modes, motion, bodies, p, out):
+    """Write rows of `OBSERVED` of all bushings to ``out``: x, and the load on the body."""
+    for i in range(p.each.size):
+        one = p.each[i]
+        o = offset(one, bodies, motion)
+        force, moment, _ = loads(one, modes[p.mode + i], o, bodies)
+        acting = modes[p.mode + i, MODE] != GONE
+        for k in range(6):
+            out[OBSERVED * i + k] = o.x[k]
+        for k in range(3):
+            out[OBSERVED * i + 6 + k] = force[k] if acting else 0.0
+            out[OBSERVED * i + 9 + k] = moment[k] if acting else 0.0
+
+
+@root
+def margins(modes, motion, bodies, p, out):
+    """Margins of all bushings into ``out`` (4 to a row of modes): room before half a turn."""
+    for i in range(p.each.size):
+        m = MARGINS * (p.mode + i)
+        for k in range(MARGINS):
+            out[m + k] = 1.0
+        if modes[p.mode + i, MODE] == ACTING:
+            out[m + CONTACT_MARGIN] = room(p.each[i], bodies, motion)
+
+
+@kernel
+def room(one, bodies, motion):
+    """Positive while the relative rotation is less than half a turn."""
+    axes = other_axes(one, bodies, motion)
+    _, cosine = turn(one, axes, bodies, motion)
+    return 1.0 + cosine - TURNED
+
+
+@kernel
+def switch(i, modes, p):
+    """End the action of bushing ``i``, whose rotation has reached half a turn."""
+    modes[p.mode + i, MODE] = LOST
+
+
+@root
+def settle(modes, motion, bodies, p):
+    """Modes of all bushings for a start."""
+    for i in range(p.each.size):
+        activate(i, modes, motion, bodies, p)
+
+
+@kernel
+def activate(i, modes, motion, bodies, p):
+    """Mode of bushing ``i`` when it becomes active."""
+    modes[p.mode + i, MODE] = ACTING if room(p.each[i], bodies, motion) > 0.0 else LOST
+
+
+@kernel
+def deactivate(i, modes, p):
+    """Deactivate bushing ``i``."""
+    modes[p.mode + i, MODE] = GONE
+
+
+class _Kind(ElementKind):
+    unit = "bushing"
+    variables: ClassVar = {
+        "bushing_displacement": Variable(
+            "displacement; rotation vector", "m or rad", "axes of the body at rest, moved by `to`"
+        ),
+        "bushing_load": Variable(
+            "force; moment on the body", "N or N m", "axes of the body at rest, moved by `to`"
+        ),
+        "bushing_mode": Variable("whether the bushing acts", "1", flags="acting absent"),
+    }
+
+    def modes(self, p: Params) -> Modes:
+        return Modes(p.each.size)
+
+    def lost(self, p: Params, modes: np.ndarray) -> Iterator[tuple[int, str]]:
+        for i in np.flatnonzero(modes[:, MODE] == LOST).tolist():
+            yield i, "it has turned by half a turn, where its rotation vector is not defined"
+
+    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+        each = ("time", "bushing", "dof")
+        return {
+            "bushing_displacement": (each, kept.observed[:, :, :6]),
+            "bushing_load": (each, kept.observed[:, :, 6:]),
+            "bushing_mode": (each[:2], kept.modes[:, :, MODE].astype(np.int8)),
+        }
+
+
+KIND = _Kind("bushings", (Bushing,), compile_elements)

@@ -1,0 +1,516 @@
+"""Links between two points or axes: struts, torsion springs and power take-offs, of both signs.
+
+    T = f(x) + c x' + d |x'| x'
+
+A strut acts along the line between a point p of its body and an anchor a, on the earth or on
+another body. x = |a - p| - L0 is its extension beyond the length L0. The body receives T e at p,
+with e = (a - p) / |a - p|, and the other side -T e at a.
+
+A torsion spring acts about an axis. x is the twist of the body relative to the other side, less the
+neutral angle: the twist of the swing-twist decomposition of the relative rotation (swing after
+twist; Dobrowolski 2015, arXiv:1506.05481). Let u, v, w be an orthonormal triad on the other side,
+and U, V, W that of the body, equal at rest, with the axis u. Then
+
+    tan x = (w V - v W) / (v V + w W),   x' = g (omega - omega_other),   g = (u + U) / (1 + u U)
+
+The body receives the moment -T g, the other side T g. As g is the gradient of x at any rotation,
+the spring has a potential: the integral of f. Its moment has components across the axis while the
+body swings.
+
+f: straight lines through the points of a curve, with the first and last slopes continued. Corners
+are events. c, d: linear and quadratic damping. c x'^2 + d |x'|^3 is the dissipated power; it is the
+absorbed power of a power take-off. The twist is counted beyond half a turn: its half turns are in
+the modes.
+
+Limits: no mass. A strut has no direction where its ends meet, and a twist none where the axes are
+opposite (a swing of 180 deg): a run ends there. The slope of |x'| x' has a corner at x' = 0, so
+methods have order 3 with d. With small angles lever arms stay as at rest while e follows the
+points, as for a `spring`; a twist is the difference of the angles about the axis.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import atan2, nan, pi, sqrt
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from hydrosim.forces import curve
+from hydrosim.forces.contact.geometry import EARTH
+from hydrosim.forces.kind import Columns, Kept, Modes, Variable, capacity_of, elements_of
+from hydrosim.forces.layout import Layout
+from hydrosim.forces.mirroring import turned
+from hydrosim.forces.pair import small_turn, turning
+from hydrosim.forces.postures import PosingKind, Posture, rest_at_first, steepest
+from hydrosim.jit.kernels import kernel, root
+from hydrosim.modes import (
+    CONTACT_MARGIN,
+    MARGINS,
+    MODE,
+    RISING,
+    RISING_MARGIN,
+    SEGMENT,
+    SEGMENT_MARGIN,
+)
+from hydrosim.rigid.kinematics import add_wrench, attachment, point_velocity
+from hydrosim.rigid.vectors import add, cross, dot, matvec, scale, sub, vector
+from hydrosim.scene import ForceElement, Scene
+
+LINE, AXIS = range(2)
+ACTING, GONE, LOST = range(3)
+LOAD, PLACE, POWER, OBSERVED = range(4)  # see `observe`
+HALF_TURNS = RISING  # column of modes
+CLOSEST = 0.01  # of the length at rest: closer ends have no direction
+SWUNG = 1e-3  # least 1 + cosine of the swing of an axis: 177 deg
+BEYOND = 0.75 * pi  # from the middle of its half turn: a twist then belongs to the next one
+
+
+@dataclass(frozen=True)
+class Link(ForceElement):
+    """The load ``force`` (n,) [N or N m] over the offset ``offset`` (n,) [m or rad], rising, from
+    where the link has its length or neutral angle. Both are empty if it has no spring. ``damping``
+    [N s/m or N m s/rad], and ``drag`` [N s^2/m^2 or N m s^2/rad^2]. The power that a link with
+    ``absorbs`` dissipates is recorded."""
+
+    offset: np.ndarray
+    force: np.ndarray
+    damping: float = 0.0
+    drag: float = 0.0
+    absorbs: bool = False
+
+    def carries(self) -> bool:
+        return bool(np.any(self.force))
+
+    def unit_names(self, name: str) -> Sequence[str]:
+        return [name]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Strut(Link):
+    """From ``point`` of the body to ``anchor`` on the earth or in the frame of ``anchor_body``.
+    ``length`` [m] is the length without force of the spring; None: the length at rest."""
+
+    point: tuple[float, ...]
+    anchor: tuple[float, ...]
+    length: float | None = None
+    anchor_body: str | None = None
+
+    def holds(self) -> Collection[str]:
+        held = self.anchor_body is None and self.carries()
+        return ("surge", "sway", "yaw") if held else ()
+
+    def others(self) -> Iterator[tuple[str, str | None]]:
+        yield "anchor_body", self.anchor_body
+
+    def parts(self, y: float) -> Sequence[ForceElement]:
+        """The strut itself; an anchor on the earth is given relative to the plane."""
+        if self.anchor_body is not None:
+            return [self]
+        return [replace(self, anchor=tuple(np.subtract(self.anchor, (0.0, y, 0.0))))]
+
+    def image(self) -> ForceElement:
+        return replace(self, point=turned(self.point), anchor=turned(self.anchor))
+
+
+@dataclass(frozen=True, kw_only=True)
+class TorsionSpring(Link):
+    """About ``axis`` in the frame of the body, between it and the body ``to`` or the earth.
+    ``neutral`` [rad] is the twist without moment of the spring; the twist is 0 at rest."""
+
+    axis: tuple[float, ...]
+    neutral: float = 0.0
+    to: str | None = None
+
+    def holds(self) -> Collection[str]:
+        held = self.to is None and np.any(self.force) and self.axis[2] != 0.0
+        return ("yaw",) if held else ()
+
+    def others(self) -> Iterator[tuple[str, str | None]]:
+        yield "to", self.to
+
+    def carries(self) -> bool:
+        return False
+
+    def parts(self, y: float) -> Sequence[ForceElement]:
+        return [self._in_order()]
+
+    def image(self) -> ForceElement:
+        """A rotation about (x, y, z) has the image of one about (-x, y, -z)."""
+        x, y, z = self.axis
+        return replace(self, axis=(-x, y, -z))._in_order()
+
+    def _in_order(self) -> TorsionSpring:
+        """The same spring with the axis of unit length and, if its curve is odd, towards positive
+        coordinates."""
+        axis = np.array(self.axis) / np.linalg.norm(self.axis)
+        straight = len(self.offset) <= 2 and not (np.any(self.offset[:1]) or np.any(self.force[:1]))
+        first = axis[np.flatnonzero(np.abs(axis) > 1e-12)[0]]
+        if straight and self.neutral == 0.0 and first < 0.0:
+            axis = -axis
+        return replace(self, axis=tuple(axis))
+
+
+LINK = np.dtype(
+    [
+        *(("shape", int), ("absorbs", bool), ("body", int), ("row", int), ("other", int)),
+        *(("ends", float, 6), ("axes", float, 18), ("neutral", float), ("closest", float)),
+        *(("damping", float), ("drag", float)),
+        *(("first", int), ("last", int), ("steepest", float)),
+    ]
+)
+"""Constants of a link: its ``shape``, `LINE` or `AXIS`; its own point and its anchor; the triads of
+both sides, each in the frame of its side, the axis first; length or angle without load; the closest
+that its ends may come; the pieces ``first`` to ``last`` of its curve."""
+
+
+class Params(NamedTuple):
+    """``links`` (n,) of `LINK`, the ``segments`` of their curves, and the first of their rows of
+    modes: acting, the segment, and the half turns of the twist."""
+
+    links: np.ndarray
+    segments: np.ndarray
+    mode: int
+
+
+class Reach(NamedTuple):
+    """State of one link: its offset ``x`` and the ``rate``. The load T = 1 is the ``force`` and
+    the ``moment`` on the body, the opposite force and the moment ``counter`` on the other side.
+    ``room`` is positive while it has a direction; ``turned`` is the twist from the middle of its
+    half turn."""
+
+    x: float
+    rate: float
+    force: tuple[float, float, float]
+    moment: tuple[float, float, float]
+    counter: tuple[float, float, float]
+    room: float
+    turned: float
+
+
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+    """Constants of the links among ``elements``, in their order."""
+    rows = []
+    segments = [np.zeros(0, dtype=curve.SEGMENT)]
+    first = 0
+    for name, e in elements.items():
+        if isinstance(e, Strut | TorsionSpring):
+            pieces = _segments(e)
+            last = first + pieces.size - 1
+            place = _line(e, layout) if isinstance(e, Strut) else _axis(e, layout)
+            shape, other, ends, axes, neutral, closest = place
+            which = (shape, e.absorbs, layout.body[e.body], layout.row[name], other)
+            law = (e.damping, e.drag, first, last, np.abs(pieces["slope"]).max())
+            rows.append((*which, ends, axes, neutral, closest, *law))
+            segments.append(pieces)
+            first = last + 1
+    return Params(np.array(rows, dtype=LINK), np.concatenate(segments), 0)
+
+
+def _segments(link: Link) -> np.ndarray:
+    """The pieces of the curve, with no energy stored at offset 0."""
+    if not len(link.offset):
+        return curve.segments(np.array([0.0, 1.0]), np.zeros(2))
+    pieces = curve.segments(link.offset, link.force)
+    middle = pieces[curve.piece_at(pieces, 0.0)]
+    d = -middle["start"]
+    pieces["energy"] -= middle["energy"] + (middle["force"] + 0.5 * middle["slope"] * d) * d
+    return pieces
+
+
+Placed = tuple[int, int, np.ndarray, np.ndarray, float, float]
+
+
+def _line(strut: Strut, layout: Layout) -> Placed:
+    """Shape, other body, ends, triads, length and closest distance of a strut."""
+    other = EARTH if strut.anchor_body is None else layout.body[strut.anchor_body]
+    anchor = layout.place_at_rest(strut.anchor_body, strut.anchor)
+    d = (anchor - layout.place_at_rest(strut.body, strut.point)).tolist()
+    long = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])  # to the bit as in `reach`
+    length = long if strut.length is None else strut.length
+    ends = np.array([*strut.point, *strut.anchor])
+    return LINE, other, ends, np.zeros(18), length, CLOSEST * max(long, length)
+
+
+def _axis(spring: TorsionSpring, layout: Layout) -> Placed:
+    """The same of a torsion spring."""
+    other = EARTH if spring.to is None else layout.body[spring.to]
+    first = np.array(spring.axis) / np.linalg.norm(spring.axis)
+    second = np.cross(first, np.eye(3)[np.abs(first).argmin()])
+    second /= np.linalg.norm(second)
+    own = np.array([first, second, np.cross(first, second)])
+    there = own @ layout.axes_from(spring.body, spring.to).T
+    return AXIS, other, np.zeros(6), np.array([own, there]).ravel(), spring.neutral, 0.0
+
+
+@kernel
+def reach(link, mode, bodies, motion):
+    """State of a link, as a `Reach`."""
+    if link.shape == LINE:
+        return stretch(link, bodies, motion)
+    if bodies.exact:
+        return twist(link, mode, motion)
+    return small_twist(link, mode, motion)
+
+
+@kernel
+def stretch(link, bodies, motion):
+    """State of a strut."""
+    p, arm = attachment(link.body, vector(link.ends, 0), bodies, motion)
+    v = point_velocity(link.body, arm, motion)
+    a = vector(link.ends, 3)
+    w = (0.0, 0.0, 0.0)
+    other_arm = (0.0, 0.0, 0.0)
+    if link.other != EARTH:
+        a, other_arm = attachment(link.other, a, bodies, motion)
+        w = point_velocity(link.other, other_arm, motion)
+    d = sub(a, p)
+    length = sqrt(dot(d, d))
+    e = scale(1.0 / length if length > 0.0 else 0.0, d)
+    rate = dot(e, sub(w, v))
+    moment = cross(arm, e)
+    counter = cross(e, other_arm)
+    return Reach(length - link.neutral, rate, e, moment, counter, length - link.closest, 0.0)
+
+
+@kernel
+def triad(link, side, k, motion):
+    """Vector ``k`` of the triad of the body (``side`` 0) or of the other side, in the earth
+    frame."""
+    own = vector(link.axes, 9 * side + 3 * k)
+    b = link.body if side == 0 else link.other
+    return own if b == EARTH else matvec(motion.rotation[b], own)
+
+
+@kernel
+def twist(link, mode, motion):
+    """State of a torsion spring."""
+    U = triad(link, 0, 0, motion)
+    V = triad(link, 0, 1, motion)
+    W = triad(link, 0, 2, motion)
+    u = triad(link, 1, 0, motion)
+    v = triad(link, 1, 1, motion)
+    w = triad(link, 1, 2, motion)
+    cosine = dot(u, U)
+    half_turns = mode[HALF_TURNS]
+    sign = 1.0 if half_turns % 2 == 0 else -1.0
+    turned = atan2(sign * (dot(w, V) - dot(v, W)), sign * (dot(v, V) + dot(w, W)))
+    swing = 1.0 + cosine
+    g = scale(1.0 / swing if swing > 0.0 else 0.0, add(u, U))
+    x = pi * half_turns + turned - link.neutral
+    return _about(x, g, turning(link.body, link.other, motion), swing - SWUNG, turned)
+
+
+@kernel
+def small_twist(link, mode, motion):
+    """State of a torsion spring with small angles."""
+    axis = vector(link.axes, 0)
+    angle = dot(axis, small_turn(link.body, link.other, motion))
+    turned = angle - pi * mode[HALF_TURNS]
+    return _about(angle - link.neutral, axis, turning(link.body, link.other, motion), 1.0, turned)
+
+
+@kernel
+def _about(x, g, omega, room, turned):
+    """The `Reach` of a twist x with the gradient ``g``."""
+    return Reach(x, dot(g, omega), (0.0, 0.0, 0.0), scale(-1.0, g), g, room, turned)
+
+
+@kernel
+def resistance(link, rate):
+    """c x' + d |x'| x' of a link."""
+    return (link.damping + link.drag * abs(rate)) * rate
+
+
+@kernel
+def load(link, mode, r, p):
+    """T of a link; not a number where it has no direction, so that the run ends."""
+    if mode[MODE] == LOST:
+        return nan
+    return curve.curve_force(p.segments[mode[SEGMENT]], r.x) + resistance(link, r.rate)
+
+
+@root
+def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+    """Add the force [N, N m] of every link to its row of ``wrench``, and the power [W] that it
+    dissipates to ``rate``, in place."""
+    for i in range(p.links.size):
+        link = p.links[i]
+        mode = modes[p.mode + i]
+        if mode[MODE] == GONE:
+            continue
+        r = reach(link, mode, bodies, motion)
+        T = load(link, mode, r, p)
+        rate[link.row] += resistance(link, r.rate) * r.rate
+        add_wrench(link.body, scale(T, r.force), scale(T, r.moment), wrench[link.row])
+        if link.other != EARTH:
+            add_wrench(link.other, scale(-T, r.force), scale(T, r.counter), wrench[link.row])
+
+
+@root
+def add_energy(t, y, modes, motion, bodies, p, stored):
+    """Add the energy stored in every link to its row of ``stored``."""
+    for i in range(p.links.size):
+        link = p.links[i]
+        mode = modes[p.mode + i]
+        if mode[MODE] == ACTING:
+            r = reach(link, mode, bodies, motion)
+            stored[link.row] += curve.stored_energy(p.segments[mode[SEGMENT]], r.x)
+
+
+@root
+def observe(modes, motion, bodies, p, out):
+    """Write rows of `OBSERVED` of all links to ``out``: load, length or twist, dissipated power."""
+    for i in range(p.links.size):
+        row = out[OBSERVED * i : OBSERVED * (i + 1)]
+        row[LOAD], row[PLACE], row[POWER] = measured(i, modes, motion, bodies, p)
+
+
+@kernel
+def measured(i, modes, motion, bodies, p):
+    """Load, length or twist, and dissipated power of link ``i``."""
+    link = p.links[i]
+    mode = modes[p.mode + i]
+    r = reach(link, mode, bodies, motion)
+    place = r.x + link.neutral
+    if mode[MODE] == GONE:
+        return 0.0, place, 0.0
+    return load(link, mode, r, p), place, resistance(link, r.rate) * r.rate
+
+
+@root
+def margins(modes, motion, bodies, p, out):
+    """Margins of all links into ``out`` (4 to a row of modes): room before their direction is lost,
+    distance to the nearer corner of the curve, room in the half turn."""
+    for i in range(p.links.size):
+        link = p.links[i]
+        mode = modes[p.mode + i]
+        m = MARGINS * (p.mode + i)
+        for k in range(MARGINS):
+            out[m + k] = 1.0
+        if mode[MODE] != ACTING:
+            continue
+        r = reach(link, mode, bodies, motion)
+        out[m + CONTACT_MARGIN] = r.room
+        out[m + RISING_MARGIN] = BEYOND - abs(r.turned)
+        if link.last > link.first:
+            out[m + SEGMENT_MARGIN] = curve.inside_segment(p.segments[mode[SEGMENT]], r.x)
+
+
+@root
+def switch(i, which, modes, motion, bodies, p):
+    """Switch link ``i`` to its next mode, after margin ``which`` has reached zero."""
+    link = p.links[i]
+    mode = modes[p.mode + i]
+    r = reach(link, mode, bodies, motion)
+    if which == CONTACT_MARGIN:
+        mode[MODE] = LOST
+    elif which == RISING_MARGIN:
+        mode[HALF_TURNS] += 1 if r.turned > 0.0 else -1
+    else:
+        mode[SEGMENT] = curve.next_segment(mode[SEGMENT], p.segments[mode[SEGMENT]], r.x)
+
+
+@root
+def settle(modes, motion, bodies, p):
+    """Modes of all links for a start."""
+    for i in range(p.links.size):
+        activate(i, modes, motion, bodies, p)
+
+
+@kernel
+def activate(i, modes, motion, bodies, p):
+    """Mode of link ``i`` when it becomes active. Its twist is then within half a turn."""
+    link = p.links[i]
+    mode = modes[p.mode + i]
+    mode[HALF_TURNS] = 0
+    r = reach(link, mode, bodies, motion)
+    mode[SEGMENT] = curve.find_segment(link.first, link.last, p.segments, r.x)
+    mode[MODE] = ACTING if r.room > 0.0 else LOST
+
+
+@kernel
+def deactivate(i, modes, p):
+    """Deactivate link ``i``."""
+    modes[p.mode + i, MODE] = GONE
+
+
+class _Kind(PosingKind):
+    unit = "link"
+    variables: ClassVar = {
+        "strut_force": Variable("force, tension positive", "N", "from the point to the anchor"),
+        "strut_length": Variable("distance from the point to the anchor", "m"),
+        "torsion_moment": Variable("moment against the twist", "N m", "about the axis"),
+        "torsion_angle": Variable("twist about the axis from rest", "rad"),
+        "pto_power": Variable("power absorbed by a power take-off", "W"),
+        "link_mode": Variable("whether a strut or torsion spring acts", "1", flags="acting absent"),
+        "link_segment": Variable("piece of the curve", "1"),
+        "link_half_turns": Variable("half turns of the twist", "1"),
+    }
+
+    def modes(self, p: Params) -> Modes:
+        links = p.links
+        first, last, slope = links["first"], links["last"], links["steepest"]
+        return Modes(links.size, rising="half_turns", first=first, last=last, steepest=slope)
+
+    def postures(self, p: Params) -> Sequence[Posture]:
+        """All on the piece of their curve without load, and on their steepest."""
+        if not p.links.size:
+            return []
+        idle, stiff = [], []
+        for link in p.links:
+            pieces = p.segments[link["first"] : link["last"] + 1]
+            idle.append(link["first"] + curve.piece_at(pieces, 0.0))
+            stiff.append(steepest(p.segments, link["first"], link["last"]))
+        found = [Posture("", rest_at_first(np.array(idle), ACTING))]
+        if stiff != idle:
+            text = "struts on their steepest pieces"
+            found.append(Posture(text, rest_at_first(np.array(stiff), ACTING)))
+        return found
+
+    def pressed(self, p: Params, modes: np.ndarray, bodies: Any, motion: Any) -> Params:
+        """Constants in which each link is on its piece, at the offset nearest to where it is."""
+        links = p.links.copy()
+        for link, mode in zip(links, modes, strict=True):
+            x = reach(link, mode, bodies, motion).x
+            piece = p.segments[mode[SEGMENT]]
+            link["neutral"] += x - np.clip(x, piece["lower"], piece["upper"])
+        return p._replace(links=links)
+
+    def lost(self, p: Params, modes: np.ndarray) -> Iterator[tuple[int, str]]:
+        said = {
+            LINE: "its ends meet (closer than 1 % of its length), where it has no direction",
+            AXIS: "its axis has swung to the opposite, where its twist is not defined",
+        }
+        for i in np.flatnonzero(modes[:, MODE] == LOST).tolist():
+            yield i, said[int(p.links[i]["shape"])]
+
+    def coordinates(self, scene: Scene) -> dict[str, object]:
+        every = elements_of(scene, Link)
+        struts = elements_of(scene, Strut)
+        named = {
+            "link": every,
+            "strut": struts,
+            "torsion_spring": elements_of(scene, TorsionSpring),
+            "pto": [(n, e) for n, e in every if getattr(e, "absorbs", False)],
+        }
+        found: dict[str, object] = {d: (d, [n for n, _ in own]) for d, own in named.items() if own}
+        return found | capacity_of("strut", struts)
+
+    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+        shape = p.links["shape"]
+        dims = {
+            "strut": (shape == LINE, {"strut_force": LOAD, "strut_length": PLACE}),
+            "torsion_spring": (shape == AXIS, {"torsion_moment": LOAD, "torsion_angle": PLACE}),
+            "pto": (p.links["absorbs"], {"pto_power": POWER}),
+        }
+        found: Columns = {"link_mode": (("time", "link"), kept.modes[:, :, MODE].astype(np.int8))}
+        for dim, (own, columns) in dims.items():
+            if own.any():
+                for name, column in columns.items():
+                    found[name] = (("time", dim), kept.observed[:, own, column])
+        return found
+
+
+KIND = _Kind("links", (Strut, TorsionSpring), compile_elements)

@@ -1,0 +1,426 @@
+"""Joints that close: plastic impulses, their losses, their times, and what they leave alone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+from dry_scenes import block, moving, on_floor, scene, steady, with_step
+from moored_barge import motion, scene_of, with_body
+from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
+
+import hydrosim as hs
+from hydrosim.compiling.compile import compile_scene
+from hydrosim.dofs import about_z
+from hydrosim.forces import Coulomb, LinearMooring, StickSlip
+from hydrosim.scene import (
+    Active,
+    Body,
+    Environment,
+    Joint,
+    JointType,
+    Kinematics,
+    LinearScenes,
+    Method,
+    RadiationModel,
+    Scene,
+    Solver,
+    Start,
+    Stream,
+    Symmetry,
+    When,
+    Window,
+)
+
+CLOSES = 0.5  # s
+FREE_AXES: dict[JointType, tuple[tuple[int, ...], tuple[int, ...]]] = {
+    # axes of free slides, and of free turns, among the three of the joint
+    JointType.FIXED: ((), ()),
+    JointType.HINGE: ((), (0,)),
+    JointType.BALL: ((), (0, 1, 2)),
+    JointType.UNIVERSAL: ((), (0, 1)),
+    JointType.SLIDER: ((0,), ()),
+    JointType.CYLINDRICAL: ((0,), (0,)),
+    JointType.PLANAR: ((1, 2), (0,)),
+}
+TYPES = [*FREE_AXES]
+
+
+def closing(joint: Joint, at: float = CLOSES) -> Joint:
+    return replace(joint, active=Active(When(at)))
+
+
+def pair(**solver: object) -> Scene:
+    """Two blocks without symmetry that fly and tumble, and are off their places at rest."""
+    a = block(2.0, name="a", velocity=moving(surge=1.0, heave=0.3, roll=0.4, yaw=-0.6))
+    a = replace(a, position=moving(sway=0.2, pitch=0.3, yaw=0.5))
+    b = block(3.0, name="b", location=(1.5, 0.5), velocity=moving(sway=-0.7, pitch=0.5))
+    return scene([a, b], {}, 1.0, 0.1, **solver)
+
+
+def rotations(run: xr.Dataset, k: int) -> list[np.ndarray]:
+    q = run.position.values[k]
+    return [Rotation.from_euler("ZYX", x[[5, 4, 3]]).as_matrix() for x in q]
+
+
+def mass_matrix(bodies: Sequence[Body], R: Sequence[np.ndarray]) -> np.ndarray:
+    M = np.zeros((6 * len(bodies),) * 2)
+    for b, body in enumerate(bodies):
+        k = 6 * b
+        M[k : k + 3, k : k + 3] = body.mass * np.eye(3)
+        M[k + 3 : k + 6, k + 3 : k + 6] = R[b] @ body.inertia @ R[b].T
+    return M
+
+
+def held_rows(joint: Joint, scene: Scene, run: xr.Dataset, k: int) -> np.ndarray:
+    """Rows (m, 6 nb) of the relative velocities that a joint between body 0 and another, or the
+    earth, stops: at the point of body 0, along and about the axes of the joint there."""
+    R = rotations(run, k)
+    place = run.position.values[k, :, :3] + run.reference_position.values
+    arms = [R[0] @ np.array(joint.point)]
+    slides, turns = FREE_AXES[joint.type]
+    axes = (R[0] @ joint.axes().T).T
+    if joint.to is not None:
+        arms.append(place[0] + arms[0] - place[1])
+    rows = []
+    for i in range(3):
+        for free, is_slide in ((slides, True), (turns, False)):
+            if i in free:
+                continue
+            row = np.zeros(6 * len(scene.bodies))
+            for b, arm in enumerate(arms):
+                sign = 1.0 if b == 0 else -1.0
+                first = axes[i] if is_slide else np.zeros(3)
+                second = np.cross(arm, axes[i]) if is_slide else axes[i]
+                row[6 * b : 6 * b + 3] = sign * first
+                row[6 * b + 3 : 6 * b + 6] = sign * second
+            rows.append(row)
+    return np.array(rows)
+
+
+def plastic(M: np.ndarray, J: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, float]:
+    """Velocities after a plastic impact, and the energy lost: v+ is nearest to v by kinetic energy
+    among all velocities with J v+ = 0, by the null space of J."""
+    _, sizes, V = np.linalg.svd(J)
+    N = V[int((sizes > 1e-10 * sizes[0]).sum()) :].T
+    after = N @ np.linalg.solve(N.T @ M @ N, N.T @ M @ v) if N.size else 0.0 * v
+    return after, 0.5 * float(v @ M @ v - after @ M @ after)
+
+
+def on_centre(impulse: np.ndarray, arm: np.ndarray) -> np.ndarray:
+    """Impulse (6,) at a lever ``arm``, about the centre of gravity."""
+    return np.concatenate([impulse[:3], np.cross(arm, impulse[:3]) + impulse[3:]])
+
+
+@pytest.mark.parametrize("to", ["b", None])
+@pytest.mark.parametrize("type", TYPES)
+def test_the_loss_is_the_kinetic_energy_before_less_that_after(type: JointType, to: str) -> None:
+    """Of an independent model, 1e-12; impulse equal and opposite; what it stops stays stopped."""
+    joint = Joint(type, "a", to, (0.7, -0.2, 0.4), (1.0, 2.0, -0.5), (2.0, -1.0, 0.0))
+    free = pair(step=0.05)
+    before = hs.simulate(free)
+    run = hs.simulate(replace(free, joints={"pin": closing(joint)}))
+    k = int(np.searchsorted(before.time.values, CLOSES - 1e-9))  # recorded before they close
+    M = mass_matrix(free.bodies, rotations(before, k))
+    J = held_rows(joint, free, before, k)
+    v = before.velocity.values[k].ravel()
+    after, lost = plastic(M, J, v)
+    assert lost > 0.01
+    assert run.lock_loss.values[-1, 0] == pytest.approx(lost, rel=1e-12)
+    assert run.energy_dissipated_joints.values[-1] == pytest.approx(lost, rel=1e-12)
+    assert run.lock_rows.values[[0, -1], 0].tolist() == [0, len(J)]
+    push = (M @ (after - v)).reshape(-1, 6)
+    impulse = run.lock_impulse.values[-1, 0]
+    arm = rotations(before, k)[0] @ np.array(joint.point)
+    assert push[0] == pytest.approx(on_centre(impulse, arm), abs=1e-12)
+    if to is not None:
+        assert push[1, :3] == pytest.approx(-impulse[:3], abs=1e-12)
+    assert np.abs(run.energy_residual).max() < 1e-6 * lost
+    end = len(run.time) - 1
+    still = held_rows(joint, free, run, end)
+    if type in (JointType.FIXED, JointType.HINGE, JointType.BALL):
+        assert np.abs(still[:3] @ run.velocity.values[end].ravel()).max() < 1e-12
+
+
+def test_two_masses_that_meet_in_closed_form() -> None:
+    a = block(2.0, ("surge",), "a", velocity=moving(surge=1.0))
+    b = block(3.0, ("surge",), "b", velocity=moving(surge=-0.5))
+    pin = closing(Joint(JointType.FIXED, "a", "b"), 0.4321)
+    run = hs.simulate(replace(scene([a, b], {}, 1.0, 0.1), joints={"pin": pin}))
+    reduced = 2.0 * 3.0 / 5.0
+    assert run.velocity.values[-1, :, 0] == pytest.approx(0.1, abs=1e-12)
+    assert run.lock_loss.values[-1, 0] == pytest.approx(0.5 * reduced * 1.5**2, rel=1e-12)
+    assert run.lock_impulse.values[-1, 0, 0] == pytest.approx(-reduced * 1.5, rel=1e-12)
+    gap = run.position.values[:, 0, 0] - run.position.values[:, 1, 0]
+    assert gap[-1] == pytest.approx(1.5 * 0.4321, abs=1e-12)  # held where it closed
+    assert np.abs(run.energy_residual).max() < 1e-12
+    assert run.lock_mode.values[:, 0].tolist() == [0] * 5 + [3] * 6
+
+
+def test_several_locks_close_at_once() -> None:
+    """Three, two of which hold the same motions."""
+    free = pair(step=0.05)
+    hinge = Joint(JointType.HINGE, "a", "b", (0.7, -0.2, 0.4), (0.0, 0.0, 1.0))
+    ball = Joint(JointType.BALL, "a", None, (0.1, 0.2, 0.3))
+    joints = {"one": hinge, "same": hinge, "ball": ball}
+    before = hs.simulate(free)
+    run = hs.simulate(replace(free, joints={name: closing(j) for name, j in joints.items()}))
+    k = int(np.searchsorted(before.time.values, CLOSES - 1e-9))
+    M = mass_matrix(free.bodies, rotations(before, k))
+    J = np.vstack([held_rows(j, free, before, k) for j in (hinge, ball)])
+    v = before.velocity.values[k].ravel()
+    after, lost = plastic(M, J, v)
+    assert run.lock_loss.values[-1].sum() == pytest.approx(lost, rel=1e-12)
+    momentum = (M @ (after - v)).reshape(-1, 6)[:, :3]
+    impulse = run.lock_impulse.values[-1, :, :3]
+    assert impulse.sum(axis=0) == pytest.approx(momentum[0], abs=1e-12)
+    assert impulse[:2].sum(axis=0) == pytest.approx(-momentum[1], abs=1e-12)
+    assert run.lock_rows.values[-1].tolist() == [5, 0, 3]
+    assert np.abs(run.energy_residual).max() < 1e-6 * lost
+
+
+def test_a_lock_beside_a_loop_takes_the_loop_along() -> None:
+    """Bodies that a hinge joins from the start are stopped by a ball at one of them."""
+    free = pair(step=0.05)
+    a, b = free.bodies
+    hinge = Joint(JointType.HINGE, "a", "b", (0.7, -0.2, 0.4), (0.0, 0.0, 1.0))
+    spin = moving(surge=1.0, sway=0.3, yaw=0.5)
+    still = replace(a, position=moving(), velocity=spin)
+    way = about_z(0.0) @ np.array([1.5, 0.5, 0.0])
+    carried = np.array(spin[:3]) + np.cross(spin[3:], way)
+    along = replace(b, position=moving(), velocity=(*carried, *spin[3:]))
+    free = replace(free, bodies=(still, along), joints={"hinge": hinge})
+    ball = Joint(JointType.BALL, "a", None, (0.1, 0.2, 0.3))
+    before = hs.simulate(free)
+    run = hs.simulate(replace(free, joints={"hinge": hinge, "ball": closing(ball)}))
+    k = int(np.searchsorted(before.time.values, CLOSES - 1e-9))
+    M = mass_matrix(free.bodies, rotations(before, k))
+    J = np.vstack([held_rows(j, free, before, k) for j in (hinge, ball)])
+    after, lost = plastic(M, J, before.velocity.values[k].ravel())
+    assert run.lock_loss.values[-1] == pytest.approx([0.0, lost], abs=1e-11)
+    push = (M @ (after - before.velocity.values[k].ravel())).reshape(-1, 6)[:, :3]
+    impulse = dict(zip(run.lock.values, run.lock_impulse.values[-1, :, :3], strict=True))
+    assert push[1] == pytest.approx(-impulse["hinge"], abs=1e-10)
+    assert push[0] == pytest.approx(impulse["hinge"] + impulse["ball"], abs=1e-10)
+
+
+def lifted(law: object) -> Scene:
+    """A block that rests on the floor with friction, and one that slides into it without."""
+    still = block(3.0, ("surge", "heave"), "still")
+    fast = block(2.0, ("surge",), "fast", velocity=moving(surge=1.0), location=(-1.0, 0.0))
+    floor = on_floor(3e4, law, body="still", points=[(0.0, 0.0, 0.0)])
+    loads = {"floor": floor, "weight": steady("still", heave=-30.0)}
+    found = scene([still, fast], loads, 1.0, 0.02, step=0.01, method=Method.RK4)
+    pressed = replace(found.bodies[0], position=moving(heave=-1e-3))
+    pin = Joint(JointType.FIXED, "fast", "still", active=Active(When(CLOSES)))
+    return replace(found, bodies=(pressed, found.bodies[1]), joints={"pin": pin})
+
+
+def test_a_rigid_fender_that_sticks_bears_no_impulse() -> None:
+    """Its normal force is finite: both slide on with the common velocity, and friction of 0.3 N
+    brakes them, until it holds both."""
+    run = hs.simulate(lifted(Coulomb(0.4, 0.3)))
+    t = run.time.values
+    after = t > CLOSES + 1e-9
+    wanted = 0.4 - 0.3 * 30.0 / 5.0 * (t[after] - CLOSES)
+    stops = CLOSES + 0.4 / 1.8
+    wanted = np.where(t[after] < stops, wanted, 0.0)
+    assert run.velocity.values[after, 0, 0] == pytest.approx(wanted, abs=1e-9)
+    assert run.lock_loss.values[-1, 0] == pytest.approx(0.5 * 1.2, rel=1e-12)
+    assert np.abs(run.energy_residual).max() < 1e-9
+
+
+def test_a_stick_slip_fender_is_tested_again_after_the_impulse() -> None:
+    """Its damper C2 alone exceeds static friction after the jump: it slips at once, and the
+    impulse is that of both masses."""
+    law = StickSlip(0.4, 0.3, 1e5, damping=500.0, slip_damping=0.0)
+    assert 500.0 * 0.4 > 0.4 * 30.0  # N
+    run = hs.simulate(with_step(lifted(law), 1e-3))
+    t = run.time.values
+    k = int(np.searchsorted(t, CLOSES - 1e-9))
+    assert run.fender_mode.values[k, 0] != run.fender_mode.values[k + 1, 0]
+    slips = run.velocity.values[k + 1, :, 0]
+    assert slips == pytest.approx(0.4 - 0.3 * 30.0 / 5.0 * 0.02, abs=1e-3)
+    assert run.lock_loss.values[-1, 0] == pytest.approx(0.5 * 1.2, rel=1e-9)
+    assert np.abs(run.energy_residual).max() < 1e-4
+
+
+def test_a_pin_that_never_closes_changes_no_byte() -> None:
+    """Except what names it: the joint, its states and its row of forces."""
+    base = replace(scene_of("base"), duration=20.0)
+    body = base.bodies[0].name
+    pin = Joint(JointType.FIXED, body, None, active=Active(When(1e4)))
+    alone = hs.simulate(base)
+    run = hs.simulate(replace(base, joints={"pin": pin}))
+    new = {*run.variables} - {*alone.variables}
+    assert new == {
+        *("joint", "joint_force", "lock", "lock_mode", "lock_rows", "lock_segment"),
+        *("lock_impulse", "lock_loss", "force_joints", "energy_dissipated_joints"),
+        *("trigger", "trigger_stage", "trigger_waits"),
+    }
+    by_state = ("state", "state_kind", "state_owner", "state_component", "state_value")
+    for name in {*alone.variables} - {*by_state, "state_input"}:
+        assert alone[name].values.tobytes() == run[name].values.tobytes(), name
+    same = run.sel(state=alone.state.values)
+    assert same.state_value.values.tobytes() == alone.state_value.values.tobytes()
+    assert not run.joint_force.values.any()
+
+
+def sprung(step: float, **window: float) -> Scene:
+    """Two masses on springs to the earth, that a pin joins where they pass slowly enough."""
+    a = block(2.0, ("surge",), "a", position=moving(surge=0.6))
+    b = block(3.0, ("surge",), "b", position=moving(surge=-0.4))
+    forces = {}
+    for name, k in (("a", 8.0), ("b", 27.0)):
+        K = np.zeros((6, 6))
+        K[0, 0] = k
+        forces[name + "_spring"] = LinearMooring(name, K)
+    pin = Joint(JointType.FIXED, "a", "b", window=Window(**window))
+    found = scene([a, b], forces, 4.0, 0.1, step=step, method=Method.RK4)
+    return replace(found, joints={"pin": pin})
+
+
+def reference_of_sprung(gap: float, speed: float, end: float) -> tuple[float, np.ndarray]:
+    """Time of closing, and the state at the end, by DOP853 of independent equations."""
+    tight = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-14}
+
+    def apart(t: float, y: np.ndarray) -> list[float]:
+        return [y[2], y[3], -4.0 * y[0], -9.0 * y[1]]
+
+    def outside(t: float, y: np.ndarray) -> float:
+        return max(abs(y[0] - y[1]) / gap, abs(y[2] - y[3]) / speed) - 1.0
+
+    outside.terminal, outside.direction = True, -1.0
+    way = solve_ivp(apart, (0.0, end), [0.6, -0.4, 0.0, 0.0], events=outside, max_step=1e-3, **tight)
+    t, y = way.t[-1], way.y[:, -1]
+    u = (2.0 * y[2] + 3.0 * y[3]) / 5.0
+
+    def joined(t: float, z: np.ndarray) -> list[float]:
+        pull = -8.0 * z[0] - 27.0 * z[1]
+        return [z[2], z[3], pull / 5.0, pull / 5.0]
+
+    rest = solve_ivp(joined, (t, end), [y[0], y[1], u, u], **tight)
+    return float(t), rest.y[:, -1]
+
+
+@pytest.mark.parametrize(("gap", "speed"), [(0.4, 1.0), (0.3, 10.0), (0.8, 0.5)])
+def test_a_window_of_gap_and_speed_against_dop853(gap: float, speed: float) -> None:
+    """Times of closing and motions after it, with the fourth order of rk4 through the lock."""
+    when, wanted = reference_of_sprung(gap, speed, 4.0)
+    errors = []
+    for step in (0.01, 0.005, 0.0025):
+        run = hs.simulate(sprung(step, gap=gap, speed=speed))
+        found = [*run.position.values[-1, :, 0], *run.velocity.values[-1, :, 0]]
+        errors.append(np.abs(np.array(found) - wanted).max())
+    assert errors[-1] < 1e-9
+    assert errors[0] / errors[-1] > 16.0**1.9
+    # the impulse is at the time of closing: from the mean rate of the joint's own record
+    spans = replace(sprung(0.005, gap=gap, speed=speed), output_step=0.005)
+    fine = hs.simulate(spans)
+    k = int(np.argmax(fine.lock_mode.values[:, 0] == 3))
+    assert fine.time.values[k - 1] < when <= fine.time.values[k] + 1e-9
+
+
+def test_the_time_of_closing_against_dop853() -> None:
+    """From the place at which the pin holds the masses: 1e-9 s."""
+    gap, speed = 0.3, 10.0
+    when, wanted = reference_of_sprung(gap, speed, 4.0)
+    run = hs.simulate(sprung(0.005, gap=gap, speed=speed))
+    held = run.position.values[-1, 0, 0] - run.position.values[-1, 1, 0]
+    rate = 1.0  # m/s at least between the masses there
+    assert abs(held - (wanted[0] - wanted[1])) < 1e-9 * rate
+    assert 0.0 < when < 4.0
+
+
+def test_a_run_continues_to_the_bit_across_a_closed_lock() -> None:
+    joint = Joint(JointType.HINGE, "a", "b", (0.7, -0.2, 0.4), (1.0, 2.0, -0.5))
+    base = replace(pair(step=0.05), joints={"pin": closing(joint, 0.31)}, output_states=True)
+    whole = hs.simulate(base)
+    rest = hs.simulate(replace(base, duration=0.5, initial=Start(whole, 0.5)))
+    for name in ("position", "velocity", "joint_force", "lock_loss", "lock_impulse", "lock_mode"):
+        assert np.array_equal(rest[name].values, whole[name].sel(time=rest.time.values).values)
+
+
+def test_a_lock_lets_go_at_its_time() -> None:
+    """Both masses then keep the common velocity; the spring of one pulls it alone."""
+    base = sprung(0.01, gap=0.3)
+    pin = replace(base.joints["pin"], active=Active(None, When(2.0)))
+    run = hs.simulate(replace(base, joints={"pin": pin}))
+    k = int(np.searchsorted(run.time.values, 2.0 - 1e-9))
+    x, v = run.position.values[k, :, 0], run.velocity.values[k, :, 0]
+    assert v[0] == pytest.approx(v[1], abs=1e-12)
+    t = run.time.values[k:] - 2.0
+    for b, w in ((0, 2.0), (1, 3.0)):
+        wanted = x[b] * np.cos(w * t) + v[b] / w * np.sin(w * t)
+        assert run.position.values[k:, b, 0] == pytest.approx(wanted, abs=1e-8)
+    assert run.lock_mode.values[-1, 0] == 0
+
+
+def wet(current: float, radiation: RadiationModel) -> Scene:
+    """The free H-851 adrift in calm water or a current."""
+    base = with_body(scene_of("base"), velocity=moving(surge=1.0, sway=0.4, yaw=0.03))
+    base = with_body(base, radiation=radiation)
+    solver = Solver(step=0.1, linear=LinearScenes.STEP, symmetry=Symmetry.IGNORE)
+    water = Environment(current=Stream(current, 0.5))
+    return replace(base, duration=40.0, environment=water, forces={}, solver=solver)
+
+
+@pytest.mark.parametrize("radiation", [RadiationModel.NONE, RadiationModel.CONVOLUTION])
+@pytest.mark.parametrize("current", [0.0, 0.8])
+def test_water_is_stopped_too(current: float, radiation: RadiationModel) -> None:
+    """The added mass takes part, in a current as well; the memory does not jump, and the ledger
+    closes."""
+    free = wet(current, radiation)
+    name = free.bodies[0].name
+    hinge = Joint(JointType.BALL, name, None, (40.0, 5.0, 2.0))
+    before = hs.simulate(replace(free, duration=20.0))
+    run = hs.simulate(replace(free, joints={"pin": closing(hinge, 20.0)}))
+    k = len(before.time) - 1
+    (R,) = rotations(before, k)
+    P = np.kron(np.eye(2), about_z(motion(before)[k, 5]))
+    model = compile_scene(free).model
+    M = mass_matrix(free.bodies, [R]) + P @ model.added_mass @ P.T
+    v = before.velocity.values[k, 0]
+    after, lost = plastic(M, held_rows(hinge, free, before, k), v)
+    assert run.lock_loss.values[-1, 0] == pytest.approx(lost, rel=1e-10)
+    push = M @ (after - v)
+    found = on_centre(run.lock_impulse.values[-1, 0], R @ np.array(hinge.point))
+    assert found == pytest.approx(push, abs=1e-12 * np.abs(push).max())
+    assert run.energy_residual_relative < 1e-6
+
+
+def test_a_lock_in_linear_kinematics() -> None:
+    """Small angles: J is constant, no place jumps, and momentum along x is kept."""
+    base = pair(step=0.05, kinematics=Kinematics.LINEAR)
+    joint = closing(Joint(JointType.FIXED, "a", "b", (0.7, -0.2, 0.4)))
+    run = hs.simulate(replace(base, joints={"pin": joint}))
+    v = run.velocity.values
+    masses = np.array([2.0, 3.0])
+    kept = np.einsum("b,tbi->ti", masses, v[:, :, :3])
+    assert np.abs(kept - kept[0]).max() < 1e-12
+    assert v[-1, 0, 3:] == pytest.approx(v[-1, 1, 3:], abs=1e-12)
+    assert np.abs(run.energy_residual).max() < 1e-9
+    q = run.position.values
+    assert np.abs(np.diff(q, axis=0)).max() < 0.2  # no jump
+
+
+def test_a_clearance_closes_a_pin() -> None:
+    """As soon as a named point is nearer than 0.3 m to another."""
+    base = sprung(0.01)
+    from hydrosim.scene import Clearance
+
+    bodies = [replace(body, points={"eye": (0.0, 0.0, 0.0)}) for body in base.bodies]
+    pin = replace(
+        base.joints["pin"],
+        window=None,
+        active=Active(When(channel="clearance.pin", below=0.3)),
+    )
+    watched = {"pin": Clearance("eye of a", "eye of b")}
+    run = hs.simulate(replace(base, bodies=bodies, joints={"pin": pin}, clearances=watched))
+    same = hs.simulate(sprung(0.01, gap=0.3))
+    assert run.position.values == pytest.approx(same.position.values, abs=1e-9)
+    assert run.clearance.values[-1, 0] == pytest.approx(0.3, abs=1e-9)
