@@ -113,7 +113,8 @@ def _check_gaps(scene: Scene, model: Model, rows: Rows) -> None:
     for i, name in enumerate(constraint_names(scene)):
         own = rows.residual * (rows.lock == i)
         gap = float(np.linalg.norm(own[rows.slides]))
-        turn = float(np.degrees(np.arcsin(min(np.linalg.norm(own[~rows.slides]), 1.0))))
+        sine = min(float(np.linalg.norm(own[~rows.slides])), 1.0)
+        turn = float(np.degrees(np.arcsin(sine)))
         if max(gap, np.radians(turn)) > CLOSE:
             raise InputError(
                 f"joints.{name}: does not close at the start: {gap:.3g} m and {turn:.3g} deg are"
