@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,10 +10,11 @@ import pytest
 import xarray as xr
 from jointed import G, by_rk4, carried, completed, joint, moved, places, rotations, scene
 from redundant import EARTH, Link, Rigid, joint_wrenches, openings
+from turning import at_rest
 
 from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import AppliedForce, constant
-from hydrosim.scene import Body, Joint, JointResistance, JointType, Scene
+from hydrosim.scene import Joint, JointResistance, JointType, Scene
 from hydrosim.scene.joint import MOTIONS
 
 Figure = Callable[[str, float], None]
@@ -87,21 +88,10 @@ def chain(kinds: Sequence[str], seed: int) -> Scene:
     return scene(bodies, joints, 0.01, forces, output_step=0.01, step=0.01)
 
 
-def at_rest(bodies: Mapping[str, Body], name: str | None) -> tuple[np.ndarray, np.ndarray]:
-    """Place and rotation of a body at rest, or of the earth."""
-    if name is None:
-        return np.zeros(3), np.eye(3)
-    body = bodies[name]
-    c, s = np.cos(body.heading), np.sin(body.heading)
-    R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    return np.array([*body.location, 0.0]) + R @ body.centre_of_gravity, R
-
-
 def redundant(scene: Scene, run: xr.Dataset, k: int = 0) -> tuple[list[Rigid], list[Link]]:
     """The bodies and joints of a scene at output time ``k`` of its run, by places, rotations and
     velocities."""
     number = {body.name: b for b, body in enumerate(scene.bodies)}
-    bodies = {body.name: body for body in scene.bodies}
     rigid = []
     for body in scene.bodies:
         R = rotations(run, body.name)[k]
@@ -118,8 +108,8 @@ def redundant(scene: Scene, run: xr.Dataset, k: int = 0) -> tuple[list[Rigid], l
         )
     links = []
     for each in scene.joints.values():
-        place, R = at_rest(bodies, each.body)
-        to_place, to_R = at_rest(bodies, each.to)
+        place, R = at_rest(scene, each.body)
+        to_place, to_R = at_rest(scene, each.to)
         point, axes = np.array(each.point), each.axes()
         links.append(
             Link(
