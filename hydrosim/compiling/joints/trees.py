@@ -21,6 +21,9 @@ def check_trees(scene: Scene) -> Iterator[str]:
     found = arranged(scene.joints, [body.name for body in scene.bodies])
     bodies = {body.name: body for body in scene.bodies}
     little = scene.solver.kinematics == Kinematics.LINEAR
+    roots = (body for name, body in bodies.items() if name not in found.children)
+    if not any(body.dofs for body in roots) and not any(b.joint.motions for b in found.branches):
+        yield "joints: found that they hold all bodies; expected at least one that can move"
     for branch in found.branches:
         child = bodies[branch.child]
         parent = bodies.get(str(branch.parent), child)
@@ -157,8 +160,9 @@ def rodrigues(rotation: np.ndarray) -> np.ndarray:
 
 def _slopes_at_rest(tree: Tree, own: np.ndarray, origins: np.ndarray) -> np.ndarray:
     """S (6 nb, n) at rest."""
-    S = np.zeros((len(origins), 6, own.size + tree.coordinates))
-    S.reshape(-1, S.shape[-1])[own, np.arange(own.size)] = 1.0
+    n = own.size + tree.coordinates  # none, if all is fixed
+    S = np.zeros((len(origins), 6, n))
+    S.reshape(6 * len(origins), n)[own, np.arange(own.size)] = 1.0
     for branch in tree.branches:
         child, parent = branch["child"], branch["parent"]
         if parent != NO_BODY:
@@ -174,4 +178,4 @@ def _slopes_at_rest(tree: Tree, own: np.ndarray, origins: np.ndarray) -> np.ndar
                 else:
                     S[child, :3, j] = np.cross(axis, -branch["to_child"])
                     S[child, 3:, j] = axis
-    return np.ascontiguousarray(S.reshape(-1, S.shape[-1]))
+    return np.ascontiguousarray(S.reshape(6 * len(origins), n))
