@@ -200,11 +200,11 @@ class Placed(NamedTuple):
     tanks: Tanks
 
 
-def placed(parts: Parts, scene: Scene, joints: int, state: int, losses: int) -> Placed:
-    """The same constants, with coordinates of joints in y from ``joints`` on, states from ``state``
-    on, kind by kind, rows of modes likewise, and the integrals of losses, row by row, from
-    ``losses`` on; reactions of joints follow those of contact points. Constants with such indices
-    have fields ``state``, ``mode``, ``losses`` and ``reaction``."""
+def placed(parts: Parts, scene: Scene, state: int, losses: int) -> Placed:
+    """The same constants, with states in y numbered from ``state`` on, kind by kind, rows of modes
+    likewise, and the integrals of losses, row by row, from ``losses`` on; reactions of joints follow
+    those of contact points. Constants with such indices have fields ``state``, ``mode``, ``losses``
+    and ``reaction``."""
     found = {}
     mode = 0
     reaction = parts.elements.fenders.points.size
@@ -217,9 +217,7 @@ def placed(parts: Parts, scene: Scene, joints: int, state: int, losses: int) -> 
         mode += kind.modes(p).size
         reaction += len(p.each) if "reaction" in own else 0
     own = {kind.field: found[kind] for kind in KINDS if isinstance(kind, ElementKind)}
-    elements = Elements(**own)
-    turns = motions.numbered(elements.joint_motions, joints)
-    return Placed(elements._replace(joint_motions=turns), found[tanks.KIND])
+    return Placed(Elements(**own), found[tanks.KIND])
 
 
 def state_count(parts: Parts, scene: Scene) -> int:

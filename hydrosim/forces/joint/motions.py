@@ -92,13 +92,6 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
     return Params(found, int((found["static"] >= 0.0).sum()), 0, 0)
 
 
-def numbered(p: Params, first: int) -> Params:
-    """The same motions, with their coordinates in y from ``first`` on."""
-    each = p.each.copy()
-    each["coordinate"] += first - min(each["coordinate"], default=first)
-    return p._replace(each=each)
-
-
 def _constants(acting: JointResistance) -> tuple[float, ...]:
     stops = acting.stops
     friction = acting.friction
