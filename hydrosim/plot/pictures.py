@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 import xarray as xr
 
+from hydrosim.documents.series import unit_of
 from hydrosim.dofs import DOFS
 from hydrosim.plot.panels import APART, Panel, Series, alike, apart, bands, lines, peak
 from hydrosim.plot.styles import COLOURS
@@ -34,7 +35,7 @@ def overview(run: xr.Dataset) -> list[Panel]:
         panels += [_modes(run), *_crawl(run)]
     if "spring" in run.dims:
         panels += [_lines(run, "tension", "N", _by_spring(run.spring_tension))]
-    panels += _links(run)
+    panels += [*_joint_motions(run), *_links(run)]
     return [*panels, *_utilisation(run)]
 
 
@@ -112,6 +113,23 @@ def tensions(run: xr.Dataset) -> list[Panel]:
     return [*apart(run.time.values, "tension", shown, tension), *links, *_utilisation(run)]
 
 
+def joints(run: xr.Dataset) -> list[Panel]:
+    """Panels of the motions of joints, of what acts in them, and of their loads."""
+    if "joint" not in run.dims:
+        return []
+    loads = {("force of joints", "N"): DOFS[:3], ("moment of joints", "N m"): DOFS[3:]}
+    sizes = {
+        of: np.sqrt(np.square(run.joint_force.sel(dof=list(dofs))).sum("dof"))
+        for of, dofs in loads.items()
+    }
+    acting = _by_unit(run, "joint_motion_force", "spring, damping, stops and friction")
+    return [
+        *_joint_motions(run),
+        *acting,
+        *(_lines(run, label, unit, _each(size, "joint")) for (label, unit), size in sizes.items()),
+    ]
+
+
 def tanks(run: xr.Dataset) -> list[Panel]:
     """Panels of tank levels and pump rates."""
     found = {"tank": ("tank_level", "level", "m"), "pump": ("pump_rate", "pumped", "kg/s")}
@@ -145,6 +163,7 @@ PICTURES: dict[str, Callable[[xr.Dataset], list[Panel]]] = {
     "_contact": contact,
     "_transfer": transfer,
     "_tensions": tensions,
+    "_joints": joints,
     "_tanks": tanks,
     "_energies": energies,
 }
@@ -229,6 +248,20 @@ def _utilisation(run: xr.Dataset) -> Iterator[Panel]:
     }
     if each:
         yield _lines(run, "utilisation", "1", each)
+
+
+def _joint_motions(run: xr.Dataset) -> Iterator[Panel]:
+    return _by_unit(run, "joint_position", "motion of joints")
+
+
+def _by_unit(run: xr.Dataset, name: str, label: str) -> Iterator[Panel]:
+    """A panel of a variable of joint motions for slides, and one for turns."""
+    if "joint_motion" not in run.dims or not run[name].any():
+        return
+    every = _each(run[name], "joint_motion")
+    units = {motion: unit_of(run[name].attrs, [motion]) for motion in every}
+    for unit in dict.fromkeys(units.values()):
+        yield _lines(run, label, unit, {n: x for n, x in every.items() if units[n] == unit})
 
 
 def _links(run: xr.Dataset) -> Iterator[Panel]:

@@ -18,10 +18,10 @@ from hydrosim.presentation.figures import Replay
 from hydrosim.presentation.units import units_of
 from hydrosim.report.envelopes import base64_of
 from hydrosim.report.scenery import scene_of, shape_of, waves_of
-from hydrosim.report.supports import EARTH, keel_of, supports_of
+from hydrosim.report.supports import EARTH, column, keel_of, supports_of
 from hydrosim.report.supports import SAID as FOR_THE_EYE
 from hydrosim.report.tanks import SAID, tanks_of
-from hydrosim.scene import Scene
+from hydrosim.scene import JointType, Scene
 from hydrosim.wording.parts import title_of
 
 ROOM = 2_200_000  # bytes of all moments, as 32-bit numbers
@@ -30,7 +30,13 @@ SHORT = 1.0  # s: moments further apart do not resolve waves
 COARSE = ", linearly interpolated: too far apart to follow waves"
 BETWEEN = ", linearly interpolated"
 SEEN = 0.02  # of the size of the scene: drawn size of motions
+ENLARGED = "Joints are drawn as bars along their axes; motions that are enlarged pull them apart."
+BAR, THIN = 0.06, 0.012  # of the size of the scene: half the length and half the side of a joint
 PLANE = 0.12  # of the size of the scene: half the side of a plane without corners
+
+
+ALONG = {JointType.HINGE, JointType.SLIDER, JointType.CYLINDRICAL, JointType.UNIVERSAL}
+"""Types of joints that are drawn along their axes."""
 
 
 def replay_document(run: xr.Dataset) -> Document:
@@ -76,16 +82,18 @@ def replay_nodes(run: xr.Dataset, scene: Scene | None) -> Iterator[Node]:
         "size": size,
         "force_unit": units.shown("N")._asdict(),
         "length_unit": units.shown("m")._asdict(),
-        "factor": 1 if "fender_mode" in run else _factor(_placed(frames), size),
+        "factor": 1 if _held(run, scene) else _factor(_placed(frames), size),
         "waves": [_packed(each) for each in waves],
         "planes": list(_planes(scene, size)) if scene else [],
         "supports": supports_of(scene, [s.triangles for s in shapes], size) if scene else [],
         **_contacts(frames, scene),
         **_lines(frames, scene),
+        "joints": list(_joints(scene, size)) if scene else [],
         **tanks_of(frames, scene),
     }
     notes += [SAID] if data["tanks"] else []
     notes += [FOR_THE_EYE] if data["supports"] else []
+    notes += [ENLARGED] if data["joints"] else []
     yield Replay(data, notes)
 
 
@@ -116,6 +124,25 @@ def _factor(position: np.ndarray, size: float) -> int:
     turns = size * float(np.nanstd(position[:, :, 3:], axis=0).max())
     wanted = SEEN * size / max(moves, turns, 1e-9)
     return max((f for f in FACTORS if f <= wanted), default=1)
+
+
+def _held(run: xr.Dataset, scene: Scene | None) -> bool:
+    """Whether enlarged motions would part what belongs together."""
+    return "fender_mode" in run or bool(scene and scene.joints)
+
+
+def _joints(scene: Scene, size: float) -> Iterator[dict[str, Any]]:
+    """Joints as bars along their axes, or as cubes if they have none, each on its body."""
+    for name, joint in scene.joints.items():
+        half = BAR if joint.type in ALONG else THIN
+        axis = half * size * joint.axes()[0]
+        bar = column(np.array(joint.point) - axis, np.array(joint.point) + axis, THIN * size)
+        yield {
+            "name": name,
+            "body": _body_number(scene, joint.body),
+            "point": list(map(float, joint.point)),
+            "triangles": base64_of(bar.ravel()),
+        }
 
 
 def _packed(waves: Any) -> dict[str, Any]:

@@ -41,7 +41,7 @@ def with_waves_turned(scene: Scene) -> Scene:
 def test_joints_do_not_know_where_north_is(case: str, figure: Callable[[str, float], None]) -> None:
     scene = scene_of(case)
     one, other = hs.simulate(scene), hs.simulate(with_waves_turned(scene))
-    for name in ("joint_position", "joint_velocity", "joint_motion_force"):
+    for name in ("joint_position", "joint_velocity", "pto_power"):
         range_of = np.ptp(one[name].values, axis=0).max()
         error = np.abs(other[name].values - one[name].values).max() / range_of
         figure(f"{name}, of its range", error)
