@@ -145,8 +145,8 @@ def _skipped(
             missing = "; forces in these directions exclude waves and the radiation memory"
             yield text + (missing if body.name in wet else "")
         if locked and body.name in carried and body.name in wet:
-            directions = ", ".join(locked)
-            yield f"{body.name}: the load of its joint excludes the radiation memory in {directions}"
+            missing = f"excludes the radiation memory in {', '.join(locked)}"
+            yield f"{body.name}: the load of its joint {missing}"
         if body.name not in wet:
             yield f"{body.name}: dry, no hydrostatics, radiation or wave loads"
         elif seas and body.wave_forces.first_order:

@@ -21,6 +21,7 @@ from hydrosim.results.stages import transferred
 from hydrosim.statistics.contact import crawl
 
 STILL = 1e-6  # m or rad: smaller motions count as none
+ROUNDING = 1e-9  # of the largest load of a joint
 LITTLE = 1e-3  # of the largest friction: smaller components along an axis are not drawn
 # contacts or lines with panels of their own; if there are more, each group or element has a panel
 MANY = 12
@@ -117,17 +118,8 @@ def joints(run: xr.Dataset) -> list[Panel]:
     """Panels of the motions of joints, of what acts in them, and of their loads."""
     if "joint" not in run.dims:
         return []
-    loads = {("force of joints", "N"): DOFS[:3], ("moment of joints", "N m"): DOFS[3:]}
-    sizes = {
-        of: np.sqrt(np.square(run.joint_force.sel(dof=list(dofs))).sum("dof"))
-        for of, dofs in loads.items()
-    }
     acting = _by_unit(run, "joint_motion_force", "spring, damping, stops and friction")
-    return [
-        *_joint_motions(run),
-        *acting,
-        *(_lines(run, label, unit, _each(size, "joint")) for (label, unit), size in sizes.items()),
-    ]
+    return [*_joint_motions(run), *acting, *_joint_loads(run)]
 
 
 def tanks(run: xr.Dataset) -> list[Panel]:
@@ -251,7 +243,20 @@ def _utilisation(run: xr.Dataset) -> Iterator[Panel]:
 
 
 def _joint_motions(run: xr.Dataset) -> Iterator[Panel]:
-    return _by_unit(run, "joint_position", "motion of joints")
+    return _by_unit(run, "joint_position", "joint motion")
+
+
+def _joint_loads(run: xr.Dataset) -> Iterator[Panel]:
+    """Sizes of the forces and moments of joints, without those that are rounding."""
+    parts = {("joint force", "N"): DOFS[:3], ("joint moment", "N m"): DOFS[3:]}
+    found = {
+        of: np.sqrt(np.square(run.joint_force.sel(dof=list(dofs))).sum("dof"))
+        for of, dofs in parts.items()
+    }
+    largest = max(float(size.max()) for size in found.values())
+    for (label, unit), size in found.items():
+        if float(size.max()) > ROUNDING * largest:
+            yield _lines(run, label, unit, _each(size, "joint"))
 
 
 def _by_unit(run: xr.Dataset, name: str, label: str) -> Iterator[Panel]:

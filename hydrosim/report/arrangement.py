@@ -79,8 +79,10 @@ SAID = (
 
 def arranged(scene: Scene) -> Arrangement:
     """The scene at rest, in the earth frame."""
-    places = {b.name: np.array([*b.location, b.centre_of_gravity[2]]) for b in scene.bodies}
     turns = {body.name: about_z(body.heading) for body in scene.bodies}
+    places = {
+        b.name: turns[b.name] @ b.centre_of_gravity + [*b.location, 0.0] for b in scene.bodies
+    }
 
     def at(body: str | None, points: Sequence[float] | Points) -> Points:
         own = np.asarray(points, float)
@@ -100,7 +102,7 @@ def arranged(scene: Scene) -> Arrangement:
         for name, each in scene.forces.items()
         if isinstance(each, Spring | Strut)
     ]
-    joints = {name: at(each.body, [each.point]) for name, each in scene.joints.items()}
+    joints = {name: at(each.body, np.array([each.point])) for name, each in scene.joints.items()}
     return Arrangement(bodies, contacts, lines, list(_streams(scene)), joints)
 
 

@@ -157,9 +157,7 @@ def _motions(
         yield from _shown(Chart(title, unit, series, folded=folded))
 
 
-def _of_joints(
-    run: xr.Dataset, name: str, title: str, folded: bool = False
-) -> Iterator[Chart]:
+def _of_joints(run: xr.Dataset, name: str, title: str, folded: bool = False) -> Iterator[Chart]:
     """A chart of a variable of joint motions for slides, and one for turns."""
     if name not in run:
         return

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from math import pi
 from pathlib import Path
 
@@ -73,8 +72,8 @@ def test_linear_analysis_against_the_frequency_domain(barges, validated):
 @pytest.mark.parametrize("kinematics", ["linear", "exact"])
 @pytest.mark.parametrize("wanted", [0.6, 0.9, 1.2])
 def test_regular_waves_against_the_frequency_domain(barges, validated, figure, kinematics, wanted):
-    """Amplitudes and phases of surge, heave and pitch of both, of the largest, with pitch times half
-    of a barge's length. Damping is that of the database, with the added mass that it implies. The
+    """Amplitudes and phases of surge, heave and pitch of both, of the largest, with pitch times
+    half of a barge's length. Damping is that of the database, with the added mass that it implies. The
     added mass of the database itself has errors of its panels, which show in the motions."""
     row = int(np.argmin(np.abs(barges.frequency - wanted)))
     found = harmonic(barges.frequency[row], kinematics)
@@ -99,8 +98,8 @@ def test_regular_waves_against_the_frequency_domain(barges, validated, figure, k
 
 
 def harmonic(w: float, kinematics: str) -> np.ndarray:
-    """Complex amplitudes (6,) per wave amplitude of the motions `IN_PLANE` in a small wave, over its
-    last twenty periods."""
+    """Complex amplitudes (6,) per wave amplitude of the motions `IN_PLANE` in a small wave, over
+    its last twenty periods."""
     period = 2.0 * pi / w
     scene = scene_of(
         environment__waves__amplitude=SMALL,

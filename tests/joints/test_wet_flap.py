@@ -1,4 +1,4 @@
-"""A flap on a hinge at its foot that decays from 40 deg, against its own equation of one coordinate.
+"""A flap on a hinge at its foot that decays from 40 deg, against an equation of one coordinate.
 
 With h from the hinge up to the centre of gravity, the velocity of the body (6,) is v = s(a) a',
 s = (h cos a, 0, -h sin a, 0, 1, 0). Its heading stays, so that A_inf and the memory act on v:
@@ -81,8 +81,8 @@ def error_of(scene: Scene) -> float:
 
 
 def test_decay_from_a_large_angle(validated: Callable[..., None]) -> None:
-    """It swings back to more than 30 deg, where the moment of weight and buoyancy is no more linear:
-    a stiffness would miss 8 per cent of it at 40 deg."""
+    """It swings back to more than 30 deg, where the moment of weight and buoyancy is no more
+    linear: a stiffness would miss 8 per cent of it at 40 deg."""
     assert np.degrees(expected().min()) < -30.0
     validated(
         Kind.INDEPENDENT,
