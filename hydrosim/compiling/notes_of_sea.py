@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.compiling.joints import describe_dropped
+from hydrosim.compiling.joints.closed import describe_dropped
 from hydrosim.compiling.meetings import (
     coarse_headings,
     meetings,
@@ -144,6 +144,9 @@ def _skipped(
             # waves load free directions only, and memory is fitted for DOFs that move
             missing = "; forces in these directions exclude waves and the radiation memory"
             yield text + (missing if body.name in wet else "")
+        if locked and body.name in carried and body.name in wet:
+            missing = f"excludes the radiation memory in {', '.join(locked)}"
+            yield f"{body.name}: the load of its joint {missing}"
         if body.name not in wet:
             yield f"{body.name}: dry, no hydrostatics, radiation or wave loads"
         elif seas and body.wave_forces.first_order:
