@@ -24,6 +24,7 @@ TYPES = {
     "fixed": 8.0,
 }
 METHODS = {"rk4": 45.0, "dopri5": 30.0, "esdirk4": 10.0, "rk2": 5.0, "automatic": 10.0}
+LINES = ("spring", "strut", "power_take_off")
 UNSUITED = (0.1, 0.05)  # s: steps that are taken whatever the rates are
 DOFS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
@@ -284,8 +285,8 @@ def _coefficients(tree: Tree, limb: Limb, is_root: bool) -> Case:
     if is_root:
         rate = d.between(1.5, 3.0)
         tree.rates.append(1.5 * rate)
-        stiff = {"heave": mass * rate**2, "roll": inertia * rate**2, "pitch": inertia * rate**2}
-        found["stiffness"] = {dof: rounded(2.0 * k) for dof, k in stiff.items()}
+        stiff = {"heave": 2.0 * mass, "roll": 0.5 * inertia, "pitch": 0.5 * inertia}
+        found["stiffness"] = {dof: rounded(k * rate**2) for dof, k in stiff.items()}
     return found
 
 
@@ -318,8 +319,29 @@ def _furnish(tree: Tree, limb: Limb) -> None:
     if d.chance(0.2):
         damping = rounded(limb.mass * d.order(0.05, 0.5))
         tree.add("linear_damping", limb.name, damping=dict.fromkeys(DOFS[:3], damping))
+    if d.chance(0.1):
+        _hold(tree, limb)
     if d.chance(0.15):
         _face(tree, limb)
+
+
+def _hold(tree: Tree, limb: Limb) -> None:
+    """A spring about an axis, or one in six directions, to another body or to the earth."""
+    d = tree.draw
+    rate = d.order(0.5, 4.0)
+    tree.rates.append(2.0 * rate)
+    others = [other.name for other in tree.limbs if other is not limb]
+    keys: Case = {"to": d.one(others)} if d.chance(0.7) else {}
+    moment = rounded(limb.inertia * rate**2)
+    loss = rounded(limb.inertia * rate * d.between(0.02, 0.3))
+    if d.chance(0.5):
+        keys |= {"axis": [0.3, 1.0, 0.2], "stiffness": moment, "damping": loss}
+        tree.add("torsion_spring", limb.name, **keys)
+        return
+    stiffness = dict.fromkeys(DOFS[:3], rounded(limb.mass * rate**2))
+    stiffness |= dict.fromkeys(DOFS[3:], moment)
+    keys |= {"point": [0.0, 0.0, rounded(0.3 * limb.size)], "stiffness": stiffness}
+    tree.add("bushing", limb.name, **keys, damping=dict.fromkeys(DOFS[3:], loss))
 
 
 def _line(tree: Tree, limb: Limb) -> None:
@@ -339,7 +361,7 @@ def _line(tree: Tree, limb: Limb) -> None:
     }
     if d.chance(0.4):
         keys["damping"] = rounded(limb.mass * rate * d.between(0.02, 0.3))
-    tree.add("spring", limb.name, **keys)
+    tree.add(d.one(LINES, 60, 30, 10), limb.name, **keys)
 
 
 def _tie(tree: Tree) -> None:
@@ -357,7 +379,7 @@ def _tie(tree: Tree) -> None:
     rate = d.order(0.5, 4.0)
     tree.rates.append(2.0 * rate)
     tree.add(
-        *("spring", one.name),
+        *(d.one(LINES, 60, 30, 10), one.name),
         point=[0.0, 0.0, 0.0],
         anchor=[0.0, rounded(aside), 0.0],
         anchor_body=other.name,
@@ -401,15 +423,22 @@ def _face(tree: Tree, limb: Limb) -> None:
     tree.add("fender", limb.name, points=[point], plane=plane, normal=normal, friction=friction)
 
 
+def _current(tree: Tree) -> Case:
+    """A current that drags all that is in the water."""
+    d = tree.draw
+    for limb in tree.limbs:
+        if limb.wet:
+            drag = {dof: rounded(limb.mass * d.order(0.02, 0.2)) for dof in DOFS[:2]}
+            tree.add("linear_damping", limb.name, damping=drag, relative_to_current=True)
+    return {"speed": d.between(0.1, 1.0), "heading": d.between(-pi, pi) + tree.turn}
+
+
 def _whole(tree: Tree, seed: int) -> Case:
     """The whole case, with a method and a step that goes with its fastest rate."""
     d = tree.draw
     environment: Case = {"water_depth": "infinite"}
     if d.chance(0.3) and any(limb.wet for limb in tree.limbs):
-        environment["current"] = {
-            "speed": d.between(0.1, 1.0),
-            "heading": d.between(-pi, pi) + tree.turn,
-        }
+        environment["current"] = _current(tree)
     method = d.one(tuple(METHODS), *METHODS.values())
     wanted = FINE.get(method, 1.0) * d.order(0.06, 0.4) / max(tree.rates)
     step = next((h for h in STEPS if h <= wanted), STEPS[-1])

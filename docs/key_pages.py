@@ -80,9 +80,8 @@ class Pages:
         found = self._target(value)
         if "properties" in found and "allOf" not in found:
             yield found, path, choice
-        for each in found.get("allOf", ()):
-            ((key, said),) = each["if"]["properties"].items()
-            yield from self._mappings(each["then"], path, f"{key}: {said['const']}")
+        for then, said in _choices(found).items():
+            yield from self._mappings({"$ref": then}, path, said)
         for each in (*found.get("anyOf", ()), *found.get("prefixItems", ())):
             yield from self._mappings(each, path, choice)
         yield from self._mappings(found.get("items"), path, choice)
@@ -230,6 +229,16 @@ def _linked(sections: list[Section]) -> list[str]:
     shown = kinds if len(kinds) > 2 else [each.title for each in sections]
     links = (f"[{text}](#{each.anchor})" for text, each in zip(shown, sections, strict=True))
     return list(dict.fromkeys(links))
+
+
+def _choices(schema: Schema) -> dict[str, str]:
+    """Definitions that a mapping may follow, and what tells them: "type: fender", or "type: strut
+    or power_take_off"."""
+    names: dict[str, list[str]] = {}
+    for each in schema.get("allOf", ()):
+        ((key, said),) = each["if"]["properties"].items()
+        names.setdefault(each["then"]["$ref"], [f"{key}: "]).append(said["const"])
+    return {then: key + " or ".join(every) for then, (key, *every) in names.items()}
 
 
 def _keys(schema: Schema) -> Iterator[tuple[str, Schema]]:

@@ -259,9 +259,14 @@ class JointForm(Exemplary):
     """Gap and speed at the joint's point below which the joint closes, while it is active. Without
     it, it closes as soon as it is active."""
 
+    breaks_at: of.Force | None = None
+    """Force at which the joint opens for good. Without it, it never breaks."""
+
     @model_validator(mode="after")
     def _check_active(self) -> Self:
-        limited = self.given("active", "window")
+        limited = self.given("active", "window", "breaks_at")
+        if self.breaks_at is not None and not self.breaks_at > 0.0:
+            raise problem(f"breaks_at {self.breaks_at:g} N", "a force above 0")
         if limited and any(each.acts for each in self.resistances()):
             raise problem(
                 f"{limited[0]}, and a spring, damping, stops or friction in the joint",
@@ -292,6 +297,7 @@ class JointForm(Exemplary):
             self.active.build() if self.active else None,
             self.window.build() if self.window else None,
             self.pawl(),
+            self.breaks_at,
         )
 
     def pawl(self) -> scene.Ratchet | None:
@@ -539,8 +545,9 @@ class Ratchet(OnAxis):
         given = self.given("slide", "turn")
         if len(given) != 1:
             raise problem(" and ".join(given) or "no motion", "either slide: {} or turn: {}")
-        if self.window is not None:
-            raise problem("a ratchet with a window", "no window; a ratchet holds when it goes back")
+        if self.window is not None or self.breaks_at is not None:
+            expected = "neither; a ratchet holds when it goes back, and lets go when it would pull"
+            raise problem("a ratchet with a window or breaks_at", expected)
         pitch = getattr(self, given[0]).pitch
         if not pitch >= 0.0 or (given[0] == "turn" and not pitch < pi):
             raise problem(f"pitch {pitch:g}", "0 or more, and below 180 deg for a turn")

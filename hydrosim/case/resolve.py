@@ -14,6 +14,7 @@ from pydantic import BaseModel
 
 from hydrosim.documents.layers import FILES
 from hydrosim.documents.units import Scale
+from hydrosim.scene.trees import arranged
 
 if TYPE_CHECKING:
     from hydrosim.case.schema import CaseFile
@@ -23,7 +24,8 @@ def resolved(data: CaseFile, folder: Path) -> str:
     """A case file (YAML) that says of each key of ``data`` what is taken for it: in SI and radians,
     with the defaults, relative paths, which begin at ``folder``, as absolute ones."""
     output = data.output.model_copy(update={"step": data.output_step})
-    whole = data.model_copy(update={"output": output, "environment": data.water})
+    changes = {"output": output, "environment": data.water, "bodies": _bodies(data)}
+    whole = data.model_copy(update=changes)
     return yaml.dump(
         _plain(whole, folder),
         Dumper=yaml.SafeDumper,
@@ -32,6 +34,17 @@ def resolved(data: CaseFile, folder: Path) -> str:
         allow_unicode=True,
         width=100,
     )
+
+
+def _bodies(data: CaseFile) -> dict[str, Any]:
+    """The bodies. Those that joints carry have neither degrees of freedom nor a start."""
+    joints = {name: joint.build() for name, joint in data.joints.items()}
+    carried = arranged(joints, list(data.bodies)).children
+    without = {"dofs": None, "initial": None}
+    return {
+        name: body.model_copy(update=without if name in carried else {})
+        for name, body in data.bodies.items()
+    }
 
 
 def _plain(value: Any, folder: Path) -> Any:

@@ -22,6 +22,7 @@ from hydrosim.compiling.start import first_state, start_of, with_slow_places
 from hydrosim.compiling.wet import WetGroup
 from hydrosim.dofs import DOFS
 from hydrosim.scene import Kinematics, Place, Scene
+from hydrosim.scene.trees import arranged
 from hydrosim.waves.body import WaveBody
 from hydrosim.waves.build import wave_loads_model
 from hydrosim.waves.components import Components, check_span
@@ -105,15 +106,17 @@ def wave_bodies(
     scene: Scene, databases: Mapping[str, HydroDatabase], met: Mapping[str, WaveForces]
 ) -> list[WaveBody]:
     """All bodies of a scene in waves, with their ``databases`` that have loads, and the positions
-    where waves act (`facts.met_by_waves`)."""
+    where waves act (`facts.met_by_waves`). A body that a joint carries has all of its loads: the
+    joint carries those in directions that do not move."""
     alone = {name: db for name, db in databases.items() if db.heading.size}
+    joined = arranged(scene.joints, [body.name for body in scene.bodies]).children
     return [
         WaveBody(
             alone.get(body.name),
             body.location,
             met[body.name],
             6 * index,
-            np.array([dof in body.dofs for dof in DOFS]),
+            np.array([dof in body.dofs or body.name in joined for dof in DOFS]),
             body.centre_of_gravity[:2],
             body.heading,
         )

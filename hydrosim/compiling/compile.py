@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 from hydrosim.compiling import symmetry
 from hydrosim.compiling.automatic import with_tolerance
-from hydrosim.compiling.bodies import with_dofs_of_joints
 from hydrosim.compiling.calm import compile_calm, in_waves
 from hydrosim.compiling.families import all_groups
+from hydrosim.compiling.joints.bodies import with_dofs_of_joints
 from hydrosim.compiling.refusals import check_scene
 from hydrosim.compiling.restart import before, opened
 from hydrosim.compiling.wet import in_states

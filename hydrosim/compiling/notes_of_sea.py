@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.compiling.joints import describe_dropped
+from hydrosim.compiling.joints.closed import describe_dropped
 from hydrosim.compiling.meetings import (
     coarse_headings,
     meetings,
@@ -43,8 +43,8 @@ OUTSIDE_WARNED = 1e-3
 def notes_of_sea(
     scene: Scene, wet: Sequence[WetGroup], facts: Facts, state: State, seas: Seas, notes: Notes
 ) -> Notes:
-    """The ``notes`` of a scene in calm water, with messages on the scene in its ``seas`` that begins
-    in a ``state``."""
+    """The ``notes`` of a scene in calm water, with messages on the scene in its ``seas``, which
+    begins in a ``state``."""
     alone = facts.databases
     warnings = [text for group in wet for text in group.cut_lengths]
     warnings.extend(_fit_warnings(wet))
@@ -144,6 +144,9 @@ def _skipped(
             # waves load free directions only, and memory is fitted for DOFs that move
             missing = "; forces in these directions exclude waves and the radiation memory"
             yield text + (missing if body.name in wet else "")
+        if locked and body.name in carried and body.name in wet:
+            missing = f"excludes the radiation memory in {', '.join(locked)}"
+            yield f"{body.name}: the load of its joint {missing}"
         if body.name not in wet:
             yield f"{body.name}: dry, no hydrostatics, radiation or wave loads"
         elif seas and body.wave_forces.first_order:

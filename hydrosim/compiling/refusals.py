@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.compiling.joints import check_closed, check_joints
+from hydrosim.compiling.joints.closed import check_closed, check_joints
+from hydrosim.compiling.joints.trees import check_trees
 from hydrosim.compiling.sizes import check_sizes
-from hydrosim.compiling.trees import check_trees
 from hydrosim.errors import InputError
 from hydrosim.forces import is_known, lost_units, signals_of
 from hydrosim.forces.contact.laws import COULOMB

@@ -10,7 +10,7 @@ import numpy as np
 from hydrosim import radiation
 from hydrosim.compiling import restart
 from hydrosim.compiling.at_rest import states_at_rest
-from hydrosim.compiling.joints import keep_independent_rows
+from hydrosim.compiling.joints.closed import keep_independent_rows
 from hydrosim.forces import new_modes
 from hydrosim.forces.events import settle
 from hydrosim.rigid.kinematics import Bodies, Motion, place_bodies

@@ -90,9 +90,7 @@ def integrals(corners: Triangles) -> Hydrostatics:
     }
     if abs(waterplane["area"]) < SUBMERGED * abs(volume) ** (2 / 3):
         waterplane = dict.fromkeys(waterplane, 0.0)
-    return Hydrostatics(
-        volume=volume, centre_of_buoyancy=np.array(moments) / volume, **waterplane
-    )
+    return Hydrostatics(volume=volume, centre_of_buoyancy=np.array(moments) / volume, **waterplane)
 
 
 def immersed(corners: Triangles) -> Triangles:

@@ -202,9 +202,9 @@ class Placed(NamedTuple):
 
 def placed(parts: Parts, scene: Scene, state: int, losses: int) -> Placed:
     """The same constants, with states in y numbered from ``state`` on, kind by kind, rows of modes
-    likewise, and the integrals of losses, row by row, from ``losses`` on; reactions of joints follow
-    those of contact points. Constants with such indices have fields ``state``, ``mode``, ``losses``
-    and ``reaction``."""
+    likewise, and the integrals of losses, row by row, from ``losses`` on. Reactions of joints
+    follow those of contact points. Constants with such indices have fields ``state``, ``mode``,
+    ``losses`` and ``reaction``."""
     found = {}
     mode = 0
     reaction = parts.elements.fenders.points.size

@@ -35,7 +35,7 @@ import numpy as np
 from hydrosim.dofs import DOFS, MIRROR_SIGN, about_z
 from hydrosim.forces.contact.geometry import EARTH
 from hydrosim.forces.kind import Columns, ElementKind, Kept, Modes, Variable
-from hydrosim.forces.layout import Layout
+from hydrosim.forces.layout import Layout, Resistance
 from hydrosim.forces.mirroring import turned
 from hydrosim.forces.pair import small_turn, turning
 from hydrosim.jit.kernels import kernel, root
@@ -82,9 +82,8 @@ class Bushing(ForceElement):
         return replace(self, point=turned(self.point), **both)
 
     def nonlinearity(self, name: str, turns: Turns) -> str | None:
-        """Linear with small angles. Its damping may act on two bodies, which exact propagation does
-        not book."""
-        return name if turns.exact or np.any(self.damping) else None
+        """Linear with small angles."""
+        return name if turns.exact else None
 
 
 BUSHING = np.dtype(
@@ -325,6 +324,14 @@ def deactivate(i, modes, p):
     modes[p.mode + i, MODE] = GONE
 
 
+def _velocity_map(arm: np.ndarray, axes: np.ndarray) -> np.ndarray:
+    """Velocity and angular velocity along the ``axes`` (3, 3) at a lever arm, from those of the
+    centre of gravity."""
+    J = np.kron(np.eye(2), axes.T)
+    J[:3, 3:] = -axes.T @ np.cross(arm, np.eye(3)).T
+    return J
+
+
 class _Kind(ElementKind):
     unit = "bushing"
     variables: ClassVar = {
@@ -339,6 +346,15 @@ class _Kind(ElementKind):
 
     def modes(self, p: Params) -> Modes:
         return Modes(p.each.size)
+
+    def resistances(self, p: Params) -> Iterator[Resistance]:
+        """Damping of each bushing with small angles: u is J times the velocities of its sides."""
+        for one in p.each:
+            J = _velocity_map(one["ends"][:3], one["axes"])
+            if one["other"] != EARTH:
+                J = np.hstack([J, -_velocity_map(one["ends"][3:], one["axes"])])
+            B = J.T @ one["damping"] @ J
+            yield Resistance(one["row"], one["body"], B, np.zeros(len(B)), other=one["other"])
 
     def lost(self, p: Params, modes: np.ndarray) -> Iterator[tuple[int, str]]:
         for i in np.flatnonzero(modes[:, MODE] == LOST).tolist():

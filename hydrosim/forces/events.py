@@ -293,6 +293,8 @@ def strike(t, y, modes, motion, bodies, headings, reactions, elements):
     if elements.fenders.points.size > 0:
         p = elements.fenders
         transitions.strike(t, y, modes, motion, bodies, headings, reactions, p)
+    if elements.joint_motions.rows > 0:
+        motions.strike(y, modes, bodies, elements.joint_motions)
 
 
 @kernel

@@ -12,12 +12,12 @@ NONE = -1  # of a row that does not belong to a contact point, or to a joint
 class Holds(NamedTuple):
     """Scratch for each of r constraints, and the reactions of units.
 
-    A row belongs to a contact ``point`` (r,) and acts in the ``direction`` (r, 2) in its plane; or
+    A row belongs to a contact ``point`` (r,) and acts in the ``direction`` (r, 2) in its plane. Or
     it is row ``bit`` (r,) of a joint ``lock`` (r,), acts on its body by the ``axis`` (r, 6) of
-    force and moment at the joint, and is not met by its ``residual`` (r,) [m or 1]; or it holds a
-    ``motion`` (r,) of a joint. ``reaction`` (points + locks + motions, 2) are the reactions on each
-    point's body, of ratchets and of stuck motions; ``joint`` (locks, 6) are force and moment of
-    each joint on its body.
+    force and moment at the joint, and is not met by its ``residual`` (r,) [m or 1]; its ``size``
+    (r,) is about J M^-1 J^T of bodies without joints. Or it holds a ``motion`` (r,) of a joint.
+    ``reaction`` (points + locks + motions, 2) are the reactions on each point's body, of ratchets
+    and of stuck motions; ``joint`` (locks, 6) are force and moment of each joint on its body.
     """
 
     point: np.ndarray
@@ -26,6 +26,7 @@ class Holds(NamedTuple):
     bit: np.ndarray
     axis: np.ndarray
     residual: np.ndarray
+    size: np.ndarray
     motion: np.ndarray
     reaction: np.ndarray
     joint: np.ndarray
@@ -41,6 +42,7 @@ def new_holds(reactions: int, rows: int, joints: int) -> Holds:
         none.copy(),
         np.zeros(rows, dtype=np.int64),
         np.zeros((rows, 6)),
+        np.zeros(rows),
         np.zeros(rows),
         none.copy(),
         np.zeros((reactions, 2)),

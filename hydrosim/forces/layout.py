@@ -69,13 +69,15 @@ class Resonance(NamedTuple):
 
 class Resistance(NamedTuple):
     """A ``row`` of forces that takes the power v (B v - b) at the velocity v (6,) of a ``body``:
-    ``B`` (6, 6) and ``b`` (6,). Or v (1,) is the rate of a free ``coordinate``."""
+    ``B`` (6, 6) and ``b`` (6,). Or v (1,) is the rate of a free ``coordinate``. Or v (12,) are the
+    velocities of the ``body`` and of the ``other``."""
 
     row: int
     body: int
     B: np.ndarray
     b: np.ndarray
     coordinate: int = -1
+    other: int = -1
 
 
 class BodyAtRest(NamedTuple):

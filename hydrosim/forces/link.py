@@ -40,7 +40,7 @@ import numpy as np
 from hydrosim.forces import curve
 from hydrosim.forces.contact.geometry import EARTH
 from hydrosim.forces.kind import Columns, Kept, Modes, Variable, capacity_of, elements_of
-from hydrosim.forces.layout import Layout
+from hydrosim.forces.layout import Layout, Resistance
 from hydrosim.forces.mirroring import turned
 from hydrosim.forces.pair import small_turn, turning
 from hydrosim.forces.postures import PosingKind, Posture, rest_at_first, steepest
@@ -56,7 +56,7 @@ from hydrosim.modes import (
 )
 from hydrosim.rigid.kinematics import add_wrench, attachment, point_velocity
 from hydrosim.rigid.vectors import add, cross, dot, matvec, scale, sub, vector
-from hydrosim.scene import ForceElement, Scene
+from hydrosim.scene import ForceElement, Scene, Turns
 
 LINE, AXIS = range(2)
 ACTING, GONE, LOST = range(3)
@@ -133,6 +133,11 @@ class TorsionSpring(Link):
     def carries(self) -> bool:
         return False
 
+    def nonlinearity(self, name: str, turns: Turns) -> str | None:
+        """Linear with small angles, if its curve and its damping are."""
+        straight = len(self.offset) <= 2 and self.drag == 0.0
+        return None if straight and not turns.exact else name
+
     def parts(self, y: float) -> Sequence[ForceElement]:
         return [self._in_order()]
 
@@ -154,13 +159,13 @@ class TorsionSpring(Link):
 
 LINK = np.dtype(
     [
-        *(("shape", int), ("absorbs", bool), ("body", int), ("row", int), ("other", int)),
+        *(("kind", int), ("absorbs", bool), ("body", int), ("row", int), ("other", int)),
         *(("ends", float, 6), ("axes", float, 18), ("neutral", float), ("closest", float)),
         *(("damping", float), ("drag", float)),
         *(("first", int), ("last", int), ("steepest", float)),
     ]
 )
-"""Constants of a link: its ``shape``, `LINE` or `AXIS`; its own point and its anchor; the triads of
+"""Constants of a link: its ``kind``, `LINE` or `AXIS`; its own point and its anchor; the triads of
 both sides, each in the frame of its side, the axis first; length or angle without load; the closest
 that its ends may come; the pieces ``first`` to ``last`` of its curve."""
 
@@ -199,8 +204,8 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
             pieces = _segments(e)
             last = first + pieces.size - 1
             place = _line(e, layout) if isinstance(e, Strut) else _axis(e, layout)
-            shape, other, ends, axes, neutral, closest = place
-            which = (shape, e.absorbs, layout.body[e.body], layout.row[name], other)
+            kind, other, ends, axes, neutral, closest = place
+            which = (kind, e.absorbs, layout.body[e.body], layout.row[name], other)
             law = (e.damping, e.drag, first, last, np.abs(pieces["slope"]).max())
             rows.append((*which, ends, axes, neutral, closest, *law))
             segments.append(pieces)
@@ -223,7 +228,7 @@ Placed = tuple[int, int, np.ndarray, np.ndarray, float, float]
 
 
 def _line(strut: Strut, layout: Layout) -> Placed:
-    """Shape, other body, ends, triads, length and closest distance of a strut."""
+    """Kind, other body, ends, triads, length and closest distance of a strut."""
     other = EARTH if strut.anchor_body is None else layout.body[strut.anchor_body]
     anchor = layout.place_at_rest(strut.anchor_body, strut.anchor)
     d = (anchor - layout.place_at_rest(strut.body, strut.point)).tolist()
@@ -247,7 +252,7 @@ def _axis(spring: TorsionSpring, layout: Layout) -> Placed:
 @kernel
 def reach(link, mode, bodies, motion):
     """State of a link, as a `Reach`."""
-    if link.shape == LINE:
+    if link.kind == LINE:
         return stretch(link, bodies, motion)
     if bodies.exact:
         return twist(link, mode, motion)
@@ -478,13 +483,23 @@ class _Kind(PosingKind):
             link["neutral"] += x - np.clip(x, piece["lower"], piece["upper"])
         return p._replace(links=links)
 
+    def resistances(self, p: Params) -> Iterator[Resistance]:
+        """Damping of each torsion spring with small angles; struts are never linear."""
+        for link in p.links[p.links["kind"] == AXIS]:
+            axis = link["axes"][:3]
+            J = np.array([0.0, 0.0, 0.0, *axis])
+            if link["other"] != EARTH:
+                J = np.concatenate([J, -J])
+            B = link["damping"] * np.outer(J, J)
+            yield Resistance(link["row"], link["body"], B, np.zeros(len(B)), other=link["other"])
+
     def lost(self, p: Params, modes: np.ndarray) -> Iterator[tuple[int, str]]:
         said = {
             LINE: "its ends meet (closer than 1 % of its length), where it has no direction",
             AXIS: "its axis has swung to the opposite, where its twist is not defined",
         }
         for i in np.flatnonzero(modes[:, MODE] == LOST).tolist():
-            yield i, said[int(p.links[i]["shape"])]
+            yield i, said[int(p.links[i]["kind"])]
 
     def coordinates(self, scene: Scene) -> dict[str, object]:
         every = elements_of(scene, Link)
@@ -499,10 +514,10 @@ class _Kind(PosingKind):
         return found | capacity_of("strut", struts)
 
     def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
-        shape = p.links["shape"]
+        kind = p.links["kind"]
         dims = {
-            "strut": (shape == LINE, {"strut_force": LOAD, "strut_length": PLACE}),
-            "torsion_spring": (shape == AXIS, {"torsion_moment": LOAD, "torsion_angle": PLACE}),
+            "strut": (kind == LINE, {"strut_force": LOAD, "strut_length": PLACE}),
+            "torsion_spring": (kind == AXIS, {"torsion_moment": LOAD, "torsion_angle": PLACE}),
             "pto": (p.links["absorbs"], {"pto_power": POWER}),
         }
         found: Columns = {"link_mode": (("time", "link"), kept.modes[:, :, MODE].astype(np.int8))}

@@ -262,11 +262,12 @@ def _resistances(model: Model) -> Resistances:
     rows = [RADIATION]
     B[0][damping.row, damping.column] = damping.B
     for each in resistances(model):
-        own = slice(6 * each.body, 6 * each.body + 6)
+        sides = [each.body] if each.other < 0 else [each.body, each.other]
+        own = np.concatenate([6 * b + np.arange(6) for b in sides])
         B.append(np.zeros((size, size)))
         b.append(np.zeros(size))
         if each.coordinate < 0:
-            B[-1][own, own] = each.B
+            B[-1][np.ix_(own, own)] = each.B
             b[-1][own] = each.b
         rows.append(each.row)
     matrices = S.T @ np.array(B) @ S

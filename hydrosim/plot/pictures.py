@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 import xarray as xr
 
+from hydrosim.documents.series import unit_of
 from hydrosim.dofs import DOFS
 from hydrosim.plot.panels import APART, Panel, Series, alike, apart, bands, lines, peak
 from hydrosim.plot.styles import COLOURS
@@ -20,6 +21,7 @@ from hydrosim.results.stages import transferred
 from hydrosim.statistics.contact import crawl
 
 STILL = 1e-6  # m or rad: smaller motions count as none
+ROUNDING = 1e-9  # of the largest load of a joint
 LITTLE = 1e-3  # of the largest friction: smaller components along an axis are not drawn
 # contacts or lines with panels of their own; if there are more, each group or element has a panel
 MANY = 12
@@ -34,7 +36,7 @@ def overview(run: xr.Dataset) -> list[Panel]:
         panels += [_modes(run), *_crawl(run)]
     if "spring" in run.dims:
         panels += [_lines(run, "tension", "N", _by_spring(run.spring_tension))]
-    panels += _links(run)
+    panels += [*_joint_motions(run), *_links(run)]
     return [*panels, *_utilisation(run)]
 
 
@@ -112,6 +114,14 @@ def tensions(run: xr.Dataset) -> list[Panel]:
     return [*apart(run.time.values, "tension", shown, tension), *links, *_utilisation(run)]
 
 
+def joints(run: xr.Dataset) -> list[Panel]:
+    """Panels of the motions of joints, of what acts in them, and of their loads."""
+    if "joint" not in run.dims:
+        return []
+    acting = _by_unit(run, "joint_motion_force", "spring, damping, stops and friction")
+    return [*_joint_motions(run), *acting, *_joint_loads(run)]
+
+
 def tanks(run: xr.Dataset) -> list[Panel]:
     """Panels of tank levels and pump rates."""
     found = {"tank": ("tank_level", "level", "m"), "pump": ("pump_rate", "pumped", "kg/s")}
@@ -145,6 +155,7 @@ PICTURES: dict[str, Callable[[xr.Dataset], list[Panel]]] = {
     "_contact": contact,
     "_transfer": transfer,
     "_tensions": tensions,
+    "_joints": joints,
     "_tanks": tanks,
     "_energies": energies,
 }
@@ -229,6 +240,33 @@ def _utilisation(run: xr.Dataset) -> Iterator[Panel]:
     }
     if each:
         yield _lines(run, "utilisation", "1", each)
+
+
+def _joint_motions(run: xr.Dataset) -> Iterator[Panel]:
+    return _by_unit(run, "joint_position", "joint motion")
+
+
+def _joint_loads(run: xr.Dataset) -> Iterator[Panel]:
+    """Sizes of the forces and moments of joints, without those that are rounding."""
+    parts = {("joint force", "N"): DOFS[:3], ("joint moment", "N m"): DOFS[3:]}
+    found = {
+        of: np.sqrt(np.square(run.joint_force.sel(dof=list(dofs))).sum("dof"))
+        for of, dofs in parts.items()
+    }
+    largest = max(float(size.max()) for size in found.values())
+    for (label, unit), size in found.items():
+        if float(size.max()) > ROUNDING * largest:
+            yield _lines(run, label, unit, _each(size, "joint"))
+
+
+def _by_unit(run: xr.Dataset, name: str, label: str) -> Iterator[Panel]:
+    """A panel of a variable of joint motions for slides, and one for turns."""
+    if "joint_motion" not in run.dims or not run[name].any():
+        return
+    every = _each(run[name], "joint_motion")
+    units = {motion: unit_of(run[name].attrs, [motion]) for motion in every}
+    for unit in dict.fromkeys(units.values()):
+        yield _lines(run, label, unit, {n: x for n, x in every.items() if units[n] == unit})
 
 
 def _links(run: xr.Dataset) -> Iterator[Panel]:

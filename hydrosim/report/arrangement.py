@@ -54,13 +54,14 @@ class Line(NamedTuple):
 
 
 class Arrangement(NamedTuple):
-    """Content of the drawing: bodies, contact points (n, 3) by element, lines, and streams by name,
-    as arrows to a heading [rad]."""
+    """Content of the drawing: bodies, contact points (n, 3) by element, lines, streams by name, as
+    arrows to a heading [rad], and the places (1, 3) of joints by name."""
 
     bodies: list[Placed]
     contacts: dict[str, Points]
     lines: list[Line]
     streams: list[tuple[str, float]]
+    joints: dict[str, Points]
 
 
 def arrangement_nodes(run: xr.Dataset, scene: Scene | None) -> Iterator[Node]:
@@ -70,13 +71,18 @@ def arrangement_nodes(run: xr.Dataset, scene: Scene | None) -> Iterator[Node]:
         yield Drawing("Arrangement at rest, to scale", drawn, SAID)
 
 
-SAID = "Bodies, contacts and lines at rest, in plan and from the side, with waves, wind and current"
+SAID = (
+    "Bodies, contacts, joints and lines at rest, in plan and from the side, with waves, wind and"
+    " current"
+)
 
 
 def arranged(scene: Scene) -> Arrangement:
     """The scene at rest, in the earth frame."""
-    places = {b.name: np.array([*b.location, b.centre_of_gravity[2]]) for b in scene.bodies}
     turns = {body.name: about_z(body.heading) for body in scene.bodies}
+    places = {
+        b.name: turns[b.name] @ b.centre_of_gravity + [*b.location, 0.0] for b in scene.bodies
+    }
 
     def at(body: str | None, points: Sequence[float] | Points) -> Points:
         own = np.asarray(points, float)
@@ -96,7 +102,8 @@ def arranged(scene: Scene) -> Arrangement:
         for name, each in scene.forces.items()
         if isinstance(each, Spring | Strut)
     ]
-    return Arrangement(bodies, contacts, lines, list(_streams(scene)))
+    joints = {name: at(each.body, np.array([each.point])) for name, each in scene.joints.items()}
+    return Arrangement(bodies, contacts, lines, list(_streams(scene)), joints)
 
 
 def svg(of: Arrangement, units: Units) -> str:
@@ -157,6 +164,9 @@ def _drawn(of: Arrangement, view: _View, name: str) -> Iterator[str]:
     for points in of.contacts.values():
         for x, y in view.at(points):
             yield f'<circle class="contact" cx="{x:.1f}" cy="{y:.1f}" r="3"/>'
+    for points in of.joints.values():
+        for x, y in view.at(points):
+            yield f'<circle class="joint" cx="{x:.1f}" cy="{y:.1f}" r="4"/>'
     yield from _names(of, view)
     if view.axes == PLAN:
         yield from _arrows(of.streams, view)
@@ -164,9 +174,11 @@ def _drawn(of: Arrangement, view: _View, name: str) -> Iterator[str]:
 
 
 def _names(of: Arrangement, view: _View) -> Iterator[str]:
-    """Names of bodies at their centres, and of contacts and lines beside them, without overlaps."""
+    """Names of bodies at their centres, and of contacts, joints and lines beside them, without
+    overlaps."""
     middles = {body.name: view.at(body.corners).mean(axis=0) for body in of.bodies}
-    contacts = {name: view.at(points)[0] + CONTACT for name, points in of.contacts.items()}
+    marked = of.contacts | of.joints
+    contacts = {name: view.at(points)[0] + CONTACT for name, points in marked.items()}
     lines = {line.name: view.at(line.start)[0] + LINE for line in of.lines}
     taken: list[tuple[float, float]] = []
     for kind, labels in (("middle strong", middles), ("start", contacts), ("start", lines)):
@@ -233,9 +245,10 @@ def _streams(scene: Scene) -> Iterator[tuple[str, float]]:
 
 
 def _extent(of: Arrangement) -> tuple[Points, Points]:
-    """Corners of the box around bodies and contacts, and the water surface; lines may extend beyond
-    it."""
-    points = [body.corners for body in of.bodies] + list(of.contacts.values()) + [np.zeros((1, 3))]
+    """Corners of the box around bodies, contacts and joints, and the water surface; lines may
+    extend beyond it."""
+    marked = [*of.contacts.values(), *of.joints.values()]
+    points = [body.corners for body in of.bodies] + marked + [np.zeros((1, 3))]
     every = np.concatenate([points[0], *points[1:]])
     low, high = every.min(axis=0), every.max(axis=0)
     least = 0.05 * float((high - low).max()) + 1e-3

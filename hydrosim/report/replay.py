@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
+from hydrosim.dofs import about_z
 from hydrosim.errors import InputError
 from hydrosim.forces.contact.fender import Contact, Fender
 from hydrosim.forces.contact.landing import Landing
@@ -17,11 +18,11 @@ from hydrosim.presentation.document import Document, Heading, Node
 from hydrosim.presentation.figures import Replay
 from hydrosim.presentation.units import units_of
 from hydrosim.report.envelopes import base64_of
-from hydrosim.report.scenery import scene_of, shape_of, waves_of
-from hydrosim.report.supports import EARTH, keel_of, supports_of
+from hydrosim.report.scenery import Shape, scene_of, shape_of, waves_of
+from hydrosim.report.supports import EARTH, column, keel_of, supports_of
 from hydrosim.report.supports import SAID as FOR_THE_EYE
 from hydrosim.report.tanks import SAID, tanks_of
-from hydrosim.scene import Scene
+from hydrosim.scene import JointType, Scene
 from hydrosim.wording.parts import title_of
 
 ROOM = 2_200_000  # bytes of all moments, as 32-bit numbers
@@ -30,7 +31,13 @@ SHORT = 1.0  # s: moments further apart do not resolve waves
 COARSE = ", linearly interpolated: too far apart to follow waves"
 BETWEEN = ", linearly interpolated"
 SEEN = 0.02  # of the size of the scene: drawn size of motions
+ENLARGED = "Joints are drawn as bars along their axes; motions that are enlarged pull them apart."
+BAR, THIN = 0.55, 0.012  # of its body: half the length of a joint; of the scene: half its side
 PLANE = 0.12  # of the size of the scene: half the side of a plane without corners
+
+
+ALONG = {JointType.HINGE, JointType.SLIDER, JointType.CYLINDRICAL, JointType.UNIVERSAL}
+"""Types of joints that are drawn along their axes."""
 
 
 def replay_document(run: xr.Dataset) -> Document:
@@ -76,16 +83,18 @@ def replay_nodes(run: xr.Dataset, scene: Scene | None) -> Iterator[Node]:
         "size": size,
         "force_unit": units.shown("N")._asdict(),
         "length_unit": units.shown("m")._asdict(),
-        "factor": 1 if "fender_mode" in run else _factor(_placed(frames), size),
+        "factor": 1 if _held(run, scene) else _factor(_placed(frames), size),
         "waves": [_packed(each) for each in waves],
         "planes": list(_planes(scene, size)) if scene else [],
         "supports": supports_of(scene, [s.triangles for s in shapes], size) if scene else [],
         **_contacts(frames, scene),
         **_lines(frames, scene),
+        "joints": list(_joints(scene, shapes, size)) if scene else [],
         **tanks_of(frames, scene),
     }
     notes += [SAID] if data["tanks"] else []
     notes += [FOR_THE_EYE] if data["supports"] else []
+    notes += [ENLARGED] if data["joints"] else []
     yield Replay(data, notes)
 
 
@@ -107,7 +116,10 @@ def _rest(run: xr.Dataset, scene: Scene | None) -> list[list[float]]:
         return [list(map(float, x)) for x in run.reference_position.values]
     if scene is None:
         return [[0.0, 0.0, 0.0] for _ in run.body]
-    return [[*b.location, b.centre_of_gravity[2]] for b in scene.bodies]
+    return [
+        list(map(float, about_z(b.heading) @ b.centre_of_gravity + [*b.location, 0.0]))
+        for b in scene.bodies
+    ]
 
 
 def _factor(position: np.ndarray, size: float) -> int:
@@ -116,6 +128,29 @@ def _factor(position: np.ndarray, size: float) -> int:
     turns = size * float(np.nanstd(position[:, :, 3:], axis=0).max())
     wanted = SEEN * size / max(moves, turns, 1e-9)
     return max((f for f in FACTORS if f <= wanted), default=1)
+
+
+def _held(run: xr.Dataset, scene: Scene | None) -> bool:
+    """Whether enlarged motions would part what belongs together."""
+    return "fender_mode" in run or bool(scene and scene.joints)
+
+
+def _joints(scene: Scene, shapes: Sequence[Shape], size: float) -> Iterator[dict[str, Any]]:
+    """Joints as bars along their axes, a little longer than their body, or as cubes if they have no
+    axis; each on its body."""
+    for name, joint in scene.joints.items():
+        number = _body_number(scene, joint.body)
+        along = joint.axes()[0]
+        long = float(np.ptp(shapes[number].triangles.reshape(-1, 3) @ along))
+        half = BAR * long if joint.type in ALONG else THIN * size
+        place = np.array(joint.point)
+        bar = column(place - half * along, place + half * along, THIN * size)
+        yield {
+            "name": name,
+            "body": number,
+            "point": list(map(float, joint.point)),
+            "triangles": base64_of(bar.ravel()),
+        }
 
 
 def _packed(waves: Any) -> dict[str, Any]:

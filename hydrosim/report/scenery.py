@@ -12,7 +12,7 @@ import xarray as xr
 
 from hydrosim.case.load import load_case
 from hydrosim.errors import InputError
-from hydrosim.scene import Body, ChangedDatabase, Family, Hull, Scene
+from hydrosim.scene import Body, ChangedDatabase, Family, Scene
 from hydrosim.studies.run.repeat import case_of
 from hydrosim.waves import Components, sea
 
@@ -58,7 +58,7 @@ def shape_of(body: Body | None, keel: float | None = None) -> Shape:
     found = _recipe_hull(body)
     if found is not None:
         said = f"the hull of its database's recipe, with a deck at {DECK:g} times the draught"
-        return Shape(found.corners - body.centre_of_gravity, said)
+        return Shape(found - body.centre_of_gravity, said)
     square = np.diag(body.inertia) / body.mass
     sides = 6.0 * (square.sum() - 2.0 * square)  # of a homogeneous box
     least = max(float(sides.max()), 1e-6) * THIN**2
@@ -75,11 +75,11 @@ def box(sides: np.ndarray) -> np.ndarray:
     return np.concatenate([quads[:, [0, 2, 1]], quads[:, [0, 3, 2]]])
 
 
-def _recipe_hull(body: Body) -> Hull | None:
-    """Hull of the recipe beside the database, if it exists and has a draught."""
+def _recipe_hull(body: Body) -> np.ndarray | None:
+    """Triangles of the hull of the recipe beside the database, if it exists and has a draught."""
     import netCDF4
 
-    from hydrosim.database.build.closed import hull_of_recipe
+    from hydrosim.database.build.closed import shape_of_recipe
 
     source = body.hydrodynamics
     if isinstance(source, Family):
@@ -98,7 +98,7 @@ def _recipe_hull(body: Body) -> Hull | None:
         return None
     for depth in (_depth(recipe, body.database_body), None):
         try:
-            return hull_of_recipe(recipe, body.database_body, depth)
+            return shape_of_recipe(recipe, body.database_body, depth)
         except (InputError, ValueError, OSError):
             continue
     return None

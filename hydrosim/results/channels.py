@@ -33,7 +33,8 @@ from hydrosim.documents.text import Source
 from hydrosim.errors import InputError
 
 RUN = Source(Path("run"))
-USUAL = ("position.*", "velocity.*", "wave_elevation", "force_*", "fender_*", "spring_*", "joint_*")
+LINKS = ("strut_*", "torsion_*", "pto_*", "bushing_*", "joint_*")
+USUAL = ("position.*", "velocity.*", "wave_elevation", "force_*", "fender_*", "spring_*", *LINKS)
 TO = " to "  # between two points
 MOST = 40  # names in a message
 CAPABLE = {"fender": "fender_normal_force", "spring": "spring_tension", "strut": "strut_force"}
@@ -89,7 +90,8 @@ def unknown(run: xr.Dataset, name: str) -> str:
 
 
 def usual(run: xr.Dataset) -> list[str]:
-    """Channels of motions, waves, forces, fenders and springs that are not zero throughout."""
+    """Channels of motions, waves, forces, fenders, springs, struts and bushings that are not zero
+    throughout."""
     known = columns_of(run)
     return [name for name in known if _fits(name, USUAL) and select(RUN, run, name)[0].any()]
 

@@ -20,6 +20,7 @@ from hydrosim.rigid.mass import cholesky_solve
 
 DROPPED = -1  # pivot of a row that depends on earlier rows
 LEFT = 1e-10  # of a row's largest entry: what elimination leaves of it is rounding
+NOTHING = 1e-20  # of the size of a row: what is left of it is rounding
 DEPENDENT = 1e-10  # squared sine of the angle between a row and the span of earlier ones
 
 
@@ -154,9 +155,10 @@ def restore(p, x):
 
 
 @root_giving(float)
-def find_rank(p, L):
+def find_rank(p, L, size):
     """Mark the rows of J that depend on earlier ones: their ``pivot`` becomes `DROPPED`. ``L`` is
-    the factor of H (n, n), see `cholesky`.
+    the factor of H (n, n), see `cholesky`. A row whose J H^-1 J^T is rounding of its ``size`` (r,)
+    holds what cannot move.
 
     Rows are compared in J H^-1 J^T, so that metres and radians compare. Returns the smallest sine
     of the angle between a kept row and the span of the rows before it.
@@ -174,7 +176,7 @@ def find_rank(p, L):
         left = own
         for k in range(i):
             left -= p.combination[i, k] * p.combination[i, k]
-        if left <= DEPENDENT * own:
+        if left <= DEPENDENT * own or own <= NOTHING * size[i]:
             p.pivot[i] = DROPPED
             clear(p.combination[i])
             continue

@@ -29,9 +29,9 @@ in the relative angular velocity is
 
 For a vertical axis it is the angle itself, any number of times round; for a level axis it is zero.
 
-The coordinates of a jointed body are the displacement of its centre of gravity and its rotation
-vector relative to its heading axes, with the heading added to the third: for a hinge with a level
-axis its angle times the axis. For small angles S is constant, that at rest.
+The coordinates of a jointed body are the displacement of its centre of gravity, two entries of its
+rotation vector relative to its heading axes, and the heading: for a hinge with a level axis, its
+angle times the axis. For small angles S is constant, that at rest.
 """
 
 from __future__ import annotations
@@ -95,15 +95,17 @@ class Tree(NamedTuple):
 
 
 class Growth(NamedTuple):
-    """Scratch of a tree: ``S`` (6 nb, n); of each body its rotation since rest as a quaternion
-    ``turned`` (nb, 4), its ``heading`` (nb,) since rest and the ``rate`` (nb,) of that; of each
-    joint its ``place`` (nj, 3) and the ``gradient`` (nj, 3) of its turn about the vertical; of each
-    move its present ``axes`` (nm, 3, 3)."""
+    """Scratch of a tree: ``S`` (6 nb, n). Of each body: its rotation since rest as a quaternion
+    ``turned`` (nb, 4); its ``heading`` (nb,) since rest and the ``rate`` (nb,) of that; its
+    rotation vector from there in heading axes, ``angles`` (nb, 3). Of each joint: its ``place``
+    (nj, 3), and the ``gradient`` (nj, 3) of its turn about the vertical. Of each move: its present
+    ``axes`` (nm, 3, 3)."""
 
     S: np.ndarray
     turned: np.ndarray
     heading: np.ndarray
     rate: np.ndarray
+    angles: np.ndarray
     place: np.ndarray
     gradient: np.ndarray
     axes: np.ndarray
@@ -121,13 +123,18 @@ NO_TREE = Tree(
 
 def new_growth(tree: Tree) -> Growth:
     """Scratch for this tree, at rest."""
-    nb, nj, nm = tree.branch.size, tree.branches.size, tree.moves.size
-    turned = np.tile([1.0, 0.0, 0.0, 0.0], (nb, 1))
-    still = np.zeros(nb)
-    place = np.zeros((nj, 3))
-    axes = tree.moves["axes"].copy()
-    assert axes.shape[0] == nm
-    return Growth(tree.slopes.copy(), turned, still, still.copy(), place, place.copy(), axes)
+    nb = tree.branch.size
+    nj = tree.branches.size
+    return Growth(
+        tree.slopes.copy(),
+        np.tile([1.0, 0.0, 0.0, 0.0], (nb, 1)),
+        np.zeros(nb),
+        np.zeros(nb),
+        np.zeros((nb, 3)),
+        np.zeros((nj, 3)),
+        np.zeros((nj, 3)),
+        tree.moves["axes"].copy(),
+    )
 
 
 @root
@@ -334,8 +341,10 @@ def _orient(k, omega, bodies, motion):
     angles = rotation_vector(multiply(about(UP, -heading), attitude))
     spin = (c * omega[0] + s * omega[1], c * omega[1] - s * omega[0], omega[2] - growth.rate[b])
     rates = vector_rates(angles, spin)
-    _put(b, add(angles, scale(growth.heading[b], UP)), motion.coordinates, 3)
-    _put(b, add(rates, scale(growth.rate[b], UP)), motion.rate, 3)
+    for i in range(3):
+        growth.angles[b, i] = angles[i]
+    _put(b, (angles[0], angles[1], growth.heading[b]), motion.coordinates, 3)
+    _put(b, (rates[0], rates[1], growth.rate[b]), motion.rate, 3)
 
 
 @kernel
@@ -503,9 +512,7 @@ def add_heading_moment(b, moment, bodies, motion, wrench):
 def add_wrench_of_angles(b, Q, bodies, motion, wrench):
     """Add the wrench whose power is ``Q`` (6,) times the rates of the coordinates of a jointed
     body."""
-    own = vector(motion.coordinates, 6 * b + 3)
-    angles = (own[0], own[1], own[2] - motion.growth.heading[b])
-    moment = conjugate_moment(angles, (Q[3], Q[4], Q[5]))
+    moment = conjugate_moment(vector(motion.growth.angles[b], 0), (Q[3], Q[4], 0.0))
     E = motion.rate_map[b]
     for i in range(3):
         wrench[6 * b + i] += Q[i]

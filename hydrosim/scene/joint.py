@@ -77,8 +77,8 @@ MOTIONS: dict[JointType, tuple[JointMotion, ...]] = {
     JointType.FIXED: (),
     JointType.RATCHET: (),
 }
-"""Free motions of each type, applied one after the other from ``to`` outwards to ``body``. A ratchet
-is never a branch of a tree, see `Ratchet`."""
+"""Free motions of each type, applied one after the other from ``to`` outwards to ``body``. A
+ratchet is never a branch of a tree, see `Ratchet`."""
 
 
 @dataclass(frozen=True)
@@ -154,7 +154,8 @@ class Joint:
 
     A joint without ``active`` lasts for the whole run; if it does not close a loop, its motions are
     coordinates. One with ``active`` locks what it does not leave free while it is active, at the
-    relative place of the bodies when it closes. With a ``window`` it closes only there.
+    relative place of the bodies when it closes. With a ``window`` it closes only there. It opens
+    for good when its force exceeds ``breaks_at`` [N].
     """
 
     type: JointType
@@ -167,11 +168,13 @@ class Joint:
     active: Active | None = None
     window: Window | None = None
     ratchet: Ratchet | None = None
+    breaks_at: float | None = None
 
     @property
     def lasts(self) -> bool:
         """True if it holds for the whole run."""
-        return self.active is None and self.window is None and self.ratchet is None
+        limits = (self.active, self.window, self.ratchet, self.breaks_at)
+        return all(limit is None for limit in limits)
 
     @property
     def motions(self) -> tuple[JointMotion, ...]:

@@ -57,8 +57,7 @@ def meet(t, run):
     state = run.state
     model = run.model
     p = model.elements.locks
-    run.scratch.pace[RANK_TIME] = t
-    run.scratch.pace[RANK] = choose_rows(state.y, state.modes, model, run.work)
+    choose_rows(state.y, state.modes, model, run.work)
     if not locks.any_closed(state.modes, p) and not _any_runs(state.modes, p):
         return
     project_places(state.y, state.modes, model, run.work)
@@ -71,15 +70,18 @@ def meet(t, run):
             _test_contacts(t, run)
         if not joins:
             break
+    run.scratch.pace[RANK_TIME] = t
+    run.scratch.pace[RANK] = choose_rows(state.y, state.modes, model, run.work)
     project(state.y, state.modes, model, run.work)
 
 
 @kernel
 def _any_runs(modes, p):
+    running = 0
     for i in range(p.each.size):
         if modes[p.mode + i, MODE] == RUNNING:
-            return True
-    return False
+            running += 1
+    return running > 0
 
 
 @kernel
@@ -117,7 +119,7 @@ def choose_rows(y, modes, model, work):
             modes[p.mode + i, SEGMENT] = locks.every_row(i, p)
     _set_up(y, modes, model, work)
     cholesky(work.inertia)
-    least = find_rank(work.constraints, work.inertia)
+    least = find_rank(work.constraints, work.inertia, work.holds.size)
     for r in range(work.constraints.number[0]):
         if work.constraints.pivot[r] == DROPPED:
             modes[p.mode + work.holds.lock[r], SEGMENT] -= 1 << work.holds.bit[r]
@@ -307,7 +309,7 @@ def _sine(run):
     work = run.work
     _set_up(run.state.y, run.state.modes, run.model, work)
     cholesky(work.inertia)
-    least = find_rank(work.constraints, work.inertia)
+    least = find_rank(work.constraints, work.inertia, work.holds.size)
     for r in range(work.constraints.number[0]):
         if work.constraints.pivot[r] == DROPPED:
             least = 0.0

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from hydrosim.documents.series import unit_of
 from hydrosim.dofs import DOFS
 from hydrosim.presentation.document import Node, Table, Value
 from hydrosim.presentation.figures import Chart
@@ -76,6 +77,7 @@ def main_charts(run: xr.Dataset) -> Iterator[Chart]:
         yield Chart("Wave elevation at the origin", "m", {"wave": _over_time(run.wave_elevation)})
     if "fender_mode" in run:
         yield Chart("Contact modes", "share of time", _each(run, "fender_mode", "fender"), True)
+    yield from _of_joints(run, "joint_position", "Motions of joints")
     yield from _lines(run, FIRST)
     used = {n: channel(run, n)[0] for n in names(run) if n.startswith("utilisation.")}
     yield from _shown(Chart("Utilisation of capacities", "1", used))
@@ -93,6 +95,13 @@ def main_charts(run: xr.Dataset) -> Iterator[Chart]:
 def more_charts(run: xr.Dataset) -> Iterator[Chart]:
     """What is folded away: velocities, forces one by one, and more of the contacts."""
     yield from _lines(run, THEN, folded=True)
+    yield from _of_joints(run, "joint_velocity", "Rates of joints", folded=True)
+    title = "Springs, damping, stops and friction in joints"
+    yield from _of_joints(run, "joint_motion_force", title, folded=True)
+    for joint in map(str, run.joint.values) if "joint_force" in run else ():
+        load = run.joint_force.rename(joint="body")
+        of = LOADS._replace(title=f"load of joint {joint}: ")
+        yield from _motions(load, joint, of, "force", "moment", True)
     for axis in map(str, run.axis.values) if "fender_friction" in run else ():
         each = _each(run.sel(axis=axis), "fender_friction", "fender")
         yield from _shown(Chart(f"Friction of contacts in {axis}", "N", each, folded=True))
@@ -146,6 +155,17 @@ def _motions(
         series = {dof: _over_time(each.sel(dof=dof)) for dof in dofs}
         title = f"{body}: {how.title}{label}"
         yield from _shown(Chart(title, unit, series, folded=folded))
+
+
+def _of_joints(run: xr.Dataset, name: str, title: str, folded: bool = False) -> Iterator[Chart]:
+    """A chart of a variable of joint motions for slides, and one for turns."""
+    if name not in run:
+        return
+    units = {n: unit_of(run[name].attrs, [n]) for n in map(str, run.joint_motion.values)}
+    every = _each(run, name, "joint_motion")
+    for unit in dict.fromkeys(units.values()):
+        alike = {n: x for n, x in every.items() if units[n] == unit}
+        yield from _shown(Chart(title, unit, alike, folded=folded))
 
 
 def _lines(run: xr.Dataset, table: dict[str, Lines], folded: bool = False) -> Iterator[Chart]:

@@ -33,6 +33,7 @@ from hydrosim.forces import (
     QuadraticDamping,
     Spring,
     StreamLoad,
+    Strut,
     WindLoad,
     constant,
 )
@@ -508,6 +509,22 @@ def test_a_mesh_with_corners_at_the_level_is_as_wide_there() -> None:
 
 def test_a_fender_without_stiffness_is_soft() -> None:
     assert "by inf m" in asked_of(alongside(28.5, 0.0), Question.SOFTNESS)[0]
+
+
+def test_struts_of_another_length_are_asked_about() -> None:
+    """Longer and shorter by more than a fifth, and beyond their curve; nothing without a spring."""
+    points = np.array([-1.0, 1.0])
+    strut = Strut("block", points, 1e3 * points, point=(0, 0, 0), anchor=(10.0, 0, 0), length=5.0)
+    for length, said in ((5.0, "5 m longer"), (13.0, "3 m shorter")):
+        other = replace(strut, length=length)
+        found = asked_of(dry({"s": other}), Question.LINES)
+        assert said in str(found)
+    for other in (
+        replace(strut, length=9.0),
+        replace(strut, offset=7.0 * points, force=1e3 * points),
+        replace(strut, offset=np.zeros(0), force=np.zeros(0), damping=1.0),
+    ):
+        assert not asked_of(dry({"s": other}), Question.LINES)
 
 
 def box_triangles(box: Box) -> np.ndarray:

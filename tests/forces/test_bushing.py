@@ -10,12 +10,12 @@ import pytest
 from dry_scenes import block, moving, scene, with_step
 from scipy.linalg import eigh
 from scipy.spatial.transform import Rotation
-from test_links import load_on
+from test_struts import load_on
 
 import hydrosim as hs
 from hydrosim.errors import SimulationError
 from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import Bushing
+from hydrosim.forces import Bushing, TorsionSpring
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import natural_modes
 from hydrosim.scene import Active, Kinematics, LinearScenes, Start, When
@@ -108,19 +108,31 @@ def test_half_a_turn_ends_the_run_or_is_refused() -> None:
 
 
 def test_small_angles_are_linear_and_propagated(figure: Figure) -> None:
-    """Two bodies on a bushing and one to the earth, by exact propagation and by steps."""
-    earth = Bushing("other", (0.3, 0.2, -0.5), 0.5 * STIFFNESS, NO_DAMPING)
+    """Two bodies on a bushing and a torsion spring, one on a bushing to the earth, all damped, by
+    exact propagation and by steps: motions and losses."""
+    earth = Bushing("other", (0.3, 0.2, -0.5), 0.5 * STIFFNESS, 0.02 * STIFFNESS)
+    joined = replace(JOINED, damping=0.01 * STIFFNESS)
+    twist = TorsionSpring(
+        *("block", np.array([0.0, 1.0]), np.array([50.0, 4e3]), 3e2),
+        axis=(0.3, 0.5, 0.9),
+        to="other",
+    )
     bodies = (
         block(2e3, location=(1.0, 0.0), velocity=moving(surge=0.3, yaw=0.2)),
         block(5e3, name="other"),
     )
-    whole = scene(bodies, {"it": JOINED, "earth": earth}, 5.0, 0.1, kinematics=Kinematics.LINEAR)
+    forces = {"it": joined, "earth": earth, "twist": twist}
+    whole = scene(bodies, forces, 5.0, 0.1, kinematics=Kinematics.LINEAR)
     exact = hs.simulate(with_step(whole, 0.1, linear=LinearScenes.EXACT))
     steps = hs.simulate(with_step(whole, 0.005))
     assert exact.solver_linear == "propagated exactly: linear"
     difference = np.abs(exact.position - steps.position).max() / np.abs(steps.position).max()
     figure("difference", float(difference))
     assert difference < 1e-7
+    for name in forces:
+        lost, expected = (run[f"energy_dissipated_{name}"].values for run in (exact, steps))
+        assert expected[-1] > 1.0
+        np.testing.assert_allclose(lost, expected, atol=1e-7 * expected[-1])
     assert exact.energy_residual_relative < 1e-6
 
 

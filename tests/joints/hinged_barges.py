@@ -1,13 +1,13 @@
 """Two hinged barges in regular waves in the frequency domain, by numpy from the database's file.
 
-Positions q (12,), fore and then aft, are those of the centres of gravity, per wave amplitude. Motions
-that the hinge allows are q = S z (7), with six of the aft barge and the angle of the hinge; or they
-obey G q = 0 (5), with multipliers L, the forces of the hinge:
+Positions q (12,), fore and then aft, are those of the centres of gravity, per wave amplitude. The
+hinge allows q = S z (7), with six motions of the aft barge and the angle of the hinge; or they obey
+G q = 0 (5), with multipliers L, the forces of the hinge:
 
     S^T Z S z = S^T X,      [Z G^T; G 0] [q; L] = [X; 0]
     Z(w) = C + K - w^2 (M + A(w)) + i w (B(w) + D)
 
-By Ogilvie's relation added mass follows from damping: A(w) = A_inf - 2/pi int B(s) / (w^2 - s^2) ds,
+By Ogilvie's relation added mass follows from damping: A(w) = A_inf - 2/pi int B(s)/(w^2 - s^2) ds,
 the principal value. A_inf is its mean over the lower three quarters of the band, as the memory in
 the time domain has it, and so has it the power law beyond the band.
 """
@@ -126,8 +126,8 @@ def _ogilvie(w: np.ndarray, B: np.ndarray, row: int) -> np.ndarray:
 
 
 def _decay(w: np.ndarray, B: np.ndarray) -> np.ndarray:
-    """Exponents q of B ~ w^-q from the last 15 % of the band, between 1.2 and 12; couplings decay at
-    least as fast as the mean of their diagonals, and entries without such a law by w^-12."""
+    """Exponents q of B ~ w^-q from the last 15 % of the band, from 1.2 to 12. Couplings decay at
+    least as fast as the mean of their diagonals, entries without such a law by w^-12."""
     end = w >= 0.85 * w[-1]
     x = np.log(w[end] / w[end].mean())
     x -= x.mean()

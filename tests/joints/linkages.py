@@ -1,4 +1,4 @@
-"""Linkages of free bodies, and their motions in minimal coordinates by independent equations."""
+"""Linkages in planes, and their motions in minimal coordinates by independent equations."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 from dry_scenes import scene, steady
+from jointed import FRAME, joint, moved
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from hydrosim.scene import Body, Joint, JointType, Method, Scene
+from hydrosim.scene import Body, Joint, Method, Scene
 
 GRAVITY = 9.81
 TIGHT = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-13}
@@ -41,15 +42,12 @@ def across(r: np.ndarray) -> np.ndarray:
     return np.array([-r[1], r[0]])
 
 
-def body(bar: Bar, v: np.ndarray, w: float, turn: Rotation) -> Body:
-    """The bar as a free body, all in a plane that is turned out of x, y."""
+def body(bar: Bar, turn: Rotation) -> Body:
+    """The bar as a body, in a plane that is turned out of x, y."""
     centre = turn.apply([*(bar.a + bar.b) / 2.0, 0.0])
     R = turn.as_matrix()
     inertia = R @ np.diag([0.3 * bar.inertia, 0.9 * bar.inertia, bar.inertia]) @ R.T
-    velocity = (*turn.apply([*v, 0.0]), *turn.apply([0.0, 0.0, w]))
-    return Body(
-        bar.name, bar.mass, inertia, centre_of_gravity=tuple(centre), velocity=velocity
-    )
+    return Body(bar.name, bar.mass, inertia, centre_of_gravity=tuple(centre), points=FRAME)
 
 
 def at(bar: Bar, place: np.ndarray, turn: Rotation) -> tuple[float, ...]:
@@ -57,9 +55,9 @@ def at(bar: Bar, place: np.ndarray, turn: Rotation) -> tuple[float, ...]:
     return tuple(turn.apply([*(place - (bar.a + bar.b) / 2.0), 0.0]))
 
 
-def hung(bars: list[Bar], rates: Rates, turn: Rotation) -> tuple[list[Body], Mapping]:
+def hung(bars: list[Bar], turn: Rotation) -> tuple[list[Body], Mapping]:
     """The bars, and their weights along -y of the plane."""
-    bodies = [body(*each, turn) for each in zip(bars, rates.v, rates.w, strict=True)]
+    bodies = [body(bar, turn) for bar in bars]
     weights = {}
     for bar in bars:
         force = turn.apply([0.0, -GRAVITY * bar.mass, 0.0])
@@ -102,8 +100,9 @@ class FourBar:
         v = [vB / 2.0, vB + w2 * across(C - B) / 2.0, w3 * across(C - self.D) / 2.0]
         return Rates(np.array(v), np.array([w, w2, w3]))
 
-    def joints(self, angle: float, turn: Rotation) -> dict[str, Joint]:
-        """Four hinges."""
+    def joints(self, angle: float, w: float, turn: Rotation) -> dict[str, Joint]:
+        """Four hinges; `c` closes the loop."""
+        crank, coupler, rocker = self.rates(angle, w).w
         B, C = self.corners(angle)
         bars = {bar.name: bar for bar in self.bars(angle)}
         ends = {
@@ -112,7 +111,8 @@ class FourBar:
             "c": ("coupler", "rocker", C),
             "d": ("rocker", None, self.D),
         }
-        return hinges(bars, ends, turn)
+        starts = {"a": crank, "b": coupler - crank, "d": rocker}
+        return hinges(bars, ends, starts, turn)
 
     def acceleration(self, angle: float, w: float) -> float:
         """Of the crank, by Lagrange's equation of its angle."""
@@ -128,10 +128,10 @@ class FourBar:
         return float((-GRAVITY * m @ one.v[:, 1] - bias * w * w) / mass)
 
     def scene(self, angle: float, w: float, end: float, step: float, turn: Rotation) -> Scene:
-        """The linkage of free bodies."""
-        bodies, weights = hung(self.bars(angle), self.rates(angle, w), turn)
+        """The linkage under its weight."""
+        bodies, weights = hung(self.bars(angle), turn)
         found = scene(bodies, weights, end, step, method=Method.RK4)
-        return replace(found, joints=self.joints(angle, turn))
+        return replace(found, joints=self.joints(angle, w, turn))
 
     def angles(self, angle: float, w: float, times: np.ndarray) -> np.ndarray:
         """Angle (nt,) of the crank."""
@@ -167,19 +167,31 @@ class SliderCrank(FourBar):
         vC = vB + rod * across(C - B)
         return Rates(np.array([vB / 2.0, (vB + vC) / 2.0, vC]), np.array([w, rod, 0.0]))
 
-    def joints(self, angle: float, turn: Rotation) -> dict[str, Joint]:
+    def joints(self, angle: float, w: float, turn: Rotation) -> dict[str, Joint]:
+        rates = self.rates(angle, w)
+        crank, rod, _ = rates.w
         B, C = self.corners(angle)
         bars = {bar.name: bar for bar in self.bars(angle)}
         ends = {"a": ("crank", None, self.A), "b": ("rod", "crank", B), "c": ("rod", "block", C)}
         along = tuple(turn.apply([1.0, 0.0, 0.0]))
-        slide = Joint(JointType.SLIDER, "block", None, (0.0, 0.0, 0.0), along)
-        return {**hinges(bars, ends, turn), "slide": slide}
+        slide = joint("slider", "block", None, moved(velocity=rates.v[2, 0]), axis=along)
+        return {**hinges(bars, ends, {"a": crank, "b": rod - crank}, turn), "slide": slide}
 
 
-def hinges(bars: Mapping[str, Bar], ends: Mapping, turn: Rotation) -> dict[str, Joint]:
-    """Hinges about the normal of the plane: name of each, its bodies and its place."""
+def hinges(
+    bars: Mapping[str, Bar], ends: Mapping, starts: Mapping[str, float], turn: Rotation
+) -> dict[str, Joint]:
+    """Hinges about the normal of the plane: name of each, its bodies and its place; the rate at
+    the ``starts`` of those of the tree."""
     normal = tuple(turn.apply([0.0, 0.0, 1.0]))
     return {
-        name: Joint(JointType.HINGE, one, other, at(bars[one], place, turn), normal)
+        name: joint(
+            "hinge",
+            one,
+            other,
+            moved(velocity=starts.get(name, 0.0)),
+            point=at(bars[one], place, turn),
+            axis=normal,
+        )
         for name, (one, other, place) in ends.items()
     }

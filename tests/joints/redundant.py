@@ -86,6 +86,23 @@ def joint_wrenches(bodies: Sequence[Rigid], links: Sequence[Link]) -> list[np.nd
     return [load @ rows.wrench for load, rows in zip(loads, each, strict=True)]
 
 
+def openings(bodies: Sequence[Rigid], link: Link) -> list[float]:
+    """How far the conditions of a joint are from holding: lengths along the axes of `to` that are
+    no slides, and cosines of right angles."""
+    one, other = _body(bodies, link.body), _body(bodies, link.to)
+    gap = one.place + one.rotation @ link.point - other.place - other.rotation @ link.to_point
+    lengths = [
+        float(gap @ other.rotation @ link.to_axes[axis])
+        for axis in range(3)
+        if axis not in SLIDES.get(link.kind, ())
+    ]
+    cosines = [
+        float((other.rotation @ link.to_axes[i]) @ (one.rotation @ link.axes[j]))
+        for i, j in RIGHT_ANGLES[link.kind]
+    ]
+    return [*lengths, *cosines]
+
+
 def _rows(bodies: Sequence[Rigid], link: Link) -> Rows:
     rows = [*_points(bodies, link), *_angles(bodies, link)]
     return Rows(*(np.array(column) for column in zip(*rows, strict=True)))

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from jointed import carried, completed, joint, moved, scene, swivelled
-from turning import points, rooted, swapped, turned, turned_back
+from turning import points, renamed, rooted, swapped, turned, turned_back
 
 from hydrosim.forces import AppliedForce, Harmonic, LinearMooring, Spring
 from hydrosim.scene import ForceElement, JointResistance, Scene, Tolerance, Weight
@@ -121,12 +121,12 @@ def test_the_scene_turned(figure: Figure) -> None:
     assert np.abs(back - before).max() <= WITHIN * np.abs(before).max()
 
 
-def test_the_order_of_bodies_and_joints(figure: Figure) -> None:
-    whole = tree()
+def test_the_order_and_the_names_of_bodies_and_joints(figure: Figure) -> None:
+    whole = renamed(tree(), {name: f"{k} {name[::-1]}" for k, name in enumerate(reversed(TREE))})
     rng = np.random.default_rng(1)
     bodies = tuple(whole.bodies[i] for i in rng.permutation(len(whole.bodies)))
     names = list(whole.joints)
-    joints = {names[i]: whole.joints[names[i]] for i in rng.permutation(len(names))}
+    joints = {f"{i}": whole.joints[names[i]] for i in rng.permutation(len(names))}
     run = completed(replace(whole, bodies=bodies, joints=joints))
     error = apart(points(run, whole))
     figure("error", error)

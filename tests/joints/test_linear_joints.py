@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dry_scenes import moving, scene, steady
+from dry_scenes import scene, steady
 
 import hydrosim as hs
 from hydrosim.compiling.compile import compile_scene
@@ -15,6 +15,7 @@ from hydrosim.scene import (
     Active,
     Body,
     Joint,
+    JointResistance,
     JointType,
     Kinematics,
     LinearScenes,
@@ -28,7 +29,7 @@ G, MASS, ARM, INERTIA = 9.81, 3.0, 2.0, 2.0
 
 
 def pendulum(side: float = 0.0, **changes: object) -> Scene:
-    """A body that hangs on a hinge to the earth, under its weight and a force of 1 N to the side."""
+    """A body that hangs on a hinge to the earth, under its weight and a force to the side."""
     inertia = np.diag([1.0, INERTIA, 1.5])
     body = Body("bob", MASS, inertia, centre_of_gravity=(0.0, 0.0, -ARM))
     load = steady("bob", heave=-MASS * G, surge=side)
@@ -43,11 +44,9 @@ def test_a_pendulum_at_rest_and_its_frequency() -> None:
     side = 5.0
     compiled = compile_scene(pendulum(side, at_rest=True))
     angle = np.arctan2(side, MASS * G)
-    assert compiled.state.y[4] == pytest.approx(-angle, abs=1e-9)
-    assert compiled.state.y[0] == pytest.approx(ARM * np.sin(angle), abs=1e-9)
+    assert compiled.state.y[0] == pytest.approx(-angle, abs=1e-9)
     w = np.sqrt(MASS * np.hypot(G, side / MASS) * ARM / (INERTIA + MASS * ARM**2))
     linear = hs.linearise(*compiled)
-    assert linear.freedom.basis.shape == (6, 1)
     assert np.abs(linear.eigenvalues().imag) == pytest.approx([w, w], rel=1e-6)
     run = hs.simulate(pendulum(side, at_rest=True))
     assert np.abs(run.velocity.values).max() < 1e-9
@@ -79,16 +78,11 @@ def test_small_angles_keep_joints_and_are_propagated() -> None:
         forces={**base.forces, "spring": spring},
         solver=replace(base.solver, kinematics=Kinematics.LINEAR),
     )
-    body = replace(
-        small.bodies[0],
-        position=moving(surge=0.2, pitch=-0.1),
-        velocity=moving(surge=0.4, pitch=-0.2),
-    )
-    small = replace(small, bodies=(body,))
+    start = JointResistance(position=-0.1, velocity=-0.2)
+    hinge = replace(small.joints["hinge"], resistances=(start,))
+    small = replace(small, joints={"hinge": hinge})
     stepped = hs.simulate(replace(small, solver=replace(small.solver, step=0.002)))
-    exact = hs.simulate(
-        replace(small, solver=replace(small.solver, linear=LinearScenes.EXACT))
-    )
+    exact = hs.simulate(replace(small, solver=replace(small.solver, linear=LinearScenes.EXACT)))
     assert exact.position.values == pytest.approx(stepped.position.values, abs=1e-9)
     q = exact.position.values[:, 0]
     assert np.abs(q[:, 0] + ARM * q[:, 4]).max() < 1e-12

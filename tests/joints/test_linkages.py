@@ -195,7 +195,7 @@ def four_bar() -> Scene:
         "A": hinged(m, "crank", None, at["A"], turn["crank"]),
         "B": hinged(m, "coupler", "crank", at["B"], turn["coupler"] - turn["crank"]),
         "D": hinged(m, "rocker", None, np.array([GROUND, 0.0]), turn["rocker"]),
-        "C": hinged(m, "rocker", "coupler", at["C"], turn["rocker"] - turn["coupler"]),
+        "C": hinged(m, "rocker", "coupler", at["C"]),
     }
     bodies = [body_of(m, name) for name in m.links]
     return scene(bodies, joints, TIME[-1], output_step=0.05)
@@ -209,7 +209,7 @@ def slider_crank() -> Scene:
         "A": hinged(m, "crank", None, at["A"], turn["crank"]),
         "B": hinged(m, "rod", "crank", at["B"], turn["rod"] - turn["crank"]),
         "rail": joint("slider", "block", None, moved(0.0, speed), axis=(1.0, 0.0, 0.0)),
-        "C": hinged(m, "block", "rod", at["C"], -turn["rod"]),
+        "C": hinged(m, "block", "rod", at["C"]),
     }
     bodies = [body_of(m, name) for name in m.links]
     return scene(bodies, joints, TIME[-1], output_step=0.05)

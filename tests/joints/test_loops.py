@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
+from jointed import moved, places, rotations
 from linkages import GRAVITY, IN_PLANE, TILTED, FourBar, Rates, SliderCrank, across, at
 from scipy.spatial.transform import Rotation
 
@@ -22,30 +23,23 @@ TIMES = np.arange(0.2, 1.7, 0.2)
 
 def crank(run: xr.Dataset, turn: Rotation) -> np.ndarray:
     """Place (nt, 2) of the crank's centre of gravity in its plane."""
-    place = run.position.values[:, 0, :3] + run.reference_position.values[0]
-    return np.asarray(turn.inv().apply(place)[:, :2])
+    return np.asarray(turn.inv().apply(places(run, "crank"))[:, :2])
 
 
 def gaps(scene: Scene, run: xr.Dataset) -> np.ndarray:
-    """Ways between the points of all joints, and between their axes, at all output times, by
-    rotation matrices of scipy."""
-    R = {}
-    place = {}
-    for b, body in enumerate(scene.bodies):
-        q = run.position.values[:, b]
-        R[body.name] = Rotation.from_euler("ZYX", q[:, [5, 4, 3]]).as_matrix()
-        place[body.name] = q[:, :3] + run.reference_position.values[b]
+    """Ways between the points of all joints, and between their axes, at all output times."""
     rest = {body.name: np.array(body.centre_of_gravity) for body in scene.bodies}
     found = []
     for joint in scene.joints.values():
-        here = place[joint.body] + R[joint.body] @ np.array(joint.point)
-        axis = R[joint.body] @ np.array(joint.axis)
-        fixed = rest[joint.body] + np.array(joint.point)
-        if joint.to is None:
-            there, other = fixed, np.array(joint.axis)
-        else:
-            there = place[joint.to] + R[joint.to] @ (fixed - rest[joint.to])
-            other = R[joint.to] @ np.array(joint.axis)
+        R = rotations(run, joint.body)
+        here = places(run, joint.body) + R @ np.array(joint.point)
+        axis = R @ np.array(joint.axis)
+        there = rest[joint.body] + np.array(joint.point)
+        other = np.array(joint.axis)
+        if joint.to is not None:
+            R = rotations(run, joint.to)
+            there = places(run, joint.to) + R @ (there - rest[joint.to])
+            other = R @ other
         d = here - there
         if joint.type == JointType.SLIDER:
             d = np.cross(d, joint.axis)
@@ -85,7 +79,7 @@ def test_an_adaptive_method_reaches_the_angle_of_minimal_coordinates() -> None:
 
 
 def test_the_load_of_a_joint_is_newtons_of_what_is_behind_it() -> None:
-    """Rocker alone: m (a - g) = forces of its two hinges; only `d` is to the earth."""
+    """Rocker alone: m (a - g) = forces of its two hinges, one of the tree and one of the loop."""
     linkage = FourBar()
     scene = replace(linkage.scene(ANGLE, SPEED, 0.4, 0.01, IN_PLANE), output_accelerations=True)
     run = hs.simulate(scene)
@@ -97,18 +91,19 @@ def test_the_load_of_a_joint_is_newtons_of_what_is_behind_it() -> None:
     found = force[:, names.index("d"), :3] - force[:, names.index("c"), :3] + weight
     assert np.abs(found - linkage.masses[2] * a).max() < 1e-10 * np.abs(force).max()
     assert np.abs(force[:, :, 5]).max() < 1e-9 * np.abs(force).max()  # hinges turn freely
-    total = run.force_joints.sel(body="rocker").values[:, :3]
-    assert np.abs(total - (found - weight)).max() < 1e-12 * np.abs(force).max()
+    loop = run.force_joints.sel(body="rocker").values[:, :3]
+    assert np.abs(loop + force[:, names.index("c"), :3]).max() < 1e-12 * np.abs(force).max()
 
 
 def test_redundant_constraints_are_dropped_and_named() -> None:
-    """Four parallel hinges hold 20 motions of 18, and leave one: three are redundant."""
+    """The hinges of the tree leave turns in the plane: the loop holds five motions, two of them
+    freely."""
     scene = FourBar().scene(ANGLE, SPEED, 0.1, 0.01, IN_PLANE)
     compiled = compile_scene(scene)
     told = [text for text in compiled.notes.skipped if "constraints" in text]
     assert len(told) == 1
     assert told[0].startswith("c: 3 of its 5 constraints, which other joints hold")
-    assert [*hs.simulate(scene).lock_rows.values[-1]] == [5, 5, 5, 2]
+    assert [*hs.simulate(scene).lock_rows.values[-1]] == [2]
 
 
 def test_a_linkage_continues_to_the_bit() -> None:
@@ -143,8 +138,7 @@ def test_a_loop_that_becomes_singular_ends_the_run() -> None:
     text = str(raised.value)
     assert "four-bar linkage in a straight line" in text
     assert "at t = 0.2" in text
-    for name in ("a", "b", "c", "d"):
-        assert name in text.partition("the joints ")[2].partition(" come")[0]
+    assert "the joints c come" in text
 
 
 def test_a_loop_that_is_singular_at_the_start_is_refused() -> None:
@@ -156,31 +150,28 @@ def test_a_loop_that_is_singular_at_the_start_is_refused() -> None:
 def test_a_loop_that_does_not_close_is_refused_with_its_gap() -> None:
     linkage = FourBar()
     scene = linkage.scene(ANGLE, 0.0, 1.0, 0.01, IN_PLANE)
-    moved = replace(scene.bodies[2], position=(0.25, 0.0, 0.0, 0.0, 0.0, 0.1))
-    scene = replace(scene, bodies=(*scene.bodies[:2], moved))
-    with pytest.raises(InputError, match=r"joints.d: does not close at the start: .* m and 0 deg"):
+    off = replace(scene.joints["d"], resistances=(moved(0.1),))
+    scene = replace(scene, joints={**scene.joints, "d": off})
+    with pytest.raises(InputError, match=r"joints.c: does not close .* 0\.3 m and 0 deg"):
         hs.simulate(scene)
 
 
 def test_velocities_that_joints_do_not_allow_are_refused() -> None:
     linkage = FourBar()
     scene = linkage.scene(ANGLE, SPEED, 1.0, 0.01, IN_PLANE)
-    still = replace(scene.bodies[0], velocity=(0.0,) * 6)
-    scene = replace(scene, bodies=(still, *scene.bodies[1:]))
+    still = replace(scene.joints["d"], resistances=(moved(),))
+    scene = replace(scene, joints={**scene.joints, "d": still})
     with pytest.raises(InputError, match=r"initial velocities part .* m/s"):
         hs.simulate(scene)
 
 
 def test_joints_that_fight_are_refused() -> None:
-    """A ball and a slider across it hold one body; the slider's body is moved off its line."""
+    """A second ball holds the block where its slider does not let it begin."""
     linkage = SliderCrank()
     scene = linkage.scene(ANGLE, 0.0, 1.0, 0.01, IN_PLANE)
-    block = scene.bodies[2]
     bar = linkage.bars(ANGLE)[2]
     second = Joint(JointType.BALL, "block", None, at(bar, bar.a, IN_PLANE))
-    moved = replace(block, position=(0.1, 0.0, 0.0, 0.0, 0.0, 0.0))
-    scene = replace(
-        scene, bodies=(*scene.bodies[:2], moved), joints={**scene.joints, "second": second}
-    )
-    with pytest.raises(InputError, match="does not close at the start: 0.1 m and 0 deg"):
-        hs.simulate(scene)
+    off = replace(scene.joints["slide"], resistances=(moved(0.1),))
+    joints = {**scene.joints, "slide": off, "second": second}
+    with pytest.raises(InputError, match=r"does not close at the start: 0\.1 m and 0 deg"):
+        hs.simulate(replace(scene, joints=joints))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from math import pi
 from pathlib import Path
 
@@ -46,8 +45,8 @@ def test_linear_analysis_against_the_frequency_domain(barges, validated):
     rows = range(6, barges.frequency.size, 6)
     columns = range(0, barges.heading.size, 2)
     wanted = Wanted(
-        headings=barges.heading[list(columns)],
-        frequencies=barges.frequency[list(rows)],
+        headings=tuple(barges.heading[list(columns)]),
+        frequencies=tuple(barges.frequency[list(rows)]),
         radiation=Radiation.DATABASE,
     )
     found = linear_analysis(scene_of(), wanted)
@@ -72,10 +71,10 @@ def test_linear_analysis_against_the_frequency_domain(barges, validated):
 
 @pytest.mark.parametrize("kinematics", ["linear", "exact"])
 @pytest.mark.parametrize("wanted", [0.6, 0.9, 1.2])
-def test_regular_waves_against_the_frequency_domain(barges, validated, kinematics, wanted):
-    """Amplitudes and phases of surge, heave and pitch of both, of the largest, with pitch times half
-    of a barge's length. Damping is that of the database, with added mass that it implies. That of
-    the database itself, with the errors of its panels, is up to 0.4 per cent away."""
+def test_regular_waves_against_the_frequency_domain(barges, validated, figure, kinematics, wanted):
+    """Amplitudes and phases of surge, heave and pitch of both, of the largest, with pitch times
+    half of a barge's length. Damping is that of the database, with the added mass that it implies. The
+    added mass of the database itself has errors of its panels, which show in the motions."""
     row = int(np.argmin(np.abs(barges.frequency - wanted)))
     found = harmonic(barges.frequency[row], kinematics)
     lever = np.tile([1.0, 1.0, 1.0, 20.0, 20.0, 20.0], 2)[IN_PLANE]
@@ -84,7 +83,8 @@ def test_regular_waves_against_the_frequency_domain(barges, validated, kinematic
         expected = barges.by_coordinates(row, 0, added_mass)[IN_PLANE]
         error = np.abs((found - expected) * lever).max()
         errors.append(error / np.abs(expected * lever).max())
-    assert errors[1] < 5e-3
+    figure("with the added mass of the database", errors[1])
+    assert errors[1] < 3e-3
     validated(
         Kind.INDEPENDENT,
         "hinged barges in a regular wave, motions of the largest",
@@ -98,8 +98,8 @@ def test_regular_waves_against_the_frequency_domain(barges, validated, kinematic
 
 
 def harmonic(w: float, kinematics: str) -> np.ndarray:
-    """Complex amplitudes (6,) per wave amplitude of the motions `IN_PLANE` in a small wave, over its
-    last twenty periods."""
+    """Complex amplitudes (6,) per wave amplitude of the motions `IN_PLANE` in a small wave, over
+    its last twenty periods."""
     period = 2.0 * pi / w
     scene = scene_of(
         environment__waves__amplitude=SMALL,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -73,6 +73,26 @@ def points(run: xr.Dataset, scene: Scene) -> np.ndarray:
 def turned_back(found: np.ndarray, by: float, shift: Sequence[float] = (0.0, 0.0)) -> np.ndarray:
     """Points of a turned scene (nt, np, 3) where they would be without the turn."""
     return (found - [*shift, 0.0]) @ about_z(by)
+
+
+def renamed(scene: Scene, names: Mapping[str, str]) -> Scene:
+    """The same scene with other names of its bodies."""
+    joints = {
+        name: replace(told, body=names[told.body], to=names.get(told.to or ""))
+        for name, told in scene.joints.items()
+    }
+    return replace(
+        scene,
+        bodies=tuple(replace(body, name=names[body.name]) for body in scene.bodies),
+        joints=joints,
+        forces={name: _renamed_force(e, names) for name, e in scene.forces.items()},
+    )
+
+
+def _renamed_force(e: ForceElement, names: Mapping[str, str]) -> ForceElement:
+    if isinstance(e, Spring) and e.anchor_body is not None:
+        return replace(e, body=names[e.body], anchor_body=names[e.anchor_body])
+    return replace(e, body=names[e.body])
 
 
 def at_rest(scene: Scene, name: str | None) -> tuple[np.ndarray, np.ndarray]:

@@ -21,7 +21,7 @@ def drawn(name: str = "barge", heading: float = 0.0) -> Arrangement:
     box[:, :2] = BOX[:, :2] @ turn.T
     points[:, :2] = POINTS[:, :2] @ turn.T
     lines = [Line("bow", points[1], points[1] + [500.0, 0.0, -90.0])]
-    return Arrangement([Placed(name, box)], {"pads": points}, lines, [("waves", np.pi / 3)])
+    return Arrangement([Placed(name, box)], {"pads": points}, lines, [("waves", np.pi / 3)], {})
 
 
 def elements(picture: str, tag: str) -> list[ElementTree.Element]:
@@ -69,5 +69,5 @@ def test_names_are_texts() -> None:
 
 
 def test_what_is_flat_is_drawn() -> None:
-    flat = Arrangement([Placed("plate", BOX * [1.0, 0.0, 0.0])], {}, [], [])
+    flat = Arrangement([Placed("plate", BOX * [1.0, 0.0, 0.0])], {}, [], [], {})
     assert elements(svg(flat, DEFAULT), "polygon")

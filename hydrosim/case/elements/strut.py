@@ -60,7 +60,7 @@ class Strut(Element):
     length: of.LineLength | None = None
     """Length at which the spring has no force. Without it, the length at rest."""
     stiffness: of.EitherStiffness | None = None
-    """Force per extension, in tension and in compression. It may be 0."""
+    """Force per extension, in tension and in compression. It may be 0 or negative."""
     curve: StrutCurve | None = None
     """Force over extension, in place of stiffness."""
     damping: of.Damping = 0.0

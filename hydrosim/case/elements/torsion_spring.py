@@ -55,7 +55,7 @@ class TorsionSpring(Element):
     neutral: of.Angle = 0.0
     """Angle at which the spring has no moment. The angle is 0 at rest."""
     stiffness: of.EitherTurnStiffness | None = None
-    """Moment per angle. It may be 0."""
+    """Moment per angle. It may be 0 or negative."""
     curve: TorsionCurve | None = None
     """Moment over angle, in place of stiffness."""
     damping: of.TurnDamping = 0.0

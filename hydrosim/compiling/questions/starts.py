@@ -10,6 +10,8 @@ from hydrosim.compiling.questions.doubt import About, Doubt
 from hydrosim.forces.contact.fender import Contact
 from hydrosim.forces.contact.normal import NormalCurve, PrescribedNormal
 from hydrosim.forces.contact.plane import Plane
+from hydrosim.forces.link import Link, Strut
+from hydrosim.forces.link import stretch as stretch_of_strut
 from hydrosim.forces.spring import Spring, stretch
 from hydrosim.scene import ForceElement, GivenComponents, Weight
 from hydrosim.scene.trees import arranged, joined_with
@@ -117,7 +119,12 @@ def _touches(element: ForceElement) -> bool:
 
 
 def lines(about: About) -> Iterator[Doubt]:
-    """Ask about lines that are far too short."""
+    """Ask about lines that are far too short, and struts of another length."""
+    yield from _springs(about)
+    yield from _struts(about)
+
+
+def _springs(about: About) -> Iterator[Doubt]:
     springs = {name: of for name, of in about.scene.forces.items() if isinstance(of, Spring)}
     rows = about.model.elements.springs.lines
     for (name, line), row in zip(springs.items(), rows, strict=True):
@@ -126,6 +133,21 @@ def lines(about: About) -> Iterator[Doubt]:
             found = (
                 f"{line.length:g} m, while its ends are {longer:.3g} m further apart at the start"
             )
+            yield Doubt(
+                f"forces.{name}.length", found, f"usual is up to {STRETCHED:.0%} of its length"
+            )
+
+
+def _struts(about: About) -> Iterator[Doubt]:
+    named = about.model.elements.links.links
+    links = [(name, of) for name, of in about.scene.forces.items() if isinstance(of, Link)]
+    for (name, strut), row in zip(links, named, strict=True):
+        if not (isinstance(strut, Strut) and np.any(strut.force)):
+            continue
+        offset = float(stretch_of_strut(row, about.model.bodies, about.motion).x)
+        if abs(offset) > max(STRETCHED * row["neutral"], float(np.abs(strut.offset).max())):
+            longer = "longer" if offset > 0.0 else "shorter"
+            found = f"{row['neutral']:g} m, while it is {abs(offset):.3g} m {longer} at the start"
             yield Doubt(
                 f"forces.{name}.length", found, f"usual is up to {STRETCHED:.0%} of its length"
             )

@@ -9,7 +9,7 @@ import numpy as np
 from hydrosim.database.build.barge import Barge, hydrostatics, patch
 from hydrosim.database.build.hull_keys import MeshHull, SphereHull
 from hydrosim.database.build.recipe import load_recipe
-from hydrosim.database.hull import closed, read_hull, triangles_of
+from hydrosim.database.hull import closed, read_closed, triangles_of
 from hydrosim.dofs import about_z
 from hydrosim.errors import InputError
 from hydrosim.scene import Hull
@@ -19,6 +19,11 @@ def hull_of_recipe(path: Path, body: int = 1, depth: float | None = None) -> Hul
     """Hull of a ``body`` of a recipe, in the database's frame. The sides of barges and boxes extend
     to a flat deck ``depth`` [m] above the keel. Raises `InputError` if that is not possible.
     """
+    return closed(shape_of_recipe(path, body, depth), str(path))
+
+
+def shape_of_recipe(path: Path, body: int = 1, depth: float | None = None) -> np.ndarray:
+    """Triangles (nt, 3, 3) of the same hull, which may be submerged."""
     recipe = load_recipe(path)
     if body > len(recipe.data.parts):
         raise InputError(f"{path}: has {len(recipe.data.parts)} bodies; expected body {body}.")
@@ -30,10 +35,10 @@ def hull_of_recipe(path: Path, body: int = 1, depth: float | None = None) -> Hul
             " with a depth (keel to deck), or a mesh without one. Give a file as mesh instead."
         )
     if isinstance(hull, MeshHull):
-        own = read_hull(path.parent / hull.file, hull).corners
+        own = read_closed(path.parent / hull.file, hull)
     else:
         own = barge_with_deck(hull.shape(recipe.data.water), float(depth or 0.0))
-    return closed(own @ about_z(part.heading).T + [*part.position, 0.0], str(path))
+    return np.asarray(own @ about_z(part.heading).T + [*part.position, 0.0])
 
 
 def barge_with_deck(hull: Barge, depth: float) -> np.ndarray:

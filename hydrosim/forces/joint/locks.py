@@ -3,7 +3,8 @@
     open      before and after its `active` time         no force
     waiting   active, outside its `Window`               until gap and speed are small enough
     running   a ratchet that moves its way               until it would go back, or a tooth later
-    closed    holds                                      a ratchet until its reaction changes sign
+    closed    holds                                      a ratchet until its reaction changes sign,
+                                                         others until their force exceeds a limit
 
 A joint that closes a loop is always closed, at its place at rest. Any other joint holds the
 relative place of the bodies when it closes; that place is in the state. What it stops is lost at
@@ -56,6 +57,7 @@ LOCK = np.dtype(
         *(("point", float, 3), ("other", float, 3), ("axes", float, (3, 3))),
         *(("rest", float, REFERENCE), ("first", int, ROWS), ("second", int, ROWS), ("count", int)),
         *(("lasts", bool), ("ratchet", int), ("pitch", float), ("gap", float), ("speed", float)),
+        ("strength", float),
     ]
 )
 """A joint: its number among all joints, its row of forces, its bodies, its point and axes, the
@@ -112,6 +114,7 @@ def _constants(number: int, joint: Joint, at: Any, layout: Layout) -> tuple[Any,
         joint.ratchet.pitch if joint.ratchet else 0.0,
         window.gap if window else inf,
         window.speed if window else inf,
+        inf if joint.breaks_at is None else joint.breaks_at,
     )
 
 
@@ -182,6 +185,7 @@ def _hold(i, y, kept, motion, bodies, p, wrench, constraints, holds):
         row = rows.find_row(lock, bit, at, rest, bodies, motion)
         clear(wrench)
         rows.apply(lock, at, row.force, row.moment, bodies, wrench)
+        holds.size[r] = _size(lock, wrench, bodies)
         generalised_force(bodies, motion, wrench, constraints.J[r])
         constraints.bound[r] = -row.bias
         holds.point[r] = NONE
@@ -193,6 +197,20 @@ def _hold(i, y, kept, motion, bodies, p, wrench, constraints, holds):
             holds.axis[r, a] = row.force[a]
             holds.axis[r, 3 + a] = row.moment[a]
         constraints.number[0] = r + 1
+
+
+@kernel
+def _size(lock, wrench, bodies):
+    """Sum of the squares of force and moment on both bodies, over mass and mean inertia."""
+    size = 0.0
+    for b in (lock.body, lock.to):
+        if b != EARTH:
+            one = bodies.each[b]
+            inertia = (one.inertia[0, 0] + one.inertia[1, 1] + one.inertia[2, 2]) / 3.0
+            f = vector(wrench, 6 * b)
+            m = vector(wrench, 6 * b + 3)
+            size += dot(f, f) / one.mass + dot(m, m) / inertia
+    return size
 
 
 @root
@@ -215,8 +233,8 @@ def press(i, y, load, motion, bodies, p, wrench):
 
 @kernel
 def collect(p, constraints, holds):
-    """Compute force and moment of every joint, and the reactions of ratchets, from the forces of
-    the constraints."""
+    """Compute force and moment of every joint, and the reactions of ratchets and of joints that may
+    break, from the forces of the constraints."""
     clear_reactions(p, holds)
     for r in range(constraints.number[0]):
         i = holds.lock[r]
@@ -224,6 +242,10 @@ def collect(p, constraints, holds):
             for a in range(6):
                 holds.joint[i, a] += constraints.force[r] * holds.axis[r, a]
             holds.reaction[p.reaction + i, 0] = constraints.force[r]
+    for i in range(p.each.size):
+        if p.each[i].strength < inf:
+            f = vector(holds.joint[i], 0)
+            holds.reaction[p.reaction + i, 0] = sqrt(dot(f, f))
 
 
 @kernel
@@ -301,6 +323,8 @@ def margins(y, modes, motion, bodies, p, reactions, out):
             out[m + SEGMENT_MARGIN] = lock.pitch - way if lock.pitch > 0.0 else 1.0
         elif mode == CLOSED and lock.ratchet != NO_RATCHET:
             out[m + FRICTION_MARGIN] = reactions[p.reaction + i, 0]
+        elif mode == CLOSED and lock.strength < inf:
+            out[m + FRICTION_MARGIN] = lock.strength - reactions[p.reaction + i, 0]
 
 
 @root
@@ -312,7 +336,7 @@ def switch(i, which, y, modes, motion, bodies, p):
         turns = lock.ratchet == TURNS
         rows.advance_reference(lock, turns, lock.pitch, bodies, y[k : k + REFERENCE])
     elif which == FRICTION_MARGIN:
-        modes[p.mode + i, MODE] = RUNNING
+        modes[p.mode + i, MODE] = RUNNING if lock.ratchet != NO_RATCHET else OPEN
     elif lock.pitch > 0.0:
         modes[p.mode + i, MODE] = CLOSED
     else:

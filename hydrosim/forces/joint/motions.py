@@ -49,6 +49,7 @@ AWAY, AT_LOWEST, AT_HIGHEST, BELOW, ABOVE = range(5)
 NAMES = ("frictionless", "stuck", "up", "down")
 STOPS = ("away", "at_lowest", "at_highest", "below", "above")
 POSITION, RATE, FORCE, OBSERVED = range(4)
+STILL = 1e-12  # m/s or rad/s after an impact: rounding
 
 MOTION = np.dtype(
     [
@@ -285,6 +286,17 @@ def break_loose(modes, p, reactions):
                 modes[p.mode + i, MODE] = UP if force < 0.0 else DOWN
                 return True
     return False
+
+
+@root
+def strike(y, modes, bodies, p):
+    """Test dry friction again, after velocities have jumped. It bears no impulse, because it is
+    finite: a stuck motion slides if it moves."""
+    n = bodies.active.size
+    for i in range(p.each.size):
+        if p.each[i].static >= 0.0:
+            u = y[n + p.each[i].coordinate]
+            modes[p.mode + i, MODE] = UP if u > STILL else DOWN if u < -STILL else STUCK
 
 
 @root

@@ -155,7 +155,7 @@ def rate(lock, row, at, bodies, motion):
 
 @kernel
 def turned(lock, reference, bodies, motion):
-    """Angle about the first axis from the reference [rad], beyond half a turn the other way round."""
+    """Angle about the first axis from the reference [rad], within half a turn both ways."""
     if not bodies.exact:
         turn = sub(_turn_between(lock, motion.coordinates, motion), vector(reference, TURN))
         return dot(vector(lock.axes[0], 0), turn)

@@ -106,6 +106,7 @@
     return { body: plane.body, mesh: buffer(new Float32Array(fan)) };
   });
   const supports = given.supports.map((one) => ({ body: one.body, contact: one.contact, mesh: buffer(floats(one.triangles)) }));
+  const joints = given.joints.map((joint) => ({ ...joint, mesh: buffer(floats(joint.triangles)) }));
   const string = buffer(new Float32Array(6));
   const R = given.size, middle = [0, 1, 2].map((i) => given.rest.reduce((sum, x) => sum + x[i], 0) / bodies);
   const surface = new Float32Array(3 * N * N), cells = new Uint16Array(6 * (N - 1) * (N - 1));
@@ -216,6 +217,7 @@
       const start = line.body < 0 ? line.point : apply(models[line.body], line.point), place = at(start);
       if (place) write(line.name, ...place);
     });
+    joints.slice(0, 12).forEach((joint) => { const place = at(apply(models[joint.body], joint.point)); if (place) write(joint.name, ...place); });
     [[1, 0, 0], [0, 1, 0], [0, 0, 1]].forEach((axis, k) => point2d([60, height - 60], turned(axis), 30, "xyz"[k]));
     towards.forEach((along, k) => point2d([width - 110 - 100 * k, 50], turned(along), 36, towards.length > 1 ? `waves ${k + 1}` : "waves"));
     const pixels = height / (2 * Math.tan(0.3) * far * lengths.factor), power = 10 ** Math.floor(Math.log10(140 / pixels));
@@ -261,6 +263,7 @@
       const share = 0.3 + 0.7 * Math.sqrt(Math.max(force, 0) / hardest);
       draw(mesh, modelFor(body), [...MODES[mode].map((x, i) => share * x + (1 - share) * OPEN[i]), 1]);
     }
+    for (const { body, mesh } of joints) draw(mesh, modelFor(body), [0.95, 0.75, 0.1, 1]);
     for (let l = 0; l < lines; l++) {
       const line = given.lines[l], share = (tensions[now[0] * lines + l] || 0) / tightest;
       gl.bindBuffer(gl.ARRAY_BUFFER, string.points);

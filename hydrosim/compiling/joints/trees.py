@@ -9,7 +9,7 @@ import numpy as np
 
 from hydrosim.dofs import about_z
 from hydrosim.rigid.tree import BALL, BRANCH, MOVE, NO_BODY, NO_TREE, SLIDE, TURN, Tree
-from hydrosim.scene import Body, Joint, JointType, Scene
+from hydrosim.scene import Body, Joint, JointType, Kinematics, Scene, Weight
 from hydrosim.scene.joint import JointMotion, MotionKind
 from hydrosim.scene.trees import Branch, arranged, tree_joints
 
@@ -20,8 +20,18 @@ def check_trees(scene: Scene) -> Iterator[str]:
     """Problems of joints and of what they carry that a case file cannot contain."""
     found = arranged(scene.joints, [body.name for body in scene.bodies])
     bodies = {body.name: body for body in scene.bodies}
+    little = scene.solver.kinematics == Kinematics.LINEAR
+    roots = (body for name, body in bodies.items() if name not in found.children)
+    if not any(body.dofs for body in roots) and not any(b.joint.motions for b in found.branches):
+        yield "joints: found that they hold all bodies; expected at least one that can move"
     for branch in found.branches:
         child = bodies[branch.child]
+        parent = bodies.get(str(branch.parent), child)
+        if little and Weight.CARRIED in (child.weight, parent.weight):
+            yield (
+                f"joints.{branch.name}: kinematics: linear keeps arms as at rest, so that a weight"
+                " that a joint carries restores nothing; choose exact"
+            )
         if any(child.position) or any(child.velocity):
             yield f"bodies.{child.name}: found a start of a body that {branch.name} carries"
     for name, joint in scene.joints.items():
@@ -150,8 +160,9 @@ def rodrigues(rotation: np.ndarray) -> np.ndarray:
 
 def _slopes_at_rest(tree: Tree, own: np.ndarray, origins: np.ndarray) -> np.ndarray:
     """S (6 nb, n) at rest."""
-    S = np.zeros((len(origins), 6, own.size + tree.coordinates))
-    S.reshape(-1, S.shape[-1])[own, np.arange(own.size)] = 1.0
+    n = own.size + tree.coordinates  # none, if all is fixed
+    S = np.zeros((len(origins), 6, n))
+    S.reshape(6 * len(origins), n)[own, np.arange(own.size)] = 1.0
     for branch in tree.branches:
         child, parent = branch["child"], branch["parent"]
         if parent != NO_BODY:
@@ -167,4 +178,4 @@ def _slopes_at_rest(tree: Tree, own: np.ndarray, origins: np.ndarray) -> np.ndar
                 else:
                     S[child, :3, j] = np.cross(axis, -branch["to_child"])
                     S[child, 3:, j] = axis
-    return np.ascontiguousarray(S.reshape(-1, S.shape[-1]))
+    return np.ascontiguousarray(S.reshape(6 * len(origins), n))

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from hydrosim.compiling.hydrostatics.tanks import steady_surface
-from hydrosim.compiling.trees import tree_of
+from hydrosim.compiling.joints.trees import tree_of
 from hydrosim.dofs import DOFS, about_z
 from hydrosim.rigid.free import slopes_at
 from hydrosim.rigid.kinematics import BODY, Bodies

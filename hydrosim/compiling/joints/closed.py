@@ -16,7 +16,9 @@ from hydrosim.forces.layout import constraint_names
 from hydrosim.linear.coordinates import inertia
 from hydrosim.linear.freedom import freedom_of
 from hydrosim.modes import MODE, SEGMENT
+from hydrosim.rigid.constraints import NOTHING
 from hydrosim.rigid.kinematics import place_bodies
+from hydrosim.rigid.tree import fill_rates
 from hydrosim.stepping.closing import choose_rows
 from hydrosim.stepping.dynamics import Model, new_work
 
@@ -32,13 +34,14 @@ TAKING_PART = 0.1  # of a joint's constraints in the combination that vanishes
 
 
 class Rows(NamedTuple):
-    """All constraints of closed joints: J (r, n), the ``residual`` (r,) [m or rad], and the ``lock``
-    and the ``slides`` (r,) flag of each."""
+    """All constraints of closed joints: J (r, n), the ``residual`` (r,) [m or rad]; the ``lock`` of
+    each, and whether it ``slides``, (r,); the ``size`` (r,) as in `Holds`."""
 
     J: np.ndarray
     residual: np.ndarray
     lock: np.ndarray
     slides: np.ndarray
+    size: np.ndarray
 
 
 def check_joints(scene: Scene) -> Iterator[str]:
@@ -80,7 +83,7 @@ def describe_dropped(scene: Scene, model: Model, state: State) -> Iterator[str]:
 def singular_joints(scene: Scene, model: Model, state: State) -> str:
     """Names of the closed joints whose constraints depend on each other most."""
     rows = _all_rows(model, state.y, state.modes)
-    J = _scaled(model, state.y, rows.J)
+    J = _scaled(model, state.y, rows)
     part = np.abs(linalg.svd(J)[0][:, min(J.shape) - 1])
     taking = dict.fromkeys(rows.lock[part > TAKING_PART * part.max()].tolist())
     return ", ".join(constraint_names(scene)[i] for i in taking)
@@ -99,14 +102,21 @@ def _all_rows(model: Model, y: np.ndarray, modes: np.ndarray) -> Rows:
     lock = work.holds.lock[:count]
     second = p.each["second"][lock, work.holds.bit[:count]]
     return Rows(
-        work.constraints.J[:count].copy(), work.holds.residual[:count].copy(), lock, second == NONE
+        work.constraints.J[:count].copy(),
+        work.holds.residual[:count].copy(),
+        lock,
+        second == NONE,
+        work.holds.size[:count].copy(),
     )
 
 
-def _scaled(model: Model, y: np.ndarray, J: np.ndarray) -> np.ndarray:
-    """Rows of unit length in coordinates scaled by the roots of their inertias."""
-    scaled = J / np.sqrt(np.diag(inertia(model, y)))
-    return np.asarray(scaled / np.maximum(np.linalg.norm(scaled, axis=1), 1e-300)[:, None])
+def _scaled(model: Model, y: np.ndarray, rows: Rows) -> np.ndarray:
+    """Rows J of unit length in coordinates scaled by the roots of their inertias; zero for rows
+    that are rounding."""
+    scaled = rows.J / np.sqrt(np.diag(inertia(model, y)))
+    length = np.linalg.norm(scaled, axis=1)
+    moves = length**2 > NOTHING * rows.size
+    return np.asarray(scaled * (moves / np.where(moves, length, 1.0))[:, None])
 
 
 def _check_gaps(scene: Scene, model: Model, rows: Rows) -> None:
@@ -146,18 +156,17 @@ def _check_velocities(scene: Scene, model: Model, state: State, rows: Rows) -> N
 def _check_regular(scene: Scene, model: Model, state: State, rows: Rows) -> None:
     """Refuse a loop in a place where its constraints depend on each other, and beside which they do
     not."""
-    here = _rank(_scaled(model, state.y, rows.J))
-    n = model.bodies.active.size
+    here = _rank(_scaled(model, state.y, rows))
     M = inertia(model, state.y)
     basis = freedom_of(rows.J, M).basis
     basis = basis / np.maximum(np.abs(basis).max(axis=0, initial=1e-300), 1e-300)
     draw = np.random.default_rng(1)
     for _ in range(2 if basis.size else 0):
         y = state.y.copy()
-        y[:n] += ASIDE * basis @ draw.uniform(-1.0, 1.0, basis.shape[1])
+        _shift(y, ASIDE * basis @ draw.uniform(-1.0, 1.0, basis.shape[1]), model)
         if not _return(model, y, state.modes):
             continue
-        beside = _rank(_scaled(model, y, _all_rows(model, y, state.modes).J))
+        beside = _rank(_scaled(model, y, _all_rows(model, y, state.modes)))
         if beside > here:
             raise InputError(
                 f"joints.{singular_joints(scene, model, state)}: at the start these joints are in a"
@@ -172,14 +181,21 @@ def _rank(J: np.ndarray) -> int:
 
 def _return(model: Model, y: np.ndarray, modes: np.ndarray) -> bool:
     """Bring places in ``y`` back to the constraints by least squares; false if that fails."""
-    n = model.bodies.active.size
     root = np.sqrt(np.diag(inertia(model, y)))
     for _ in range(TRIES):
         rows = _all_rows(model, y, modes)
         if np.abs(rows.residual).max() < 1e-12:
             return True
-        y[:n] -= np.linalg.lstsq(rows.J / root, rows.residual, rcond=RANK)[0] / root
+        back = -np.linalg.lstsq(rows.J / root, rows.residual, rcond=RANK)[0] / root
+        _shift(y, back, model)
     return False
+
+
+def _shift(y: np.ndarray, change: np.ndarray, model: Model) -> None:
+    """Change the places in ``y`` by rates (n,) over one second."""
+    shift = change.copy()
+    fill_rates(y[: change.size], change, model.bodies, shift)
+    y[: change.size] += shift
 
 
 def _sides(scene: Scene, name: str) -> str:

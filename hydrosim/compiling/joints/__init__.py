@@ -1,0 +1,1 @@
+"""Joints of a scene as constants, and their start."""

@@ -1,0 +1,97 @@
+"""Locks and ratchets in case files, and bad input about joints."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from textwrap import dedent, indent
+
+import numpy as np
+import pytest
+from dry_scenes import block, scene
+
+import hydrosim as hs
+from hydrosim.case import load_case
+from hydrosim.errors import InputError
+from hydrosim.scene import Joint, JointType, Ratchet, When, Window
+
+CASE = """
+    title: two masses
+    duration: 2 s
+    bodies:
+      a: {mass: 2 kg, inertia: {roll: 1, pitch: 1, yaw: 1}, dofs: [surge],
+          points: {eye: [0 m, 0 m, 0 m]}, initial: {velocity: {surge: 1 m/s}}}
+      b: {mass: 3 kg, inertia: {roll: 1, pitch: 1, yaw: 1}, dofs: [surge],
+          location: [1 m, 0 m], points: {eye: [0 m, 0 m, 0 m]}}
+    solver: {step: 0.05 s}
+    output: {step: 0.1 s, clearances: {eyes: {of: eye of a, to: eye of b}}}
+"""
+
+
+def case(tmp_path: Path, joints: str) -> Path:
+    path = tmp_path / "case.yaml"
+    path.write_text(dedent(CASE) + "joints:\n" + indent(dedent(joints).strip(), "  ") + "\n")
+    return path
+
+
+def test_a_pin_with_a_channel_and_a_window(tmp_path: Path) -> None:
+    pin = """
+        pin:
+          type: fixed
+          body: a
+          to: b
+          active: {from: {channel: clearance.eyes, below: 0.5 m}, until: 1.5 s}
+          window: {gap: 0.8 m, speed: 2 m/s}
+    """
+    path = case(tmp_path, pin)
+    joint = load_case(path).scene().joints["pin"]
+    assert joint.window == Window(0.8, 2.0)
+    assert joint.active.start == When(channel="clearance.eyes", below=0.5)
+    run = hs.simulate(path)
+    # the masses are 1 m apart at rest, which is a gap of zero at the joint's point
+    assert run.lock_mode.values[:, 0].tolist() == [0] * 6 + [3] * 10 + [0] * 5
+    assert run.velocity.values[-1, :, 0] == pytest.approx(0.4, abs=1e-12)
+
+
+def test_a_ratchet_of_a_case_file(tmp_path: Path) -> None:
+    text = "pawl: {type: ratchet, body: a, axis: [-1, 0, 0], slide: {pitch: 0.1 m}}"
+    joint = load_case(case(tmp_path, text)).scene().joints["pawl"]
+    assert joint.type == JointType.RATCHET
+    assert joint.ratchet == Ratchet(False, 0.1)
+    run = hs.simulate(case(tmp_path, text))
+    assert np.abs(run.position.values[:, 0, 0]).max() < 1e-9  # the wrong way: held at once
+
+
+BAD = {
+    "pawl: {type: ratchet, body: a, axis: [1, 0, 0]}": "either slide",
+    "pawl: {type: ratchet, body: a, axis: [1, 0, 0], turn: {pitch: 190 deg}}": "below 180 deg",
+    "pin: {type: fixed, body: a, to: b, window: {}}": "gap, speed, or both",
+    "pin: {type: fixed, body: a, to: b, window: {gap: 0 m}}": "a value above 0",
+    "pin: {type: fixed, body: a, to: b, breaks_at: 0 N}": "a force above 0",
+    "pin: {type: fixed, body: a, to: c}": "expected a body of this case",
+    "pin: {type: fixed, body: a, to: a}": "on both sides",
+    "pin: {type: slider, body: a, to: b, axis: [1, 0, 0], damping: 1 kg/s, window: {gap: 1 m}}": (
+        "window, and a spring, damping"
+    ),
+    "pin: {type: fixed, body: a, active: {from: {channel: clearance.eye, below: 1 m}}}": (
+        "clearance. and eyes"
+    ),
+}
+
+
+@pytest.mark.parametrize("joint", BAD)
+def test_bad_joints_are_refused_by_message(tmp_path: Path, joint: str) -> None:
+    with pytest.raises(InputError) as raised:
+        hs.simulate(case(tmp_path, joint))
+    assert BAD[joint] in str(raised.value)
+
+
+def test_unknown_bodies_of_a_scene_are_named() -> None:
+    base = scene([block(2.0, name="a")], {}, 1.0, 0.1)
+    for joint, text in (
+        (Joint(JointType.FIXED, "a", "c"), "joints.pin.to: found c"),
+        (Joint(JointType.FIXED, "c"), "joints.pin.body: found c"),
+        (Joint(JointType.FIXED, "a", "a"), "joints.pin.to: found a on both sides"),
+    ):
+        with pytest.raises(InputError, match=text):
+            hs.simulate(replace(base, joints={"pin": joint}))
