@@ -129,8 +129,8 @@ def _check_gaps(scene: Scene, model: Model, rows: Rows) -> None:
             raise InputError(
                 f"joints.{name}: does not close at the start: {gap:.3g} m and {turn:.3g} deg are"
                 f" missing between {_sides(scene, name)}; expected less than {CLOSE:g} m and rad."
-                " Joints are closed with all bodies at rest: change initial.position of these"
-                " bodies together, or leave it out."
+                " Joints are closed with all bodies at rest: change the starts (initial.position of"
+                " bodies, initial of joints) together, or leave them out."
             )
 
 
@@ -147,9 +147,9 @@ def _check_velocities(scene: Scene, model: Model, state: State, rows: Rows) -> N
         unit = "m/s" if rows.slides[worst] else "rad/s"
         raise InputError(
             f"joints.{name}: holds at the start, and the initial velocities part"
-            f" {_sides(scene, name)} by {abs(rates[worst]):.3g} {unit}; expected initial.velocity"
-            " of these bodies that the joint allows. A joint that is to stop them needs"
-            " active: {from: ...} after the start."
+            f" {_sides(scene, name)} by {abs(rates[worst]):.3g} {unit}; expected velocities that the"
+            " joint allows (initial.velocity of bodies, rate or speed of joints). A joint that is to"
+            " stop them needs active: {from: ...} after the start."
         )
 
 
