@@ -400,8 +400,8 @@ def _put(b, value, target, first):
 @root
 def record_angles(bodies, motion, out):
     """Write to ``out`` (6 nb,) roll, pitch and yaw of jointed bodies (z-y'-x'') in place of their
-    rotation vectors: records have the same angles for all bodies. Of the two triples of one attitude
-    it is that with the yaw nearest to the heading, so that a flap that turns over keeps its yaw."""
+    rotation vectors: records have the same angles for all bodies. Of the two triples of one
+    attitude they are that with the yaw nearest to the heading: a flap that turns over keeps it."""
     tree = bodies.tree
     for k in range(tree.branches.size if bodies.exact else 0):
         b = tree.branches[k].child

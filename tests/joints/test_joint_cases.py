@@ -86,6 +86,7 @@ def test_a_ratchet_of_a_case_file(tmp_path: Path) -> None:
 BAD = {
     "pawl: {type: ratchet, body: a, axis: [1, 0, 0]}": "either slide",
     "pawl: {type: ratchet, body: a, axis: [1, 0, 0], turn: {pitch: 190 deg}}": "below 180 deg",
+    "pawl: {type: ratchet, body: a, axis: [1e-200, 0, 0], slide: {}}": "an axis of no length",
     "pin: {type: fixed, body: a, to: b, window: {}}": "gap, speed, or both",
     "pin: {type: fixed, body: a, to: b, window: {gap: 0 m}}": "a value above 0",
     "pin: {type: fixed, body: a, to: b, breaks_at: 0 N}": "a force above 0",

@@ -147,9 +147,9 @@ def _check_velocities(scene: Scene, model: Model, state: State, rows: Rows) -> N
         unit = "m/s" if rows.slides[worst] else "rad/s"
         raise InputError(
             f"joints.{name}: holds at the start, and the initial velocities part"
-            f" {_sides(scene, name)} by {abs(rates[worst]):.3g} {unit}; expected velocities that the"
-            " joint allows (initial.velocity of bodies, rate or speed of joints). A joint that is to"
-            " stop them needs active: {from: ...} after the start."
+            f" {_sides(scene, name)} by {abs(rates[worst]):.3g} {unit}; expected velocities that"
+            " the joint allows (initial.velocity of bodies, rate or speed of joints). A joint that"
+            " is to stop them needs active: {from: ...} after the start."
         )
 
 
