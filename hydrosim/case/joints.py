@@ -218,10 +218,11 @@ class JointWindow(Strict):
     """Window in which a joint closes."""
 
     gap: of.Length | None = None
-    """The joint closes when its point on both bodies is nearer than this. Example: 0.05 m."""
+    """The joint closes when its point on both bodies is nearer than this. A slide that it leaves
+    free does not count. Example: 0.05 m."""
     speed: of.Speed | None = None
-    """The joint closes when the relative speed of the bodies at its point is below this. Example:
-    0.1 m/s."""
+    """The joint closes when the relative speed of the bodies at its point is below this. A slide
+    that it leaves free does not count. Example: 0.1 m/s."""
 
     @model_validator(mode="after")
     def _check_values(self) -> Self:
@@ -420,7 +421,8 @@ class Planar(OnAxis):
     type: Literal["planar"]
     """Slides in a plane with the normal axis, and a turn about it."""
     second_axis: of.Direction | None = None
-    """First direction in the plane. Without it, x, or y if the normal is along x."""
+    """First direction in the plane. Without it, x, or y if the normal is along x. Example: [1, 0,
+    0]."""
     first: Slide = Slide()
     """What acts along the first direction."""
     second: Slide = Slide()
@@ -473,6 +475,24 @@ class Ball(JointForm):
             scene.JointResistance(damping=self.damping, position=angle, velocity=rate)
             for angle, rate in zip(start.rotation, start.rate, strict=True)
         ]
+
+
+class Guide(OnAxis, Slide):
+    """A joint that slides along an axis and turns all ways: a guide pin in a sleeve."""
+
+    example: ClassVar[dict[str, Any]] = {
+        "type": "guide",
+        "body": "barge",
+        "axis": [0, 0, 1],
+        "active": {"from": "100 s"},
+    }
+
+    type: Literal["guide"]
+    """A point of the body stays on an axis of the other body; all turns are free."""
+
+    def resistances(self) -> Sequence[scene.JointResistance]:
+        turns = (scene.JointResistance(),) * 3
+        return (self.built(), *turns)
 
 
 class Fixed(JointForm):
@@ -551,6 +571,6 @@ def _at_right_angles(first: tuple[float, ...], second: tuple[float, ...]) -> Non
 
 
 AnyJoint = Annotated[
-    Hinge | Ball | Universal | Slider | Cylindrical | Planar | Fixed | Ratchet,
+    Hinge | Ball | Universal | Slider | Cylindrical | Planar | Guide | Fixed | Ratchet,
     Discriminator("type"),
 ]

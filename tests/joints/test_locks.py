@@ -49,6 +49,7 @@ FREE_AXES: dict[JointType, tuple[tuple[int, ...], tuple[int, ...]]] = {
     JointType.SLIDER: ((0,), ()),
     JointType.CYLINDRICAL: ((0,), (0,)),
     JointType.PLANAR: ((1, 2), (0,)),
+    JointType.GUIDE: ((0,), (0, 1, 2)),
 }
 TYPES = [*FREE_AXES]
 
