@@ -218,10 +218,11 @@ class JointWindow(Strict):
     """Window in which a joint closes."""
 
     gap: of.Length | None = None
-    """The joint closes when its point on both bodies is nearer than this. Example: 0.05 m."""
+    """The joint closes when its point on both bodies is nearer than this. A slide that it leaves
+    free does not count. Example: 0.05 m."""
     speed: of.Speed | None = None
-    """The joint closes when the relative speed of the bodies at its point is below this. Example:
-    0.1 m/s."""
+    """The joint closes when the relative speed of the bodies at its point is below this. A slide
+    that it leaves free does not count. Example: 0.1 m/s."""
 
     @model_validator(mode="after")
     def _check_values(self) -> Self:
@@ -476,6 +477,24 @@ class Ball(JointForm):
         ]
 
 
+class Guide(OnAxis, Slide):
+    """A joint that slides along an axis and turns all ways: a guide pin in a sleeve."""
+
+    example: ClassVar[dict[str, Any]] = {
+        "type": "guide",
+        "body": "barge",
+        "axis": [0, 0, 1],
+        "active": {"from": "100 s"},
+    }
+
+    type: Literal["guide"]
+    """A point of the body stays on an axis of the other body; all turns are free."""
+
+    def resistances(self) -> Sequence[scene.JointResistance]:
+        turns = (scene.JointResistance(),) * 3
+        return (self.built(), *turns)
+
+
 class Fixed(JointForm):
     """A joint that leaves no motion free."""
 
@@ -552,6 +571,6 @@ def _at_right_angles(first: tuple[float, ...], second: tuple[float, ...]) -> Non
 
 
 AnyJoint = Annotated[
-    Hinge | Ball | Universal | Slider | Cylindrical | Planar | Fixed | Ratchet,
+    Hinge | Ball | Universal | Slider | Cylindrical | Planar | Guide | Fixed | Ratchet,
     Discriminator("type"),
 ]

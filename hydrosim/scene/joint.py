@@ -25,6 +25,7 @@ class JointType(StrEnum):
     SLIDER = "slider"
     CYLINDRICAL = "cylindrical"
     PLANAR = "planar"
+    GUIDE = "guide"
     FIXED = "fixed"
     RATCHET = "ratchet"
 
@@ -63,6 +64,12 @@ MOTIONS: dict[JointType, tuple[JointMotion, ...]] = {
         JointMotion("angle", MotionKind.TURN, 0),
     ),
     JointType.BALL: (
+        JointMotion("rotation_x", MotionKind.SWIVEL, 0),
+        JointMotion("rotation_y", MotionKind.SWIVEL, 1),
+        JointMotion("rotation_z", MotionKind.SWIVEL, 2),
+    ),
+    JointType.GUIDE: (
+        JointMotion("offset", MotionKind.SLIDE, 0),
         JointMotion("rotation_x", MotionKind.SWIVEL, 0),
         JointMotion("rotation_y", MotionKind.SWIVEL, 1),
         JointMotion("rotation_z", MotionKind.SWIVEL, 2),
@@ -117,7 +124,8 @@ class Resistance:
 @dataclass(frozen=True)
 class Window:
     """A joint with a window closes as soon as its point on both bodies is nearer than ``gap`` [m],
-    and the relative speed there is below ``speed`` [m/s]."""
+    and the relative speed there is below ``speed`` [m/s]. Slides that the joint leaves free do not
+    count."""
 
     gap: float = inf
     speed: float = inf
@@ -138,8 +146,8 @@ class Joint:
     """A joint of ``body`` to another body or, without ``to``, to the earth.
 
     ``point`` (3,) and the axes are in the frame of ``body``, with both bodies at their places at
-    rest, where all motions of the joint are zero. ``axis`` is that of the hinge, slider or
-    cylinder, the normal of the plane, the first axis of the universal joint (it moves with ``to``).
+    rest, where all motions of the joint are zero. ``axis`` is that of the hinge, slider,
+    cylinder or guide, the normal of the plane, the first axis of the universal joint (it moves with ``to``).
     ``second`` is the second axis of the universal joint (it moves with ``body``), or the first one
     in the plane; any right angle to ``axis`` without it. ``resistances`` has one entry for each of
     the `MOTIONS`, or none.

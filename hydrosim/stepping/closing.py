@@ -274,7 +274,8 @@ def _book(y, change, modes, model, work):
 
 @root
 def _book_impulses(y, modes, change, model, work):
-    """Add the impulses on bodies, and their works by coordinate, to the integrals of ``y``."""
+    """Add the impulses on bodies, and their works by coordinate, to the integrals of ``y``. The
+    velocities of the works are the mean of those before and after the impact."""
     p = model.elements.locks
     push = work.push
     m = push.size
@@ -283,8 +284,15 @@ def _book_impulses(y, modes, change, model, work):
     for i in range(p.each.size):
         if locks.is_closed(i, modes, p):
             locks.press(i, y, work.holds.joint[i], work.motion, model.bodies, p, push)
+    n = model.bodies.active.size
+    mean = work.jump[1]
+    for i in range(n):
+        mean[i] = y[n + i] + 0.5 * change[i]
+    place_bodies(y[:n], mean[:n], model.bodies, work.motion)
+    works = model.impulse + model.rows * m
     for i in range(m):
         y[model.impulse + row * m + i] += push[i]
+        y[works + row * m + i] += push[i] * work.motion.velocity[i]
 
 
 @kernel

@@ -49,6 +49,7 @@ FREE_AXES: dict[JointType, tuple[tuple[int, ...], tuple[int, ...]]] = {
     JointType.SLIDER: ((0,), ()),
     JointType.CYLINDRICAL: ((0,), (0,)),
     JointType.PLANAR: ((1, 2), (0,)),
+    JointType.GUIDE: ((0,), (0, 1, 2)),
 }
 TYPES = [*FREE_AXES]
 
@@ -151,11 +152,13 @@ def test_the_loss_is_the_kinetic_energy_before_less_that_after(type: JointType, 
         assert np.abs(still[:3] @ run.velocity.values[end].ravel()).max() < 1e-12
 
 
-def test_two_masses_that_meet_in_closed_form() -> None:
+@pytest.mark.parametrize("method", Method)
+def test_two_masses_that_meet_in_closed_form(method: Method) -> None:
     a = block(2.0, ("surge",), "a", velocity=moving(surge=1.0))
     b = block(3.0, ("surge",), "b", velocity=moving(surge=-0.5))
     pin = closing(Joint(JointType.FIXED, "a", "b"), 0.4321)
-    run = hs.simulate(replace(scene([a, b], {}, 1.0, 0.1), joints={"pin": pin}))
+    free = scene([a, b], {}, 1.0, 0.1, method=method)
+    run = hs.simulate(replace(free, joints={"pin": pin}))
     reduced = 2.0 * 3.0 / 5.0
     assert run.velocity.values[-1, :, 0] == pytest.approx(0.1, abs=1e-12)
     assert run.lock_loss.values[-1, 0] == pytest.approx(0.5 * reduced * 1.5**2, rel=1e-12)

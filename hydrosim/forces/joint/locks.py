@@ -29,8 +29,8 @@ from hydrosim.forces.joint import rows
 from hydrosim.forces.joint.rows import EARTH, REFERENCE
 from hydrosim.jit.kernels import assign, clear, kernel, root
 from hydrosim.modes import CONTACT_MARGIN, FRICTION_MARGIN, MARGINS, MODE, SEGMENT, SEGMENT_MARGIN
-from hydrosim.rigid.kinematics import generalised_force, point_velocity
-from hydrosim.rigid.vectors import dot, sub, vector
+from hydrosim.rigid.kinematics import generalised_force
+from hydrosim.rigid.vectors import dot, vector
 from hydrosim.scene.joint import MotionKind
 
 if TYPE_CHECKING:
@@ -258,12 +258,17 @@ def clear_reactions(p, holds):
 
 @kernel
 def _gap(lock, bodies, motion):
-    """Distance [m] between the joint's points on both bodies, and their relative speed [m/s]."""
+    """Distance [m] between the joint's points on both bodies, and their relative speed [m/s], both
+    without the slides that the joint leaves free."""
     at = rows.pose(lock, lock.rest, bodies, motion)
-    v = point_velocity(lock.body, at.arm, motion)
-    if lock.to != EARTH:
-        v = sub(v, point_velocity(lock.to, at.own, motion))
-    return sqrt(dot(at.gap, at.gap)), sqrt(dot(v, v))
+    apart = 0.0
+    speed = 0.0
+    for k in range(lock.count):
+        if lock.second[k] == NONE:
+            row = rows.find_row(lock, k, at, lock.rest, bodies, motion)
+            apart += row.residual**2
+            speed += rows.rate(lock, row, at, bodies, motion) ** 2
+    return sqrt(apart), sqrt(speed)
 
 
 @kernel
