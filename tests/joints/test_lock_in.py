@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from hydrosim.explain import explain_run
 
 import hydrosim as hs
 from hydrosim.compiling.compile import compile_scene
-from hydrosim.explain import explain_run
 
 CASES = Path(__file__).parents[2] / "cases" / "lock_in"
 SEEDS = (1, 2)
@@ -96,9 +96,7 @@ def test_the_pin_closes_within_its_window_and_holds(runs: Runs, seed: int) -> No
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_impulse_and_loss_at_closing_are_those_of_the_effective_mass(
-    runs: Runs, seed: int
-) -> None:
+def test_impulse_and_loss_at_closing_are_those_of_the_effective_mass(runs: Runs, seed: int) -> None:
     """p = m v and loss = m v^2 / 2 with m = 1 / (J M^-1 J^T), M of surge, heave and pitch."""
     run = runs["pins", seed]
     model = compile_scene(hs.load_case(CASES / "pins.yaml").scene()).model

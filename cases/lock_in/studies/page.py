@@ -78,9 +78,7 @@ def devices() -> str:
     """The five devices beside each other."""
     rows = table("devices")
     columns = [texts(rows[rows.device == device]) for device in CASES]
-    lines = [
-        [LABELS[name], *(column[name] for column in columns)] for name in rows.figure.unique()
-    ]
+    lines = [[LABELS[name], *(column[name] for column in columns)] for name in rows.figure.unique()]
     return page_table(["", *CASES], lines)
 
 
@@ -88,9 +86,7 @@ def choices(name: str) -> str:
     """The values of a study of one device below each other."""
     rows = table(name)
     figures = list(rows.figure.unique())
-    lines = [
-        [label, *(texts(part)[figure] for figure in figures)] for label, part in _values(rows)
-    ]
+    lines = [[label, *(texts(part)[figure] for figure in figures)] for label, part in _values(rows)]
     return page_table(["", *(LABELS[figure] for figure in figures)], lines)
 
 
@@ -115,7 +111,9 @@ TABLES["devices"] = devices
 
 def with_tables(text: str) -> str:
     """The text of the page with its tables made anew."""
-    return MARK.sub(lambda found: f"<!-- lock-in: {found[1]} -->\n{TABLES[found[1]]()}\n<!-- end -->", text)
+    return MARK.sub(
+        lambda found: f"<!-- lock-in: {found[1]} -->\n{TABLES[found[1]]()}\n<!-- end -->", text
+    )
 
 
 def load_of(run: xr.Dataset) -> np.ndarray:
@@ -151,7 +149,8 @@ def main() -> None:
     """Tables of the page, and its picture."""
     PAGE.write_text(with_tables(PAGE.read_text()))
     runs = {
-        name: hs.simulate(hs.load_case(HERE.parent / f"{case}.yaml")) for name, case in CASES.items()
+        name: hs.simulate(hs.load_case(HERE.parent / f"{case}.yaml"))
+        for name, case in CASES.items()
     }
     draw(runs).savefig(HERE.parent / "lock_in.png", dpi=90)
 
