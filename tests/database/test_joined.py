@@ -52,7 +52,7 @@ def test_a_float_above_a_submerged_spar():
 
 
 def test_windings_tell_inside_from_outside():
-    """Of the float: inside, in the air above (its image in the water), beside, below, far away."""
+    """Of the float: inside, in the air above (its image in the water), beside, below and away."""
     panels = mesh.read_panels(HYDRO_DB / "float.obj", MeshKeys())
     points = np.array(
         [[1, 2, -1], [0, 0, -4], [1, 2, 1], [0, 7, -1], [0, 1, -4], [0, 0, -20], [90, 0, -1]], float

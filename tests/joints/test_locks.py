@@ -471,7 +471,7 @@ def test_a_lock_between_jointed_bodies() -> None:
     M = mass_matrix(free.bodies, R)
     J = held_rows(stop, free, before, k, R)
     v = before.velocity.values[k].ravel()
-    after, lost = plastic(M, J, v)
+    _, lost = plastic(M, J, v)
     assert lost > 0.1
     assert run.lock_loss.values[-1, 0] == pytest.approx(lost, rel=1e-10)
     assert run.lock_rows.values[-1, 0] == 1
