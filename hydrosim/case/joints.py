@@ -421,7 +421,8 @@ class Planar(OnAxis):
     type: Literal["planar"]
     """Slides in a plane with the normal axis, and a turn about it."""
     second_axis: of.Direction | None = None
-    """First direction in the plane. Without it, x, or y if the normal is along x."""
+    """First direction in the plane. Without it, x, or y if the normal is along x. Example: [1, 0,
+    0]."""
     first: Slide = Slide()
     """What acts along the first direction."""
     second: Slide = Slide()

@@ -13,7 +13,7 @@ from hydrosim.commands.terminal import show
 from hydrosim.errors import InputError
 from hydrosim.outputs import make_folder
 
-NAMED = re.compile(r"[\w./]*\.(?:nc|yaml|txt|stl)\b")
+NAMED = re.compile(r"[\w./]*\.(?:nc|yaml|txt|stl|obj)\b")
 
 
 def example(

@@ -9,6 +9,7 @@
     torsion_angle.NAME                      of a torsion spring or rotary power take-off
     tank_level.TANK of BODY                 above the bottom of a tank that is pumped
     clearance.NAME                          of a named point from another, or from a plane
+    relative_speed.POINT to POINT           of two named points, "eye of a to eye of b"
 
 The names are those in the result of a run.
 """
@@ -16,6 +17,7 @@ The names are those in the result of a run.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import permutations
 from math import hypot, sqrt
 from typing import Any
 
@@ -30,13 +32,13 @@ from hydrosim.forces.layout import Layout, unit_ranges
 from hydrosim.forces.link import Link, Strut, TorsionSpring
 from hydrosim.forces.spring import Spring
 from hydrosim.jit.kernels import kernel
-from hydrosim.rigid.kinematics import attachment
+from hydrosim.rigid.kinematics import attachment, point_velocity
 from hydrosim.rigid.vectors import dot, matvec, sub, vector
 from hydrosim.scene import Clearance, ForceElement
 from hydrosim.tanks import contents
 
 POSITION, VELOCITY, SPEED, NORMAL_FORCE, COMPRESSION, TENSION, LOAD, PLACE, LEVEL = range(9)
-CLEARANCE = 9
+CLEARANCE, RELATIVE_SPEED = 9, 10
 KINDS = {
     "position": POSITION,
     "velocity": VELOCITY,
@@ -49,6 +51,7 @@ KINDS = {
     "torsion_angle": PLACE,
     "tank_level": LEVEL,
     "clearance": CLEARANCE,
+    "relative_speed": RELATIVE_SPEED,
 }
 UNITS = {
     "fender_normal_force": (Contact, Contact),
@@ -62,8 +65,7 @@ UNITS = {
 have the channel."""
 CHANNEL = np.dtype([("kind", int), ("first", int), ("end", int)])
 """A channel: its kind and its entries, points, springs, links or tanks with ``first`` <= i <
-``end``."""
-
+``end``; two named points for a relative speed."""
 
 GAP = np.dtype(
     [
@@ -73,11 +75,19 @@ GAP = np.dtype(
 )
 """A clearance: its point on a body; a point of the other body (`EARTH`: of the earth), and the unit
 normal there if it is that of a ``plane``."""
+POINT = np.dtype([("body", int), ("place", float, 3)])
+"""A named point of a body."""
 EARTH = -1
+TO = " to "  # between two points
+
+
+def compile_points(layout: Layout) -> np.ndarray:
+    """All named points of a scene, (n,) of `POINT`."""
+    return np.array([*layout.points.values()], dtype=POINT)
 
 
 def compile_clearances(layout: Layout) -> np.ndarray:
-    """All clearances of a scene, (n,) of `GAP`; empty without triggers to watch them."""
+    """All clearances of a scene, (n,) of `GAP`."""
     return np.array([_gap(c, layout) for c in layout.clearances.values()], dtype=GAP)
 
 
@@ -104,6 +114,16 @@ def clearance(gap, bodies, motion):
     return dot(d, normal) if gap.plane else sqrt(dot(d, d))
 
 
+@kernel
+def relative_speed(one, other, bodies, motion):
+    """Present relative speed of two named points [m/s]."""
+    _, arm = attachment(one.body, vector(one.place, 0), bodies, motion)
+    v = point_velocity(one.body, arm, motion)
+    _, arm = attachment(other.body, vector(other.place, 0), bodies, motion)
+    v = sub(v, point_velocity(other.body, arm, motion))
+    return sqrt(dot(v, v))
+
+
 def compile_channel(
     name: str, elements: Mapping[str, ForceElement], layout: Layout
 ) -> tuple[int, int, int]:
@@ -124,6 +144,9 @@ def _known(
     body = layout.body
     if kind == "clearance":
         return {name: (k, k + 1) for k, name in enumerate(layout.clearances)}
+    if kind == "relative_speed":
+        names = enumerate(layout.points)
+        return {f"{a}{TO}{b}": (i, j) for (i, a), (j, b) in permutations(names, 2)}
     if kind == "tank_level":
         return {name: (k, k + 1) for k, name in enumerate(layout.tank_names)}
     if kind in ("position", "velocity"):
@@ -170,6 +193,9 @@ def channel_value(channel, t, y, modes, motion, bodies, elements, tanks):
         return geometry.touch(fenders.points[k], bodies, motion).compression
     if channel.kind == CLEARANCE:
         return clearance(elements.triggers.gaps[k], bodies, motion)
+    if channel.kind == RELATIVE_SPEED:
+        points = elements.triggers.points
+        return relative_speed(points[k], points[channel.end], bodies, motion)
     if channel.kind == LEVEL:
         return contents.level(k, y, tanks) if tanks.each.size > 0 else 0.0
     total = 0.0

@@ -21,7 +21,13 @@ import numpy as np
 from hydrosim.errors import InputError
 from hydrosim.forces import bushing, link, spring
 from hydrosim.forces.bushing import Bushing
-from hydrosim.forces.channels import CHANNEL, channel_value, compile_channel, compile_clearances
+from hydrosim.forces.channels import (
+    CHANNEL,
+    channel_value,
+    compile_channel,
+    compile_clearances,
+    compile_points,
+)
 from hydrosim.forces.contact import guide, transitions
 from hydrosim.forces.contact.fender import Contact
 from hydrosim.forces.joint import locks
@@ -65,12 +71,13 @@ NO_UNITS = (0,) * 8
 
 
 class Params(NamedTuple):
-    """The triggers ``each`` (n,) of `TRIGGER`, and the clearances ``gaps`` that they may watch; the
-    first of their states in y and of their rows of
-    modes, and of the integrals of losses in y, row by row."""
+    """The triggers ``each`` (n,) of `TRIGGER`, and what they may watch: clearances ``gaps`` and named
+    ``points``; the first of their states in y and of their rows of modes, and of the integrals of
+    losses in y, row by row."""
 
     each: np.ndarray
     gaps: np.ndarray
+    points: np.ndarray
     state: int
     mode: int
     losses: int
@@ -96,7 +103,9 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
         if active is not None:
             ends = _conditions(f"joints.{name}.active", active, elements, layout)
             rows.append((layout.joint_row, *ends, *NO_UNITS, NONE, lock))
-    return Params(np.array(rows, dtype=TRIGGER), compile_clearances(layout), 0, 0, 0)
+    return Params(
+        np.array(rows, dtype=TRIGGER), compile_clearances(layout), compile_points(layout), 0, 0, 0
+    )
 
 
 def _conditions(

@@ -10,6 +10,7 @@ Other channels are derived:
     point_acceleration.POINT.AXIS           the same, in a run that records accelerations
     relative_position.POINT to POINT.AXIS   of the first point from the second, in the earth frame
     relative_velocity.POINT to POINT.AXIS
+    relative_speed.POINT to POINT           size of the relative velocity
     utilisation.UNIT                        force of a contact point or line over its capacity
 
 `series` gives the values and the unit of any channel.
@@ -40,7 +41,7 @@ MOST = 40  # names in a message
 CAPABLE = {"fender": "fender_normal_force", "spring": "spring_tension", "strut": "strut_force"}
 """Units that may have a capacity (`fender_capacity`, `strut_capacity`), and the load that is
 compared with it."""
-NEVER_NEGATIVE = ("fender_normal_force", "spring_tension", "speed", "utilisation")
+NEVER_NEGATIVE = ("fender_normal_force", "spring_tension", "speed", "relative_speed", "utilisation")
 """Kinds of channels that are never negative: contacts only push, lines only pull."""
 
 
@@ -159,8 +160,7 @@ def _moving_points(run: xr.Dataset) -> Iterator[str]:
 
 def _pairs(run: xr.Dataset) -> Iterator[str]:
     """Names such as "bow of barge to foot of topside.x"."""
-    pairs = (TO.join(pair) for pair in permutations(_labels(run, "point"), 2))
-    return (".".join(each) for each in product(pairs, _labels(run, "axis")))
+    return (".".join(each) for each in product(_point_pairs(run), _labels(run, "axis")))
 
 
 def _place(run: xr.Dataset, point: str) -> np.ndarray:
@@ -217,6 +217,15 @@ def _along(of: Callable[[xr.Dataset, str], np.ndarray]) -> Callable[[xr.Dataset,
     return values
 
 
+def _point_pairs(run: xr.Dataset) -> Iterator[str]:
+    return (TO.join(pair) for pair in permutations(_labels(run, "point"), 2))
+
+
+def _relative_speed(run: xr.Dataset, points: str) -> np.ndarray:
+    each = [_along(_velocity)(run, f"{points}.{axis}") for axis in _labels(run, "axis")]
+    return np.asarray(np.linalg.norm(each, axis=0))
+
+
 def _capable(run: xr.Dataset) -> Iterator[str]:
     for dim in CAPABLE:
         if f"{dim}_capacity" in run.coords:
@@ -237,6 +246,7 @@ KINDS = {
     "point_acceleration": Kind(_moving_points, _along(_acceleration), "m/s^2"),
     "relative_position": Kind(_pairs, _along(_place), "m"),
     "relative_velocity": Kind(_pairs, _along(_velocity), "m/s"),
+    "relative_speed": Kind(_point_pairs, _relative_speed, "m/s"),
     "utilisation": Kind(_capable, _utilisation, "1"),
 }
 NEEDS = {
@@ -246,6 +256,7 @@ NEEDS = {
     "point_velocity": "named points of bodies in the case (bodies.NAME.points)",
     "point_acceleration": "output: {accelerations: true} and named points of bodies in the case",
     "relative_position": "two named points of bodies in the case (bodies.NAME.points)",
+    "relative_speed": "two named points of bodies in the case (bodies.NAME.points)",
     "relative_velocity": "two named points of bodies in the case (bodies.NAME.points)",
     "utilisation": "a capacity of a fender, landing, spring or strut in the case",
     "impulse": "output: {impulses: true} in the case",

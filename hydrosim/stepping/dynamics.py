@@ -38,7 +38,7 @@ from hydrosim.forces.hydrostatics import add_hydrostatic_energy, add_hydrostatic
 from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
 from hydrosim.forces.weight import Weights, add_weight, add_weight_energy
 from hydrosim.integrate import Filters
-from hydrosim.jit.kernels import assign, clear, kernel, root
+from hydrosim.jit.kernels import assign, clear, kernel, root, root_giving
 from hydrosim.radiation.convolution import ConvolutionKernel, radiation_memory
 from hydrosim.radiation.memory import (
     ConstantDamping,
@@ -353,9 +353,12 @@ def may_hold(modes, model, work):
     """True if constraints may act. If joints that are constraints are all open, and nothing else
     can hold, the scene is solved as if it had none."""
     most = work.constraints.force.size
-    if most == 0:
-        return False
-    if events.may_hold(modes, model.elements, most):
+    return most > 0 and _may_hold(modes, model, work)
+
+
+@root_giving(bool)
+def _may_hold(modes, model, work):
+    if events.may_hold(modes, model.elements, work.constraints.force.size):
         return True
     work.constraints.number[0] = 0
     events.release(model.elements, work.holds)

@@ -31,6 +31,8 @@ DOUBTS = {  # why: hydro_db/README.md
         "irregular frequencies",
         "added mass against damping",
     },
+    "hinged_barges": {"kernel truncation"},
+    "point_absorber": {"kernel truncation", "heave stiffness"},
 }
 
 

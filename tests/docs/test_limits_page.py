@@ -26,7 +26,6 @@ def case() -> dict[str, Any]:
 @pytest.mark.parametrize(
     ("key", "value"),
     [
-        ("joints", {"hinge": {"type": "hinge"}}),
         ("forces.line", {"type": "catenary", "body": "barge"}),
         ("forces.line", {"type": "winch", "body": "barge"}),
         ("forces.line", {**LINE, "stiffness": 1e5, "breaks_at": 1e6}),

@@ -13,6 +13,7 @@ from dry_scenes import block, scene
 import hydrosim as hs
 from hydrosim.case import load_case
 from hydrosim.errors import InputError
+from hydrosim.results.channels import series
 from hydrosim.scene import Joint, JointType, Ratchet, When, Window
 
 CASE = """
@@ -51,6 +52,26 @@ def test_a_pin_with_a_channel_and_a_window(tmp_path: Path) -> None:
     # the masses are 1 m apart at rest, which is a gap of zero at the joint's point
     assert run.lock_mode.values[:, 0].tolist() == [0] * 6 + [3] * 10 + [0] * 5
     assert run.velocity.values[-1, :, 0] == pytest.approx(0.4, abs=1e-12)
+
+
+def test_a_pin_waits_for_a_relative_speed(tmp_path: Path) -> None:
+    """That of the points falls below 0.9 m/s where a force has slowed the mass, at 0.2 s."""
+    pin = """
+        pin:
+          type: fixed
+          body: a
+          to: b
+          active: {from: {channel: relative_speed.eye of a to eye of b, below: 0.9 m/s}}
+    """
+    path = case(tmp_path, pin)
+    brake = "forces: {brake: {type: applied_force, body: a, force: {surge: -1 N}}}\n"
+    path.write_text(path.read_text() + brake)
+    run = hs.simulate(path)
+    assert run.lock_mode.values[:, 0].tolist() == [0] * 3 + [3] * 18
+    assert run.lock_loss.values[-1, 0] == pytest.approx(0.5 * 1.2 * 0.9**2, rel=1e-9)
+    speed, unit = series(run, "relative_speed.eye of a to eye of b")
+    assert unit == "m/s"
+    assert speed[:3] == pytest.approx([1.0, 0.95, 0.9], abs=1e-12)
 
 
 def test_a_ratchet_of_a_case_file(tmp_path: Path) -> None:

@@ -78,6 +78,19 @@ def test_an_adaptive_method_reaches_the_angle_of_minimal_coordinates() -> None:
     assert gaps(scene, run).max() < 1e-12
 
 
+@pytest.mark.parametrize("method", [Method.ESDIRK4, Method.HEUN, Method.RK2])
+def test_other_methods_keep_loops_closed(method: Method) -> None:
+    """Implicit and of second order: the loop to 1e-12, and the angle within their errors."""
+    linkage = SliderCrank()
+    angles = linkage.angles(ANGLE, SPEED, TIMES)
+    wanted = np.array([np.cos(angles), np.sin(angles)]).T / 2.0
+    scene = linkage.scene(ANGLE, SPEED, END, 0.002, TILTED)
+    run = hs.simulate(replace(scene, solver=replace(scene.solver, method=method)))
+    assert gaps(scene, run).max() < 1e-12
+    found = crank(run.sel(time=TIMES, method="nearest"), TILTED)
+    assert np.abs(found - wanted).max() < 2e-4
+
+
 def test_the_load_of_a_joint_is_newtons_of_what_is_behind_it() -> None:
     """Rocker alone: m (a - g) = forces of its two hinges, one of the tree and one of the loop."""
     linkage = FourBar()

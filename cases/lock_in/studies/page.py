@@ -26,6 +26,8 @@ CASES = {
     "ratchet": "ratchet",
     "lines": "lines",
 }
+HOLDS = {"friction alone": "the fenders, friction alone", "lines": "both lines"}
+ZERO = 1e-6  # of all units of `LABELS`
 COLOURS = ("black", "#0072B2", "#56B4E9", "#E69F00", "#009E73")
 LABELS = {
     "crawl": "surge at the end [m]",
@@ -35,7 +37,7 @@ LABELS = {
     "closed": "pins that close",
     "lock_load": "largest load of the lock [MN]",
     "lock_mean": "mean load of the lock [MN]",
-    "closing_impulse": "impulse of closing [MN s]",
+    "closing_impulse": "sum of closing impulses [MN s]",
     "loss": "energy lost in closing [MJ]",
     "line_tension": "largest tension of a line [MN]",
     "line_compression": "largest compression of a line [MN]",
@@ -58,10 +60,12 @@ def texts(rows: pd.DataFrame) -> dict[str, str]:
 
 
 def _text(row: tuple) -> str:
-    if not row.runs or row.mean == 0.0:
-        return "0" if row.runs else "-"
+    if not row.runs:
+        return "-"
     scale = 1e-3 if str(row.unit).startswith("kN") else 1.0
     values = [scale * x for x in (row.mean, row.mean_low, row.mean_high)]
+    if abs(values[0]) < ZERO:
+        return "0"
     wide = values[2] - values[1]
     digits = 2 if wide == 0.0 else max(2, int(np.ceil(-np.log10(wide))))
     mean, low, high = (f"{x:.{digits}f}" for x in values)
@@ -78,9 +82,7 @@ def devices() -> str:
     """The five devices beside each other."""
     rows = table("devices")
     columns = [texts(rows[rows.device == device]) for device in CASES]
-    lines = [
-        [LABELS[name], *(column[name] for column in columns)] for name in rows.figure.unique()
-    ]
+    lines = [[LABELS[name], *(column[name] for column in columns)] for name in rows.figure.unique()]
     return page_table(["", *CASES], lines)
 
 
@@ -88,9 +90,7 @@ def choices(name: str) -> str:
     """The values of a study of one device below each other."""
     rows = table(name)
     figures = list(rows.figure.unique())
-    lines = [
-        [label, *(texts(part)[figure] for figure in figures)] for label, part in _values(rows)
-    ]
+    lines = [[label, *(texts(part)[figure] for figure in figures)] for label, part in _values(rows)]
     return page_table(["", *(LABELS[figure] for figure in figures)], lines)
 
 
@@ -115,7 +115,9 @@ TABLES["devices"] = devices
 
 def with_tables(text: str) -> str:
     """The text of the page with its tables made anew."""
-    return MARK.sub(lambda found: f"<!-- lock-in: {found[1]} -->\n{TABLES[found[1]]()}\n<!-- end -->", text)
+    return MARK.sub(
+        lambda found: f"<!-- lock-in: {found[1]} -->\n{TABLES[found[1]]()}\n<!-- end -->", text
+    )
 
 
 def load_of(run: xr.Dataset) -> np.ndarray:
@@ -136,8 +138,7 @@ def draw(runs: dict[str, xr.Dataset]) -> Figure:
         axes[0].plot(run.time, surge, color=colour, label=name, lw=1.2)
         below.plot(run.time, load_of(run), color=colour, lw=0.5)
         below.set(ylabel="[MN]", ylim=(-10, 10))
-        held = "both lines" if name == "lines" else "fenders" if name == "friction alone" else name
-        below.set_title(f"force of the {held} on the barge in surge", fontsize=9, loc="left")
+        below.set_title(f"force of {HOLDS.get(name, f'the {name}')} in surge", fontsize=9, loc="left")
     axes[0].set(ylabel="surge [m]")
     axes[0].legend(ncols=len(runs), frameon=False)
     axes[-1].set(xlabel="time [s]", xlim=(400, 2000))
@@ -151,7 +152,8 @@ def main() -> None:
     """Tables of the page, and its picture."""
     PAGE.write_text(with_tables(PAGE.read_text()))
     runs = {
-        name: hs.simulate(hs.load_case(HERE.parent / f"{case}.yaml")) for name, case in CASES.items()
+        name: hs.simulate(hs.load_case(HERE.parent / f"{case}.yaml"))
+        for name, case in CASES.items()
     }
     draw(runs).savefig(HERE.parent / "lock_in.png", dpi=90)
 

@@ -22,7 +22,7 @@ UNITS = {
     "clearance": "m",
 }
 """Of channels; those of motions are in m or rad, with their speeds per second."""
-OTHERS = ("position", "velocity", "speed", "tank_level")
+OTHERS = ("position", "velocity", "speed", "relative_speed", "tank_level")
 
 
 class Event(Strict):
@@ -60,7 +60,7 @@ class Event(Strict):
         """The unit of the channel."""
         name, _, rest = self.channel.partition(".")
         turns = rest.rpartition(".")[2] in DOFS[3:]
-        speed = "/s" if name in ("velocity", "speed") else ""
+        speed = "/s" if name in ("velocity", "speed", "relative_speed") else ""
         return UNITS.get(name, f"{'rad' if turns else 'm'}{speed}")
 
     def build(self) -> scene.When:
