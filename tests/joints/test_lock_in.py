@@ -102,9 +102,7 @@ def test_the_pin_closes_within_its_window_and_holds(runs: Runs, seed: int) -> No
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_impulse_and_loss_at_closing_are_those_of_the_effective_mass(
-    runs: Runs, seed: int
-) -> None:
+def test_impulse_and_loss_at_closing_are_those_of_the_effective_mass(runs: Runs, seed: int) -> None:
     """p = m v and loss = m v^2 / 2 with m = 1 / (J M^-1 J^T), M of surge, heave and pitch."""
     run = runs["pins", seed]
     model = compile_scene(hs.load_case(CASES / "pins.yaml").scene()).model

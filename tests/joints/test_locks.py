@@ -488,7 +488,7 @@ def test_a_lock_between_jointed_bodies() -> None:
 def pushed_in_a_sleeve(guide: Joint) -> xr.Dataset:
     """A block without symmetry on springs, pushed and turned; a point of it stays on an axis."""
     body = block(2.0, name="a")
-    stiff = LinearMooring("a", np.diag([8.0, 6.0, 9.0, 0.4, 0.5, 0.3]))
+    stiff = LinearMooring("a", np.diag([8.0, 6.0, 9.0, 0.0, 0.0, 0.0]))
     push = steady("a", surge=3.0, sway=-2.0, heave=1.5, roll=0.4, pitch=-0.3, yaw=0.2)
     found = scene([body], {"springs": stiff, "push": push}, 2.0, 0.1, step=0.005, method=Method.RK4)
     return hs.simulate(replace(found, joints={"guide": guide}))

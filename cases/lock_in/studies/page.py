@@ -138,7 +138,9 @@ def draw(runs: dict[str, xr.Dataset]) -> Figure:
         axes[0].plot(run.time, surge, color=colour, label=name, lw=1.2)
         below.plot(run.time, load_of(run), color=colour, lw=0.5)
         below.set(ylabel="[MN]", ylim=(-10, 10))
-        below.set_title(f"force of {HOLDS.get(name, f'the {name}')} in surge", fontsize=9, loc="left")
+        below.set_title(
+            f"force of {HOLDS.get(name, f'the {name}')} in surge", fontsize=9, loc="left"
+        )
     axes[0].set(ylabel="surge [m]")
     axes[0].legend(ncols=len(runs), frameon=False)
     axes[-1].set(xlabel="time [s]", xlim=(400, 2000))
