@@ -170,8 +170,8 @@ def prepare(folder: Path) -> None:
     """Put what papers read into a folder."""
     (folder / "right.yaml").write_text(LIMITS)
     _write_tables(folder)
-    for recipe in RECIPES.glob("*.yaml"):
-        copy(recipe, folder)
+    for file in (*RECIPES.glob("*.yaml"), *RECIPES.glob("*.obj")):
+        copy(file, folder)
     _compile(folder)
 
 

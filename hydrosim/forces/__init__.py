@@ -300,6 +300,17 @@ def given_frequencies(elements: Elements) -> np.ndarray:
     return np.asarray(elements.applied_forces.parts["signal"]["frequency"])
 
 
+def joint_states(parts: Parts) -> slice:
+    """Entries of y of the joints that are constraints."""
+    return locks.states_of(parts.elements.locks)
+
+
+def loop_modes(parts: Parts) -> np.ndarray:
+    """Rows (n,) of modes of the joints that close loops."""
+    p = parts.elements.locks
+    return np.asarray(p.mode + np.flatnonzero(p.each["lasts"]))
+
+
 def without_friction(elements: Elements) -> Elements:
     """The same elements with contacts that slip freely."""
     return elements._replace(fenders=fender.without_friction(elements.fenders))

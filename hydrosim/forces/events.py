@@ -250,6 +250,23 @@ def held_directions(elements: Elements) -> int:
 
 
 @kernel
+def any_joints(elements):
+    """True if any joint is a constraint."""
+    return elements.locks.each.size > 0
+
+
+@kernel
+def joint_rows(elements):
+    """Largest number of rows of constraints that joints need."""
+    return elements.locks.rows
+
+
+def joint_count(elements: Elements) -> int:
+    """Number of the joints that are constraints."""
+    return int(elements.locks.each.size)
+
+
+@kernel
 def may_hold(modes, elements, most):
     """True if any unit may hold bodies now; ``most`` is the largest number of constraints."""
     if elements.locks.each.size == 0:

@@ -71,9 +71,9 @@ NO_UNITS = (0,) * 8
 
 
 class Params(NamedTuple):
-    """The triggers ``each`` (n,) of `TRIGGER`, and what they may watch: clearances ``gaps`` and named
-    ``points``; the first of their states in y and of their rows of modes, and of the integrals of
-    losses in y, row by row."""
+    """The triggers ``each`` (n,) of `TRIGGER`, and what they may watch: clearances ``gaps`` and
+    named ``points``; the first of their states in y and of their rows of modes, and of the
+    integrals of losses in y, row by row."""
 
     each: np.ndarray
     gaps: np.ndarray

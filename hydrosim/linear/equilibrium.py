@@ -25,9 +25,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hydrosim.errors import InputError
-from hydrosim.forces import without_friction
+from hydrosim.forces import joint_states, without_friction
 from hydrosim.forces.events import settle
-from hydrosim.forces.joint import locks
 from hydrosim.linear.coordinates import inertia
 from hydrosim.linear.freedom import DEPENDENT, find_constraint_rows, freedom_of
 from hydrosim.linear.modes import FLAT, FREE
@@ -243,7 +242,7 @@ def _at(q: np.ndarray, state: State, model: Model) -> np.ndarray:
     tanks = model.tanks
     held = slice(tanks.state, tanks.state + tanks.each.size)
     y[held] = state.y[held]
-    joined = locks.states_of(model.elements.locks)
+    joined = joint_states(model)
     y[joined] = state.y[joined]
     return y
 

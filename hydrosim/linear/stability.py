@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hydrosim.forces import kinds_posing, new_modes, own_modes
+from hydrosim.forces import kinds_posing, loop_modes, new_modes, own_modes
 from hydrosim.forces.postures import PosingKind, Posture
 from hydrosim.integrate import Method
 from hydrosim.linear.coordinates import inertia
@@ -268,8 +268,7 @@ def _joined(model: Model, state: State) -> np.ndarray:
     """New modes (rows, 3) in which loops of joints hold, as in the ``state``, and no lock does:
     what locks hold moves no faster than without them."""
     modes = new_modes(model)
-    p = model.elements.locks
-    loops = p.mode + np.flatnonzero(p.each["lasts"])
+    loops = loop_modes(model)
     modes[loops] = state.modes[loops]
     return modes
 

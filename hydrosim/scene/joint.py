@@ -146,8 +146,8 @@ class Joint:
     """A joint of ``body`` to another body or, without ``to``, to the earth.
 
     ``point`` (3,) and the axes are in the frame of ``body``, with both bodies at their places at
-    rest, where all motions of the joint are zero. ``axis`` is that of the hinge, slider,
-    cylinder or guide, the normal of the plane, the first axis of the universal joint (it moves with ``to``).
+    rest, where all motions of the joint are zero. ``axis`` is that of the hinge, slider, cylinder
+    or guide, the normal of the plane, the first axis of the universal joint (it moves with ``to``).
     ``second`` is the second axis of the universal joint (it moves with ``body``), or the first one
     in the plane; any right angle to ``axis`` without it. ``resistances`` has one entry for each of
     the `MOTIONS`, or none.

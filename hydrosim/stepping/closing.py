@@ -245,8 +245,7 @@ def _ratchets_join(y, modes, model, work):
     found = False
     place_bodies(y[:n], y[n : 2 * n], model.bodies, work.motion)
     for i in range(p.each.size):
-        runs = modes[p.mode + i, MODE] == RUNNING and p.each[i].pitch == 0.0
-        if runs and locks.ratchet_rate(i, y, model.bodies, work.motion, p) < 0.0:
+        if locks.goes_back(i, y, modes, model.bodies, work.motion, p):
             locks.close(i, y, modes, work.motion, model.bodies, p)
             found = True
     return found

@@ -572,9 +572,9 @@ def _book_stored(i, sign, t, run):
 @kernel
 def make_consistent(t, run):
     """Bring held points to rest, and release points that cannot be held."""
-    if run.model.elements.locks.each.size > 0:
+    if events.any_joints(run.model.elements):
         meet(t, run)
-    if run.work.constraints.force.size > run.model.elements.locks.rows:
+    if run.work.constraints.force.size > events.joint_rows(run.model.elements):
         _make_consistent(t, run)
 
 

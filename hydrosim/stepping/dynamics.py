@@ -171,7 +171,7 @@ def new_work(model: Model) -> Work:
         np.zeros((n, n)),
         new_turning(model.inertia),
         new_constraints(rows, n),
-        new_holds(events.held_points(model.elements), rows, model.elements.locks.each.size),
+        new_holds(events.held_points(model.elements), rows, events.joint_count(model.elements)),
         new_sums(model.following),
         new_block(model.following),
         np.zeros(model.bodies.each.size),

@@ -155,13 +155,13 @@ def _cross(goal, enough, run):
         if events.remembers(run.model.elements):
             _record_largest(t, run)
         _renew(t, left, run)
-        if run.model.elements.locks.each.size > 0:
+        if events.any_joints(run.model.elements):
             keep_closed(t, run)
         if left:
             counters[EVENTS] += 1
             remember(t, run)  # as it was before the event
             switch_modes(t, run)
-        elif run.work.constraints.force.size > run.model.elements.locks.rows:
+        elif run.work.constraints.force.size > events.joint_rows(run.model.elements):
             project_velocities(state.y, state.modes, run.model, run.work)
         check(state.y, run.model, counters)
         if run.model.bodies.tree.branches.size > 0:

@@ -275,7 +275,7 @@ class TestSettings:
             ("solver.stp=1", "solver.stp: found an unknown key; expected one of: method, step"),
             (
                 "solvr.step=1",
-                "expected one of: title, duration, environment, bodies, forces, solver",
+                "expected one of: title, duration, environment, bodies, forces, joints, solver",
             ),
             ("bodies.blok.dofs=[surge]", 'found no "blok" there; expected one of: block; did you'),
             ("forces.sprin.body=block", 'found no "sprin" there; expected one of: spring; did you'),

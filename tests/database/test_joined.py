@@ -11,12 +11,31 @@ pytest.importorskip("capytaine", reason="capytaine is not installed (pip install
 
 from hydrosim.database.build import mesh
 from hydrosim.database.build.afloat import afloat, floating
+from hydrosim.database.build.build import build
 from hydrosim.database.build.recipe import load_recipe
 from hydrosim.database.build.water import Water
+from hydrosim.database.netcdf import read
 from hydrosim.documents.mesh_keys import MeshKeys
 from hydrosim.errors import InputError
 
+pytestmark = pytest.mark.bem
 HYDRO_DB = Path(__file__).parents[2] / "hydro_db"
+
+
+@pytest.mark.parametrize("name", ["flap", "hinged_barges", "point_absorber"])
+def test_databases_of_the_cases_are_made_of_their_recipes(name):
+    path = HYDRO_DB / f"{name}.yaml"
+    shipped = read(HYDRO_DB / f"{name}.nc")
+    np.testing.assert_allclose(load_recipe(path).frequencies, shipped.frequency, rtol=1e-14)
+    np.testing.assert_allclose(load_recipe(path).headings, shipped.heading, rtol=1e-14)
+    db = build(load_recipe(path, ["frequencies=[1]"]))
+    row = int(np.argmin(np.abs(shipped.frequency - 1.0)))
+    for field in ("added_mass", "radiation_damping", "excitation"):
+        one, other = getattr(db, field)[0], getattr(shipped, field)[row]
+        assert np.abs(one - other).max() < 1e-9 * np.abs(other).max()
+    for field in ("added_mass_infinite", "hydrostatic_stiffness", "inertia_matrix"):
+        one, other = getattr(db, field), getattr(shipped, field)
+        assert np.abs(one - other).max() < 1e-9 * np.abs(other).max()
 
 
 def test_a_float_above_a_submerged_spar():
@@ -33,7 +52,7 @@ def test_a_float_above_a_submerged_spar():
 
 
 def test_windings_tell_inside_from_outside():
-    """Of the float: inside, in the air above (its image in the water), beside, below and far away."""
+    """Of the float: inside, in the air above (its image in the water), beside, below and away."""
     panels = mesh.read_panels(HYDRO_DB / "float.obj", MeshKeys())
     points = np.array(
         [[1, 2, -1], [0, 0, -4], [1, 2, 1], [0, 7, -1], [0, 1, -4], [0, 0, -20], [90, 0, -1]], float

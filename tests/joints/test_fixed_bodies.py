@@ -18,7 +18,17 @@ import pytest
 from hydrosim import simulate
 from hydrosim.database.build.barge import box
 from hydrosim.database.build.closed import barge_with_deck
-from hydrosim.forces import Fender, NormalCurve, Plane, Spring, StickSlip
+from hydrosim.forces import (
+    Fender,
+    Frictionless,
+    Landing,
+    NormalCurve,
+    NormalLoop,
+    Plane,
+    Spring,
+    StickSlip,
+    Wall,
+)
 from hydrosim.scene import (
     AtDraught,
     Body,
@@ -185,6 +195,22 @@ def test_contacts() -> None:
     curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 4e6]))
     fenders = {**lines(), "quay": Fender("barge", points, wall, curve, law)}
     assert apart(fenders, heading=0.05) < 1e-9
+
+
+def test_a_landing_with_a_loop_and_a_wall() -> None:
+    """Two legs of the barge that waves bring down on seats of the earth."""
+    loop = NormalLoop(
+        np.array([0.0, 0.5]),
+        np.array([0.0, 4e6]),
+        np.array([0.0, 0.1, 0.5]),
+        np.array([0.0, 1e5, 4e6]),
+        2e7,
+    )
+    legs = np.array([(15.0, 8.0, -3.5), (-15.0, -8.0, -3.5)])
+    seats = legs + np.array([0.0, 0.0, CENTRE[2] - 0.15])
+    wall = Wall(0.2, np.array([0.0, 1.0]), np.array([0.0, 3e6]), slope=0.3, depth=1.0)
+    landing = Landing("barge", legs, seats, loop, Frictionless(), wall=wall, extent=6.0)
+    assert apart({**lines(), "legs": landing}, current=0.0, heading=0.0) < 1e-9
 
 
 def test_tanks_that_are_pumped() -> None:

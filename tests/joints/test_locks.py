@@ -471,7 +471,7 @@ def test_a_lock_between_jointed_bodies() -> None:
     M = mass_matrix(free.bodies, R)
     J = held_rows(stop, free, before, k, R)
     v = before.velocity.values[k].ravel()
-    after, lost = plastic(M, J, v)
+    _, lost = plastic(M, J, v)
     assert lost > 0.1
     assert run.lock_loss.values[-1, 0] == pytest.approx(lost, rel=1e-10)
     assert run.lock_rows.values[-1, 0] == 1
@@ -483,3 +483,35 @@ def test_a_lock_between_jointed_bodies() -> None:
     kept = np.einsum("b,tbi->ti", masses, run.velocity.values[:, :, :3])
     assert np.abs(kept - kept[0]).max() < 1e-6  # error of the steps
     assert np.abs(run.energy_residual).max() < 1e-5 * lost
+
+
+def pushed_in_a_sleeve(guide: Joint) -> xr.Dataset:
+    """A block without symmetry on springs, pushed and turned; a point of it stays on an axis."""
+    body = block(2.0, name="a")
+    stiff = LinearMooring("a", np.diag([8.0, 6.0, 9.0, 0.0, 0.0, 0.0]))
+    push = steady("a", surge=3.0, sway=-2.0, heave=1.5, roll=0.4, pitch=-0.3, yaw=0.2)
+    found = scene([body], {"springs": stiff, "push": push}, 2.0, 0.1, step=0.005, method=Method.RK4)
+    return hs.simulate(replace(found, joints={"guide": guide}))
+
+
+def test_a_guide_is_the_same_as_coordinates_and_as_a_lock() -> None:
+    """A point slides on an axis and turns all ways: as a tree it needs no constraint."""
+    guide = Joint(JointType.GUIDE, "a", None, (0.2, -0.1, 0.3), (0.3, 0.2, 1.0))
+    tree = pushed_in_a_sleeve(guide)
+    lock = pushed_in_a_sleeve(closing(guide, 0.0))
+    assert "lock_mode" not in tree
+    assert np.ptp(tree.position.values[:, 0], axis=0).min() > 0.01
+    assert tree.position.values == pytest.approx(lock.position.values, abs=1e-8)
+    assert tree.joint_force.values[1:] == pytest.approx(lock.joint_force.values[1:], abs=1e-6)
+
+
+def test_a_window_does_not_count_a_slide_that_is_free() -> None:
+    """Along its axis a guide may be anywhere, and as fast as it likes."""
+    a = block(2.0, ("surge", "heave"), "a", position=moving(surge=0.5, heave=3.0))
+    a = replace(a, velocity=moving(surge=-0.2, heave=2.0))
+    pin = Joint(JointType.GUIDE, "a", None, axis=(0.0, 0.0, 1.0), window=Window(0.1, 0.3))
+    run = hs.simulate(replace(scene([a], {}, 4.0, 0.1, step=0.05), joints={"pin": pin}))
+    assert run.lock_mode.values[[0, -1], 0].tolist() == [1, 3]
+    assert run.position.values[-1, 0, 0] == pytest.approx(0.1, abs=1e-9)
+    assert run.velocity.values[-1, 0, 2] == pytest.approx(2.0, abs=1e-12)
+    assert run.lock_loss.values[-1, 0] == pytest.approx(0.5 * 2.0 * 0.2**2, rel=1e-9)

@@ -180,3 +180,22 @@ def test_a_ratchet_continues_to_the_bit() -> None:
     rest = hs.simulate(replace(base, duration=4.0, initial=hs.scene.Start(whole, 4.0)))
     for name in ("position", "velocity", "joint_force", "lock_mode"):
         assert np.array_equal(rest[name].values, whole[name].sel(time=rest.time.values).values)
+
+
+def test_the_axis_of_a_ratchet_without_teeth_stays_where_it_is() -> None:
+    """On the earth, while the body turns by half a turn: it pushes along x alone, wherever it
+    closes."""
+    start = moving(surge=1.0, yaw=0.4)
+    cart = block(MASS, ("surge", "sway", "yaw"), "cart", velocity=start)
+    pushes = np.column_stack([FORCE, *[0.0 * FORCE] * 5])
+    push = AppliedForce("cart", (0.0, 0.0, 0.0), table(CORNERS, pushes))
+    found = scene([cart], {"spring": along(STIFFNESS), "push": push}, 8.0, 0.1, step=0.05)
+    pawl = Joint(JointType.RATCHET, "cart", axis=(1.0, 0.0, 0.0), ratchet=Ratchet(False, 0.0))
+    run = hs.simulate(replace(found, joints={"pawl": pawl}))
+    closings = np.flatnonzero(np.diff(run.lock_mode.values[:, 0]) > 0)
+    assert closings.size == 2
+    assert run.position.values[closings[1], 0, 5] > 1.0  # rad: it has turned since it closed first
+    assert run.joint_force.values[:, 0, 0].max() > 1.0
+    assert np.abs(run.joint_force.values[:, 0, 1]).max() < 1e-9
+    alone = hs.simulate(driven())
+    assert run.position.values[:, 0, 0] == pytest.approx(alone.position.values[:, 0, 0], abs=1e-6)

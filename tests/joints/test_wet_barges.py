@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hinged_barges import Barges, allowed_motions, constraints
+from hinged_barges import HINGE_DAMPING, Barges, allowed_motions, constraints
 
 import hydrosim as hs
 from hydrosim.compiling.compile import Radiation
@@ -114,3 +114,14 @@ def harmonic(w: float, kinematics: str) -> np.ndarray:
     motions = late.position.sel(body=NAMES).values.reshape(t.size, 12)[:, IN_PLANE]
     real, imaginary, _ = np.linalg.lstsq(waves, motions, rcond=None)[0]
     return (real + 1j * imaginary) / SMALL
+
+
+@pytest.mark.parametrize("symmetry", ["use", "ignore"])
+def test_damping_of_the_joint_is_a_power_take_off_about_it(symmetry):
+    """Also where symmetry leaves out four coordinates and the hinge gets another number."""
+    same = {"duration": 30.0, "environment__waves__ramp": 5.0, "solver__symmetry": symmetry}
+    one = hs.simulate(scene_of(**same))
+    damped = {"forces__power_take_off": None, "joints__hinge__damping": HINGE_DAMPING}
+    other = hs.simulate(scene_of(**same, **damped))
+    size = np.ptp(one.position.values, axis=0).max()
+    assert np.abs(other.position.values - one.position.values).max() < 1e-9 * size

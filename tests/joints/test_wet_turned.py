@@ -52,3 +52,14 @@ def test_joints_do_not_know_where_north_is(case: str, figure: Callable[[str, flo
     c, s = np.cos(BY), np.sin(BY)
     back = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     assert np.abs(there @ back - force).max() < 1e-9 * np.ptp(force, axis=0).max()
+
+
+def test_a_float_above_its_spar_is_where_its_database_has_it() -> None:
+    """Their distance is that of the centres of gravity, 21 m, though one is above the other: a tilt
+    of 4 deg is no reason for a warning. One of 15 deg is."""
+    scene = scene_of("point_absorber/irregular")
+    assert "waves between them" not in str(hs.simulate(scene).attrs.get("warnings"))
+    spar, above = scene.bodies
+    tilted = replace(spar, position=(0.0, 0.0, 0.0, 0.0, np.radians(15.0), 0.0))
+    run = hs.simulate(replace(scene, bodies=(tilted, above)))
+    assert "rest, 21 m apart" in run.attrs["warnings"]

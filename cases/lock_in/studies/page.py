@@ -26,6 +26,8 @@ CASES = {
     "ratchet": "ratchet",
     "lines": "lines",
 }
+HOLDS = {"friction alone": "the fenders, friction alone", "lines": "both lines"}
+ZERO = 1e-6  # of all units of `LABELS`
 COLOURS = ("black", "#0072B2", "#56B4E9", "#E69F00", "#009E73")
 LABELS = {
     "crawl": "surge at the end [m]",
@@ -35,7 +37,7 @@ LABELS = {
     "closed": "pins that close",
     "lock_load": "largest load of the lock [MN]",
     "lock_mean": "mean load of the lock [MN]",
-    "closing_impulse": "impulse of closing [MN s]",
+    "closing_impulse": "sum of closing impulses [MN s]",
     "loss": "energy lost in closing [MJ]",
     "line_tension": "largest tension of a line [MN]",
     "line_compression": "largest compression of a line [MN]",
@@ -58,10 +60,12 @@ def texts(rows: pd.DataFrame) -> dict[str, str]:
 
 
 def _text(row: tuple) -> str:
-    if not row.runs or row.mean == 0.0:
-        return "0" if row.runs else "-"
+    if not row.runs:
+        return "-"
     scale = 1e-3 if str(row.unit).startswith("kN") else 1.0
     values = [scale * x for x in (row.mean, row.mean_low, row.mean_high)]
+    if abs(values[0]) < ZERO:
+        return "0"
     wide = values[2] - values[1]
     digits = 2 if wide == 0.0 else max(2, int(np.ceil(-np.log10(wide))))
     mean, low, high = (f"{x:.{digits}f}" for x in values)
@@ -134,8 +138,9 @@ def draw(runs: dict[str, xr.Dataset]) -> Figure:
         axes[0].plot(run.time, surge, color=colour, label=name, lw=1.2)
         below.plot(run.time, load_of(run), color=colour, lw=0.5)
         below.set(ylabel="[MN]", ylim=(-10, 10))
-        held = "both lines" if name == "lines" else "fenders" if name == "friction alone" else name
-        below.set_title(f"force of the {held} on the barge in surge", fontsize=9, loc="left")
+        below.set_title(
+            f"force of {HOLDS.get(name, f'the {name}')} in surge", fontsize=9, loc="left"
+        )
     axes[0].set(ylabel="surge [m]")
     axes[0].legend(ncols=len(runs), frameon=False)
     axes[-1].set(xlabel="time [s]", xlim=(400, 2000))

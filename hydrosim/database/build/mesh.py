@@ -68,14 +68,16 @@ def windings(panels: Panels, points: np.ndarray) -> np.ndarray:
     (n, 3): 1 or -1 inside the hull, 0 outside. They are solid angles over 4 pi (van Oosterom and
     Strackee 1983)."""
     corners = hull.triangles_of(np.concatenate([panels, panels[:, ::-1] * [1, 1, -1]]))
-    total = np.zeros(len(points))
-    for triangle in corners:
-        a, b, c = triangle[:, None] - points
-        la, lb, lc = (np.linalg.norm(side, axis=1) for side in (a, b, c))
-        above = np.sum(a * np.cross(b, c), axis=1)
-        below = la * lb * lc + np.sum(a * b, 1) * lc + np.sum(b * c, 1) * la + np.sum(c * a, 1) * lb
-        total += np.arctan2(above, below)
-    return total / (2.0 * np.pi)
+    return np.array([_solid_angle(corners - point) for point in points]) / (4.0 * np.pi)
+
+
+def _solid_angle(corners: np.ndarray) -> float:
+    """Solid angle of triangles (nt, 3, 3) seen from the origin."""
+    a, b, c = corners.transpose(1, 0, 2)
+    la, lb, lc = np.linalg.norm(corners, axis=2).T
+    ab, bc, ca = (np.einsum("ij,ij->i", *pair) for pair in ((a, b), (b, c), (c, a)))
+    above = np.einsum("ij,ij->i", a, np.cross(b, c))
+    return float(2.0 * np.arctan2(above, la * lb * lc + ab * lc + bc * la + ca * lb).sum())
 
 
 def port_half(panels: Panels) -> Panels:

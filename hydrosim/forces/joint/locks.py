@@ -46,6 +46,7 @@ IMPULSE = LOSS + 1
 STATES = IMPULSE + 6
 """States of a joint: the reference (12,), the energy lost when it closed, the impulse (6,) on its
 body then."""
+ROUNDED = 1e-12  # m/s or rad/s: a ratchet that has just let go is as fast by rounding
 SLACK = 1e-9  # m or rad behind a tooth at which a ratchet falls on it
 NO_RATCHET, SLIDES, TURNS = range(3)
 HELD_TURNS = {0: ((1, 0), (2, 0), (2, 1)), 1: ((1, 0), (2, 0)), 2: ((0, 1),), 3: ()}
@@ -345,11 +346,26 @@ def switch(i, which, y, modes, motion, bodies, p):
 
 @kernel
 def close(i, y, modes, motion, bodies, p):
-    """Close joint ``i`` at the present place."""
+    """Close joint ``i`` at the present place. The axis of a ratchet stays where it is on the other
+    body."""
+    lock = p.each[i]
     k = begin(i, p)
-    rows.take_reference(p.each[i], bodies, motion, y[k : k + REFERENCE])
+    reference = y[k : k + REFERENCE]
+    if lock.ratchet == NO_RATCHET:
+        rows.take_reference(lock, bodies, motion, reference)
+    else:
+        way, _ = _travel(i, y, bodies, motion, p)
+        rows.advance_reference(lock, lock.ratchet == TURNS, way, bodies, reference)
     modes[p.mode + i, MODE] = CLOSED
     modes[p.mode + i, SEGMENT] = every_row(i, p)
+
+
+@kernel
+def goes_back(i, y, modes, bodies, motion, p):
+    """True if joint ``i`` is a running ratchet without teeth that goes back."""
+    if modes[p.mode + i, MODE] != RUNNING or p.each[i].pitch > 0.0:
+        return False
+    return ratchet_rate(i, y, bodies, motion, p) < -ROUNDED
 
 
 @kernel
