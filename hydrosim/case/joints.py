@@ -284,6 +284,11 @@ class JointForm(Exemplary):
         """What acts in its free motions, one after the other."""
         return ()
 
+    @property
+    def moves(self) -> bool:
+        """Whether it has a rate or speed at the start."""
+        return any(each.velocity for each in self.resistances())
+
     def build(self) -> scene.Joint:
         """The joint of the scene."""
         axis, second = self.axes()

@@ -108,6 +108,15 @@ def test_bad_joints_are_refused_by_message(tmp_path: Path, joint: str) -> None:
     assert BAD[joint] in str(raised.value)
 
 
+def test_a_start_at_rest_has_no_rate(tmp_path: Path) -> None:
+    path = case(tmp_path, "pin: {type: hinge, body: a, axis: [0, 0, 1], initial: {rate: 1 rad/s}}")
+    text = path.read_text().replace("dofs: [surge],\n      points", "points", 1)
+    text = text.replace(", initial: {velocity: {surge: 1 m/s}}", "").replace("dofs: [surge],", "")
+    path.write_text(text + "initial: at_rest\n")
+    with pytest.raises(InputError, match="at_rest, and a velocity of pin; expected one of them"):
+        load_case(path)
+
+
 def test_unknown_bodies_of_a_scene_are_named() -> None:
     base = scene([block(2.0, name="a")], {}, 1.0, 0.1)
     for joint, text in (
