@@ -12,6 +12,7 @@ from dry_scenes import block, scene
 
 import hydrosim as hs
 from hydrosim.case import load_case
+from hydrosim.compiling.compile import compile_scene
 from hydrosim.errors import InputError
 from hydrosim.results.channels import series
 from hydrosim.scene import Joint, JointType, Ratchet, When, Window
@@ -115,6 +116,23 @@ def test_a_start_at_rest_has_no_rate(tmp_path: Path) -> None:
     path.write_text(text + "initial: at_rest\n")
     with pytest.raises(InputError, match="at_rest, and a velocity of pin; expected one of them"):
         load_case(path)
+
+
+def test_a_load_that_two_joints_share_is_warned_of(tmp_path: Path) -> None:
+    """Two fixed joints between the same bodies; a joint beside locked directions is no such
+    pair."""
+    second = "c: {type: fixed, body: b, to: a, point: [1 m, 0 m, 0 m]}"
+    path = case(tmp_path, "one: {type: fixed, body: b, to: a}\n" + second)
+    text = path.read_text().replace("dofs: [surge],", "")
+    path.write_text(text.replace("initial: {velocity: {surge: 1 m/s}}", "initial: {}"))
+    warnings = compile_scene(load_case(path).scene()).notes.warnings
+    assert any("joints.c: other joints or locked directions hold 6 of its 6" in w for w in warnings)
+    locked = case(tmp_path, "c: {type: fixed, body: b, to: a, active: {until: 1 s}}")
+    text = locked.read_text().replace("initial: {velocity: {surge: 1 m/s}}", "initial: {}")
+    locked.write_text(text)
+    notes = compile_scene(load_case(locked).scene()).notes
+    assert any("joints.c" in text for text in notes.skipped)
+    assert not any("joints.c" in text for text in notes.warnings)
 
 
 def test_unknown_bodies_of_a_scene_are_named() -> None:

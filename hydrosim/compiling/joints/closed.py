@@ -75,9 +75,18 @@ def describe_dropped(scene: Scene, model: Model, state: State) -> Iterator[str]:
         kept = int(mode[SEGMENT]).bit_count()
         if mode[MODE] == CLOSED and kept < lock["count"]:
             yield (
-                f"{name}: {lock['count'] - kept} of its {lock['count']} constraints, which other"
-                " joints hold; joint_force shows one of several possible shares of these joints"
+                f"joints.{name}: other joints or locked directions hold {lock['count'] - kept} of"
+                f" its {lock['count']} constraints already. joint_force shows one of several"
+                " possible shares of them. Let a joint leave more free (ball, cylindrical), or use"
+                " a bushing."
             )
+
+
+def moves_freely(model: Model) -> bool:
+    """Whether all bodies that no joint carries move in six directions."""
+    tree = model.bodies.tree
+    own = model.bodies.active.size - tree.coordinates
+    return own == 6 * (model.bodies.each.size - tree.branches.size)
 
 
 def singular_joints(scene: Scene, model: Model, state: State) -> str:
