@@ -69,8 +69,8 @@ def tables_of(run: xr.Dataset) -> Iterator[Node]:
     if "joint" in run.dims:
         yield Table(("joint", "largest force", "largest moment"), list(_joint_loads(run)))
     if rows := list(_locks(run)):
-        head = ("joint", "first closed", "last closed", "closed", "energy lost")
-        yield Table(head, rows, "Joints that come and go, at output times")
+        held = ("joint", "first closed", "last closed", "closed", "energy lost")
+        yield Table(held, rows, "Joints that come and go, at output times")
     if "fender" in run.dims:
         head = ("contact", "first", "open", "stick", "slip", "slipped")
         title = "Contacts: time of the first, then the share of the time since it in each mode"
