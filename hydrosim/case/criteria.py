@@ -101,4 +101,5 @@ def as_attributes(report: Report, criteria: Mapping[str, RunCriterion]) -> dict[
 def _plain(name: str, of: RunCriterion) -> dict[str, object]:
     names = ("channel", "statistic", "phase", "result", "group")
     known = {key: getattr(of, key) for key in names}
-    return {"name": name, **known, "limit": of.limit.value, "source": of.source}
+    written = {"limit": of.limit.value, "unit": of.limit.unit or "", "text": of.limit.text}
+    return {"name": name, **known, **written, "source": of.source}

@@ -21,6 +21,7 @@ from hydrosim.documents.quantities import Strict
 from hydrosim.documents.units import problem
 from hydrosim.scene.joint import JointType
 
+SHORTEST = 1e-100  # length of an axis: below it has no direction
 PARALLEL = 1e-6  # of two axes that must be at right angles: cosine that is rounding
 
 
@@ -283,6 +284,11 @@ class JointForm(Exemplary):
         """What acts in its free motions, one after the other."""
         return ()
 
+    @property
+    def moves(self) -> bool:
+        """Whether it has a rate or speed at the start."""
+        return any(each.velocity for each in self.resistances())
+
     def build(self) -> scene.Joint:
         """The joint of the scene."""
         axis, second = self.axes()
@@ -313,7 +319,7 @@ class OnAxis(JointForm):
 
     @model_validator(mode="after")
     def _check_axis(self) -> Self:
-        if not any(self.axis):
+        if not np.linalg.norm(self.axis) > SHORTEST:
             raise problem("an axis of no length", "a direction, such as [0, 1, 0]")
         return self
 
@@ -563,7 +569,7 @@ class Ratchet(OnAxis):
 def _at_right_angles(first: tuple[float, ...], second: tuple[float, ...]) -> None:
     a, b = np.array(first), np.array(second)
     cosine = float(a @ b) / float(np.linalg.norm(a) * np.linalg.norm(b) or 1.0)
-    if not any(second) or abs(cosine) > PARALLEL:
+    if not np.linalg.norm(b) > SHORTEST or abs(cosine) > PARALLEL:
         found = (
             f"axis [{a[0]:g}, {a[1]:g}, {a[2]:g}] and second_axis [{b[0]:g}, {b[1]:g}, {b[2]:g}]"
         )

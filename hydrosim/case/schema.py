@@ -490,6 +490,7 @@ class CaseFile(Strict):
     @model_validator(mode="after")
     def _check_rest(self) -> Self:
         moving = [name for name, body in self.bodies.items() if any(body.initial.velocity)]
+        moving += [name for name, joint in self.joints.items() if joint.moves]
         if self.initial == "at_rest" and moving:
             raise problem(f"initial: at_rest, and a velocity of {moving[0]}", "one of them")
         return self

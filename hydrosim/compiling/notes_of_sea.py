@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.compiling.joints.closed import describe_dropped
+from hydrosim.compiling.joints.closed import describe_dropped, moves_freely
 from hydrosim.compiling.meetings import (
     coarse_headings,
     meetings,
@@ -53,13 +53,18 @@ def notes_of_sea(
         if body.name in alone and body.dofs:
             warnings.extend(range_warnings(seas, body, alone[body.name]))
             warnings.extend(_heading_warnings(seas, body, alone[body.name]))
-    dropped = describe_dropped(scene, facts.model, state)
+    dropped = list(describe_dropped(scene, facts.model, state))
+    shared = moves_freely(facts.model)  # otherwise a locked or mirrored direction may hold them
+    warnings.extend(dropped if shared else ())
     met = list(meetings(scene, facts, seas))
     warnings.extend(text for each in met for text in coarse_headings(each))
     said = [text for each in met for text in said_of_waves(each)]
     return replace(
         notes,
-        skipped=(*_skipped(scene, facts.model, alone, seas, notes.zero), *dropped),
+        skipped=(
+            *_skipped(scene, facts.model, alone, seas, notes.zero),
+            *(() if shared else dropped),
+        ),
         records=tuple(_records(scene)),
         meetings=(*said, *said_of_current(scene, facts.model)),
         warnings=(*warnings, *notes.warnings),

@@ -117,7 +117,7 @@ def _of_components(
     order of the coordinates that name them."""
     found = []
     for part in linear.split(linear.coupled):
-        for mode in find(part) if part.active.size else []:
+        for mode in find(part) if part.freedom.basis.shape[1] else []:  # unless all is held
             shape = spread(mode.shape, part.active, linear.active)
             share = spread(mode.share, part.active, linear.active)
             found.append(replace(mode, shape=shape, share=share))

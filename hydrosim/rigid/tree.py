@@ -22,8 +22,8 @@ In `S` (6 nb, n) the column of a coordinate is the velocity of all bodies that i
 that is named from the parent's side has the sign -1: its moves are undone in reverse order.
 
 The heading of a jointed body is that of its parent plus the joint's turn about the vertical: the
-twist of its rotation (quaternion p) about the vertical z at rest, 2 atan2(p_z, p_0). Its gradient
-in the relative angular velocity is
+twist of its rotation (quaternion p, p_0 >= 0) about the vertical z at rest, 2 atan2(p_z, p_0). Its
+gradient in the relative angular velocity is
 
     g = (p_0^2 z + p_0 (p x z) + p_z p) / (p_0^2 + p_z^2)
 
@@ -330,7 +330,8 @@ def _turn_heading(k, q, here, there, relative, tree, growth):
         move = tree.moves[branch.winding]
         heading += move.sign * q[move.coordinate] * move.axes[0, 2]
     else:
-        heading += 2.0 * atan2(there[3], there[0])
+        side = 1.0 if there[0] >= 0.0 else -1.0  # of p and -p, the same rotation
+        heading += 2.0 * atan2(side * there[3], side * there[0])
     growth.heading[branch.child] = heading
     growth.rate[branch.child] = rate + dot(g, relative)
     _set(g, growth.gradient[k])
@@ -415,16 +416,19 @@ def _put(b, value, target, first):
 @root
 def record_angles(bodies, motion, out):
     """Write to ``out`` (6 nb,) roll, pitch and yaw of jointed bodies (z-y'-x'') in place of their
-    rotation vectors: records have the same angles for all bodies. Yaw is the one nearest to the
-    heading."""
+    rotation vectors: records have the same angles for all bodies. Of the two triples of one
+    attitude they are that with the yaw nearest to the heading: a flap that turns over keeps it."""
     tree = bodies.tree
     for k in range(tree.branches.size if bodies.exact else 0):
         b = tree.branches[k].child
         R = motion.rotation[b]
         heading = motion.growth.heading[b]
-        yaw = atan2(R[1, 0], R[0, 0]) - bodies.each[b].heading
-        out[6 * b + 3] = atan2(R[2, 1], R[2, 2])
-        out[6 * b + 4] = atan2(-R[2, 0], sqrt(R[0, 0] * R[0, 0] + R[1, 0] * R[1, 0]))
+        course = heading + bodies.each[b].heading
+        side = 1.0 if cos(course) * R[0, 0] + sin(course) * R[1, 0] >= 0.0 else -1.0
+        yaw = atan2(side * R[1, 0], side * R[0, 0]) - bodies.each[b].heading
+        level = side * sqrt(R[0, 0] * R[0, 0] + R[1, 0] * R[1, 0])
+        out[6 * b + 3] = atan2(side * R[2, 1], side * R[2, 2])
+        out[6 * b + 4] = atan2(-R[2, 0], level)
         out[6 * b + 5] = yaw + FULL_TURN * floor((heading - yaw) / FULL_TURN + 0.5)
 
 

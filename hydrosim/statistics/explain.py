@@ -11,7 +11,9 @@ and the mean E over that time,
 so it has a mean for three reasons. The point slips longer one way (`DIRECTION`). It is pressed
 harder while it slips one way (`COVARIANCE`). It slips further one way (`DAMPING`: C3). The part by
 which a law gives less than mu_k N is `OTHER`. In `STICK`, friction holds the point. A direction in
-which a body does not move at all is held: its `REACTION` balances the other forces.
+which a body does not move at all is held: its `REACTION` balances the other forces. Forces of
+joints whose motions are coordinates are not integrated: on bodies of such a run, `JOINTS` is what
+the other forces lack.
 """
 
 from __future__ import annotations
@@ -38,6 +40,7 @@ STICK, DIRECTION, COVARIANCE, DAMPING, OTHER = PARTS = (
     *("slip damping", "below mu_k N"),
 )
 REACTION = "reaction of held directions"
+JOINTS = "reactions of joints"
 WHOLE, CONTACT = "whole run", "in contact"
 PHASES = tuple(phase.name.lower().replace("_", " ") for phase in Phase)
 SAID = {
@@ -145,7 +148,9 @@ def _over(run: xr.Dataset, stage: Stage) -> xr.Dataset:
     time = float(np.diff(ends)[0]) or np.nan
     still = run.position.max("time") == run.position.min("time")
     lacking = d.momentum - d.impulse.sum("force")
-    reaction = lacking.where(still, 0.0).expand_dims(force=[REACTION])
+    held = lacking.where(still, 0.0).expand_dims(force=[REACTION])
+    joined = lacking.where(~still & _has_trees(run), 0.0).expand_dims(force=[JOINTS])
+    reaction = xr.concat([held, joined], "force")
     found = {
         "span_begin": xr.DataArray(ends[0]),
         "span_end": xr.DataArray(ends[1]),
@@ -160,6 +165,14 @@ def _over(run: xr.Dataset, stage: Stage) -> xr.Dataset:
     known = xr.Dataset(found) if stage.end else xr.Dataset(found).where(False)
     named = known.rename(axis="direction") if "axis" in known.dims else known
     return named.assign_coords(span=stage.name)
+
+
+def _has_trees(run: xr.Dataset) -> bool:
+    """Whether a run has joints whose motions are coordinates. With tanks, flows take momentum as
+    well, so that the part of the joints is not known."""
+    locks = set(run.lock.values) if "lock" in run.coords else set()
+    joints = set(run.joint.values) if "joint" in run.coords else set()
+    return bool(joints - locks) and "tank_level" not in run
 
 
 def _integrals(run: xr.Dataset) -> list[str]:

@@ -41,12 +41,16 @@ from hydrosim.scene import (
     Body,
     Box,
     FreeSurface,
+    Joint,
+    JointResistance,
+    JointType,
     Jonswap,
     LinearScenes,
     Plan,
     Question,
     RegularWave,
     Scene,
+    Stops,
     Stream,
     Tank,
     TankMesh,
@@ -531,3 +535,25 @@ def box_triangles(box: Box) -> np.ndarray:
     """The twelve triangles of a box."""
     cloud = np.array(np.meshgrid(*zip(box.low, box.high, strict=True))).reshape(3, -1).T
     return cloud[ConvexHull(cloud).simplices]
+
+
+def on_hinge(**acting: object) -> Scene:
+    motions = (JointResistance(**acting),)  # type: ignore[arg-type]
+    still = dry({})
+    name = still.bodies[0].name
+    pin = Joint(JointType.HINGE, name, axis=(0.0, 1.0, 0.0), resistances=motions)
+    return replace(still, joints={"pin": pin})
+
+
+def test_starts_of_joints_beyond_their_stops_are_asked_about() -> None:
+    ends = Stops(-0.5, 0.5, 1e6)
+    (text,) = asked_of(on_hinge(stops=ends, position=1.0), Question.OVERLAP)
+    assert "joints.pin: found that pin starts 28.6 deg beyond a stop, at 57.3 deg" in text
+    assert not asked_of(on_hinge(stops=ends, position=0.52), Question.OVERLAP)
+    assert not asked_of(on_hinge(position=1.0), Question.OVERLAP)
+
+
+def test_angles_of_joints_in_radians_are_asked_about() -> None:
+    assert "20 rad, which is 1145.9 deg" in asked_of(on_hinge(position=20.0), Question.ANGLES)[0]
+    assert asked_of(on_hinge(stiffness=1.0, neutral=-20.0), Question.ANGLES)
+    assert not asked_of(on_hinge(position=3.0), Question.ANGLES)

@@ -12,6 +12,7 @@ from dry_scenes import block, scene
 
 import hydrosim as hs
 from hydrosim.case import load_case
+from hydrosim.compiling.compile import compile_scene
 from hydrosim.errors import InputError
 from hydrosim.results.channels import series
 from hydrosim.scene import Joint, JointType, Ratchet, When, Window
@@ -86,6 +87,7 @@ def test_a_ratchet_of_a_case_file(tmp_path: Path) -> None:
 BAD = {
     "pawl: {type: ratchet, body: a, axis: [1, 0, 0]}": "either slide",
     "pawl: {type: ratchet, body: a, axis: [1, 0, 0], turn: {pitch: 190 deg}}": "below 180 deg",
+    "pawl: {type: ratchet, body: a, axis: [1e-200, 0, 0], slide: {}}": "an axis of no length",
     "pin: {type: fixed, body: a, to: b, window: {}}": "gap, speed, or both",
     "pin: {type: fixed, body: a, to: b, window: {gap: 0 m}}": "a value above 0",
     "pin: {type: fixed, body: a, to: b, breaks_at: 0 N}": "a force above 0",
@@ -105,6 +107,32 @@ def test_bad_joints_are_refused_by_message(tmp_path: Path, joint: str) -> None:
     with pytest.raises(InputError) as raised:
         hs.simulate(case(tmp_path, joint))
     assert BAD[joint] in str(raised.value)
+
+
+def test_a_start_at_rest_has_no_rate(tmp_path: Path) -> None:
+    path = case(tmp_path, "pin: {type: hinge, body: a, axis: [0, 0, 1], initial: {rate: 1 rad/s}}")
+    text = path.read_text().replace("dofs: [surge],\n      points", "points", 1)
+    text = text.replace(", initial: {velocity: {surge: 1 m/s}}", "").replace("dofs: [surge],", "")
+    path.write_text(text + "initial: at_rest\n")
+    with pytest.raises(InputError, match="at_rest, and a velocity of pin; expected one of them"):
+        load_case(path)
+
+
+def test_a_load_that_two_joints_share_is_warned_of(tmp_path: Path) -> None:
+    """Two fixed joints between the same bodies; a joint beside locked directions is no such
+    pair."""
+    second = "c: {type: fixed, body: b, to: a, point: [1 m, 0 m, 0 m]}"
+    path = case(tmp_path, "one: {type: fixed, body: b, to: a}\n" + second)
+    text = path.read_text().replace("dofs: [surge],", "")
+    path.write_text(text.replace("initial: {velocity: {surge: 1 m/s}}", "initial: {}"))
+    warnings = compile_scene(load_case(path).scene()).notes.warnings
+    assert any("joints.c: other joints or locked directions hold 6 of its 6" in w for w in warnings)
+    locked = case(tmp_path, "c: {type: fixed, body: b, to: a, active: {until: 1 s}}")
+    text = locked.read_text().replace("initial: {velocity: {surge: 1 m/s}}", "initial: {}")
+    locked.write_text(text)
+    notes = compile_scene(load_case(locked).scene()).notes
+    assert any("joints.c" in text for text in notes.skipped)
+    assert not any("joints.c" in text for text in notes.warnings)
 
 
 def test_unknown_bodies_of_a_scene_are_named() -> None:

@@ -11,15 +11,18 @@ from dry_scenes import scene, steady
 import hydrosim as hs
 from hydrosim.compiling.compile import compile_scene
 from hydrosim.forces import LinearMooring
+from hydrosim.linear.modes import natural_modes
 from hydrosim.scene import (
     Active,
     Body,
     Joint,
+    JointFriction,
     JointResistance,
     JointType,
     Kinematics,
     LinearScenes,
     Method,
+    Ratchet,
     Scene,
     When,
 )
@@ -103,3 +106,15 @@ def test_a_lock_at_rest_is_a_constraint_of_the_linear_analysis() -> None:
     linear = hs.linearise(*compile_scene(found))
     w = np.sqrt(35.0 / 5.0)
     assert np.abs(linear.eigenvalues().imag) == pytest.approx([w, w], rel=1e-9)
+
+
+def test_a_hinge_that_friction_and_a_ratchet_hold_has_no_mode() -> None:
+    """Both hold its one motion, so that their shares are not defined, and nothing asks for them."""
+    base = pendulum()
+    stuck = JointResistance(friction=JointFriction(20.0, 10.0))
+    hinge = replace(base.joints["hinge"], resistances=(stuck,))
+    pawl = replace(base.joints["hinge"], type=JointType.RATCHET, ratchet=Ratchet(True))
+    compiled = compile_scene(replace(base, joints={"hinge": hinge, "pawl": pawl}))
+    linear = hs.linearise(*compiled)
+    assert len(linear.constraints) == 2
+    assert natural_modes(linear) == []

@@ -113,9 +113,9 @@ def test_redundant_constraints_are_dropped_and_named() -> None:
     freely."""
     scene = FourBar().scene(ANGLE, SPEED, 0.1, 0.01, IN_PLANE)
     compiled = compile_scene(scene)
-    told = [text for text in compiled.notes.skipped if "constraints" in text]
+    told = [text for text in compiled.notes.warnings if "constraints" in text]
     assert len(told) == 1
-    assert told[0].startswith("c: 3 of its 5 constraints, which other joints hold")
+    assert told[0].startswith("joints.c: other joints or locked directions hold 3 of its 5")
     assert [*hs.simulate(scene).lock_rows.values[-1]] == [2]
 
 

@@ -21,6 +21,7 @@ from hydrosim.statistics.explain import (
     COVARIANCE,
     DAMPING,
     DIRECTION,
+    JOINTS,
     OTHER,
     REACTION,
     STICK,
@@ -178,6 +179,23 @@ def test_what_is_held_has_a_reaction_of_its_own() -> None:
     assert row(explanation(explained(run), "barge", "sway"), title, of=[f"mean force, {REACTION}"])
     surge = rows(explanation(explained(run), "barge", "surge"), "barge in surge")
     assert not any(REACTION in str(each["barge in surge"]) for each in surge)
+
+
+def test_reactions_of_joints_are_what_other_forces_lack() -> None:
+    """A push of 2 kN in surge that a joint of a tree takes; a lock has an impulse of its own."""
+    run = made()
+    run.impulse.loc[{"force": "push", "body": "barge", "dof": "surge"}] += 2e3 * run.time
+    run.position.loc[{"dof": "surge"}] += run.time * 1e-3
+    joined = explained(run.assign_coords(joint=["pin", "stop"], lock=["stop"]))
+    whole = joined.sel(span=WHOLE, body="barge", dof="surge")
+    assert float(whole.mean_force.sel(force=JOINTS)) == pytest.approx(-2e3)
+    assert float(whole.unbalanced) == pytest.approx(0.0, abs=1e-9)
+    told = explanation(joined, "barge", "surge")
+    assert row(told, "barge in surge", of=[f"mean force, {JOINTS}"])
+    locked = explained(run.assign_coords(joint=["stop"], lock=["stop"]))
+    whole = locked.sel(span=WHOLE, body="barge", dof="surge")
+    assert float(whole.mean_force.sel(force=JOINTS)) == 0.0
+    assert float(whole.unbalanced) == pytest.approx(2e3)
 
 
 def test_stages_of_a_transfer() -> None:

@@ -94,6 +94,10 @@ WRONG = {
         "case.yaml:10: criteria.lost.channel: found position.block.surg",
         'did you mean "position.block.surge"?',
     ),
+    "{channel: position.block.surge, statistic: end, limit: 1 kN}": (
+        'case.yaml:10: criteria.lost.limit: found "1 kN"',
+        "expected a limit in m, which position.block.surge has",
+    ),
     "{channel: clearance.pin, statistic: end, limit: 1 m}": (
         "case.yaml:10: criteria.lost.channel: found clearance.pin",
         "they need output: {clearances: ...}",

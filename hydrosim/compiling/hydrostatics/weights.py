@@ -50,9 +50,9 @@ def _check_supports(scene: Scene, alone: Mapping[str, HydroDatabase]) -> None:
             raise InputError(
                 f"bodies.{body.name}.weight: found carried, but nothing in the case can carry its"
                 f" {weight:.4g} N. Add hydrodynamics with stiffness in heave, or an applied force,"
-                " or connect it by a contact, spring or mooring to the earth or to a body that is"
-                " carried. Otherwise lock heave; or set weight: balanced, a constant force equal"
-                " to the weight."
+                " or connect it by a joint, contact, spring or mooring to the earth or to a body"
+                " that is carried. Otherwise lock heave; or set weight: balanced, a constant force"
+                " equal to the weight."
             )
 
 

@@ -75,9 +75,18 @@ def describe_dropped(scene: Scene, model: Model, state: State) -> Iterator[str]:
         kept = int(mode[SEGMENT]).bit_count()
         if mode[MODE] == CLOSED and kept < lock["count"]:
             yield (
-                f"{name}: {lock['count'] - kept} of its {lock['count']} constraints, which other"
-                " joints hold; joint_force shows one of several possible shares of these joints"
+                f"joints.{name}: other joints or locked directions hold {lock['count'] - kept} of"
+                f" its {lock['count']} constraints already. joint_force shows one of several"
+                " possible shares of them. Let a joint leave more free (ball, cylindrical), or use"
+                " a bushing."
             )
+
+
+def moves_freely(model: Model) -> bool:
+    """Whether all bodies that no joint carries move in six directions."""
+    tree = model.bodies.tree
+    own = model.bodies.active.size - tree.coordinates
+    return own == 6 * (model.bodies.each.size - tree.branches.size)
 
 
 def singular_joints(scene: Scene, model: Model, state: State) -> str:
@@ -129,8 +138,8 @@ def _check_gaps(scene: Scene, model: Model, rows: Rows) -> None:
             raise InputError(
                 f"joints.{name}: does not close at the start: {gap:.3g} m and {turn:.3g} deg are"
                 f" missing between {_sides(scene, name)}; expected less than {CLOSE:g} m and rad."
-                " Joints are closed with all bodies at rest: change initial.position of these"
-                " bodies together, or leave it out."
+                " Joints are closed with all bodies at rest: change the starts (initial.position of"
+                " bodies, initial of joints) together, or leave them out."
             )
 
 
@@ -147,9 +156,9 @@ def _check_velocities(scene: Scene, model: Model, state: State, rows: Rows) -> N
         unit = "m/s" if rows.slides[worst] else "rad/s"
         raise InputError(
             f"joints.{name}: holds at the start, and the initial velocities part"
-            f" {_sides(scene, name)} by {abs(rates[worst]):.3g} {unit}; expected initial.velocity"
-            " of these bodies that the joint allows. A joint that is to stop them needs"
-            " active: {from: ...} after the start."
+            f" {_sides(scene, name)} by {abs(rates[worst]):.3g} {unit}; expected velocities that"
+            " the joint allows (initial.velocity of bodies, rate or speed of joints). A joint that"
+            " is to stop them needs active: {from: ...} after the start."
         )
 
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import cos, sin, tan
+from math import cos, remainder, sin, tan
 
 import numpy as np
 
 from hydrosim.dofs import about_z
-from hydrosim.rigid.tree import BALL, BRANCH, MOVE, NO_BODY, NO_TREE, SLIDE, TURN, Tree
+from hydrosim.rigid.tree import BALL, BRANCH, FULL_TURN, MOVE, NO_BODY, NO_TREE, SLIDE, TURN, Tree
 from hydrosim.scene import Body, Joint, JointType, Kinematics, Scene, Weight
 from hydrosim.scene.joint import JointMotion, MotionKind
 from hydrosim.scene.trees import Branch, arranged, tree_joints
@@ -154,9 +154,11 @@ def _seen_from_body(rate: np.ndarray, rotation: np.ndarray) -> np.ndarray:
 
 
 def rodrigues(rotation: np.ndarray) -> np.ndarray:
-    """Four times the modified Rodrigues parameters (3,) of a rotation vector (3,)."""
+    """Four times the modified Rodrigues parameters (3,) of a rotation vector (3,), of at most 180
+    deg."""
     angle = float(np.linalg.norm(rotation))
-    return rotation if angle == 0.0 else rotation * (4.0 * tan(0.25 * angle) / angle)
+    nearest = remainder(angle, FULL_TURN)
+    return rotation if angle == 0.0 else rotation * (4.0 * tan(0.25 * nearest) / angle)
 
 
 def _slopes_at_rest(tree: Tree, own: np.ndarray, origins: np.ndarray) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -14,13 +14,15 @@ from hydrosim.forces.link import Link, Strut
 from hydrosim.forces.link import stretch as stretch_of_strut
 from hydrosim.forces.spring import Spring, stretch
 from hydrosim.scene import ForceElement, GivenComponents, Weight
-from hydrosim.scene.trees import arranged, joined_with
+from hydrosim.scene.joint import MotionKind
+from hydrosim.scene.trees import arranged, joined_with, tree_joints
 
 TURN = 2.0 * np.pi * (1.0 + 1e-9)
 TILT = np.radians(30.0)  # limit for a body afloat with linear hydrostatics
 FASTEST = 15.0  # m/s
 DEEPEST = 1.0  # m of compression at the start
 DROP = 3.0  # m above all contacts that carry a body
+BENT = np.radians(5.0)  # beyond a stop at the start
 STRETCHED = 0.2  # of a line's length
 
 
@@ -51,6 +53,11 @@ def _angles(about: About) -> Iterator[tuple[str, float]]:
             yield "environment.waves.heading", angle
     yield "environment.current.heading", environment.current.heading
     yield "environment.wind.heading", environment.wind.heading
+    for name, joint in about.scene.joints.items():
+        for motion, acting in zip(joint.motions, joint.resistances, strict=False):
+            if motion.kind != MotionKind.SLIDE:
+                yield f"joints.{name}", acting.position
+                yield f"joints.{name}", acting.neutral
 
 
 def speed(about: About) -> Iterator[Doubt]:
@@ -63,7 +70,9 @@ def speed(about: About) -> Iterator[Doubt]:
 
 
 def overlap(about: About) -> Iterator[Doubt]:
-    """Ask about fender points deep behind their planes at the start."""
+    """Ask about fender points deep behind their planes, and joints far beyond their stops, at the
+    start."""
+    yield from _pressed_stops(about)
     for name, fender, deep in _fenders(about):
         worst = int(np.argmax(deep))
         if isinstance(fender.normal, NormalCurve) and deep[worst] > DEEPEST:
@@ -73,6 +82,30 @@ def overlap(about: About) -> Iterator[Doubt]:
             usual = f"usual is a gap, or a compression of up to {DEEPEST:g} m"
             advice = "Check points (body frame, from the centre of gravity) and plane.point."
             yield Doubt(f"forces.{name}", found, usual, advice)
+
+
+def _pressed_stops(about: About) -> Iterator[Doubt]:
+    bodies = about.model.bodies
+    n = bodies.active.size
+    places = iter(about.state.y[n - bodies.tree.coordinates : n])
+    for name, joint in tree_joints(about.scene).items():
+        here = [float(next(places)) for _ in joint.motions]
+        for motion, acting, x in zip(joint.motions, joint.resistances, here, strict=False):
+            stops = acting.stops
+            beyond = 0.0 if stops is None else max(stops.lowest - x, x - stops.highest)
+            if beyond > (DEEPEST if motion.kind == MotionKind.SLIDE else BENT):
+                size = _size(motion.kind)
+                found = f"that {name} starts {size(beyond)} beyond a stop, at {size(x)}"
+                yield Doubt(f"joints.{name}", found, "usual is a start between the stops")
+
+
+def _size(kind: MotionKind) -> Callable[[float], str]:
+    """How to tell a motion of this kind."""
+    return _metres if kind == MotionKind.SLIDE else _degrees
+
+
+def _degrees(angle: float) -> str:
+    return f"{np.degrees(angle):.3g} deg"
 
 
 def plane(about: About) -> Iterator[Doubt]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from hydrosim.case.criteria import CRITERIA
 from hydrosim.compiling.clock import compile_clock
+from hydrosim.documents.units import factor
 from hydrosim.errors import InputError
 from hydrosim.results.output import to_dataset
 from hydrosim.statistics.criteria import figure_asked
@@ -47,9 +48,23 @@ def blank_run(compiled: Compiled) -> xr.Dataset:
 def _refused(run: xr.Dataset, asked: dict[str, str]) -> str:
     """Why a criterion cannot be judged, at its key; empty if it can be."""
     try:
-        figure_of(run, figure_asked(asked))
+        figure = figure_of(run, figure_asked(asked))
     except InputError as error:
         given = [key for key in ("group", "phase", "channel") if asked.get(key)]
         wrong = next((key for key in given if asked[key] in str(error)), "result")
         return f"criteria.{asked['name']}.{wrong}: {error}"
+    return _refused_unit(str(figure.attrs["units"]), asked)
+
+
+def _refused_unit(own: str, asked: dict[str, str]) -> str:
+    """Why a limit cannot be compared with a figure in its ``own`` SI unit; empty if it can be."""
+    unit = "" if own == "1" else own
+    try:
+        if asked["unit"]:
+            factor(asked["unit"], unit)
+    except ValueError as error:
+        return (
+            f'criteria.{asked["name"]}.limit: found "{asked["text"]}"; expected a limit in'
+            f" {unit or 'plain numbers'}, which {asked['channel'] or asked['result']} has; {error}"
+        )
     return ""
