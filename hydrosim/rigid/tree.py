@@ -198,46 +198,62 @@ def _carry(k, q, u, bodies, motion):
     tree = bodies.tree
     growth = motion.growth
     branch = tree.branches[k]
-    child = branch.child
     here, x, v, omega, b, b_omega = _leave(k, bodies, motion)
-    there = (1.0, 0.0, 0.0, 0.0)
-    relative = (0.0, 0.0, 0.0)
+    there = (1.0, 0.0, 0.0, 0.0)  # rotation in the joint
+    relative = (0.0, 0.0, 0.0)  # angular velocity in the joint
     for m in range(branch.first, branch.last):
-        move = tree.moves[m]
         _set_axes(m, multiply(here, there), tree, growth)
-        if move.kind == SLIDE:
-            a = vector(growth.axes[m, 0], 0)
-            shift = scale(move.sign * q[move.coordinate], a)
-            speed = scale(move.sign * u[move.coordinate], a)
-            swing = cross(omega, shift)
-            b = add(b, add(cross(b_omega, shift), cross(omega, swing)))
-            b = add(b, scale(2.0, cross(omega, speed)))
-            v = add(v, add(speed, swing))
-            x = add(x, shift)
+        if tree.moves[m].kind == SLIDE:
+            x, v, b = _slide(m, q, u, tree, growth, (x, v, omega, b, b_omega))
         else:
-            turn = _turn_of(m, q, tree)
             spin = _spin_of(m, u, tree, growth)
             b_omega = add(b_omega, cross(omega, spin))
             omega = add(omega, spin)
             relative = add(relative, spin)
-            there = multiply(there, turn)
-    all_there = multiply(here, there)
-    _set(all_there, growth.turned[child])
+            there = multiply(there, _turn_of(m, q, tree))
+    _set(multiply(here, there), growth.turned[branch.child])
     _set(x, growth.place[k])
-    arm = turned(all_there, scale(-1.0, vector(branch.to_child, 0)))
-    swing = cross(omega, arm)
-    v = add(v, swing)
-    b = add(b, add(cross(b_omega, arm), cross(omega, swing)))
-    centre = add(x, arm)
-    _put(child, sub(centre, vector(bodies.each[child].origin, 0)), motion.coordinates, 0)
-    _put(child, v, motion.velocity, 0)
-    _put(child, v, motion.rate, 0)
-    _put(child, omega, motion.velocity, 3)
-    _put(child, b, motion.bias, 0)
-    _put(child, b_omega, motion.bias, 3)
+    centre = _arrive(k, (x, v, omega, b, b_omega), bodies, motion)
     _turn_heading(k, q, here, there, relative, tree, growth)
     _orient(k, omega, bodies, motion)
     _fill_columns(k, centre, bodies, motion)
+
+
+@kernel
+def _slide(m, q, u, tree, growth, at):
+    """Place, velocity and bias after slide ``m``, from place, velocity, angular velocity, and their
+    biases ``at`` its beginning."""
+    x, v, omega, b, b_omega = at
+    move = tree.moves[m]
+    axis = vector(growth.axes[m, 0], 0)
+    shift = scale(move.sign * q[move.coordinate], axis)
+    speed = scale(move.sign * u[move.coordinate], axis)
+    swing = cross(omega, shift)
+    turning = add(cross(b_omega, shift), cross(omega, swing))
+    coriolis = scale(2.0, cross(omega, speed))
+    return add(x, shift), add(v, add(speed, swing)), add(add(b, turning), coriolis)
+
+
+@kernel
+def _arrive(k, at, bodies, motion):
+    """Displacement, velocity and bias of the child of joint ``k`` from those ``at`` the joint, as
+    of `_slide`. Returns the place of its centre of gravity."""
+    x, v, omega, b, b_omega = at
+    branch = bodies.tree.branches[k]
+    child = branch.child
+    q = motion.growth.turned[child]
+    arm = turned((q[0], q[1], q[2], q[3]), scale(-1.0, vector(branch.to_child, 0)))
+    swing = cross(omega, arm)
+    velocity = add(v, swing)
+    bias = add(b, add(cross(b_omega, arm), cross(omega, swing)))
+    centre = add(x, arm)
+    _put(child, sub(centre, vector(bodies.each[child].origin, 0)), motion.coordinates, 0)
+    _put(child, velocity, motion.velocity, 0)
+    _put(child, velocity, motion.rate, 0)
+    _put(child, omega, motion.velocity, 3)
+    _put(child, bias, motion.bias, 0)
+    _put(child, b_omega, motion.bias, 3)
+    return centre
 
 
 @kernel

@@ -13,7 +13,8 @@ from hydrosim.scene import Body, Joint, JointType, Kinematics, Scene, Weight
 from hydrosim.scene.joint import JointMotion, MotionKind
 from hydrosim.scene.trees import Branch, arranged, tree_joints
 
-KINDS = {MotionKind.SLIDE: SLIDE, MotionKind.TURN: TURN, MotionKind.SWIVEL: BALL}
+SWIVEL = MotionKind.SWIVEL
+KINDS = {MotionKind.SLIDE: SLIDE, MotionKind.TURN: TURN, SWIVEL: BALL}
 
 
 def check_trees(scene: Scene) -> Iterator[str]:
@@ -38,9 +39,9 @@ def check_trees(scene: Scene) -> Iterator[str]:
         each = joint.resistances
         if each and len(each) != len(joint.motions):
             yield f"joints.{name}.resistances: found {len(each)}; expected {len(joint.motions)}"
-        beyond = [r for r in each if r.stiffness or r.stops or r.friction]
-        if joint.type == JointType.BALL and beyond:
-            yield f"joints.{name}.resistances: a ball joint has damping alone; use a bushing"
+        turning = [r for r, m in zip(each, joint.motions, strict=False) if m.kind == SWIVEL]
+        if any(r.stiffness or r.stops or r.friction for r in turning):
+            yield f"joints.{name}.resistances: turns of a ball have damping alone; use a bushing"
         if name in found.loops and any(r.acts or r.position or r.velocity for r in each):
             yield f"joints.{name}: found forces or a start in a joint that closes a loop"
 
