@@ -557,3 +557,12 @@ def test_angles_of_joints_in_radians_are_asked_about() -> None:
     assert "20 rad, which is 1145.9 deg" in asked_of(on_hinge(position=20.0), Question.ANGLES)[0]
     assert asked_of(on_hinge(stiffness=1.0, neutral=-20.0), Question.ANGLES)
     assert not asked_of(on_hinge(position=3.0), Question.ANGLES)
+
+
+def test_rates_of_joints_that_throw_their_body_are_asked_about() -> None:
+    far = on_hinge(velocity=20.0)
+    away = replace(far.joints["pin"], point=(0.0, 0.0, 1.0))
+    (text,) = asked_of(replace(far, joints={"pin": away}), Question.SPEED)
+    assert "joints.pin: found a rate that moves" in text
+    assert "at 20 m/s" in text
+    assert not asked_of(far, Question.SPEED)  # about its centre of gravity

@@ -67,6 +67,12 @@ def speed(about: About) -> Iterator[Doubt]:
         if fastest > FASTEST:
             key, usual = f"bodies.{body.name}.initial.velocity", f"usual is up to {FASTEST:g} m/s"
             yield Doubt(key, f"{fastest:g} m/s", usual)
+    for branch in arranged(about.scene.joints, list(about.index)).branches:
+        b = about.index[branch.child]
+        fastest = float(np.linalg.norm(about.motion.velocity[6 * b : 6 * b + 3]))
+        if fastest > FASTEST and any(each.velocity for each in branch.joint.resistances):
+            found = f"a rate that moves {branch.child} at {fastest:.3g} m/s"
+            yield Doubt(f"joints.{branch.name}", found, f"usual is up to {FASTEST:g} m/s")
 
 
 def overlap(about: About) -> Iterator[Doubt]:
