@@ -9,6 +9,8 @@ import xarray as xr
 
 from hydrosim.documents.series import unit_of
 from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
+from hydrosim.forces.joint.locks import CLOSED as CLOSED_JOINT
+from hydrosim.forces.joint.locks import WAITING
 from hydrosim.forces.trigger import BEFORE
 from hydrosim.presentation.document import (
     Cell,
@@ -66,6 +68,9 @@ def tables_of(run: xr.Dataset) -> Iterator[Node]:
         yield Table(moved, list(_joint_motions(run)))
     if "joint" in run.dims:
         yield Table(("joint", "largest force", "largest moment"), list(_joint_loads(run)))
+    if rows := list(_locks(run)):
+        held = ("joint", "first closed", "last closed", "closed", "energy lost")
+        yield Table(held, rows, "Joints that come and go, at output times")
     if "fender" in run.dims:
         head = ("contact", "first", "open", "stick", "slip", "slipped")
         title = "Contacts: time of the first, then the share of the time since it in each mode"
@@ -93,6 +98,7 @@ def verdicts(run: xr.Dataset) -> Iterator[Node]:
     yield from warnings(lines_of(run, "warnings"))
     if "trigger" in run.dims:
         yield from _waiting(run)
+    yield from _never_closed(run)
 
 
 def _status(run: xr.Dataset) -> Verdict:
@@ -134,6 +140,15 @@ def _waiting(run: xr.Dataset) -> Iterator[Node]:
         yield Verdict(Outcome.WARNING, text, [str(name)])
 
 
+def _never_closed(run: xr.Dataset) -> Iterator[Node]:
+    """Joints that wait for their window until the end."""
+    for name in _names_of_locks(run):
+        modes = run.lock_mode.sel(lock=name).values
+        if modes.size and modes[-1] == WAITING and not (modes == CLOSED_JOINT).any():
+            text = "{} has not closed: it was never within its window."
+            yield Verdict(Outcome.WARNING, text, [name])
+
+
 def _motions(run: xr.Dataset) -> Iterator[list[Cell]]:
     """How bodies move about their place at rest, where they do."""
     for body in map(str, run.body.values):
@@ -158,6 +173,23 @@ def _joint_loads(run: xr.Dataset) -> Iterator[list[Cell]]:
         load = run.joint_force.sel(joint=name).transpose("time", "dof").values
         force, moment = (np.linalg.norm(part, axis=1).max() for part in np.hsplit(load, 2))
         yield [name, Value(float(force), "N"), Value(float(moment), "N m")]
+
+
+def _locks(run: xr.Dataset) -> Iterator[list[Cell]]:
+    """When joints that come and go hold, and what their closing costs."""
+    for name in _names_of_locks(run):
+        closed = run.lock_mode.sel(lock=name).values == CLOSED_JOINT
+        at = run.time.values[closed]
+        if closed.all():
+            continue
+        first: list[Cell] = [Value(float(at[0]), "s"), Value(float(at[-1]), "s")] if at.size else []
+        loss = run.lock_loss.sel(lock=name).values
+        share = Value(float(closed.mean()), "share", 2)
+        yield [name, *(first or ["never", ""]), share, Value(float(loss[-1] - loss[0]), "J")]
+
+
+def _names_of_locks(run: xr.Dataset) -> list[str]:
+    return list(map(str, run.lock.values)) if "lock" in run.dims else []
 
 
 def _contacts(run: xr.Dataset) -> Iterator[list[Cell]]:

@@ -16,6 +16,7 @@ from hydrosim.compiling.compile import compile_scene
 from hydrosim.errors import InputError
 from hydrosim.results.channels import series
 from hydrosim.scene import Joint, JointType, Ratchet, When, Window
+from hydrosim.wording.run import run_document
 
 CASE = """
     title: two masses
@@ -107,6 +108,20 @@ def test_bad_joints_are_refused_by_message(tmp_path: Path, joint: str) -> None:
     with pytest.raises(InputError) as raised:
         hs.simulate(case(tmp_path, joint))
     assert BAD[joint] in str(raised.value)
+
+
+def test_a_summary_tells_when_joints_hold(tmp_path: Path) -> None:
+    """The faster mass passes the other; one pin takes it, one is never near enough."""
+    pins = """
+        pin: {type: fixed, body: a, to: b, active: {from: 0.5 s, until: 1.5 s}}
+        late: {type: fixed, body: b, active: {from: 1 s}, window: {gap: 1 mm}}
+    """
+    run = hs.simulate(case(tmp_path, pins))
+    summary = str(run_document(run))
+    told = next(line for line in summary.splitlines() if line.startswith("pin ") and "48" in line)
+    assert told.split()[:4] == ["pin", "0.6", "1.5", "48"]  # 10 of 21 records
+    assert "late has not closed: it was never within its window." in summary
+    assert "pin has not closed" not in summary
 
 
 def test_a_start_at_rest_has_no_rate(tmp_path: Path) -> None:
