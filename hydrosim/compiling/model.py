@@ -21,7 +21,6 @@ from hydrosim.compiling.wet import WetGroup, each_alone, moving, resonance
 from hydrosim.database.database import HydroDatabase, needed
 from hydrosim.dofs import about_z
 from hydrosim.errors import InputError
-from hydrosim.forces.joint import motions as joint_motions
 from hydrosim.forces.layout import (
     BodyAtRest,
     Joined,
@@ -77,9 +76,7 @@ def model_of(scene: Scene, wet: Sequence[WetGroup], known: Parts | None = None) 
         known = forces.Placed(elements, tanks)
     elif bodies.tree.moves.size:  # numbers of coordinates may differ
         layout = _layout(scene, bodies, alone, known.tanks)
-        moved = joint_motions.compile_elements(scene.forces, layout)
-        elements = known.elements._replace(joint_motions=moved)
-        known = forces.Placed(elements, known.tanks)
+        known = forces.numbered_anew(known, scene.forces, layout)
     slow = own + forces.state_count(known, scene)
     draught = slow + STATES * len(slow_bodies(scene))
     energy = draught + blending.STATES * family.body.size

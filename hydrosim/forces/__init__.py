@@ -193,6 +193,17 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> El
     return Elements(**{kind.field: kind.compile(elements, layout) for kind in own})
 
 
+def numbered_anew(parts: Parts, elements: Mapping[str, ForceElement], layout: Layout) -> Placed:
+    """The same constants for coordinates that are numbered otherwise."""
+    moved = motions.compile_elements(elements, layout)
+    return Placed(parts.elements._replace(joint_motions=moved), parts.tanks)
+
+
+def joints_are_linear(parts: Parts) -> bool:
+    """True if neither stops nor dry friction act in joints."""
+    return motions.are_linear(parts.elements.joint_motions)
+
+
 class Placed(NamedTuple):
     """Constants of all kinds with indices of their states and modes."""
 

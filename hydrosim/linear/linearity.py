@@ -12,7 +12,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hydrosim.forces import Recorded, signals_of
+from hydrosim.forces import Recorded, joints_are_linear, signals_of
 from hydrosim.forces.layout import ROWS, constraint_names
 from hydrosim.rigid.free import moving_dofs
 from hydrosim.rigid.tree import NO_BODY, SLIDE
@@ -58,10 +58,8 @@ def nonlinearities(scene: Scene, model: Model) -> Iterator[str]:
             yield f"{name} is not always closed"
         elif model.bodies.exact:
             yield f"exact rotations of the joint {name}"
-    for one in model.elements.joint_motions.each:
-        if one["stop"] > 0.0 or one["static"] >= 0.0:
-            yield "stops or friction in joints"
-            break
+    if not joints_are_linear(model):
+        yield "stops or friction in joints"
 
 
 def _is_straight(branch: np.void, model: Model) -> bool:

@@ -32,11 +32,11 @@ class Branch(NamedTuple):
 
 class Arrangement(NamedTuple):
     """The ``branches``, parents before children, and the names of the joints that are constraints:
-    ``loops`` for the whole run, and ``locks`` at times."""
+    ``loops`` for the whole run, and ``passing`` at times."""
 
     branches: tuple[Branch, ...]
     loops: tuple[str, ...]
-    locks: tuple[str, ...]
+    passing: tuple[str, ...]
 
     @property
     def children(self) -> frozenset[str]:
@@ -103,7 +103,7 @@ def tree_joints(scene: Scene) -> dict[str, Joint]:
 def constraints(joints: Mapping[str, Joint], bodies: Sequence[str]) -> tuple[str, ...]:
     """Names of the joints that are constraints on the coordinates: loops, then locks."""
     found = arranged(joints, bodies)
-    return (*found.loops, *found.locks)
+    return (*found.loops, *found.passing)
 
 
 def _roots(joints: Mapping[str, Joint], bodies: Sequence[str]) -> list[str]:

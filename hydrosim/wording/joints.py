@@ -18,7 +18,7 @@ def describe_joints(scene: Scene) -> Iterator[str]:
         yield f"{branch.name}: {_between(branch.joint)}; {how}{_restoring(bodies[branch.child])}"
     for name in found.loops:
         yield f"{name}: {_between(scene.joints[name])}; closes a loop, held by constraint forces"
-    for name in found.locks:
+    for name in found.passing:
         yield f"{name}: {_between(scene.joints[name])}; a constraint while it is closed"
 
 

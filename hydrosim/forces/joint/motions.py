@@ -104,6 +104,11 @@ def _constants(acting: JointResistance) -> tuple[float, ...]:
     )
 
 
+def are_linear(p: Params) -> bool:
+    """True if no motion has stops or dry friction."""
+    return not np.any((p.each["stop"] > 0.0) | (p.each["static"] >= 0.0))
+
+
 @kernel
 def _stop_force(one, mode, q, u):
     """Force of the stops, positive away from the lowest."""
