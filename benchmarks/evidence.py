@@ -64,6 +64,11 @@ class Collector:
         """Tests that note no line are left out."""
         items[:] = [item for item in items if "validated" in item.fixturenames]
 
+    def pytest_collectreport(self, report: Any) -> None:
+        """Of every file: one that is skipped as a whole has tests that do not run here."""
+        if report.skipped:
+            self.left_out.add(report.nodeid)
+
     def pytest_runtest_logreport(self, report: Any) -> None:
         """Of every test that ran."""
         if report.skipped:
@@ -139,7 +144,8 @@ def uncovered(lines: Iterable[Line]) -> list[Feature]:
 
 def _with_commit(collector: Collector, commit: str) -> list[Line]:
     """Lines in the order of the page. Lines of tests that did not run here stay as they are."""
-    kept = [line for line in known_lines() if line.test in collector.left_out]
+    left_out = collector.left_out
+    kept = [x for x in known_lines() if {x.test, x.test.partition("::")[0]} & left_out]
     new = [replace(line, commit=commit) for line in collector.lines.values()]
     kinds = list(Kind)
     return sorted([*kept, *new], key=lambda line: (kinds.index(line.kind), line.test, line.claim))
