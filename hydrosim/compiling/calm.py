@@ -22,7 +22,7 @@ from hydrosim.compiling.start import first_state, start_of, with_slow_places
 from hydrosim.compiling.wet import WetGroup
 from hydrosim.dofs import DOFS
 from hydrosim.scene import Kinematics, Place, Scene
-from hydrosim.scene.trees import arranged
+from hydrosim.scene.trees import arrangement
 from hydrosim.waves.body import WaveBody
 from hydrosim.waves.build import wave_loads_model
 from hydrosim.waves.components import Components, check_span
@@ -109,7 +109,7 @@ def wave_bodies(
     where waves act (`facts.met_by_waves`). A body that a joint carries has all of its loads: the
     joint carries those in directions that do not move."""
     alone = {name: db for name, db in databases.items() if db.heading.size}
-    joined = arranged(scene.joints, [body.name for body in scene.bodies]).children
+    joined = arrangement(scene).children
     return [
         WaveBody(
             alone.get(body.name),

@@ -22,7 +22,7 @@ from hydrosim.forces import signals_of
 from hydrosim.forces.signal import Recorded
 from hydrosim.rigid.free import moving_dofs
 from hydrosim.scene import Body, RecordedElevation, Scene, SecondOrder
-from hydrosim.scene.trees import arranged
+from hydrosim.scene.trees import arrangement
 from hydrosim.stepping.names import dofs_of
 from hydrosim.waves import components, outside
 from hydrosim.waves.components import Components
@@ -137,7 +137,7 @@ def _skipped(
     seas: Seas,
     zero: Sequence[str],
 ) -> Iterator[str]:
-    carried = arranged(scene.joints, [body.name for body in scene.bodies]).children
+    carried = arrangement(scene).children
     for body in scene.bodies:
         left_out = [dof for dof in DOFS if dof not in body.dofs]
         symmetric = [dof for dof in left_out if f"{dof} of {body.name}" in zero]

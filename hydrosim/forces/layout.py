@@ -11,7 +11,7 @@ import numpy as np
 from hydrosim.dofs import about_z
 from hydrosim.rigid.tree import NO_TREE, Tree
 from hydrosim.scene import Clearance, ForceElement, Joint, Scene, Weight
-from hydrosim.scene.trees import constraints, tree_joints
+from hydrosim.scene.trees import arrangement, tree_joints
 
 if TYPE_CHECKING:
     from hydrosim.tanks.events import TriggeredPump
@@ -42,7 +42,8 @@ def constraint_names(scene: Scene) -> tuple[str, ...]:
     """Names of the joints that are constraints: loops, and locks."""
     if not scene.joints:
         return ()
-    return constraints(scene.joints, [body.name for body in scene.bodies])
+    found = arrangement(scene)
+    return (*found.loops, *found.passing)
 
 
 def carried(scene: Scene) -> dict[str, float]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from hydrosim.rigid.free import slopes_at
 from hydrosim.rigid.kinematics import acceleration_map, place_bodies
 from hydrosim.stepping.blending import blend
 from hydrosim.stepping.dynamics import Model, find_mass, new_work, update_contents
@@ -19,11 +18,6 @@ STILL = following_model((), ())
 def without_waves(model: Model) -> Model:
     """The model in calm water."""
     return model._replace(waves=CALM, following=STILL)
-
-
-def velocity_map(model: Model, q: np.ndarray) -> np.ndarray:
-    """S (6 nb, n) at coordinates ``q`` (n,): velocities v = S q', generalised loads S^T F."""
-    return slopes_at(model.bodies, q)
 
 
 def inertia(model: Model, y: np.ndarray) -> np.ndarray:

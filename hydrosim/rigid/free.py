@@ -5,9 +5,11 @@ The coordinates of bodies come first, then those of joints (`Bodies.active`).
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
-from hydrosim.rigid.kinematics import Bodies, new_motion, place_bodies
+from hydrosim.rigid.kinematics import Bodies, Motion, new_motion, place_bodies
 from hydrosim.rigid.tree import BALL, SLIDE
 
 
@@ -66,20 +68,22 @@ def positions(bodies: Bodies, q: np.ndarray) -> np.ndarray:
 
 def slopes_at(bodies: Bodies, q: np.ndarray) -> np.ndarray:
     """S (6 nb, n) at ``q`` (n,): velocities of all bodies per rate of each coordinate."""
-    motion = new_motion(bodies)
-    columns = []
-    for rates in np.eye(q.size):
-        place_bodies(q, rates, bodies, motion)
-        columns.append(motion.velocity.copy())
-    return np.reshape(columns, (q.size, -1)).T
+    return _per_rate(bodies, q, lambda motion: motion.velocity)
 
 
 def coordinate_map(bodies: Bodies, q: np.ndarray) -> np.ndarray:
     """Rates (6 nb, n) of the displacements of all bodies per rate of each coordinate, at ``q``
     (n,)."""
+    return _per_rate(bodies, q, lambda motion: motion.rate)
+
+
+def _per_rate(
+    bodies: Bodies, q: np.ndarray, measured: Callable[[Motion], np.ndarray]
+) -> np.ndarray:
+    """What is ``measured`` (6 nb,) of the motion at ``q`` (n,), per rate of each coordinate."""
     motion = new_motion(bodies)
     columns = []
     for rates in np.eye(q.size):
         place_bodies(q, rates, bodies, motion)
-        columns.append(motion.rate.copy())
+        columns.append(measured(motion).copy())
     return np.reshape(columns, (q.size, -1)).T

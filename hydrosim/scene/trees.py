@@ -61,10 +61,15 @@ def arranged(joints: Mapping[str, Joint], bodies: Sequence[str]) -> Arrangement:
     )
 
 
+def arrangement(scene: Scene) -> Arrangement:
+    """How the joints of a scene arrange its bodies."""
+    return arranged(scene.joints, [body.name for body in scene.bodies])
+
+
 def joined_with(scene: Scene, body: str) -> frozenset[str]:
     """The body and all bodies that the joints of its tree connect with it."""
     found = {body}
-    branches = arranged(scene.joints, [each.name for each in scene.bodies]).branches
+    branches = arrangement(scene).branches
     for _ in branches:
         for branch in branches:
             if branch.parent is not None and {branch.child, branch.parent} & found:
@@ -75,7 +80,7 @@ def joined_with(scene: Scene, body: str) -> frozenset[str]:
 def is_anchored(scene: Scene, body: str) -> bool:
     """True if joints to the earth hold a body near its place and heading: they turn about level
     axes, or slide up and down."""
-    branches = arranged(scene.joints, [each.name for each in scene.bodies]).branches
+    branches = arrangement(scene).branches
     below = {branch.child: branch for branch in branches}
     while body in below:
         if not all(_stays(motion, below[body].joint) for motion in below[body].joint.motions):
@@ -95,15 +100,9 @@ def _stays(motion: JointMotion, joint: Joint) -> bool:
 
 def tree_joints(scene: Scene) -> dict[str, Joint]:
     """The joints whose motions are coordinates, in the order of the scene."""
-    found = arranged(scene.joints, [body.name for body in scene.bodies]).branches
+    found = arrangement(scene).branches
     used = {branch.name for branch in found}
     return {name: joint for name, joint in scene.joints.items() if name in used}
-
-
-def constraints(joints: Mapping[str, Joint], bodies: Sequence[str]) -> tuple[str, ...]:
-    """Names of the joints that are constraints on the coordinates: loops, then locks."""
-    found = arranged(joints, bodies)
-    return (*found.loops, *found.passing)
 
 
 def _roots(joints: Mapping[str, Joint], bodies: Sequence[str]) -> list[str]:

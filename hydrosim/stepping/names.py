@@ -22,7 +22,7 @@ from hydrosim.forces.layout import (
     row_names,
 )
 from hydrosim.scene import ForceElement, Scene
-from hydrosim.scene.trees import arranged, tree_joints
+from hydrosim.scene.trees import arrangement, tree_joints
 from hydrosim.stepping.dynamics import Model
 
 WAVES = (ROWS[WAVE_FIRST_ORDER], ROWS[WAVE_SECOND_ORDER])
@@ -84,7 +84,7 @@ class Coordinate(NamedTuple):
 
 def coordinates(scene: Scene) -> list[Coordinate]:
     """All free coordinates, in the order of y."""
-    carried = arranged(scene.joints, [body.name for body in scene.bodies]).children
+    carried = arrangement(scene).children
     own = [body for body in scene.bodies if body.name not in carried]
     found = [Coordinate(dof, body.name) for body in own for dof in DOFS if dof in body.dofs]
     joints = tree_joints(scene)

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from hydrosim.scene import Body, Joint, Scene, Weight
-from hydrosim.scene.trees import arranged
+from hydrosim.scene.trees import arrangement
 
 
 def describe_joints(scene: Scene) -> Iterator[str]:
     """A line for each joint: what it connects, and how its motions are solved."""
-    found = arranged(scene.joints, [body.name for body in scene.bodies])
+    found = arrangement(scene)
     bodies = {body.name: body for body in scene.bodies}
     for branch in found.branches:
         motions = ", ".join(motion.name.replace("_", " ") for motion in branch.joint.motions)

@@ -12,7 +12,7 @@ from hydrosim.dofs import DOFS, about_z
 from hydrosim.rigid.free import slopes_at
 from hydrosim.rigid.kinematics import BODY, Bodies
 from hydrosim.scene import Kinematics, Scene
-from hydrosim.scene.trees import arranged
+from hydrosim.scene.trees import arrangement
 
 SEEN = 1e-9  # of a displacement per coordinate: smaller ones are rounding
 PLACES = 3  # at which joints are looked at, besides rest
@@ -20,7 +20,7 @@ PLACES = 3  # at which joints are looked at, besides rest
 
 def bodies_of(scene: Scene) -> Bodies:
     """Constants of all bodies of a scene and of their joints."""
-    carried = arranged(scene.joints, [body.name for body in scene.bodies]).children
+    carried = arrangement(scene).children
     own = np.array(
         [
             6 * i + DOFS.index(dof)
@@ -54,7 +54,7 @@ def bodies_of(scene: Scene) -> Bodies:
 def with_dofs_of_joints(scene: Scene) -> Scene:
     """Scene in which bodies that joints carry have the degrees of freedom that their joints leave.
     Waves, memory and questions leave out the others."""
-    carried = arranged(scene.joints, [body.name for body in scene.bodies]).children
+    carried = arrangement(scene).children
     if not carried:
         return scene
     bodies = bodies_of(scene)

@@ -11,7 +11,7 @@ from hydrosim.dofs import about_z
 from hydrosim.rigid.tree import BALL, BRANCH, FULL_TURN, MOVE, NO_BODY, NO_TREE, SLIDE, TURN, Tree
 from hydrosim.scene import Body, Joint, JointType, Kinematics, Scene, Weight
 from hydrosim.scene.joint import JointMotion, MotionKind
-from hydrosim.scene.trees import Branch, arranged, tree_joints
+from hydrosim.scene.trees import Branch, arrangement, tree_joints
 
 SWIVEL = MotionKind.SWIVEL
 KINDS = {MotionKind.SLIDE: SLIDE, MotionKind.TURN: TURN, SWIVEL: BALL}
@@ -19,7 +19,7 @@ KINDS = {MotionKind.SLIDE: SLIDE, MotionKind.TURN: TURN, SWIVEL: BALL}
 
 def check_trees(scene: Scene) -> Iterator[str]:
     """Problems of joints and of what they carry that a case file cannot contain."""
-    found = arranged(scene.joints, [body.name for body in scene.bodies])
+    found = arrangement(scene)
     bodies = {body.name: body for body in scene.bodies}
     little = scene.solver.kinematics == Kinematics.LINEAR
     roots = (body for name, body in bodies.items() if name not in found.children)
@@ -50,7 +50,7 @@ def tree_of(scene: Scene, own: np.ndarray, origins: np.ndarray) -> Tree:
     """Tree of the joints of a scene. ``own`` are the indices of the free coordinates of its roots,
     which come first; ``origins`` (nb, 3) are the centres of gravity at rest."""
     names = [body.name for body in scene.bodies]
-    found = arranged(scene.joints, names).branches
+    found = arrangement(scene).branches
     if not found:
         return NO_TREE
     index = {name: i for i, name in enumerate(names)}
@@ -127,7 +127,7 @@ def _winding(moves: list[tuple[object, ...]], begin: int) -> int:
 
 def _start(scene: Scene) -> np.ndarray:
     """Values and rates (nq, 2) of the coordinates of joints at the start."""
-    branches = arranged(scene.joints, [body.name for body in scene.bodies]).branches
+    branches = arrangement(scene).branches
     backwards = {branch.name for branch in branches if branch.reversed}
     found = []
     for name, joint in tree_joints(scene).items():

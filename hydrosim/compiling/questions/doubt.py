@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from hydrosim.rigid.kinematics import Motion, place_bodies
-from hydrosim.scene.trees import arranged
+from hydrosim.scene.trees import arrangement
 from hydrosim.stepping.dynamics import Model, new_work
 
 if TYPE_CHECKING:
@@ -51,8 +51,7 @@ class About:
 
     def afloat(self) -> Iterator[tuple[int, Body, HydroDatabase]]:
         """`wet` bodies that no joint carries."""
-        names = [body.name for body in self.scene.bodies]
-        carried = arranged(self.scene.joints, names).children
+        carried = arrangement(self.scene).children
         return ((i, body, db) for i, body, db in self.wet() if body.name not in carried)
 
     @property

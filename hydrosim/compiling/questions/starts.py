@@ -15,7 +15,7 @@ from hydrosim.forces.link import stretch as stretch_of_strut
 from hydrosim.forces.spring import Spring, stretch
 from hydrosim.scene import ForceElement, GivenComponents, Weight
 from hydrosim.scene.joint import MotionKind
-from hydrosim.scene.trees import arranged, joined_with, tree_joints
+from hydrosim.scene.trees import arrangement, joined_with, tree_joints
 
 TURN = 2.0 * np.pi * (1.0 + 1e-9)
 TILT = np.radians(30.0)  # limit for a body afloat with linear hydrostatics
@@ -67,7 +67,7 @@ def speed(about: About) -> Iterator[Doubt]:
         if fastest > FASTEST:
             key, usual = f"bodies.{body.name}.initial.velocity", f"usual is up to {FASTEST:g} m/s"
             yield Doubt(key, f"{fastest:g} m/s", usual)
-    for branch in arranged(about.scene.joints, list(about.index)).branches:
+    for branch in arrangement(about.scene).branches:
         b = about.index[branch.child]
         fastest = float(np.linalg.norm(about.motion.velocity[6 * b : 6 * b + 3]))
         if fastest > FASTEST and any(each.velocity for each in branch.joint.resistances):
@@ -132,8 +132,7 @@ def fall(about: About) -> Iterator[Doubt]:
     """Ask about dry bodies that fall by metres before a contact carries them."""
     acting = about.scene.forces.values()
     held = {each.body for each in acting if each.carries() and not _touches(each)}
-    names = [body.name for body in about.scene.bodies]
-    carried = arranged(about.scene.joints, names).children
+    carried = arrangement(about.scene).children
     deepest: dict[str, float] = {}
     for _, fender, deep in _fenders(about):
         most = max(float(deep.max()), deepest.get(fender.body, -np.inf))

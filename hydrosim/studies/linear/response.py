@@ -26,11 +26,10 @@ from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.facts import met_by_waves
 from hydrosim.dofs import about_z
 from hydrosim.linear.contacts import Contacts, with_contacts
-from hydrosim.linear.coordinates import velocity_map
 from hydrosim.linear.impedance import at_frequencies
 from hydrosim.linear.linearise import Linear, linearise
 from hydrosim.linear.modes import NaturalMode, modes_of_stiffness, natural_modes
-from hydrosim.rigid.free import coordinate_map, positions
+from hydrosim.rigid.free import coordinate_map, positions, slopes_at
 from hydrosim.scene import Body, Environment, Place, Scene
 from hydrosim.stepping.names import contact_names
 from hydrosim.studies.ballast.loading import pumped
@@ -161,7 +160,7 @@ def responder(
     place = positions(model.bodies, about.y[:n])
     bodies = [body.moved(at) for body, at in zip(met, place, strict=True)]
     groups = compiled.wet if radiation == Radiation.DATABASE else ()
-    S = velocity_map(model, about.y[:n])
+    S = slopes_at(model.bodies, about.y[:n])
     displacements = coordinate_map(model.bodies, about.y[:n])
     water = scene.environment
     return Responder(linear, bodies, water, S, displacements, model.added_mass, groups)
