@@ -42,7 +42,7 @@ from hydrosim.forces.contact.geometry import EARTH
 from hydrosim.forces.kind import Columns, Kept, Modes, Variable, capacity_of, elements_of
 from hydrosim.forces.layout import Layout, Resistance
 from hydrosim.forces.mirroring import turned
-from hydrosim.forces.pair import small_turn, turning
+from hydrosim.forces.pair import line_between, small_turn, turning
 from hydrosim.forces.postures import PosingKind, Posture, rest_at_first, steepest
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import (
@@ -54,8 +54,8 @@ from hydrosim.modes import (
     SEGMENT,
     SEGMENT_MARGIN,
 )
-from hydrosim.rigid.kinematics import add_wrench, attachment, point_velocity
-from hydrosim.rigid.vectors import add, cross, dot, matvec, scale, sub, vector
+from hydrosim.rigid.kinematics import add_wrench
+from hydrosim.rigid.vectors import add, cross, dot, matvec, scale, vector
 from hydrosim.scene import ForceElement, Scene, Turns
 
 LINE, AXIS = range(2)
@@ -262,21 +262,13 @@ def reach(link, mode, bodies, motion):
 @kernel
 def stretch(link, bodies, motion):
     """State of a strut."""
-    p, arm = attachment(link.body, vector(link.ends, 0), bodies, motion)
-    v = point_velocity(link.body, arm, motion)
-    a = vector(link.ends, 3)
-    w = (0.0, 0.0, 0.0)
-    other_arm = (0.0, 0.0, 0.0)
-    if link.other != EARTH:
-        a, other_arm = attachment(link.other, a, bodies, motion)
-        w = point_velocity(link.other, other_arm, motion)
-    d = sub(a, p)
-    length = sqrt(dot(d, d))
-    e = scale(1.0 / length if length > 0.0 else 0.0, d)
-    rate = dot(e, sub(w, v))
-    moment = cross(arm, e)
-    counter = cross(e, other_arm)
-    return Reach(length - link.neutral, rate, e, moment, counter, length - link.closest, 0.0)
+    point = vector(link.ends, 0)
+    place = vector(link.ends, 3)
+    s = line_between(link.body, point, link.other, place, bodies, motion)
+    moment = cross(s.arm, s.direction)
+    counter = cross(s.direction, s.other_arm)
+    stretched = s.length - link.neutral
+    return Reach(stretched, s.rate, s.direction, moment, counter, s.length - link.closest, 0.0)
 
 
 @kernel

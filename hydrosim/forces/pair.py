@@ -1,10 +1,43 @@
-"""Rotation of a body relative to another body or to the earth."""
+"""A body and another body, or the earth: the line between two points, and the relative rotation."""
 
 from __future__ import annotations
 
+from math import sqrt
+from typing import NamedTuple
+
 from hydrosim.forces.contact.geometry import EARTH
 from hydrosim.jit.kernels import kernel
-from hydrosim.rigid.vectors import sub, vector
+from hydrosim.rigid.kinematics import attachment, point_velocity
+from hydrosim.rigid.vectors import dot, scale, sub, vector
+
+
+class Line(NamedTuple):
+    """A line between two points: lever arms of its ends, the ``direction`` from the first to the
+    other, in the earth frame, its ``length`` [m] and the ``rate`` [m/s] of that."""
+
+    arm: tuple[float, float, float]
+    other_arm: tuple[float, float, float]
+    direction: tuple[float, float, float]
+    length: float
+    rate: float
+
+
+@kernel
+def line_between(body, point, other, place, bodies, motion):
+    """The line from a ``point`` of a body to a ``place`` of the other side. Where the ends meet, it
+    has no direction."""
+    p, arm = attachment(body, point, bodies, motion)
+    v = point_velocity(body, arm, motion)
+    a = place
+    w = (0.0, 0.0, 0.0)
+    other_arm = (0.0, 0.0, 0.0)
+    if other != EARTH:
+        a, other_arm = attachment(other, place, bodies, motion)
+        w = point_velocity(other, other_arm, motion)
+    d = sub(a, p)
+    length = sqrt(dot(d, d))
+    e = scale(1.0 / length if length > 0.0 else 0.0, d)
+    return Line(arm, other_arm, e, length, dot(e, sub(w, v)))
 
 
 @kernel

@@ -21,7 +21,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import sqrt
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -31,6 +30,7 @@ from hydrosim.forces.contact.geometry import EARTH
 from hydrosim.forces.kind import Columns, Kept, Modes, Variable, capacity_of, elements_of
 from hydrosim.forces.layout import Layout
 from hydrosim.forces.mirroring import turned
+from hydrosim.forces.pair import line_between
 from hydrosim.forces.postures import (
     PRESSED,
     PosingKind,
@@ -49,8 +49,8 @@ from hydrosim.modes import (
     SEGMENT,
     SEGMENT_MARGIN,
 )
-from hydrosim.rigid.kinematics import add_wrench, attachment, point_velocity
-from hydrosim.rigid.vectors import cross, dot, scale, sub, vector
+from hydrosim.rigid.kinematics import add_wrench
+from hydrosim.rigid.vectors import cross, scale, vector
 from hydrosim.scene import ForceElement, Scene
 
 SLACK, TAUT, GONE = range(3)
@@ -148,18 +148,10 @@ def _segments(spring: Spring) -> np.ndarray:
 @kernel
 def stretch(line, bodies, motion):
     """Positions and velocities of the ends of a spring, as a `Stretch`."""
-    p, arm = attachment(line.body, vector(line.point, 0), bodies, motion)
-    v = point_velocity(line.body, arm, motion)
-    a = vector(line.anchor, 0)
-    w = (0.0, 0.0, 0.0)
-    anchor_arm = (0.0, 0.0, 0.0)
-    if line.anchor_body != EARTH:
-        a, anchor_arm = attachment(line.anchor_body, a, bodies, motion)
-        w = point_velocity(line.anchor_body, anchor_arm, motion)
-    d = sub(a, p)
-    length = sqrt(dot(d, d))
-    e = scale(1.0 / length if length > 0.0 else 0.0, d)  # the line is slack where the ends meet
-    return Stretch(arm, anchor_arm, e, length, length - line.length, dot(e, sub(w, v)))
+    point = vector(line.point, 0)
+    anchor = vector(line.anchor, 0)
+    s = line_between(line.body, point, line.anchor_body, anchor, bodies, motion)
+    return Stretch(s.arm, s.other_arm, s.direction, s.length, s.length - line.length, s.rate)
 
 
 @kernel
