@@ -67,25 +67,27 @@ class Responder:
         """Complex amplitudes (nw, 6 nb) of all coordinates [m, rad] in waves of 1 m amplitude to
         ``heading`` [rad] at frequencies ``omega`` (nw,) [rad/s]. The time factor is exp(+i w t),
         with elevations at the earth's origin."""
-        return self.motions(self._unit_waves(heading, omega))
+        return self.displaced(self.unit_motions(heading, omega))
 
     @property
     def joints(self) -> int:
         """Number of the motions of joints among the free coordinates, the last ones."""
         return int((self.linear.active >= self.map.shape[0]).sum())
 
-    def joint_raos(self, heading: float, omega: np.ndarray) -> np.ndarray:
-        """Complex amplitudes (nw, nj) of all motions of joints [m, rad], as `raos`."""
-        return self.free_motions(self._unit_waves(heading, omega))[:, -self.joints :]
-
-    def _unit_waves(self, heading: float, omega: np.ndarray) -> Components:
+    def unit_motions(self, heading: float, omega: np.ndarray) -> np.ndarray:
+        """Complex amplitudes (nw, n) of the free coordinates [m, rad] in the waves of `raos`; those
+        of joints come last."""
         k = wavenumber(omega, self.environment.water_depth, self.environment.gravity)
         ones = np.ones(omega.size)
-        return Components(omega, ones, 0.0 * ones, k, heading * ones, 0.0, 0.0)
+        return self.free_motions(Components(omega, ones, 0.0 * ones, k, heading * ones, 0.0, 0.0))
 
     def motions(self, waves: Components) -> np.ndarray:
         """Complex amplitudes (nw, 6 nb) of all coordinates [m, rad] in each of the given waves."""
-        found = self.free_motions(waves) @ self.displacements.T
+        return self.displaced(self.free_motions(waves))
+
+    def displaced(self, free: np.ndarray) -> np.ndarray:
+        """Amplitudes (nw, 6 nb) of all coordinates for those of the ``free`` ones (nw, n)."""
+        found = free @ self.displacements.T
         found[np.abs(found) <= ROUNDING * np.abs(found).max(initial=0.0)] = 0.0
         return found
 

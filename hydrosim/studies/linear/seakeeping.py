@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import exp, sqrt
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -69,12 +69,13 @@ def linear_analysis(scene: Scene, wanted: Wanted) -> xr.Dataset:
     regular = [waves for waves in compiled.sea if waves.omega.size == 1]
     random = [waves for waves in compiled.sea if waves.omega.size > 1]
     modes = about.modes()
+    answer = _in_unit_waves(scene, about, wanted)
     dataset = xr.merge(
         [
             _at_rest(scene, rest, drifted),
             _modes(scene, about, modes),
-            _raos(scene, about, wanted),
-            _of_joints(scene, about, wanted, modes),
+            _raos(scene, about, answer),
+            _of_joints(scene, about, answer, modes),
             _in_regular_waves(scene, regular, about),
             _in_sea(scene, random, about, wanted.exposure),
         ]
@@ -224,10 +225,25 @@ def _called(scene: Scene, mode: NaturalMode) -> str:
     return f"{found.body} {found.dof}"
 
 
-def _raos(scene: Scene, about: Responder, wanted: Wanted) -> xr.Dataset:
+class Answer(NamedTuple):
+    """Amplitudes ``free`` (nh, nw, n) of the free coordinates in waves of 1 m to the ``headings``
+    (nh,) [rad] at ``omega`` (nw,) [rad/s]."""
+
+    headings: list[float]
+    omega: np.ndarray
+    free: np.ndarray
+
+
+def _in_unit_waves(scene: Scene, about: Responder, wanted: Wanted) -> Answer:
     omega = np.array(wanted.frequencies or _frequencies(about), dtype=float)
     headings = list(wanted.headings) or _headings(scene)
-    found = np.array([about.raos(heading, omega) for heading in headings])
+    free = np.array([about.unit_motions(heading, omega) for heading in headings])
+    return Answer(headings, omega, free)
+
+
+def _raos(scene: Scene, about: Responder, answer: Answer) -> xr.Dataset:
+    headings, omega, free = answer
+    found = np.array([about.displaced(each) for each in free])
     found = found.reshape(len(headings), omega.size, len(scene.bodies), 6)
     of = ("heading", "frequency", *MOTION)
     return xr.Dataset(
@@ -248,16 +264,13 @@ def _raos(scene: Scene, about: Responder, wanted: Wanted) -> xr.Dataset:
 
 
 def _of_joints(
-    scene: Scene, about: Responder, wanted: Wanted, modes: Sequence[NaturalMode]
+    scene: Scene, about: Responder, answer: Answer, modes: Sequence[NaturalMode]
 ) -> xr.Dataset:
     """RAOs of the motions of joints, and their parts in the modes."""
     if not about.joints:
         return xr.Dataset()
     joints = [f"{q.body} {q.dof}" for q in coordinates(scene)[-about.joints :]]
-    omega = np.array(wanted.frequencies or _frequencies(about), dtype=float)
-    headings = list(wanted.headings) or _headings(scene)
-    found = np.array([about.joint_raos(heading, omega) for heading in headings])
-    found = found.reshape(len(headings), omega.size, about.joints)
+    found = answer.free[:, :, -about.joints :]
     of = ("heading", "frequency", "joint_motion")
     own = ("mode", "joint_motion")
     return xr.Dataset(
