@@ -80,10 +80,7 @@ class TurnFriction(Strict):
 
     def build(self) -> scene.JointFriction:
         """The same of the scene."""
-        kinetic = self.kinetic_moment
-        return scene.JointFriction(
-            self.static_moment, self.static_moment if kinetic is None else kinetic
-        )
+        return _friction(self.static_moment, self.kinetic_moment)
 
 
 class SlideFriction(Strict):
@@ -108,10 +105,11 @@ class SlideFriction(Strict):
 
     def build(self) -> scene.JointFriction:
         """The same of the scene."""
-        kinetic = self.kinetic_force
-        return scene.JointFriction(
-            self.static_force, self.static_force if kinetic is None else kinetic
-        )
+        return _friction(self.static_force, self.kinetic_force)
+
+
+def _friction(static: float, kinetic: float | None) -> scene.JointFriction:
+    return scene.JointFriction(static, static if kinetic is None else kinetic)
 
 
 COEFFICIENTS = ("coefficient", "static_coefficient", "kinetic_coefficient", "radius")
@@ -171,15 +169,7 @@ class Turn(Strict):
 
     def built(self) -> scene.JointResistance:
         """The same of the scene."""
-        return scene.JointResistance(
-            self.stiffness,
-            self.neutral,
-            self.damping,
-            _stops(self.stops),
-            self.friction.build() if self.friction else None,
-            self.initial.angle,
-            self.initial.rate,
-        )
+        return _acting(self, self.initial.angle, self.initial.rate)
 
 
 class Slide(Strict):
@@ -200,15 +190,19 @@ class Slide(Strict):
 
     def built(self) -> scene.JointResistance:
         """The same of the scene."""
-        return scene.JointResistance(
-            self.stiffness,
-            self.neutral,
-            self.damping,
-            _stops(self.stops),
-            self.friction.build() if self.friction else None,
-            self.initial.offset,
-            self.initial.speed,
-        )
+        return _acting(self, self.initial.offset, self.initial.speed)
+
+
+def _acting(form: Turn | Slide, position: float, velocity: float) -> scene.JointResistance:
+    return scene.JointResistance(
+        form.stiffness,
+        form.neutral,
+        form.damping,
+        _stops(form.stops),
+        form.friction.build() if form.friction else None,
+        position,
+        velocity,
+    )
 
 
 def _stops(form: TurnStops | SlideStops | None) -> scene.Stops | None:
