@@ -10,7 +10,6 @@ state on the way: with a fixed step it must go on to the bit. A line is printed 
 
 from __future__ import annotations
 
-import argparse
 import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -32,7 +31,7 @@ import xarray as xr
 
 import hydrosim as hs
 from benchmarks.articulated_cases import articulated_case
-from benchmarks.random_cases import text_of
+from benchmarks.random_cases import read_arguments, text_of
 from benchmarks.random_trial import LEAST, OPEN, WITHIN
 from benchmarks.worker import Question, Worker
 from hydrosim.errors import HydrosimError, InputError
@@ -220,11 +219,7 @@ def report(found: dict[int, Trial]) -> None:
 
 def main() -> None:
     """The command line."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--number", type=int, default=300, help="how many cases")
-    parser.add_argument("--from", type=int, default=0, dest="first", help="number of the first")
-    parser.add_argument("--write", type=Path, help="folder for case files of those that are wrong")
-    given = parser.parse_args()
+    given = read_arguments(__doc__, 300)
     found = {}
     for number, trial in trials(given.first, given.number):
         found[number] = trial

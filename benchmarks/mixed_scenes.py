@@ -9,7 +9,6 @@ of the range of each motion. A line is printed for each case, as it is done.
 
 from __future__ import annotations
 
-import argparse
 import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -28,7 +27,7 @@ import numpy as np
 
 import hydrosim as hs
 from benchmarks.mixed_cases import MESH, mesh_of, mixed_case
-from benchmarks.random_cases import Case, text_of
+from benchmarks.random_cases import Case, read_arguments, text_of
 from benchmarks.random_trial import WITHIN, distance
 from benchmarks.worker import Question, Worker
 from hydrosim.errors import HydrosimError, InputError
@@ -161,11 +160,7 @@ def report(found: list[Finding]) -> None:
 
 def main() -> None:
     """The command line."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--number", type=int, default=400, help="how many cases")
-    parser.add_argument("--from", type=int, default=0, dest="first", help="number of the first")
-    parser.add_argument("--write", type=Path, help="folder for case files of those that are wrong")
-    given = parser.parse_args()
+    given = read_arguments(__doc__, 400)
     found = []
     for finding in findings(given.first, given.number):
         found.append(finding)

@@ -8,6 +8,7 @@ things touch, fall, stick and slide, and some steps are too large.
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import cos, exp, hypot, log, pi, sin
@@ -328,3 +329,13 @@ def _with_solver(s: Sketch, seed: int) -> Case:
         "solver": solver,
         "output": {"step": rounded(every * step)},
     }
+
+
+def read_arguments(description: str, number: int) -> argparse.Namespace:
+    """Arguments of a command that tries random cases: how many (by default ``number``), the
+    ``first``, and the folder to write those to that are wrong."""
+    parser = argparse.ArgumentParser(description=description.split("\n")[0])
+    parser.add_argument("--number", type=int, default=number, help="how many cases")
+    parser.add_argument("--from", type=int, default=0, dest="first", help="number of the first")
+    parser.add_argument("--write", type=Path, help="folder for case files of those that are wrong")
+    return parser.parse_args()
