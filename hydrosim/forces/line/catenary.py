@@ -38,7 +38,8 @@ from hydrosim.forces.contact.geometry import EARTH
 from hydrosim.forces.layout import Layout
 from hydrosim.forces.line import shape
 from hydrosim.forces.mirroring import turned
-from hydrosim.forces.signal import SIGNAL, Signal, compile_signals, constant
+from hydrosim.forces.signal import SIGNAL, Signal, compile_signals, constant, value
+from hydrosim.forces.signal import rate as signal_rate
 from hydrosim.jit.kernels import kernel, root, root_giving
 from hydrosim.modes import MARGINS, MODE, SEGMENT
 from hydrosim.rigid.kinematics import add_wrench, attachment, point_velocity
@@ -111,23 +112,24 @@ LINE = np.dtype(
     [
         *(("body", int), ("row", int), ("point", float, 3)),
         *(("anchor_body", int), ("anchor", float, 3)),
-        *(("first", int), ("last", int), ("bed", float), ("friction", float), ("total", float)),
-        *(("damping", float), ("drift", float), ("stream", float, 2)),
+        *(("first", int), ("last", int), ("bed", float), ("friction", float)),
+        *(("width", float), ("damping", float), ("drift", float), ("stream", float, 2)),
         *(("paying", int), ("paid", SIGNAL), ("potential", bool), ("datum", float)),
     ]
 )
 """Constants of a line: its ends, its pieces ``first`` <= k < ``last``, the height of the seabed, its
-friction, the ``total`` weight in water; ``damping`` c and ``drift`` m of the drag, the current; the
+friction; the largest ``width`` of drag; ``damping`` c and ``drift`` m of the drag, the current; the
 piece that changes its length, and this length; whether it has a potential, which counts from the
 height ``datum`` of the anchor at rest."""
 
 
 class Params(NamedTuple):
-    """``lines`` (n,) of `LINE`, their ``pieces`` of `shape.PIECE`, the pieces of their
-    ``signals``; the first of their states in y and of their rows of modes."""
+    """``lines`` (n,) of `LINE`, their ``pieces`` of `shape.PIECE` with the ``widths`` [m] of drag,
+    the pieces of their ``signals``; the first of their states in y and of their rows of modes."""
 
     lines: np.ndarray
     pieces: np.ndarray
+    widths: np.ndarray
     signals: np.ndarray
     state: int
     mode: int
@@ -164,14 +166,15 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
         end = EARTH if e.anchor_body is None else layout.body[e.anchor_body]
         ends = (layout.body[e.body], layout.row[name], e.point, end, anchor)
         friction = e.friction or 0.0
-        total = float(e.length @ e.weight + e.hung.sum())
-        drag = (0.0, 0.0, layout.current)
+        drag = (e.drag_width.max(), 0.0, 0.0, layout.current)
         datum = layout.place_at_rest(e.anchor_body, anchor)[2]
         paid = (e.paying, signal, friction == 0.0, datum)
-        rows.append((*ends, first, last, bed, friction, total, *drag, *paid))
+        rows.append((*ends, first, last, bed, friction, *drag, *paid))
         pieces.append(_pieces(e))
         first = last
-    return Params(np.array(rows, dtype=LINE), np.concatenate(pieces), signal_pieces, 0, 0)
+    widths = np.concatenate([np.zeros(0), *(e.drag_width for e in own.values())])
+    every = np.concatenate(pieces)
+    return Params(np.array(rows, dtype=LINE), every, widths, signal_pieces, 0, 0)
 
 
 def _pieces(line: Catenary) -> np.ndarray:
@@ -221,21 +224,33 @@ def find_span(line, bodies, motion):
 
 
 @root_giving(float, float, float, float, float, float, bool)
-def find_pull(i, t, x, z, bed, H, V, p):
-    """The entries of `shape.Pull` of line ``i`` over x and z, with the guess H, V."""
-    line = p.lines[i]
-    a = shape.solve(p.pieces, line.first, line.last, x, z, bed, line.friction, H, V)
+def find_pull(first, last, x, z, bed, friction, H, V, pieces):
+    """The entries of the `shape.Pull` of a line, with the guess H, V."""
+    a = shape.solve(pieces, first, last, x, z, bed, friction, H, V)
     return a.H, a.V, a.anchor_V, a.anchor_H, a.touch, a.dead, a.converged
 
 
 @kernel
-def pull_of(i, t, y, s, p):
-    """The `shape.Pull` of line ``i`` over its `Span` ``s``."""
-    k = p.state + STATES * i
+def pull_of(i, s, H, V, pieces, p):
+    """The `shape.Pull` of line ``i`` over its `Span` ``s``, with the guess H, V."""
+    line = p.lines[i]
     H, V, anchor_V, anchor_H, touch, dead, converged = find_pull(
-        i, t, s.x, s.z, s.bed, y[k], y[k + 1], p
+        line.first, line.last, s.x, s.z, s.bed, line.friction, H, V, pieces
     )
     return shape.Pull(H, V, anchor_V, anchor_H, touch, dead, converged)
+
+
+@kernel
+def pull_now(i, t, y, s, motion, p):
+    """The `shape.Pull` of line ``i``, and its pieces as they are now. A length that changes is
+    written to the scratch ``motion.pieces``."""
+    line = p.lines[i]
+    k = p.state + STATES * i
+    pieces = p.pieces
+    if line.paying != STEADY:
+        pieces = motion.pieces
+        pieces[line.first + line.paying].length = value(t, line.paid, p.signals)
+    return pull_of(i, s, y[k], y[k + 1], pieces, p), pieces
 
 
 @root
@@ -250,12 +265,14 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         if mode == GONE:
             continue
         s = find_span(line, bodies, motion)
-        pull = pull_of(i, t, y, s, p)
+        pull, pieces = pull_now(i, t, y, s, motion, p)
         drag = find_drag(line, s, pull)
         if mode == LOST:  # ends the run
             drag = (nan, nan, nan)
         rate[line.row] -= dot(drag, s.v)
         add_ends(line, s, pull, drag, wrench, rate)
+        if line.potential and line.paying != STEADY:
+            rate[line.row] -= paid_energy(line, s, pull, pieces) * signal_rate(t, line.paid, p.signals)
 
 
 @kernel
@@ -272,6 +289,15 @@ def add_ends(line, s, pull, drag, wrench, rate):
         add_wrench(line.anchor_body, anchored, moment, wrench[line.row])
     if not line.potential:
         rate[line.row] -= dot(static, s.v) + dot(anchored, s.w)
+
+
+@kernel
+def paid_energy(line, s, pull, pieces):
+    """Energy stored per length [N] that is added at the fairlead: w z - T - T^2/(2 EA)."""
+    piece = pieces[line.first]
+    T2 = pull.H * pull.H + pull.V * pull.V
+    height = s.z + s.anchor - line.datum
+    return piece.weight * height - sqrt(T2) - 0.5 * T2 / piece.stiffness
 
 
 @kernel
@@ -301,11 +327,22 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
         if modes[p.mode + i, MODE] == GONE or not line.potential:
             continue
         s = find_span(line, bodies, motion)
-        pull = pull_of(i, t, y, s, p)
+        pull, pieces = pull_now(i, t, y, s, motion, p)
         U = shape.stored_energy(
-            p.pieces, line.first, line.last, s.x, s.z, s.bed, line.friction, pull
+            pieces, line.first, line.last, s.x, s.z, s.bed, line.friction, pull
         )
-        stored[line.row] += U + line.total * (s.anchor - line.datum)
+        stored[line.row] += U + total_weight(line, pieces) * (s.anchor - line.datum)
+
+
+@kernel
+def total_weight(line, pieces):
+    """Weight in water of a line and all that hangs on it but at its anchor [N]."""
+    total = 0.0
+    for k in range(line.first, line.last):
+        total += pieces[k].weight * pieces[k].length
+        if k + 1 < line.last:
+            total += pieces[k].hung
+    return total
 
 
 @root_giving(float)
@@ -313,7 +350,7 @@ def tension_of(i, t, y, modes, motion, bodies, p):
     """Tension [N] at the fairlead of line ``i``, 0 where it is gone."""
     if modes[p.mode + i, MODE] == GONE:
         return 0.0
-    pull = pull_of(i, t, y, find_span(p.lines[i], bodies, motion), p)
+    pull, _ = pull_now(i, t, y, find_span(p.lines[i], bodies, motion), motion, p)
     return sqrt(pull.H * pull.H + pull.V * pull.V)
 
 
@@ -327,19 +364,19 @@ def observe(t, y, modes, motion, bodies, p, out):
             row[k] = 0.0
         if modes[p.mode + i, MODE] != GONE:
             line = p.lines[i]
-            pull = pull_of(i, t, y, find_span(line, bodies, motion), p)
+            pull, pieces = pull_now(i, t, y, find_span(line, bodies, motion), motion, p)
             row[TENSION] = sqrt(pull.H * pull.H + pull.V * pull.V)
             row[ANCHOR_TENSION] = sqrt(pull.anchor_H * pull.anchor_H + pull.anchor_V**2)
             row[HORIZONTAL] = pull.H
-            row[GROUNDED] = full_length(line, p) - pull.touch
+            row[GROUNDED] = full_length(line, pieces) - pull.touch
 
 
 @kernel
-def full_length(line, p):
+def full_length(line, pieces):
     """Unstretched length [m] of a line."""
     total = 0.0
     for k in range(line.first, line.last):
-        total += p.pieces[k].length
+        total += pieces[k].length
     return total
 
 
@@ -353,8 +390,8 @@ def margins(t, y, modes, motion, bodies, p, out):
         for k in range(MARGINS):
             out[m + k] = 1.0
         if mode[MODE] == ACTING:
-            pull = pull_of(i, t, y, find_span(line, bodies, motion), p)
-            room = shape.room(p.pieces, line.first, line.last, pull, mode[SEGMENT])
+            pull, pieces = pull_now(i, t, y, find_span(line, bodies, motion), motion, p)
+            room = shape.room(pieces, line.first, line.last, pull, mode[SEGMENT])
             for k in range(len(room)):
                 out[m + k] = room[k]
 
@@ -376,9 +413,11 @@ def settle(t, y, modes, motion, bodies, p):
 def settle_line(i, t, y, modes, motion, bodies, p):
     """Mode and guess of line ``i`` when it becomes active."""
     line = p.lines[i]
-    pull = pull_of(i, t, y, find_span(line, bodies, motion), p)
+    k = p.state + STATES * i
+    y[k] = y[k + 1] = -1.0  # no guess
+    pull, pieces = pull_now(i, t, y, find_span(line, bodies, motion), motion, p)
     accept(i, y, modes, pull, p)
-    modes[p.mode + i, SEGMENT] = shape.find_profile(p.pieces, line.first, line.last, pull)
+    modes[p.mode + i, SEGMENT] = shape.find_profile(pieces, line.first, line.last, pull)
 
 
 @kernel
@@ -401,5 +440,5 @@ def remember(t, y, modes, motion, bodies, p):
     """Keep the solutions of an accepted step as the next guesses."""
     for i in range(p.lines.size):
         if modes[p.mode + i, MODE] == ACTING:
-            pull = pull_of(i, t, y, find_span(p.lines[i], bodies, motion), p)
+            pull, _ = pull_now(i, t, y, find_span(p.lines[i], bodies, motion), motion, p)
             accept(i, y, modes, pull, p)

@@ -41,6 +41,8 @@ class _Kind(PosingKind):
         "line_horizontal": Variable("horizontal pull at the fairlead", "N", "to the anchor"),
         "line_grounded": Variable("unstretched length on the seabed", "m"),
         "line_mode": Variable("whether a line acts", "1", flags="acting absent lost"),
+        "line_damping": Variable("linearised drag over velocity across the line", "N s/m"),
+        "line_drift": Variable("mean drag over the current across the line", "N s/m"),
         "line_segment": Variable("profile: where it touches down, slips and hangs", "1"),
     }
 
@@ -109,6 +111,9 @@ class _Kind(PosingKind):
         }
         for name, column in columns.items():
             found[name] = (each, kept.observed[:, :, column])
+        if p.widths.any():
+            found["line_damping"] = (("line",), p.lines["damping"])
+            found["line_drift"] = (("line",), p.lines["drift"])
         return found
 
 
