@@ -1,0 +1,1 @@
+"""Lines: elastic catenaries on the seabed and off it."""
