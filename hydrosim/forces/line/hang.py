@@ -119,9 +119,9 @@ def hang(pieces, start, step, H, V, touch, ex, ez):
 @kernel
 def lie(pieces, last, H, V, touch, friction):
     """Of the part that lies between ``touch`` and the anchor, with V there if the bed carried
-    nothing: its length, its stretch, the sum of l/EA of what is under tension, the tension at the
-    anchor, and the length without tension."""
-    length = stretch = live = dead = 0.0
+    nothing: its length, its stretch, its elastic energy, the sum of l/EA of what is under tension,
+    the tension at the anchor, and the length without tension."""
+    length = stretch = energy = live = dead = 0.0
     tension = max(H + friction * V, 0.0)
     for i in range(touch.piece, last):
         piece = pieces[i]
@@ -131,10 +131,13 @@ def lie(pieces, last, H, V, touch, friction):
         if below >= 0.0:
             under = l
             stretch += 0.5 * (tension + below) * l / piece.stiffness
+            squares = tension * tension + tension * below + below * below
+            energy += squares * l / (6.0 * piece.stiffness)
             tension = below
         else:
             under = tension / (friction * piece.weight) if tension > 0.0 else 0.0
             stretch += 0.5 * tension * under / piece.stiffness
+            energy += tension * tension * under / (6.0 * piece.stiffness)
             tension = 0.0
         length += l
         live += under / piece.stiffness
@@ -142,7 +145,7 @@ def lie(pieces, last, H, V, touch, friction):
         if i + 1 < last:
             V -= piece.hung
             tension = max(H + friction * V, 0.0)
-    return length, stretch, live, tension, dead
+    return length, stretch, energy, live, tension, dead
 
 
 @kernel

@@ -14,6 +14,7 @@ from typing import NamedTuple
 from hydrosim.forces.line.hang import Reach, all_hanging, at_touch, find_touch, hang, lie
 from hydrosim.jit.kernels import kernel, root_giving
 
+ON_BED = 1e-12  # of the length: an anchor so close to the bed lies on it
 NO_PULL = 1e-15  # of the weight, or of EA where nothing has weight: H that is none
 STEPS = 200
 STRAIGHT_DOWN = 1e-12  # of the length: distance to which the pull ``least`` brings a hanging line
@@ -105,7 +106,7 @@ def reach(pieces, first, last, H, V, lies, friction, ex, ez):
     if touch.hangs:
         return r
     behind = at_touch(pieces, first, V, touch)
-    length, stretch, live, _, _ = lie(pieces, last, H, behind, touch, friction)
+    length, stretch, _, live, _, _ = lie(pieces, last, H, behind, touch, friction)
     along = r.along - length * ez * ez / (1.0 + ex) + stretch * ex
     across = r.across - (length + stretch) * ez
     xV = r.xV + friction * live
@@ -146,16 +147,21 @@ def steer(pieces, start, stop, step, H, V, depth, lies):
 
 
 @kernel
+def resting_ends(pieces, first, last, H, V, Va):
+    """The `Reach` of both hanging parts of a line that rests on the bed between them."""
+    a = hang(pieces, first, 1, H, V, find_touch(pieces, first, last, 1, V), 1.0, 0.0)
+    touch = find_touch(pieces, last - 1, first - 1, -1, Va)
+    return a, hang(pieces, last - 1, -1, H, Va, touch, 1.0, 0.0)
+
+
+@kernel
 def balance(pieces, first, last, f, bed, lies, rests, friction, H, V, Va):
     """For a given H: the distance reached less x, its slope by H, and V at both ends, from a guess
     of those."""
     if rests:
         V = steer(pieces, first, last, 1, H, V, f.z - bed, True)
         Va = steer(pieces, last - 1, first - 1, -1, H, Va, -bed, True)
-        touch = find_touch(pieces, first, last, 1, V)
-        a = hang(pieces, first, 1, H, V, touch, 1.0, 0.0)
-        touch = find_touch(pieces, last - 1, first - 1, -1, Va)
-        b = hang(pieces, last - 1, -1, H, Va, touch, 1.0, 0.0)
+        a, b = resting_ends(pieces, first, last, H, V, Va)
         flat = f.soft - a.soft - b.soft
         off = (f.length - f.x) + a.along + b.along + flat * H
         slope = a.xH + b.xH + flat

@@ -17,17 +17,28 @@ the bed, then float off it and come down to it again is refused (`REASONS`).
 
 from __future__ import annotations
 
-from math import inf, isfinite, nan
+from math import inf, isfinite, nan, sqrt
 from typing import NamedTuple
 
-from hydrosim.forces.line.hang import PIECE, all_hanging, at_touch, find_touch, hang, lie
-from hydrosim.forces.line.search import frame, reach, search
-from hydrosim.forces.line.stretch import rest_energy, span
+from hydrosim.forces.line.hang import PIECE, all_hanging, at_touch, find_touch, lie
+from hydrosim.forces.line.profile import find_profile, lowest, room
+from hydrosim.forces.line.rates import is_on_bed, length_rates, stiffness, stored_energy
+from hydrosim.forces.line.search import ON_BED, frame, reach, resting_ends, search
+from hydrosim.forces.line.stretch import span
 from hydrosim.jit.kernels import kernel
 
-__all__ = ["PIECE", "Pull", "length_rates", "solve", "stiffness", "stored_energy"]
+__all__ = [
+    "PIECE",
+    "REASONS",
+    "Pull",
+    "find_profile",
+    "length_rates",
+    "room",
+    "solve",
+    "stiffness",
+    "stored_energy",
+]
 
-ON_BED = 1e-12  # of the length: an anchor so close to the bed lies on it
 SAME = 1e-9  # relative change in the last step of Newton's method; the error is its square
 WARM = 20
 SOLVED, BELOW, FLOATS, TWICE, LOST, BURIED = range(6)
@@ -76,13 +87,13 @@ def solve(pieces, first, last, x, z, bed, friction, H, V):
         return failed(BURIED)
     if z < bed - near:
         return failed(BELOW)
-    lies = bed > -near
+    lies = is_on_bed(f, bed)
     if not (H >= 0.0 and isfinite(V)):
         H = -1.0
         V = max(f.weight, 0.0)
     if lies or not isfinite(bed):
         return hang_or_lie(pieces, first, last, f, lies, friction, H, V)
-    if f.heavy and H > 0.0 and lowest(pieces, first, last, z, H, V) < bed:
+    if f.heavy and H > 0.0 and V + guess_below(pieces[last - 1], H, -bed) < f.weight:
         p = rest(pieces, first, last, f, bed, H, V)
         if p.V - p.anchor_V <= f.weight:
             return p
@@ -105,6 +116,8 @@ def hang_or_lie(pieces, first, last, f, lies, friction, H, V):
     if not lies:
         end = all_hanging(pieces, first, last, 1, V)
         return Pull(H, V, end.V, H, f.length, 0.0, True, SOLVED)
+    if H == 0.0 and abs(V) <= 1e3 * f.least:
+        V = 0.0
     touch = find_touch(pieces, first, last, 1, V)
     if not f.heavy:
         reason = unfit(pieces, first, last, f, H, V, touch)
@@ -113,15 +126,19 @@ def hang_or_lie(pieces, first, last, f, lies, friction, H, V):
     if touch.hangs:
         return Pull(H, V, touch.V, H, f.length, 0.0, True, SOLVED)
     behind = at_touch(pieces, first, V, touch)
-    _, _, _, tension, dead = lie(pieces, last, H, behind, touch, friction)
+    _, _, _, _, tension, dead = lie(pieces, last, H, behind, touch, friction)
     return Pull(H, V, 0.0, tension, touch.arc, dead, True, SOLVED)
 
 
 @kernel
 def rest(pieces, first, last, f, bed, H, V):
     """The `Pull` of a line that rests on the bed between two hanging parts."""
-    Va = max(f.weight - V, 0.0)
-    H, V, Va, found = search(pieces, first, last, f, bed, True, True, 0.0, H, V, Va)
+    Va = guess_below(pieces[last - 1], H, -bed)
+    found = False
+    if H > 0.0:
+        H, V, Va, found = iterate_resting(pieces, first, last, f, bed, H, V, Va)
+    if not found:
+        H, V, Va, found = search(pieces, first, last, f, bed, True, True, 0.0, H, V, Va)
     if not found:
         return failed(LOST)
     touch = find_touch(pieces, first, last, 1, V)
@@ -153,26 +170,40 @@ def iterate(pieces, first, last, f, lies, friction, H, V):
 
 
 @kernel
-def lowest(pieces, first, last, z, H, V):
-    """Height above the anchor of the lowest place between the ends of a line that hangs; inf if
-    there is none lower than its neighbours."""
-    height = z
-    least = inf
-    for i in range(first, last):
-        piece = pieces[i]
-        low = V - piece.weight * piece.length
-        if V > 0.0 and low < 0.0:
-            part = V / piece.weight
-            s = span(H, V, piece.weight, part, piece.stiffness, 1.0, 0.0)
-            least = min(least, height - s.across)
-        s = span(H, V, piece.weight, piece.length, piece.stiffness, 1.0, 0.0)
-        height -= s.across
-        V = low
-        if i + 1 < last:
-            V -= piece.hung
-            if low >= 0.0 and V < 0.0:
-                least = min(least, height)
-    return least
+def guess_below(piece, H, depth):
+    """V at the upper end of a single piece that comes to lie at ``depth`` below it."""
+    H = max(H, 0.0)
+    energy = piece.weight * depth
+    T = H + H * H / (2.0 * piece.stiffness) + energy
+    T *= 2.0 / (1.0 + sqrt(1.0 + 2.0 * T / piece.stiffness))
+    return sqrt(energy / (1.0 + 0.5 * (T + H) / piece.stiffness) * (T + H))
+
+
+@kernel
+def iterate_resting(pieces, first, last, f, bed, H, V, Va):
+    """H, V and Va by Newton's method, and whether it converged."""
+    for _ in range(WARM):
+        a, b = resting_ends(pieces, first, last, H, V, Va)
+        flat = f.soft - a.soft - b.soft
+        x = f.length - f.x + a.along + b.along + flat * H
+        z = a.across - (f.z - bed)
+        za = b.across + bed
+        slope = a.xH + b.xH + flat - a.zH * a.zH / a.zV - b.zH * b.zH / b.zV
+        dH = -(x - a.zH * z / a.zV - b.zH * za / b.zV) / slope
+        dV = -(z + a.zH * dH) / a.zV
+        dVa = -(za + b.zH * dH) / b.zV
+        if not isfinite(dH + dV + dVa) or H < f.least:
+            return H, V, Va, False
+        same = abs(dH) <= SAME * H and abs(dV) <= SAME * max(V, H) and abs(dVa) <= SAME * max(Va, H)
+        step = min(1.0, -0.9 * H / dH) if dH < 0.0 else 1.0
+        H += step * dH
+        V += step * dV
+        Va += step * dVa
+        if V < 0.0 or Va < 0.0:
+            return H, V, Va, False
+        if same:
+            return H, V, Va, True
+    return H, V, Va, False
 
 
 @kernel
