@@ -14,7 +14,7 @@ import numpy as np
 from scipy import linalg
 
 from hydrosim.dofs import about_z
-from hydrosim.forces.line.catenary import GONE, find_span, pull_now
+from hydrosim.forces.line.catenary import GONE, find_ends, pull_now
 from hydrosim.forces.line.drag import (
     Linearised,
     effective_lengths,
@@ -130,18 +130,18 @@ def _fairlead(i: int, scene: Scene, model: Model, state: State) -> Fairlead:
     place_bodies(y[:n], np.zeros(n), model.bodies, motion)
     if state.modes[p.mode + i, MODE] == GONE:
         return Fairlead(np.zeros((3, n)), np.zeros(3), 0.0, 0.0)
-    span = find_span(line, model.bodies, motion)
-    pull, pieces = pull_now(i, 0.0, y, span, motion, p)
+    ends = find_ends(line, model.bodies, motion)
+    pull, pieces = pull_now(i, 0.0, y, ends, motion, p)
     own = pieces[line["first"] : line["last"]]
     L1, L2 = effective_lengths(own["length"], pull.touch)
     half = 0.5 * scene.environment.water_density * own_width(p, line)
-    along = np.array([pull.H * span.e[0], pull.H * span.e[1], -pull.V])
+    along = np.array([pull.H * ends.e[0], pull.H * ends.e[1], -pull.V])
     along /= max(float(np.linalg.norm(along)), 1e-300)
     P = np.eye(3) - np.outer(along, along)
     u = P @ [*line["stream"], 0.0]
     b = 6 * int(line["body"])
     S = slopes_at(model.bodies, y[:n])[b : b + 6]
-    arm = np.asarray(span.arm)
+    arm = np.asarray(ends.arm)
     J = S[:3] + np.cross(S[3:].T, arm).T
     return Fairlead(P @ J, u, float(half @ L2), float(half @ L1))
 

@@ -1,1 +1,1 @@
-"""Lines with weight: catenaries, their shape, their drag."""
+"""Lines with weight: elastic catenaries on the seabed and off it, and their drag."""

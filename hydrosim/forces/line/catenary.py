@@ -36,12 +36,12 @@ import numpy as np
 from hydrosim.errors import InputError
 from hydrosim.forces.contact.geometry import EARTH
 from hydrosim.forces.layout import Layout
-from hydrosim.forces.line import shape
+from hydrosim.forces.line import profile, rates, shape
 from hydrosim.forces.mirroring import turned
 from hydrosim.forces.signal import SIGNAL, Signal, compile_signals, constant, value
 from hydrosim.forces.signal import rate as signal_rate
 from hydrosim.jit.kernels import kernel, root, root_giving
-from hydrosim.modes import MARGINS, MODE, SEGMENT
+from hydrosim.modes import MARGINS, MODE, SEGMENT, SEGMENT_MARGIN
 from hydrosim.rigid.kinematics import add_wrench, attachment, point_velocity
 from hydrosim.rigid.vectors import cross, dot, scale, sub, vector
 from hydrosim.scene import ForceElement
@@ -52,6 +52,8 @@ TENSION, ANCHOR_TENSION, HORIZONTAL, GROUNDED, OBSERVED = range(5)  # see `obser
 GUESS = ("horizontal pull", "vertical pull")
 """States of each line: its last solution [N]."""
 STATES = len(GUESS)
+AHEAD = 1e-10  # s: first look ahead for the next profile
+FARTHEST = 1e-2  # s: and the last
 STEADY = -1  # no segment changes its length
 ON_BED = 1e-6  # m: an anchor this close to the seabed is on it
 
@@ -135,7 +137,7 @@ class Params(NamedTuple):
     mode: int
 
 
-class Span(NamedTuple):
+class Ends(NamedTuple):
     """Place of one line: lever arms of its ends, horizontal direction ``e`` to the anchor, distance
     ``x`` along it, height ``z`` of the fairlead above the anchor, height ``bed`` of the seabed
     above the anchor, height of the ``anchor`` above the still water, velocities ``v`` and ``w`` of
@@ -207,8 +209,8 @@ def _ground(name: str, line: Catenary, layout: Layout) -> tuple[tuple[float, ...
 
 
 @kernel
-def find_span(line, bodies, motion):
-    """Place of a line, as a `Span`. Where one end is above the other, it has no direction."""
+def find_ends(line, bodies, motion):
+    """Place of a line, as a `Ends`. Where one end is above the other, it has no direction."""
     p, arm = attachment(line.body, vector(line.point, 0), bodies, motion)
     v = point_velocity(line.body, arm, motion)
     a = vector(line.anchor, 0)
@@ -220,24 +222,24 @@ def find_span(line, bodies, motion):
     d = sub(a, p)
     x = sqrt(d[0] * d[0] + d[1] * d[1])
     per = 1.0 / x if x > 0.0 else 0.0
-    return Span(arm, anchor_arm, (d[0] * per, d[1] * per), x, -d[2], line.bed - a[2], a[2], v, w)
+    return Ends(arm, anchor_arm, (d[0] * per, d[1] * per), x, -d[2], line.bed - a[2], a[2], v, w)
 
 
-@root_giving(float, float, float, float, float, float, bool)
+@root_giving(float, float, float, float, float, float, bool, int)
 def find_pull(first, last, x, z, bed, friction, H, V, pieces):
     """The entries of the `shape.Pull` of a line, with the guess H, V."""
     a = shape.solve(pieces, first, last, x, z, bed, friction, H, V)
-    return a.H, a.V, a.anchor_V, a.anchor_H, a.touch, a.dead, a.converged
+    return a.H, a.V, a.anchor_V, a.anchor_H, a.touch, a.dead, a.converged, a.reason
 
 
 @kernel
 def pull_of(i, s, H, V, pieces, p):
-    """The `shape.Pull` of line ``i`` over its `Span` ``s``, with the guess H, V."""
+    """The `shape.Pull` of line ``i`` over its `Ends` ``s``, with the guess H, V."""
     line = p.lines[i]
-    H, V, anchor_V, anchor_H, touch, dead, converged = find_pull(
+    H, V, anchor_V, anchor_H, touch, dead, converged, reason = find_pull(
         line.first, line.last, s.x, s.z, s.bed, line.friction, H, V, pieces
     )
-    return shape.Pull(H, V, anchor_V, anchor_H, touch, dead, converged)
+    return shape.Pull(H, V, anchor_V, anchor_H, touch, dead, converged, reason)
 
 
 @kernel
@@ -264,7 +266,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         mode = modes[p.mode + i, MODE]
         if mode == GONE:
             continue
-        s = find_span(line, bodies, motion)
+        s = find_ends(line, bodies, motion)
         pull, pieces = pull_now(i, t, y, s, motion, p)
         drag = find_drag(line, s, pull)
         if mode == LOST:  # ends the run
@@ -326,11 +328,11 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
         line = p.lines[i]
         if modes[p.mode + i, MODE] == GONE or not line.potential:
             continue
-        s = find_span(line, bodies, motion)
+        s = find_ends(line, bodies, motion)
         pull, pieces = pull_now(i, t, y, s, motion, p)
-        U = shape.stored_energy(
-            pieces, line.first, line.last, s.x, s.z, s.bed, line.friction, pull
-        )
+        a = line.first
+        b = line.last
+        U = rates.stored_energy(pieces, a, b, s.x, s.z, s.bed, line.friction, pull)
         stored[line.row] += U + total_weight(line, pieces) * (s.anchor - line.datum)
 
 
@@ -350,7 +352,7 @@ def tension_of(i, t, y, modes, motion, bodies, p):
     """Tension [N] at the fairlead of line ``i``, 0 where it is gone."""
     if modes[p.mode + i, MODE] == GONE:
         return 0.0
-    pull, _ = pull_now(i, t, y, find_span(p.lines[i], bodies, motion), motion, p)
+    pull, _ = pull_now(i, t, y, find_ends(p.lines[i], bodies, motion), motion, p)
     return sqrt(pull.H * pull.H + pull.V * pull.V)
 
 
@@ -364,7 +366,7 @@ def observe(t, y, modes, motion, bodies, p, out):
             row[k] = 0.0
         if modes[p.mode + i, MODE] != GONE:
             line = p.lines[i]
-            pull, pieces = pull_now(i, t, y, find_span(line, bodies, motion), motion, p)
+            pull, pieces = pull_now(i, t, y, find_ends(line, bodies, motion), motion, p)
             row[TENSION] = sqrt(pull.H * pull.H + pull.V * pull.V)
             row[ANCHOR_TENSION] = sqrt(pull.anchor_H * pull.anchor_H + pull.anchor_V**2)
             row[HORIZONTAL] = pull.H
@@ -390,16 +392,63 @@ def margins(t, y, modes, motion, bodies, p, out):
         for k in range(MARGINS):
             out[m + k] = 1.0
         if mode[MODE] == ACTING:
-            pull, pieces = pull_now(i, t, y, find_span(line, bodies, motion), motion, p)
-            room = shape.room(pieces, line.first, line.last, pull, mode[SEGMENT])
-            for k in range(len(room)):
-                out[m + k] = room[k]
+            s = find_ends(line, bodies, motion)
+            pull, pieces = pull_now(i, t, y, s, motion, p)
+            out[m + SEGMENT_MARGIN] = room_of(line, s, pull, mode[SEGMENT], pieces)
+
+
+@root_giving(float)
+def find_room(first, last, x, z, bed, friction, H, V, anchor_V, touch, dead, number, pieces):
+    """`profile.room` of a line."""
+    pull = shape.Pull(H, V, anchor_V, H, touch, dead, True, 0)
+    return profile.room(pieces, first, last, x, z, bed, friction, pull, number)
+
+
+@kernel
+def room_of(line, s, pull, number, pieces):
+    """Room of a line in the profile of this ``number``."""
+    a = line.first
+    b = line.last
+    friction = line.friction
+    H = pull.H
+    V = pull.V
+    up = pull.anchor_V
+    return find_room(
+        a, b, s.x, s.z, s.bed, friction, H, V, up, pull.touch, pull.dead, number, pieces
+    )
 
 
 @root
-def switch(i, which, t, y, modes, motion, bodies, p):
-    """Switch line ``i`` to its next profile."""
-    settle_line(i, t, y, modes, motion, bodies, p)
+def switch(i, t, y, modes, motion, bodies, p):
+    """Switch line ``i`` to its next profile: that of the line a moment later, because an event is
+    located a little before its kink. `AHEAD` doubles until the profile is another one."""
+    line = p.lines[i]
+    mode = modes[p.mode + i]
+    s = find_ends(line, bodies, motion)
+    rate = (s.w[0] - s.v[0]) * s.e[0] + (s.w[1] - s.v[1]) * s.e[1]
+    ahead = AHEAD
+    while ahead < FARTHEST:
+        x = abs(s.x + ahead * rate)
+        z = s.z + ahead * (s.v[2] - s.w[2])
+        bed = s.bed - ahead * s.w[2]
+        later = Ends(s.arm, s.anchor_arm, s.e, x, z, bed, s.anchor, s.v, s.w)
+        pull, pieces = pull_now(i, t + ahead, y, later, motion, p)
+        number = number_of(line, later, pull, pieces)
+        if pull.converged and number != mode[SEGMENT]:
+            mode[SEGMENT] = number
+            return
+        ahead *= 2.0
+    pull, _ = pull_now(i, t, y, s, motion, p)
+    if not pull.converged:
+        mode[MODE] = LOST
+
+
+@kernel
+def number_of(line, s, pull, pieces):
+    """Number of the profile of a line."""
+    a = line.first
+    b = line.last
+    return profile.find_profile(pieces, a, b, s.x, s.z, s.bed, line.friction, pull)
 
 
 @root
@@ -415,9 +464,10 @@ def settle_line(i, t, y, modes, motion, bodies, p):
     line = p.lines[i]
     k = p.state + STATES * i
     y[k] = y[k + 1] = -1.0  # no guess
-    pull, pieces = pull_now(i, t, y, find_span(line, bodies, motion), motion, p)
+    s = find_ends(line, bodies, motion)
+    pull, pieces = pull_now(i, t, y, s, motion, p)
     accept(i, y, modes, pull, p)
-    modes[p.mode + i, SEGMENT] = shape.find_profile(pieces, line.first, line.last, pull)
+    modes[p.mode + i, SEGMENT] = number_of(line, s, pull, pieces)
 
 
 @kernel
@@ -440,5 +490,5 @@ def remember(t, y, modes, motion, bodies, p):
     """Keep the solutions of an accepted step as the next guesses."""
     for i in range(p.lines.size):
         if modes[p.mode + i, MODE] == ACTING:
-            pull, _ = pull_now(i, t, y, find_span(p.lines[i], bodies, motion), motion, p)
+            pull, _ = pull_now(i, t, y, find_ends(p.lines[i], bodies, motion), motion, p)
             accept(i, y, modes, pull, p)

@@ -21,13 +21,13 @@ from hydrosim.forces.line.catenary import (
     Catenary,
     Params,
     compile_elements,
-    find_span,
+    find_ends,
 )
 from hydrosim.forces.postures import PosingKind, Posture, rest_at_first
 from hydrosim.modes import MODE
 from hydrosim.scene import Scene
 
-PROFILES = 1 << 16
+PROFILES = 1 << 30
 """More than any line has."""
 TIGHT = 0.999
 """Unstretched length over the distance of the ends, at which a taut line is linearised."""
@@ -69,7 +69,7 @@ class _Kind(PosingKind):
 
     def rates(self, p: Params, bodies: Any, motion: Any) -> np.ndarray:
         """Along the chords."""
-        found = [_rate(find_span(line, bodies, motion)) for line in p.lines]
+        found = [_rate(find_ends(line, bodies, motion)) for line in p.lines]
         return np.reshape(found, (-1, 1))
 
     def pressed(self, p: Params, modes: np.ndarray, bodies: Any, motion: Any) -> Params:
@@ -78,7 +78,7 @@ class _Kind(PosingKind):
         pieces = p.pieces.copy()
         for line, mode in zip(p.lines, modes[:, MODE], strict=True):
             if mode == TAUT:
-                s = find_span(line, bodies, motion)
+                s = find_ends(line, bodies, motion)
                 own = pieces[line["first"] : line["last"]]
                 own["length"] *= TIGHT * np.hypot(s.x, s.z) / own["length"].sum()
         return p._replace(pieces=pieces)
