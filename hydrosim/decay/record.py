@@ -1,0 +1,172 @@
+"""Recordings of decaying roll: the column, its unit, the part that is a decay."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+from pathlib import Path
+from typing import NoReturn
+
+import numpy as np
+
+from hydrosim.documents.text import require_finite, require_rising
+from hydrosim.documents.units import factor
+from hydrosim.errors import InputError
+from hydrosim.recordings import Column, Recording, read_recording
+from hydrosim.recordings.recording import is_time
+
+ROLL = ("roll", "rx", "phi")
+UNEVEN = 0.2  # of a step: largest deviation of times from equal steps
+FEWEST = 40  # values
+SHORTEST = 2.0  # periods
+AFTER = 0.2  # of a period: the fit begins so long before the first crossing of the mean
+TAIL = 0.25  # of a record, whose mean is that of the motion
+COARSEST = 8.0  # samples in a period
+
+
+@dataclass(frozen=True, eq=False)
+class Decay:
+    """Roll ``angle`` (n,) [rad] at equal steps of ``time`` (n,) [s] of a decay that is ``called``
+    so, with a first guess of its natural ``frequency`` [rad/s] and of its ``mean`` [rad]."""
+
+    called: str
+    time: np.ndarray
+    angle: np.ndarray
+    frequency: float
+    mean: float
+
+    @property
+    def size(self) -> float:
+        """Largest angle from the mean [rad]."""
+        return float(np.abs(self.angle - self.mean).max())
+
+
+def read_decay(
+    path: Path,
+    column: str = "roll",
+    unit: str | None = None,
+    start: float | None = None,
+    end: float | None = None,
+    wanted: str = "",
+) -> Decay:
+    """Read a decay from ``start`` to ``end`` [s]. Messages begin with ``wanted``, the place that
+    refers to the file. Raises InputError if it is no decay."""
+    recording = read_recording(path)
+    angle = _column(recording, column)
+    stamp = recording.time_column()
+    source = recording.source
+    require_finite(source, stamp.value, recording.lines, " s")
+    require_finite(source, angle.value, recording.lines, f" in {angle.name}")
+    require_rising(source, stamp.value, recording.lines)
+    try:
+        _require_seconds(stamp)
+        values = _scale(angle, unit) * angle.value
+        return decay_of(stamp.value, values, str(path), start, end)
+    except InputError as error:
+        place = ": ".join(part for part in (wanted, str(path)) if part)
+        raise InputError(f"{place}: {error}") from None
+
+
+def decay_of(
+    time: np.ndarray,
+    angle: np.ndarray,
+    called: str = "",
+    start: float | None = None,
+    end: float | None = None,
+) -> Decay:
+    """The decay in a series: ``angle`` (n,) [rad] over ``time`` (n,) [s], from ``start`` to ``end``
+    [s]. Without a start, it begins a fifth of a period before roll first crosses its mean. Raises
+    InputError if the series is no decay."""
+    inside = (time >= (-inf if start is None else start)) & (time <= (inf if end is None else end))
+    time = time[inside]
+    angle = angle[inside]
+    if time.size < FEWEST:
+        _refuse(f"{time.size} values", f"at least {FEWEST}", "take a longer part of the record")
+    step = (time[-1] - time[0]) / (time.size - 1)
+    if np.abs(time - time[0] - step * np.arange(time.size)).max() > UNEVEN * step:
+        expected = "equal steps of time, without gaps"
+        _refuse("times with gaps or unequal steps", expected, "resample the record")
+    tail = angle[-max(int(TAIL * angle.size), 1) :]
+    mean = float(tail.mean())
+    crossings = _crossings(time, angle - mean)
+    if crossings.size < 3:
+        found = f"{crossings.size} crossings of the mean"
+        _refuse(found, "a roll that oscillates", "give another part of the record or its column")
+    frequency = _frequency(crossings)
+    period = 2.0 * np.pi / frequency
+    if start is None:
+        kept = time >= crossings[0] - AFTER * period
+        time = time[kept]
+        angle = angle[kept]
+    if time[-1] - time[0] < SHORTEST * period or time.size < FEWEST:
+        found = f"{time[-1] - time[0]:.4g} s, {(time[-1] - time[0]) / period:.2g} periods"
+        _refuse(found, f"at least {SHORTEST:g} periods", "take a longer part of the record")
+    if period < COARSEST * step:
+        found = f"{period / step:.2g} values in a period"
+        _refuse(found, f"at least {COARSEST:g}", "record it in smaller steps")
+    return Decay(called, time, angle, frequency, mean)
+
+
+def _refuse(found: str, expected: str, remedy: str) -> NoReturn:
+    raise InputError(f"found {found}; expected {expected}; {remedy}.")
+
+
+def _crossings(time: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Times at which ``x`` changes its sign after its largest value, while it is well above the
+    noise: crossings between extremes of at least a tenth of the largest."""
+    first = int(np.argmax(np.abs(x)))
+    time = time[first:]
+    x = x[first:]
+    at = np.flatnonzero(x[:-1] * x[1:] < 0.0)
+    found: list[float] = []
+    edges = [*at, x.size - 1]
+    least = 0.1 * np.abs(x[0])
+    before = 0
+    for k, after in zip(at, edges[1:], strict=True):
+        around = min(np.abs(x[before : k + 1]).max(), np.abs(x[k + 1 : after + 1]).max())
+        if around < least:
+            continue
+        found.append(float(time[k] - x[k] * (time[k + 1] - time[k]) / (x[k + 1] - x[k])))
+        before = k + 1
+    return np.array(found)
+
+
+def _frequency(crossings: np.ndarray) -> float:
+    """Frequency [rad/s] of crossings half a period apart."""
+    return float(np.pi / np.median(np.diff(crossings)))
+
+
+def _column(recording: Recording, name: str) -> Column:
+    """The column of roll: of that name or number, or the only one that ends so."""
+    if name.isdigit():
+        return recording.column(int(name))
+    wanted = ROLL if name == "roll" else (name.lower(),)
+    alike = [
+        column
+        for column in recording.columns
+        if _last(column.name) in wanted and not is_time(column.name)
+    ]
+    return alike[0] if len(alike) == 1 else recording.column(name)
+
+
+def _last(name: str) -> str:
+    """Last part of a name such as "run1.Roll (deg)", in small letters and without its unit."""
+    bare = name.split("(")[0].split("[")[0].strip()
+    return bare.replace(" ", ".").replace("_", ".").split(".")[-1].lower()
+
+
+def _require_seconds(stamp: Column) -> None:
+    if stamp.unit not in (None, "", "s"):
+        _refuse(f"times in {stamp.unit}", "the time in s", "convert it")
+
+
+def _scale(angle: Column, unit: str | None) -> float:
+    """Factor of the column to rad."""
+    said = unit or angle.unit
+    if not said:
+        found = f"the column {angle.name} without a unit"
+        _refuse(found, "roll in deg or rad", 'write it in the heading, "roll [deg]", or give unit')
+    try:
+        return factor(said, "rad")
+    except ValueError:
+        _refuse(f"the column {angle.name} in {said}", "an angle in deg or rad", "name its column")
