@@ -187,7 +187,7 @@ def search(pieces, first, last, f, bed, lies, rests, friction, H, V, Va):
     H = max(H, f.least)
     for _ in range(STEPS):
         off, slope, V, Va = balance(pieces, first, last, f, bed, lies, rests, friction, H, V, Va)
-        if off >= 0.0 and H <= f.least:
+        if off >= 0.0 and f.least >= H:
             return slack_pull(f, rests, off), V, Va, True
         if off > 0.0:
             high = H
