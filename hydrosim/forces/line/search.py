@@ -15,7 +15,7 @@ from hydrosim.forces.line.hang import Reach, all_hanging, at_touch, find_touch, 
 from hydrosim.jit.kernels import kernel, root_giving
 
 ON_BED = 1e-12  # of the length: an anchor so close to the bed lies on it
-NO_PULL = 1e-15  # of the weight, or of EA where nothing has weight: H that is none
+NO_PULL = 1e-18  # of the weight, or of EA where nothing has weight: H that is none
 STEPS = 200
 STRAIGHT_DOWN = 1e-12  # of the length: distance to which the pull ``least`` brings a hanging line
 SPLIT = 134217729.0  # 2^27 + 1

@@ -113,11 +113,11 @@ def hang_or_lie(pieces, first, last, f, lies, friction, H, V):
         H, V, _, found = search(pieces, first, last, f, 0.0, lies, False, friction, H, V, 0.0)
     if not found:
         return failed(LOST)
+    if H == 0.0 and abs(V) <= 1e3 * f.least:  # slack and weightless
+        V = 0.0
     if not lies:
         end = all_hanging(pieces, first, last, 1, V)
         return Pull(H, V, end.V, H, f.length, 0.0, True, SOLVED)
-    if H == 0.0 and abs(V) <= 1e3 * f.least:
-        V = 0.0
     touch = find_touch(pieces, first, last, 1, V)
     if not f.heavy:
         reason = unfit(pieces, first, last, f, H, V, touch)
