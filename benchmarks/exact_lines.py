@@ -3,7 +3,8 @@ with mpmath at 50 digits. Nothing here is taken from `hydrosim.forces.line`.
 
 The profile follows from conditions that do not ask a solver. A line is slack if its ends are
 closer than it reaches without a pull. It lies where V would be negative, if its anchor is on the
-bed. It rests between two hanging parts if its sag would be below the bed. Forces come from Newton's
+bed. It rests between two hanging parts if the bed carries weight there; otherwise it hangs, and
+its sag must be above the bed. Forces come from Newton's
 method with differences, from a start that need not be good.
 """
 
@@ -52,10 +53,17 @@ def exact_pull(line: Line, H: float, V: float) -> tuple[mpf, mpf]:
         found = _reach(rows, at[0], at[1], lies or bed == 0, CB)
         return [found[0] - x, found[1] - z]
 
+    if -inf < bed < 0 and heavy:
+        try:
+            pull = _resting(rows, x, z, bed, start)
+        except ArithmeticError:
+            pull = [mpf(0), mpf(inf), mpf(0)]
+        if pull[1] + pull[2] <= sum(row[0] * row[1] + row[3] for row in rows) - rows[-1][3]:
+            return pull[0], pull[1]
     pull = _newton(miss, start)
-    if bed == 0 or bed == -inf or _sag(rows, z, *pull) >= bed:
-        return pull[0], pull[1]
-    return _resting(rows, x, z, bed, pull if H <= 0 else start)
+    if -inf < bed < 0 and _sag(rows, z, *pull) < bed:
+        raise ArithmeticError("a line that hangs below the bed")
+    return pull[0], pull[1]
 
 
 def _spring(rows: Sequence[Numbers], x: mpf, z: mpf) -> tuple[mpf, mpf]:
@@ -209,10 +217,8 @@ def _hanging_part(rows: Sequence[Numbers], H: mpf, V: mpf) -> tuple[mpf, mpf, mp
     return whole[0] - lying - H * flat, whole[1], whole[3], soft
 
 
-def _resting(
-    rows: Sequence[Numbers], x: mpf, z: mpf, bed: mpf, start: Numbers
-) -> tuple[mpf, mpf]:
-    """A line that rests on the bed between two hanging parts."""
+def _resting(rows: Sequence[Numbers], x: mpf, z: mpf, bed: mpf, start: Numbers) -> list[mpf]:
+    """H, V, and V at the anchor, of a line that rests on the bed between two hanging parts."""
     turned = [
         (*row[:3], rows[i - 1][3] if i else mpf(0)) for i, row in reversed(list(enumerate(rows)))
     ]
@@ -236,8 +242,7 @@ def _resting(
         return [fore[0] + aft[0] + flat - x, fore[1] - z + bed, aft[1] + bed]
 
     H, V = start
-    pull = _newton(miss, [H, V, upper(H, turned, -bed)])
-    return pull[0], pull[1]
+    return _newton(miss, [H, V, upper(H, turned, -bed)])
 
 
 def _newton(miss: Callable[[Numbers], list[mpf]], start: Numbers) -> list[mpf]:

@@ -111,8 +111,12 @@ def hang_or_lie(pieces, first, last, f, lies, friction, H, V):
         H, V, found = iterate(pieces, first, last, f, lies, friction, H, V)
     if not found:
         H, V, _, found = search(pieces, first, last, f, 0.0, lies, False, friction, H, V, 0.0)
-    if not found:
-        return failed(LOST)
+        if not found:
+            return failed(LOST)
+        H1, V1, better = iterate(pieces, first, last, f, lies, friction, H, V)
+        if better:
+            H = H1
+            V = V1
     if H == 0.0 and abs(V) <= 1e3 * f.least:  # slack and weightless
         V = 0.0
     if not lies:
@@ -139,8 +143,8 @@ def rest(pieces, first, last, f, bed, H, V):
         H, V, Va, found = iterate_resting(pieces, first, last, f, bed, H, V, Va)
     if not found:
         H, V, Va, found = search(pieces, first, last, f, bed, True, True, 0.0, H, V, Va)
-    if not found:
-        return failed(LOST)
+        if not found:
+            return failed(LOST)
     touch = find_touch(pieces, first, last, 1, V)
     return Pull(H, V, -Va, H, touch.arc, 0.0, True, SOLVED)
 
