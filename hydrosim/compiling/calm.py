@@ -22,6 +22,8 @@ from hydrosim.compiling.restart import begin
 from hydrosim.compiling.start import first_state, start_of, with_slow_places
 from hydrosim.compiling.wet import WetGroup
 from hydrosim.dofs import DOFS
+from hydrosim.forces.kind import elements_of
+from hydrosim.forces.line.catenary import Catenary
 from hydrosim.scene import Kinematics, Place, Scene
 from hydrosim.scene.trees import arrangement
 from hydrosim.waves.body import WaveBody
@@ -80,7 +82,7 @@ def in_waves(calm: Compiled, scene: Scene, sea: Sequence[Components]) -> Compile
 
 def _met_at_rest(calm: Compiled, scene: Scene) -> list[WaveBody]:
     """Bodies on which waves act at rest, wherever they are; only lines with drag need them."""
-    if not calm.model.elements.catenaries.lines.size:
+    if not any(each.feels() for _, each in elements_of(scene, Catenary)):
         return []
     met = {body.name: replace(calm.facts.met[body.name], **MEAN) for body in scene.bodies}
     return wave_bodies(scene, calm.facts.databases, met)

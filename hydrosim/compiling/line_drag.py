@@ -75,7 +75,7 @@ def with_line_drag(
 ) -> LineDrag:
     """Model with the linearised drag of its lines in the ``seas``, whose first-order loads act on
     the ``bodies`` at rest."""
-    p = model.elements.catenaries
+    p = KIND.of(model)
     if not p.lines["width"].any():
         return LineDrag(model, ())
     names = KIND.unit_names(scene)
@@ -94,7 +94,7 @@ def with_line_drag(
         line["drift"] = m
         if line["width"]:
             texts.append(f"{name}: {_said(c, sigma, kept)}")
-    elements = model.elements._replace(catenaries=p._replace(lines=lines))
+    elements = model.elements._replace(**{KIND.field: p._replace(lines=lines)})
     return LineDrag(model._replace(elements=elements), tuple(texts))
 
 
@@ -122,7 +122,7 @@ def _drag_before(scene: Scene) -> dict[str, tuple[float, float]]:
 
 def _fairlead(i: int, scene: Scene, model: Model, state: State) -> Fairlead:
     """Line ``i`` at the start."""
-    p = model.elements.catenaries
+    p = KIND.of(model)
     line = p.lines[i]
     n = model.bodies.active.size
     motion = new_work(model).motion
@@ -134,7 +134,8 @@ def _fairlead(i: int, scene: Scene, model: Model, state: State) -> Fairlead:
     pull, pieces = pull_now(i, 0.0, y, ends, motion, p)
     own = pieces[line["first"] : line["last"]]
     L1, L2 = effective_lengths(own["length"], pull.touch)
-    half = 0.5 * scene.environment.water_density * own_width(p, line)
+    widths = p.widths[line["first"] : line["last"]]
+    half = 0.5 * scene.environment.water_density * widths
     along = np.array([pull.H * ends.e[0], pull.H * ends.e[1], -pull.V])
     along /= max(float(np.linalg.norm(along)), 1e-300)
     P = np.eye(3) - np.outer(along, along)
@@ -144,11 +145,6 @@ def _fairlead(i: int, scene: Scene, model: Model, state: State) -> Fairlead:
     arm = np.asarray(ends.arm)
     J = S[:3] + np.cross(S[3:].T, arm).T
     return Fairlead(P @ J, u, float(half @ L2), float(half @ L1))
-
-
-def own_width(p: object, line: np.void) -> np.ndarray:
-    """Drag coefficient times diameter (n,) [m] of the segments of a line."""
-    return np.asarray(p.widths[line["first"] : line["last"]])  # type: ignore[attr-defined]
 
 
 def _fixed_point(

@@ -324,6 +324,11 @@ def given_frequencies(elements: Elements) -> np.ndarray:
     return np.asarray(elements.applied_forces.parts["signal"]["frequency"])
 
 
+def pieces_of_lines(elements: Elements) -> np.ndarray:
+    """The pieces (n,) of all catenaries."""
+    return np.asarray(elements.catenaries.pieces)
+
+
 def joint_states(parts: Parts) -> slice:
     """Entries of y of the joints that are constraints."""
     return locks.states_of(parts.elements.locks)

@@ -41,7 +41,7 @@ from hydrosim.forces.mirroring import turned
 from hydrosim.forces.signal import SIGNAL, Signal, compile_signals, constant, value
 from hydrosim.forces.signal import rate as signal_rate
 from hydrosim.jit.kernels import kernel, root, root_giving
-from hydrosim.modes import MARGINS, MODE, SEGMENT, SEGMENT_MARGIN
+from hydrosim.modes import MARGINS, MODE, RISING, SEGMENT, SEGMENT_MARGIN
 from hydrosim.rigid.kinematics import add_wrench, attachment, point_velocity
 from hydrosim.rigid.vectors import cross, dot, scale, sub, vector
 from hydrosim.scene import ForceElement
@@ -440,7 +440,7 @@ def switch(i, t, y, modes, motion, bodies, p):
         ahead *= 2.0
     pull, _ = pull_now(i, t, y, s, motion, p)
     if not pull.converged:
-        mode[MODE] = LOST
+        accept(i, y, modes, pull, p)
 
 
 @kernel
@@ -477,6 +477,7 @@ def accept(i, y, modes, pull, p):
     y[k] = pull.H
     y[k + 1] = pull.V
     modes[p.mode + i, MODE] = ACTING if pull.converged else LOST
+    modes[p.mode + i, RISING] = pull.reason
 
 
 @kernel

@@ -1,9 +1,9 @@
 """A line under a given pull: the part that hangs, down to where it lies, and the part that lies.
 
-V falls along the line by the weight of its pieces and of what hangs between them. The line lies from
-the last place at which V comes down to zero: inside a piece, where it is tangent to the bed, or at
-a clump, of which the bed then carries a part. Beyond, V < 0 would be the weight between that place
-and s, with the opposite sign; the bed carries it, and friction takes it from the tension:
+V falls along the line by the weight of its pieces and of what hangs between them. The line lies
+from the last place at which V comes down to zero. That is inside a piece, tangent to the bed, or at
+a clump that the bed carries in part. Farther on, -V is the weight since that place. The bed carries
+it, and friction takes it from the tension:
 
     T(s) = max(H + CB V(s), 0)
 
@@ -27,8 +27,8 @@ lower end [N], negative for a buoy. What hangs at the last one is the anchor's."
 
 class Touch(NamedTuple):
     """Where a line that hangs from one end comes to lie: in piece ``piece``, after ``part`` [m] of
-    it, at the arc length ``arc`` [m] from that end. ``V`` [N] is what is left of V at the other end.
-    The line ``hangs`` all along if that is not negative."""
+    it, at the arc length ``arc`` [m] from that end. ``V`` [N] is what is left of V at the other
+    end. The line ``hangs`` all along if that is not negative."""
 
     piece: int
     part: float
@@ -125,23 +125,23 @@ def lie(pieces, last, H, V, touch, friction):
     tension = max(H + friction * V, 0.0)
     for i in range(touch.piece, last):
         piece = pieces[i]
-        l = piece.length - touch.part if i == touch.piece else piece.length
-        V -= piece.weight * l
+        L = piece.length - touch.part if i == touch.piece else piece.length
+        V -= piece.weight * L
         below = H + friction * V
         if below >= 0.0:
-            under = l
-            stretch += 0.5 * (tension + below) * l / piece.stiffness
+            under = L
+            stretch += 0.5 * (tension + below) * L / piece.stiffness
             squares = tension * tension + tension * below + below * below
-            energy += squares * l / (6.0 * piece.stiffness)
+            energy += squares * L / (6.0 * piece.stiffness)
             tension = below
         else:
             under = tension / (friction * piece.weight) if tension > 0.0 else 0.0
             stretch += 0.5 * tension * under / piece.stiffness
             energy += tension * tension * under / (6.0 * piece.stiffness)
             tension = 0.0
-        length += l
+        length += L
         live += under / piece.stiffness
-        dead += l - under
+        dead += L - under
         if i + 1 < last:
             V -= piece.hung
             tension = max(H + friction * V, 0.0)

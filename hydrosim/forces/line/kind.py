@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from hydrosim.forces.kind import Columns, Kept, Modes, States, Variable, capacity_of, elements_of
+from hydrosim.forces.line import shape
 from hydrosim.forces.line.catenary import (
     ACTING,
     ANCHOR_TENSION,
@@ -24,7 +25,7 @@ from hydrosim.forces.line.catenary import (
     find_ends,
 )
 from hydrosim.forces.postures import PosingKind, Posture, rest_at_first
-from hydrosim.modes import MODE
+from hydrosim.modes import MODE, RISING
 from hydrosim.scene import Scene
 
 PROFILES = 1 << 30
@@ -85,7 +86,7 @@ class _Kind(PosingKind):
 
     def lost(self, p: Params, modes: np.ndarray) -> Iterator[tuple[int, str]]:
         for i in np.flatnonzero(modes[:, MODE] == LOST).tolist():
-            yield i, "its shape was not found, because its ends are where no shape balances it"
+            yield i, shape.REASONS[int(modes[i, RISING])]
 
     def forget(self, p: Params, y: np.ndarray) -> None:
         """Guesses of an earlier run are valid."""

@@ -15,7 +15,7 @@ from hydrosim.forces.line.hang import Reach, all_hanging, at_touch, find_touch, 
 from hydrosim.jit.kernels import kernel, root_giving
 
 ON_BED = 1e-12  # of the length: an anchor so close to the bed lies on it
-NO_PULL = 1e-15  # of the weight, or of EA where nothing has weight: H that is none
+NO_PULL = 1e-18  # of the weight, or of EA where nothing has weight: H that is none
 STEPS = 200
 STRAIGHT_DOWN = 1e-12  # of the length: distance to which the pull ``least`` brings a hanging line
 SPLIT = 134217729.0  # 2^27 + 1
@@ -114,24 +114,32 @@ def reach(pieces, first, last, H, V, lies, friction, ex, ez):
 
 
 @kernel
-def steer(pieces, start, stop, step, H, V, depth, lies):
-    """V at the end ``start`` with which the line leads ``depth`` below it, for a given H."""
+def excess(pieces, start, stop, step, H, V, f, depth, whole, lies, friction):
+    """By how much a line leads deeper than wanted, and the slope of that by V: a ``whole`` line, or
+    the part that hangs from one end down to ``depth``."""
+    if whole:
+        r = reach(pieces, start, stop, H, V, lies, friction, f.ex, f.ez)
+        return f.ez * (r.along + f.short) + f.ex * r.across, r.zV
+    touch = find_touch(pieces, start, stop, step, V)
+    r = hang(pieces, start, step, H, V, touch, 1.0, 0.0)
+    return r.across - depth, r.zV
+
+
+@kernel
+def steer(pieces, start, stop, step, H, V, f, depth, whole, lies, friction):
+    """V at the end ``start`` with which the line leads to its depth (see `excess`), for a given
+    H."""
     low = -inf
     high = inf
     stride = H + abs(V)
     before = inf
     for _ in range(STEPS):
-        if lies:
-            touch = find_touch(pieces, start, stop, step, V)
-        else:
-            touch = all_hanging(pieces, start, stop, step, V)
-        r = hang(pieces, start, step, H, V, touch, 1.0, 0.0)
-        off = r.across - depth
+        off, slope = excess(pieces, start, stop, step, H, V, f, depth, whole, lies, friction)
         if off > 0.0:
             high = V
         else:
             low = V
-        new = V - off / r.zV if r.zV > 0.0 else inf
+        new = V - off / slope if slope > 0.0 else inf
         good = low < new < high and abs(off) <= 0.5 * before
         before = abs(off)
         if not good:
@@ -159,8 +167,8 @@ def balance(pieces, first, last, f, bed, lies, rests, friction, H, V, Va):
     """For a given H: the distance reached less x, its slope by H, and V at both ends, from a guess
     of those."""
     if rests:
-        V = steer(pieces, first, last, 1, H, V, f.z - bed, True)
-        Va = steer(pieces, last - 1, first - 1, -1, H, Va, -bed, True)
+        V = steer(pieces, first, last, 1, H, V, f, f.z - bed, False, True, 0.0)
+        Va = steer(pieces, last - 1, first - 1, -1, H, Va, f, -bed, False, True, 0.0)
         a, b = resting_ends(pieces, first, last, H, V, Va)
         flat = f.soft - a.soft - b.soft
         off = (f.length - f.x) + a.along + b.along + flat * H
@@ -170,7 +178,7 @@ def balance(pieces, first, last, f, bed, lies, rests, friction, H, V, Va):
         if b.zV > 0.0:
             slope -= b.zH * b.zH / b.zV
         return off, slope, V, Va
-    V = steer(pieces, first, last, 1, H, V, f.z, lies)
+    V = steer(pieces, first, last, 1, H, V, f, f.z, True, lies, friction)
     r = reach(pieces, first, last, H, V, lies, friction, f.ex, f.ez)
     off = f.ex * (r.along + f.short) - f.ez * r.across
     slope = r.xH - r.xV * r.zH / r.zV if r.zV > 0.0 else r.xH
@@ -187,7 +195,7 @@ def search(pieces, first, last, f, bed, lies, rests, friction, H, V, Va):
     H = max(H, f.least)
     for _ in range(STEPS):
         off, slope, V, Va = balance(pieces, first, last, f, bed, lies, rests, friction, H, V, Va)
-        if off >= 0.0 and H <= f.least:
+        if off >= 0.0 and f.least >= H:
             return slack_pull(f, rests, off), V, Va, True
         if off > 0.0:
             high = H

@@ -17,7 +17,7 @@ the bed, then float off it and come down to it again is refused (`REASONS`).
 
 from __future__ import annotations
 
-from math import inf, isfinite, nan, sqrt
+from math import isfinite, nan, sqrt
 from typing import NamedTuple
 
 from hydrosim.forces.line.hang import PIECE, all_hanging, at_touch, find_touch, lie
@@ -78,9 +78,9 @@ def failed(reason):
 @kernel
 def solve(pieces, first, last, x, z, bed, friction, H, V):
     """The `Pull` of the line of ``pieces`` from ``first`` to before ``last``, in order from the
-    fairlead, over the distance ``x`` >= 0 and the height ``z`` [m] of the fairlead above the anchor.
-    ``bed`` <= 0 is the height of the seabed above the anchor [m], or -inf; ``friction`` that along
-    it. H and V are a guess; there is none if H is nan or negative."""
+    fairlead. ``x`` >= 0 is the horizontal distance of its ends, ``z`` the height of the fairlead
+    above the anchor [m]. ``bed`` <= 0 is the height of the seabed above the anchor [m], or -inf;
+    ``friction`` is its coefficient. H and V are a guess; there is none if H is nan or negative."""
     f = frame(pieces, first, last, x, z)
     near = ON_BED * f.length
     if bed > near:
@@ -111,13 +111,17 @@ def hang_or_lie(pieces, first, last, f, lies, friction, H, V):
         H, V, found = iterate(pieces, first, last, f, lies, friction, H, V)
     if not found:
         H, V, _, found = search(pieces, first, last, f, 0.0, lies, False, friction, H, V, 0.0)
-    if not found:
-        return failed(LOST)
+        if not found:
+            return failed(LOST)
+        H1, V1, better = iterate(pieces, first, last, f, lies, friction, H, V)
+        if better:
+            H = H1
+            V = V1
+    if H == 0.0 and abs(V) <= 1e3 * f.least:  # slack and weightless
+        V = 0.0
     if not lies:
         end = all_hanging(pieces, first, last, 1, V)
         return Pull(H, V, end.V, H, f.length, 0.0, True, SOLVED)
-    if H == 0.0 and abs(V) <= 1e3 * f.least:
-        V = 0.0
     touch = find_touch(pieces, first, last, 1, V)
     if not f.heavy:
         reason = unfit(pieces, first, last, f, H, V, touch)
@@ -139,8 +143,8 @@ def rest(pieces, first, last, f, bed, H, V):
         H, V, Va, found = iterate_resting(pieces, first, last, f, bed, H, V, Va)
     if not found:
         H, V, Va, found = search(pieces, first, last, f, bed, True, True, 0.0, H, V, Va)
-    if not found:
-        return failed(LOST)
+        if not found:
+            return failed(LOST)
     touch = find_touch(pieces, first, last, 1, V)
     return Pull(H, V, -Va, H, touch.arc, 0.0, True, SOLVED)
 
@@ -156,7 +160,7 @@ def iterate(pieces, first, last, f, lies, friction, H, V):
         det = r.xH * r.zV - r.xV * r.zH
         dH = (r.xV * z - r.zV * x) / det
         dV = (r.zH * x - r.xH * z) / det
-        if not (isfinite(dH) and isfinite(dV)) or H < f.least:
+        if not (isfinite(dH) and isfinite(dV)) or f.least > H:
             return H, V, False
         same = abs(dH) <= SAME * H and abs(dV) <= SAME * max(abs(V), H)
         step = min(1.0, -0.9 * H / dH) if dH < 0.0 else 1.0
@@ -192,9 +196,10 @@ def iterate_resting(pieces, first, last, f, bed, H, V, Va):
         dH = -(x - a.zH * z / a.zV - b.zH * za / b.zV) / slope
         dV = -(z + a.zH * dH) / a.zV
         dVa = -(za + b.zH * dH) / b.zV
-        if not isfinite(dH + dV + dVa) or H < f.least:
+        if not isfinite(dH + dV + dVa) or f.least > H:
             return H, V, Va, False
-        same = abs(dH) <= SAME * H and abs(dV) <= SAME * max(V, H) and abs(dVa) <= SAME * max(Va, H)
+        same = abs(dH) <= SAME * H
+        same &= abs(dV) <= SAME * max(V, H) and abs(dVa) <= SAME * max(Va, H)
         step = min(1.0, -0.9 * H / dH) if dH < 0.0 else 1.0
         H += step * dH
         V += step * dV

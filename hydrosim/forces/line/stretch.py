@@ -2,19 +2,19 @@
 
     x = integral of H (1/T + 1/EA) ds,   z = integral of V (1/T + 1/EA) ds,   T = sqrt(H^2 + V^2)
 
-V falls from Va to Vb = Va - w l over the unstretched length l. With S = Ta + Tb, M = (Va + Vb)/2
-and q = w l / S,
+V falls from Va to Vb = Va - w L over the unstretched length L. With S = Ta + Tb, M = (Va + Vb)/2
+and q = w L / S,
 
-    integral of ds/T = 2 l/S atanh(q)/q,   integral of V/T ds = 2 l M/S
+    integral of ds/T = 2 L/S atanh(q)/q,   integral of V/T ds = 2 L M/S
 
-(the potential of a uniform rod; it depends on the sum of the distances to its ends alone). This form
+(the potential of a uniform rod depends on the sum of the distances to its ends alone). This form
 loses no digits for straight, steep, weightless or buoyant stretches.
 
-Stiff lines lose digits otherwise: their end is known to 1e-16 of their length, so their strain is
-not. Hence a stretch tells how far it falls short of its length along a unit vector e (`Span.along`),
-and how far it leads across e. With Tm = (H, M)
+The place of an end is known to 1e-16 of the length, which is much of the strain of a stiff line.
+Hence a stretch tells how far it falls short of its length along a unit vector e (`Span.along`), and
+how far it leads across e. With Tm = (H, M)
 
-    l - (x, z) e = 2 l/S [(S/2 - |Tm|) + (|Tm| - Tm e) - H ex (atanh(q)/q - 1)] - l (Tm e)/EA
+    L - (x, z) e = 2 L/S [(S/2 - |Tm|) + (|Tm| - Tm e) - H ex (atanh(q)/q - 1)] - L (Tm e)/EA
 """
 
 from __future__ import annotations
@@ -30,8 +30,9 @@ BENT = 0.9  # |q| above which 1 - |q| is computed from the ends
 
 class Span(NamedTuple):
     """Where a stretch leads [m], in axes along and across a unit vector e = (ex, ez): ``along`` is
-    the distance less the unstretched length, ``across`` that along (-ez, ex). ``xH``, ``zH``, ``zV``
-    are the derivatives of x and z by H and V at the upper end [m/N]; x by V is ``zH`` too."""
+    the distance less the unstretched length, ``across`` the distance along (-ez, ex). ``xH``,
+    ``zH``, ``zV`` are the derivatives of x and z by H and V at the upper end [m/N]; x by V is
+    ``zH`` too."""
 
     along: float
     across: float
@@ -65,9 +66,9 @@ def curvature(H, Va, Vb, Ta, Tb):
 
 
 @kernel
-def span(H, Va, w, l, EA, ex, ez):
+def span(H, Va, w, L, EA, ex, ez):
     """The `Span` of a stretch, for H > 0."""
-    D = w * l
+    D = w * L
     Vb = Va - D
     HH = H * H
     VV = Va * Vb
@@ -89,25 +90,25 @@ def span(H, Va, w, l, EA, ex, ez):
     on = H * ex + M * ez
     off = M * ex - H * ez
     lean = off * off / (Tm + on) if on > 0.0 else Tm - on
-    scale = 2.0 * l / S
-    soft = l / EA
+    scale = 2.0 * L / S
+    soft = L / EA
     along = on * soft - scale * (sag + lean - H * ex * g)
     across = off * soft + scale * (off - H * ez * g)
-    zV = l * (open_ + HH) / (S * TT)
+    zV = L * (open_ + HH) / (S * TT)
     zH = -H * scale * M / TT
-    xH = l / S * (2.0 * g + ((HH * squares + VV * VV) / (TT + HH) + VV) / TT)
+    xH = L / S * (2.0 * g + ((HH * squares + VV * VV) / (TT + HH) + VV) / TT)
     return Span(along, across, xH + soft, zH, zV + soft)
 
 
 @kernel
-def rest_energy(H, Va, w, l, EA):
+def rest_energy(H, Va, w, L, EA):
     """Integral of T + T^2/(2 EA) over a stretch [N m], for H > 0."""
-    D = w * l
+    D = w * L
     Vb = Va - D
     Ta = sqrt(H * H + Va * Va)
     Tb = sqrt(H * H + Vb * Vb)
     S = Ta + Tb
     M = 0.5 * (Va + Vb)
     run = 2.0 * H / S * (1.0 + curvature(H, Va, Vb, Ta, Tb))
-    tension = 0.5 * l * (0.5 * S + 2.0 * M * M / S + H * run)
-    return tension + 0.5 * l / EA * (H * H + M * M + D * D / 12.0)
+    tension = 0.5 * L * (0.5 * S + 2.0 * M * M / S + H * run)
+    return tension + 0.5 * L / EA * (H * H + M * M + D * D / 12.0)
