@@ -64,6 +64,7 @@ SYNONYMS = {
     "point": "position location fairlead",
     "spring": "line rope cable hawser catenary wire chain",
     "linear_mooring": "mooring",
+    "winch": "tugger drum hoist capstan",
     "strut": "rod two_sided_spring link spring_damper",
     "power_take_off": "pto",
     "rotary_power_take_off": "rotary_pto",

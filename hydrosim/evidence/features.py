@@ -19,6 +19,7 @@ from hydrosim.forces import (
     StickSlip,
     Strut,
     TorsionSpring,
+    Winch,
     WindLoad,
 )
 from hydrosim.forces.applied_force import AppliedForce
@@ -73,6 +74,7 @@ class Feature(StrEnum):
     SLOPE = "friction slope"
     SPRINGS = "springs and lines"
     STRUTS = "struts, torsion springs and power take-offs"
+    WINCHES = "winches and compensators"
     BUSHINGS = "bushings"
     MOORINGS = "linear moorings"
     APPLIED = "applied forces"
@@ -179,6 +181,7 @@ OF_SCENES: Mapping[Feature, Callable[[Scene], bool]] = {
     Feature.SLOPE: _friction(FrictionSlope),
     Feature.SPRINGS: _elements(Spring),
     Feature.STRUTS: _elements(Strut, TorsionSpring),
+    Feature.WINCHES: _elements(Winch),
     Feature.BUSHINGS: _elements(Bushing),
     Feature.MOORINGS: _elements(LinearMooring),
     Feature.APPLIED: _elements(AppliedForce),

@@ -1,8 +1,8 @@
 """Modes of all elements that have modes: their ends, their successors, and observed values.
 
 Rows of modes belong to contact points, springs, flows, links, bushings, guides, winches, joints,
-their motions and triggers, in this order. Every row has the same number of margins, which are positive
-while its mode lasts.
+their motions and triggers, in this order. Every row has the same number of margins, which are
+positive while its mode lasts.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def observe(t, y, modes, motion, bodies, elements, holds, wrench, out):
         fender.observe(t, y, modes, motion, bodies, fenders, holds.reaction, out)
     behind = fenders.points.size * fender.OBSERVED
     if springs.lines.size > 0:
-        spring.observe(modes, motion, bodies, springs, out[behind:])
+        spring.observe(t, modes, motion, bodies, springs, out[behind:])
     behind += springs.lines.size * spring.OBSERVED
     if elements.links.links.size > 0:
         link.observe(modes, motion, bodies, elements.links, out[behind:])
@@ -91,7 +91,7 @@ def settle(t, y, modes, motion, bodies, elements, tanks):
     if elements.fenders.points.size > 0:
         transitions.settle(t, y, modes, motion, bodies, elements.fenders)
     if elements.springs.lines.size > 0:
-        spring.settle(modes, motion, bodies, elements.springs)
+        spring.settle(t, modes, motion, bodies, elements.springs)
     if tanks.flows.size > 0:
         pumping.settle(t, modes, tanks)
     if elements.links.links.size > 0:
@@ -119,7 +119,7 @@ def find_margins(t, y, modes, motion, bodies, elements, tanks, headings, reactio
     springs = elements.springs
     transitions.margins(t, y, modes, motion, bodies, fenders, headings, reactions, watched, out)
     if springs.lines.size > 0:
-        spring.margins(modes, motion, bodies, springs, out)
+        spring.margins(t, modes, motion, bodies, springs, out)
     if tanks.flows.size > 0:
         pumping.margins(t, y, modes, tanks, out)
     if elements.links.links.size > 0:
@@ -180,7 +180,7 @@ def switch(row, which, size, step, t, y, modes, motion, bodies, elements, tanks,
         pumping.switch(row - tanks.mode, which, t, modes, tanks)
         return
     if row >= springs.mode and springs.lines.size > 0:
-        spring.switch(row - springs.mode, which, modes, motion, bodies, springs)
+        spring.switch(row - springs.mode, which, t, modes, motion, bodies, springs)
         return
     i = row - fenders.mode
     transitions.switch(i, which, size, step, t, y, modes, motion, bodies, reactions, fenders)

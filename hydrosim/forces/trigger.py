@@ -68,7 +68,8 @@ TRIGGER = np.dtype(
     ]
 )
 """A trigger: the row of forces of its element, both conditions, and its own contact points,
-springs, links, bushings and winches, ``points`` from ``point`` on; or its flow or joint, else `NONE`."""
+springs, links, bushings and winches, ``points`` from ``point`` on; or its flow or joint, else
+`NONE`."""
 NONE = -1
 NO_UNITS = (0,) * 10
 
@@ -209,7 +210,7 @@ def apply_switch(j, t, y, modes, motion, bodies, elements, tanks):
             guide.deactivate(i, y, modes, motion, bodies, elements)
     for i in range(trigger.line, trigger.line + trigger.lines):
         if now:
-            spring.settle_line(i, modes, motion, bodies, springs)
+            spring.settle_line(i, t, modes, motion, bodies, springs)
         else:
             spring.deactivate(i, modes, springs)
     for i in range(trigger.link, trigger.link + trigger.links):

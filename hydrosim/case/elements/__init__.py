@@ -18,6 +18,7 @@ from hydrosim.case.elements.spring import Spring
 from hydrosim.case.elements.stream_load import CurrentLoad, WindLoad
 from hydrosim.case.elements.strut import Strut
 from hydrosim.case.elements.torsion_spring import TorsionSpring
+from hydrosim.case.elements.winch import Winch
 from hydrosim.documents.units import problem
 
 
@@ -39,7 +40,8 @@ AnyElement = Annotated[
     | LinearDamping
     | QuadraticDamping
     | CurrentLoad
-    | WindLoad,
+    | WindLoad
+    | Winch,
     Discriminator("type"),
     BeforeValidator(_check_kind),
 ]
