@@ -30,6 +30,8 @@ _PER_HZ = 0.5 / math.pi  # of a density over frequency in Hz, in one over rad/s
 Length = Annotated[float, Quantity("length", "m", "12.4 m")]
 Angle = Annotated[float, Quantity("angle", "rad", "20 deg")]
 Speed = Annotated[float, Quantity("velocity", "m/s", "0.5 m/s")]
+TopSpeed = Annotated[float, Quantity("velocity", "m/s", "0.3 m/s", above=0)]
+Acceleration = Annotated[float, Quantity("acceleration", "m/s^2", "0.1 m/s^2", above=0)]
 FlowSpeed = Annotated[float, Quantity("velocity", "m/s", "1 knot", at_least=0)]
 TurnRate = Annotated[float, Quantity("angular velocity", "rad/s", "1 deg/s")]
 Instant = Annotated[float, Quantity("time", "s", "500 s")]

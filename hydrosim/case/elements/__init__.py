@@ -20,6 +20,7 @@ from hydrosim.case.elements.stream_load import CurrentLoad, WindLoad
 from hydrosim.case.elements.strut import Strut
 from hydrosim.case.elements.torsion_spring import TorsionSpring
 from hydrosim.case.elements.viscous_roll import ViscousRoll
+from hydrosim.case.elements.winch import Winch
 from hydrosim.documents.units import problem
 
 
@@ -43,7 +44,8 @@ AnyElement = Annotated[
     | QuadraticDamping
     | ViscousRoll
     | CurrentLoad
-    | WindLoad,
+    | WindLoad
+    | Winch,
     Discriminator("type"),
     BeforeValidator(_check_kind),
 ]

@@ -1,1 +1,1 @@
-"""Lines with weight: elastic catenaries on the seabed and off it, and their drag."""
+"""Lines: winches with their drums, compensators, and lines with weight and their drag."""
