@@ -44,7 +44,7 @@ from hydrosim.rigid.kinematics import add_wrench, attachment, point_velocity
 from hydrosim.rigid.vectors import add, cross, dot, vector
 from hydrosim.scene import ForceElement
 from hydrosim.streams.current import current_at, is_sheared, mean_current
-from hydrosim.streams.gusts import NO_GUSTS, GustTable, gust_at
+from hydrosim.streams.gusts import NO_GUSTS, GustTable, gust_at, has_gusts
 from hydrosim.streams.wind import LOWEST, REFERENCE
 
 TURN = 2.0 * pi
@@ -213,7 +213,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         v = point_velocity(b, arm, motion)
         along, aside = heading(b, bodies, motion)
         w = (e.stream[0] - v[0], e.stream[1] - v[1])
-        if e.gusts >= 0 and p.gusts.values.shape[0] > 0:
+        if e.gusts >= 0 and has_gusts(p.gusts):
             u = gust_at(t, e.gusts, p.gusts)
             w = (w[0] + u * e.direction[0], w[1] + u * e.direction[1])
         angle = atan2(along * w[1] - aside * w[0], along * w[0] + aside * w[1])

@@ -135,6 +135,12 @@ def check_span(gusts: Gusts, end: float) -> None:
 
 
 @kernel
+def has_gusts(p):
+    """True if there are gusts."""
+    return p.values.shape[0] > 0
+
+
+@kernel
 def gust_at(t, column, p):
     """Speed [m/s] of the gusts of a ``column`` of the table at time t."""
     x = (t - p.start) / p.step

@@ -157,7 +157,8 @@ def _details(own: Compiled, compiled: Compiled) -> Iterator[Node]:
         yield List(said, ", ".join(wet.names))
     yield from _lists({"Joints": list(describe_joints(own.scene))})
     yield from _lists({"Radiation": notes.memory, "Recorded": notes.records})
-    yield from _lists({"Where waves meet bodies": notes.meetings, "Skipped": notes.skipped})
+    lists = {"Where waves meet bodies": notes.meetings, "Wind and current": notes.streams}
+    yield from _lists({**lists, "Skipped": notes.skipped})
 
 
 def _lists(lists: dict[str, Sequence[str]]) -> Iterator[List]:
