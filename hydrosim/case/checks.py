@@ -140,6 +140,11 @@ def _check_waves(case: CaseFile) -> Iterator[Problem]:
             text = f"found {waves.repeat_period:g} s; expected {what} or more"
             keys = ("environment", "waves", i, "repeat_period")
             yield Problem(keys, f"{text}, {end:g} s; a shorter sea would repeat itself")
+    gusts = case.environment and case.environment.wind and case.environment.wind.gusts
+    if gusts and gusts.repeat_period < end:
+        text = f"found {gusts.repeat_period:g} s; expected {what} or more"
+        place = ("environment", "wind", "gusts", "repeat_period")
+        yield Problem(place, f"{text}, {end:g} s; shorter gusts would repeat themselves")
 
 
 def _check_streams(case: CaseFile) -> Iterator[Problem]:

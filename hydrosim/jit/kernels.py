@@ -38,6 +38,7 @@ SOURCES = {
     "waves",
     "radiation",
     "stepping",
+    "streams",
 }
 
 WAYS = {
