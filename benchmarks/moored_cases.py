@@ -323,9 +323,8 @@ def _damp(s: Sketch, form: Form, inertia: float) -> None:
         s.add("viscous_roll", form.name, **chosen)
     if d.chance(0.3):
         drag = rounded(0.5 * 1025.0 * 2.0 * form.half[0] * box["draught"] * d.order(0.3, 1.2))
-        keys: Case = {"relative_to_current": True} if d.chance(0.5) else {}
         damping = {"sway": drag, "surge": rounded(0.1 * drag)}
-        s.add("quadratic_damping", form.name, damping=damping, **keys)
+        s.add("quadratic_damping", form.name, damping=damping)
 
 
 def _add_streams(s: Sketch) -> None:
@@ -335,6 +334,7 @@ def _add_streams(s: Sketch) -> None:
     if wet and d.chance(0.5):
         s.environment["current"] = _current(s)
         for form in wet:
+            s.bodies[form.name]["draught"] = rounded(-form.at[2] - form.bottom)
             if d.chance(0.7):
                 add_stream_load(s, form, "current", 1025.0)
     if d.chance(0.45):
