@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from hydrosim.forces.kind import Parts
-from hydrosim.forces.line.catenary import GONE, Ends, find_ends, pull_now
+from hydrosim.forces.line.catenary import GONE, STATES, STEADY, Ends, find_ends, find_pull
 from hydrosim.forces.line.kind import KIND
 from hydrosim.forces.line.points import find_points
 from hydrosim.forces.line.shape import Pull
+from hydrosim.forces.signal import value
 from hydrosim.modes import MODE
 from hydrosim.scene import Scene
 
@@ -32,7 +33,7 @@ class LineNow:
     @property
     def length(self) -> float:
         """Unstretched length [m]."""
-        return float(self._own["length"].sum())
+        return float(self.own["length"].sum())
 
     @property
     def distance(self) -> float:
@@ -43,7 +44,7 @@ class LineNow:
     def strain(self) -> float:
         """Largest tension over the smallest EA."""
         ends = (self.pull.H, self.pull.V), (self.pull.anchor_H, self.pull.anchor_V)
-        return float(max(np.hypot(*each) for each in ends) / self._own["stiffness"].min())
+        return float(max(np.hypot(*each) for each in ends) / self.own["stiffness"].min())
 
     def places(self, count: int = POINTS) -> tuple[np.ndarray, np.ndarray]:
         """Places (count, 3) [m] from the fairlead to the anchor in the earth frame, relative to a
@@ -58,7 +59,8 @@ class LineNow:
         return np.stack([across * e.e[0], across * e.e[1], height + e.anchor], axis=1), tension
 
     @property
-    def _own(self) -> np.ndarray:
+    def own(self) -> np.ndarray:
+        """Its pieces alone."""
         return self.pieces[self.constants["first"] : self.constants["last"]]
 
 
@@ -69,6 +71,13 @@ def lines_now(
     p = KIND.of(parts)
     for i, name in enumerate(KIND.unit_names(scene)):
         if modes[p.mode + i, MODE] != GONE:
-            ends = find_ends(p.lines[i], bodies, motion)
-            pull, pieces = pull_now(i, t, y, ends, motion, p)
-            yield LineNow(name, p.lines[i], pieces, ends, pull)
+            line = p.lines[i]
+            ends = find_ends(line, bodies, motion)
+            pieces = p.pieces.copy()
+            if line["paying"] != STEADY:
+                paid = value(t, line["paid"], p.signals)
+                pieces["length"][line["first"] + line["paying"]] = paid
+            guess = y[p.state + STATES * i :][:STATES]
+            own = (int(line["first"]), int(line["last"]), ends.x, ends.z, ends.bed)
+            pull = Pull(*find_pull(*own, float(line["friction"]), *guess, pieces))
+            yield LineNow(name, line, pieces, ends, pull)

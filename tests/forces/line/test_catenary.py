@@ -27,7 +27,7 @@ def test_tension_converges_at_the_order_of_the_method_through_kinks() -> None:
         exact = hs.simulate(moored(friction, 0.0025)).line_tension.values
         runs = [hs.simulate(moored(friction, step)) for step in steps]
         errors = np.array([np.abs(run.line_tension.values - exact).max() for run in runs])
-        assert runs[-1].events.values[-1] >= 4
+        assert runs[-1].attrs["solver_events"] >= 4
         assert observed_orders(steps, errors).min() > 3.6
         assert errors[-1] < 1e-5 * exact.max()
 
@@ -38,7 +38,7 @@ def test_ledger_of_a_free_body_on_lines() -> None:
         run = hs.simulate(moored(friction, 0.005))
         turned_over = float(run.energy_kinetic.max())
         assert np.abs(run.energy_residual).max() < 1e-9 * turned_over
-        loss = np.abs(run.energy_loss_astern.values).max()
+        loss = np.abs(run.energy_dissipated_astern.values).max()
         assert loss == 0.0 if friction == 0.0 else loss > 1e3
         assert ("energy_stored_astern" in run) and (friction == 0.0) == bool(
             run.energy_stored_astern.any()
@@ -71,7 +71,7 @@ def test_motion_against_independent_equations() -> None:
     hold = LinearMooring("block", np.diag([0.0, 0.0, 4e5, 0.0, 4e7, 0.0]))
     run = hs.simulate(
         replace(
-            scene(body, {"hold": hold, **forces}, 10.0, 0.5, step=0.01, method=Method.RK4),
+            scene(body, {"hold": hold, **forces}, 10.0, 0.5, step=0.005, method=Method.RK4),
             environment=WATER,
         )
     )
@@ -86,7 +86,7 @@ def test_motion_against_independent_equations() -> None:
             H, V = fsolve(
                 lambda p, s=span, h=height: np.subtract(jonkman(*p, L, w, EA, CB), (s, h)),
                 guess[name],
-                xtol=1e-14,
+                xtol=1e-13,
             )
             guess[name] = (H, V)
             F = np.array([np.sign(anchor) * H, -V])
@@ -105,7 +105,7 @@ def test_a_restart_is_the_same_to_the_bit() -> None:
     half = hs.simulate(replace(case, duration=5.0))
     rest = hs.simulate(replace(case, duration=5.0, initial=Start(half)))
     later = whole.sel(time=rest.time.values)
-    for name in ("position", "velocity", "line_tension", "line_grounded", "energy_loss_astern"):
+    for name in ("position", "velocity", "line_tension", "line_grounded", "energy_dissipated_astern"):
         assert np.array_equal(rest[name].values, later[name].values), name
 
 
@@ -177,7 +177,7 @@ def between(duration: float, **changes: object) -> Scene:
         anchor_body="carrier",
         **changes,
     )
-    return scene((apart, other), {"tow": tow}, duration, 0.2, step=0.02, method=Method.RK4)
+    return scene((apart, other), {"tow": tow}, duration, 0.2, step=0.005, method=Method.RK4)
 
 
 def test_two_bodies_on_one_line() -> None:
@@ -198,7 +198,7 @@ def test_a_closed_way_over_a_bed_with_friction_takes_work() -> None:
     moor = line((5.0, 0.0, 0.0), (780.0, 0.0, -200.0), (850.0,), (1200.0,), (6e8,), friction=0.5)
     case = scene(body, {"bow": moor}, 60.0, 1.0, step=0.25, method=Method.RK4)
     run = hs.simulate(replace(case, environment=Environment(water_depth=200.0)))
-    lost = float(run.energy_loss_bow[-1])
+    lost = float(run.energy_dissipated_bow[-1])
     kinetic = run.energy_kinetic.values
     assert t.size and abs(lost) > 500.0
     assert kinetic[0] - kinetic[-1] == pytest.approx(lost, abs=1e-6 * kinetic[0])
