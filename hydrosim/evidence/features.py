@@ -7,6 +7,7 @@ from enum import StrEnum
 
 from hydrosim.forces import (
     Bushing,
+    Compensator,
     Contact,
     Coulomb,
     CurrentLoad,
@@ -181,7 +182,7 @@ OF_SCENES: Mapping[Feature, Callable[[Scene], bool]] = {
     Feature.SLOPE: _friction(FrictionSlope),
     Feature.SPRINGS: _elements(Spring),
     Feature.STRUTS: _elements(Strut, TorsionSpring),
-    Feature.WINCHES: _elements(Winch),
+    Feature.WINCHES: _elements(Winch, Compensator),
     Feature.BUSHINGS: _elements(Bushing),
     Feature.MOORINGS: _elements(LinearMooring),
     Feature.APPLIED: _elements(AppliedForce),
