@@ -8,6 +8,7 @@ from enum import StrEnum
 from hydrosim.forces import (
     Bushing,
     Catenary,
+    Compensator,
     Contact,
     Coulomb,
     CurrentLoad,
@@ -186,7 +187,7 @@ OF_SCENES: Mapping[Feature, Callable[[Scene], bool]] = {
     Feature.SPRINGS: _elements(Spring),
     Feature.CATENARIES: _elements(Catenary),
     Feature.STRUTS: _elements(Strut, TorsionSpring),
-    Feature.WINCHES: _elements(Winch),
+    Feature.WINCHES: _elements(Winch, Compensator),
     Feature.BUSHINGS: _elements(Bushing),
     Feature.MOORINGS: _elements(LinearMooring),
     Feature.APPLIED: _elements(AppliedForce),

@@ -1,8 +1,8 @@
 """Modes of all elements that have modes: their ends, their successors, and observed values.
 
 Rows of modes belong to contact points, springs, flows, links, bushings, catenaries, guides,
-winches, joints, their motions and triggers, in this order. Every row has the same number of margins,
-which are positive while its mode lasts.
+winches, compensators, joints, their motions and triggers, in this order. Every row has the same
+number of margins, which are positive while its mode lasts.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from hydrosim.forces.contact.laws import COULOMB
 from hydrosim.forces.contact.tally import add_tallies
 from hydrosim.forces.joint import locks, motions
 from hydrosim.forces.joint.rows import REFERENCE
-from hydrosim.forces.line import catenary, winch
+from hydrosim.forces.line import catenary, compensator, winch
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.tanks import pumping
 
@@ -36,6 +36,7 @@ def observed(elements: Elements) -> dict[str, tuple[int, int]]:
         "line": (elements.catenaries.lines.size, catenary.OBSERVED),
         "guide": (elements.guides.pins.size, guide.OBSERVED),
         "winch": (elements.winches.each.size, winch.OBSERVED),
+        "compensator": (elements.compensators.each.size, compensator.OBSERVED),
         "joint": (elements.locks.joints, 6),
         "joint_motion": (elements.joint_motions.each.size, motions.OBSERVED),
     }
@@ -50,7 +51,8 @@ def joints_observed(elements):
     behind += elements.bushings.each.size * bushing.OBSERVED
     behind += elements.catenaries.lines.size * catenary.OBSERVED
     behind += elements.guides.pins.size * guide.OBSERVED
-    return behind + elements.winches.each.size * winch.OBSERVED
+    behind += elements.winches.each.size * winch.OBSERVED
+    return behind + elements.compensators.each.size * compensator.OBSERVED
 
 
 @kernel
@@ -82,6 +84,9 @@ def observe(t, y, modes, motion, bodies, elements, holds, wrench, out):
     if elements.winches.each.size > 0:
         winch.observe(t, y, modes, motion, bodies, elements.winches, out[behind:])
     behind += elements.winches.each.size * winch.OBSERVED
+    if elements.compensators.each.size > 0:
+        compensator.observe(modes, motion, bodies, elements.compensators, out[behind:])
+    behind += elements.compensators.each.size * compensator.OBSERVED
     if elements.locks.each.size > 0:
         locks.observe(elements.locks, holds, out[behind:])
     behind += elements.locks.joints * 6
@@ -109,6 +114,8 @@ def settle(t, y, modes, motion, bodies, elements, tanks):
         guide.settle(modes, motion, bodies, elements)
     if elements.winches.each.size > 0:
         winch.settle(t, y, modes, motion, bodies, elements.winches)
+    if elements.compensators.each.size > 0:
+        compensator.settle(modes, motion, bodies, elements.compensators)
     if elements.locks.each.size > 0:
         locks.settle(y, modes, motion, bodies, elements.locks)
     if elements.joint_motions.each.size > 0:
@@ -139,6 +146,8 @@ def find_margins(t, y, modes, motion, bodies, elements, tanks, headings, reactio
         guide.margins(modes, motion, bodies, elements, out)
     if elements.winches.each.size > 0:
         winch.margins(t, y, modes, motion, bodies, elements.winches, out)
+    if elements.compensators.each.size > 0:
+        compensator.margins(modes, motion, bodies, elements.compensators, out)
     if elements.locks.each.size > 0:
         locks.margins(y, modes, motion, bodies, elements.locks, reactions, out)
     if elements.joint_motions.each.size > 0:
@@ -170,6 +179,10 @@ def switch(row, which, size, step, t, y, modes, motion, bodies, elements, tanks,
         return
     if row >= elements.locks.mode and elements.locks.each.size > 0:
         locks.switch(row - elements.locks.mode, which, y, modes, motion, bodies, elements.locks)
+        return
+    if row >= elements.compensators.mode and elements.compensators.each.size > 0:
+        p = elements.compensators
+        compensator.switch(row - p.mode, which, modes, motion, bodies, p)
         return
     if row >= elements.winches.mode and elements.winches.each.size > 0:
         p = elements.winches

@@ -3,9 +3,9 @@
     x = |a - p| - L0,   e = (a - p) / |a - p|,   T = max(0, f(x) + c x'),   F = T e
 
 p: point on the body, which receives F there; a: its anchor on the earth or on another body, which
-receives -F there; L0: length without load, constant or a signal over time; f(x): straight lines through the points of the table,
-with the last slope continued; c: damping. Before the first point of the table the line is slack: T
-= 0.
+receives -F there; L0: length without load, constant or a signal over time; f(x): straight lines
+through the points of the table, with the last slope continued; c: damping. Before the first point
+of the table the line is slack: T = 0.
 
 Slack is the first segment of the curve. Its corners are events. Events also mark where damping
 alone would push (T is cut), and where it ceases to: in between, T is smooth. Stored energy is the
@@ -14,8 +14,9 @@ while T is cut. Where L0 changes, T L0' is booked with it: the energy that goes 
 zero if it heaves in.
 
 Limits: no mass, no sag, no drag of the line; with damping, T jumps to c x' where a line snaps taut,
-and by c times the change of L0' at the corners of a table of L0. With small angles lever arms stay as at rest while e follows the points. Power is then exact, and
-moments of the two ends are opposite to the first order of the displacement.
+and by c times the change of L0' at the corners of a table of L0. With small angles lever arms stay
+as at rest while e follows the points. Power is then exact, and moments of the two ends are opposite
+to the first order of the displacement.
 """
 
 from __future__ import annotations

@@ -9,6 +9,7 @@ from pydantic import BeforeValidator, Discriminator
 from hydrosim.case.elements.applied_force import AppliedForce
 from hydrosim.case.elements.bushing import Bushing
 from hydrosim.case.elements.catenary import Catenary
+from hydrosim.case.elements.compensator import Compensator
 from hydrosim.case.elements.element import Element, Where
 from hydrosim.case.elements.fender import Fender
 from hydrosim.case.elements.landing import Landing
@@ -45,7 +46,8 @@ AnyElement = Annotated[
     | ViscousRoll
     | CurrentLoad
     | WindLoad
-    | Winch,
+    | Winch
+    | Compensator,
     Discriminator("type"),
     BeforeValidator(_check_kind),
 ]
