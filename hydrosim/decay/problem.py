@@ -14,7 +14,7 @@ from scipy.optimize import least_squares
 from scipy.stats import t as student
 
 from hydrosim.decay.equation import CUBIC, LAW, OMEGA, P1, solve
-from hydrosim.decay.noise import find_noise, whiten
+from hydrosim.decay.noise import find_noise, freedom, whiten
 from hydrosim.decay.record import Decay
 
 OWN = 3  # parameters of each record: place and rate at its start, and its mean
@@ -34,7 +34,7 @@ class Solution(NamedTuple):
     residuals: list[np.ndarray]
     noise: list[np.ndarray]
     whitened: list[np.ndarray]
-    degrees: int
+    degrees: float
     converged: bool
 
     @property
@@ -84,16 +84,29 @@ class Problem:
         parameters = start
         for _ in range(1 if known and len(self.decays) == 1 else PASSES):
             parameters, converged = self._search(parameters, free, filters, weights)
-            residuals = [r for r, _ in self._misfits(parameters)]
+            misfits = self._misfits(parameters)
+            residuals = [r for r, _ in misfits]
             if not known:
-                filters = [find_noise(r, OWN + len(law)) for r in residuals]
+                filters = [
+                    find_noise(r, J[:, [*law, *range(*_own(k).indices(J.shape[1]))]])
+                    for k, (r, J) in enumerate(misfits)
+                ]
             white = [whiten(r, a) for r, a in zip(residuals, filters, strict=True)]
             weights = [1.0 / _deviation(w, free.size / len(white)) for w in white]
         jacobian = self._weighted(parameters, free, filters, weights)[1]
         covariance = np.linalg.pinv(jacobian.T @ jacobian)
-        degrees = sum(w.size for w in white) - free.size
+        degrees = self._degrees(white, filters, free.size)
         sized = [self.size * r for r in residuals]
         return Solution(parameters, free, covariance, sized, filters, white, degrees, converged)
+
+    def _degrees(
+        self, white: Sequence[np.ndarray], filters: Sequence[np.ndarray], fitted: int
+    ) -> float:
+        """Degrees of freedom of the noise at the frequency of roll, of all records together."""
+        total = 0.0
+        for w, a, time in zip(white, filters, self.times, strict=True):
+            total += freedom(a, w.size - fitted / len(white), time[1] - time[0])
+        return total
 
     def score(self, found: Solution, term: int) -> float:
         """How many standard deviations a parameter of the equation that is zero would be away from
