@@ -193,8 +193,8 @@ def _interval(problem: Problem, found: Solution, parameter: int) -> Interval:
 def _require_decay(found: Solution, terms: Terms, size: float) -> None:
     if not found.converged or not np.isfinite(found.covariance).all():
         raise InputError(
-            "found a record that no decay follows: the fit does not converge; expected the free roll"
-            " after a release. Give the part of the record that is one, by its start and end."
+            "found a record that no decay follows: the fit does not converge; expected the free"
+            " roll after a release. Give the part of the record that is one, by its start and end."
         )
     ratio = terms.damping_ratio(0.5 * size)
     if ratio.low <= 0.0:

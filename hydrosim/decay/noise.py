@@ -93,7 +93,9 @@ def freedom(noise: np.ndarray, count: float, angle: float) -> float:
     for i in range(m):
         left[i, : i + 1] = A[: i + 1][::-1]
         right[i, : i + 1] = A[m - i :]
-    inverse = left @ left.T - right @ right.T  # of the correlations, over the white power (Siddiqui)
+    inverse = (
+        left @ left.T - right @ right.T
+    )  # of the correlations, over the white power (Siddiqui)
     variance = 2.0 / count + slope @ inverse @ slope / count
     return float(2.0 / variance)
 

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import t as student
 
-from hydrosim.decay.equation import CUBIC, LAW, OMEGA, P1, solve
+from hydrosim.decay.equation import LAW, OMEGA, P1, solve
 from hydrosim.decay.noise import find_noise, freedom, whiten
 from hydrosim.decay.record import Decay
 
@@ -61,7 +61,9 @@ class Problem:
         record the harmonic motion next to it."""
         found = np.zeros(LAW + OWN * len(self.decays))
         found[OMEGA] = 1.0
-        found[P1] = np.mean([_shrinking(t, x) for t, x in zip(self.times, self.angles, strict=True)])
+        found[P1] = np.mean(
+            [_shrinking(t, x) for t, x in zip(self.times, self.angles, strict=True)]
+        )
         for k, (t, x) in enumerate(zip(self.times, self.angles, strict=True)):
             envelope = np.exp(-0.5 * found[P1] * t)
             columns = np.stack([envelope * np.cos(t), envelope * np.sin(t), np.ones(t.size)], 1)
@@ -112,7 +114,9 @@ class Problem:
         """How many standard deviations a parameter of the equation that is zero would be away from
         it, by one step of Gauss and Newton."""
         free = np.append(found.free, term)
-        weights = [1.0 / _deviation(w, found.free.size / len(found.whitened)) for w in found.whitened]
+        weights = [
+            1.0 / _deviation(w, found.free.size / len(found.whitened)) for w in found.whitened
+        ]
         r, J = self._weighted(found.parameters, free, found.noise, weights)
         covariance = np.linalg.pinv(J.T @ J)
         step = -covariance @ (J.T @ r)
@@ -167,7 +171,8 @@ class Problem:
         return np.concatenate(rows), np.concatenate(slopes)
 
     def _misfits(self, parameters: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Modelled less recorded roll of each record (n,), and its derivatives by all parameters."""
+        """Modelled less recorded roll (n,) of each record, and its derivatives by all
+        parameters."""
         found = []
         for k, (t, angle) in enumerate(zip(self.times, self.angles, strict=True)):
             own = parameters[_own(k)]
