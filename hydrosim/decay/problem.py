@@ -13,8 +13,8 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import t as student
 
-from hydrosim.decay.equation import CUBIC, LAW, OMEGA, P1, solve
-from hydrosim.decay.noise import find_noise, whiten
+from hydrosim.decay.equation import LAW, OMEGA, P1, solve
+from hydrosim.decay.noise import find_noise, freedom, whiten
 from hydrosim.decay.record import Decay
 
 OWN = 3  # parameters of each record: place and rate at its start, and its mean
@@ -34,7 +34,7 @@ class Solution(NamedTuple):
     residuals: list[np.ndarray]
     noise: list[np.ndarray]
     whitened: list[np.ndarray]
-    degrees: int
+    degrees: float
     converged: bool
 
     @property
@@ -61,7 +61,9 @@ class Problem:
         record the harmonic motion next to it."""
         found = np.zeros(LAW + OWN * len(self.decays))
         found[OMEGA] = 1.0
-        found[P1] = np.mean([_shrinking(t, x) for t, x in zip(self.times, self.angles, strict=True)])
+        found[P1] = np.mean(
+            [_shrinking(t, x) for t, x in zip(self.times, self.angles, strict=True)]
+        )
         for k, (t, x) in enumerate(zip(self.times, self.angles, strict=True)):
             envelope = np.exp(-0.5 * found[P1] * t)
             columns = np.stack([envelope * np.cos(t), envelope * np.sin(t), np.ones(t.size)], 1)
@@ -84,22 +86,37 @@ class Problem:
         parameters = start
         for _ in range(1 if known and len(self.decays) == 1 else PASSES):
             parameters, converged = self._search(parameters, free, filters, weights)
-            residuals = [r for r, _ in self._misfits(parameters)]
+            misfits = self._misfits(parameters)
+            residuals = [r for r, _ in misfits]
             if not known:
-                filters = [find_noise(r, OWN + len(law)) for r in residuals]
+                filters = [
+                    find_noise(r, J[:, [*law, *range(*_own(k).indices(J.shape[1]))]])
+                    for k, (r, J) in enumerate(misfits)
+                ]
             white = [whiten(r, a) for r, a in zip(residuals, filters, strict=True)]
             weights = [1.0 / _deviation(w, free.size / len(white)) for w in white]
         jacobian = self._weighted(parameters, free, filters, weights)[1]
         covariance = np.linalg.pinv(jacobian.T @ jacobian)
-        degrees = sum(w.size for w in white) - free.size
+        degrees = self._degrees(white, filters, free.size)
         sized = [self.size * r for r in residuals]
         return Solution(parameters, free, covariance, sized, filters, white, degrees, converged)
+
+    def _degrees(
+        self, white: Sequence[np.ndarray], filters: Sequence[np.ndarray], fitted: int
+    ) -> float:
+        """Degrees of freedom of the noise at the frequency of roll, of all records together."""
+        total = 0.0
+        for w, a, time in zip(white, filters, self.times, strict=True):
+            total += freedom(a, w.size - fitted / len(white), time[1] - time[0])
+        return total
 
     def score(self, found: Solution, term: int) -> float:
         """How many standard deviations a parameter of the equation that is zero would be away from
         it, by one step of Gauss and Newton."""
         free = np.append(found.free, term)
-        weights = [1.0 / _deviation(w, found.free.size / len(found.whitened)) for w in found.whitened]
+        weights = [
+            1.0 / _deviation(w, found.free.size / len(found.whitened)) for w in found.whitened
+        ]
         r, J = self._weighted(found.parameters, free, found.noise, weights)
         covariance = np.linalg.pinv(J.T @ J)
         step = -covariance @ (J.T @ r)
@@ -154,7 +171,8 @@ class Problem:
         return np.concatenate(rows), np.concatenate(slopes)
 
     def _misfits(self, parameters: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Modelled less recorded roll of each record (n,), and its derivatives by all parameters."""
+        """Modelled less recorded roll (n,) of each record, and its derivatives by all
+        parameters."""
         found = []
         for k, (t, angle) in enumerate(zip(self.times, self.angles, strict=True)):
             own = parameters[_own(k)]

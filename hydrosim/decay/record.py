@@ -20,7 +20,9 @@ UNEVEN = 0.2  # of a step: largest deviation of times from equal steps
 FEWEST = 40  # values
 SHORTEST = 2.0  # periods
 AFTER = 0.2  # of a period: the fit begins so long before the first crossing of the mean
-TAIL = 0.25  # of a record, whose mean is that of the motion
+TAIL = 0.25  # of a record, whose mean over whole periods is that of the motion
+SMOOTHED = 0.1  # of a period: a moving mean, so that noise makes no crossings
+PADDED = 8  # lengths of a record in its periodogram
 COARSEST = 8.0  # samples in a period
 
 
@@ -86,16 +88,17 @@ def decay_of(
     if np.abs(time - time[0] - step * np.arange(time.size)).max() > UNEVEN * step:
         expected = "equal steps of time, without gaps"
         _refuse("times with gaps or unequal steps", expected, "resample the record")
-    tail = angle[-max(int(TAIL * angle.size), 1) :]
-    mean = float(tail.mean())
-    crossings = _crossings(time, angle - mean)
-    if crossings.size < 3:
-        found = f"{crossings.size} crossings of the mean"
-        _refuse(found, "a roll that oscillates", "give another part of the record or its column")
-    frequency = _frequency(crossings)
+    frequency = _frequency(angle, step)
     period = 2.0 * np.pi / frequency
+    per_period = max(round(period / step), 1)
+    whole = max(int(TAIL * angle.size) // per_period, 1) * per_period
+    mean = float(angle[-whole:].mean())
+    crossing = _first_crossing(time, _smoothed(angle - mean, int(SMOOTHED * per_period)))
+    if crossing is None:
+        found = "no crossing of the mean after the largest roll"
+        _refuse(found, "a roll that oscillates", "give another part of the record or its column")
     if start is None:
-        kept = time >= crossings[0] - AFTER * period
+        kept = time >= crossing - AFTER * period
         time = time[kept]
         angle = angle[kept]
     if time[-1] - time[0] < SHORTEST * period or time.size < FEWEST:
@@ -111,29 +114,27 @@ def _refuse(found: str, expected: str, remedy: str) -> NoReturn:
     raise InputError(f"found {found}; expected {expected}; {remedy}.")
 
 
-def _crossings(time: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Times at which ``x`` changes its sign after its largest value, while it is well above the
-    noise: crossings between extremes of at least a tenth of the largest."""
+def _frequency(angle: np.ndarray, step: float) -> float:
+    """Frequency [rad/s] of the peak of the periodogram from the largest roll on, of at least one
+    and a half cycles."""
+    x = angle - angle.mean()
+    x = x[min(int(np.argmax(np.abs(x))), x.size // 2) :]
+    size = PADDED * x.size
+    power = np.abs(np.fft.rfft(x - x.mean(), size))
+    first = int(1.5 * PADDED)
+    return float(2.0 * np.pi * (first + np.argmax(power[first:])) / (size * step))
+
+
+def _smoothed(x: np.ndarray, count: int) -> np.ndarray:
+    """Moving mean of ``count`` values."""
+    return np.convolve(x, np.ones(count) / count, "same") if count > 1 else x
+
+
+def _first_crossing(time: np.ndarray, x: np.ndarray) -> float | None:
+    """Time at which ``x`` first changes its sign after its largest value; None if it does not."""
     first = int(np.argmax(np.abs(x)))
-    time = time[first:]
-    x = x[first:]
-    at = np.flatnonzero(x[:-1] * x[1:] < 0.0)
-    found: list[float] = []
-    edges = [*at, x.size - 1]
-    least = 0.1 * np.abs(x[0])
-    before = 0
-    for k, after in zip(at, edges[1:], strict=True):
-        around = min(np.abs(x[before : k + 1]).max(), np.abs(x[k + 1 : after + 1]).max())
-        if around < least:
-            continue
-        found.append(float(time[k] - x[k] * (time[k + 1] - time[k]) / (x[k + 1] - x[k])))
-        before = k + 1
-    return np.array(found)
-
-
-def _frequency(crossings: np.ndarray) -> float:
-    """Frequency [rad/s] of crossings half a period apart."""
-    return float(np.pi / np.median(np.diff(crossings)))
+    at = first + np.flatnonzero(x[first:-1] * x[first + 1 :] < 0.0)
+    return float(time[at[0]]) if at.size else None
 
 
 def _column(recording: Recording, name: str) -> Column:

@@ -123,5 +123,5 @@ class ViscousRoll(Element):
         found = fit_files(
             [where.path.parent / form.file], form.column, form.unit, form.start, form.end, key
         )
-        values = dict(zip(FITTED, found.chosen.damping, strict=True))
-        return self.model_copy(update={"decay": None, "period": found.period, **values})
+        values = dict(zip(FITTED, found.damping, strict=True))
+        return self.model_copy(update={"decay": None, "period": found.period.value, **values})

@@ -42,6 +42,7 @@ from hydrosim.jit.kernels import kernel, root
 from hydrosim.scene import ForceElement, Turns
 
 ROLL = 3
+EDDIES = 8.0 / (3.0 * pi)  # of B2 |p| p, per largest rate, in equivalent linear damping
 GAUSSIAN = sqrt(8.0 / pi)  # E|p|^3 / (sigma E p^2) of a Gaussian rate p
 
 
