@@ -18,15 +18,12 @@ import numpy as np
 
 from hydrosim.forces import heights_of_wind, in_gusts
 from hydrosim.stepping.dynamics import new_work, rhs
-from hydrosim.streams.gusts import GustTable, gust_components
-from hydrosim.streams.wind import mean_wind
+from hydrosim.streams.gusts import GustTable
 
 if TYPE_CHECKING:
     from hydrosim.linear.linearise import Linear
-    from hydrosim.scene import Environment
     from hydrosim.stepping.dynamics import Model
     from hydrosim.stepping.state import State
-    from hydrosim.studies.linear.response import Responder
 
 STEP = 1e-3  # m/s, of differences
 
@@ -47,13 +44,3 @@ def change_with_wind(linear: Linear, model: Model, state: State, time: float) ->
             rhs(time, state.y, state.modes, state.history, there, work, slope)
             found[column] += sign * slope[n : 2 * n]
     return np.asarray(found @ linear.inertia.T / (2.0 * STEP))
-
-
-def deviations(about: Responder, water: Environment) -> np.ndarray:
-    """Standard deviations (6 nb,) [m, rad] of all coordinates in the gusts of the ``water``."""
-    assert water.gusts is not None
-    gusts = gust_components(water.gusts, mean_wind(water), about.wind_heights)
-    D = about.dynamic_stiffness(gusts.omega)
-    loads = gusts.amplitude @ about.wind_loads + 0j
-    free = about.linear.freedom.solve_motions(D, loads)
-    return np.sqrt(0.5 * np.sum(np.abs(about.displaced(free)) ** 2, axis=0))

@@ -33,6 +33,8 @@ from hydrosim.linear.modes import NaturalMode, modes_of_stiffness, natural_modes
 from hydrosim.rigid.free import coordinate_map, positions, slopes_at
 from hydrosim.scene import Body, Environment, Place, Scene
 from hydrosim.stepping.names import contact_names
+from hydrosim.streams.gusts import gust_components
+from hydrosim.streams.wind import mean_wind
 from hydrosim.studies.ballast.loading import pumped
 from hydrosim.studies.linear.gusts import change_with_wind
 from hydrosim.waves.build import first_order
@@ -89,6 +91,18 @@ class Responder:
     def motions(self, waves: Components) -> np.ndarray:
         """Complex amplitudes (nw, 6 nb) of all coordinates [m, rad] in each of the given waves."""
         return self.displaced(self.free_motions(waves))
+
+    def in_gusts(self) -> np.ndarray:
+        """Standard deviations (6 nb,) [m, rad] of all coordinates in the gusts of the scene, see
+        `hydrosim.studies.linear.gusts`."""
+        water = self.environment
+        if water.gusts is None:
+            return np.zeros(len(self.displacements))
+        gusts = gust_components(water.gusts, mean_wind(water), self.wind_heights)
+        D = self.dynamic_stiffness(gusts.omega)
+        loads = gusts.amplitude @ self.wind_loads + 0j
+        free = self.displaced(self.linear.freedom.solve_motions(D, loads))
+        return np.asarray(np.sqrt(0.5 * np.sum(np.abs(free) ** 2, axis=0)))
 
     def displaced(self, free: np.ndarray) -> np.ndarray:
         """Amplitudes (nw, 6 nb) of all coordinates for those of the ``free`` ones (nw, n)."""

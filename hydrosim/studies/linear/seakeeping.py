@@ -28,7 +28,6 @@ from hydrosim.stepping.names import coordinate_at, coordinate_names, coordinates
 from hydrosim.streams.gusts import band
 from hydrosim.streams.spectra import variance
 from hydrosim.streams.wind import REFERENCE, mean_wind
-from hydrosim.studies.linear.gusts import deviations
 from hydrosim.studies.linear.held import contact_remarks
 from hydrosim.studies.linear.response import Responder, responder
 from hydrosim.studies.linear.rest import at_rest
@@ -370,7 +369,7 @@ def _in_gusts(scene: Scene, about: Responder) -> xr.Dataset:
     """Standard deviations of every motion in the gusts of the scene, without waves."""
     if scene.environment.gusts is None:
         return xr.Dataset()
-    found = deviations(about, scene.environment).reshape(-1, 6)
+    found = about.in_gusts().reshape(-1, 6)
     said = _said("standard deviation in gusts, linear about the mean wind", "m or rad")
     return xr.Dataset({"gust_std": (MOTION, found, said)}, coords=_bodies(scene))
 
