@@ -55,6 +55,8 @@ def moored_case(seed: int, turn: float = 0.0) -> Case:
     case["title"] = f"moored case {seed}"
     if joints:
         case["joints"] = joints
+    if s.yaw:
+        case["solver"].pop("kinematics", None)
     if d.chance(0.15):
         case["initial"] = "at_rest"
     return turned_case(case, turn)
@@ -97,7 +99,7 @@ def _with_floats(s: Sketch, joints: Case) -> None:
 
 def _float(s: Sketch, name: str, mass: float, y: float) -> Form:
     d = s.draw
-    length = (mass / 1025.0 / 0.06) ** (1.0 / 3.0)
+    length = (mass / 1025.0 / 0.03) ** (1.0 / 3.0)
     half = (rounded(0.5 * length), rounded(0.15 * length))
     draught = rounded(mass / 1025.0 / (0.3 * length * length))
     heave = rounded(1025.0 * GRAVITY * 0.3 * length * length)
@@ -342,6 +344,8 @@ def _add_streams(s: Sketch) -> None:
         for form in s.forms:
             if d.chance(0.7):
                 add_stream_load(s, form, "wind", 1.2)
+                load = next(reversed(s.forces.values()))
+                load["height"] = d.between(2.0, 30.0)
 
 
 def _current(s: Sketch) -> Case:

@@ -33,7 +33,7 @@ from benchmarks.random_cases import Case, read_arguments, text_of
 from benchmarks.random_trial import LEAST, OPEN, WITHIN
 from benchmarks.worker import Question, Worker
 from hydrosim.errors import HydrosimError, InputError
-from hydrosim.scene import LinearScenes, Method, Scene, Solver, Start, Tolerance
+from hydrosim.scene import Kinematics, LinearScenes, Method, Scene, Solver, Start, Tolerance
 from hydrosim.studies.run import simulation
 from hydrosim.studies.run.twin import Estimate
 
@@ -102,8 +102,11 @@ def tried(case_of: Maker, number: int) -> Trial:
     if status != "complete":
         return found
     try:
-        turned = distance(_turned_back(_run(scene_of(case_of, number, TURN))), _points(run))
-        wrong = [*found.wrong, *_not_turned(scene, turned), *_not_continued(number, scene, run)]
+        wrong = [*found.wrong, *_not_continued(number, scene, run)]
+        turned = float("nan")
+        if scene.solver.kinematics is Kinematics.EXACT:  # small angles know one heading alone
+            turned = distance(_turned_back(_run(scene_of(case_of, number, TURN))), _points(run))
+            wrong += _not_turned(scene, turned)
     except Exception:
         return found._replace(status="crash", said=format_exc(limit=-4))
     return found._replace(turned=turned, wrong=tuple(wrong))
