@@ -181,7 +181,7 @@ def _springs(about: About) -> Iterator[Doubt]:
 def _catenaries(about: About) -> Iterator[Doubt]:
     """Ask about strain, a line without horizontal pull, and a body afloat that hangs from its
     anchor. Lines in air, to a crane, a quay or a fixed topside, are usual."""
-    afloat = {body.name for _, body, _ in about.wet()}
+    afloat = {body.name for body in about.scene.bodies if body.hydrodynamics is not None}
     state = about.state
     model = about.model
     time = about.end - about.scene.duration
