@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import Field, StrictStr, model_validator
+from pydantic import AfterValidator, StrictStr, model_validator
 
 from hydrosim.case.elements.breaking import Breaking
 from hydrosim.case.elements.element import Where
@@ -136,7 +136,7 @@ class Catenary(Breaking):
     anchor_body: StrictStr | None = None
     """Body that the anchor is fixed to. Without it the anchor is fixed to the earth. Example:
     tender."""
-    segments: tuple[Segment, ...] = Field(min_length=1)
+    segments: Annotated[tuple[Segment, ...], AfterValidator(of.some)]
     """Uniform pieces of the line from the fairlead to the anchor."""
     seabed: Seabed | None = None
     """Seabed at the water depth, on which the line may lie. Without it, the line touches no bed."""
