@@ -141,7 +141,8 @@ def _not_continued(number: int, scene: Scene, run: xr.Dataset) -> Iterator[str]:
         return
     first = int(np.random.default_rng(number).integers(1, run.time.size - 1))
     begin = float(run.time[first])
-    after = _run(replace(scene, initial=Start(run, begin), duration=scene.duration - begin))
+    start = {"initial": Start(run, begin), "at_rest": False}
+    after = _run(replace(scene, **start, duration=scene.duration - begin))
     if not np.array_equal(_points(after), _points(run)[first:]):
         apart = distance(_points(after), _points(run)[first:])
         yield f"from {begin:g} s it does not go on to the bit, {apart:.1e} apart"
