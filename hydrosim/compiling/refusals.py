@@ -129,12 +129,14 @@ def _check_rigid_friction(scene: Scene, model: Model, state: State) -> None:
 
 
 def _check_lines(scene: Scene, model: Model, state: State) -> None:
-    """Refuse catenaries that no line is, because they would be stretched by a fifth and more."""
+    """Refuse catenaries whose ends coincide, or that would be stretched by a fifth and more."""
     motion = new_work(model).motion
     n = model.bodies.active.size
     y = state.y
     place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
     for line in lines_now(model, scene, begin(scene), y, state.modes, model.bodies, motion):
+        if line.distance <= TOGETHER * line.length:
+            raise _together(line.name)
         if line.strain > STRAINED:
             raise InputError(
                 f"forces.{line.name}.segments: found {line.length:g} m in all, while its ends are"
@@ -168,8 +170,12 @@ def _check_springs(scene: Scene, model: Model, state: State) -> None:
     p = model.elements.springs
     for name, line in zip(spring_names(scene), p.lines, strict=True):
         if stretch(line, 0.0, model.bodies, motion, p).length <= TOGETHER * line["length"]:
-            raise InputError(
-                f"forces.{name}: its point and its anchor are at the same position at the start;"
-                " expected different positions. `point` is in the frame of its body from the"
-                " centre of gravity; `anchor` is in the earth frame, or in that of anchor_body."
-            )
+            raise _together(name)
+
+
+def _together(name: str) -> InputError:
+    return InputError(
+        f"forces.{name}: its point and its anchor are at the same position at the start; expected"
+        " different positions. `point` is in the frame of its body from the centre of gravity;"
+        " `anchor` is in the earth frame, or in that of anchor_body."
+    )
