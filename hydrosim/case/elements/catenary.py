@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from hydrosim.forces.line.catenary import Catenary as Built
 
 STEEL = 7850.0  # kg/m^3
+LARGEST = 0.4  # m: twice the largest chain that is made
 CHAIN = {"studless": (19.9e3, 85.4e9), "studlink": (21.9e3, 101.0e9)}
 """Mass per length over squared diameter [kg/m^3] and axial stiffness over squared diameter [N/m^2]
 of chain (Orcina, OrcaFlex manual, "Chain: mechanical properties")."""
@@ -33,6 +34,14 @@ class Chain(Strict):
     """Nominal diameter of the bar."""
     type: Literal["studless", "studlink"] = "studless"
     """Links without or with studs."""
+
+    @model_validator(mode="after")
+    def _check_diameter(self) -> Self:
+        if self.diameter > LARGEST:
+            expected = f"{LARGEST:g} m or less"
+            remedy = 'a number without a unit is in m; write "100 mm"'
+            raise problem(f"chain of {self.diameter:g} m", expected, remedy)
+        return self
 
     def weight(self, density: float, gravity: float) -> float:
         """Weight in water [N/m]."""
