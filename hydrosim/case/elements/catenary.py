@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from hydrosim.forces.line.catenary import Catenary as Built
 
 STEEL = 7850.0  # kg/m^3
+ROUGHEST = 3.0  # friction of chain on sand or clay is about 1
 LARGEST = 0.4  # m: twice the largest chain that is made
 CHAIN = {"studless": (19.9e3, 85.4e9), "studlink": (21.9e3, 101.0e9)}
 """Mass per length over squared diameter [kg/m^3] and axial stiffness over squared diameter [N/m^2]
@@ -111,6 +112,14 @@ class Seabed(Strict):
     friction: of.Factor = 0.0
     """Coefficient of friction along the line on the seabed. With it the line has no potential, and
     all its work is booked as its loss."""
+
+    @model_validator(mode="after")
+    def _check_friction(self) -> Self:
+        if self.friction > ROUGHEST:
+            expected = f"{ROUGHEST:g} or less"
+            remedy = 'it is a part of the weight, such as 0.5 or "50 %"'
+            raise problem(f"friction of {self.friction:g}", expected, remedy)
+        return self
 
 
 class Catenary(Breaking):
