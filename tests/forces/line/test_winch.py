@@ -183,7 +183,7 @@ NAMES |= {"fast in": FAST_IN, "empty": EMPTY, "full": FULL}
 DRUMS = {
     "elastic wire": (Drum(), 0.0125, 1e-7),
     "damped wire": (Drum(damping=0.03), 0.004, 1e-6),
-    "narrow drum": (Drum(ends=(58.0, 59.0)), 0.0125, 1e-7),
+    "narrow drum": (Drum(ends=(58.2, 58.9), swing=4e6), 0.0125, 1e-7),
     "dead band, slow drum": (Drum(dead_band=0.05, speed=0.25), 0.0125, 1e-7),
 }
 
@@ -285,7 +285,7 @@ def test_a_restart_goes_on_to_the_bit(tmp_path: Path) -> None:
     write(run, tmp_path / "run.nc")
     mode = run.winch_mode.values[:, 0]
     for one in (STUCK, SLIPPING_OUT, FAST_OUT, FAST_IN):
-        time = float(run.time[np.flatnonzero(mode == one)[-1]])
+        time = float(run.time[np.flatnonzero(mode[:-1] == one)[-1]])
         start = Start(tmp_path / "run.nc", time)
         after = hs.simulate(replace(whole, duration=8.0 - time, initial=start))
         np.testing.assert_array_equal(after.state_value[-1], run.state_value[-1])
@@ -298,14 +298,15 @@ def in_the_plane(angle: float) -> Scene:
     control = TensionControl(1e5, 0.5, 0.0, 0.1, 0.1)
     winches = {
         name: Winch(
-            *("block", tuple(turn @ (0.0, side, 0.5)), tuple(turn @ (-30.0, 8.0 * side, 6.0))),
+            *("block", tuple(turn @ (0.0, side, 0.0)), tuple(turn @ (-30.0, 8.0 * side, 0.5))),
             *(5e6, None, control, (5.0, 60.0)),
         )
         for name, side in (("port", 1.0), ("starboard", -1.0))
     }
-    pull = {dof: Harmonic(f, 6.0, 1.8e5 * f / 1e5) for dof, f in zip(
-        ("surge", "sway"), 1e5 * turn[:2, 0], strict=True
-    )}
+    pull = {
+        dof: Harmonic(f, 6.0, 1.8e5 * f / 1e5)
+        for dof, f in zip(("surge", "sway"), 1e5 * turn[:2, 0], strict=True)
+    }
     inertia = turn @ np.diag([4e4, 6e4, 8e4]) @ turn.T
     body = block(2e4, inertia=inertia, velocity=(*(turn @ (0.3, 0.0, 0.0)), 0.0, 0.0, 0.0))
     forces = {**winches, "pull": AppliedForce("block", ORIGIN, pull)}
@@ -319,4 +320,4 @@ def test_a_turned_scene_moves_as_it_did_and_a_mirrored_one_in_its_plane() -> Non
     np.testing.assert_allclose(there.position.values[:, 0, :3], place, atol=1e-10)
     assert np.abs(here.position.values[:, 0, [1, 3, 5]]).max() <= 1e-12
     np.testing.assert_allclose(here.winch_length[:, 0], here.winch_length[:, 1], atol=1e-12)
-    assert {STUCK, SLIPPING_OUT, SLIPPING_IN} <= {*np.unique(here.winch_mode)}
+    assert {STUCK, SLIPPING_OUT, FAST_IN} <= {*np.unique(here.winch_mode)}
