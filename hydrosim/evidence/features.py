@@ -7,6 +7,7 @@ from enum import StrEnum
 
 from hydrosim.forces import (
     Bushing,
+    Catenary,
     Compensator,
     Contact,
     Coulomb,
@@ -74,6 +75,7 @@ class Feature(StrEnum):
     COULOMB = "rigid friction"
     SLOPE = "friction slope"
     SPRINGS = "springs and lines"
+    CATENARIES = "catenaries"
     STRUTS = "struts, torsion springs and power take-offs"
     WINCHES = "winches and compensators"
     BUSHINGS = "bushings"
@@ -181,6 +183,7 @@ OF_SCENES: Mapping[Feature, Callable[[Scene], bool]] = {
     Feature.COULOMB: _friction(Coulomb),
     Feature.SLOPE: _friction(FrictionSlope),
     Feature.SPRINGS: _elements(Spring),
+    Feature.CATENARIES: _elements(Catenary),
     Feature.STRUTS: _elements(Strut, TorsionSpring),
     Feature.WINCHES: _elements(Winch, Compensator),
     Feature.BUSHINGS: _elements(Bushing),

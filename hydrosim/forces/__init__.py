@@ -58,7 +58,9 @@ from hydrosim.forces.kind import (
     Tallying,
 )
 from hydrosim.forces.layout import Layout, Resistance
-from hydrosim.forces.line import compensator, winch, winch_kind
+from hydrosim.forces.line import catenary, compensator, winch, winch_kind
+from hydrosim.forces.line import kind as lines
+from hydrosim.forces.line.catenary import Catenary
 from hydrosim.forces.line.compensator import Compensator
 from hydrosim.forces.line.controls import Compensation, SpeedControl, TensionControl
 from hydrosim.forces.line.winch import Winch
@@ -88,6 +90,7 @@ class Elements(NamedTuple):
     stream_loads: Any
     links: Any
     bushings: Any
+    catenaries: Any
     guides: Any
     winches: Any
     compensators: Any
@@ -107,6 +110,7 @@ KINDS: tuple[Kind, ...] = (
     tanks.KIND,
     link.KIND,
     bushing.KIND,
+    lines.KIND,
     guide.KIND,
     winch_kind.KIND,
     compensator.KIND,
@@ -142,6 +146,8 @@ def add_elements(t, y, modes, motion, bodies, elements, wrench, rate, dy):
         link.add_force(t, y, modes, motion, bodies, e.links, wrench, rate, dy)
     if e.bushings.each.size > 0:
         bushing.add_force(t, y, modes, motion, bodies, e.bushings, wrench, rate, dy)
+    if e.catenaries.lines.size > 0:
+        catenary.add_force(t, y, modes, motion, bodies, e.catenaries, wrench, rate, dy)
     if e.guides.pins.size > 0:
         guide.add_force(t, y, modes, motion, bodies, e, wrench)
     if e.winches.each.size > 0:
@@ -180,6 +186,8 @@ def add_element_energies(t, y, modes, motion, bodies, elements, stored):
         link.add_energy(t, y, modes, motion, bodies, e.links, stored)
     if e.bushings.each.size > 0:
         bushing.add_energy(t, y, modes, motion, bodies, e.bushings, stored)
+    if e.catenaries.lines.size > 0:
+        catenary.add_energy(t, y, modes, motion, bodies, e.catenaries, stored)
     if e.guides.pins.size > 0:
         guide.add_energy(modes, motion, bodies, e, stored)
     if e.winches.each.size > 0:
@@ -325,6 +333,11 @@ def given_frequencies(elements: Elements) -> np.ndarray:
     """Frequencies (n,) [rad/s] of forces that depend on time alone; 0 for signals that are not
     harmonic."""
     return np.asarray(elements.applied_forces.parts["signal"]["frequency"])
+
+
+def pieces_of_lines(elements: Elements) -> np.ndarray:
+    """The pieces (n,) of all catenaries."""
+    return np.asarray(elements.catenaries.pieces)
 
 
 def lasting_states(parts: Parts) -> np.ndarray:

@@ -5,6 +5,7 @@
     fender_normal_force.NAME                of a contact point, or the sum over an element
     fender_compression.POINT                of a contact point
     spring_tension.NAME                     of a spring
+    line_tension.NAME                       of a catenary, at its fairlead
     strut_force.NAME, strut_length.NAME     of a strut or power take-off; tension is positive
     winch_tension.NAME, winch_length.NAME   of a winch; the length off its drum without load
     torsion_angle.NAME                      of a torsion spring or rotary power take-off
@@ -30,7 +31,8 @@ from hydrosim.forces import link, spring
 from hydrosim.forces.contact import geometry
 from hydrosim.forces.contact.fender import Contact, pressure
 from hydrosim.forces.layout import Layout, unit_ranges
-from hydrosim.forces.line import winch
+from hydrosim.forces.line import catenary, winch
+from hydrosim.forces.line.catenary import Catenary
 from hydrosim.forces.line.winch import Winch
 from hydrosim.forces.link import Link, Strut, TorsionSpring
 from hydrosim.forces.spring import Spring
@@ -41,7 +43,7 @@ from hydrosim.scene import Clearance, ForceElement
 from hydrosim.tanks import contents
 
 POSITION, VELOCITY, SPEED, NORMAL_FORCE, COMPRESSION, TENSION, LOAD, PLACE, LEVEL = range(9)
-CLEARANCE, RELATIVE_SPEED, WINCH_TENSION, WINCH_LENGTH = 9, 10, 11, 12
+CLEARANCE, RELATIVE_SPEED, LINE_TENSION, WINCH_TENSION, WINCH_LENGTH = range(9, 14)
 KINDS = {
     "position": POSITION,
     "velocity": VELOCITY,
@@ -49,6 +51,7 @@ KINDS = {
     "fender_normal_force": NORMAL_FORCE,
     "fender_compression": COMPRESSION,
     "spring_tension": TENSION,
+    "line_tension": LINE_TENSION,
     "strut_force": LOAD,
     "strut_length": PLACE,
     "winch_tension": WINCH_TENSION,
@@ -62,6 +65,7 @@ UNITS = {
     "fender_normal_force": (Contact, Contact),
     "fender_compression": (Contact, Contact),
     "spring_tension": (Spring, Spring),
+    "line_tension": (Catenary, Catenary),
     "strut_force": (Link, Strut),
     "strut_length": (Link, Strut),
     "torsion_angle": (Link, TorsionSpring),
@@ -193,6 +197,8 @@ def channel_value(channel, t, y, modes, motion, bodies, elements, tanks):
         mode = modes[springs.mode + k]
         stretched = spring.stretch(line, t, bodies, motion, springs)
         return spring.tension(line, mode, stretched, springs)[0]
+    if channel.kind == LINE_TENSION:
+        return catenary.tension_of(k, t, y, modes, motion, bodies, elements.catenaries)
     if channel.kind == WINCH_TENSION:
         return winch.stretch(k, t, y, modes, motion, bodies, elements.winches).tension
     if channel.kind == WINCH_LENGTH:

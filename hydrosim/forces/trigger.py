@@ -33,7 +33,8 @@ from hydrosim.forces.contact.fender import Contact
 from hydrosim.forces.joint import locks
 from hydrosim.forces.kind import Columns, Kept, Modes, States, Variable
 from hydrosim.forces.layout import constraint_names, unit_ranges
-from hydrosim.forces.line import compensator, winch
+from hydrosim.forces.line import catenary, compensator, winch
+from hydrosim.forces.line.catenary import Catenary
 from hydrosim.forces.line.compensator import Compensator
 from hydrosim.forces.line.winch import Winch
 from hydrosim.forces.link import Link
@@ -64,15 +65,16 @@ TRIGGER = np.dtype(
         *(("row", int), ("start", CONDITION), ("end", CONDITION)),
         *(("point", int), ("points", int), ("line", int), ("lines", int)),
         *(("link", int), ("links", int), ("bushing", int), ("bushings", int)),
+        *(("catenary", int), ("catenaries", int)),
         *(("winch", int), ("winches", int), ("cylinder", int), ("cylinders", int)),
         *(("flow", int), ("lock", int)),
     ]
 )
 """A trigger: the row of forces of its element, both conditions, and its own contact points,
-springs, links, bushings, winches and compensators, ``points`` from ``point`` on; or its flow or
-joint, else `NONE`."""
+springs, links, bushings, catenaries, winches and compensators, ``points`` from ``point`` on; or its
+flow or joint, else `NONE`."""
 NONE = -1
-NO_UNITS = (0,) * 12
+NO_UNITS = (0,) * 14
 
 
 class Params(NamedTuple):
@@ -91,7 +93,7 @@ class Params(NamedTuple):
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
     """Constants of the triggers of ``elements``, in their order, followed by those of pumps and of
     joints."""
-    kinds = (Contact, Spring, Link, Bushing, Winch, Compensator)
+    kinds = (Contact, Spring, Link, Bushing, Catenary, Winch, Compensator)
     ranges = [unit_ranges(elements, kind) for kind in kinds]
     rows: list[Any] = []
     for name, element in elements.items():
@@ -225,6 +227,11 @@ def apply_switch(j, t, y, modes, motion, bodies, elements, tanks):
             bushing.activate(i, modes, motion, bodies, elements.bushings)
         else:
             bushing.deactivate(i, modes, elements.bushings)
+    for i in range(trigger.catenary, trigger.catenary + trigger.catenaries):
+        if now:
+            catenary.settle_line(i, t, y, modes, motion, bodies, elements.catenaries)
+        else:
+            catenary.deactivate(i, modes, elements.catenaries)
     for i in range(trigger.winch, trigger.winch + trigger.winches):
         if now:
             winch.take_up(i, t, y, modes, motion, bodies, elements.winches)

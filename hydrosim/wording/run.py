@@ -79,6 +79,15 @@ def tables_of(run: xr.Dataset) -> Iterator[Node]:
             yield from stage_nodes(run)
     if "spring" in run.dims:
         yield Table(("line", "mean tension", "largest", "slack"), list(_lines(run)))
+    if "line" in run.dims:
+        head = ("catenary", "mean tension", "largest", "smallest on the seabed")
+        yield Table(head, list(_catenaries(run)))
+    if "winch" in run.dims:
+        head = ("winch", "mean tension", "largest", "slack", "shortest", "longest")
+        yield Table(head, list(_winches(run)))
+    if "compensator" in run.dims:
+        rows = _ranges(run.compensator_tension, "compensator", "N")
+        yield Table(("compensator", "mean tension", "smallest", "largest"), list(rows))
     yield from _links(run)
     if "gap" in run.dims:
         yield Table(("clearance", "smallest", "at the end"), list(_clearances(run)))
@@ -214,6 +223,25 @@ def _lines(run: xr.Dataset) -> Iterator[list[Cell]]:
         tension = line.spring_tension.values
         slack = Value(float(np.mean(line.spring_mode == 0)), "share", 2)
         yield [name, Value(float(tension.mean()), "N"), Value(float(tension.max()), "N"), slack]
+
+
+def _catenaries(run: xr.Dataset) -> Iterator[list[Cell]]:
+    for name in map(str, run.line.values):
+        line = run.sel(line=name)
+        tension = line.line_tension.values
+        least = Value(float(line.line_grounded.min()), "m")
+        yield [name, Value(float(tension.mean()), "N"), Value(float(tension.max()), "N"), least]
+
+
+def _winches(run: xr.Dataset) -> Iterator[list[Cell]]:
+    for name in map(str, run.winch.values):
+        winch = run.sel(winch=name)
+        tension = winch.winch_tension.values
+        largest = Value(float(winch.winch_largest_tension[-1]), "N")
+        slack = Value(float(np.mean(tension == 0.0)), "share", 2)
+        off = winch.winch_length.values
+        ends = (Value(float(off.min()), "m"), Value(float(off.max()), "m"))
+        yield [name, Value(float(tension.mean()), "N"), largest, slack, *ends]
 
 
 def _links(run: xr.Dataset) -> Iterator[Node]:
