@@ -75,7 +75,7 @@ def test_motion_against_independent_equations() -> None:
             environment=WATER,
         )
     )
-    guess = {name: (4e4, 6e4) for name in ends}
+    guess = dict.fromkeys(ends, (40000.0, 60000.0))
 
     def rates(_: float, y: np.ndarray) -> np.ndarray:
         x, z, a = y[:3]
