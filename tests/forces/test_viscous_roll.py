@@ -28,7 +28,9 @@ STIFFNESS = np.diag([0.0, 0.0, 0.0, INERTIA, 0.0, 0.0])  # a natural frequency o
 
 def rolling(damping: ViscousRoll, start: float = 0.3, **solver: object) -> Scene:
     """A dry body that rolls on a spring, in 40 s."""
-    body = block(MASS, dofs=["roll"], position=moving(roll=start), heading=0.7)
+    small = solver.get("kinematics") == Kinematics.LINEAR
+    heading = 0.0 if small else 0.7  # small angles have no heading
+    body = block(MASS, dofs=["roll"], position=moving(roll=start), heading=heading)
     body = replace(body, inertia=INERTIA * np.eye(3))
     forces = {"spring": LinearMooring("block", STIFFNESS), "bilges": damping}
     return scene(body, forces, 40.0, 0.5, **{"step": 0.01, **solver})
@@ -133,7 +135,8 @@ def roll_ratio(calm: Scene) -> float:
 def test_the_total_is_that_of_the_test_with_the_waves_of_a_database(
     dofs: tuple[str, ...], heading: float
 ) -> None:
-    """The mode of roll has the ratio p1 / (2 w), whether or not it is coupled to sway."""
+    """The mode of roll has the ratio p1 / (2 w), whether or not it is coupled to sway: the mass and
+    the damping of the mode are of first order in the damping."""
     body = replace(afloat(None, dofs).bodies[0], heading=heading)
     mode = roll_mode(body, np.zeros((6, 6)), hull())
     p1 = 0.16 * mode.frequency
@@ -143,7 +146,7 @@ def test_the_total_is_that_of_the_test_with_the_waves_of_a_database(
     assert waves > 0.01
     damping = ViscousRoll("barge", p1=p1, includes_waves=False)
     both = roll_ratio(afloat(damping, dofs, heading=heading))
-    assert both == pytest.approx(0.08 + waves, rel=0.02)
+    assert both == pytest.approx(0.08 + waves, rel=0.04)
 
 
 def test_a_simulated_decay_has_the_damping_that_was_measured() -> None:
@@ -243,7 +246,7 @@ def test_ikeda_against_a_published_barge() -> None:
     gravity in the waterline (Jung, Chang and Jo 2006, Ocean Eng.): measured were a natural period
     of 0.93 s and a damping ratio of 0.106.
 
-    Added inertia and wave damping at that period are those of potential flow, by Capytaine 2.3 in
+    Added inertia and wave damping at that period are those of potential flow, by Capytaine 3.0 in
     0.9 m of water, of a section: that of 9 m less that of 6 m, so without ends. The first four
     swings are compared, down to about 4 deg; the formula's damping grows with the roll.
     """
@@ -253,7 +256,7 @@ def test_ikeda_against_a_published_barge() -> None:
     B1 = WAVES + barge.friction_damping(1e3, 0.0, w)
     B2 = barge.eddy_damping(1e3, 0.0)
     p = (B1 / inertia / w, B2 / inertia, 0.0)
-    roll = reference(p, np.radians(15.0), np.linspace(0.0, 4.0 * pi, 400))
+    roll = reference(p, np.radians(15.0), np.linspace(0.0, 15.0, 2000))
     swings = np.abs(roll[[0, *(np.flatnonzero(np.diff(np.sign(np.diff(roll)))) + 1)]])
     decrement = np.log(swings[0] / swings[4]) / 4.0
     ratio = decrement / np.hypot(pi, decrement)

@@ -121,7 +121,7 @@ class ViscousRoll(Element):
         )
 
     def fixed(self, where: Where) -> ViscousRoll:
-        """The same with p1, p2, p3 and the period that are fitted to the recorded decay."""
+        """With p1, p2, p3 and the period that are fitted to the recorded decay, if there is one."""
         if self.decay is None:
             return self
         from hydrosim.decay.fit import fit_files
