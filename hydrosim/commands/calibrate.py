@@ -46,7 +46,7 @@ def calibrate(
     from hydrosim.decay.fit import fit_files
     from hydrosim.outputs import Output
     from hydrosim.plot.decay import draw_decay
-    from hydrosim.wording.calibrate import calibration_document, keys_of
+    from hydrosim.wording.roll.calibrate import calibration_document, keys_of
 
     for path in records:
         require_file(path, "a recording of decaying roll")

@@ -12,8 +12,8 @@ import numpy as np
 from hydrosim.documents.text import require_finite, require_rising
 from hydrosim.documents.units import factor
 from hydrosim.errors import InputError
-from hydrosim.recordings import Column, Recording, read_recording
-from hydrosim.recordings.recording import is_time
+from hydrosim.recordings.load import read_recording
+from hydrosim.recordings.recording import Column, Recording, is_time
 
 ROLL = ("roll", "rx", "phi")
 UNEVEN = 0.2  # of a step: largest deviation of times from equal steps

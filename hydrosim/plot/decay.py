@@ -19,22 +19,22 @@ def draw_decay(found: DecayFit, output: Path | Output) -> None:
     """Draw a column for each record, with residuals below, and the damping ratio over amplitude."""
     count = len(found.decays)
     figure = Figure(figsize=(max(10.0, 5.0 * count), 8.0), layout="constrained")
-    parts = figure.subfigures(2, 1, height_ratios=(1.6, 1.0))
-    axes = parts[0].subplots(2, count, squeeze=False, sharex="col", height_ratios=(2.0, 1.0))
+    grid = figure.add_gridspec(3, count, height_ratios=(2.0, 1.0, 1.6))
     for k, decay in enumerate(found.decays):
-        above, below = axes[:, k]
+        above = figure.add_subplot(grid[0, k])
+        below = figure.add_subplot(grid[1, k], sharex=above)
         above.plot(decay.time, DEGREES * decay.angle, ".", markersize=2.0, label="record")
         above.plot(decay.time, DEGREES * found.modelled[k], linewidth=1.0, label="fit")
         above.set_title(decay.called, fontsize="small")
         residual = DEGREES * (decay.angle - found.modelled[k])
         below.plot(decay.time, residual, linewidth=0.7, color="0.3")
         below.set_xlabel("time [s]")
+        above.set_ylabel("roll [deg]")
+        below.set_ylabel("residual [deg]")
+        above.legend(frameon=False, fontsize="small")
         _dress(above)
         _dress(below)
-    axes[0, 0].set_ylabel("roll [deg]")
-    axes[1, 0].set_ylabel("residual [deg]")
-    axes[0, 0].legend(frameon=False, fontsize="small")
-    _draw_damping(found, parts[1].subplots())
+    _draw_damping(found, figure.add_subplot(grid[2, :]))
     save_picture(figure, output, dpi=100)
 
 

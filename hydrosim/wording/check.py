@@ -43,7 +43,7 @@ from hydrosim.studies.run.asked import check_criteria
 from hydrosim.studies.run.resolution import accuracy_limit, scene_combinations
 from hydrosim.studies.run.step_limits import scene_step_limits
 from hydrosim.wording.joints import describe_joints
-from hydrosim.wording.roll_damping import describe_roll_damping
+from hydrosim.wording.roll.damping import describe_roll_damping
 from hydrosim.wording.run import radiation_verdict
 
 if TYPE_CHECKING:

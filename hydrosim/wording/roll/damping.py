@@ -16,7 +16,7 @@ AMPLITUDE = 5.0  # deg
 
 def describe_roll_damping(compiled: Compiled) -> Iterator[str]:
     """A line for each roll damping: its coefficients, the damping by waves that is taken off, and
-    the damping ratio with those waves at an amplitude of 5 deg."""
+    the damping ratio without waves at an amplitude of 5 deg."""
     elements = [(n, e) for n, e in compiled.scene.forces.items() if isinstance(e, ViscousRoll)]
     rolling = compiled.model.elements.viscous_rolls
     for (name, element), found in zip(elements, rolling, strict=True):
