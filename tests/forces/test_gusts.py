@@ -230,7 +230,8 @@ def run_moored() -> xr.Dataset:
 
 def test_force_and_record() -> None:
     """c |U + u - v| (U + u - v) at the height of the point, with a ramp; the record is at 10 m."""
-    run, water = run_moored(), gusty(heading=0.6)
+    run = run_moored()
+    water = gusty(heading=0.6)
     time = run.time.values
     ramp = np.where(time < 5.0, 0.5 - 0.5 * np.cos(np.pi * time / 5.0), 1.0)
     at_10 = SPEED + ramp * gusts_by_hand(water, 10.0, time)
