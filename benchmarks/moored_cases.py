@@ -229,6 +229,7 @@ def _hoist(s: Sketch, ends: Ends, mass: float) -> None:
     kind = d.one(("winch", "spring", "catenary"), 60, 20, 20)
     if kind == "winch":
         add_winch(s, ends, stiffness, weight, d.one(CONTROLS))
+        next(reversed(s.forces.values())).pop("active", None)  # it must not fall
         return
     EA = stiffness * ends.chord
     length = rounded(ends.chord / (1.0 + weight / EA))
@@ -311,9 +312,9 @@ def _damp(s: Sketch, form: Form, inertia: float) -> None:
         return
     box: Case = {"length": 2.0 * form.half[0], "beam": 2.0 * form.half[1]}
     box["draught"] = rounded(max(-form.bottom, 0.5))
-    p = {"p1": d.order(2e-3, 5e-2), "p2": d.order(0.05, 1.0), "p3": d.order(0.01, 0.5)}
+    p: Case = {"p1": d.order(2e-3, 5e-2), "p2": d.order(0.05, 1.0), "p3": d.order(0.01, 0.5)}
     kinds: tuple[Case, ...] = (
-        p,
+        {**p, "includes_waves": False},
         {"p2": p["p2"], "includes_waves": False},
         {"ikeda": box},
         {"linear": rounded(0.02 * inertia), "quadratic": rounded(inertia * d.order(0.1, 2.0))},

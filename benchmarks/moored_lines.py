@@ -204,7 +204,7 @@ def _ending(s: Sketch, tension: float) -> Case:
     """At what a line parts, or the time in which it acts."""
     d = s.draw
     if d.chance(0.18):
-        load = {"tension": rounded(tension * d.order(1.2, 4.0))}
+        load = {"tension": rounded(tension * d.order(1.4, 4.0))}
         return {"breaks_at": d.one((load["tension"], load, {"time": d.between(2.0, 40.0)}))}
     if d.chance(0.1):
         begin, end = d.between(1.0, 10.0), d.between(12.0, 40.0)

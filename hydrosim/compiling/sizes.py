@@ -66,7 +66,8 @@ def check_sizes(scene: Scene) -> None:
     if count > MOST_WAVES:
         raise InputError(
             f"environment.waves.repeat_period: found {count:.1e} waves in all trains, and"
-            f" components of gusts; expected at most {MOST_WAVES:g}. Choose periods about as long as the run, or fewer trains."
+            f" components of gusts; expected at most {MOST_WAVES:g}. Choose periods about as long"
+            " as the run, or fewer trains."
         )
     largest = max(_parts(scene), key=lambda part: part.memory)
     most = _available()
