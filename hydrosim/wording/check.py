@@ -160,13 +160,8 @@ def _details(own: Compiled, compiled: Compiled) -> Iterator[Node]:
     yield from _lists({"Joints": list(describe_joints(own.scene))})
     yield from _lists({"Roll damping": list(describe_roll_damping(own))})
     yield from _lists({"Radiation": notes.memory, "Recorded": notes.records})
-<<<<<<< HEAD
     yield from _lists({"Drag of lines, linearised": notes.drag})
-    lists = {"Where waves meet bodies": notes.meetings, "Wind and current": notes.streams}
-    yield from _lists({**lists, "Skipped": notes.skipped})
-=======
     yield from _lists({"Where waves meet bodies": notes.meetings, "Skipped": notes.skipped})
->>>>>>> wind
 
 
 def _lists(lists: dict[str, Sequence[str]]) -> Iterator[List]:
