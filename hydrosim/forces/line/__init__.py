@@ -1,0 +1,1 @@
+"""Lines with weight: catenaries, their shape, their drag."""
