@@ -61,6 +61,9 @@ from hydrosim.forces.layout import Layout, Resistance
 from hydrosim.forces.line import catenary
 from hydrosim.forces.line import kind as lines
 from hydrosim.forces.line.catenary import Catenary
+from hydrosim.forces.line import winch, winch_kind
+from hydrosim.forces.line.controls import Compensation, SpeedControl, TensionControl
+from hydrosim.forces.line.winch import Winch
 from hydrosim.forces.linear_damping import LinearDamping
 from hydrosim.forces.linear_mooring import LinearMooring
 from hydrosim.forces.link import Strut, TorsionSpring
@@ -89,6 +92,7 @@ class Elements(NamedTuple):
     bushings: Any
     catenaries: Any
     guides: Any
+    winches: Any
     locks: Any
     joint_motions: Any
     triggers: Any
@@ -107,6 +111,7 @@ KINDS: tuple[Kind, ...] = (
     bushing.KIND,
     lines.KIND,
     guide.KIND,
+    winch_kind.KIND,
     joint.KIND,
     joint.JOINTS,
     motions.KIND,
@@ -143,6 +148,8 @@ def add_elements(t, y, modes, motion, bodies, elements, wrench, rate, dy):
         catenary.add_force(t, y, modes, motion, bodies, e.catenaries, wrench, rate, dy)
     if e.guides.pins.size > 0:
         guide.add_force(t, y, modes, motion, bodies, e, wrench)
+    if e.winches.each.size > 0:
+        winch.add_force(t, y, modes, motion, bodies, e.winches, wrench, rate, dy)
     if e.locks.each.size > 0:
         clear(dy[e.locks.state : e.locks.state + locks.STATES * e.locks.each.size])
     if e.joint_motions.each.size > 0:
@@ -179,6 +186,8 @@ def add_element_energies(t, y, modes, motion, bodies, elements, stored):
         catenary.add_energy(t, y, modes, motion, bodies, e.catenaries, stored)
     if e.guides.pins.size > 0:
         guide.add_energy(modes, motion, bodies, e, stored)
+    if e.winches.each.size > 0:
+        winch.add_energy(t, y, modes, motion, bodies, e.winches, stored)
     if e.joint_motions.each.size > 0:
         motions.add_energy(y, modes, e.joint_motions, stored)
     if e.triggers.each.size > 0:
@@ -320,9 +329,12 @@ def given_frequencies(elements: Elements) -> np.ndarray:
     return np.asarray(elements.applied_forces.parts["signal"]["frequency"])
 
 
-def joint_states(parts: Parts) -> slice:
-    """Entries of y of the joints that are constraints."""
-    return locks.states_of(parts.elements.locks)
+def lasting_states(parts: Parts) -> np.ndarray:
+    """Entries (n,) of y that a body at rest keeps: of joints that are constraints, and lengths off
+    the drums of winches."""
+    joints = locks.states_of(parts.elements.locks)
+    drums = winch.states_of(parts.elements.winches)
+    return np.array([*range(joints.start, joints.stop), *drums], dtype=np.int64)
 
 
 def loop_modes(parts: Parts) -> np.ndarray:

@@ -7,6 +7,7 @@
     spring_tension.NAME                     of a spring
     line_tension.NAME                       of a catenary, at its fairlead
     strut_force.NAME, strut_length.NAME     of a strut or power take-off; tension is positive
+    winch_tension.NAME, winch_length.NAME   of a winch; the length off its drum without load
     torsion_angle.NAME                      of a torsion spring or rotary power take-off
     tank_level.TANK of BODY                 above the bottom of a tank that is pumped
     clearance.NAME                          of a named point from another, or from a plane
@@ -32,6 +33,8 @@ from hydrosim.forces.contact.fender import Contact, pressure
 from hydrosim.forces.layout import Layout, unit_ranges
 from hydrosim.forces.line import catenary
 from hydrosim.forces.line.catenary import Catenary
+from hydrosim.forces.line import winch
+from hydrosim.forces.line.winch import Winch
 from hydrosim.forces.link import Link, Strut, TorsionSpring
 from hydrosim.forces.spring import Spring
 from hydrosim.jit.kernels import kernel
@@ -41,7 +44,7 @@ from hydrosim.scene import Clearance, ForceElement
 from hydrosim.tanks import contents
 
 POSITION, VELOCITY, SPEED, NORMAL_FORCE, COMPRESSION, TENSION, LOAD, PLACE, LEVEL = range(9)
-CLEARANCE, RELATIVE_SPEED, LINE_TENSION = 9, 10, 11
+CLEARANCE, RELATIVE_SPEED, WINCH_TENSION, WINCH_LENGTH, LINE_TENSION = 9, 10, 11, 12, 13
 KINDS = {
     "position": POSITION,
     "velocity": VELOCITY,
@@ -52,6 +55,8 @@ KINDS = {
     "line_tension": LINE_TENSION,
     "strut_force": LOAD,
     "strut_length": PLACE,
+    "winch_tension": WINCH_TENSION,
+    "winch_length": WINCH_LENGTH,
     "torsion_angle": PLACE,
     "tank_level": LEVEL,
     "clearance": CLEARANCE,
@@ -65,6 +70,8 @@ UNITS = {
     "strut_force": (Link, Strut),
     "strut_length": (Link, Strut),
     "torsion_angle": (Link, TorsionSpring),
+    "winch_tension": (Winch, Winch),
+    "winch_length": (Winch, Winch),
 }
 """Of kinds that belong to units: the elements among which these units are numbered, and those that
 have the channel."""
@@ -192,6 +199,10 @@ def channel_value(channel, t, y, modes, motion, bodies, elements, tanks):
         return spring.tension(line, mode, spring.stretch(line, bodies, motion), springs)[0]
     if channel.kind == LINE_TENSION:
         return catenary.tension_of(k, t, y, modes, motion, bodies, elements.catenaries)
+    if channel.kind == WINCH_TENSION:
+        return winch.stretch(k, t, y, modes, motion, bodies, elements.winches).tension
+    if channel.kind == WINCH_LENGTH:
+        return winch.stretch(k, t, y, modes, motion, bodies, elements.winches).length
     if channel.kind == LOAD:
         return link.measured(k, modes, motion, bodies, elements.links)[0]
     if channel.kind == PLACE:

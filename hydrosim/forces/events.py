@@ -1,6 +1,6 @@
 """Modes of all elements that have modes: their ends, their successors, and observed values.
 
-Rows of modes belong to contact points, springs, flows, links, bushings, catenaries, guides, joints,
+Rows of modes belong to contact points, springs, flows, links, bushings, catenaries, guides, winches, joints,
 their motions and triggers, in this order. Every row has the same number of margins, which are positive
 while its mode lasts.
 """
@@ -16,6 +16,7 @@ from hydrosim.forces.contact.tally import add_tallies
 from hydrosim.forces.joint import locks, motions
 from hydrosim.forces.joint.rows import REFERENCE
 from hydrosim.forces.line import catenary
+from hydrosim.forces.line import winch
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.tanks import pumping
 
@@ -35,6 +36,7 @@ def observed(elements: Elements) -> dict[str, tuple[int, int]]:
         "bushing": (elements.bushings.each.size, bushing.OBSERVED),
         "line": (elements.catenaries.lines.size, catenary.OBSERVED),
         "guide": (elements.guides.pins.size, guide.OBSERVED),
+        "winch": (elements.winches.each.size, winch.OBSERVED),
         "joint": (elements.locks.joints, 6),
         "joint_motion": (elements.joint_motions.each.size, motions.OBSERVED),
     }
@@ -48,7 +50,8 @@ def joints_observed(elements):
     behind += elements.links.links.size * link.OBSERVED
     behind += elements.bushings.each.size * bushing.OBSERVED
     behind += elements.catenaries.lines.size * catenary.OBSERVED
-    return behind + elements.guides.pins.size * guide.OBSERVED
+    behind += elements.guides.pins.size * guide.OBSERVED
+    return behind + elements.winches.each.size * winch.OBSERVED
 
 
 @kernel
@@ -77,6 +80,9 @@ def observe(t, y, modes, motion, bodies, elements, holds, wrench, out):
     if elements.guides.pins.size > 0:
         guide.observe(modes, motion, bodies, elements, out[behind:])
     behind += elements.guides.pins.size * guide.OBSERVED
+    if elements.winches.each.size > 0:
+        winch.observe(t, y, modes, motion, bodies, elements.winches, out[behind:])
+    behind += elements.winches.each.size * winch.OBSERVED
     if elements.locks.each.size > 0:
         locks.observe(elements.locks, holds, out[behind:])
     behind += elements.locks.joints * 6
@@ -102,6 +108,8 @@ def settle(t, y, modes, motion, bodies, elements, tanks):
         catenary.settle(t, y, modes, motion, bodies, elements.catenaries)
     if elements.guides.pins.size > 0:
         guide.settle(modes, motion, bodies, elements)
+    if elements.winches.each.size > 0:
+        winch.settle(t, y, modes, motion, bodies, elements.winches)
     if elements.locks.each.size > 0:
         locks.settle(y, modes, motion, bodies, elements.locks)
     if elements.joint_motions.each.size > 0:
@@ -130,6 +138,8 @@ def find_margins(t, y, modes, motion, bodies, elements, tanks, headings, reactio
         catenary.margins(t, y, modes, motion, bodies, elements.catenaries, out)
     if elements.guides.pins.size > 0:
         guide.margins(modes, motion, bodies, elements, out)
+    if elements.winches.each.size > 0:
+        winch.margins(t, y, modes, motion, bodies, elements.winches, out)
     if elements.locks.each.size > 0:
         locks.margins(y, modes, motion, bodies, elements.locks, reactions, out)
     if elements.joint_motions.each.size > 0:
@@ -161,6 +171,10 @@ def switch(row, which, size, step, t, y, modes, motion, bodies, elements, tanks,
         return
     if row >= elements.locks.mode and elements.locks.each.size > 0:
         locks.switch(row - elements.locks.mode, which, y, modes, motion, bodies, elements.locks)
+        return
+    if row >= elements.winches.mode and elements.winches.each.size > 0:
+        p = elements.winches
+        winch.switch(row - p.mode, which, t, y, modes, motion, bodies, p)
         return
     if row >= elements.guides.mode and elements.guides.pins.size > 0:
         i = row - elements.guides.mode
@@ -214,6 +228,8 @@ def felt(row, part, elements, tanks):
     if row >= elements.locks.mode and elements.locks.each.size > 0 and part == 0:
         k = elements.locks.state + locks.STATES * (row - elements.locks.mode)
         return (k, k + REFERENCE) if row < elements.joint_motions.mode else (0, 0)
+    if elements.winches.each.size > 0 and row >= elements.winches.mode:
+        return winch.felt(row - elements.winches.mode, part, elements.winches)
     if row < fenders.mode or row >= fenders.mode + fenders.points.size:
         return 0, 0
     point = fenders.points[row - fenders.mode]
@@ -242,6 +258,8 @@ def tally(t, y, modes, motion, bodies, elements, reactions, rates):
 @kernel
 def remembers(elements):
     """True if any unit stores values that only single steps know."""
+    if elements.winches.each.size > 0:
+        return True
     lines = elements.catenaries.lines.size > 0
     return lines or elements.fenders.remembering > 0 or elements.fenders.groups.size > 0
 
@@ -252,6 +270,8 @@ def record_largest(t, y, modes, motion, bodies, elements):
     if elements.catenaries.lines.size > 0:
         catenary.remember(t, y, modes, motion, bodies, elements.catenaries)
     transitions.record_largest(t, y, modes, motion, bodies, elements.fenders)
+    if elements.winches.each.size > 0:
+        winch.record_largest(t, y, modes, motion, bodies, elements.winches)
 
 
 @kernel

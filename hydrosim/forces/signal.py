@@ -1,4 +1,4 @@
-"""Signals: a force over time, from a table, a record or a sine.
+"""Signals: a force, a length or a speed over time, from a table, a record or a sine.
 
     f(t) = A sin(w t + phase) + a + b x + c x^2 + d x^3,   x = t - t_k,  t_k <= t < t_{k+1}
 
@@ -87,6 +87,12 @@ def first_value(signal: Signal) -> float:
 def corners(signal: Signal) -> np.ndarray:
     """Times (n,) at which the rate of a signal jumps, so that no step may cross them."""
     return signal.time if isinstance(signal, Table) else np.zeros(0)
+
+
+def largest_corner(table: Table) -> float:
+    """Largest jump of the rate of a table [1/s times its unit]; it is constant outside."""
+    slopes = np.diff(table.value) / np.diff(table.time)
+    return float(np.abs(np.diff(slopes, prepend=0.0, append=0.0)).max())
 
 
 SIGNAL = np.dtype(

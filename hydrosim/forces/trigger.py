@@ -35,6 +35,8 @@ from hydrosim.forces.kind import Columns, Kept, Modes, States, Variable
 from hydrosim.forces.layout import constraint_names, unit_ranges
 from hydrosim.forces.line import catenary
 from hydrosim.forces.line.catenary import Catenary
+from hydrosim.forces.line import winch
+from hydrosim.forces.line.winch import Winch
 from hydrosim.forces.link import Link
 from hydrosim.forces.postures import PosingKind, Posture, rest_at_first
 from hydrosim.forces.spring import Spring
@@ -64,13 +66,14 @@ TRIGGER = np.dtype(
         *(("point", int), ("points", int), ("line", int), ("lines", int)),
         *(("link", int), ("links", int), ("bushing", int), ("bushings", int)),
         *(("catenary", int), ("catenaries", int)),
+        *(("winch", int), ("winches", int)),
         *(("flow", int), ("lock", int)),
     ]
 )
 """A trigger: the row of forces of its element, both conditions, and its own contact points,
-springs, links, bushings and catenaries, ``points`` from ``point`` on; or its flow or joint, else `NONE`."""
+springs, links, bushings, catenaries and winches, ``points`` from ``point`` on; or its flow or joint, else `NONE`."""
 NONE = -1
-NO_UNITS = (0,) * 10
+NO_UNITS = (0,) * 12
 
 
 class Params(NamedTuple):
@@ -89,7 +92,7 @@ class Params(NamedTuple):
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
     """Constants of the triggers of ``elements``, in their order, followed by those of pumps and of
     joints."""
-    ranges = [unit_ranges(elements, kind) for kind in (Contact, Spring, Link, Bushing, Catenary)]
+    ranges = [unit_ranges(elements, kind) for kind in (Contact, Spring, Link, Bushing, Catenary, Winch)]
     rows: list[Any] = []
     for name, element in elements.items():
         if element.active is None:
@@ -227,6 +230,11 @@ def apply_switch(j, t, y, modes, motion, bodies, elements, tanks):
             catenary.settle_line(i, t, y, modes, motion, bodies, elements.catenaries)
         else:
             catenary.deactivate(i, modes, elements.catenaries)
+    for i in range(trigger.winch, trigger.winch + trigger.winches):
+        if now:
+            winch.take_up(i, t, y, modes, motion, bodies, elements.winches)
+        else:
+            winch.deactivate(i, y, modes, elements.winches)
 
 
 @kernel

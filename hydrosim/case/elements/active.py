@@ -19,6 +19,8 @@ UNITS = {
     "fender_compression": "m",
     "strut_force": "N",
     "strut_length": "m",
+    "winch_tension": "N",
+    "winch_length": "m",
     "torsion_angle": "rad",
     "clearance": "m",
 }

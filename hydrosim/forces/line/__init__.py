@@ -1,1 +1,1 @@
-"""Lines with weight: catenaries, their shape, their drag."""
+"""Lines: winches with their drums, compensators, and lines with weight."""
