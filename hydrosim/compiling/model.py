@@ -17,6 +17,7 @@ from hydrosim.compiling.hydrostatics.tanks import tanks_of
 from hydrosim.compiling.hydrostatics.weights import weights_of
 from hydrosim.compiling.joints.bodies import bodies_of
 from hydrosim.compiling.restart import initial_headings
+from hydrosim.compiling.roll_mode import roll_mode
 from hydrosim.compiling.wet import WetGroup, each_alone, moving, resonance
 from hydrosim.database.database import HydroDatabase, needed
 from hydrosim.dofs import about_z
@@ -26,6 +27,7 @@ from hydrosim.forces.layout import (
     Joined,
     Layout,
     Resonance,
+    RollMode,
     acting_joints,
     carried,
     constraint_names,
@@ -198,6 +200,9 @@ def _layout(
     def of_body(body: int, stiffness: np.ndarray) -> Resonance:
         return resonance(scene.bodies[body], stiffness, alone.get(scene.bodies[body].name))
 
+    def roll_of_body(body: int, stiffness: np.ndarray) -> RollMode:
+        return roll_mode(scene.bodies[body], stiffness, alone.get(scene.bodies[body].name))
+
     rows = {*scene.forces, *acting_joints(scene)}
     return Layout(
         {body.name: i for i, body in enumerate(scene.bodies)},
@@ -205,6 +210,7 @@ def _layout(
         _velocity(scene.environment.current),
         _velocity(scene.environment.wind),
         of_body,
+        roll_of_body,
         tuple(body.heading for body in scene.bodies),
         tuple(body.mass * scene.environment.gravity for body in scene.bodies),
         0.0 if scene.solver.method.adapts else scene.solver.step,

@@ -80,6 +80,13 @@ Drag = Annotated[float, Quantity("quadratic damping", "N*s^2/m^2", "10 kN*s^2/m^
 TurnDrag = Annotated[
     float, Quantity("quadratic damping", "N*m*s^2/rad^2", "1 MN*m*s^2/rad^2", at_least=0)
 ]
+TurnCube = Annotated[
+    float, Quantity("cubic damping", "N*m*s^3/rad^3", "1 MN*m*s^3/rad^3", at_least=0)
+]
+DecayRate = Annotated[float, Quantity("decay rate", "s^-1", "0.02 s^-1", at_least=0)]
+DecaySquare = Annotated[float, Quantity("quadratic decay", "rad^-1", "0.15 rad^-1", at_least=0)]
+DecayCube = Annotated[float, Quantity("cubic decay", "s/rad^2", "0.5 s/rad^2", at_least=0)]
+Viscosity = Annotated[float, Quantity("kinematic viscosity", "m^2/s", "1.19e-6 m^2/s", above=0)]
 FrictionForce = Annotated[float, Quantity("force", "N", "100 kN", at_least=0)]
 FrictionMoment = Annotated[float, Quantity("moment", "N*m", "100 kN*m", at_least=0)]
 

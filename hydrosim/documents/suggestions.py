@@ -73,6 +73,7 @@ SYNONYMS = {
     "applied_force": "force load external_force",
     "linear_damping": "damper",
     "quadratic_damping": "drag viscous_damping morison",
+    "viscous_roll": "roll_damping bilge bilge_keels",
     "wind_load": "wind wind_force",
     "current_load": "current current_force",
     "coulomb": "dry",

@@ -22,7 +22,8 @@ from hydrosim.forces import (
     WindLoad,
 )
 from hydrosim.forces.applied_force import AppliedForce
-from hydrosim.forces.quadratic_damping import QuadraticDamping
+from hydrosim.forces.damping.quadratic_damping import QuadraticDamping
+from hydrosim.forces.damping.viscous_roll import ViscousRoll
 from hydrosim.scene import (
     Body,
     Coefficients,
@@ -78,6 +79,7 @@ class Feature(StrEnum):
     APPLIED = "applied forces"
     DAMPING = "linear damping"
     DRAG = "quadratic damping"
+    ROLL = "viscous roll damping"
     CURRENT = "current"
     WIND = "wind"
     WEIGHT = "weight as a force"
@@ -184,6 +186,7 @@ OF_SCENES: Mapping[Feature, Callable[[Scene], bool]] = {
     Feature.APPLIED: _elements(AppliedForce),
     Feature.DAMPING: _elements(LinearDamping),
     Feature.DRAG: _elements(QuadraticDamping),
+    Feature.ROLL: _elements(ViscousRoll),
     Feature.CURRENT: lambda scene: (
         scene.environment.current.speed != 0.0 or _elements(CurrentLoad)(scene)
     ),

@@ -23,10 +23,8 @@ import numpy as np
 from hydrosim.forces import (
     applied_force,
     bushing,
-    linear_damping,
     linear_mooring,
     link,
-    quadratic_damping,
     spring,
     stream_load,
     tanks,
@@ -45,6 +43,10 @@ from hydrosim.forces.contact.landing import Landing
 from hydrosim.forces.contact.normal import NormalCurve, NormalLoop, PrescribedNormal
 from hydrosim.forces.contact.plane import Plane
 from hydrosim.forces.contact.stick_slip import LoadPowers, StickSlip
+from hydrosim.forces.damping import linear_damping, quadratic_damping, viscous_roll
+from hydrosim.forces.damping.linear_damping import LinearDamping
+from hydrosim.forces.damping.quadratic_damping import QuadraticDamping
+from hydrosim.forces.damping.viscous_roll import ViscousRoll
 from hydrosim.forces.joint import kind as joint
 from hydrosim.forces.joint import locks, motions
 from hydrosim.forces.kind import (
@@ -64,11 +66,9 @@ from hydrosim.forces.line.catenary import Catenary
 from hydrosim.forces.line import winch, winch_kind
 from hydrosim.forces.line.controls import Compensation, SpeedControl, TensionControl
 from hydrosim.forces.line.winch import Winch
-from hydrosim.forces.linear_damping import LinearDamping
 from hydrosim.forces.linear_mooring import LinearMooring
 from hydrosim.forces.link import Strut, TorsionSpring
 from hydrosim.forces.postures import PosingKind
-from hydrosim.forces.quadratic_damping import QuadraticDamping
 from hydrosim.forces.signal import Harmonic, Recorded, Signal, Table, constant
 from hydrosim.forces.spring import Spring
 from hydrosim.forces.stream_load import CurrentLoad, StreamLoad, WindLoad
@@ -87,6 +87,7 @@ class Elements(NamedTuple):
     springs: Any
     linear_dampings: Any
     quadratic_dampings: Any
+    viscous_rolls: Any
     stream_loads: Any
     links: Any
     bushings: Any
@@ -105,6 +106,7 @@ KINDS: tuple[Kind, ...] = (
     spring.KIND,
     linear_damping.KIND,
     quadratic_damping.KIND,
+    viscous_roll.KIND,
     stream_load.KIND,
     tanks.KIND,
     link.KIND,
@@ -138,6 +140,8 @@ def add_elements(t, y, modes, motion, bodies, elements, wrench, rate, dy):
         quadratic_damping.add_force(
             t, y, modes, motion, bodies, e.quadratic_dampings, wrench, rate, dy
         )
+    if e.viscous_rolls.size > 0:
+        viscous_roll.add_force(t, y, modes, motion, bodies, e.viscous_rolls, wrench, rate, dy)
     if e.stream_loads.each.size > 0:
         stream_load.add_force(t, y, modes, motion, bodies, e.stream_loads, wrench, rate, dy)
     if e.links.links.size > 0:

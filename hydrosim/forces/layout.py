@@ -69,6 +69,15 @@ class Resonance(NamedTuple):
     mass: np.ndarray
 
 
+class RollMode(NamedTuple):
+    """Natural mode of roll of a body, per unit of roll: ``frequency`` [rad/s], ``mass`` [kg m^2]
+    with the added mass, and ``damping`` [N m s/rad] by radiated waves, both at that frequency."""
+
+    frequency: float
+    mass: float
+    damping: float
+
+
 class Resistance(NamedTuple):
     """A ``row`` of forces that takes the power v (B v - b) at the velocity v (6,) of a ``body``:
     ``B`` (6, 6) and ``b`` (6,). Or v (1,) is the rate of a free ``coordinate``. Or v (12,) are the
@@ -105,7 +114,8 @@ class Layout:
 
     ``current`` and ``wind`` (2,) [m/s] are the velocities of water and air in the earth's x, y.
     ``resonance`` (body, stiffness (6,)) returns the `Resonance` of a body with this additional
-    stiffness along its axes at rest. ``heading`` [rad] is the heading of each body at rest,
+    stiffness along its axes at rest; ``roll_mode`` (body, stiffness (6, 6)) returns its `RollMode`.
+    ``heading`` [rad] is the heading of each body at rest,
     ``weight`` [N] its weight. ``step`` [s] is the step of a method with equal steps, which cannot
     follow faster processes; 0 for other methods.
 
@@ -114,8 +124,8 @@ class Layout:
     own weight. ``joints`` are all joints of the scene, ``constraints`` the bodies of those that are
     constraints, ``joint_row`` is their row of forces; ``tree`` are the constants of the others.
     ``origin`` [m] is the centre of gravity of each body at rest. ``points`` are body and place of
-    each named point, for the ``clearances``. ``depth`` [m] and ``density`` [kg/m^3] are of the
-    water.
+    each named point, for the ``clearances``. ``depth`` [m] and ``water_density`` [kg/m^3] are of
+    the water.
     """
 
     body: dict[str, int]
@@ -123,6 +133,7 @@ class Layout:
     current: tuple[float, float]
     wind: tuple[float, float]
     resonance: Callable[[int, np.ndarray], Resonance]
+    roll_mode: Callable[[int, np.ndarray], RollMode]
     heading: tuple[float, ...]
     weight: tuple[float, ...] = ()
     step: float = 0.0
@@ -138,7 +149,7 @@ class Layout:
     points: Mapping[str, tuple[int, tuple[float, ...]]] = field(default_factory=dict)
     clearances: Mapping[str, Clearance] = field(default_factory=dict)
     depth: float = inf
-    density: float = 1025.0
+    water_density: float = 1025.0
 
     def place_at_rest(self, body: str | None, point: Sequence[float]) -> np.ndarray:
         """Position (3,) in the earth frame of a ``point`` of a body at rest, or of the earth."""

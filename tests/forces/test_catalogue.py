@@ -17,7 +17,7 @@ from hydrosim.forces import ForceElement
 from hydrosim.forces.contact import guide
 from hydrosim.forces.contact.laws import LAWS as ALL_LAWS
 from hydrosim.forces.kind import ElementKind
-from hydrosim.forces.layout import Layout, Resonance
+from hydrosim.forces.layout import Layout, Resonance, RollMode
 
 LAYOUT = Layout(
     body={"block": 0, "carrier": 1},
@@ -25,6 +25,7 @@ LAYOUT = Layout(
     current=(0.0, 0.0),
     wind=(0.0, 0.0),
     resonance=lambda body, stiffness: Resonance(stiffness, stiffness),
+    roll_mode=lambda body, stiffness: RollMode(1.0, 1.0, 0.0),
     heading=(0.0, 0.0),
     weight=(1.0, 1.0),
     origin=(np.zeros(3), np.ones(3)),

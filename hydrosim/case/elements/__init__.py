@@ -19,6 +19,7 @@ from hydrosim.case.elements.spring import Spring
 from hydrosim.case.elements.stream_load import CurrentLoad, WindLoad
 from hydrosim.case.elements.strut import Strut
 from hydrosim.case.elements.torsion_spring import TorsionSpring
+from hydrosim.case.elements.viscous_roll import ViscousRoll
 from hydrosim.documents.units import problem
 
 
@@ -40,6 +41,7 @@ AnyElement = Annotated[
     | Bushing
     | LinearDamping
     | QuadraticDamping
+    | ViscousRoll
     | CurrentLoad
     | WindLoad,
     Discriminator("type"),

@@ -13,7 +13,7 @@ from hydrosim.forces.contact.fender import Contact
 from hydrosim.forces.contact.friction_slope import FrictionSlope
 from hydrosim.forces.contact.normal import PrescribedNormal
 from hydrosim.forces.contact.stick_slip import StickSlip
-from hydrosim.forces.linear_damping import LinearDamping
+from hydrosim.forces.damping.linear_damping import LinearDamping
 from hydrosim.forces.linear_mooring import LinearMooring
 from hydrosim.scene import Weight
 
