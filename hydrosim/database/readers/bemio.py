@@ -155,9 +155,9 @@ def _database(source: _Source, given: Given) -> HydroDatabase:
             f"{source.path}: {lacking} has no hydro_coeffs/excitation/re, or no .../im; expected"
             " both for every body. Write the file again with them."
         )
-    added_mass = _matrices(source, layout, "added_mass/all") * layout.water_density
+    added_mass = _matrices(source, layout, "added_mass/all") * layout.density
     damping = _matrices(source, layout, "radiation_damping/all")
-    damping = damping * (layout.water_density * layout.rate[:, None, None])
+    damping = damping * (layout.density * layout.rate[:, None, None])
     drift, method = _mean_drift(source, layout)
     symmetric = given.port_starboard_symmetric
     if symmetric is None:
@@ -248,7 +248,7 @@ def _matrices(source: _Source, layout: _Layout, name: str) -> Real:
 def _infinite(source: _Source, layout: _Layout) -> Real | None:
     name = "hydro_coeffs/added_mass/inf_freq"
     value = _rows(source, layout.bodies, name, 6 * layout.bodies)
-    return None if value is None else value * layout.water_density
+    return None if value is None else value * layout.density
 
 
 def _ascending(layout: _Layout, value: Real) -> Real:
