@@ -341,6 +341,11 @@ def lasting_states(parts: Parts) -> np.ndarray:
     return np.array([*range(joints.start, joints.stop), *drums], dtype=np.int64)
 
 
+def pieces_of_lines(elements: Elements) -> np.ndarray:
+    """The pieces (n,) of all catenaries."""
+    return np.asarray(elements.catenaries.pieces)
+
+
 def loop_modes(parts: Parts) -> np.ndarray:
     """Rows (n,) of modes of the joints that close loops."""
     p = parts.elements.locks

@@ -182,7 +182,7 @@ def switch(row, which, size, step, t, y, modes, motion, bodies, elements, tanks,
         return
     if row >= elements.catenaries.mode and elements.catenaries.lines.size > 0:
         i = row - elements.catenaries.mode
-        catenary.switch(i, which, t, y, modes, motion, bodies, elements.catenaries)
+        catenary.switch(i, t, y, modes, motion, bodies, elements.catenaries)
         return
     if row >= elements.bushings.mode and elements.bushings.each.size > 0:
         bushing.switch(row - elements.bushings.mode, modes, elements.bushings)

@@ -36,11 +36,12 @@ import numpy as np
 from hydrosim.errors import InputError
 from hydrosim.forces.contact.geometry import EARTH
 from hydrosim.forces.layout import Layout
-from hydrosim.forces.line import shape
+from hydrosim.forces.line import profile, rates, shape
 from hydrosim.forces.mirroring import turned
-from hydrosim.forces.signal import SIGNAL, Signal, compile_signals, constant
+from hydrosim.forces.signal import SIGNAL, Signal, compile_signals, constant, value
+from hydrosim.forces.signal import rate as signal_rate
 from hydrosim.jit.kernels import kernel, root, root_giving
-from hydrosim.modes import MARGINS, MODE, SEGMENT
+from hydrosim.modes import MARGINS, MODE, RISING, SEGMENT, SEGMENT_MARGIN
 from hydrosim.rigid.kinematics import add_wrench, attachment, point_velocity
 from hydrosim.rigid.vectors import cross, dot, scale, sub, vector
 from hydrosim.scene import ForceElement
@@ -51,6 +52,8 @@ TENSION, ANCHOR_TENSION, HORIZONTAL, GROUNDED, OBSERVED = range(5)  # see `obser
 GUESS = ("horizontal pull", "vertical pull")
 """States of each line: its last solution [N]."""
 STATES = len(GUESS)
+AHEAD = 1e-10  # s: first look ahead for the next profile
+FARTHEST = 1e-2  # s: and the last
 STEADY = -1  # no segment changes its length
 ON_BED = 1e-6  # m: an anchor this close to the seabed is on it
 
@@ -111,29 +114,30 @@ LINE = np.dtype(
     [
         *(("body", int), ("row", int), ("point", float, 3)),
         *(("anchor_body", int), ("anchor", float, 3)),
-        *(("first", int), ("last", int), ("bed", float), ("friction", float), ("total", float)),
-        *(("damping", float), ("drift", float), ("stream", float, 2)),
+        *(("first", int), ("last", int), ("bed", float), ("friction", float)),
+        *(("width", float), ("damping", float), ("drift", float), ("stream", float, 2)),
         *(("paying", int), ("paid", SIGNAL), ("potential", bool), ("datum", float)),
     ]
 )
 """Constants of a line: its ends, its pieces ``first`` <= k < ``last``, the height of the seabed, its
-friction, the ``total`` weight in water; ``damping`` c and ``drift`` m of the drag, the current; the
+friction; the largest ``width`` of drag; ``damping`` c and ``drift`` m of the drag, the current; the
 piece that changes its length, and this length; whether it has a potential, which counts from the
 height ``datum`` of the anchor at rest."""
 
 
 class Params(NamedTuple):
-    """``lines`` (n,) of `LINE`, their ``pieces`` of `shape.PIECE`, the pieces of their
-    ``signals``; the first of their states in y and of their rows of modes."""
+    """``lines`` (n,) of `LINE`, their ``pieces`` of `shape.PIECE` with the ``widths`` [m] of drag,
+    the pieces of their ``signals``; the first of their states in y and of their rows of modes."""
 
     lines: np.ndarray
     pieces: np.ndarray
+    widths: np.ndarray
     signals: np.ndarray
     state: int
     mode: int
 
 
-class Span(NamedTuple):
+class Ends(NamedTuple):
     """Place of one line: lever arms of its ends, horizontal direction ``e`` to the anchor, distance
     ``x`` along it, height ``z`` of the fairlead above the anchor, height ``bed`` of the seabed
     above the anchor, height of the ``anchor`` above the still water, velocities ``v`` and ``w`` of
@@ -164,14 +168,15 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
         end = EARTH if e.anchor_body is None else layout.body[e.anchor_body]
         ends = (layout.body[e.body], layout.row[name], e.point, end, anchor)
         friction = e.friction or 0.0
-        total = float(e.length @ e.weight + e.hung.sum())
-        drag = (0.0, 0.0, layout.current)
+        drag = (e.drag_width.max(), 0.0, 0.0, layout.current)
         datum = layout.place_at_rest(e.anchor_body, anchor)[2]
         paid = (e.paying, signal, friction == 0.0, datum)
-        rows.append((*ends, first, last, bed, friction, total, *drag, *paid))
+        rows.append((*ends, first, last, bed, friction, *drag, *paid))
         pieces.append(_pieces(e))
         first = last
-    return Params(np.array(rows, dtype=LINE), np.concatenate(pieces), signal_pieces, 0, 0)
+    widths = np.concatenate([np.zeros(0), *(e.drag_width for e in own.values())])
+    every = np.concatenate(pieces)
+    return Params(np.array(rows, dtype=LINE), every, widths, signal_pieces, 0, 0)
 
 
 def _pieces(line: Catenary) -> np.ndarray:
@@ -204,8 +209,8 @@ def _ground(name: str, line: Catenary, layout: Layout) -> tuple[tuple[float, ...
 
 
 @kernel
-def find_span(line, bodies, motion):
-    """Place of a line, as a `Span`. Where one end is above the other, it has no direction."""
+def find_ends(line, bodies, motion):
+    """Place of a line, as a `Ends`. Where one end is above the other, it has no direction."""
     p, arm = attachment(line.body, vector(line.point, 0), bodies, motion)
     v = point_velocity(line.body, arm, motion)
     a = vector(line.anchor, 0)
@@ -217,25 +222,37 @@ def find_span(line, bodies, motion):
     d = sub(a, p)
     x = sqrt(d[0] * d[0] + d[1] * d[1])
     per = 1.0 / x if x > 0.0 else 0.0
-    return Span(arm, anchor_arm, (d[0] * per, d[1] * per), x, -d[2], line.bed - a[2], a[2], v, w)
+    return Ends(arm, anchor_arm, (d[0] * per, d[1] * per), x, -d[2], line.bed - a[2], a[2], v, w)
 
 
-@root_giving(float, float, float, float, float, float, bool)
-def find_pull(i, t, x, z, bed, H, V, p):
-    """The entries of `shape.Pull` of line ``i`` over x and z, with the guess H, V."""
-    line = p.lines[i]
-    a = shape.solve(p.pieces, line.first, line.last, x, z, bed, line.friction, H, V)
-    return a.H, a.V, a.anchor_V, a.anchor_H, a.touch, a.dead, a.converged
+@root_giving(float, float, float, float, float, float, bool, int)
+def find_pull(first, last, x, z, bed, friction, H, V, pieces):
+    """The entries of the `shape.Pull` of a line, with the guess H, V."""
+    a = shape.solve(pieces, first, last, x, z, bed, friction, H, V)
+    return a.H, a.V, a.anchor_V, a.anchor_H, a.touch, a.dead, a.converged, a.reason
 
 
 @kernel
-def pull_of(i, t, y, s, p):
-    """The `shape.Pull` of line ``i`` over its `Span` ``s``."""
-    k = p.state + STATES * i
-    H, V, anchor_V, anchor_H, touch, dead, converged = find_pull(
-        i, t, s.x, s.z, s.bed, y[k], y[k + 1], p
+def pull_of(i, s, H, V, pieces, p):
+    """The `shape.Pull` of line ``i`` over its `Ends` ``s``, with the guess H, V."""
+    line = p.lines[i]
+    H, V, anchor_V, anchor_H, touch, dead, converged, reason = find_pull(
+        line.first, line.last, s.x, s.z, s.bed, line.friction, H, V, pieces
     )
-    return shape.Pull(H, V, anchor_V, anchor_H, touch, dead, converged)
+    return shape.Pull(H, V, anchor_V, anchor_H, touch, dead, converged, reason)
+
+
+@kernel
+def pull_now(i, t, y, s, motion, p):
+    """The `shape.Pull` of line ``i``, and its pieces as they are now. A length that changes is
+    written to the scratch ``motion.pieces``."""
+    line = p.lines[i]
+    k = p.state + STATES * i
+    pieces = p.pieces
+    if line.paying != STEADY:
+        pieces = motion.pieces
+        pieces[line.first + line.paying].length = value(t, line.paid, p.signals)
+    return pull_of(i, s, y[k], y[k + 1], pieces, p), pieces
 
 
 @root
@@ -249,13 +266,15 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         mode = modes[p.mode + i, MODE]
         if mode == GONE:
             continue
-        s = find_span(line, bodies, motion)
-        pull = pull_of(i, t, y, s, p)
+        s = find_ends(line, bodies, motion)
+        pull, pieces = pull_now(i, t, y, s, motion, p)
         drag = find_drag(line, s, pull)
         if mode == LOST:  # ends the run
             drag = (nan, nan, nan)
         rate[line.row] -= dot(drag, s.v)
         add_ends(line, s, pull, drag, wrench, rate)
+        if line.potential and line.paying != STEADY:
+            rate[line.row] -= paid_energy(line, s, pull, pieces) * signal_rate(t, line.paid, p.signals)
 
 
 @kernel
@@ -272,6 +291,15 @@ def add_ends(line, s, pull, drag, wrench, rate):
         add_wrench(line.anchor_body, anchored, moment, wrench[line.row])
     if not line.potential:
         rate[line.row] -= dot(static, s.v) + dot(anchored, s.w)
+
+
+@kernel
+def paid_energy(line, s, pull, pieces):
+    """Energy stored per length [N] that is added at the fairlead: w z - T - T^2/(2 EA)."""
+    piece = pieces[line.first]
+    T2 = pull.H * pull.H + pull.V * pull.V
+    height = s.z + s.anchor - line.datum
+    return piece.weight * height - sqrt(T2) - 0.5 * T2 / piece.stiffness
 
 
 @kernel
@@ -300,12 +328,23 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
         line = p.lines[i]
         if modes[p.mode + i, MODE] == GONE or not line.potential:
             continue
-        s = find_span(line, bodies, motion)
-        pull = pull_of(i, t, y, s, p)
-        U = shape.stored_energy(
-            p.pieces, line.first, line.last, s.x, s.z, s.bed, line.friction, pull
-        )
-        stored[line.row] += U + line.total * (s.anchor - line.datum)
+        s = find_ends(line, bodies, motion)
+        pull, pieces = pull_now(i, t, y, s, motion, p)
+        a = line.first
+        b = line.last
+        U = rates.stored_energy(pieces, a, b, s.x, s.z, s.bed, line.friction, pull)
+        stored[line.row] += U + total_weight(line, pieces) * (s.anchor - line.datum)
+
+
+@kernel
+def total_weight(line, pieces):
+    """Weight in water of a line and all that hangs on it but at its anchor [N]."""
+    total = 0.0
+    for k in range(line.first, line.last):
+        total += pieces[k].weight * pieces[k].length
+        if k + 1 < line.last:
+            total += pieces[k].hung
+    return total
 
 
 @root_giving(float)
@@ -313,7 +352,7 @@ def tension_of(i, t, y, modes, motion, bodies, p):
     """Tension [N] at the fairlead of line ``i``, 0 where it is gone."""
     if modes[p.mode + i, MODE] == GONE:
         return 0.0
-    pull = pull_of(i, t, y, find_span(p.lines[i], bodies, motion), p)
+    pull, _ = pull_now(i, t, y, find_ends(p.lines[i], bodies, motion), motion, p)
     return sqrt(pull.H * pull.H + pull.V * pull.V)
 
 
@@ -327,19 +366,19 @@ def observe(t, y, modes, motion, bodies, p, out):
             row[k] = 0.0
         if modes[p.mode + i, MODE] != GONE:
             line = p.lines[i]
-            pull = pull_of(i, t, y, find_span(line, bodies, motion), p)
+            pull, pieces = pull_now(i, t, y, find_ends(line, bodies, motion), motion, p)
             row[TENSION] = sqrt(pull.H * pull.H + pull.V * pull.V)
             row[ANCHOR_TENSION] = sqrt(pull.anchor_H * pull.anchor_H + pull.anchor_V**2)
             row[HORIZONTAL] = pull.H
-            row[GROUNDED] = full_length(line, p) - pull.touch
+            row[GROUNDED] = full_length(line, pieces) - pull.touch
 
 
 @kernel
-def full_length(line, p):
+def full_length(line, pieces):
     """Unstretched length [m] of a line."""
     total = 0.0
     for k in range(line.first, line.last):
-        total += p.pieces[k].length
+        total += pieces[k].length
     return total
 
 
@@ -353,16 +392,63 @@ def margins(t, y, modes, motion, bodies, p, out):
         for k in range(MARGINS):
             out[m + k] = 1.0
         if mode[MODE] == ACTING:
-            pull = pull_of(i, t, y, find_span(line, bodies, motion), p)
-            room = shape.room(p.pieces, line.first, line.last, pull, mode[SEGMENT])
-            for k in range(len(room)):
-                out[m + k] = room[k]
+            s = find_ends(line, bodies, motion)
+            pull, pieces = pull_now(i, t, y, s, motion, p)
+            out[m + SEGMENT_MARGIN] = room_of(line, s, pull, mode[SEGMENT], pieces)
+
+
+@root_giving(float)
+def find_room(first, last, x, z, bed, friction, H, V, anchor_V, touch, dead, number, pieces):
+    """`profile.room` of a line."""
+    pull = shape.Pull(H, V, anchor_V, H, touch, dead, True, 0)
+    return profile.room(pieces, first, last, x, z, bed, friction, pull, number)
+
+
+@kernel
+def room_of(line, s, pull, number, pieces):
+    """Room of a line in the profile of this ``number``."""
+    a = line.first
+    b = line.last
+    friction = line.friction
+    H = pull.H
+    V = pull.V
+    up = pull.anchor_V
+    return find_room(
+        a, b, s.x, s.z, s.bed, friction, H, V, up, pull.touch, pull.dead, number, pieces
+    )
 
 
 @root
-def switch(i, which, t, y, modes, motion, bodies, p):
-    """Switch line ``i`` to its next profile."""
-    settle_line(i, t, y, modes, motion, bodies, p)
+def switch(i, t, y, modes, motion, bodies, p):
+    """Switch line ``i`` to its next profile: that of the line a moment later, because an event is
+    located a little before its kink. `AHEAD` doubles until the profile is another one."""
+    line = p.lines[i]
+    mode = modes[p.mode + i]
+    s = find_ends(line, bodies, motion)
+    rate = (s.w[0] - s.v[0]) * s.e[0] + (s.w[1] - s.v[1]) * s.e[1]
+    ahead = AHEAD
+    while ahead < FARTHEST:
+        x = abs(s.x + ahead * rate)
+        z = s.z + ahead * (s.v[2] - s.w[2])
+        bed = s.bed - ahead * s.w[2]
+        later = Ends(s.arm, s.anchor_arm, s.e, x, z, bed, s.anchor, s.v, s.w)
+        pull, pieces = pull_now(i, t + ahead, y, later, motion, p)
+        number = number_of(line, later, pull, pieces)
+        if pull.converged and number != mode[SEGMENT]:
+            mode[SEGMENT] = number
+            return
+        ahead *= 2.0
+    pull, _ = pull_now(i, t, y, s, motion, p)
+    if not pull.converged:
+        accept(i, y, modes, pull, p)
+
+
+@kernel
+def number_of(line, s, pull, pieces):
+    """Number of the profile of a line."""
+    a = line.first
+    b = line.last
+    return profile.find_profile(pieces, a, b, s.x, s.z, s.bed, line.friction, pull)
 
 
 @root
@@ -376,9 +462,12 @@ def settle(t, y, modes, motion, bodies, p):
 def settle_line(i, t, y, modes, motion, bodies, p):
     """Mode and guess of line ``i`` when it becomes active."""
     line = p.lines[i]
-    pull = pull_of(i, t, y, find_span(line, bodies, motion), p)
+    k = p.state + STATES * i
+    y[k] = y[k + 1] = -1.0  # no guess
+    s = find_ends(line, bodies, motion)
+    pull, pieces = pull_now(i, t, y, s, motion, p)
     accept(i, y, modes, pull, p)
-    modes[p.mode + i, SEGMENT] = shape.find_profile(p.pieces, line.first, line.last, pull)
+    modes[p.mode + i, SEGMENT] = number_of(line, s, pull, pieces)
 
 
 @kernel
@@ -388,6 +477,7 @@ def accept(i, y, modes, pull, p):
     y[k] = pull.H
     y[k + 1] = pull.V
     modes[p.mode + i, MODE] = ACTING if pull.converged else LOST
+    modes[p.mode + i, RISING] = pull.reason
 
 
 @kernel
@@ -401,5 +491,5 @@ def remember(t, y, modes, motion, bodies, p):
     """Keep the solutions of an accepted step as the next guesses."""
     for i in range(p.lines.size):
         if modes[p.mode + i, MODE] == ACTING:
-            pull = pull_of(i, t, y, find_span(p.lines[i], bodies, motion), p)
+            pull, _ = pull_now(i, t, y, find_ends(p.lines[i], bodies, motion), motion, p)
             accept(i, y, modes, pull, p)

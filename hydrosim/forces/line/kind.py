@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from hydrosim.forces.kind import Columns, Kept, Modes, States, Variable, capacity_of, elements_of
+from hydrosim.forces.line import shape
 from hydrosim.forces.line.catenary import (
     ACTING,
     ANCHOR_TENSION,
@@ -21,13 +22,13 @@ from hydrosim.forces.line.catenary import (
     Catenary,
     Params,
     compile_elements,
-    find_span,
+    find_ends,
 )
 from hydrosim.forces.postures import PosingKind, Posture, rest_at_first
-from hydrosim.modes import MODE
+from hydrosim.modes import MODE, RISING
 from hydrosim.scene import Scene
 
-PROFILES = 1 << 16
+PROFILES = 1 << 30
 """More than any line has."""
 TIGHT = 0.999
 """Unstretched length over the distance of the ends, at which a taut line is linearised."""
@@ -41,6 +42,8 @@ class _Kind(PosingKind):
         "line_horizontal": Variable("horizontal pull at the fairlead", "N", "to the anchor"),
         "line_grounded": Variable("unstretched length on the seabed", "m"),
         "line_mode": Variable("whether a line acts", "1", flags="acting absent lost"),
+        "line_damping": Variable("linearised drag over velocity across the line", "N s/m"),
+        "line_drift": Variable("mean drag over the current across the line", "N s/m"),
         "line_segment": Variable("profile: where it touches down, slips and hangs", "1"),
     }
 
@@ -67,7 +70,7 @@ class _Kind(PosingKind):
 
     def rates(self, p: Params, bodies: Any, motion: Any) -> np.ndarray:
         """Along the chords."""
-        found = [_rate(find_span(line, bodies, motion)) for line in p.lines]
+        found = [_rate(find_ends(line, bodies, motion)) for line in p.lines]
         return np.reshape(found, (-1, 1))
 
     def pressed(self, p: Params, modes: np.ndarray, bodies: Any, motion: Any) -> Params:
@@ -76,14 +79,14 @@ class _Kind(PosingKind):
         pieces = p.pieces.copy()
         for line, mode in zip(p.lines, modes[:, MODE], strict=True):
             if mode == TAUT:
-                s = find_span(line, bodies, motion)
+                s = find_ends(line, bodies, motion)
                 own = pieces[line["first"] : line["last"]]
                 own["length"] *= TIGHT * np.hypot(s.x, s.z) / own["length"].sum()
         return p._replace(pieces=pieces)
 
     def lost(self, p: Params, modes: np.ndarray) -> Iterator[tuple[int, str]]:
         for i in np.flatnonzero(modes[:, MODE] == LOST).tolist():
-            yield i, "its shape was not found, because its ends are where no shape balances it"
+            yield i, shape.REASONS[int(modes[i, RISING])]
 
     def forget(self, p: Params, y: np.ndarray) -> None:
         """Guesses of an earlier run are valid."""
@@ -109,6 +112,9 @@ class _Kind(PosingKind):
         }
         for name, column in columns.items():
             found[name] = (each, kept.observed[:, :, column])
+        if p.widths.any():
+            found["line_damping"] = (("line",), p.lines["damping"])
+            found["line_drift"] = (("line",), p.lines["drift"])
         return found
 
 
