@@ -18,6 +18,7 @@ from hydrosim.case.hydrodynamics import built
 from hydrosim.case.hydrostatics import hull_of
 from hydrosim.case.resolve import resolved
 from hydrosim.case.seas import wave_trains
+from hydrosim.case.streams import with_streams
 from hydrosim.case.tanks import Lightship
 from hydrosim.presentation.units import as_attribute
 
@@ -90,12 +91,10 @@ def _density(water: schema.Environment) -> tuple[float, float]:
 
 
 def _environment(water: schema.Environment, path: Path) -> scene.Environment:
-    current, wind = (scene.Stream(**dict(s or {})) for s in (water.current, water.wind))
-    return scene.Environment(
-        *(water.water_depth, water.water_density, water.gravity, wave_trains(water, path)),
-        current=current,
-        wind=wind,
+    found = scene.Environment(
+        water.water_depth, water.water_density, water.gravity, wave_trains(water, path)
     )
+    return with_streams(found, water.current, water.wind, f"{path}: environment")
 
 
 def _body(name: str, body: schema.Body, folder: Path) -> scene.Body:
@@ -126,6 +125,7 @@ def _body(name: str, body: schema.Body, folder: Path) -> scene.Body:
         pumps=tuple(pump.build(key) for key, pump in body.pumps.items()),
         constant_inertia=body.constant_inertia,
         points=body.points,
+        draught=body.draught,
     )
 
 

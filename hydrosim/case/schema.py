@@ -28,6 +28,7 @@ from hydrosim.case.elements.fender import Plane
 from hydrosim.case.hydrodynamics import Coefficients, Hydrodynamics, files_of
 from hydrosim.case.hydrostatics import Hydrostatics
 from hydrosim.case.joints import AnyJoint
+from hydrosim.case.streams import Current, Wind
 from hydrosim.case.tanks import Lightship, Pump, Tank
 from hydrosim.case.waves import Waves
 from hydrosim.documents import quantities as of
@@ -64,15 +65,6 @@ def _in_order(dofs: tuple[str, ...]) -> tuple[str, ...]:
 Dofs = Annotated[tuple[StrictStr, ...], AfterValidator(_in_order)]
 
 
-class Stream(Strict):
-    """Steady current or wind, and where it goes to."""
-
-    speed: of.FlowSpeed
-    """Speed of the stream."""
-    heading: of.Angle = 0.0
-    """Direction that the stream goes to, counter-clockwise from the x axis of the earth."""
-
-
 class Environment(Strict):
     """Water, the waves on it, one mapping or a list of them, current and wind."""
 
@@ -84,10 +76,11 @@ class Environment(Strict):
     """Acceleration of gravity."""
     waves: Waves = ()
     """One wave train, or a list of wave trains that act together."""
-    current: Stream | None = None
-    """Steady and uniform current. It acts through force elements alone."""
-    wind: Stream | None = None
-    """Steady and uniform wind. It acts through force elements alone."""
+    current: Current | None = None
+    """Steady current, uniform or over the depth. Bodies with hydrodynamics feel it, and force
+    elements."""
+    wind: Wind | None = None
+    """Wind, steady or with gusts. It acts through force elements alone."""
 
 
 class Initial(Strict):
@@ -246,6 +239,9 @@ class Body(Strict):
     constant_inertia: StrictBool = False
     """Whether mass and inertia stay as at the start while tanks are pumped, and only the weight
     changes."""
+    draught: Annotated[float, Quantity("length", "m", "8 m", above=0)] | None = None
+    """Draught over which the mean of a current with a profile acts. Without it, that of the hull in
+    hydrostatics."""
     points: dict[of.Name, of.Point] = Field(default_factory=dict)
     """Places in the body frame by name. Their motions are recorded.
     Example: {bow: [90 m, 0 m, 8 m]}."""

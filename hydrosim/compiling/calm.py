@@ -22,10 +22,12 @@ from hydrosim.compiling.restart import begin
 from hydrosim.compiling.start import first_state, start_of, with_slow_places
 from hydrosim.compiling.wet import WetGroup
 from hydrosim.dofs import DOFS
+from hydrosim.forces import heights_of_wind, in_gusts
 from hydrosim.forces.kind import elements_of
 from hydrosim.forces.line.catenary import Catenary
 from hydrosim.scene import Kinematics, Place, Scene
 from hydrosim.scene.trees import arrangement
+from hydrosim.streams.gusts import gust_table
 from hydrosim.waves.body import WaveBody
 from hydrosim.waves.build import wave_loads_model
 from hydrosim.waves.components import Components, check_span
@@ -57,9 +59,9 @@ def compile_calm(scene: Scene, wet: Sequence[WetGroup], known: Parts | None = No
 
 
 def in_waves(calm: Compiled, scene: Scene, sea: Sequence[Components]) -> Compiled:
-    """Scene of `compile_calm` in the ``sea`` drawn from its waves. ``scene`` may differ from the
-    calm one in waves, title and source. Raises InputError if a database does not fit the sea, or if
-    the sea is shorter than the run."""
+    """Scene of `compile_calm` in the ``sea`` drawn from its waves, and in its gusts. ``scene`` may
+    differ from the calm one in waves, seed of gusts, title and source. Raises InputError if a
+    database does not fit the sea, or if sea or gusts are shorter than the run."""
     end = begin(scene) + scene.duration
     check_span(scene.environment, 0.0, end)
     loaded = wave_bodies(scene, calm.facts.databases, calm.facts.met)
@@ -69,7 +71,10 @@ def in_waves(calm: Compiled, scene: Scene, sea: Sequence[Components]) -> Compile
     loads = wave_loads_model(sea, bodies, 0.0, scene.solver.step / 2, end)
     block = steps_per_block(scene) * grid_step(scene)
     following = following_model(sea, bodies, block, _missed(calm.scene.solver))
-    model = calm.model._replace(waves=loads, following=following)
+    heights = heights_of_wind(calm.model.elements)
+    gusts = gust_table(scene.environment, heights, scene.solver.step / 2, end)
+    elements = in_gusts(calm.model.elements, gusts)
+    model = calm.model._replace(waves=loads, following=following, elements=elements)
     model, drag = with_line_drag(scene, model, calm.state, sea, _met_at_rest(calm, scene))
     state = with_slow_places(scene, model, calm.state)
     facts = facts_of(scene, calm.wet, model)

@@ -32,6 +32,8 @@ def compile_clock(compiled: Compiled) -> Clock:
     passed = round(begin / step)
     on_grid = abs(passed * step - begin) <= 1e-9 * step * max(passed, 1)
     ramps = [w.ramp for w in scene.environment.waves]
+    if (gusts := scene.environment.gusts) is not None:
+        ramps.append(gusts.ramp)
     tables = [corners(signal) for _, signal in signals_of(scene.forces)]
     breakpoints = np.unique(np.concatenate([ramps, *tables]))
     return Clock(

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
-from math import cos, sin
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hydrosim import forces, radiation
 from hydrosim.compiling import families
+from hydrosim.compiling.hydrostatics.currents import currents_on, draught_of
 from hydrosim.compiling.hydrostatics.hulls import hulls_of
 from hydrosim.compiling.hydrostatics.liquids import liquids_of
 from hydrosim.compiling.hydrostatics.tanks import tanks_of
@@ -37,12 +37,11 @@ from hydrosim.results.points import named_points, point_names
 from hydrosim.rigid.heading import Headings, new_headings
 from hydrosim.rigid.inertia import constant_inertia
 from hydrosim.rigid.kinematics import Bodies
-from hydrosim.scene import (
-    Scene,
-    Stream,
-)
+from hydrosim.scene import Scene
 from hydrosim.stepping import blending
 from hydrosim.stepping.dynamics import Model
+from hydrosim.streams.current import current_table
+from hydrosim.streams.wind import mean_wind
 from hydrosim.tanks.contents import Tanks, tank_names
 from hydrosim.tanks.events import triggered_pumps
 from hydrosim.waves.build import wave_loads_model
@@ -124,10 +123,10 @@ def _impulses(rows: int, bodies: Bodies, parts: Parts) -> int:
 
 def _headings(scene: Scene, bodies: Bodies, wet: Collection[str]) -> Headings:
     """Heading axes of the bodies, and the current in these axes, at the start of the first run."""
-    current = _velocity(scene.environment.current)
+    current = currents_on(scene, wet)
     stream = np.zeros((len(scene.bodies), 6))
     for b, psi in enumerate(initial_headings(scene)):
-        stream[b, :3] = about_z(psi).T @ (*current, 0.0)
+        stream[b, :3] = about_z(psi).T @ (*current[b], 0.0)
     has_water = np.array([body.name in wet for body in scene.bodies])
     return new_headings(bodies, has_water, current, stream.ravel())
 
@@ -207,8 +206,8 @@ def _layout(
     return Layout(
         {body.name: i for i, body in enumerate(scene.bodies)},
         {name: i for i, name in enumerate(row_names(scene)) if name in rows},
-        _velocity(scene.environment.current),
-        _velocity(scene.environment.wind),
+        current_table(scene.environment),
+        mean_wind(scene.environment),
         of_body,
         roll_of_body,
         tuple(body.heading for body in scene.bodies),
@@ -227,6 +226,7 @@ def _layout(
         scene.clearances,
         scene.environment.water_depth,
         scene.environment.water_density,
+        tuple(draught_of(body) for body in scene.bodies),
     )
 
 
@@ -240,7 +240,3 @@ def _joined(scene: Scene, bodies: Bodies) -> dict[str, Joined]:
         name: Joined(found[joint.body], found[joint.to] if joint.to else None, bodies.exact)
         for name, joint in ((name, scene.joints[name]) for name in constraint_names(scene))
     }
-
-
-def _velocity(stream: Stream) -> tuple[float, float]:
-    return stream.speed * cos(stream.heading), stream.speed * sin(stream.heading)

@@ -75,6 +75,7 @@ from hydrosim.forces.stream_load import CurrentLoad, StreamLoad, WindLoad
 from hydrosim.jit.kernels import clear, kernel
 from hydrosim.modes import COLUMNS
 from hydrosim.scene import ForceElement, Scene
+from hydrosim.streams.gusts import GustTable
 from hydrosim.tanks.contents import Tanks
 
 
@@ -355,6 +356,18 @@ def loop_modes(parts: Parts) -> np.ndarray:
 def without_friction(elements: Elements) -> Elements:
     """The same elements with contacts that slip freely."""
     return elements._replace(fenders=fender.without_friction(elements.fenders))
+
+
+def in_gusts(elements: Elements, gusts: GustTable) -> Elements:
+    """The same elements in these gusts; the very same if the gusts are."""
+    loads = stream_load.with_gusts(elements.stream_loads, gusts)
+    same = loads is elements.stream_loads
+    return elements if same else elements._replace(stream_loads=loads)
+
+
+def heights_of_wind(elements: Elements) -> list[float]:
+    """Heights [m] of the columns of gusts, the first 10 m."""
+    return [float(z) for z in elements.stream_loads.heights]
 
 
 def signals_of(elements: Mapping[str, ForceElement]) -> Iterator[tuple[str, Signal]]:

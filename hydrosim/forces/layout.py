@@ -15,6 +15,8 @@ from hydrosim.scene import Clearance, ForceElement, Joint, Scene, Weight
 from hydrosim.scene.trees import arrangement, tree_joints
 
 if TYPE_CHECKING:
+    from hydrosim.streams.current import CurrentTable
+    from hydrosim.streams.wind import MeanWind
     from hydrosim.tanks.events import TriggeredPump
 
 HYDROSTATIC, RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER = range(4)
@@ -112,7 +114,7 @@ class Joined(NamedTuple):
 class Layout:
     """Indices of bodies by name, rows of forces by element name, and properties that elements need.
 
-    ``current`` and ``wind`` (2,) [m/s] are the velocities of water and air in the earth's x, y.
+    ``current_profile`` is the current over the depth, ``wind`` the mean wind over the height.
     ``resonance`` (body, stiffness (6,)) returns the `Resonance` of a body with this additional
     stiffness along its axes at rest; ``roll_mode`` (body, stiffness (6, 6)) returns its `RollMode`.
     ``heading`` [rad] is the heading of each body at rest,
@@ -125,13 +127,13 @@ class Layout:
     constraints, ``joint_row`` is their row of forces; ``tree`` are the constants of the others.
     ``origin`` [m] is the centre of gravity of each body at rest. ``points`` are body and place of
     each named point, for the ``clearances``. ``depth`` [m] and ``water_density`` [kg/m^3] are of
-    the water.
+    the water. ``draught`` [m] is that of each body at rest, None if unknown.
     """
 
     body: dict[str, int]
     row: dict[str, int]
-    current: tuple[float, float]
-    wind: tuple[float, float]
+    current_profile: CurrentTable
+    wind: MeanWind
     resonance: Callable[[int, np.ndarray], Resonance]
     roll_mode: Callable[[int, np.ndarray], RollMode]
     heading: tuple[float, ...]
@@ -150,6 +152,11 @@ class Layout:
     clearances: Mapping[str, Clearance] = field(default_factory=dict)
     depth: float = inf
     water_density: float = 1025.0
+    draught: tuple[float | None, ...] = ()
+
+    def draught_of(self, body: str) -> float | None:
+        """Draught [m] of a body at rest, None if unknown."""
+        return self.draught[self.body[body]] if self.draught else None
 
     def place_at_rest(self, body: str | None, point: Sequence[float]) -> np.ndarray:
         """Position (3,) in the earth frame of a ``point`` of a body at rest, or of the earth."""

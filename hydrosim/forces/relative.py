@@ -1,13 +1,26 @@
 """Velocity of a body through a stream, in the body's axes, and a wrench given in these axes.
 
-A stream is the steady and uniform flow of water (current) or air (wind) along the horizontal.
+A stream is the flow of water (current) or air (wind) along the horizontal. The current on a body is
+the mean over its draught.
 """
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from hydrosim.jit.kernels import kernel
 from hydrosim.rigid.kinematics import add_wrench
 from hydrosim.rigid.vectors import matvec, product, sub, vector
+from hydrosim.streams.current import current_on_hull
+
+if TYPE_CHECKING:
+    from hydrosim.forces.layout import Layout
+
+
+def current_on(body: str, layout: Layout) -> tuple[float, float]:
+    """Mean velocity (2,) [m/s] of the current over the draught of a ``body``. Raises InputError if
+    the current varies and the draught is unknown."""
+    return current_on_hull(layout.current_profile, layout.draught_of(body), body)
 
 
 @kernel

@@ -1,41 +1,51 @@
-"""Load of a steady stream by coefficients over its heading: current on a hull, wind on the part
-above the water.
+"""Load of a stream by coefficients over its heading: current on a hull, wind on the part above the
+water.
 
     w = U - v_p,   X = c_x(a) |w|^2,   Y = c_y(a) |w|^2,   N = c_n(a) |w|^2
 
-U: velocity of the stream, horizontal; v_p: velocity of the point on which the load acts. Further w:
-horizontal part of the difference; a: the direction of w, counter-clockwise from the body's x axis
-(0 from astern, 180 deg from ahead). X and Y act along and across the body's heading in the
-horizontal plane, N about the vertical. There is no heave force. Roll and pitch moments come from
-the height of the point. The coefficients are forces and moments per squared speed, 1/2 rho A C in
-terms of dimensionless ones (such as those of OCIMF 1994, Prediction of Wind and Current Loads on
-VLCCs).
+U: velocity of the stream, horizontal, with the gusts of the wind; v_p: velocity of the point on
+which the load acts. Further w: horizontal part of the difference; a: the direction of w,
+counter-clockwise from the body's x axis (0 from astern, 180 deg from ahead). X and Y act along and
+across the body's heading in the horizontal plane, N about the vertical. There is no heave force.
+Roll and pitch moments come from the height of the point. The coefficients are forces and moments
+per squared speed, 1/2 rho A C in terms of dimensionless ones (such as those of OCIMF 1994,
+Prediction of Wind and Current Loads on VLCCs).
 
 Between the given headings c is a periodic cubic spline, exact at them. The body's heading is its
 yaw, as for the hydrodynamics (`rigid.heading`). Booked as work.
 
-Limits: the stream is steady, without shear or gusts. The only resistance to yawing comes from the
-point's own velocity. Measured yaw coefficients include Munk's moment of a steady stream. A body
+The current is the mean over the ``depth`` of the load, or over the draught of its body, or that at
+the depth of the point (`hydrosim.streams.current`). The wind is that at the ``height`` of the load,
+or of the point at rest, with the gusts there (`hydrosim.streams.gusts`).
+
+Limits: a load feels one velocity at a time: no shear over its area, and gusts act on all of it at
+the same instant. Its depth and height are those at rest. The only resistance to yawing comes from
+the point's own velocity. Measured yaw coefficients include Munk's moment of a steady stream. A body
 with hydrodynamics also receives this moment from its added mass (`rigid.added_mass`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import atan2, pi
 from typing import ClassVar, NamedTuple
 
 import numpy as np
 
+from hydrosim.errors import InputError
 from hydrosim.forces.kind import ElementKind
 from hydrosim.forces.layout import Layout
 from hydrosim.forces.mirroring import turned
+from hydrosim.forces.relative import current_on
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.rigid import heading
 from hydrosim.rigid.kinematics import add_wrench, attachment, point_velocity
 from hydrosim.rigid.vectors import add, cross, dot, vector
 from hydrosim.scene import ForceElement
+from hydrosim.streams.current import current_at, is_sheared, mean_current
+from hydrosim.streams.gusts import NO_GUSTS, GustTable, gust_at
+from hydrosim.streams.wind import LOWEST, REFERENCE
 
 TURN = 2.0 * pi
 
@@ -74,7 +84,9 @@ class StreamLoad(ForceElement):
 
 @dataclass(frozen=True)
 class CurrentLoad(StreamLoad):
-    """Load of the current."""
+    """Load of the current, whose mean over the ``depth`` from top to bottom [m] it feels."""
+
+    depth: tuple[float, float] | None = field(default=None, kw_only=True)
 
     def feels(self) -> Collection[str]:
         return ("current",)
@@ -82,7 +94,9 @@ class CurrentLoad(StreamLoad):
 
 @dataclass(frozen=True)
 class WindLoad(StreamLoad):
-    """Load of the wind."""
+    """Load of the wind at a ``height`` [m] above the still water."""
+
+    height: float | None = field(default=None, kw_only=True)
 
     def feels(self) -> Collection[str]:
         return ("wind",)
@@ -91,35 +105,86 @@ class WindLoad(StreamLoad):
 LOAD = np.dtype(
     [
         *(("body", int), ("row", int), ("point", float, 3), ("stream", float, 2)),
-        *(("first", int), ("last", int)),
+        *(("first", int), ("last", int), ("gusts", int), ("direction", float, 2)),
     ]
 )
+"""A load: ``stream`` is the mean velocity that it feels; ``gusts`` is the column of its gusts along
+``direction``, negative for a current."""
 PIECE = np.dtype([("start", float), ("powers", float, (4, 3))])
 """A piece of the splines of X, Y and N: its first heading, and the factors of 1, x, x^2, x^3."""
 
 
 class Params(NamedTuple):
     """``each`` (ne,) of `LOAD`; each has the ``pieces`` with ``first`` <= i < ``last``, of which
-    the first has a heading in the first turn."""
+    the first has a heading in the first turn. ``heights`` (nh,) [m] are those of the columns of
+    ``gusts``, the first 10 m."""
 
     each: np.ndarray
     pieces: np.ndarray
+    heights: np.ndarray
+    gusts: GustTable
 
 
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
     """Constants of the loads of streams among ``elements``."""
     rows = []
     pieces = [np.zeros(0, dtype=PIECE)]
+    heights = [REFERENCE]
     first = 0
     for name, e in elements.items():
         if isinstance(e, StreamLoad):
-            stream = layout.wind if isinstance(e, WindLoad) else layout.current
+            stream = stream_felt(name, e, layout)
+            gusts = -1
+            if isinstance(e, WindLoad):
+                height = layout.wind.height_felt(height_of(name, e, layout))
+                heights += [] if height in heights else [height]
+                gusts = heights.index(height)
             pieces.append(_splines(e))
             last = first + pieces[-1].size
             place = (layout.body[e.body], layout.row[name], e.point, stream)
-            rows.append((*place, first, last))
+            rows.append((*place, first, last, gusts, layout.wind.direction))
             first = last
-    return Params(np.array(rows, dtype=LOAD), np.concatenate(pieces))
+    each = np.array(rows, dtype=LOAD)
+    return Params(each, np.concatenate(pieces), np.array(heights), NO_GUSTS)
+
+
+def stream_felt(name: str, load: StreamLoad, layout: Layout) -> tuple[float, float]:
+    """Mean velocity [m/s] of the stream that a load feels. Raises InputError if it is unknown."""
+    if isinstance(load, WindLoad):
+        return layout.wind.velocity_at(height_of(name, load, layout))
+    if isinstance(load, CurrentLoad) and load.depth is not None:
+        return mean_current(layout.current_profile, *load.depth)
+    if layout.draught_of(load.body) is not None or not is_sheared(layout.current_profile):
+        return current_on(load.body, layout)
+    depth = -float(layout.place_at_rest(load.body, load.point)[2])
+    if depth < 0.0:
+        raise InputError(
+            f"forces.{name}.depth: found none, a point {-depth:.3g} m above the water, and a"
+            " current that varies over the depth; expected depth: [top, bottom],"
+            f" bodies.{load.body}.draught, or a point below the water"
+        )
+    x, y = current_at(layout.current_profile, depth)
+    return float(x), float(y)
+
+
+def height_of(name: str, load: WindLoad, layout: Layout) -> float:
+    """Height [m] above the still water of the wind that a load feels. Raises InputError if it is
+    too low for the profile of the wind."""
+    height = load.height
+    if height is None:
+        height = float(layout.place_at_rest(load.body, load.point)[2])
+    if layout.wind.profile is not None and height < LOWEST:
+        raise InputError(
+            f"forces.{name}.height: found a height of {height:.3g} m above the water, that of the"
+            f" point unless the key is given; expected {LOWEST:g} m or more for the profile of the"
+            " wind. Give height, that of the centre of the area."
+        )
+    return height
+
+
+def with_gusts(p: Params, gusts: GustTable) -> Params:
+    """The same loads in these gusts."""
+    return p if gusts is p.gusts else p._replace(gusts=gusts)
 
 
 def _splines(load: StreamLoad) -> np.ndarray:
@@ -148,6 +213,9 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         v = point_velocity(b, arm, motion)
         along, aside = heading(b, bodies, motion)
         w = (e.stream[0] - v[0], e.stream[1] - v[1])
+        if e.gusts >= 0 and p.gusts.values.shape[0] > 0:
+            u = gust_at(t, e.gusts, p.gusts)
+            w = (w[0] + u * e.direction[0], w[1] + u * e.direction[1])
         angle = atan2(along * w[1] - aside * w[0], along * w[0] + aside * w[1])
         c = coefficients(angle, e.first, e.last, p.pieces)
         square = w[0] * w[0] + w[1] * w[1]

@@ -37,6 +37,7 @@ SOURCES = {
     "waves",
     "radiation",
     "stepping",
+    "streams",
 }
 
 WAYS = {

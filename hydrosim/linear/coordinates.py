@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from hydrosim.forces import in_gusts
 from hydrosim.rigid.kinematics import acceleration_map, place_bodies
 from hydrosim.stepping.blending import blend
 from hydrosim.stepping.dynamics import Model, find_mass, new_work, update_contents
+from hydrosim.streams.gusts import NO_GUSTS
 from hydrosim.waves.build import wave_loads_model
 from hydrosim.waves.following import following_model
 
@@ -16,8 +18,9 @@ STILL = following_model((), ())
 
 
 def without_waves(model: Model) -> Model:
-    """The model in calm water."""
-    return model._replace(waves=CALM, following=STILL)
+    """The model in calm water and in the mean wind."""
+    elements = in_gusts(model.elements, NO_GUSTS)
+    return model._replace(waves=CALM, following=STILL, elements=elements)
 
 
 def inertia(model: Model, y: np.ndarray) -> np.ndarray:

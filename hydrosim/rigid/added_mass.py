@@ -4,9 +4,10 @@ The water that a body sets in motion has the kinetic energy
 
     T = w^T A(psi) w / 2,   A(psi) = P A P^T,   w = v - U
 
-P: from the heading axes of each body to the earth's (`heading`); U: the current. Lagrange's
-equations in w give the force on the bodies: force p', moment G' - omega x G, and -dT/dpsi on psi.
-(Lamb 1932, art. 124 has them for axes fixed in a body.) With the momentum (p, G) = A(psi) w,
+P: from the heading axes of each body to the earth's (`heading`); U: the current on each body.
+Lagrange's equations in w give the force on the bodies: force p', moment G' - omega x G, and
+-dT/dpsi on psi. (Lamb 1932, art. 124 has them for axes fixed in a body.) With the momentum
+(p, G) = A(psi) w,
 
     F = -p',   M = -G' + omega x G + E^-T (0, 0, dT/dpsi),
     dT/dpsi = w^T J A(psi) w = -e_z . (w_t x p + omega x G)
@@ -93,7 +94,7 @@ def stream_energy(p, A, motion, hulls):
     U, energy = hulls.turn, 0.0
     clear(U)
     for b in range(U.size // 6):
-        U[6 * b], U[6 * b + 1] = p.current[0], p.current[1]
+        U[6 * b], U[6 * b + 1] = p.current[b, 0], p.current[b, 1]
     all_to_heading(p, motion, U)
     for i in range(U.size):
         for j in range(U.size):

@@ -31,8 +31,9 @@ class Headings(NamedTuple):
     ``turned`` (nt,) lists the bodies whose heading axes differ from the earth's; ``turning`` (nr,)
     those of them with free yaw. ``surge`` (nt,) is the index of each turned body's surge among the
     free coordinates; sway follows it; -1 if both are locked. ``steady`` is false if only one of the
-    two is locked for some body, so that inertia varies. ``current`` (2,) [m/s] is in the earth
-    frame. ``stream`` (6 nb,) is the current at the start of a run in the axes of every body.
+    two is locked for some body, so that inertia varies. ``current`` (nb, 2) [m/s] is that on each
+    body, in the earth frame. ``stream`` (6 nb,) is the current at the start of a run in the axes of
+    every body.
     """
 
     turned: np.ndarray
@@ -57,7 +58,7 @@ class Hulls(NamedTuple):
 
 
 def new_headings(
-    bodies: Bodies, wet: np.ndarray, current: tuple[float, float], stream: np.ndarray
+    bodies: Bodies, wet: np.ndarray, current: np.ndarray, stream: np.ndarray
 ) -> Headings:
     """Headings of bodies; ``wet`` (nb,) marks those with hydrodynamics. See `Headings`."""
     free = np.isin(np.arange(6 * bodies.each.size), bodies.active).reshape(-1, 6)
@@ -70,7 +71,7 @@ def new_headings(
         np.flatnonzero(turning),
         np.array([place.get(6 * b, -1) for b in turned.tolist()], dtype=np.int64),
         bool(np.all(free[turned, 0] == free[turned, 1])) and not bodies.tree.branches.size,
-        np.array(current),
+        current,
         stream,
     )
 
@@ -168,8 +169,8 @@ def find_flow(p, motion, hulls):
     assign(hulls.velocity, motion.velocity)
     for b in p.turned:
         k = 6 * b
-        hulls.flow[k] -= p.current[0]
-        hulls.flow[k + 1] -= p.current[1]
+        hulls.flow[k] -= p.current[b, 0]
+        hulls.flow[k + 1] -= p.current[b, 1]
         to_heading(b, motion, hulls.flow)
         for i in range(k, k + 6):
             hulls.velocity[i] = hulls.flow[i] + p.stream[i]

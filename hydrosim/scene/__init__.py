@@ -14,9 +14,14 @@ from hydrosim.scene.body import (
 )
 from hydrosim.scene.environment import (
     Amplitudes,
+    CurrentProfile,
     Environment,
+    Gusts,
+    GustSpectrum,
     Stream,
     WaveTrain,
+    WindLaw,
+    WindProfile,
 )
 from hydrosim.scene.force import (
     ForceElement,
@@ -113,6 +118,7 @@ __all__ = [
     "Coefficients",
     "ConstantRadiation",
     "ConvolutionRadiation",
+    "CurrentProfile",
     "Density",
     "DirectionalTable",
     "Environment",
@@ -122,6 +128,8 @@ __all__ = [
     "FrequencyColumn",
     "Given",
     "GivenComponents",
+    "GustSpectrum",
+    "Gusts",
     "Hull",
     "Hydrodynamics",
     "Joint",
@@ -167,5 +175,7 @@ __all__ = [
     "Weight",
     "When",
     "WhiteNoise",
+    "WindLaw",
+    "WindProfile",
     "Without",
 ]

@@ -99,6 +99,9 @@ class Body:
     about the body's, and their rates. ``dofs`` lists the free degrees of freedom; a body with none
     is held. ``points`` are named points in the body frame whose motions are recorded.
 
+    ``draught`` [m] is the depth over which the mean of a current with a profile acts; None takes
+    that of the hull in ``hydrostatics``.
+
     Mass, inertia and centre of gravity include the contents of its ``tanks`` at the start. If
     ``constant_inertia`` is true, pumping changes the weight alone.
     """
@@ -123,3 +126,4 @@ class Body:
     tanks: tuple[Tank, ...] = ()
     pumps: tuple[Pump, ...] = ()
     constant_inertia: bool = False
+    draught: float | None = None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 import numpy as np
@@ -40,17 +40,74 @@ class WaveTrain:
 
 @dataclass(frozen=True)
 class Stream:
-    """Steady and uniform current or wind: ``speed`` [m/s] and ``heading`` [rad], the direction of
-    flow, counter-clockwise from +x."""
+    """Current or wind: ``speed`` [m/s] and ``heading`` [rad], the direction of flow,
+    counter-clockwise from +x. It is steady and uniform without a profile or gusts."""
 
     speed: float = 0.0
     heading: float = 0.0
 
 
 @dataclass(frozen=True)
+class CurrentProfile:
+    """Current over the ``depth`` (n,) [m] below the still water, which rises from 0: the speed is
+    ``factor`` (n,) times that of the stream, the heading is turned by ``turn`` (n,) [rad]. The
+    components of the velocity are linear between the depths, and constant below the last."""
+
+    depth: tuple[float, ...]
+    factor: tuple[float, ...]
+    turn: tuple[float, ...]
+
+
+class WindLaw(StrEnum):
+    """Law of the mean wind over the height."""
+
+    NPD = "npd"
+    POWER = "power"
+
+
+@dataclass(frozen=True)
+class WindProfile:
+    """Mean wind over the height by a ``law``. ``height`` [m] above the still water is where the
+    stream has its speed. ``exponent`` is that of the power law."""
+
+    law: WindLaw
+    height: float = 10.0
+    exponent: float = 0.11
+
+
+class GustSpectrum(StrEnum):
+    """Spectrum of gusts, see `hydrosim.streams.spectra`."""
+
+    NPD = "npd"
+    API = "api"
+    OCHI_SHIN = "ochi_shin"
+
+
+@dataclass(frozen=True)
+class Gusts:
+    """Gusts along the mean wind: their ``spectrum`` between the ``lowest`` and the ``highest``
+    frequency [rad/s].
+
+    ``averaging`` [s] is the time over which the speed of the wind is a mean. ``ramp`` [s],
+    ``repeat_period`` [s], ``amplitudes`` and ``seed`` are as in a `WaveTrain`; the phases are
+    independent of those of waves with the same seed.
+    """
+
+    spectrum: GustSpectrum = GustSpectrum.NPD
+    seed: int = 1
+    lowest: float = 2.0 * np.pi / 600.0
+    highest: float = np.pi
+    averaging: float = 3600.0
+    ramp: float = 0.0
+    repeat_period: float = 10800.0
+    amplitudes: Amplitudes = Amplitudes.DETERMINISTIC
+
+
+@dataclass(frozen=True)
 class Environment:
     """Water [m, kg/m^3, m/s^2] and the waves on it; an infinite depth is ``math.inf``. ``current``
-    and ``wind`` act through force elements alone and do not change the waves."""
+    and ``wind`` act through force elements alone and do not change the waves. Each may have a
+    profile, and the wind may have ``gusts``."""
 
     water_depth: float = np.inf
     water_density: float = 1025.0
@@ -58,3 +115,24 @@ class Environment:
     waves: tuple[WaveTrain, ...] = ()
     current: Stream = field(default_factory=Stream)
     wind: Stream = field(default_factory=Stream)
+    current_profile: CurrentProfile | None = None
+    wind_profile: WindProfile | None = None
+    gusts: Gusts | None = None
+
+    @property
+    def seeds(self) -> list[int]:
+        """The seeds of all wave trains, and of the gusts if there are any."""
+        own = [] if self.gusts is None else [self.gusts.seed]
+        return [*(train.seed for train in self.waves), *own]
+
+    def with_seed(self, seed: int) -> Environment:
+        """The same waves and gusts, drawn from another seed. They stay independent of each
+        other."""
+        waves = tuple(replace(train, seed=seed) for train in self.waves)
+        gusts = None if self.gusts is None else replace(self.gusts, seed=seed)
+        return replace(self, waves=waves, gusts=gusts)
+
+    def without_waves(self) -> Environment:
+        """The same in calm water; two environments that differ in waves and seeds alone are then
+        equal."""
+        return replace(self.with_seed(0), waves=())

@@ -56,7 +56,7 @@ class Tanks(NamedTuple):
     row: int
     weight: int
     gravity: float
-    current: tuple[float, float]
+    current: np.ndarray  # (nb, 2) [m/s], on each body
     state: int = 0
     mode: int = 0
 
@@ -65,7 +65,7 @@ def no_tanks() -> Tanks:
     """Constants of a scene without such tanks."""
     each, pieces, rests = (np.zeros(0, dtype=kind) for kind in (TANK, PIECE, REST))
     flows, rates = (np.zeros(0, dtype=kind) for kind in (FLOW, RATE))
-    return Tanks(each, pieces, rests, flows, rates, 0, 0, 0.0, (0.0, 0.0))
+    return Tanks(each, pieces, rests, flows, rates, 0, 0, 0.0, np.zeros((0, 2)))
 
 
 def changing(body: Body) -> list[Tank]:

@@ -88,7 +88,7 @@ def _velocities(b, motion, bodies, current):
     """Velocity of body ``b`` relative to the earth and to the current, and its angular velocity, in
     its own axes; in the axes at rest in linear kinematics."""
     v, w = vector(motion.velocity, 6 * b), vector(motion.velocity, 6 * b + 3)
-    u = (v[0] - current[0], v[1] - current[1], v[2])
+    u = (v[0] - current[b, 0], v[1] - current[b, 1], v[2])
     if not bodies.exact:
         return v, u, w
     T = motion.rotation[b].T

@@ -1,21 +1,23 @@
-"""Random draws for a wave train: phases, amplitudes and directions. Each has a stream of its own,
-so that none changes another."""
+"""Random draws for a wave train or for gusts: phases, amplitudes and directions. Each has a stream
+of its own, so that none changes another."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from hydrosim.scene import DirectionalTable, WaveTrain
+from hydrosim.scene import DirectionalTable, Gusts, WaveTrain
 
+GUSTS = 2**31
+"""Stream of gusts: no wave train has this number."""
 _PHASES, _AMPLITUDES, _DIRECTIONS = (), (1,), (2,)  # numpy's keys of streams within a train's
 
 
-def phases(train: WaveTrain, stream: int, count: int) -> np.ndarray:
+def phases(train: WaveTrain | Gusts, stream: int, count: int) -> np.ndarray:
     """Phases (count,) [rad], uniform in a turn."""
     return 2.0 * np.pi * _generator(train, stream, _PHASES).random(count)
 
 
-def rayleigh_factors(train: WaveTrain, stream: int, count: int) -> np.ndarray:
+def rayleigh_factors(train: WaveTrain | Gusts, stream: int, count: int) -> np.ndarray:
     """Factors (count,) with a Rayleigh distribution and mean square 1.
 
     With a uniform phase the real and imaginary parts of the complex amplitude are then independent
@@ -63,6 +65,6 @@ def _from_table(table: DirectionalTable, omega: np.ndarray, uniform: np.ndarray)
     return table.heading[sector] + into * (table.heading[1] - table.heading[0])
 
 
-def _generator(train: WaveTrain, stream: int, use: tuple[int, ...]) -> np.random.Generator:
+def _generator(train: WaveTrain | Gusts, stream: int, use: tuple[int, ...]) -> np.random.Generator:
     sequence = np.random.SeedSequence(train.seed, spawn_key=(stream, *use))
     return np.random.Generator(np.random.PCG64(sequence))

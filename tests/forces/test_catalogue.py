@@ -18,12 +18,15 @@ from hydrosim.forces.contact import guide
 from hydrosim.forces.contact.laws import LAWS as ALL_LAWS
 from hydrosim.forces.kind import ElementKind
 from hydrosim.forces.layout import Layout, Resonance, RollMode
+from hydrosim.scene import Environment
+from hydrosim.streams.current import current_table
+from hydrosim.streams.wind import mean_wind
 
 LAYOUT = Layout(
     body={"block": 0, "carrier": 1},
     row={"it": 4},
-    current=(0.0, 0.0),
-    wind=(0.0, 0.0),
+    current_profile=current_table(Environment()),
+    wind=mean_wind(Environment()),
     resonance=lambda body, stiffness: Resonance(stiffness, stiffness),
     roll_mode=lambda body, stiffness: RollMode(1.0, 1.0, 0.0),
     heading=(0.0, 0.0),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import model_validator
@@ -84,11 +84,21 @@ class CurrentLoad(StreamLoad):
     stream: ClassVar[str | None] = "current"
     type: Literal["current_load"]
     """Load of the current by coefficients over its heading."""
+    depth: tuple[of.Length, of.Length] | None = None
+    """Depths, from top to bottom, between which the mean of a current with a profile acts. Without
+    it, the draught of the body or the depth of the point. Example: [0 m, 8 m]."""
+
+    @model_validator(mode="after")
+    def _check_depth(self) -> Self:
+        if self.depth is not None and not 0.0 <= self.depth[0] < self.depth[1]:
+            top, bottom = self.depth
+            raise problem(f"depths of {top:g} and {bottom:g} m", "0 or more, top above bottom")
+        return self
 
     def build(self, where: Where) -> forces.CurrentLoad:
         from hydrosim.forces.stream_load import CurrentLoad as Built  # loads numba
 
-        return Built(self.body, self.point, *self.all_round())
+        return Built(self.body, self.point, *self.all_round(), depth=self.depth)
 
 
 class WindLoad(StreamLoad):
@@ -98,8 +108,10 @@ class WindLoad(StreamLoad):
     stream: ClassVar[str | None] = "wind"
     type: Literal["wind_load"]
     """Load of the wind by coefficients over its heading."""
+    height: Annotated[float, of.Quantity("height", "m", "10 m", above=0)] | None = None
+    """Height above the water of the wind that acts. Without it, that of the point at rest."""
 
     def build(self, where: Where) -> forces.WindLoad:
         from hydrosim.forces.stream_load import WindLoad as Built  # loads numba
 
-        return Built(self.body, self.point, *self.all_round())
+        return Built(self.body, self.point, *self.all_round(), height=self.height)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import cos, inf, sin
+from math import inf
 
 import numpy as np
 
+from hydrosim.compiling.hydrostatics.currents import currents_on
 from hydrosim.compiling.hydrostatics.liquids import cut_shape, cut_tanks
 from hydrosim.compiling.hydrostatics.tank_checks import check_flow, check_tanks
 from hydrosim.forces.layout import BALLAST, WEIGHT, has_flow, row_names
@@ -42,7 +43,8 @@ def tanks_of(scene: Scene) -> Tanks:
     last = np.cumsum([len(shape) for shape in shapes]) - 1
     begun = [0, *(last[:-1] + 1)]
     flows, rates = _flows(scene, index)
-    names, current = row_names(scene), scene.environment.current
+    names = row_names(scene)
+    pumping = {body.name for body in scene.bodies if changing(body)}
     found = Tanks(
         np.array(
             [
@@ -58,7 +60,7 @@ def tanks_of(scene: Scene) -> Tanks:
         names.index(BALLAST),
         names.index(WEIGHT),
         scene.environment.gravity,
-        (current.speed * cos(current.heading), current.speed * sin(current.heading)),
+        currents_on(scene, pumping),
     )
     check_flow(scene, found)
     return found

@@ -28,7 +28,7 @@ from hydrosim.errors import InputError
 from hydrosim.forces import linear_mooring
 from hydrosim.forces.kind import ElementKind
 from hydrosim.forces.layout import Layout, Resistance, axes_at_rest
-from hydrosim.forces.relative import add_resistance, relative_velocity
+from hydrosim.forces.relative import add_resistance, current_on, relative_velocity
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.rigid.vectors import product
 from hydrosim.scene import ForceElement, Turns
@@ -85,7 +85,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> np
     rows = []
     for name, e in elements.items():
         if isinstance(e, LinearDamping):
-            stream = layout.current if e.relative_to_current else (0.0, 0.0)
+            stream = current_on(e.body, layout) if e.relative_to_current else (0.0, 0.0)
             damping = _damping(name, e, elements, layout)
             rows.append((layout.body[e.body], layout.row[name], damping, stream))
     return np.array(rows, dtype=DAMPING)

@@ -23,7 +23,7 @@ import numpy as np
 
 from hydrosim.forces.kind import ElementKind
 from hydrosim.forces.layout import Layout
-from hydrosim.forces.relative import add_resistance, relative_velocity
+from hydrosim.forces.relative import add_resistance, current_on, relative_velocity
 from hydrosim.jit.kernels import root
 from hydrosim.scene import ForceElement
 
@@ -57,7 +57,7 @@ DAMPING = np.dtype([("body", int), ("row", int), ("damping", float, (6, 6)), ("s
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> np.ndarray:
     """Constants (ne,) of `DAMPING` of the quadratic dampings among ``elements``."""
     rows = [
-        (layout.body[e.body], layout.row[name], e.damping, layout.current)
+        (layout.body[e.body], layout.row[name], e.damping, current_on(e.body, layout))
         for name, e in elements.items()
         if isinstance(e, QuadraticDamping)
     ]

@@ -45,6 +45,7 @@ from hydrosim.modes import MARGINS, MODE, RISING, SEGMENT, SEGMENT_MARGIN
 from hydrosim.rigid.kinematics import add_wrench, attachment, point_velocity
 from hydrosim.rigid.vectors import cross, dot, scale, sub, vector
 from hydrosim.scene import ForceElement
+from hydrosim.streams.current import current_at, mean_current
 
 ACTING, GONE, LOST, TAUT = range(4)
 """Modes; lines are `TAUT` in postures alone."""
@@ -168,7 +169,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
         end = EARTH if e.anchor_body is None else layout.body[e.anchor_body]
         ends = (layout.body[e.body], layout.row[name], e.point, end, anchor)
         friction = e.friction or 0.0
-        drag = (e.drag_width.max(), 0.0, 0.0, layout.current)
+        drag = (e.drag_width.max(), 0.0, 0.0, _mean_stream(e, layout))
         datum = layout.place_at_rest(e.anchor_body, anchor)[2]
         paid = (e.paying, signal, friction == 0.0, datum)
         rows.append((*ends, first, last, bed, friction, *drag, *paid))
@@ -177,6 +178,15 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
     widths = np.concatenate([np.zeros(0), *(e.drag_width for e in own.values())])
     every = np.concatenate(pieces)
     return Params(np.array(rows, dtype=LINE), every, widths, signal_pieces, 0, 0)
+
+
+def _mean_stream(line: Catenary, layout: Layout) -> tuple[float, float]:
+    """Mean velocity [m/s] of the current over the depths between both ends of a line at rest."""
+    ends = (layout.place_at_rest(line.body, line.point), layout.place_at_rest(line.anchor_body, line.anchor))
+    top, bottom = sorted(max(0.0, -float(end[2])) for end in ends)
+    if bottom - top < ON_BED:
+        return tuple(map(float, current_at(layout.current_profile, top)))
+    return mean_current(layout.current_profile, top, bottom)
 
 
 def _pieces(line: Catenary) -> np.ndarray:
@@ -317,7 +327,7 @@ def find_drag(line, s, pull):
 
 @kernel
 def water_velocity(line):
-    """Velocity of the water [m/s] past a line: the uniform current."""
+    """Velocity of the water [m/s] past a line: the mean current over its depth."""
     return line.stream[0], line.stream[1]
 
 

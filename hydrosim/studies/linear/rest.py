@@ -12,9 +12,10 @@ from hydrosim.compiling.compile import Radiation, compile_for_linear
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.facts import met_by_waves
 from hydrosim.errors import InputError
-from hydrosim.forces import without_friction
+from hydrosim.forces import in_gusts, without_friction
 from hydrosim.linear.equilibrium import ENOUGH, Rest, equilibrium
 from hydrosim.scene import Body, Place, Scene, SecondOrder, WaveForces
+from hydrosim.streams.gusts import NO_GUSTS
 from hydrosim.studies.ballast.loading import pumped
 from hydrosim.waves.build import wave_loads_model
 from hydrosim.waves.components import sea
@@ -38,9 +39,8 @@ def at_rest(
         if isinstance(scene, Compiled)
         else compile_for_linear(scene, Radiation.DATABASE, time)
     )
-    model = calm.model._replace(
-        elements=without_friction(calm.model.elements), following=following_model((), ())
-    )
+    elements = in_gusts(without_friction(calm.model.elements), NO_GUSTS)
+    model = calm.model._replace(elements=elements, following=following_model((), ()))
     weight = model.bodies.each["mass"].sum() * calm.scene.environment.gravity
     rest = equilibrium(model, pumped(calm, time), time, weight)
     if mean_drift:

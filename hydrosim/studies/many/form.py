@@ -145,8 +145,7 @@ def _layout(scene: Scene) -> xr.Dataset | None:
 
 def without_waves(scene: Scene) -> Scene:
     """The scene without what its coordinates do not depend on."""
-    calm = replace(scene.environment, waves=())
-    return replace(scene, title="", source={}, environment=calm)
+    return replace(scene, title="", source={}, environment=scene.environment.without_waves())
 
 
 def _structure(layout: xr.Dataset) -> Structure:

@@ -214,10 +214,14 @@ def _check_found(scene: Scene, keep: Digest) -> None:
 
 def _seeds(scenes: Sequence[Scene]) -> np.ndarray | None:
     """Seeds (runs,), or (runs, trains) if there are several wave trains; None if there is none, or
-    not as many in all runs."""
-    found = [[wave.seed for wave in scene.environment.waves] for scene in scenes]
+    not as many in all runs. The seed of gusts follows those of the trains; it is left out if all of
+    them are the same."""
+    found = [scene.environment.seeds for scene in scenes]
     if not found[0] or len({len(seeds) for seeds in found}) > 1:
         return None
+    gusty = any(scene.environment.gusts is not None for scene in scenes)
+    if gusty and all(len(set(seeds)) == 1 for seeds in found):
+        found = [seeds[:1] for seeds in found]
     return np.array(found)[:, 0] if len(found[0]) == 1 else np.array(found)
 
 

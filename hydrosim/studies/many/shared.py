@@ -45,7 +45,7 @@ class Shared:
         """A scene in calm water and its sea, or why there is none. Its run ``estimates`` its error,
         or does not."""
         calm = replace(scene, title="", source={})
-        calm = replace(calm, environment=replace(scene.environment, waves=()))
+        calm = replace(calm, environment=scene.environment.without_waves())
         if self._calm is None or not alike(calm, self._calm):
             self._calm = calm
             self._wet = ()

@@ -53,4 +53,5 @@ def in_sea(scene: Scene, sea: Sea, height: float, seed: int) -> Scene:
         s = sea.swell
         other = Jonswap(s.significant_height, s.peak_period)
         trains.append(replace(train, spectrum=other, heading=s.heading, seed=seed, spreading=None))
-    return replace(scene, environment=replace(scene.environment, waves=tuple(trains)))
+    water = scene.environment.with_seed(seed)
+    return replace(scene, environment=replace(water, waves=tuple(trains)))

@@ -73,11 +73,21 @@ def _contents(run: xr.Dataset) -> Iterator[tuple[str, str]]:
 def _seeds(run: xr.Dataset, case: Any) -> Iterator[tuple[str, int]]:
     """Keys of one run of many, to which a study may have given other seeds than its case."""
     if "seed" in run.variables:
-        trains = case["environment"]["waves"]
-        waves = [k for k, train in enumerate(trains) if train["spectrum"] != "none"]
-        for k, seed in zip(waves, np.ravel(run["seed"].values), strict=True):
-            if "seed" in trains[k]:
-                yield f"environment.waves.{k}.seed", int(seed)
+        keys = list(_keys_of_seeds(case["environment"]))
+        seeds = np.ravel(run["seed"].values)
+        each = np.repeat(seeds, len(keys)) if seeds.size == 1 else seeds
+        for key, seed in zip(keys, each, strict=True):
+            if key:
+                yield key, int(seed)
+
+
+def _keys_of_seeds(water: Any) -> Iterator[str]:
+    """Key of the seed of each wave train, empty if it has none, and of the gusts."""
+    for k, train in enumerate(water["waves"]):
+        if train["spectrum"] != "none":
+            yield f"environment.waves.{k}.seed" if "seed" in train else ""
+    if (water.get("wind") or {}).get("gusts"):
+        yield "environment.wind.gusts.seed"
 
 
 def _remarks(run: xr.Dataset) -> Iterator[str]:

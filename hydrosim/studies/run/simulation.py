@@ -331,7 +331,7 @@ def _provenance(compiled: Compiled) -> dict[str, object]:
         **scene.source,
         "program": f"hydrosim {program_version()}",
         "versions": versions(),
-        "seeds": [wave.seed for wave in scene.environment.waves] or None,
+        "seeds": scene.environment.seeds or None,
         "wave_ramp": max((wave.ramp for wave in scene.environment.waves), default=0.0) or None,
         "solver_method": str(scene.solver.method),
         "solver_step": scene.solver.step,

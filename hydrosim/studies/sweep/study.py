@@ -189,17 +189,9 @@ def _asked(name: str, criterion: Criterion) -> dict[str, Any]:
 
 
 def seas(scene: Scene, seeds: Iterable[int]) -> list[Scene]:
-    """One scene per seed. Its wave trains use independent streams of that seed."""
+    """One scene per seed. Its wave trains and its gusts use independent streams of that seed."""
     water = scene.environment
-    return [
-        replace(
-            scene,
-            environment=replace(
-                water, waves=tuple(replace(train, seed=seed) for train in water.waves)
-            ),
-        )
-        for seed in seeds
-    ]
+    return [replace(scene, environment=water.with_seed(seed)) for seed in seeds]
 
 
 def _problems(data: StudyFile) -> Iterator[Problem]:
@@ -251,8 +243,11 @@ class _Row:
     def seas(self, path: Path, data: StudyFile) -> list[Scene]:
         if data.seeds is None:
             return [self.scene]
-        if not self.scene.environment.waves:
-            raise InputError(f"{path}: seeds: the case {data.case} has no waves; remove the key")
+        water = self.scene.environment
+        if not water.waves and water.gusts is None:
+            raise InputError(
+                f"{path}: seeds: the case {data.case} has neither waves nor gusts; remove the key"
+            )
         return seas(self.scene, data.seeds)
 
 

@@ -1,0 +1,1 @@
+"""Current over the depth, wind over the height, and gusts."""
