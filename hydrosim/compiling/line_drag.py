@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from scipy import linalg
 
+from hydrosim.compiling.restart import begin
 from hydrosim.dofs import about_z
-from hydrosim.forces.line.catenary import GONE, find_ends, pull_now
 from hydrosim.forces.line.drag import (
     Linearised,
     effective_lengths,
@@ -22,8 +22,8 @@ from hydrosim.forces.line.drag import (
     linearise_regular,
 )
 from hydrosim.forces.line.kind import KIND
+from hydrosim.forces.line.now import LineNow, lines_now
 from hydrosim.linear.linearise import linearise
-from hydrosim.modes import MODE
 from hydrosim.rigid.free import positions, slopes_at
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.stepping.dynamics import new_work
@@ -80,7 +80,13 @@ def with_line_drag(
         return LineDrag(model, ())
     names = KIND.unit_names(scene)
     before = _drag_before(scene)
-    fairleads = [_fairlead(i, scene, model, state) for i in range(p.lines.size)]
+    n = model.bodies.active.size
+    motion = new_work(model).motion
+    place_bodies(state.y[:n], np.zeros(n), model.bodies, motion)
+    now = lines_now(model, scene, begin(scene), state.y, state.modes, model.bodies, motion)
+    there = {line.name: _fairlead(line, scene, model, state) for line in now}
+    gone = Fairlead(np.zeros((3, n)), np.zeros(3), 0.0, 0.0)
+    fairleads = [there.get(name, gone) for name in names]
     found = _fixed_point(model, state, seas, bodies, fairleads)
     texts = []
     lines = p.lines.copy()
@@ -120,28 +126,20 @@ def _drag_before(scene: Scene) -> dict[str, tuple[float, float]]:
     return {str(name): (float(c), float(m)) for name, c, m in each}
 
 
-def _fairlead(i: int, scene: Scene, model: Model, state: State) -> Fairlead:
-    """Line ``i`` at the start."""
-    p = KIND.of(model)
-    line = p.lines[i]
-    n = model.bodies.active.size
-    motion = new_work(model).motion
-    y = state.y
-    place_bodies(y[:n], np.zeros(n), model.bodies, motion)
-    if state.modes[p.mode + i, MODE] == GONE:
-        return Fairlead(np.zeros((3, n)), np.zeros(3), 0.0, 0.0)
-    ends = find_ends(line, model.bodies, motion)
-    pull, pieces = pull_now(i, 0.0, y, ends, motion, p)
-    own = pieces[line["first"] : line["last"]]
-    L1, L2 = effective_lengths(own["length"], pull.touch)
-    widths = p.widths[line["first"] : line["last"]]
+def _fairlead(now: LineNow, scene: Scene, model: Model, state: State) -> Fairlead:
+    """A line at the start."""
+    line = now.constants
+    ends = now.ends
+    pull = now.pull
+    L1, L2 = effective_lengths(now.own["length"], pull.touch)
+    widths = KIND.of(model).widths[line["first"] : line["last"]]
     half = 0.5 * scene.environment.water_density * widths
     along = np.array([pull.H * ends.e[0], pull.H * ends.e[1], -pull.V])
     along /= max(float(np.linalg.norm(along)), 1e-300)
     P = np.eye(3) - np.outer(along, along)
     u = P @ [*line["stream"], 0.0]
     b = 6 * int(line["body"])
-    S = slopes_at(model.bodies, y[:n])[b : b + 6]
+    S = slopes_at(model.bodies, state.y[: model.bodies.active.size])[b : b + 6]
     arm = np.asarray(ends.arm)
     J = S[:3] + np.cross(S[3:].T, arm).T
     return Fairlead(P @ J, u, float(half @ L2), float(half @ L1))
