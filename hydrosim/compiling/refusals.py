@@ -147,8 +147,9 @@ def _check_springs(scene: Scene, model: Model, state: State) -> None:
     motion = new_work(model).motion
     n = model.bodies.active.size
     place_bodies(state.y[:n], state.y[n : 2 * n], model.bodies, motion)
-    for name, line in zip(spring_names(scene), model.elements.springs.lines, strict=True):
-        if stretch(line, model.bodies, motion).length <= TOGETHER * line["length"]:
+    p = model.elements.springs
+    for name, line in zip(spring_names(scene), p.lines, strict=True):
+        if stretch(line, 0.0, model.bodies, motion, p).length <= TOGETHER * line["length"]:
             raise InputError(
                 f"forces.{name}: its point and its anchor are at the same position at the start;"
                 " expected different positions. `point` is in the frame of its body from the"

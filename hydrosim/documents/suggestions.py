@@ -65,6 +65,7 @@ SYNONYMS = {
     "spring": "line rope cable hawser wire",
     "catenary": "mooring_line chain anchor_line",
     "linear_mooring": "mooring",
+    "winch": "tugger drum hoist capstan",
     "strut": "rod two_sided_spring link spring_damper",
     "power_take_off": "pto",
     "rotary_power_take_off": "rotary_pto",

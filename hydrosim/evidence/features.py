@@ -8,6 +8,7 @@ from enum import StrEnum
 from hydrosim.forces import (
     Bushing,
     Catenary,
+    Compensator,
     Contact,
     Coulomb,
     CurrentLoad,
@@ -20,6 +21,7 @@ from hydrosim.forces import (
     StickSlip,
     Strut,
     TorsionSpring,
+    Winch,
     WindLoad,
 )
 from hydrosim.forces.applied_force import AppliedForce
@@ -76,6 +78,7 @@ class Feature(StrEnum):
     SPRINGS = "springs and lines"
     CATENARIES = "catenaries"
     STRUTS = "struts, torsion springs and power take-offs"
+    WINCHES = "winches and compensators"
     BUSHINGS = "bushings"
     MOORINGS = "linear moorings"
     APPLIED = "applied forces"
@@ -184,6 +187,7 @@ OF_SCENES: Mapping[Feature, Callable[[Scene], bool]] = {
     Feature.SPRINGS: _elements(Spring),
     Feature.CATENARIES: _elements(Catenary),
     Feature.STRUTS: _elements(Strut, TorsionSpring),
+    Feature.WINCHES: _elements(Winch, Compensator),
     Feature.BUSHINGS: _elements(Bushing),
     Feature.MOORINGS: _elements(LinearMooring),
     Feature.APPLIED: _elements(AppliedForce),

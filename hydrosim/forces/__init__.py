@@ -63,7 +63,8 @@ from hydrosim.forces.layout import Layout, Resistance
 from hydrosim.forces.line import catenary
 from hydrosim.forces.line import kind as lines
 from hydrosim.forces.line.catenary import Catenary
-from hydrosim.forces.line import winch, winch_kind
+from hydrosim.forces.line import compensator, winch, winch_kind
+from hydrosim.forces.line.compensator import Compensator
 from hydrosim.forces.line.controls import Compensation, SpeedControl, TensionControl
 from hydrosim.forces.line.winch import Winch
 from hydrosim.forces.linear_mooring import LinearMooring
@@ -95,6 +96,7 @@ class Elements(NamedTuple):
     catenaries: Any
     guides: Any
     winches: Any
+    compensators: Any
     locks: Any
     joint_motions: Any
     triggers: Any
@@ -115,6 +117,7 @@ KINDS: tuple[Kind, ...] = (
     lines.KIND,
     guide.KIND,
     winch_kind.KIND,
+    compensator.KIND,
     joint.KIND,
     joint.JOINTS,
     motions.KIND,
@@ -155,6 +158,8 @@ def add_elements(t, y, modes, motion, bodies, elements, wrench, rate, dy):
         guide.add_force(t, y, modes, motion, bodies, e, wrench)
     if e.winches.each.size > 0:
         winch.add_force(t, y, modes, motion, bodies, e.winches, wrench, rate, dy)
+    if e.compensators.each.size > 0:
+        compensator.add_force(t, y, modes, motion, bodies, e.compensators, wrench, rate, dy)
     if e.locks.each.size > 0:
         clear(dy[e.locks.state : e.locks.state + locks.STATES * e.locks.each.size])
     if e.joint_motions.each.size > 0:
@@ -193,6 +198,8 @@ def add_element_energies(t, y, modes, motion, bodies, elements, stored):
         guide.add_energy(modes, motion, bodies, e, stored)
     if e.winches.each.size > 0:
         winch.add_energy(t, y, modes, motion, bodies, e.winches, stored)
+    if e.compensators.each.size > 0:
+        compensator.add_energy(t, y, modes, motion, bodies, e.compensators, stored)
     if e.joint_motions.each.size > 0:
         motions.add_energy(y, modes, e.joint_motions, stored)
     if e.triggers.each.size > 0:

@@ -196,7 +196,8 @@ def channel_value(channel, t, y, modes, motion, bodies, elements, tanks):
     if channel.kind == TENSION:
         line = springs.lines[k]
         mode = modes[springs.mode + k]
-        return spring.tension(line, mode, spring.stretch(line, bodies, motion), springs)[0]
+        stretched = spring.stretch(line, t, bodies, motion, springs)
+        return spring.tension(line, mode, stretched, springs)[0]
     if channel.kind == LINE_TENSION:
         return catenary.tension_of(k, t, y, modes, motion, bodies, elements.catenaries)
     if channel.kind == WINCH_TENSION:

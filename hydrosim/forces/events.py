@@ -1,8 +1,8 @@
 """Modes of all elements that have modes: their ends, their successors, and observed values.
 
-Rows of modes belong to contact points, springs, flows, links, bushings, catenaries, guides, winches, joints,
-their motions and triggers, in this order. Every row has the same number of margins, which are positive
-while its mode lasts.
+Rows of modes belong to contact points, springs, flows, links, bushings, catenaries, guides,
+winches, compensators, joints, their motions and triggers, in this order. Every row has the same number of
+margins, which are positive while its mode lasts.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from hydrosim.forces.contact.tally import add_tallies
 from hydrosim.forces.joint import locks, motions
 from hydrosim.forces.joint.rows import REFERENCE
 from hydrosim.forces.line import catenary
-from hydrosim.forces.line import winch
+from hydrosim.forces.line import compensator, winch
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.tanks import pumping
 
@@ -37,6 +37,7 @@ def observed(elements: Elements) -> dict[str, tuple[int, int]]:
         "line": (elements.catenaries.lines.size, catenary.OBSERVED),
         "guide": (elements.guides.pins.size, guide.OBSERVED),
         "winch": (elements.winches.each.size, winch.OBSERVED),
+        "compensator": (elements.compensators.each.size, compensator.OBSERVED),
         "joint": (elements.locks.joints, 6),
         "joint_motion": (elements.joint_motions.each.size, motions.OBSERVED),
     }
@@ -51,7 +52,8 @@ def joints_observed(elements):
     behind += elements.bushings.each.size * bushing.OBSERVED
     behind += elements.catenaries.lines.size * catenary.OBSERVED
     behind += elements.guides.pins.size * guide.OBSERVED
-    return behind + elements.winches.each.size * winch.OBSERVED
+    behind += elements.winches.each.size * winch.OBSERVED
+    return behind + elements.compensators.each.size * compensator.OBSERVED
 
 
 @kernel
@@ -66,7 +68,7 @@ def observe(t, y, modes, motion, bodies, elements, holds, wrench, out):
         fender.observe(t, y, modes, motion, bodies, fenders, holds.reaction, out)
     behind = fenders.points.size * fender.OBSERVED
     if springs.lines.size > 0:
-        spring.observe(modes, motion, bodies, springs, out[behind:])
+        spring.observe(t, modes, motion, bodies, springs, out[behind:])
     behind += springs.lines.size * spring.OBSERVED
     if elements.links.links.size > 0:
         link.observe(modes, motion, bodies, elements.links, out[behind:])
@@ -83,6 +85,9 @@ def observe(t, y, modes, motion, bodies, elements, holds, wrench, out):
     if elements.winches.each.size > 0:
         winch.observe(t, y, modes, motion, bodies, elements.winches, out[behind:])
     behind += elements.winches.each.size * winch.OBSERVED
+    if elements.compensators.each.size > 0:
+        compensator.observe(modes, motion, bodies, elements.compensators, out[behind:])
+    behind += elements.compensators.each.size * compensator.OBSERVED
     if elements.locks.each.size > 0:
         locks.observe(elements.locks, holds, out[behind:])
     behind += elements.locks.joints * 6
@@ -97,7 +102,7 @@ def settle(t, y, modes, motion, bodies, elements, tanks):
     if elements.fenders.points.size > 0:
         transitions.settle(t, y, modes, motion, bodies, elements.fenders)
     if elements.springs.lines.size > 0:
-        spring.settle(modes, motion, bodies, elements.springs)
+        spring.settle(t, modes, motion, bodies, elements.springs)
     if tanks.flows.size > 0:
         pumping.settle(t, modes, tanks)
     if elements.links.links.size > 0:
@@ -110,6 +115,8 @@ def settle(t, y, modes, motion, bodies, elements, tanks):
         guide.settle(modes, motion, bodies, elements)
     if elements.winches.each.size > 0:
         winch.settle(t, y, modes, motion, bodies, elements.winches)
+    if elements.compensators.each.size > 0:
+        compensator.settle(modes, motion, bodies, elements.compensators)
     if elements.locks.each.size > 0:
         locks.settle(y, modes, motion, bodies, elements.locks)
     if elements.joint_motions.each.size > 0:
@@ -127,7 +134,7 @@ def find_margins(t, y, modes, motion, bodies, elements, tanks, headings, reactio
     springs = elements.springs
     transitions.margins(t, y, modes, motion, bodies, fenders, headings, reactions, watched, out)
     if springs.lines.size > 0:
-        spring.margins(modes, motion, bodies, springs, out)
+        spring.margins(t, modes, motion, bodies, springs, out)
     if tanks.flows.size > 0:
         pumping.margins(t, y, modes, tanks, out)
     if elements.links.links.size > 0:
@@ -140,6 +147,8 @@ def find_margins(t, y, modes, motion, bodies, elements, tanks, headings, reactio
         guide.margins(modes, motion, bodies, elements, out)
     if elements.winches.each.size > 0:
         winch.margins(t, y, modes, motion, bodies, elements.winches, out)
+    if elements.compensators.each.size > 0:
+        compensator.margins(modes, motion, bodies, elements.compensators, out)
     if elements.locks.each.size > 0:
         locks.margins(y, modes, motion, bodies, elements.locks, reactions, out)
     if elements.joint_motions.each.size > 0:
@@ -172,6 +181,10 @@ def switch(row, which, size, step, t, y, modes, motion, bodies, elements, tanks,
     if row >= elements.locks.mode and elements.locks.each.size > 0:
         locks.switch(row - elements.locks.mode, which, y, modes, motion, bodies, elements.locks)
         return
+    if row >= elements.compensators.mode and elements.compensators.each.size > 0:
+        p = elements.compensators
+        compensator.switch(row - p.mode, which, modes, motion, bodies, p)
+        return
     if row >= elements.winches.mode and elements.winches.each.size > 0:
         p = elements.winches
         winch.switch(row - p.mode, which, t, y, modes, motion, bodies, p)
@@ -194,7 +207,7 @@ def switch(row, which, size, step, t, y, modes, motion, bodies, elements, tanks,
         pumping.switch(row - tanks.mode, which, t, modes, tanks)
         return
     if row >= springs.mode and springs.lines.size > 0:
-        spring.switch(row - springs.mode, which, modes, motion, bodies, springs)
+        spring.switch(row - springs.mode, which, t, modes, motion, bodies, springs)
         return
     i = row - fenders.mode
     transitions.switch(i, which, size, step, t, y, modes, motion, bodies, reactions, fenders)

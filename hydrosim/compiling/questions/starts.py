@@ -167,13 +167,12 @@ def lines(about: About) -> Iterator[Doubt]:
 
 def _springs(about: About) -> Iterator[Doubt]:
     springs = {name: of for name, of in about.scene.forces.items() if isinstance(of, Spring)}
-    rows = about.model.elements.springs.lines
-    for (name, line), row in zip(springs.items(), rows, strict=True):
-        longer = float(stretch(row, about.model.bodies, about.motion).extension)
-        if longer > max(STRETCHED * line.length, float(line.extension[-1])):
-            found = (
-                f"{line.length:g} m, while its ends are {longer:.3g} m further apart at the start"
-            )
+    p = about.model.elements.springs
+    for (name, line), row in zip(springs.items(), p.lines, strict=True):
+        longer = float(stretch(row, 0.0, about.model.bodies, about.motion, p).extension)
+        length = float(row["length"])
+        if longer > max(STRETCHED * length, float(line.extension[-1])):
+            found = f"{length:g} m, while its ends are {longer:.3g} m further apart at the start"
             yield Doubt(
                 f"forces.{name}.length", found, f"usual is up to {STRETCHED:.0%} of its length"
             )

@@ -7,8 +7,8 @@ changes no amplitude. Its phase is behind by w tau + 1.7e-13 (w tau)^13 for smal
 1.7e-13 rad at w tau = 1, 1.4e-9 at 2, 4e-6 at pi. So its equations are ordinary ones. A method of
 any order keeps that order, and a restart continues to the bit.
 
-Each factor has two states: x1' = x2, x2' = u - b x1 - a x2, and passes u - 2 a x2 on. They are fast:
-their rates are 6.5 to 9 / tau, which limits the step of an explicit method to about 0.3 tau.
+Each factor has two states: x1' = x2, x2' = u - b x1 - a x2, and passes u - 2 a x2 on. They are
+fast, with rates of about 8.5 / tau, which limits the step of an explicit method to about 0.3 tau.
 """
 
 from __future__ import annotations

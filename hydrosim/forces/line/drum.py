@@ -41,6 +41,7 @@ NAMES = (
     *("speeding_out", "speeding_in", "braking_out", "braking_in", "absent"),
 )
 ON_BOUND = 1e-6  # of the set tension: T this close to a bound is on it
+AT_REST = 1e-6  # of the largest speed: with damping a drum begins to slip at speed 0
 AT_END = 1e-12  # of a length: l0 this close to an end of the drum is there
 
 DRUM = np.dtype(
@@ -104,9 +105,9 @@ def tension_at(drum, mode, s, pull):
 @kernel
 def gather_speed(drum, mode):
     """Acceleration of a drum that speeds up or brakes."""
-    if mode == SPEEDING_OUT or mode == BRAKING_IN:
+    if mode in (SPEEDING_OUT, BRAKING_IN):
         return drum.acceleration
-    if mode == SPEEDING_IN or mode == BRAKING_OUT:
+    if mode in (SPEEDING_IN, BRAKING_OUT):
         return -drum.acceleration
     return 0.0
 
@@ -140,13 +141,13 @@ def law_margin(drum, mode, T, s, l0, target, demand):
             return T - drum.low
         if mode == FULL:
             return drum.high - T
-        if mode == SLIPPING_OUT or mode == SLIPPING_IN:
+        if mode in (SLIPPING_OUT, SLIPPING_IN):
             return min(way * s, v - way * s)
-        if mode == SPEEDING_OUT or mode == SPEEDING_IN:
+        if mode in (SPEEDING_OUT, SPEEDING_IN):
             return min(way * (T - T0) / T0, 1.0 - way * s / v)
-        if mode == BRAKING_OUT or mode == BRAKING_IN:
+        if mode in (BRAKING_OUT, BRAKING_IN):
             return min(way * s / v, way * (_bound(drum, way) - T) / T0)
-        if mode == FAST_OUT or mode == FAST_IN:
+        if mode in (FAST_OUT, FAST_IN):
             return way * (T - (T0 if drum.acceleration > 0.0 else _bound(drum, way)))
     if drum.control == SPEED_CONTROL:
         if mode == EMPTY:
@@ -158,7 +159,7 @@ def law_margin(drum, mode, T, s, l0, target, demand):
             return target - drum.longest
         if mode == FULL:
             return drum.shortest - target
-        if mode == FAST_OUT or mode == FAST_IN:
+        if mode in (FAST_OUT, FAST_IN):
             return way * (target - l0)
         if mode == DRIVEN and v < inf:
             return v - abs(demand)
@@ -205,7 +206,7 @@ def begin_turning(drum, way, pull, taut, l0):
     s = way * hold_speed(bound, pull)
     if s >= drum.fastest:
         return fast
-    if s < 0.0:
+    if s < -AT_REST * drum.fastest:
         return STUCK
     return SLIPPING_OUT if out else SLIPPING_IN
 
@@ -215,9 +216,9 @@ def settle_drum(drum, pull, taut, l0, target, demand):
     """Mode of a drum at a start."""
     if drum.control == TENSION_CONTROL:
         T = pull.still if taut else 0.0
-        if T > drum.high:
+        if drum.high < T:
             return begin_turning(drum, 1.0, pull, taut, l0)
-        if T < drum.low:
+        if drum.low > T:
             return begin_turning(drum, -1.0, pull, taut, l0)
         return STUCK
     return follow(drum, l0, target, demand)
@@ -256,17 +257,17 @@ def next_mode(drum, mode, pull, taut, T, s, l0, target, demand):
     if mode == STUCK:
         near = 1.0 if drum.high - T < T - drum.low else -1.0
         return begin_turning(drum, near, pull, taut, l0)
-    if mode == EMPTY or mode == FULL:
+    if mode in (EMPTY, FULL):
         return begin_turning(drum, 1.0 if mode == FULL else -1.0, pull, taut, l0)
-    if mode == SLIPPING_OUT or mode == SLIPPING_IN:
+    if mode in (SLIPPING_OUT, SLIPPING_IN):
         if way * s < 0.5 * v:
             return STUCK
         return FAST_OUT if way > 0.0 else FAST_IN
-    if mode == SPEEDING_OUT or mode == SPEEDING_IN:
+    if mode in (SPEEDING_OUT, SPEEDING_IN):
         if 1.0 - way * s / v < way * (T - T0) / T0:
             return FAST_OUT if way > 0.0 else FAST_IN
         return BRAKING_OUT if way > 0.0 else BRAKING_IN
-    if mode == BRAKING_OUT or mode == BRAKING_IN:
+    if mode in (BRAKING_OUT, BRAKING_IN):
         if way * (_bound(drum, way) - T) / T0 < way * s / v:
             return SPEEDING_OUT if way > 0.0 else SPEEDING_IN
         return settle_drum(drum, pull, taut, l0, target, demand)

@@ -482,7 +482,7 @@ def reel(i, t, y, motion, bodies, p):
         rise, _ = _rise(one, motion, bodies)
         delay.start_delay(rise, one.factors, y, _delay_state(one, p))
     l0 = one.start
-    if one.drum.control == LENGTH_CONTROL or one.drum.control == COMPENSATION:
+    if one.drum.control in (LENGTH_CONTROL, COMPENSATION):
         l0, _ = wanted(i, t, y, motion, bodies, p)
     y[k + LENGTH] = min(max(l0, one.drum.shortest), one.drum.longest)
 
@@ -508,7 +508,7 @@ def activate(i, t, y, modes, motion, bodies, p):
 def take_up(i, t, y, modes, motion, bodies, p):
     """Activate winch ``i`` in a run; a drum with a target begins there."""
     own = p.each[i].drum
-    if own.control == LENGTH_CONTROL or own.control == COMPENSATION:
+    if own.control in (LENGTH_CONTROL, COMPENSATION):
         l0, _ = wanted(i, t, y, motion, bodies, p)
         y[p.state + STATES * i + LENGTH] = min(max(l0, own.shortest), own.longest)
     activate(i, t, y, modes, motion, bodies, p)

@@ -24,7 +24,6 @@ from hydrosim.forces.line.winch import (
     LARGEST,
     LENGTH,
     LENGTH_OFF,
-    NOWHERE,
     PAY_OUT,
     SLACK,
     SNAP,
