@@ -31,6 +31,7 @@ LONG = (
     "short_runs",
     "cluster",
     "simulated_extremes",
+    "decay_intervals",
 )  # if named
 
 

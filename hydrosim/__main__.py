@@ -29,6 +29,7 @@ from rich.console import Console
 
 from hydrosim.commands import db
 from hydrosim.commands.ballast import ballast
+from hydrosim.commands.calibrate import calibrate
 from hydrosim.commands.case import case
 from hydrosim.commands.check import check
 from hydrosim.commands.compare import compare
@@ -56,7 +57,7 @@ from hydrosim.presentation.terminal import printable
 COMMANDS = (
     *(check, run, linear, ballast, converge),
     *(plot, report, replay, statistics, explain, export, compare, case),
-    *(sweep, operability, schema, new, example),
+    *(sweep, operability, calibrate, schema, new, example),
 )
 
 MEMORY = (

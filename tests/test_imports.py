@@ -22,7 +22,7 @@ outputs
 leftovers
 jit documents scene
 rigid integrate waves radiation recordings presentation
-tanks streams
+tanks streams decay
 database forces
 case stepping
 linear results evidence

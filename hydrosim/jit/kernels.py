@@ -33,6 +33,7 @@ SOURCES = {
     "rigid",
     "integrate",
     "tanks",
+    "decay",
     "forces",
     "waves",
     "radiation",

@@ -34,7 +34,7 @@ def case() -> dict[str, Any]:
         ("environment.wind", {"speed": 20, "heading": 0, "spectrum": "npd"}),
         ("environment.wind", {"speed": {"time": [0, 1], "speed": [0, 9]}, "heading": 0}),
         ("environment.current", {"speed": [1, 0.5], "heading": 0}),
-        ("bodies.barge.viscous_roll", {"decay": "decay.csv"}),
+        ("forces.keels", {"type": "viscous_roll", "body": "barge", "bilge_keels": 0.4}),
         ("bodies.barge.speed", 5),
         ("bodies.barge.dofs", ["surge", "bending"]),
     ],

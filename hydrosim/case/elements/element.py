@@ -78,6 +78,10 @@ class Element(Exemplary):
     def build(self, where: Where) -> ForceElement:
         """The element of the scene; files are looked for beside the case file."""
 
+    def fixed(self, where: Where) -> Element:
+        """The same without data in files that determine its numbers: these numbers instead."""
+        return self
+
     def others(self) -> Iterator[tuple[Keys, str | None, str]]:
         """Keys to the names of the other bodies that it acts on, these, and what leaving one out
         means."""

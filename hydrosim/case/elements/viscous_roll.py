@@ -101,19 +101,27 @@ class ViscousRoll(Element):
         from hydrosim.forces.damping.ikeda import WATER, SharpBarge  # loads numba
         from hydrosim.forces.damping.viscous_roll import ViscousRoll as Built
 
-        keys = self.fixed(where) if self.decay else self
+        keys = self.fixed(where)
         form = keys.ikeda
-        barge = form and SharpBarge(form.length, form.beam, form.draught, form.viscosity or WATER)
+        barge = None
+        if form is not None:
+            viscosity = form.viscosity or WATER
+            barge = SharpBarge(form.length, form.beam, form.draught, viscosity)
         return Built(
             self.body,
-            *(getattr(keys, key) or 0.0 for key in (*FITTED, *GIVEN)),
+            p1=keys.p1 or 0.0,
+            p2=keys.p2 or 0.0,
+            p3=keys.p3 or 0.0,
+            linear=keys.linear or 0.0,
+            quadratic=keys.quadratic or 0.0,
+            cubic=keys.cubic or 0.0,
             includes_waves=keys.includes_waves is not False,
             period=keys.period,
             barge=barge,
         )
 
     def fixed(self, where: Where) -> ViscousRoll:
-        """The same with p1, p2, p3 and the period that are fitted to the recorded decay."""
+        """With p1, p2, p3 and the period that are fitted to the recorded decay, if there is one."""
         if self.decay is None:
             return self
         from hydrosim.decay.fit import fit_files
@@ -123,5 +131,5 @@ class ViscousRoll(Element):
         found = fit_files(
             [where.path.parent / form.file], form.column, form.unit, form.start, form.end, key
         )
-        values = dict(zip(FITTED, found.chosen.damping, strict=True))
-        return self.model_copy(update={"decay": None, "period": found.period, **values})
+        values = dict(zip(FITTED, found.damping, strict=True))
+        return self.model_copy(update={"decay": None, "period": found.period.value, **values})

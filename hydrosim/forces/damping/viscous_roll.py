@@ -10,8 +10,9 @@ section 3)
 
     phi'' + p1 phi' + p2 |phi'| phi' + p3 phi'^3 + w_n^2 phi = 0.
 
-The body rolls in a natural mode, with displacements u per roll angle (u_roll = 1; the other entries
-are zero if nothing couples). With m = u^T (M + A(w_n)) u and b = u^T B(w_n) u of the database,
+The body rolls in a natural mode with an inertia m and a damping b by radiated waves, per unit of
+roll (`compiling.roll_mode`): I44 + A44 and B44 at w_n, but for the slope of the added mass, if
+nothing couples to roll. Then
 
     B1 = p1 m - b,   B2 = p2 m,   B3 = p3 m.
 
@@ -42,6 +43,7 @@ from hydrosim.jit.kernels import kernel, root
 from hydrosim.scene import ForceElement, Turns
 
 ROLL = 3
+EDDIES = 8.0 / (3.0 * pi)  # of B2 |p| p, per largest rate, in equivalent linear damping
 GAUSSIAN = sqrt(8.0 / pi)  # E|p|^3 / (sigma E p^2) of a Gaussian rate p
 
 
