@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from math import inf
 from pathlib import Path
 
 from hydrosim.case.hydrodynamics import accepted_of, files_of
 from hydrosim.case.schema import CaseFile
 from hydrosim.case.signals import Recorded
+from hydrosim.case.streams import CurrentPower
 from hydrosim.case.waves import (
     Components,
     ComponentsFile,
@@ -140,10 +142,22 @@ def _check_waves(case: CaseFile) -> Iterator[Problem]:
             text = f"found {waves.repeat_period:g} s; expected {what} or more"
             keys = ("environment", "waves", i, "repeat_period")
             yield Problem(keys, f"{text}, {end:g} s; a shorter sea would repeat itself")
+    gusts = case.environment and case.environment.wind and case.environment.wind.gusts
+    if gusts and gusts.repeat_period < end:
+        text = f"found {gusts.repeat_period:g} s; expected {what} or more"
+        place = ("environment", "wind", "gusts", "repeat_period")
+        yield Problem(place, f"{text}, {end:g} s; shorter gusts would repeat themselves")
 
 
 def _check_streams(case: CaseFile) -> Iterator[Problem]:
-    """A load, and nothing that makes it."""
+    """A load, and nothing that makes it; a current over a depth that is not known."""
+    water = case.environment
+    profile = water.current.profile if water and water.current else None
+    endless = isinstance(profile, CurrentPower) and profile.depth is None
+    if water and endless and water.water_depth == inf:
+        text = "found a power law in water of infinite depth; expected depth in it"
+        place = ("environment", "current", "profile")
+        yield Problem(place, f"{text}, that at which the current ends")
     for name, element in case.forces.items():
         stream = element.stream
         if stream and (case.environment is None or getattr(case.environment, stream) is None):

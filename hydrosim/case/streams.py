@@ -71,7 +71,7 @@ class Current(Strict):
         if (table is None) == (self.speed is None):
             found = "no speed" if table is None else "a speed and a table of speeds"
             raise problem(found, "speed, or those in the table of profile")
-        if table is not None and table.heading and "heading" in self.model_fields_set:
+        if table is not None and table.heading and self.heading != 0.0:
             raise problem("a heading and a table of headings", "one of them")
         return self
 
@@ -154,7 +154,7 @@ class Wind(Strict):
 
     @model_validator(mode="after")
     def _check_wind(self) -> Self:
-        if self.profile == "none" and "height" in self.model_fields_set and self.height != 10.0:
+        if self.profile == "none" and self.height != 10.0:
             found = f"a height of {self.height:g} m and no profile"
             raise problem(found, "a profile, which says how the wind changes over the height")
         if self.gusts is not None and self.speed == 0.0:

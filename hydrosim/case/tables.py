@@ -96,9 +96,17 @@ def _environment(water: Any) -> Iterator[tuple[str, Sentence]]:
             yield label, _told(water[key], unit)
     for key in ("current", "wind"):
         stream = (water or {}).get(key) or {}
-        if stream.get("speed"):
-            parts = (_value(stream["speed"], "m/s"), _value(stream.get("heading", 0.0), "rad"))
-            yield key.capitalize(), Sentence("{}, goes to {}", parts)
+        profile = stream.get("profile")
+        table = profile if isinstance(profile, Mapping) and "depth" in profile else {}
+        speed = stream.get("speed") or max(table.get("speed") or [0.0])
+        if speed:
+            heading = (table.get("heading") or [stream.get("heading", 0.0)])[0]
+            parts = (_value(speed, "m/s"), _value(heading, "rad"))
+            shown = "" if profile in (None, "none") else ", with a profile"
+            yield key.capitalize(), Sentence("{}, goes to {}" + shown, parts)
+        if gusts := stream.get("gusts"):
+            parts = (gusts.get("spectrum", ""), str(gusts.get("seed", "")))
+            yield "Gusts", Sentence("{}, seed {}", parts)
     waves = (water or {}).get("waves") or []
     labels = {key: label for key, (label, _) in SEA.items()}
     for k, train in enumerate(waves if isinstance(waves, list) else [waves]):

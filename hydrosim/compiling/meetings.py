@@ -83,7 +83,7 @@ def said_of_current(scene: Scene, model: Model) -> Iterator[str]:
     """Note on the effect of the current on the added-mass loads of the bodies."""
     for b in model.headings.turning if scene.environment.current.speed else ():
         A = model.added_mass[6 * b : 6 * b + 2, 6 * b : 6 * b + 2]
-        yield _munk(scene, scene.bodies[b], A)
+        yield _munk(scene, scene.bodies[b], A, float(np.hypot(*model.headings.current[b])))
 
 
 def _said(lost: tuple[float, float], db: HydroDatabase) -> str:
@@ -108,9 +108,9 @@ def _between(body: Body, seas: Sequence[Components], db: HydroDatabase) -> bool:
     return bool(energy[off > AT_NODE].sum() > BESIDE * energy.sum())
 
 
-def _munk(scene: Scene, body: Body, A: np.ndarray) -> str:
-    """Note on the Munk moment, which measured coefficients often contain as well."""
-    speed = scene.environment.current.speed
+def _munk(scene: Scene, body: Body, A: np.ndarray, speed: float) -> str:
+    """Note on the Munk moment, which measured coefficients often contain as well, for the ``speed``
+    of the current on the body."""
     largest = 0.5 * abs(A[1, 1] - A[0, 0]) * speed**2
     text = (
         f"the current turns {body.name} by its added mass (Munk moment), by at most"

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hydrosim.compiling.blowing import said_of_streams
 from hydrosim.compiling.joints.closed import describe_dropped, moves_freely
 from hydrosim.compiling.meetings import (
     coarse_headings,
@@ -67,6 +68,7 @@ def notes_of_sea(
         ),
         records=(*_records(scene), *_jumps(scene)),
         meetings=(*said, *said_of_current(scene, facts.model)),
+        streams=tuple(said_of_streams(scene, facts.model)),
         warnings=(*warnings, *notes.warnings),
     )
 

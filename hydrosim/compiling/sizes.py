@@ -65,8 +65,9 @@ def check_sizes(scene: Scene) -> None:
     count = sum(_waves(scene))
     if count > MOST_WAVES:
         raise InputError(
-            f"environment.waves.repeat_period: found {count:.1e} waves in all trains; expected at"
-            f" most {MOST_WAVES:g}. Choose periods about as long as the run, or fewer trains."
+            f"environment.waves.repeat_period: found {count:.1e} waves in all trains, and"
+            f" components of gusts; expected at most {MOST_WAVES:g}. Choose periods about as long"
+            " as the run, or fewer trains."
         )
     largest = max(_parts(scene), key=lambda part: part.memory)
     most = _available()
@@ -129,10 +130,12 @@ def _rows(body: Body) -> float:
 
 
 def _waves(scene: Scene) -> Iterator[float]:
-    """Number of waves in each random sea."""
+    """Number of waves in each random sea, and of components of gusts."""
     for train in scene.environment.waves:
         if isinstance(train.spectrum, Density):
             yield cut_off(train.spectrum) * train.repeat_period / (2.0 * pi)
+    if (gusts := scene.environment.gusts) is not None:
+        yield gusts.highest * gusts.repeat_period / (2.0 * pi)
 
 
 def _available() -> float:

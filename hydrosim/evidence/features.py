@@ -154,7 +154,9 @@ def _sea(scene: Scene) -> tuple[WaveTrain, ...]:
 
 
 def _is_random(scene: Scene) -> bool:
-    return any(not isinstance(w.spectrum, RegularWave | GivenComponents) for w in _sea(scene))
+    given = RegularWave | GivenComponents
+    gusty = scene.environment.gusts is not None
+    return gusty or any(not isinstance(w.spectrum, given) for w in _sea(scene))
 
 
 OF_SCENES: Mapping[Feature, Callable[[Scene], bool]] = {

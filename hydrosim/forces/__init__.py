@@ -77,6 +77,7 @@ from hydrosim.jit.kernels import clear, kernel
 from hydrosim.modes import COLUMNS
 from hydrosim.scene import ForceElement, Scene
 from hydrosim.streams.gusts import GustTable
+from hydrosim.streams.wind import REFERENCE
 from hydrosim.tanks.contents import Tanks
 
 
@@ -374,7 +375,7 @@ def in_gusts(elements: Elements, gusts: GustTable) -> Elements:
 
 def heights_of_wind(elements: Elements) -> list[float]:
     """Heights [m] of the columns of gusts, the first 10 m."""
-    return [float(z) for z in elements.stream_loads.heights]
+    return [REFERENCE, *(float(z) for z in elements.stream_loads.heights)]
 
 
 def signals_of(elements: Mapping[str, ForceElement]) -> Iterator[tuple[str, Signal]]:

@@ -44,7 +44,7 @@ from hydrosim.rigid.kinematics import add_wrench, attachment, point_velocity
 from hydrosim.rigid.vectors import add, cross, dot, vector
 from hydrosim.scene import ForceElement
 from hydrosim.streams.current import current_at, is_sheared, mean_current
-from hydrosim.streams.gusts import NO_GUSTS, GustTable, gust_at
+from hydrosim.streams.gusts import NO_GUSTS, GustTable, gust_at, has_gusts
 from hydrosim.streams.wind import LOWEST, REFERENCE
 
 TURN = 2.0 * pi
@@ -116,8 +116,8 @@ PIECE = np.dtype([("start", float), ("powers", float, (4, 3))])
 
 class Params(NamedTuple):
     """``each`` (ne,) of `LOAD`; each has the ``pieces`` with ``first`` <= i < ``last``, of which
-    the first has a heading in the first turn. ``heights`` (nh,) [m] are those of the columns of
-    ``gusts``, the first 10 m."""
+    the first has a heading in the first turn. The first column of ``gusts`` is at 10 m, the others
+    at the ``heights`` (nh - 1,) [m]."""
 
     each: np.ndarray
     pieces: np.ndarray
@@ -145,7 +145,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
             rows.append((*place, first, last, gusts, layout.wind.direction))
             first = last
     each = np.array(rows, dtype=LOAD)
-    return Params(each, np.concatenate(pieces), np.array(heights), NO_GUSTS)
+    return Params(each, np.concatenate(pieces), np.array(heights[1:]), NO_GUSTS)
 
 
 def stream_felt(name: str, load: StreamLoad, layout: Layout) -> tuple[float, float]:
@@ -213,7 +213,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         v = point_velocity(b, arm, motion)
         along, aside = heading(b, bodies, motion)
         w = (e.stream[0] - v[0], e.stream[1] - v[1])
-        if e.gusts >= 0 and p.gusts.values.shape[0] > 0:
+        if e.gusts >= 0 and has_gusts(p.gusts):
             u = gust_at(t, e.gusts, p.gusts)
             w = (w[0] + u * e.direction[0], w[1] + u * e.direction[1])
         angle = atan2(along * w[1] - aside * w[0], along * w[0] + aside * w[1])

@@ -236,6 +236,8 @@ def _position(run: xr.Dataset, body: str, dof: str) -> np.ndarray:
 def _elevation(run: xr.Dataset) -> Iterator[Panel]:
     if run.wave_elevation.any():
         yield _lines(run, "wave elevation", "m", {"": run.wave_elevation.values})
+    if "wind_speed" in run:
+        yield _lines(run, "wind speed", "m/s", {"": run.wind_speed.values})
 
 
 def _utilisation(run: xr.Dataset) -> Iterator[Panel]:

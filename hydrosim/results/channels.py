@@ -35,7 +35,16 @@ from hydrosim.errors import InputError
 
 RUN = Source(Path("run"))
 LINKS = ("line_*", "strut_*", "torsion_*", "pto_*", "bushing_*", "joint_*")
-USUAL = ("position.*", "velocity.*", "wave_elevation", "force_*", "fender_*", "spring_*", *LINKS)
+USUAL = (
+    "position.*",
+    "velocity.*",
+    "wave_elevation",
+    "wind_speed",
+    "force_*",
+    "fender_*",
+    "spring_*",
+    *LINKS,
+)
 TO = " to "  # between two points
 MOST = 40  # names in a message
 CAPABLE = {

@@ -72,6 +72,8 @@ def to_dataset(
         "reference_position": (("body", "axis"), model.bodies.each["origin"]),
         "wave_elevation": (("time",), values["elevation"]),
     }
+    if values["wind"].size:
+        data["wind_speed"] = (("time",), values["wind"][:, 0])
     if record.accelerations.size:
         data["acceleration"] = (MOTION, _by_body(record.accelerations[:count]))
     for row, name in enumerate(force_names(scene)):

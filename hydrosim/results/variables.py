@@ -40,6 +40,7 @@ OWN = {
     "reference_position": Variable("position of the centre of gravity at rest", "m", EARTH),
     "slow_draught": Variable("slow draught, at which the coefficients of a family are taken", "m"),
     "wave_elevation": Variable("undisturbed wave elevation at the origin", "m", EARTH),
+    "wind_speed": Variable("speed of the wind at 10 m, with gusts", "m/s", EARTH),
     "wave_elevation_at_probe": Variable("undisturbed wave elevation at a probe", "m", EARTH),
     "force_": Variable("force; moment about the centre of gravity", "N or N m", EARTH),
     "contact_phase": Variable(

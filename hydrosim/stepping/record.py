@@ -16,6 +16,7 @@ from hydrosim.rigid.tree import record_angles
 from hydrosim.stepping.dynamics import Model, momentum, rhs, stored_energies
 from hydrosim.stepping.joint_loads import find_joint_loads
 from hydrosim.stepping.state import EVENTS, RECORDS, START_SLOPE, Clock, Places, Record
+from hydrosim.streams.gusts import gust_at, has_gusts
 from hydrosim.waves.loads import any_waves, wave_loads
 
 SPACING = 16  # records from one with radiation states to the next
@@ -27,6 +28,7 @@ def channels(model: Model) -> dict[str, tuple[int, ...]]:
     return {
         "time": (),
         "elevation": (),
+        "wind": (1 if has_gusts(model.elements.stream_loads.gusts) else 0,),
         "kinetic": (),
         "events": (),
         "y": (model.size - model.states.decay.size,),
@@ -141,6 +143,9 @@ def keep(t, run):
     row[at.elevation] = 0.0
     if any_waves(model.waves):
         row[at.elevation] = wave_loads(t, model.waves, work.blend.first, work.blend.second)
+    gusts = elements.stream_loads.gusts
+    if has_gusts(gusts):
+        row[at.wind] = gusts.mean + gust_at(t, 0, gusts)
     counters[RECORDS] += 1
 
 

@@ -79,6 +79,7 @@ class Places(NamedTuple):
 
     time: int
     elevation: int
+    wind: int
     kinetic: int
     events: int
     y: int

@@ -20,7 +20,7 @@ from hydrosim.errors import InputError
 from hydrosim.jit.kernels import kernel
 from hydrosim.scene import CurrentProfile, Environment, Stream
 
-PARTS = 64  # of the table of a power law
+PARTS = 100  # of the table of a power law
 
 
 class CurrentTable(NamedTuple):
@@ -90,8 +90,8 @@ def power_profile(exponent: float, depth: float, key: str = "current") -> Curren
     """Profile ((D - d) / D)^a over the depth d with an ``exponent`` a and a ``depth`` D [m]
     (DNV-RP-C205, 4.1.4). Raises InputError, which names the ``key``, if the depth is infinite.
 
-    The depths of the table are closer near D, where the law is steep. Its error is below 0.1 % of
-    the speed at the surface.
+    The depths of the table are closer near D, where the law is steep. Its error is below
+    0.1 % of the speed at the surface for exponents of 0.1 or more.
     """
     if not np.isfinite(depth):
         raise InputError(

@@ -33,6 +33,7 @@ from hydrosim.waves.synthesis import Lines, add_sum, time_grid
 
 FEWEST = 20
 """Fewest components: the variance of a record is then near that of the spectrum."""
+NODES = 6  # in the cell of a component
 _LATE = 1e-6  # s: the end of a run may be this much later than the repeat period
 
 
@@ -94,16 +95,14 @@ def band(gusts: Gusts) -> tuple[float, float]:
 def _power(
     gusts: Gusts, number: np.ndarray, spacing: float, height: float, wind: MeanWind
 ) -> np.ndarray:
-    """Variance (n,) of the spectrum in the cell of each component, by Simpson's rule. Cells at the
+    """Variance (n,) of the spectrum in the cell of each component, by Gauss' rule. Cells at the
     ends of the band are cut."""
     lowest, highest = band(gusts)
     left = np.clip((number - 0.5) * spacing, lowest, highest)
     right = np.clip((number + 0.5) * spacing, lowest, highest)
-    middle = 0.5 * (left + right)
-    ends, inside = (
-        density(gusts.spectrum, f, height, wind) for f in (np.stack([left, right]), middle)
-    )
-    return (right - left) * (ends[0] + 4.0 * inside + ends[1]) / 6.0
+    place, weight = np.polynomial.legendre.leggauss(NODES)
+    f = left + np.multiply.outer(0.5 + 0.5 * place, right - left)
+    return np.asarray(0.5 * (right - left) * (weight @ density(gusts.spectrum, f, height, wind)))
 
 
 def gust_table(
@@ -132,6 +131,12 @@ def check_span(gusts: Gusts, end: float) -> None:
             f" run, so that the gusts would repeat. Raise it to {end:g} s, the end of the run, or"
             " more."
         )
+
+
+@kernel
+def has_gusts(p):
+    """True if there are gusts."""
+    return p.values.shape[0] > 0
 
 
 @kernel

@@ -39,9 +39,10 @@ def conclusion(run: xr.Dataset) -> Iterator[Node]:
 
 
 def _one_sea(run: xr.Dataset) -> Iterator[Node]:
-    """That the run is of one sea, where its waves are drawn at random."""
+    """That the run is of one sea, where its waves or its gusts are drawn at random."""
     water = plain(str(run.attrs.get("case_resolved", ""))).get("environment") or {}
-    if any("seed" in train for train in water.get("waves") or []):
+    gusts = (water.get("wind") or {}).get("gusts")
+    if gusts or any("seed" in train for train in water.get("waves") or []):
         drawn = np.unique(np.atleast_1d(run.attrs.get("seeds", [])))
         yield Sentence(ONE_SEA, [", ".join(map(str, drawn))])
 

@@ -30,6 +30,7 @@ COLUMNS = {
     "at rest": "position_at_rest",
     "mean drift": "mean_drift_offset",
     "std in sea": "response_std",
+    "std in gusts": "gust_std",
     "maximum in sea": "response_maximum",
     "Tz": "response_period",
 }

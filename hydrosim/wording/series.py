@@ -78,6 +78,8 @@ def main_charts(run: xr.Dataset) -> Iterator[Chart]:
         yield from _motions(run.position, body, PLACE, "displacement", "rotation")
     if np.any(run.wave_elevation):
         yield Chart("Wave elevation at the origin", "m", {"wave": _over_time(run.wave_elevation)})
+    if "wind_speed" in run:
+        yield Chart("Wind speed at 10 m", "m/s", {"wind": _over_time(run.wind_speed)})
     if "fender_mode" in run:
         yield Chart("Contact modes", "share of time", _each(run, "fender_mode", "fender"), True)
     yield from _of_joints(run, "joint_position", "Motions of joints")

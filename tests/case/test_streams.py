@@ -9,7 +9,15 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from hydrosim.forces import CurrentLoad, LinearDamping, QuadraticDamping, WindLoad
-from hydrosim.scene import Stream
+from hydrosim.scene import (
+    CurrentProfile,
+    Environment,
+    Gusts,
+    GustSpectrum,
+    Stream,
+    WindLaw,
+    WindProfile,
+)
 
 CASE = """
 title: streams
@@ -112,6 +120,96 @@ def test_all_round(load: Callable) -> None:
 def test_refusals(refusal: Callable, keys: str, key: str, found: str) -> None:
     message = refusal(with_keys(keys))
     assert f"{key}: found {found}" in message
+
+
+WIND = "wind: {speed: 20 m/s}"
+CURRENT = "current: {speed: 2 knot, heading: 180 deg}"
+LOADS = "type: wind_load\nheadings: [0, 90 deg, 180 deg]\nsurge: [1, 0, -1]\nheight: 12 m"
+
+
+def test_gusts_and_profile_of_the_wind(load: Callable) -> None:
+    wind = "wind: {speed: 20 m/s, height: 30 m, profile: npd, gusts: {spectrum: iso, seed: 5,"
+    keys = f"{wind} lowest_frequency: 0.01 Hz, averaging: 10 min, repeat_period: 1 hour}}}}"
+    case = load(with_keys(LOADS).replace(WIND, keys))
+    water = case.scene().environment
+    assert water.wind_profile == WindProfile(WindLaw.NPD, 30.0)
+    assert water.gusts == Gusts(
+        GustSpectrum.NPD, 5, 0.02 * np.pi, averaging=600.0, repeat_period=3600.0
+    )
+    assert water.gusts.highest == np.pi
+    assert case.scene().forces["element"].height == 12.0
+    power = with_keys(LOADS).replace(WIND, "wind: {speed: 9, profile: {exponent: 0.12}}")
+    assert load(power).scene().environment.wind_profile.exponent == 0.12
+
+
+def test_profiles_of_the_current(load: Callable) -> None:
+    """Speeds are relative to the largest, headings to the first; a power law ends at the bottom."""
+
+    def profile(keys: str) -> Environment:
+        text = with_keys("type: quadratic_damping\ndamping: {surge: 1}")
+        return load(text.replace(CURRENT, f"water_depth: 80 m, current: {{{keys}}}"))
+
+    table = "depth: [0 m, 20 m], speed: [1 m/s, 2 m/s]"
+    water = profile(f"heading: 90 deg, profile: {{{table}}}").scene().environment
+    assert water.current == Stream(2.0, np.pi / 2)
+    assert water.current_profile == CurrentProfile((0.0, 20.0), (0.5, 1.0), (0.0, 0.0))
+    turning = f"profile: {{{table}, heading: [10 deg, 40 deg]}}"
+    water = profile(turning).scene().environment
+    assert_allclose(np.degrees([water.current.heading, *water.current_profile.turn]), [10, 0, 30])
+    water = profile("speed: 1 m/s, profile: {exponent: 0.143}").scene().environment
+    assert water.current_profile.depth[-1] == 80.0
+    assert water.current_profile.factor[0] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "found"),
+    [
+        (WIND, "wind: {speed: 0, gusts: {spectrum: npd}}", "gusts and a speed of 0"),
+        (WIND, "wind: {speed: 9, height: 20 m}", "a height of 20 m and no profile"),
+        (WIND, "wind: {speed: 9, gusts: {spectrum: kaimal}}", "kaimal"),
+        (
+            WIND,
+            "wind: {speed: 9, gusts: {spectrum: npd, averaging: 2 hour}}",
+            "an averaging time of 7200 s",
+        ),
+        (
+            WIND,
+            "wind: {speed: 9, gusts: {spectrum: npd, lowest_frequency: 1 Hz}}",
+            "a band from 6.28319 to 3.14159 rad/s",
+        ),
+        (
+            WIND,
+            "wind: {speed: 9, gusts: {spectrum: npd, repeat_period: 5 s}}",
+            "5 s; expected the duration or more",
+        ),
+        (CURRENT, "current: {heading: 0}", "no speed"),
+        (
+            CURRENT,
+            "current: {speed: 1, profile: {depth: [0, 9], speed: [1, 0]}}",
+            "a speed and a table of speeds",
+        ),
+        (
+            CURRENT,
+            "current: {profile: {depth: [0, 9], speed: [1]}}",
+            "1 values in speed and 2 in depth",
+        ),
+        (CURRENT, "current: {profile: {depth: [1, 9], speed: [1, 0]}}", "[1, 9]"),
+        (
+            CURRENT,
+            "current: {heading: 1, profile: {depth: [0, 9], speed: [1, 0], heading: [0, 1]}}",
+            "a heading and a table of headings",
+        ),
+    ],
+)
+def test_refused_streams(refusal: Callable, old: str, new: str, found: str) -> None:
+    message = refusal(with_keys(LOADS).replace(old, new))
+    assert f"found {found}" in message or f'found "{found}"' in message
+
+
+def test_a_power_law_needs_a_depth(refusal: Callable) -> None:
+    keys = "current: {speed: 1, profile: {exponent: 0.143}}"
+    text = with_keys(LOADS).replace(CURRENT, keys)
+    assert "current.profile: found a power law in water of infinite depth" in refusal(text)
 
 
 def test_a_load_needs_its_stream(refusal: Callable) -> None:

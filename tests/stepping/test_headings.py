@@ -38,8 +38,10 @@ from hydrosim.forces import (
 from hydrosim.scene import (
     Body,
     ConvolutionRadiation,
+    CurrentProfile,
     Environment,
     ForceElement,
+    Gusts,
     LinearScenes,
     RadiationModel,
     RegularWave,
@@ -49,6 +51,8 @@ from hydrosim.scene import (
     Symmetry,
     WaveForces,
     WaveTrain,
+    WindLaw,
+    WindProfile,
 )
 
 random = Random(20)
@@ -287,7 +291,8 @@ def test_ratios_of_critical_damping_and_natural_periods_turn(by: float) -> None:
 @pytest.mark.parametrize("by", [17.0, 90.0, 123.0])
 def test_coupled_bodies_in_a_stream_turn(by: float) -> None:
     """Two barges with cross radiation between them, that spin, a spring to the earth and one from
-    one to the other, current and wind on both, a fender between them, waves of first order."""
+    one to the other, current and wind on both, a fender between them, waves of first order. The
+    current turns over the depth, and differs between the hulls; the wind has gusts."""
     assert_turns(alongside(), radians(by), 1e-9)
 
 
@@ -304,8 +309,8 @@ def alongside() -> Scene:
         velocity=moving(surge=0.3, sway=-0.1, heave=0.2, roll=0.02, pitch=0.01, yaw=0.01),
     )
     port, starboard = (
-        replace(base, name=name, database_body=k, centre_of_gravity=(0.0, y, 0.0))
-        for name, k, y in (("port", 1, 7.0), ("starboard", 2, -7.0))
+        replace(base, name=name, database_body=k, centre_of_gravity=(0.0, y, 0.0), draught=T)
+        for name, k, y, T in (("port", 1, 7.0, 3.0), ("starboard", 2, -7.0, 6.0))
     )
     still = replace(starboard, velocity=moving(surge=-0.2, yaw=-0.01))
     ends = {"extension": np.array([0.0, 1.0, 3.0]), "tension": np.array([0.0, 5e4, 4e5])}
@@ -333,6 +338,9 @@ def alongside() -> Scene:
             waves=(WaveTrain(RegularWave(0.4, 6.0), heading=0.5),),
             current=Stream(0.8, 1.1),
             wind=Stream(9.0, -2.0),
+            current_profile=CurrentProfile((0.0, 3.0, 9.0), (1.0, 0.7, 0.2), (0.0, 0.4, 1.0)),
+            wind_profile=WindProfile(WindLaw.NPD),
+            gusts=Gusts(repeat_period=60.0),
         ),
         solver=replace(SOLVER, step=0.05),
     )

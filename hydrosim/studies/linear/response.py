@@ -14,7 +14,7 @@ response density |q|^2 S. Its most probable largest value is that of
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,6 +26,7 @@ from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.facts import met_by_waves
 from hydrosim.dofs import about_z
 from hydrosim.forces.damping.viscous_roll import linearised
+from hydrosim.forces import heights_of_wind
 from hydrosim.linear.contacts import Contacts, with_contacts
 from hydrosim.linear.impedance import at_frequencies
 from hydrosim.linear.linearise import Linear, linearise
@@ -33,7 +34,10 @@ from hydrosim.linear.modes import NaturalMode, modes_of_stiffness, natural_modes
 from hydrosim.rigid.free import coordinate_map, positions, slopes_at
 from hydrosim.scene import Body, Environment, Place, Scene
 from hydrosim.stepping.names import contact_names
+from hydrosim.streams.gusts import gust_components
+from hydrosim.streams.wind import mean_wind
 from hydrosim.studies.ballast.loading import pumped
+from hydrosim.studies.linear.gusts import change_with_wind
 from hydrosim.waves.build import first_order
 from hydrosim.waves.components import Components
 from hydrosim.waves.dispersion import wavenumber
@@ -53,7 +57,8 @@ class Responder:
 
     ``linear`` has all matrices; with ``databases``, it lacks added mass and damping. ``map`` S (6
     nb, n) maps velocities, v = S q', and loads, S^T F. Added mass and damping are in axes that are
-    turned by the headings of the ``bodies``.
+    turned by the headings of the ``bodies``. ``wind_loads`` (nh, n) are the changes of loads with
+    the wind speed at the ``wind_heights`` [m], see `hydrosim.studies.linear.gusts`.
     """
 
     linear: Linear
@@ -63,6 +68,8 @@ class Responder:
     displacements: np.ndarray
     added_mass_infinite: np.ndarray
     databases: Sequence[WetGroup] = ()
+    wind_heights: Sequence[float] = ()
+    wind_loads: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
 
     def raos(self, heading: float, omega: np.ndarray) -> np.ndarray:
         """Complex amplitudes (nw, 6 nb) of all coordinates [m, rad] in waves of 1 m amplitude to
@@ -85,6 +92,18 @@ class Responder:
     def motions(self, waves: Components) -> np.ndarray:
         """Complex amplitudes (nw, 6 nb) of all coordinates [m, rad] in each of the given waves."""
         return self.displaced(self.free_motions(waves))
+
+    def in_gusts(self) -> np.ndarray:
+        """Standard deviations (6 nb,) [m, rad] of all coordinates in the gusts of the scene, see
+        `hydrosim.studies.linear.gusts`."""
+        water = self.environment
+        if water.gusts is None:
+            return np.zeros(len(self.displacements))
+        gusts = gust_components(water.gusts, mean_wind(water), self.wind_heights)
+        D = self.dynamic_stiffness(gusts.omega)
+        loads = gusts.amplitude @ self.wind_loads + 0j
+        free = self.displaced(self.linear.freedom.solve_motions(D, loads))
+        return np.asarray(np.sqrt(0.5 * np.sum(np.abs(free) ** 2, axis=0)))
 
     def displaced(self, free: np.ndarray) -> np.ndarray:
         """Amplitudes (nw, 6 nb) of all coordinates for those of the ``free`` ones (nw, n)."""
@@ -172,7 +191,13 @@ def responder(
     S = slopes_at(model.bodies, about.y[:n])
     displacements = coordinate_map(model.bodies, about.y[:n])
     water = scene.environment
-    return Responder(linear, bodies, water, S, displacements, model.added_mass, groups)
+    heights = heights_of_wind(model.elements) if water.gusts is not None else []
+    loads = change_with_wind(linear, model, about, time) if heights else np.zeros((0, n))
+    return Responder(
+        *(linear, bodies, water, S, displacements, model.added_mass, groups),
+        wind_heights=heights,
+        wind_loads=loads,
+    )
 
 
 def _met_at_rest(body: Body) -> Body:

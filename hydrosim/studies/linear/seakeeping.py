@@ -25,6 +25,9 @@ from hydrosim.rigid.free import are_lengths, own_coordinates
 from hydrosim.scene import FreeSurface
 from hydrosim.statistics.excursions import find_excursions
 from hydrosim.stepping.names import coordinate_at, coordinate_names, coordinates, dofs_of
+from hydrosim.streams.gusts import band
+from hydrosim.streams.spectra import variance
+from hydrosim.streams.wind import REFERENCE, mean_wind
 from hydrosim.studies.linear.held import contact_remarks
 from hydrosim.studies.linear.response import Responder, responder
 from hydrosim.studies.linear.rest import at_rest
@@ -86,6 +89,7 @@ def linear_analysis(scene: Scene, wanted: Wanted) -> xr.Dataset:
             _of_joints(scene, about, answer, modes),
             _in_regular_waves(scene, regular, about),
             _in_sea(scene, random, about, wanted.exposure),
+            _in_gusts(scene, about),
         ]
     )
     remarks = [
@@ -93,6 +97,7 @@ def linear_analysis(scene: Scene, wanted: Wanted) -> xr.Dataset:
         *_rough_memory(compiled),
         *_unloaded(compiled),
         *rolling_remarks(compiled, roll_rates),
+        *_gusty(scene),
         *_drifting(scene, drifted),
         *_unstable(scene, modes),
         *_shallow(scene, rest, dataset),
@@ -367,6 +372,29 @@ def _in_sea(
         },
         coords={**_bodies(scene), "sea_frequency": 0.5 * (edges[1:] + edges[:-1])},
     )
+
+
+def _in_gusts(scene: Scene, about: Responder) -> xr.Dataset:
+    """Standard deviations of every motion in the gusts of the scene, without waves."""
+    if scene.environment.gusts is None:
+        return xr.Dataset()
+    found = about.in_gusts().reshape(-1, 6)
+    said = _said("standard deviation in gusts, linear about the mean wind", "m or rad")
+    return xr.Dataset({"gust_std": (MOTION, found, said)}, coords=_bodies(scene))
+
+
+def _gusty(scene: Scene) -> Iterator[str]:
+    """Remark on what a linear response to gusts leaves out."""
+    water = scene.environment
+    if water.gusts is not None:
+        wind = mean_wind(water)
+        lowest, highest = band(water.gusts)
+        _, square, _ = variance(water.gusts.spectrum, REFERENCE, wind, lowest, highest)
+        yield (
+            "the response to gusts is linear about the mean wind, and its variance adds to that in"
+            " waves. The squares of the gusts are left out. They raise the mean wind load by about"
+            f" {square / wind.hour_mean**2:.1%}."
+        )
 
 
 def _frequencies(about: Responder) -> np.ndarray:

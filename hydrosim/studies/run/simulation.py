@@ -319,6 +319,13 @@ def _largest_force(scene: Scene, model: Model, record: Record, count: int) -> tu
     return force_names(scene)[int(size.argmax())], float(size.max())
 
 
+def _longest_ramp(scene: Scene) -> float:
+    """Time [s] over which waves and gusts grow."""
+    water = scene.environment
+    gusts = 0.0 if water.gusts is None else water.gusts.ramp
+    return max([gusts, *(wave.ramp for wave in water.waves)])
+
+
 def _provenance(compiled: Compiled) -> dict[str, object]:
     """Attributes on the origin of the numbers: case, databases, seeds, radiation, solver."""
     scene = compiled.scene
@@ -332,7 +339,7 @@ def _provenance(compiled: Compiled) -> dict[str, object]:
         "program": f"hydrosim {program_version()}",
         "versions": versions(),
         "seeds": scene.environment.seeds or None,
-        "wave_ramp": max((wave.ramp for wave in scene.environment.waves), default=0.0) or None,
+        "wave_ramp": _longest_ramp(scene) or None,
         "solver_method": str(scene.solver.method),
         "solver_step": scene.solver.step,
         ACCURACY: scene.solver.accuracy,
@@ -345,6 +352,7 @@ def _provenance(compiled: Compiled) -> dict[str, object]:
         "records": "\n".join(notes.records) or None,
         "meetings": "\n".join(notes.meetings) or None,
         "line_drag": "\n".join(notes.drag) or None,
+        "streams": "\n".join(notes.streams) or None,
         "radiation_errors": "\n".join(notes.memory) or None,
         "radiation_error": notes.radiation_error if isfinite(notes.radiation_error) else None,
         **_met(compiled),

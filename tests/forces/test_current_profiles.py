@@ -1,0 +1,124 @@
+"""Currents that change over the depth, on hulls, dampers and loads."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from dry_scenes import block, moving, scene
+
+import hydrosim as hs
+from hydrosim.compiling.hydrostatics.currents import draught_of
+from hydrosim.forces import CurrentLoad, LinearDamping, QuadraticDamping
+from hydrosim.scene import CurrentProfile, Environment, Hull, Scene, Stream
+from hydrosim.streams.current import (
+    current_at,
+    current_table,
+    current_velocity,
+    mean_current,
+    power_profile,
+)
+
+SHEARED = CurrentProfile((0.0, 10.0, 30.0), (1.0, 0.5, 0.0), (0.0, 0.0, 0.0))
+TWISTED = CurrentProfile((0.0, 10.0, 30.0), (1.0, 0.5, 0.25), (0.0, np.pi / 2, np.pi / 2))
+HEADINGS = np.radians([0.0, 90.0, 180.0, 270.0])
+LOAD = (HEADINGS, np.array([4e2, 0, -4e2, 0]), np.array([0, 4e2, 0, -4e2]), np.zeros(4))
+DAMPING = np.diag([300.0, 300.0, 0, 0, 0, 0])
+
+
+def sea(profile: CurrentProfile | None, speed: float = 2.0, heading: float = 0.3) -> Environment:
+    """A current with a profile."""
+    return Environment(current=Stream(speed, heading), current_profile=profile)
+
+
+def adrift(water: Environment, draught: float | None = None, **load: Any) -> Scene:
+    """A block that the current drags along."""
+    point = load.pop("point", (0.0, 0.0, -20.0))
+    forces = {
+        "load": CurrentLoad("block", point, *LOAD, **load),
+        "drag": QuadraticDamping("block", DAMPING),
+        "friction": LinearDamping("block", DAMPING, relative_to_current=True),
+    }
+    body = block(1e3, dofs=["surge", "sway"], draught=draught, velocity=moving(surge=0.4))
+    return replace(scene(body, forces, 5.0, 0.5, step=0.05), environment=water)
+
+
+def felt(still: Scene) -> dict[str, float]:
+    """Speed of the current that each element of a scene feels."""
+    e = hs.compile_scene(still).model.elements
+    found = {"load": e.stream_loads, "drag": e.quadratic_dampings, "friction": e.linear_dampings}
+    rows = {name: (p.each if name == "load" else p)[0] for name, p in found.items()}
+    return {name: float(np.hypot(*row["stream"])) for name, row in rows.items()}
+
+
+def test_means_and_values_by_hand() -> None:
+    """2, 1 and 0 m/s at 0, 10 and 30 m: areas of trapezoids."""
+    table = current_table(sea(SHEARED, heading=0.0))
+    assert mean_current(table, 0.0, 20.0) == pytest.approx((22.5 / 20.0, 0.0), abs=1e-15)
+    assert mean_current(table, 5.0, 40.0) == pytest.approx(((6.25 + 10.0) / 35.0, 0.0), abs=1e-15)
+    turned = current_table(sea(TWISTED, heading=0.0))
+    assert mean_current(turned, 0.0, 10.0) == pytest.approx((1.0, 0.5), abs=1e-15)
+    for depth in np.random.default_rng(2).uniform(-5.0, 40.0, 50):
+        expected = [2.0 * max(1.0 - max(depth, 0.0) / 10.0, 0.0), 0.0]
+        d = min(max(depth, 0.0), 30.0)
+        expected[1] = 0.1 * d if d < 10.0 else 1.0 - 0.025 * (d - 10.0)
+        assert current_at(turned, depth) == pytest.approx(expected, abs=1e-14)
+        assert current_velocity(depth, turned) == pytest.approx(expected, abs=1e-14)
+
+
+@pytest.mark.parametrize("exponent", [1.0 / 7.0, 0.5, 1.0, 2.0])
+def test_power_law(exponent: float) -> None:
+    """((D - d) / D)^a, and its mean 1 / (1 + a)."""
+    table = current_table(sea(power_profile(exponent, 80.0), 1.0, 0.0))
+    depth = np.linspace(0.0, 80.0, 4001)
+    error = current_at(table, depth)[:, 0] - (1.0 - depth / 80.0) ** exponent
+    assert np.abs(error).max() < 1e-3
+    assert mean_current(table, 0.0, 80.0)[0] == pytest.approx(1.0 / (1.0 + exponent), abs=5e-4)
+    with pytest.raises(hs.InputError, match="found a power law in water of infinite depth"):
+        power_profile(exponent, np.inf)
+
+
+def test_no_shear_is_the_uniform_current_to_the_bit() -> None:
+    """Also without a draught."""
+    same = CurrentProfile((0.0, 3.0, 7.0), (1.0, 1.0, 1.0), (0.0, 0.0, 0.0))
+    runs = [hs.simulate(adrift(sea(profile, 1.3))) for profile in (None, same)]
+    for name in ("position", "velocity", "force_load", "force_drag"):
+        assert np.array_equal(*(run[name].values for run in runs)), name
+
+
+def test_current_on_each_element() -> None:
+    """Over the draught; over the depths of a load; at its point where there is no draught."""
+    table = current_table(sea(SHEARED))
+    mean = float(np.hypot(*mean_current(table, 0.0, 8.0)))
+    for speed in felt(adrift(sea(SHEARED), 8.0)).values():
+        assert speed == pytest.approx(mean)
+    own = felt(adrift(sea(SHEARED), 8.0, depth=(10.0, 30.0)))
+    assert own == pytest.approx({"load": 0.5, "drag": mean, "friction": mean})
+    hull = Hull(np.array([[[0.0, 0.0, -8.0], [1.0, 0.0, 2.0], [0.0, 1.0, 2.0]]]))
+    load = {"load": adrift(sea(SHEARED)).forces["load"]}
+    alone = replace(adrift(sea(SHEARED)), forces=load)
+    point = hs.compile_scene(alone).model.elements.stream_loads.each[0]["stream"]
+    assert np.hypot(*point) == pytest.approx(0.5)  # 20 m deep
+    assert draught_of(replace(alone.bodies[0], hydrostatics=hull)) == 8.0
+
+
+def test_a_block_adrift_comes_to_the_speed_it_feels() -> None:
+    """m v' = C (U - v): the mean over the draught, in magnitude and direction."""
+    drag = {"drag": LinearDamping("block", DAMPING, relative_to_current=True)}
+    body = block(1e3, dofs=["surge", "sway"], draught=10.0)
+    still = replace(scene(body, drag, 20.0, 1.0, step=0.05), environment=sea(TWISTED, heading=0.0))
+    run = hs.simulate(still)
+    part = 1.0 - np.exp(-0.3 * run.time.values)
+    exact = np.outer(part, [1.0, 0.5])
+    assert np.abs(run.velocity.values[:, 0, :2] - exact).max() < 1e-8
+
+
+def test_a_current_with_shear_needs_a_draught() -> None:
+    with pytest.raises(hs.InputError, match=r"bodies.block.draught: found none, and a current"):
+        hs.compile_scene(adrift(sea(SHEARED)))
+    above = adrift(sea(SHEARED), point=(0.0, 0.0, 2.0))
+    above = replace(above, forces={"load": above.forces["load"]})
+    with pytest.raises(hs.InputError, match=r"forces.load.depth: found none, a point 2 m above"):
+        hs.compile_scene(above)
