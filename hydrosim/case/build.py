@@ -33,7 +33,7 @@ def build_scene(
         bodies=tuple(_body(name, body, path.parent) for name, body in data.bodies.items()),
         environment=_environment(data.water, path),
         forces={
-            name: element.placed(Where(f"forces.{name}", path))
+            name: element.placed(Where(f"forces.{name}", path, _density(data.water)))
             for name, element in data.forces.items()
         },
         joints={name: joint.build() for name, joint in data.joints.items()},
@@ -82,6 +82,11 @@ def _solver(solver: schema.Solver) -> scene.Solver:
         del settings["tolerance"]
         settings["accuracy"] = given
     return scene.Solver(**settings)
+
+
+def _density(water: schema.Environment) -> tuple[float, float]:
+    """Density [kg/m^3] of the water, and gravity [m/s^2]."""
+    return water.water_density, water.gravity
 
 
 def _environment(water: schema.Environment, path: Path) -> scene.Environment:

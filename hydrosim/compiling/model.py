@@ -219,6 +219,8 @@ def _layout(
         tuple(bodies.each["origin"]),
         dict(zip(point_names(scene), named_points(scene), strict=True)),
         scene.clearances,
+        scene.environment.water_depth,
+        scene.environment.water_density,
     )
 
 

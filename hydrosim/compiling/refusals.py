@@ -8,12 +8,14 @@ import numpy as np
 
 from hydrosim.compiling.joints.closed import check_closed, check_joints
 from hydrosim.compiling.joints.trees import check_trees
+from hydrosim.compiling.restart import begin
 from hydrosim.compiling.sizes import check_sizes
 from hydrosim.errors import InputError
 from hydrosim.forces import is_known, lost_units, signals_of
 from hydrosim.forces.contact.laws import COULOMB
 from hydrosim.forces.contact.modes import OPEN, STICK
 from hydrosim.forces.layout import ROWS
+from hydrosim.forces.line.now import lines_now
 from hydrosim.forces.signal import Recorded
 from hydrosim.forces.spring import stretch
 from hydrosim.linear.freedom import find_constraint_rows
@@ -28,6 +30,7 @@ from hydrosim.stepping.names import spring_names
 if TYPE_CHECKING:
     from hydrosim.stepping.state import State
 
+STRAINED = 0.2  # strain of a catenary at the start
 TOGETHER = 1e-9  # of a spring's length, below which its ends coincide
 
 
@@ -95,6 +98,7 @@ def check_start(scene: Scene, model: Model, state: State) -> None:
         check_closed(scene, model, state)
     _check_rigid_friction(scene, model, state)
     _check_springs(scene, model, state)
+    _check_lines(scene, model, state)
     for name, reason in lost_units(model, scene, state.modes):
         raise InputError(f"forces.{name}: {reason}, at the start. Change its ends or axis.")
 
@@ -120,6 +124,22 @@ def _check_rigid_friction(scene: Scene, model: Model, state: State) -> None:
             " points are not defined; expected fewer points, or law: stick_slip with a large"
             " stiffness."
         )
+
+
+def _check_lines(scene: Scene, model: Model, state: State) -> None:
+    """Refuse catenaries that no line is, because they would be stretched by a fifth and more."""
+    motion = new_work(model).motion
+    n = model.bodies.active.size
+    y = state.y
+    place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
+    for line in lines_now(model, scene, begin(scene), y, state.modes, model.bodies, motion):
+        if line.strain > STRAINED:
+            raise InputError(
+                f"forces.{line.name}.segments: found {line.length:g} m in all, while its ends are"
+                f" {line.distance:.5g} m apart at the start, where it would have to stretch by"
+                f" {line.strain:.0%}; expected less than {STRAINED:.0%}. Make it longer, bring its"
+                " ends closer together, or check its stiffness EA."
+            )
 
 
 def _check_springs(scene: Scene, model: Model, state: State) -> None:

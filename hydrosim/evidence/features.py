@@ -7,6 +7,7 @@ from enum import StrEnum
 
 from hydrosim.forces import (
     Bushing,
+    Catenary,
     Contact,
     Coulomb,
     CurrentLoad,
@@ -72,6 +73,7 @@ class Feature(StrEnum):
     COULOMB = "rigid friction"
     SLOPE = "friction slope"
     SPRINGS = "springs and lines"
+    CATENARIES = "catenaries"
     STRUTS = "struts, torsion springs and power take-offs"
     BUSHINGS = "bushings"
     MOORINGS = "linear moorings"
@@ -178,6 +180,7 @@ OF_SCENES: Mapping[Feature, Callable[[Scene], bool]] = {
     Feature.COULOMB: _friction(Coulomb),
     Feature.SLOPE: _friction(FrictionSlope),
     Feature.SPRINGS: _elements(Spring),
+    Feature.CATENARIES: _elements(Catenary),
     Feature.STRUTS: _elements(Strut, TorsionSpring),
     Feature.BUSHINGS: _elements(Bushing),
     Feature.MOORINGS: _elements(LinearMooring),

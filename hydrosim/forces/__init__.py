@@ -58,6 +58,9 @@ from hydrosim.forces.kind import (
     Tallying,
 )
 from hydrosim.forces.layout import Layout, Resistance
+from hydrosim.forces.line import catenary
+from hydrosim.forces.line import kind as lines
+from hydrosim.forces.line.catenary import Catenary
 from hydrosim.forces.linear_damping import LinearDamping
 from hydrosim.forces.linear_mooring import LinearMooring
 from hydrosim.forces.link import Strut, TorsionSpring
@@ -84,6 +87,7 @@ class Elements(NamedTuple):
     stream_loads: Any
     links: Any
     bushings: Any
+    catenaries: Any
     guides: Any
     locks: Any
     joint_motions: Any
@@ -101,6 +105,7 @@ KINDS: tuple[Kind, ...] = (
     tanks.KIND,
     link.KIND,
     bushing.KIND,
+    lines.KIND,
     guide.KIND,
     joint.KIND,
     joint.JOINTS,
@@ -134,6 +139,8 @@ def add_elements(t, y, modes, motion, bodies, elements, wrench, rate, dy):
         link.add_force(t, y, modes, motion, bodies, e.links, wrench, rate, dy)
     if e.bushings.each.size > 0:
         bushing.add_force(t, y, modes, motion, bodies, e.bushings, wrench, rate, dy)
+    if e.catenaries.lines.size > 0:
+        catenary.add_force(t, y, modes, motion, bodies, e.catenaries, wrench, rate, dy)
     if e.guides.pins.size > 0:
         guide.add_force(t, y, modes, motion, bodies, e, wrench)
     if e.locks.each.size > 0:
@@ -168,6 +175,8 @@ def add_element_energies(t, y, modes, motion, bodies, elements, stored):
         link.add_energy(t, y, modes, motion, bodies, e.links, stored)
     if e.bushings.each.size > 0:
         bushing.add_energy(t, y, modes, motion, bodies, e.bushings, stored)
+    if e.catenaries.lines.size > 0:
+        catenary.add_energy(t, y, modes, motion, bodies, e.catenaries, stored)
     if e.guides.pins.size > 0:
         guide.add_energy(modes, motion, bodies, e, stored)
     if e.joint_motions.each.size > 0:
@@ -309,6 +318,11 @@ def given_frequencies(elements: Elements) -> np.ndarray:
     """Frequencies (n,) [rad/s] of forces that depend on time alone; 0 for signals that are not
     harmonic."""
     return np.asarray(elements.applied_forces.parts["signal"]["frequency"])
+
+
+def pieces_of_lines(elements: Elements) -> np.ndarray:
+    """The pieces (n,) of all catenaries."""
+    return np.asarray(elements.catenaries.pieces)
 
 
 def joint_states(parts: Parts) -> slice:

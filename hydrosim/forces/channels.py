@@ -5,6 +5,7 @@
     fender_normal_force.NAME                of a contact point, or the sum over an element
     fender_compression.POINT                of a contact point
     spring_tension.NAME                     of a spring
+    line_tension.NAME                       of a catenary, at its fairlead
     strut_force.NAME, strut_length.NAME     of a strut or power take-off; tension is positive
     torsion_angle.NAME                      of a torsion spring or rotary power take-off
     tank_level.TANK of BODY                 above the bottom of a tank that is pumped
@@ -29,6 +30,8 @@ from hydrosim.forces import link, spring
 from hydrosim.forces.contact import geometry
 from hydrosim.forces.contact.fender import Contact, pressure
 from hydrosim.forces.layout import Layout, unit_ranges
+from hydrosim.forces.line import catenary
+from hydrosim.forces.line.catenary import Catenary
 from hydrosim.forces.link import Link, Strut, TorsionSpring
 from hydrosim.forces.spring import Spring
 from hydrosim.jit.kernels import kernel
@@ -38,7 +41,7 @@ from hydrosim.scene import Clearance, ForceElement
 from hydrosim.tanks import contents
 
 POSITION, VELOCITY, SPEED, NORMAL_FORCE, COMPRESSION, TENSION, LOAD, PLACE, LEVEL = range(9)
-CLEARANCE, RELATIVE_SPEED = 9, 10
+CLEARANCE, RELATIVE_SPEED, LINE_TENSION = 9, 10, 11
 KINDS = {
     "position": POSITION,
     "velocity": VELOCITY,
@@ -46,6 +49,7 @@ KINDS = {
     "fender_normal_force": NORMAL_FORCE,
     "fender_compression": COMPRESSION,
     "spring_tension": TENSION,
+    "line_tension": LINE_TENSION,
     "strut_force": LOAD,
     "strut_length": PLACE,
     "torsion_angle": PLACE,
@@ -57,6 +61,7 @@ UNITS = {
     "fender_normal_force": (Contact, Contact),
     "fender_compression": (Contact, Contact),
     "spring_tension": (Spring, Spring),
+    "line_tension": (Catenary, Catenary),
     "strut_force": (Link, Strut),
     "strut_length": (Link, Strut),
     "torsion_angle": (Link, TorsionSpring),
@@ -185,6 +190,8 @@ def channel_value(channel, t, y, modes, motion, bodies, elements, tanks):
         line = springs.lines[k]
         mode = modes[springs.mode + k]
         return spring.tension(line, mode, spring.stretch(line, bodies, motion), springs)[0]
+    if channel.kind == LINE_TENSION:
+        return catenary.tension_of(k, t, y, modes, motion, bodies, elements.catenaries)
     if channel.kind == LOAD:
         return link.measured(k, modes, motion, bodies, elements.links)[0]
     if channel.kind == PLACE:

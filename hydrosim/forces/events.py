@@ -1,7 +1,7 @@
 """Modes of all elements that have modes: their ends, their successors, and observed values.
 
-Rows of modes belong to contact points, springs, flows, links, bushings, guides, joints, their
-motions and triggers, in this order. Every row has the same number of margins, which are positive
+Rows of modes belong to contact points, springs, flows, links, bushings, catenaries, guides, joints,
+their motions and triggers, in this order. Every row has the same number of margins, which are positive
 while its mode lasts.
 """
 
@@ -15,6 +15,7 @@ from hydrosim.forces.contact.laws import COULOMB
 from hydrosim.forces.contact.tally import add_tallies
 from hydrosim.forces.joint import locks, motions
 from hydrosim.forces.joint.rows import REFERENCE
+from hydrosim.forces.line import catenary
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.tanks import pumping
 
@@ -32,6 +33,7 @@ def observed(elements: Elements) -> dict[str, tuple[int, int]]:
         "spring": (elements.springs.lines.size, spring.OBSERVED),
         "link": (elements.links.links.size, link.OBSERVED),
         "bushing": (elements.bushings.each.size, bushing.OBSERVED),
+        "line": (elements.catenaries.lines.size, catenary.OBSERVED),
         "guide": (elements.guides.pins.size, guide.OBSERVED),
         "joint": (elements.locks.joints, 6),
         "joint_motion": (elements.joint_motions.each.size, motions.OBSERVED),
@@ -45,6 +47,7 @@ def joints_observed(elements):
     behind += elements.springs.lines.size * spring.OBSERVED
     behind += elements.links.links.size * link.OBSERVED
     behind += elements.bushings.each.size * bushing.OBSERVED
+    behind += elements.catenaries.lines.size * catenary.OBSERVED
     return behind + elements.guides.pins.size * guide.OBSERVED
 
 
@@ -68,6 +71,9 @@ def observe(t, y, modes, motion, bodies, elements, holds, wrench, out):
     if elements.bushings.each.size > 0:
         bushing.observe(modes, motion, bodies, elements.bushings, out[behind:])
     behind += elements.bushings.each.size * bushing.OBSERVED
+    if elements.catenaries.lines.size > 0:
+        catenary.observe(t, y, modes, motion, bodies, elements.catenaries, out[behind:])
+    behind += elements.catenaries.lines.size * catenary.OBSERVED
     if elements.guides.pins.size > 0:
         guide.observe(modes, motion, bodies, elements, out[behind:])
     behind += elements.guides.pins.size * guide.OBSERVED
@@ -92,6 +98,8 @@ def settle(t, y, modes, motion, bodies, elements, tanks):
         link.settle(modes, motion, bodies, elements.links)
     if elements.bushings.each.size > 0:
         bushing.settle(modes, motion, bodies, elements.bushings)
+    if elements.catenaries.lines.size > 0:
+        catenary.settle(t, y, modes, motion, bodies, elements.catenaries)
     if elements.guides.pins.size > 0:
         guide.settle(modes, motion, bodies, elements)
     if elements.locks.each.size > 0:
@@ -118,6 +126,8 @@ def find_margins(t, y, modes, motion, bodies, elements, tanks, headings, reactio
         link.margins(modes, motion, bodies, elements.links, out)
     if elements.bushings.each.size > 0:
         bushing.margins(modes, motion, bodies, elements.bushings, out)
+    if elements.catenaries.lines.size > 0:
+        catenary.margins(t, y, modes, motion, bodies, elements.catenaries, out)
     if elements.guides.pins.size > 0:
         guide.margins(modes, motion, bodies, elements, out)
     if elements.locks.each.size > 0:
@@ -155,6 +165,10 @@ def switch(row, which, size, step, t, y, modes, motion, bodies, elements, tanks,
     if row >= elements.guides.mode and elements.guides.pins.size > 0:
         i = row - elements.guides.mode
         guide.switch(i, which, y, modes, motion, bodies, elements)
+        return
+    if row >= elements.catenaries.mode and elements.catenaries.lines.size > 0:
+        i = row - elements.catenaries.mode
+        catenary.switch(i, t, y, modes, motion, bodies, elements.catenaries)
         return
     if row >= elements.bushings.mode and elements.bushings.each.size > 0:
         bushing.switch(row - elements.bushings.mode, modes, elements.bushings)
@@ -228,12 +242,15 @@ def tally(t, y, modes, motion, bodies, elements, reactions, rates):
 @kernel
 def remembers(elements):
     """True if any unit stores values that only single steps know."""
-    return elements.fenders.remembering > 0 or elements.fenders.groups.size > 0
+    lines = elements.catenaries.lines.size > 0
+    return lines or elements.fenders.remembering > 0 or elements.fenders.groups.size > 0
 
 
 @kernel
 def record_largest(t, y, modes, motion, bodies, elements):
     """Store values that only single steps know in y."""
+    if elements.catenaries.lines.size > 0:
+        catenary.remember(t, y, modes, motion, bodies, elements.catenaries)
     transitions.record_largest(t, y, modes, motion, bodies, elements.fenders)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from math import inf
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -113,7 +114,8 @@ class Layout:
     own weight. ``joints`` are all joints of the scene, ``constraints`` the bodies of those that are
     constraints, ``joint_row`` is their row of forces; ``tree`` are the constants of the others.
     ``origin`` [m] is the centre of gravity of each body at rest. ``points`` are body and place of
-    each named point, for the ``clearances``.
+    each named point, for the ``clearances``. ``depth`` [m] and ``density`` [kg/m^3] are of the
+    water.
     """
 
     body: dict[str, int]
@@ -135,6 +137,8 @@ class Layout:
     origin: tuple[np.ndarray, ...] = ()
     points: Mapping[str, tuple[int, tuple[float, ...]]] = field(default_factory=dict)
     clearances: Mapping[str, Clearance] = field(default_factory=dict)
+    depth: float = inf
+    density: float = 1025.0
 
     def place_at_rest(self, body: str | None, point: Sequence[float]) -> np.ndarray:
         """Position (3,) in the earth frame of a ``point`` of a body at rest, or of the earth."""

@@ -71,6 +71,19 @@ def scaled(signal: Signal, factor: float) -> Signal:
     return replace(signal, value=factor * signal.value)
 
 
+def least(signal: Signal) -> float:
+    """Smallest value among the points of a signal."""
+    if isinstance(signal, Harmonic):
+        return signal.mean - abs(signal.amplitude)
+    return float(np.min(signal.value))
+
+
+def first_value(signal: Signal) -> float:
+    """Value of a signal at time 0."""
+    each, pieces = compile_signals([signal])
+    return float(value(0.0, each[0], pieces))
+
+
 def corners(signal: Signal) -> np.ndarray:
     """Times (n,) at which the rate of a signal jumps, so that no step may cross them."""
     return signal.time if isinstance(signal, Table) else np.zeros(0)

@@ -33,6 +33,8 @@ from hydrosim.forces.contact.fender import Contact
 from hydrosim.forces.joint import locks
 from hydrosim.forces.kind import Columns, Kept, Modes, States, Variable
 from hydrosim.forces.layout import constraint_names, unit_ranges
+from hydrosim.forces.line import catenary
+from hydrosim.forces.line.catenary import Catenary
 from hydrosim.forces.link import Link
 from hydrosim.forces.postures import PosingKind, Posture, rest_at_first
 from hydrosim.forces.spring import Spring
@@ -61,13 +63,14 @@ TRIGGER = np.dtype(
         *(("row", int), ("start", CONDITION), ("end", CONDITION)),
         *(("point", int), ("points", int), ("line", int), ("lines", int)),
         *(("link", int), ("links", int), ("bushing", int), ("bushings", int)),
+        *(("catenary", int), ("catenaries", int)),
         *(("flow", int), ("lock", int)),
     ]
 )
 """A trigger: the row of forces of its element, both conditions, and its own contact points,
-springs, links and bushings, ``points`` from ``point`` on; or its flow or joint, else `NONE`."""
+springs, links, bushings and catenaries, ``points`` from ``point`` on; or its flow or joint, else `NONE`."""
 NONE = -1
-NO_UNITS = (0,) * 8
+NO_UNITS = (0,) * 10
 
 
 class Params(NamedTuple):
@@ -86,7 +89,7 @@ class Params(NamedTuple):
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
     """Constants of the triggers of ``elements``, in their order, followed by those of pumps and of
     joints."""
-    ranges = [unit_ranges(elements, kind) for kind in (Contact, Spring, Link, Bushing)]
+    ranges = [unit_ranges(elements, kind) for kind in (Contact, Spring, Link, Bushing, Catenary)]
     rows: list[Any] = []
     for name, element in elements.items():
         if element.active is None:
@@ -219,6 +222,11 @@ def apply_switch(j, t, y, modes, motion, bodies, elements, tanks):
             bushing.activate(i, modes, motion, bodies, elements.bushings)
         else:
             bushing.deactivate(i, modes, elements.bushings)
+    for i in range(trigger.catenary, trigger.catenary + trigger.catenaries):
+        if now:
+            catenary.settle_line(i, t, y, modes, motion, bodies, elements.catenaries)
+        else:
+            catenary.deactivate(i, modes, elements.catenaries)
 
 
 @kernel

@@ -157,6 +157,7 @@ def _details(own: Compiled, compiled: Compiled) -> Iterator[Node]:
         yield List(said, ", ".join(wet.names))
     yield from _lists({"Joints": list(describe_joints(own.scene))})
     yield from _lists({"Radiation": notes.memory, "Recorded": notes.records})
+    yield from _lists({"Drag of lines, linearised": notes.drag})
     yield from _lists({"Where waves meet bodies": notes.meetings, "Skipped": notes.skipped})
 
 

@@ -79,6 +79,9 @@ def tables_of(run: xr.Dataset) -> Iterator[Node]:
             yield from stage_nodes(run)
     if "spring" in run.dims:
         yield Table(("line", "mean tension", "largest", "slack"), list(_lines(run)))
+    if "line" in run.dims:
+        head = ("catenary", "mean tension", "largest", "smallest on the seabed")
+        yield Table(head, list(_catenaries(run)))
     yield from _links(run)
     if "gap" in run.dims:
         yield Table(("clearance", "smallest", "at the end"), list(_clearances(run)))
@@ -214,6 +217,14 @@ def _lines(run: xr.Dataset) -> Iterator[list[Cell]]:
         tension = line.spring_tension.values
         slack = Value(float(np.mean(line.spring_mode == 0)), "share", 2)
         yield [name, Value(float(tension.mean()), "N"), Value(float(tension.max()), "N"), slack]
+
+
+def _catenaries(run: xr.Dataset) -> Iterator[list[Cell]]:
+    for name in map(str, run.line.values):
+        line = run.sel(line=name)
+        tension = line.line_tension.values
+        least = Value(float(line.line_grounded.min()), "m")
+        yield [name, Value(float(tension.mean()), "N"), Value(float(tension.max()), "N"), least]
 
 
 def _links(run: xr.Dataset) -> Iterator[Node]:

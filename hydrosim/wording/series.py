@@ -50,6 +50,7 @@ LOADS = Motions("force ", "N", "N m")
 FIRST = {
     "fender_normal_force": Lines("fender", "Normal force of contacts", "N"),
     "spring_tension": Lines("spring", "Tension of lines", "N"),
+    "line_tension": Lines("line", "Tension of catenaries at the fairlead", "N"),
     "strut_force": Lines("strut", "Force of struts", "N"),
     "torsion_moment": Lines("torsion_spring", "Moment of torsion springs", "N m"),
     "pto_power": Lines("pto", "Power of power take-offs", "W"),
@@ -61,6 +62,8 @@ THEN = {
     "contact_load": Lines("contact_group", "Load of groups of contacts", "N"),
     "fender_compression": Lines("fender", "Compression of contacts, negative when open", "m"),
     "fender_slip_distance": Lines("fender", "Distance slipped", "m"),
+    "line_anchor_tension": Lines("line", "Tension of catenaries at the anchor", "N"),
+    "line_grounded": Lines("line", "Length of catenaries on the seabed", "m"),
     "strut_length": Lines("strut", "Length of struts", "m"),
     "torsion_angle": Lines("torsion_spring", "Twist of torsion springs", "rad"),
     "guide_force": Lines("guide", "Force of guides", "N"),

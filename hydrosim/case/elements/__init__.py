@@ -8,6 +8,7 @@ from pydantic import BeforeValidator, Discriminator
 
 from hydrosim.case.elements.applied_force import AppliedForce
 from hydrosim.case.elements.bushing import Bushing
+from hydrosim.case.elements.catenary import Catenary
 from hydrosim.case.elements.element import Element, Where
 from hydrosim.case.elements.fender import Fender
 from hydrosim.case.elements.landing import Landing
@@ -33,6 +34,7 @@ AnyElement = Annotated[
     | Fender
     | Landing
     | Spring
+    | Catenary
     | Strut
     | TorsionSpring
     | Bushing

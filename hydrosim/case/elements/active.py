@@ -15,6 +15,7 @@ from hydrosim.dofs import DOFS
 UNITS = {
     "fender_normal_force": "N",
     "spring_tension": "N",
+    "line_tension": "N",
     "fender_compression": "m",
     "strut_force": "N",
     "strut_length": "m",

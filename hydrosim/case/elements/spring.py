@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import StrictStr, model_validator
 
-from hydrosim.case.elements.element import Element, Where
+from hydrosim.case.elements.breaking import Breaking
+from hydrosim.case.elements.element import Where
 from hydrosim.documents import quantities as of
 from hydrosim.documents.messages import Keys
 from hydrosim.documents.quantities import Strict
@@ -36,9 +37,10 @@ class Curve(Strict):
         return self
 
 
-class Spring(Element):
+class Spring(Breaking):
     """A line from a point of a body to an anchor, on the earth or on another body."""
 
+    tension_channel: ClassVar[str] = "spring_tension"
     example: ClassVar[dict[str, Any]] = {
         "type": "spring",
         "body": "barge",

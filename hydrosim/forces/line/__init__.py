@@ -1,1 +1,1 @@
-"""Lines: elastic catenaries on the seabed and off it."""
+"""Lines with weight: elastic catenaries on the seabed and off it, and their drag."""

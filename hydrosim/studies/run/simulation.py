@@ -344,6 +344,7 @@ def _provenance(compiled: Compiled) -> dict[str, object]:
         HEADINGS: compiled.facts.headings if np.any(compiled.model.headings.stream) else None,
         "records": "\n".join(notes.records) or None,
         "meetings": "\n".join(notes.meetings) or None,
+        "line_drag": "\n".join(notes.drag) or None,
         "radiation_errors": "\n".join(notes.memory) or None,
         "radiation_error": notes.radiation_error if isfinite(notes.radiation_error) else None,
         **_met(compiled),
