@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
+from hydrosim.case.elements.lines import Lines
 from hydrosim.case.hydrodynamics import accepted_of, files_of
 from hydrosim.case.schema import CaseFile
 from hydrosim.case.signals import Recorded
@@ -159,6 +160,10 @@ def _check_files(case: CaseFile, folder: Path) -> Iterator[Problem]:
         for keys, file in files_of(body.hydrodynamics):
             place = ("bodies", name, "hydrodynamics", *keys)
             yield from _check_file(place, folder / file, "a hydrodynamic database")
+    for name, element in case.forces.items():
+        if isinstance(element, Lines):
+            wanted = "an input file of MoorDyn or MoorPy"
+            yield from _check_file(("forces", name, "file"), folder / element.file, wanted)
     for i, waves in enumerate(case.environment.waves if case.environment else ()):
         if isinstance(waves, Table | DirectionalTable) and waves.file is not None:
             keys = ("environment", "waves", i, "file")
