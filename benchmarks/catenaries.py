@@ -22,7 +22,7 @@ import io
 import lzma
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from importlib.metadata import version
 from math import hypot, nan
 from pathlib import Path
@@ -40,6 +40,8 @@ KEPT = 150
 SOLVED = 1e-9  # of the length; MoorPy is asked for 1e-12 m
 FOLDER = ROOT / "tests" / "data" / "lines"
 COLUMNS = ("length", "weight", "stiffness", "hung")
+ENDS = ("x", "z", "bed", "friction", "H", "V")
+MOST = 5  # pieces of a chain
 
 
 def answer() -> Answer:
@@ -176,25 +178,29 @@ def write() -> None:
     FOLDER.mkdir(parents=True, exist_ok=True)
     left_out: Counter[str] = Counter()
     lines = [found for _, found in zip(range(MOORPY), moorpy_lines(left_out), strict=False)]
-    head = (*COLUMNS[:3], "x", "z", "bed", "friction", "H", "V")
-    rows = [(*line.rows[0][:3], *line[1:], H, V) for line, H, V in lines]
-    save(FOLDER / "moorpy.csv.xz", head, rows)
-    head = (*(f"{c}{i}" for i in range(1, 6) for c in COLUMNS), *head[3:])
-    head = (*head, "Hx", "Hz", "Vx", "Vz")
-    rows = []
-    for i in range(KEPT):
-        for maker, first in ((random_line, 3), (random_chain, 4)):
-            line = draw(maker, first, i)
-            pull = pull_of(line)
-            H, V = exact_pull(line, pull.H, pull.V)
-            slopes = exact_stiffness(line, pull.H, pull.V)
-            padded = [*line.rows, *[(0.0,) * 4] * (5 - len(line.rows))]
-            given = (*(v for row in padded for v in row), *line[1:])
-            rows.append((*given, float(H), float(V), *map(float, slopes)))
-    save(FOLDER / "exact.csv.xz", head, rows)
+    save(
+        FOLDER / "moorpy.csv.xz",
+        (*COLUMNS[:3], *ENDS),
+        [(*line.rows[0][:3], *line[1:], H, V) for line, H, V in lines],
+    )
+    makers = ((random_line, 3), (random_chain, 4))
+    drawn = [draw(maker, first, i) for i in range(KEPT) for maker, first in makers]
+    pieces = [f"{column}{i}" for i in range(1, MOST + 1) for column in COLUMNS]
+    head = (*pieces, *ENDS, "Hx", "Hz", "Vx", "Vz")
+    save(FOLDER / "exact.csv.xz", head, [exact_row(line) for line in drawn])
 
 
-def save(path: Path, head: tuple[str, ...], rows: list[tuple[float, ...]]) -> None:
+def exact_row(line: Line) -> tuple[float, ...]:
+    """A line, its pull and its stiffness."""
+    pull = pull_of(line)
+    H, V = exact_pull(line, pull.H, pull.V)
+    slopes = exact_stiffness(line, pull.H, pull.V)
+    padded = [*line.rows, *[(0.0,) * 4] * (MOST - len(line.rows))]
+    pieces = (value for row in padded for value in row)
+    return (*pieces, *line[1:], float(H), float(V), *map(float, slopes))
+
+
+def save(path: Path, head: tuple[str, ...], rows: Sequence[tuple[float, ...]]) -> None:
     """Write a table with all digits."""
     with lzma.open(path, "wt", preset=9 | lzma.PRESET_EXTREME, newline="") as file:
         writer = csv.writer(file, lineterminator="\n")

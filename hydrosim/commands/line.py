@@ -14,6 +14,7 @@ from hydrosim.commands.terminal import progress_console, show, show_document
 from hydrosim.errors import InputError
 
 if TYPE_CHECKING:
+    from hydrosim.outputs import Output
     from hydrosim.presentation.units import Units
     from hydrosim.studies.line import StillLine
 
@@ -102,7 +103,7 @@ def _show(
     chosen: StillLine,
     lines: list[StillLine],
     largest: float | None,
-    page: object,
+    page: Output,
     units: Units,
     verbose: bool,
 ) -> None:

@@ -71,6 +71,7 @@ def _draw_pull(axis: Axes, found: Response, units: Units) -> None:
     }
     for k, (name, values) in enumerate(series.items()):
         _plot(axis, found, force.factor * values, units, COLOURS[k], name)
+    axis.get_lines()[-1].set_linestyle("--")  # on the bed it is the horizontal pull
     axis.set_ylabel(labelled("force", force.unit))
     axis.legend(frameon=False, fontsize="small")
 

@@ -108,15 +108,17 @@ class Response:
 
 def response(line: StillLine, offsets: np.ndarray, up: bool) -> Response:
     """Forces and stiffness of a line over offsets of its fairlead."""
-    rows = []
-    reasons = {}
+    rows: list[list[float]] = []
+    reasons: dict[str, None] = {}
     for offset in offsets:
         moved = line.moved(0.0, offset) if up else line.moved(offset, 0.0)
         pull = moved.pull()
         rows.append(_row(moved, pull, up))
         if not pull.converged:
             reasons[REASONS[pull.reason]] = None
-    return Response(up, offsets, *np.transpose(rows), tuple(reasons))
+    tension, horizontal, vertical, anchor, stiff, grounded = np.transpose(rows)
+    forces = (tension, horizontal, vertical, anchor)
+    return Response(up, offsets, *forces, stiff, grounded, tuple(reasons))
 
 
 def _row(line: StillLine, pull: Pull, up: bool) -> list[float]:

@@ -27,7 +27,7 @@ class Vessel(NamedTuple):
     """A body at rest: ``place`` (x, y) [m] of its database's origin in the earth frame, ``heading``
     [rad], ``centre`` of gravity [m] in the frame of the database; ``depth`` [m] of the water."""
 
-    place: tuple[float, float]
+    place: tuple[float, ...]
     heading: float
     centre: tuple[float, ...]
     depth: float
@@ -108,9 +108,7 @@ def earth_place(place: tuple[float, ...], vessel: Vessel) -> tuple[float, ...]:
     return vessel.place[0] + c * x - s * y, vessel.place[1] + s * x + c * y, z
 
 
-def _check_water(
-    system: System, water: tuple[float, float], depth: float, source: Source
-) -> None:
+def _check_water(system: System, water: tuple[float, float], depth: float, source: Source) -> None:
     """Refuse a file for other water than that of the case."""
     if system.depth is not None and not abs(system.depth - depth) <= NEARLY:
         found = "without end" if not isfinite(depth) else f"{depth:g} m"

@@ -130,9 +130,7 @@ def _refuse_bridle(at: Mapping[str, list[str]], point: str, source: Source) -> N
     )
 
 
-def _line(
-    system: System, start: str, end: str, pieces: list[str], water: Water
-) -> MooringLine:
+def _line(system: System, start: str, end: str, pieces: list[str], water: Water) -> MooringLine:
     density, gravity = water
     segments = []
     for name, hung in zip(pieces, _hung(system, start, pieces, water), strict=True):

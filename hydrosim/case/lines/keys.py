@@ -25,9 +25,10 @@ def case_keys(file: Path) -> str:
     system = read_system(source)
     water = water_of(system, WATER)
     lines = mooring_lines(system, water, source)
-    keys = {"forces": {f"line_{name}": _line(line, system) for name, line in lines.items()}}
+    keys: dict[str, object] = {}
     if system.depth is not None:
-        keys = {"environment": {"water_depth": _with_unit(system.depth, "m")}, **keys}
+        keys["environment"] = {"water_depth": _with_unit(system.depth, "m")}
+    keys["forces"] = {f"line_{name}": _line(line, system) for name, line in lines.items()}
     text = yaml.dump(keys, sort_keys=False, default_flow_style=None, width=100)
     return HEAD.format(file=file.name, density=water[0], gravity=water[1]) + text
 

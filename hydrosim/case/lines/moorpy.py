@@ -26,7 +26,7 @@ def read_moorpy(source: Source) -> System:
     """The mooring system of a YAML file. Raises InputError about what is wrong."""
     source.head(1)
     node = compose(source.file.read_text("utf-8-sig"), str(source.file))
-    values = plain(node) if node else None
+    values: dict[str, Any] = plain(node) if node else {}
     if not is_moorpy(values):
         source.wrong("found no keys line_types, points and lines; expected a system of MoorPy")
     if values.get("bodies"):

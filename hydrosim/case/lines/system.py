@@ -1,4 +1,4 @@
-"""A mooring system as MoorDyn and MoorPy describe it: types of lines, points, lines between them."""
+"""A mooring system as MoorDyn and MoorPy describe it: types of lines, points, and lines."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ class LineType:
 
 @dataclass(frozen=True)
 class Point:
-    """``place`` [m]: in the axes of the body if one holds it, else in those of the file. ``body`` is
-    its name there. ``mass`` [kg], ``volume`` [m^3]."""
+    """``place`` [m]: in the axes of the body if one holds it, else in those of the file. ``body``
+    is its name there. ``mass`` [kg], ``volume`` [m^3]."""
 
     held: Held
     place: tuple[float, float, float]
