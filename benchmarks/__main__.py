@@ -19,7 +19,7 @@ QUESTIONS = (
     "step_limits",
     *("cost", "skips", "linear_scene", "radiation_fits", "radiation_motions", "memory"),
     *("synthesis", "headings", "many_runs", "set_up", "long_runs"),
-    *("databases", "extremes", "kills"),
+    *("databases", "extremes", "kills", "lines"),
 )
 LONG = (
     "evidence",
