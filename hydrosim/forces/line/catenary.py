@@ -40,7 +40,7 @@ from hydrosim.forces.line import profile, rates, shape
 from hydrosim.forces.mirroring import turned
 from hydrosim.forces.signal import SIGNAL, Signal, compile_signals, constant, value
 from hydrosim.forces.signal import rate as signal_rate
-from hydrosim.jit.kernels import kernel, root, root_giving
+from hydrosim.jit.kernels import clear, kernel, root, root_giving
 from hydrosim.modes import MARGINS, MODE, RISING, SEGMENT, SEGMENT_MARGIN
 from hydrosim.rigid.kinematics import add_wrench, attachment, point_velocity
 from hydrosim.rigid.vectors import cross, dot, scale, sub, vector
@@ -50,8 +50,9 @@ from hydrosim.streams.current import current_at, mean_current
 ACTING, GONE, LOST, TAUT = range(4)
 """Modes; lines are `TAUT` in postures alone."""
 TENSION, ANCHOR_TENSION, HORIZONTAL, GROUNDED, OBSERVED = range(5)  # see `observe`
-GUESS = ("horizontal pull", "vertical pull")
-"""States of each line: its last solution [N]."""
+GUESS = ("horizontal pull", "vertical pull", "span", "height", "H by x", "H by z", "V by x", "V by z")
+"""States of each line: its last solution H, V [N], the x and z there [m], and its stiffness
+[N/m]."""
 STATES = len(GUESS)
 AHEAD = 1e-10  # s: first look ahead for the next profile
 FARTHEST = 1e-2  # s: and the last
@@ -262,7 +263,14 @@ def pull_now(i, t, y, s, motion, p):
     if line.paying != STEADY:
         pieces = motion.pieces
         pieces[line.first + line.paying].length = value(t, line.paid, p.signals)
-    return pull_of(i, s, y[k], y[k + 1], pieces, p), pieces
+    dx = s.x - y[k + 2]
+    dz = s.z - y[k + 3]
+    H = y[k] + y[k + 4] * dx + y[k + 5] * dz
+    V = y[k + 1] + y[k + 6] * dx + y[k + 7] * dz
+    if H < 0.5 * y[k]:
+        H = y[k]
+        V = y[k + 1]
+    return pull_of(i, s, H, V, pieces, p), pieces
 
 
 @root
@@ -428,6 +436,13 @@ def room_of(line, s, pull, number, pieces):
     )
 
 
+@root_giving(float, float, float, float)
+def find_stiffness(first, last, x, z, bed, friction, H, V, anchor_V, touch, pieces):
+    """`rates.stiffness` of a line."""
+    pull = shape.Pull(H, V, anchor_V, H, touch, 0.0, True, 0)
+    return rates.stiffness(pieces, first, last, x, z, bed, friction, pull)
+
+
 @root
 def switch(i, t, y, modes, motion, bodies, p):
     """Switch line ``i`` to its next profile: that of the line a moment later, because an event is
@@ -448,9 +463,9 @@ def switch(i, t, y, modes, motion, bodies, p):
             mode[SEGMENT] = number
             return
         ahead *= 2.0
-    pull, _ = pull_now(i, t, y, s, motion, p)
+    pull, pieces = pull_now(i, t, y, s, motion, p)
     if not pull.converged:
-        accept(i, y, modes, pull, p)
+        accept(i, y, modes, s, pull, pieces, p)
 
 
 @kernel
@@ -473,19 +488,28 @@ def settle_line(i, t, y, modes, motion, bodies, p):
     """Mode and guess of line ``i`` when it becomes active."""
     line = p.lines[i]
     k = p.state + STATES * i
-    y[k] = y[k + 1] = -1.0  # no guess
+    clear(y[k : k + STATES])
+    y[k] = -1.0  # no guess
     s = find_ends(line, bodies, motion)
     pull, pieces = pull_now(i, t, y, s, motion, p)
-    accept(i, y, modes, pull, p)
+    accept(i, y, modes, s, pull, pieces, p)
     modes[p.mode + i, SEGMENT] = number_of(line, s, pull, pieces)
 
 
 @kernel
-def accept(i, y, modes, pull, p):
-    """Keep a solution as the next guess; a line without one is lost."""
+def accept(i, y, modes, s, pull, pieces, p):
+    """Keep a solution, and its stiffness, for the next guesses; a line without one is lost."""
+    line = p.lines[i]
     k = p.state + STATES * i
     y[k] = pull.H
     y[k + 1] = pull.V
+    y[k + 2] = s.x
+    y[k + 3] = s.z
+    up = pull.anchor_V
+    a = line.first
+    y[k + 4], y[k + 5], y[k + 6], y[k + 7] = find_stiffness(
+        a, line.last, s.x, s.z, s.bed, line.friction, pull.H, pull.V, up, pull.touch, pieces
+    )
     modes[p.mode + i, MODE] = ACTING if pull.converged else LOST
     modes[p.mode + i, RISING] = pull.reason
 
@@ -501,5 +525,6 @@ def remember(t, y, modes, motion, bodies, p):
     """Keep the solutions of an accepted step as the next guesses."""
     for i in range(p.lines.size):
         if modes[p.mode + i, MODE] == ACTING:
-            pull, _ = pull_now(i, t, y, find_ends(p.lines[i], bodies, motion), motion, p)
-            accept(i, y, modes, pull, p)
+            s = find_ends(p.lines[i], bodies, motion)
+            pull, pieces = pull_now(i, t, y, s, motion, p)
+            accept(i, y, modes, s, pull, pieces, p)

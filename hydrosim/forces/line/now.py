@@ -77,7 +77,7 @@ def lines_now(
             if line["paying"] != STEADY:
                 paid = value(t, line["paid"], p.signals)
                 pieces["length"][line["first"] + line["paying"]] = paid
-            guess = y[p.state + STATES * i :][:STATES]
+            guess = y[p.state + STATES * i :][:2]
             own = (int(line["first"]), int(line["last"]), ends.x, ends.z, ends.bed)
             pull = Pull(*find_pull(*own, float(line["friction"]), *guess, pieces))
             yield LineNow(name, line, pieces, ends, pull)

@@ -26,6 +26,7 @@ SLACK = 4
 DEAD = 8
 PLACE = 16
 PLACES = 256
+TIGHT = 0.02  # of the weight: a larger H is far from none
 
 
 @kernel
@@ -68,7 +69,9 @@ def room(pieces, first, last, x, z, bed, friction, pull, profile):
     elif friction > 0.0:
         left = pull.H / friction + pull.V - f.weight
         least = min(least, (-left if profile & DEAD else left) / load)
-    more = slack_room(pieces, first, last, f, bed, kind == RESTS, pull)
+    more = 1.0  # far from slack, whose room costs a search
+    if pull.H < TIGHT * load:
+        more = slack_room(pieces, first, last, f, bed, kind == RESTS, pull)
     return min(least, -more if profile & SLACK else more)
 
 
