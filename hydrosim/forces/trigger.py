@@ -72,8 +72,8 @@ TRIGGER = np.dtype(
     ]
 )
 """A trigger: the row of forces of its element, both conditions, and its own contact points,
-springs, links, bushings, catenaries, winches and compensators, ``points`` from ``point`` on; or its flow or
-joint, else `NONE`."""
+springs, links, bushings, catenaries, winches and compensators, ``points`` from ``point`` on; or its
+flow or joint, else `NONE`."""
 NONE = -1
 NO_UNITS = (0,) * 14
 
