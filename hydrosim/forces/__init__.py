@@ -344,7 +344,7 @@ def lasting_states(parts: Parts) -> np.ndarray:
     """Entries (n,) of y that a body at rest keeps: of joints that are constraints, and lengths off
     the drums of winches."""
     joints = locks.states_of(parts.elements.locks)
-    drums = winch.states_of(parts.elements.winches)
+    drums = winch.lasting_lengths(parts.elements.winches)
     return np.array([*range(joints.start, joints.stop), *drums], dtype=np.int64)
 
 
@@ -355,8 +355,9 @@ def loop_modes(parts: Parts) -> np.ndarray:
 
 
 def without_friction(elements: Elements) -> Elements:
-    """The same elements with contacts that slip freely."""
-    return elements._replace(fenders=fender.without_friction(elements.fenders))
+    """The same elements with contacts that slip freely, and drums of winches that stand."""
+    fenders = fender.without_friction(elements.fenders)
+    return elements._replace(fenders=fenders, winches=winch.standing(elements.winches))
 
 
 def signals_of(elements: Mapping[str, ForceElement]) -> Iterator[tuple[str, Signal]]:
