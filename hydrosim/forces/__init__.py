@@ -60,10 +60,9 @@ from hydrosim.forces.kind import (
     Tallying,
 )
 from hydrosim.forces.layout import Layout, Resistance
-from hydrosim.forces.line import catenary
+from hydrosim.forces.line import catenary, compensator, winch, winch_kind
 from hydrosim.forces.line import kind as lines
 from hydrosim.forces.line.catenary import Catenary
-from hydrosim.forces.line import compensator, winch, winch_kind
 from hydrosim.forces.line.compensator import Compensator
 from hydrosim.forces.line.controls import Compensation, SpeedControl, TensionControl
 from hydrosim.forces.line.winch import Winch
@@ -342,17 +341,17 @@ def given_frequencies(elements: Elements) -> np.ndarray:
     return np.asarray(elements.applied_forces.parts["signal"]["frequency"])
 
 
+def pieces_of_lines(elements: Elements) -> np.ndarray:
+    """The pieces (n,) of all catenaries."""
+    return np.asarray(elements.catenaries.pieces)
+
+
 def lasting_states(parts: Parts) -> np.ndarray:
     """Entries (n,) of y that a body at rest keeps: of joints that are constraints, and lengths off
     the drums of winches."""
     joints = locks.states_of(parts.elements.locks)
-    drums = winch.states_of(parts.elements.winches)
+    drums = winch.lasting_lengths(parts.elements.winches)
     return np.array([*range(joints.start, joints.stop), *drums], dtype=np.int64)
-
-
-def pieces_of_lines(elements: Elements) -> np.ndarray:
-    """The pieces (n,) of all catenaries."""
-    return np.asarray(elements.catenaries.pieces)
 
 
 def loop_modes(parts: Parts) -> np.ndarray:
@@ -362,8 +361,9 @@ def loop_modes(parts: Parts) -> np.ndarray:
 
 
 def without_friction(elements: Elements) -> Elements:
-    """The same elements with contacts that slip freely."""
-    return elements._replace(fenders=fender.without_friction(elements.fenders))
+    """The same elements with contacts that slip freely, and drums of winches that stand."""
+    fenders = fender.without_friction(elements.fenders)
+    return elements._replace(fenders=fenders, winches=winch.standing(elements.winches))
 
 
 def in_gusts(elements: Elements, gusts: GustTable) -> Elements:

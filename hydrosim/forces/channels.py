@@ -31,9 +31,8 @@ from hydrosim.forces import link, spring
 from hydrosim.forces.contact import geometry
 from hydrosim.forces.contact.fender import Contact, pressure
 from hydrosim.forces.layout import Layout, unit_ranges
-from hydrosim.forces.line import catenary
+from hydrosim.forces.line import catenary, winch
 from hydrosim.forces.line.catenary import Catenary
-from hydrosim.forces.line import winch
 from hydrosim.forces.line.winch import Winch
 from hydrosim.forces.link import Link, Strut, TorsionSpring
 from hydrosim.forces.spring import Spring
@@ -44,7 +43,7 @@ from hydrosim.scene import Clearance, ForceElement
 from hydrosim.tanks import contents
 
 POSITION, VELOCITY, SPEED, NORMAL_FORCE, COMPRESSION, TENSION, LOAD, PLACE, LEVEL = range(9)
-CLEARANCE, RELATIVE_SPEED, WINCH_TENSION, WINCH_LENGTH, LINE_TENSION = 9, 10, 11, 12, 13
+CLEARANCE, RELATIVE_SPEED, LINE_TENSION, WINCH_TENSION, WINCH_LENGTH = range(9, 14)
 KINDS = {
     "position": POSITION,
     "velocity": VELOCITY,

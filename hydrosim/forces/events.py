@@ -15,8 +15,7 @@ from hydrosim.forces.contact.laws import COULOMB
 from hydrosim.forces.contact.tally import add_tallies
 from hydrosim.forces.joint import locks, motions
 from hydrosim.forces.joint.rows import REFERENCE
-from hydrosim.forces.line import catenary
-from hydrosim.forces.line import compensator, winch
+from hydrosim.forces.line import catenary, compensator, winch
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.tanks import pumping
 
@@ -271,9 +270,7 @@ def tally(t, y, modes, motion, bodies, elements, reactions, rates):
 @kernel
 def remembers(elements):
     """True if any unit stores values that only single steps know."""
-    if elements.winches.each.size > 0:
-        return True
-    lines = elements.catenaries.lines.size > 0
+    lines = elements.catenaries.lines.size > 0 or elements.winches.each.size > 0
     return lines or elements.fenders.remembering > 0 or elements.fenders.groups.size > 0
 
 

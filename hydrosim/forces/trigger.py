@@ -33,9 +33,8 @@ from hydrosim.forces.contact.fender import Contact
 from hydrosim.forces.joint import locks
 from hydrosim.forces.kind import Columns, Kept, Modes, States, Variable
 from hydrosim.forces.layout import constraint_names, unit_ranges
-from hydrosim.forces.line import catenary
+from hydrosim.forces.line import catenary, compensator, winch
 from hydrosim.forces.line.catenary import Catenary
-from hydrosim.forces.line import compensator, winch
 from hydrosim.forces.line.compensator import Compensator
 from hydrosim.forces.line.winch import Winch
 from hydrosim.forces.link import Link

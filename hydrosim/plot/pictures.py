@@ -36,8 +36,10 @@ def overview(run: xr.Dataset) -> list[Panel]:
         panels += [_modes(run), *_crawl(run)]
     if "spring" in run.dims:
         panels += [_lines(run, "tension", "N", _by_spring(run.spring_tension))]
-    if "line" in run.dims:
-        panels += [_lines(run, "tension", "N", _by_spring(run.line_tension, "line"))]
+    for dim in ("line", "winch", "compensator"):
+        if dim in run.dims:
+            each = _by_spring(run[f"{dim}_tension"], dim)
+            panels += [_lines(run, "tension", "N", each)]
     panels += [*_joint_motions(run), *_links(run)]
     return [*panels, *_utilisation(run)]
 
@@ -109,7 +111,7 @@ def tensions(run: xr.Dataset) -> list[Panel]:
     """Panels of the tension of each line, all over one range, of the loads of struts and torsion
     springs, of absorbed powers, and of the utilisation of capacities."""
     links = list(_links(run))
-    each = [dim for dim in ("spring", "line") if dim in run.dims]
+    each = [dim for dim in ("spring", "line", "winch", "compensator") if dim in run.dims]
     if not each:
         return [*links, *_utilisation(run)] if links else []
     tension = {}
@@ -280,6 +282,8 @@ def _links(run: xr.Dataset) -> Iterator[Panel]:
     """Loads of struts and torsion springs, and powers of power take-offs."""
     for name, dim, label, unit in (
         ("strut_force", "strut", "strut force", "N"),
+        ("winch_length", "winch", "length off the drum", "m"),
+        ("compensator_stroke", "compensator", "stroke", "m"),
         ("torsion_moment", "torsion_spring", "torsion moment", "N m"),
         ("pto_power", "pto", "absorbed power", "W"),
     ):

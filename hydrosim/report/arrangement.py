@@ -14,6 +14,8 @@ import xarray as xr
 from hydrosim.documents.digits import digits_of
 from hydrosim.dofs import about_z
 from hydrosim.forces.contact.fender import Contact
+from hydrosim.forces.line.compensator import Compensator
+from hydrosim.forces.line.winch import Winch
 from hydrosim.forces.link import Strut
 from hydrosim.forces.spring import Spring
 from hydrosim.presentation.document import Node
@@ -37,6 +39,8 @@ CONTACT, LINE = np.array([6.0, -6.0]), np.array([6.0, 14.0])
 PLAN, SIDE = (0, 1), (0, 2)
 STEPS = (1.0, 2.0, 5.0, 10.0)
 Points = np.ndarray
+
+STRAIGHT = (Spring, Strut, Winch, Compensator)  # lines from a point to an anchor
 
 
 class Placed(NamedTuple):
@@ -103,7 +107,7 @@ def arranged(scene: Scene) -> Arrangement:
     lines = [
         Line(name, at(each.body, each.point), at(each.anchor_body, each.anchor))
         for name, each in scene.forces.items()
-        if isinstance(each, Spring | Strut)
+        if isinstance(each, STRAIGHT)
     ]
     lines += [Line(name, p[0], p[-1], p) for name, p in catenaries_at_rest(scene).items()]
     joints = {name: at(each.body, np.array([each.point])) for name, each in scene.joints.items()}

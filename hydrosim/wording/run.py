@@ -82,6 +82,12 @@ def tables_of(run: xr.Dataset) -> Iterator[Node]:
     if "line" in run.dims:
         head = ("catenary", "mean tension", "largest", "smallest on the seabed")
         yield Table(head, list(_catenaries(run)))
+    if "winch" in run.dims:
+        head = ("winch", "mean tension", "largest", "slack", "shortest", "longest")
+        yield Table(head, list(_winches(run)))
+    if "compensator" in run.dims:
+        rows = _ranges(run.compensator_tension, "compensator", "N")
+        yield Table(("compensator", "mean tension", "smallest", "largest"), list(rows))
     yield from _links(run)
     if "gap" in run.dims:
         yield Table(("clearance", "smallest", "at the end"), list(_clearances(run)))
@@ -225,6 +231,17 @@ def _catenaries(run: xr.Dataset) -> Iterator[list[Cell]]:
         tension = line.line_tension.values
         least = Value(float(line.line_grounded.min()), "m")
         yield [name, Value(float(tension.mean()), "N"), Value(float(tension.max()), "N"), least]
+
+
+def _winches(run: xr.Dataset) -> Iterator[list[Cell]]:
+    for name in map(str, run.winch.values):
+        winch = run.sel(winch=name)
+        tension = winch.winch_tension.values
+        largest = Value(float(winch.winch_largest_tension[-1]), "N")
+        slack = Value(float(np.mean(tension == 0.0)), "share", 2)
+        off = winch.winch_length.values
+        ends = (Value(float(off.min()), "m"), Value(float(off.max()), "m"))
+        yield [name, Value(float(tension.mean()), "N"), largest, slack, *ends]
 
 
 def _links(run: xr.Dataset) -> Iterator[Node]:

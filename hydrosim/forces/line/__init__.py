@@ -1,1 +1,1 @@
-"""Lines: winches with their drums, compensators, and lines with weight."""
+"""Lines with weight, their drag, winches with their drums, and compensators."""
