@@ -71,6 +71,13 @@ def advance(evaluations, run):
 
     ``run.state`` is left where the last accepted piece ended. Returns the time reached.
     """
+    return advance_until(evaluations, np.inf, run)
+
+
+@root_giving(float)
+def advance_until(evaluations, until, run):
+    """`advance`, but not beyond the time ``until``. A step is cut there if that is between two
+    points of the grid; the rest of it follows at the next call."""
     clock = run.clock
     counters = run.counters
     pace = run.scratch.pace
@@ -85,7 +92,7 @@ def advance(evaluations, run):
         keep(t, run)
     while counters[POINT] < clock.points and count_evaluations(counters) < enough:
         goal = grid_time(counters[POINT] + 1, clock)
-        _cross(goal, enough, run)
+        _cross(min(goal, until), enough, run)
         if counters[STATUS] != RUNNING or pace[REACHED] < goal:
             break
         counters[POINT] += 1
