@@ -45,6 +45,8 @@ from hydrosim.forces.contact.landing import Landing
 from hydrosim.forces.contact.normal import NormalCurve, NormalLoop, PrescribedNormal
 from hydrosim.forces.contact.plane import Plane
 from hydrosim.forces.contact.stick_slip import LoadPowers, StickSlip
+from hydrosim.forces.given import external
+from hydrosim.forces.given.external import External
 from hydrosim.forces.joint import kind as joint
 from hydrosim.forces.joint import locks, motions
 from hydrosim.forces.kind import (
@@ -87,6 +89,7 @@ class Elements(NamedTuple):
     guides: Any
     locks: Any
     joint_motions: Any
+    externals: Any
     triggers: Any
 
 
@@ -105,6 +108,7 @@ KINDS: tuple[Kind, ...] = (
     joint.KIND,
     joint.JOINTS,
     motions.KIND,
+    external.KIND,
     trigger.KIND,
 )
 """All kinds, in the order of their states in y and of their rows of modes."""
@@ -140,6 +144,8 @@ def add_elements(t, y, modes, motion, bodies, elements, wrench, rate, dy):
         clear(dy[e.locks.state : e.locks.state + locks.STATES * e.locks.each.size])
     if e.joint_motions.each.size > 0:
         motions.add_force(y, modes, motion, bodies, e.joint_motions, wrench, rate)
+    if e.externals.each.size > 0:
+        external.add_force(t, y, modes, motion, bodies, e.externals, wrench, rate, dy)
     if e.triggers.each.size > 0:
         trigger.clear_inactive(modes, e.triggers, wrench, rate)
         clear(dy[e.triggers.state : e.triggers.state + e.triggers.each.size])
@@ -325,6 +331,20 @@ def loop_modes(parts: Parts) -> np.ndarray:
 def without_friction(elements: Elements) -> Elements:
     """The same elements with contacts that slip freely."""
     return elements._replace(fenders=fender.without_friction(elements.fenders))
+
+
+def function_errors(
+    elements: Mapping[str, ForceElement],
+) -> Iterator[tuple[str, BaseException]]:
+    """Names of the external forces whose function has failed, each with its error."""
+    for name, element in elements.items():
+        if isinstance(element, External) and element.error is not None:
+            yield name, element.error
+
+
+def externals_of(elements: Mapping[str, ForceElement]) -> dict[str, External]:
+    """The external forces among ``elements``."""
+    return {name: e for name, e in elements.items() if isinstance(e, External)}
 
 
 def signals_of(elements: Mapping[str, ForceElement]) -> Iterator[tuple[str, Signal]]:

@@ -13,6 +13,7 @@ from hydrosim.forces import bushing, link, spring, trigger
 from hydrosim.forces.contact import fender, group, guide, loop, transitions
 from hydrosim.forces.contact.laws import COULOMB
 from hydrosim.forces.contact.tally import add_tallies
+from hydrosim.forces.given import external
 from hydrosim.forces.joint import locks, motions
 from hydrosim.forces.joint.rows import REFERENCE
 from hydrosim.jit.kernels import kernel, root
@@ -35,6 +36,7 @@ def observed(elements: Elements) -> dict[str, tuple[int, int]]:
         "guide": (elements.guides.pins.size, guide.OBSERVED),
         "joint": (elements.locks.joints, 6),
         "joint_motion": (elements.joint_motions.each.size, motions.OBSERVED),
+        "external": (elements.externals.delayed, external.OBSERVED),
     }
 
 
@@ -77,6 +79,9 @@ def observe(t, y, modes, motion, bodies, elements, holds, wrench, out):
     if elements.joint_motions.each.size > 0:
         p = elements.joint_motions
         motions.observe(y, modes, bodies, p, holds.reaction, out[behind:])
+    behind += elements.joint_motions.each.size * motions.OBSERVED
+    if elements.externals.delayed > 0:
+        external.observe(y, elements.externals, out[behind:])
 
 
 @root
@@ -235,6 +240,19 @@ def remembers(elements):
 def record_largest(t, y, modes, motion, bodies, elements):
     """Store values that only single steps know in y."""
     transitions.record_largest(t, y, modes, motion, bodies, elements.fenders)
+
+
+@kernel
+def samples(elements):
+    """True if any function is called once where each step ends."""
+    return elements.externals.delayed > 0
+
+
+@kernel
+def take_samples(t, jumped, y, motion, bodies, elements, wrench):
+    """Call these functions; motions may have ``jumped``. The rows of ``wrench`` are scratch.
+    Returns false if one of them fails."""
+    return external.take_samples(t, jumped, y, motion, bodies, elements.externals, wrench)
 
 
 @kernel

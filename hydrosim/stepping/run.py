@@ -34,6 +34,7 @@ from hydrosim.stepping.state import (
     LAST_ERROR,
     LOOKS,
     NEXT_STEP,
+    NO_SAMPLE,
     NOT_FINITE,
     POINT,
     REACHED,
@@ -88,6 +89,8 @@ def advance_until(evaluations, until, run):
         if clock.block > 0:
             _take_up_block(t, run)
         make_consistent(t, run)
+        if events.samples(run.model.elements):
+            take_samples(t, False, run)
         remember(t, run)
         keep(t, run)
     while counters[POINT] < clock.points and count_evaluations(counters) < enough:
@@ -173,6 +176,8 @@ def _cross(goal, enough, run):
         check(state.y, run.model, counters)
         if run.model.bodies.tree.branches.size > 0:
             _check_joints(run)
+        if events.samples(run.model.elements) and counters[STATUS] == RUNNING:
+            take_samples(t, left, run)
         remember(t, run)
         _watch(t, run)
     scratch.pace[REACHED] = t
@@ -187,6 +192,21 @@ def _record_largest(t, run):
     n = model.bodies.active.size
     place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
     events.record_largest(t, y, run.state.modes, motion, model.bodies, model.elements)
+
+
+@root
+def take_samples(t, jumped, run):
+    """Call the functions that are called once per step, at its end; motions may have ``jumped``
+    there. Loads jump, so the known slope is of no use."""
+    y = run.state.y
+    model = run.model
+    motion = run.work.motion
+    n = model.bodies.active.size
+    place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
+    wrench = run.work.wrench
+    if not events.take_samples(t, jumped, y, motion, model.bodies, model.elements, wrench):
+        run.counters[STATUS] = NO_SAMPLE
+    run.scratch.known[START_SLOPE] = 0
 
 
 @kernel

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from hydrosim.compiling.clock import compile_clock
 from hydrosim.compiling.facts import solution
 from hydrosim.errors import SimulationError
+from hydrosim.forces import function_errors
 from hydrosim.jit.refs import Held, forget
 from hydrosim.jit.waiting import Torn, running_time
 from hydrosim.linear.propagate import propagate
@@ -38,12 +39,12 @@ from hydrosim.studies.run.checkpoint import Checkpoint, Keeper
 from hydrosim.studies.run.failure import failure
 from hydrosim.studies.run.provenance import provenance
 from hydrosim.studies.run.resolution import unresolved
-from hydrosim.studies.run.twin import estimated
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from hydrosim.compiling.compiled import Compiled
+    from hydrosim.studies.run.twin import Estimate
 
 CHUNK = 0.1  # s of processor time between reports of progress
 
@@ -97,6 +98,7 @@ class Course:
         discarded. Between chunks, the caller may stop; checkpoints are saved when they are due."""
         for time in self._propagated or self._stepped(until):
             self.time = time
+            self._look_at_functions()
             self._look_for_blow_up()
             yield self.time
             if self._keeper:
@@ -109,6 +111,7 @@ class Course:
         before = self.time
         while self.time == before and not self.ended:
             self.time = advance_until(1, inf, self._held)
+        self._look_at_functions()
         self._look_for_blow_up()
 
     def interrupt(self, reason: KeyboardInterrupt) -> None:
@@ -133,6 +136,13 @@ class Course:
             self._evaluations = int(min(max(CHUNK * pace, 1), 100 * self._evaluations))
             yield reached
 
+    def _look_at_functions(self) -> None:
+        """Raises an interrupt that came while a function of the user was called: the step is not
+        finished."""
+        for _, error in function_errors(self.compiled.scene.forces):
+            if isinstance(error, KeyboardInterrupt):
+                raise Torn from error
+
     def _look_for_blow_up(self) -> None:
         """Stop at the record at which the run blows up, if it does."""
         run = self.run
@@ -145,16 +155,19 @@ class Course:
             counters[STATUS] = BLOWN_UP
             self.time = float(unpack(run.model, run.record, found + 1, found)["time"][0])
 
-    def dataset(self, estimates: bool = True, last: bool = True) -> xr.Dataset:
-        """The dataset of the run until now. With ``estimates``, a twin run estimates the error of
-        a complete run. After the ``last`` dataset the course is of no use: it lets go of the waves
-        over time. Raises SimulationError with the dataset if the run cannot continue."""
+    @property
+    def complete(self) -> bool:
+        """Whether the run has ended as it should."""
+        return self._status == "complete" and not self.failed
+
+    def dataset(self, estimate: Estimate | None = None, last: bool = True) -> xr.Dataset:
+        """The dataset of the run until now, with the ``estimate`` of its error. After the ``last``
+        dataset the course is of no use: it lets go of the waves over time. Raises SimulationError
+        with the dataset if the run cannot continue."""
         compiled = self.compiled
         run = self.run
         message = failure(compiled, run, self.time) if self.failed else None
         attributes = self._attributes("failed" if message else self._status, message)
-        wanted = estimates and self._status == "complete" and not message
-        estimate = estimated(compiled, run) if wanted else None
         record = run.record
         count = int(run.counters[RECORDS])
         history = run.state.history if last else deepcopy(run.state.history)
@@ -171,7 +184,8 @@ class Course:
             dataset.attrs["twin_evaluations"] = estimate.evaluations
             warn(dataset, estimate.warnings)
         if message:
-            raise SimulationError(message, dataset)
+            errors = (error for _, error in function_errors(scene.forces))
+            raise SimulationError(message, dataset) from next(errors, None)
         return dataset
 
     def _attributes(self, status: str, message: str | None) -> dict[str, object]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hydrosim.compiling.joints.closed import singular_joints
-from hydrosim.forces import lost_units
+from hydrosim.forces import function_errors, lost_units
 from hydrosim.rigid.free import owners
 from hydrosim.stepping.names import force_names
 from hydrosim.stepping.record import unpack
@@ -16,6 +16,7 @@ from hydrosim.stepping.state import (
     BLOWN_UP,
     CAPSIZED,
     CHATTERING,
+    NO_SAMPLE,
     NO_SOLUTION,
     NOT_FINITE,
     RECORDS,
@@ -44,6 +45,8 @@ MESSAGES = {
     NO_SOLUTION: "the implicit method finds no solution for a step",
     SINGULAR: "the joints {where} come to a place where they do not determine their forces, as a"
     " four-bar linkage in a straight line",
+    NO_SAMPLE: "the function of an external force cannot be called: it belongs to another process,"
+    " or the call was interrupted",
     BLOWN_UP: "the solution blows up: it holds more than ten times the energy that all sources"
     " can have given, most of it in {where}",
 }
@@ -53,6 +56,7 @@ REMEDIES = {
     " check the stiffness and damping of that element.",
     STEP_TOO_SMALL: "Try solver.method: esdirk4, which is stable at any step, or a larger"
     " solver.tolerance, or check the stiffness and damping of that element.",
+    NO_SAMPLE: "Run it in the process in which the function was made.",
     SINGULAR: "End the run before, or keep the joints away from that place.",
     NO_SOLUTION: "Try solver.method: dopri5, or check the stiffness and damping of that element.",
 }
@@ -84,10 +88,14 @@ def failure(compiled: Compiled, run: Run, time: float) -> str:
     what = MESSAGES[int(counters[STATUS])].format(where=where)
     for name, reason in lost_units(model, scene, run.state.modes):
         what = f"the force of {name} is lost: {reason}"
+    remedy = REMEDIES.get(int(counters[STATUS]), REMEDY)
+    for name, error in function_errors(scene.forces):
+        what = f"the function of {name} fails ({type(error).__name__}: {error})"
+        remedy = "Correct the function: its traceback is the cause of this error."
     name, size = _largest_force(scene, model, run.record, count)
     message = (
         f"at t = {time:.6g} s {what}. The largest force at the last record is that of {name},"
-        f" {size:.3g} N. {REMEDIES.get(int(counters[STATUS]), REMEDY)}"
+        f" {size:.3g} N. {remedy}"
     )
     return "\n".join([message, *(f"Earlier warnings: {text}" for text in compiled.notes.warnings)])
 

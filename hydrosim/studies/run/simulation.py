@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,12 +11,15 @@ from hydrosim.case import load_case
 from hydrosim.compiling.compile import compile_scene
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.documents.places import locating
-from hydrosim.scene import Scene
+from hydrosim.errors import InputError
+from hydrosim.forces import externals_of, function_errors
+from hydrosim.scene import ForceElement, Scene
 from hydrosim.studies.run.asked import check_criteria
 from hydrosim.studies.run.checkpoint import Checkpoint
 from hydrosim.studies.run.course import Course
 from hydrosim.studies.run.stages import complete
 from hydrosim.studies.run.step_limits import warned_of_steps
+from hydrosim.studies.run.twin import estimated
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,13 +34,15 @@ def simulate(
     case: Case | Scene | Compiled | str | Path,
     progress: Progress | None = None,
     kept: Checkpoint | None = None,
+    forces: Mapping[str, ForceElement] | None = None,
 ) -> xr.Dataset:
     """Run a case, the case in a file, a scene or a compiled scene. `hydrosim.results.output`
     describes the dataset.
     Runs that a case needs are made first, see `hydrosim.studies.run.stages`. Cases and scenes are
     compiled ``in_plane``, which leaves out motions that are zero by symmetry; a compiled scene is
     run as it is. With ``kept``, checkpoints are saved to disk; the caller removes them after
-    writing the result.
+    writing the result. ``forces`` are added to those of the case, by name: functions of Python
+    (`hydrosim.External`), or other elements.
 
     An interrupt from the keyboard ends the run early, with ``status`` "interrupted". Raises
     InputError if the scene cannot be compiled or has not the channels of its criteria, and
@@ -44,15 +50,51 @@ def simulate(
     ``status`` "failed".
     """
     if isinstance(case, Compiled):
-        return run_compiled(_checked(case), progress, kept)
+        if forces:
+            raise InputError("forces: found a compiled scene; add them to the scene before.")
+        return run_compiled(checked(case), progress, kept)
     if isinstance(case, Scene):
-        with locating(case.places):
-            # no name for the compiled scene: `run_compiled` lets go of its waves
-            return run_compiled(_checked(compile_scene(case, in_plane=True)), progress, kept)
-    return simulate(prepared(case, progress), progress, kept)
+        scene = with_forces(case, forces or {})
+        # no name for the compiled scene: `run_compiled` lets go of its waves
+        return run_compiled(compiled_to_run(scene), progress, kept)
+    return simulate(prepared(case, progress), progress, kept, forces)
 
 
-def _checked(compiled: Compiled) -> Compiled:
+def compiled_to_run(scene: Scene) -> Compiled:
+    """The scene compiled to run, with warnings of its step. Raises InputError if that cannot be,
+    or if the function of an external force fails."""
+    with locating(scene.places):
+        try:
+            compiled = checked(compile_scene(scene, in_plane=True))
+        except Exception:
+            _check_functions(scene)  # the cause, if it is one of them
+            raise
+        _check_functions(scene)
+        return compiled
+
+
+def _check_functions(scene: Scene) -> None:
+    """Raises InputError if the function of an external force has failed."""
+    for name, error in function_errors(scene.forces):
+        if isinstance(error, KeyboardInterrupt):
+            raise error
+        raise InputError(
+            f"forces.{name}.function: it fails ({type(error).__name__}: {error}); expected a"
+            " wrench (6,) [N, N m] for f(t, state). It is called before the run too, near the"
+            " start, for periods and step limits. Correct the function: its traceback is the"
+            " cause of this error."
+        ) from error
+
+
+def with_forces(scene: Scene, forces: Mapping[str, ForceElement]) -> Scene:
+    """The scene with ``forces`` besides its own. Raises InputError if one is there already."""
+    for name in forces:
+        if name in scene.forces:
+            raise InputError(f"forces.{name}: the case has one of that name; choose another.")
+    return replace(scene, forces={**scene.forces, **forces})
+
+
+def checked(compiled: Compiled) -> Compiled:
     """The scene with warnings of its step, once its run is known to have what its criteria ask."""
     check_criteria(compiled)
     return warned_of_steps(compiled)
@@ -90,4 +132,16 @@ def run_to_end(
                 progress(time, course.steps)
     except KeyboardInterrupt as interrupt:
         course.interrupt(interrupt)
-    return course.dataset(estimates)
+    return dataset_of(course, estimates)
+
+
+def dataset_of(course: Course, estimates: bool = True, last: bool = True) -> xr.Dataset:
+    """The dataset of a course until now, see `Course.dataset`. With ``estimates``, a twin run
+    estimates the error of a complete run, unless functions are called once per step: these may
+    remember."""
+    compiled = course.compiled
+    once = any(e.delayed for e in externals_of(compiled.scene.forces).values())
+    wanted = estimates and course.complete and not once
+    estimate = estimated(compiled, course.run) if wanted else None
+    del compiled  # the course lets go of its waves
+    return course.dataset(estimate, last)
