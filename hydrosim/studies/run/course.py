@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from copy import deepcopy
 from dataclasses import replace
 from math import inf
@@ -15,7 +15,6 @@ from hydrosim.errors import SimulationError
 from hydrosim.forces import function_errors
 from hydrosim.jit.refs import Held, forget
 from hydrosim.jit.waiting import Torn, running_time
-from hydrosim.linear.propagate import propagate
 from hydrosim.results.ledger import warn
 from hydrosim.results.output import to_dataset
 from hydrosim.stepping.record import SPACING, new_record, unpack
@@ -31,6 +30,7 @@ from hydrosim.stepping.state import (
     RUNNING,
     STATUS,
     STEPS,
+    Run,
     new_run,
 )
 from hydrosim.studies.run.aftermath import noticed
@@ -51,9 +51,15 @@ CHUNK = 0.1  # s of processor time between reports of progress
 
 class Course:
     """A run of a ``compiled`` scene, which has begun: its first record is made. With ``kept``, it
-    continues from a checkpoint and saves others."""
+    continues from a checkpoint and saves others. With ``propagate``, that advances the run, without
+    steps (`hydrosim.linear.propagate`)."""
 
-    def __init__(self, compiled: Compiled, kept: Checkpoint | None = None) -> None:
+    def __init__(
+        self,
+        compiled: Compiled,
+        kept: Checkpoint | None = None,
+        propagate: Callable[[Run], Iterator[float]] | None = None,
+    ) -> None:
         scene = compiled.scene
         model = compiled.model
         clock = compile_clock(compiled)
@@ -65,11 +71,11 @@ class Course:
         self._evaluations = 1
         self._seen = 0
         self._status = "complete"
-        exact = compiled.facts.exact  # computed at once: no checkpoint
-        self._keeper = Keeper(kept, compiled, self.run) if kept and not exact else None
+        stepped = propagate is None  # otherwise computed at once: no checkpoint
+        self._keeper = Keeper(kept, compiled, self.run) if kept and stepped else None
         if self._keeper:
             self._keeper.take_up()
-        self._propagated = propagate(self.run) if exact else None
+        self._propagated = propagate(self.run) if propagate else None
         self.time = (
             next(self._propagated) if self._propagated else advance_until(0, inf, self._held)
         )

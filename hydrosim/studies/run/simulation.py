@@ -13,6 +13,7 @@ from hydrosim.compiling.compiled import Compiled
 from hydrosim.documents.places import locating
 from hydrosim.errors import InputError
 from hydrosim.forces import externals_of, function_errors
+from hydrosim.linear.propagate import propagate
 from hydrosim.scene import ForceElement, Scene
 from hydrosim.studies.run.asked import check_criteria
 from hydrosim.studies.run.checkpoint import Checkpoint
@@ -117,7 +118,7 @@ def run_compiled(
 ) -> xr.Dataset:
     """`simulate` for a compiled scene whose step limits are known. With ``estimates``, a twin run
     estimates its error."""
-    course = Course(compiled, kept)
+    course = Course(compiled, kept, propagate if compiled.facts.exact else None)
     del compiled  # the course lets go of its waves
     return run_to_end(course, progress, estimates)
 
