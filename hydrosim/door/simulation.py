@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from math import isfinite
+from math import inf, isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hydrosim.errors import InputError
+from hydrosim.forces import externals_of
 from hydrosim.forces.given.view import BodyState, body_states
 from hydrosim.jit.waiting import Torn
+from hydrosim.outputs import Output, as_output
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.rigid.tree import record_angles
 from hydrosim.scene import ForceElement, LinearScenes, Scene
@@ -20,6 +22,7 @@ from hydrosim.stepping.dynamics import new_work, rhs
 from hydrosim.stepping.names import force_names
 from hydrosim.stepping.run import grid_time
 from hydrosim.stepping.state import POINT
+from hydrosim.studies.run.checkpoint import Checkpoint, Keeper
 from hydrosim.studies.run.course import Course
 from hydrosim.studies.run.simulation import compiled_to_run, dataset_of, prepared, with_forces
 
@@ -38,14 +41,23 @@ class Simulation:
     Steps are those of `simulate`: after `step` to times on the grid of steps, `result` equals its
     dataset to the bit. A linear scene is stepped too; `simulate` does so with ``solver.linear:
     step``.
+
+    With the file of a ``checkpoint`` that `save` has written, it goes on from there, to the bit.
     """
 
     def __init__(
-        self, case: Case | Scene | str | Path, forces: Mapping[str, ForceElement] | None = None
+        self,
+        case: Case | Scene | str | Path,
+        forces: Mapping[str, ForceElement] | None = None,
+        checkpoint: str | Path | None = None,
     ) -> None:
         scene = with_forces(prepared(case), forces or {})
-        stepped = replace(scene.solver, linear=LinearScenes.STEP)
-        self._course = Course(compiled_to_run(replace(scene, solver=stepped)))
+        compiled = compiled_to_run(scene)
+        if compiled.facts.exact:
+            stepped = replace(scene.solver, linear=LinearScenes.STEP)
+            compiled = compiled_to_run(replace(scene, solver=stepped))
+        kept = _continued_from(Path(checkpoint)) if checkpoint is not None else None
+        self._course = Course(compiled, kept)
         self._work = new_work(self._course.run.model)
         self._torn = False
         self._check()
@@ -106,6 +118,24 @@ class Simulation:
         the error."""
         self._check()
         return dataset_of(self._course, estimates=self.ended, last=False)
+
+    def save(self, path: str | Path) -> Path:
+        """Write a checkpoint, from which `Simulation` goes on; returns its path. An earlier
+        checkpoint there is replaced. Raises InputError if another file is there, or if a function
+        may remember and gives no state, and WritingError if it cannot be written."""
+        self._check()
+        course = self._course
+        scene = course.compiled.scene
+        once = [name for name, e in externals_of(scene.forces).items() if not e.restarts]
+        if once:
+            raise InputError(
+                f"forces.{', '.join(once)}: the function is called once per step and may remember,"
+                " so a checkpoint is not enough to go on. Give it methods get_state and set_state,"
+                " or say External(..., repeatable=True) if it depends on its arguments alone."
+            )
+        output = as_output(path, "checkpoint")
+        Keeper(Checkpoint(output), course.compiled, course.run).write()
+        return output.path
 
     @property
     def state(self) -> Mapping[str, BodyState]:
@@ -172,3 +202,10 @@ class Simulation:
             if n <= clock.points and abs(grid_time(n, clock) - until) <= close:
                 return float(grid_time(n, clock))
         return until
+
+
+def _continued_from(path: Path) -> Checkpoint:
+    """Settings to go on from a checkpoint, and to write none by oneself."""
+    if not path.is_file():
+        raise InputError(f"checkpoint: there is no file {path}; expected one that `save` wrote.")
+    return Checkpoint(Output(path, "checkpoint", path), every=inf, resume=True)

@@ -347,6 +347,13 @@ def externals_of(elements: Mapping[str, ForceElement]) -> dict[str, External]:
     return {name: e for name, e in elements.items() if isinstance(e, External)}
 
 
+def without_numbers(elements: Elements) -> Elements:
+    """The same elements without what differs between two makings of them: numbers of functions."""
+    each = elements.externals.each.copy()
+    each["number"] = 0
+    return elements._replace(externals=elements.externals._replace(each=each))
+
+
 def signals_of(elements: Mapping[str, ForceElement]) -> Iterator[tuple[str, Signal]]:
     """All signals over time among ``elements``, each with its key in a case file."""
     for name, element in elements.items():

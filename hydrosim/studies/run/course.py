@@ -37,6 +37,7 @@ from hydrosim.studies.run.aftermath import noticed
 from hydrosim.studies.run.blow_up import blown_up
 from hydrosim.studies.run.checkpoint import Checkpoint, Keeper
 from hydrosim.studies.run.failure import failure
+from hydrosim.studies.run.functions import record_of
 from hydrosim.studies.run.provenance import provenance
 from hydrosim.studies.run.resolution import unresolved
 
@@ -203,6 +204,7 @@ class Course:
         kept = self._keeper
         return {
             **provenance(compiled),
+            **record_of(compiled.scene, self.time),
             "solver_linear": solution(compiled.scene, compiled.facts),
             "solver_steps": int(counters[STEPS]),
             "solver_rejected": int(counters[REJECTED]),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -18,6 +19,7 @@ from hydrosim.scene import ForceElement, Scene
 from hydrosim.studies.run.asked import check_criteria
 from hydrosim.studies.run.checkpoint import Checkpoint
 from hydrosim.studies.run.course import Course
+from hydrosim.studies.run.functions import continued
 from hydrosim.studies.run.stages import complete
 from hydrosim.studies.run.step_limits import warned_of_steps
 from hydrosim.studies.run.twin import estimated
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
 
     from hydrosim.case import Case
 
+NAME = re.compile(r"\w+")
 Progress = Callable[[float, int], None]
 """Function that is called at times with the simulated time [s] and the number of steps."""
 
@@ -71,7 +74,7 @@ def compiled_to_run(scene: Scene) -> Compiled:
             _check_functions(scene)  # the cause, if it is one of them
             raise
         _check_functions(scene)
-        return compiled
+        return continued(compiled)
 
 
 def _check_functions(scene: Scene) -> None:
@@ -92,7 +95,20 @@ def with_forces(scene: Scene, forces: Mapping[str, ForceElement]) -> Scene:
     for name in forces:
         if name in scene.forces:
             raise InputError(f"forces.{name}: the case has one of that name; choose another.")
-    return replace(scene, forces={**scene.forces, **forces})
+        if not NAME.fullmatch(name):
+            raise InputError(
+                f"forces: found the name {name!r}; expected letters, digits and underscores, as"
+                " in a case file."
+            )
+    found = replace(scene, forces={**scene.forces, **forces})
+    delayed = [name for name, e in externals_of(found.forces).items() if e.delayed]
+    if found.at_rest and delayed:
+        raise InputError(
+            f"forces.{', '.join(delayed)}: at_rest looks for the place of rest before the run, and"
+            " a function that is called once per step gives no force by then. Give the positions"
+            " of the bodies instead, or coupling stage."
+        )
+    return found
 
 
 def checked(compiled: Compiled) -> Compiled:
