@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from hydrosim.compiling.compile import compile_scene
     from hydrosim.database import HydroDatabase
     from hydrosim.database import load as load_database
+    from hydrosim.door.moordyn import moordyn
     from hydrosim.door.simulation import Simulation
     from hydrosim.errors import HydrosimError, InputError, SimulationError
     from hydrosim.forces.given.external import External
@@ -38,6 +39,7 @@ _HOME = {
     "SimulationError": "errors",
     "linearise": "linear.linearise",
     "natural_modes": "linear.modes",
+    "moordyn": "door.moordyn",
     "open_run": "plot.load",
     "compile_scene": "compiling.compile",
     "Scene": "scene",
