@@ -80,8 +80,8 @@ class MoorDyn:
         if not found or freedoms != 3 * len(found):
             raise InputError(
                 f"{self._file}: found {freedoms} coupled degrees of freedom and {len(found)}"
-                " coupled points; expected 3 for each of one or more points. Replace coupled bodies and"
-                " rods by coupled points."
+                " coupled points; expected 3 for each of one or more points. Replace coupled"
+                " bodies and rods by coupled points."
             )
         return found
 

@@ -61,6 +61,8 @@ class Caller:
     def _wrench(self, returned: Any) -> np.ndarray:
         """Wrenches (k, 6) that the function has returned. Raises ValueError if they are none."""
         count = len(self._bodies)
+        if returned is None:
+            raise ValueError("returned nothing; expected 6 numbers: force [N] and moment [N m]")
         try:
             wrench = np.array(returned, float)
         except (TypeError, ValueError):

@@ -148,6 +148,7 @@ class Course:
         finished."""
         for _, error in function_errors(self.compiled.scene.forces):
             if isinstance(error, KeyboardInterrupt):
+                self.run.counters[STATUS] = RUNNING
                 raise Torn from error
 
     def _look_for_blow_up(self) -> None:
@@ -174,7 +175,8 @@ class Course:
         compiled = self.compiled
         run = self.run
         message = failure(compiled, run, self.time) if self.failed else None
-        attributes = self._attributes("failed" if message else self._status, message)
+        status = self._status if last or self.ended else "interrupted"
+        attributes = self._attributes("failed" if message else status, message)
         record = run.record
         count = int(run.counters[RECORDS])
         history = run.state.history if last else deepcopy(run.state.history)
