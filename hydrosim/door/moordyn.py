@@ -57,9 +57,11 @@ class MoorDyn:
         if not file.is_file():
             raise InputError(f"moordyn: there is no file {file}; expected an input of MoorDyn.")
         self._file = file
-        self._system = self._library.Create(str(file))
-        if self._system is None:
-            raise InputError(f"{file}: MoorDyn cannot read it; see what it printed.")
+        try:
+            self._system = self._library.Create(str(file))
+        except RuntimeError as error:
+            text = f"{file}: MoorDyn cannot read it ({error}); what it printed above has the line."
+            raise InputError(text) from error
         found = self._coupled_points()
         self._owners = _owners(file, found, body)
         self._rest = np.array(list(found.values()))
@@ -109,8 +111,7 @@ class MoorDyn:
     def _begin(self, place: np.ndarray, speed: np.ndarray) -> np.ndarray:
         """Forces (n, 3) [N] on the coupled points at the start."""
         library = self._library
-        if library.Init(self._system, place.ravel().tolist(), speed.ravel().tolist()) != 0:
-            raise ValueError(f"MoorDyn finds no state of rest for {self._file}")
+        library.Init(self._system, place.ravel().tolist(), speed.ravel().tolist())
         numbers = range(1, library.GetNumberPoints(self._system) + 1)
         each = [library.GetPoint(self._system, number) for number in numbers]
         coupled = [p for p in each if library.GetPointType(p) == library.POINT_TYPE_COUPLED]
