@@ -125,6 +125,7 @@ class MoorDyn:
                 f"MoorDyn is at {self._time:g} s and cannot go back to {t:g} s; make a new"
                 " hydrosim.moordyn for each run"
             )
+        step = float(f"{step:.12g}")  # MoorDyn takes one step more for a rounding above its dtM
         speed = (place - self._place) / step
         before = self._place.ravel().tolist()
         forces = self._library.Step(self._system, before, speed.ravel().tolist(), self._time, step)
