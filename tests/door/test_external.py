@@ -12,13 +12,17 @@ from typing import Any
 import numpy as np
 import pytest
 from dry_scenes import block, moving, observed_orders, on_floor, scene, steady
+from moored_barge import CASES
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences
 from hydrosim.forces import Frictionless, LinearMooring, Spring
 from hydrosim.forces.given.view import BodyState
+from hydrosim.presentation.document import Table
 from hydrosim.results.netcdf import write
 from hydrosim.scene import Kinematics, Method, Scene, Start
+from hydrosim.studies.run.repeat import case_of
+from hydrosim.wording.run import summary
 
 MASS, STIFFNESS = 1e3, 1e4
 OMEGA = np.sqrt(STIFFNESS / MASS)  # rad/s
@@ -324,3 +328,16 @@ print("compiled" if compiled else "loaded")
     text = program.format(path=sys.path)
     done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "loaded"
+
+
+def test_records_say_which_function_acted() -> None:
+    """The case that repeats a run, its summary, and many runs, which have no functions."""
+    case = hs.load_case(CASES / "base.yaml", {"duration": 5.0})
+    held = hs.External("barge", lambda t, state: np.zeros(6), "held")
+    run = hs.simulate(case, forces={"nothing": held})
+    assert "# not in this file" in case_of(run)
+    assert "<lambda> on barge, held (order 1)" in case_of(run)
+    heads = [node.head[0] for node in summary(run) if isinstance(node, Table)]
+    assert "external force" in heads
+    with pytest.raises(hs.InputError, match="functions of Python in run 0, it"):
+        hs.simulate_many([with_function(spring)])

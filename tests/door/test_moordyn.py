@@ -116,7 +116,7 @@ def test_chains_are_those_of_moordyns_own_run(
     apart = float(np.abs(found - expected).max() / np.abs(expected[:, :3]).max())
     figure(f"{name}: difference of forces, relative", apart)
     assert apart < 1e-6
-    assert name == "at rest" or np.ptp(expected[:, 0]) > 1e5
+    assert name == "at rest" or np.ptp(expected[:, 0]) > 1e4
 
 
 def test_a_run_with_moordyn_goes_on_to_the_bit(file: Path, tmp_path: Path) -> None:
@@ -140,7 +140,7 @@ def test_several_bodies_share_one_mooring(file: Path) -> None:
     run = hs.simulate(replace(heavy({}), bodies=tuple(bodies)), forces={"lines": both})
     one = hs.simulate(heavy({}), forces={"lines": hs.moordyn(file, "barge", "held")})
     np.testing.assert_allclose(
-        run.force_lines.sum("body"), one.force_lines[:, 0], rtol=1e-12, atol=1e-3
+        run.force_lines.sum("body"), one.force_lines[:, 0], rtol=0.0, atol=0.1
     )
     assert abs(float(run.force_lines[-1, 1, 0])) > 1e5
 

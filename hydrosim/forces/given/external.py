@@ -329,7 +329,7 @@ def work_of_rest(e, step, y, motion, p, own):
     return work
 
 
-@kernel
+@root
 def observe(y, p, out):
     """Write the number of calls and the energy of the delay [J] of each delayed force to
     ``out``."""
