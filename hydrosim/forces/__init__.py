@@ -347,6 +347,17 @@ def externals_of(elements: Mapping[str, ForceElement]) -> dict[str, External]:
     return {name: e for name, e in elements.items() if isinstance(e, External)}
 
 
+def functions_at_stages(
+    t: float, motion: Any, bodies: Any, elements: Elements, rows: int
+) -> dict[int, np.ndarray]:
+    """Wrenches (6 nb,), by row of forces, of the functions that are called at stages, asked at the
+    time ``t`` [s] for this ``motion``; NaN where one fails."""
+    p = elements.externals
+    wrench = np.zeros((rows, motion.velocity.size))
+    external.ask_at_stage(t, motion, bodies, p, wrench)
+    return {int(e["row"]): wrench[e["row"]] for e in p.each if e["way"] == external.STAGE}
+
+
 def without_numbers(elements: Elements) -> Elements:
     """The same elements without what differs between two makings of them: numbers of functions."""
     each = elements.externals.each.copy()

@@ -16,11 +16,12 @@ from moored_barge import CASES
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences
-from hydrosim.forces import Frictionless, LinearMooring, Spring
+from hydrosim.forces import Frictionless, LinearDamping, LinearMooring, Spring
 from hydrosim.forces.given.view import BodyState
 from hydrosim.presentation.document import Table
 from hydrosim.results.netcdf import write
-from hydrosim.scene import Kinematics, Method, Scene, Start
+from hydrosim.scene import Joint, JointType, Kinematics, Method, Scene, Start
+from hydrosim.scene.joint import Resistance
 from hydrosim.studies.run.repeat import case_of
 from hydrosim.wording.run import summary
 
@@ -157,6 +158,13 @@ def test_a_controller_is_called_once_per_accepted_step_in_order(method: Method) 
     assert controller.times[-1] == END
     assert run.external_calls.values[-1, 0] == len(controller.times) <= run.solver_steps + 1
     assert len(controller.times) >= run.solver_steps - run.solver_events
+
+
+def test_a_controller_at_stages_is_told() -> None:
+    """It is called in no order of time there. A function without memory has no such warning."""
+    run = hs.simulate(with_function(Controller(), "stage"))
+    assert "It remembers: choose coupling held or extrapolated." in run.attrs["warnings"]
+    assert "warnings" not in hs.simulate(with_function(spring, "stage")).attrs
 
 
 def test_a_run_with_a_controller_goes_on_to_the_bit(tmp_path: Path) -> None:
@@ -307,6 +315,35 @@ def test_a_line_between_two_bodies_is_the_line_inside(kinematics: Kinematics) ->
 def steady_at(point: tuple[float, float, float]) -> Any:
     force = steady(surge=100.0, sway=50.0, heave=-30.0, roll=5.0, pitch=6.0, yaw=7.0)
     return replace(force, point=point)
+
+
+def test_a_body_on_a_ball_joint() -> None:
+    """Its coordinates are those of the joint: the function is given angles as in the dataset, and
+    a resistance that is alike in all directions is that of the element."""
+    rates = tuple(Resistance(velocity=rate) for rate in (0.5, -0.8, 0.4))
+    hung = Joint(JointType.BALL, "block", point=(0.0, 0.0, 2.0), resistances=rates)
+    resistance = np.diag([30.0] * 3 + [200.0] * 3)
+    inside = {"it": LinearDamping("block", resistance)}
+    whole = replace(scene(block(MASS), inside, END, 0.02), joints={"ball": hung})
+    seen = []
+
+    def resist(t: float, state: States) -> np.ndarray:
+        return -resistance @ state["block"].velocity
+
+    def watch(t: float, state: States) -> np.ndarray:
+        seen.append((t, state["block"].position))
+        return np.zeros(6)
+
+    forces = {
+        "it": hs.External("block", resist),
+        "watch": hs.External("block", watch, "held"),
+    }
+    expected, found = hs.simulate(whole), hs.simulate(replace(whole, forces=forces))
+    assert np.abs(expected.position[:, 0, 3:]).max() > 0.5
+    np.testing.assert_allclose(found.position, expected.position, rtol=0.0, atol=1e-12)
+    at = dict(seen)
+    for time, position in zip(found.time.values, found.position.values[:, 0], strict=True):
+        np.testing.assert_array_equal(at[time], position)
 
 
 def test_a_second_process_compiles_nothing(tmp_path: Path) -> None:

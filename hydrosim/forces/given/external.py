@@ -143,6 +143,11 @@ class External(ForceElement):
         self._callers[key].error = None
         return self._callers[key]
 
+    def forgive(self) -> None:
+        """Forget the error of the last call."""
+        for caller in self._callers.values():
+            caller.error = None
+
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_callers": {}}  # their numbers belong to this process
 
@@ -244,6 +249,14 @@ def ask_function(e, t, motion, bodies, own):
         for i in range(own.size):
             own[i] = nan
     return given
+
+
+@root
+def ask_at_stage(t, motion, bodies, p, wrench):
+    """The wrench of every function that is called at stages, into its row of ``wrench``."""
+    for e in p.each:
+        if e.way == STAGE:
+            ask_function(e, t, motion, bodies, wrench[e.row])
 
 
 @kernel

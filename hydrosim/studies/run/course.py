@@ -37,7 +37,7 @@ from hydrosim.studies.run.aftermath import noticed
 from hydrosim.studies.run.blow_up import blown_up
 from hydrosim.studies.run.checkpoint import Checkpoint, Keeper
 from hydrosim.studies.run.failure import failure
-from hydrosim.studies.run.functions import record_of
+from hydrosim.studies.run.functions import changed, record_of
 from hydrosim.studies.run.provenance import provenance
 from hydrosim.studies.run.resolution import unresolved
 
@@ -203,6 +203,7 @@ class Course:
         counters = self.run.counters
         count = int(counters[RECORDS])
         warnings = [*compiled.notes.warnings, *unresolved(compiled, self.run.record, count)]
+        warnings += [] if self.failed else changed(compiled, self.run)
         kept = self._keeper
         return {
             **provenance(compiled),

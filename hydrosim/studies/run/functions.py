@@ -8,24 +8,31 @@ A function that is called once per step may remember. It can be taken up if it h
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hydrosim.errors import InputError
-from hydrosim.forces import externals_of
+from hydrosim.forces import externals_of, functions_at_stages
+from hydrosim.rigid.kinematics import place_bodies
+from hydrosim.stepping.dynamics import new_work
+from hydrosim.stepping.names import force_names
+from hydrosim.stepping.record import unpack
+from hydrosim.stepping.state import RECORDS
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
     from hydrosim.scene import Scene
+    from hydrosim.stepping.state import Run
 
 ACTED = "external_forces"
 """Attribute: name, function, bodies and coupling of each external force, one a line."""
 STATES = "external_states"
 """Attribute: time and states of functions, as JSON."""
 SEPARATOR = ": "
+SAME = 1e-9  # of the largest component: wrenches this close are the same
 
 
 def described(scene: Scene) -> str:
@@ -110,6 +117,34 @@ def continued(compiled: Compiled) -> Compiled:
         for name in missing
     ]
     return replace(compiled, notes=compiled.notes.warned(texts))
+
+
+def changed(compiled: Compiled, run: Run) -> Iterator[str]:
+    """Warnings about functions that are called at stages and now give another wrench at the start
+    than they gave then: they remember, or depend on something else."""
+    scene = compiled.scene
+    model = run.model
+    stages = [e for e in externals_of(scene.forces).values() if not e.delayed]
+    if not stages or run.counters[RECORDS] == 0:
+        return
+    start = unpack(model, run.record, 1)
+    n = model.bodies.active.size
+    q, u = np.split(start["y"][: 2 * n][0], 2)
+    motion = new_work(model).motion
+    place_bodies(q.copy(), u.copy(), model.bodies, motion)
+    time = float(start["time"][0])
+    again = functions_at_stages(time, motion, model.bodies, model.elements, model.rows)
+    for e in stages:
+        e.forgive()  # an error here is no error of the run
+    for row, wrench in again.items():
+        then = start["wrench"][0, row]
+        if not np.allclose(wrench, then, rtol=SAME, atol=SAME * np.abs(then).max()):
+            yield (
+                f"the function of {force_names(scene)[row]} gives another force for the start, at"
+                f" {time:g} s, when it is asked again after the run; expected the same, because it"
+                " is called at every stage, in no order of time. It remembers: choose coupling"
+                " held or extrapolated."
+            )
 
 
 def _remembering(scene: Scene) -> dict[str, Any]:
