@@ -275,8 +275,9 @@ def tally(t, y, modes, motion, bodies, elements, reactions, rates):
 @kernel
 def remembers(elements):
     """True if any unit stores values that only single steps know."""
-    lines = elements.catenaries.lines.size > 0 or elements.winches.each.size > 0
-    return lines or elements.fenders.remembering > 0 or elements.fenders.groups.size > 0
+    if elements.catenaries.lines.size > 0 or elements.winches.each.size > 0:
+        return True
+    return elements.fenders.remembering > 0 or elements.fenders.groups.size > 0
 
 
 @kernel
