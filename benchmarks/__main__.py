@@ -24,6 +24,7 @@ QUESTIONS = (
 LONG = (
     "evidence",
     "automatic",
+    "catenaries",
     "short_waves",
     "draughts",
     "operability",

@@ -66,6 +66,36 @@ def exact_pull(line: Line, H: float, V: float) -> tuple[mpf, mpf]:
     return pull[0], pull[1]
 
 
+def exact_stiffness(line: Line, H: float, V: float) -> list[mpf]:
+    """dH/dx, dH/dz, dV/dx, dV/dz [N/m] by differences; nan for ends one above the other."""
+    if line.x == 0:
+        return [mpf("nan")] * 4
+    h = mpf(10) ** -15 * sum(row[0] for row in line.rows)
+    x = mpf(line.x)
+    z = mpf(line.z)
+    sides = [
+        [exact_pull(line._replace(x=a, z=b), H, V) for a, b in pair]
+        for pair in (((x + h, z), (x - h, z)), ((x, z + h), (x, z - h)))
+    ]
+    return [(up[i] - down[i]) / (2 * h) for i in (0, 1) for up, down in sides]
+
+
+def misses(line: Line, H: float, V: float, hangs: bool) -> float:
+    """How far a line with these forces ends from its anchor, in parts of its length, if it
+    ``hangs`` all along or lies from where V is zero."""
+    rows = [tuple(map(mpf, row)) for row in line.rows]
+    x, z, _, _ = _reach(rows, mpf(H), mpf(V), not hangs, mpf(line.friction))
+    return float(max(abs(x - line.x), abs(z - line.z)) / sum(row[0] for row in rows))
+
+
+def misses_resting(line: Line, H: float, V: float, Va: float) -> float:
+    """The same of a line that rests on the bed between two hanging parts, with V at both ends."""
+    rows = [tuple(map(mpf, row)) for row in line.rows]
+    length = sum(row[0] for row in rows)
+    found = _miss_resting(rows, mpf(line.x), mpf(line.z), mpf(line.bed), [mpf(H), mpf(V), mpf(Va)])
+    return float(max(map(abs, found)) / length)
+
+
 def _spring(rows: Sequence[Numbers], x: mpf, z: mpf) -> tuple[mpf, mpf]:
     """A weightless line."""
     length = sum(row[0] for row in rows)
@@ -76,33 +106,31 @@ def _spring(rows: Sequence[Numbers], x: mpf, z: mpf) -> tuple[mpf, mpf]:
 
 def _drop(rows: Sequence[Numbers], depth: mpf) -> tuple[mpf, mpf] | None:
     """Length and weight that hang straight down to a depth; None if all of it is too short."""
-    # from below: the load at the lower end of what hangs is zero, or a part of a clump
-    lengths = mpf(0)
-    done = mpf(0)
-    for i, (L, w, EA, _) in enumerate(rows):
+    for i, row in enumerate(rows):
         above = rows[:i]
-
-        def reached(part: mpf) -> mpf:
-            v = w * part
-            total = part + v * part / (2 * EA)
-            for l_, w_, EA_, hung in reversed(above):
-                v += hung
-                total += l_ + (v + w_ * l_ / 2) * l_ / EA_
-                v += w_ * l_
-            return total
-
-        if reached(L) >= depth:
-            low, high = mpf(0), L
-            if reached(mpf(0)) > depth:  # a clump above is on the bed, in part
-                return _drop_to_clump(above, depth)
-            for _ in range(170):
-                middle = (low + high) / 2
-                low, high = (low, middle) if reached(middle) > depth else (middle, high)
-            weight = w * high + sum(a[0] * a[1] + a[3] for a in above)
-            return lengths + high, weight
-        lengths += L
-        done += w * L
+        if _depth(above, row, row[0]) < depth:
+            continue
+        if _depth(above, row, mpf(0)) > depth:
+            return _drop_to_clump(above, depth)
+        low, high = mpf(0), row[0]
+        for _ in range(170):
+            middle = (low + high) / 2
+            deep = _depth(above, row, middle) > depth
+            low, high = (low, middle) if deep else (middle, high)
+        weight = row[1] * high + sum(a[0] * a[1] + a[3] for a in above)
+        return sum((a[0] for a in above), high), weight
     return None
+
+
+def _depth(above: Sequence[Numbers], row: Numbers, part: mpf) -> mpf:
+    """How deep whole pieces and a part of the next one hang straight down."""
+    load = row[1] * part
+    total = part + load * part / (2 * row[2])
+    for L, w, EA, hung in reversed(above):
+        load += hung
+        total += L + (load + w * L / 2) * L / EA
+        load += w * L
+    return total
 
 
 def _drop_to_clump(above: Sequence[Numbers], depth: mpf) -> tuple[mpf, mpf]:
@@ -122,10 +150,7 @@ def _drop_to_clump(above: Sequence[Numbers], depth: mpf) -> tuple[mpf, mpf]:
 def _slack(rows: Sequence[Numbers], x: mpf, z: mpf, bed: mpf) -> mpf | None:
     """V of a line whose ends are closer than it reaches without a pull, or None."""
     fore = _drop(rows, z - bed)
-    turned = [
-        (*row[:3], rows[i - 1][3] if i else mpf(0)) for i, row in reversed(list(enumerate(rows)))
-    ]
-    aft = (mpf(0), mpf(0)) if bed == 0 else _drop(turned, -bed)
+    aft = (mpf(0), mpf(0)) if bed == 0 else _drop(_turned(rows), -bed)
     if fore is None or aft is None:
         return None
     spare = sum(row[0] for row in rows) - fore[0] - aft[0] - x
@@ -219,11 +244,7 @@ def _hanging_part(rows: Sequence[Numbers], H: mpf, V: mpf) -> tuple[mpf, mpf, mp
 
 def _resting(rows: Sequence[Numbers], x: mpf, z: mpf, bed: mpf, start: Numbers) -> list[mpf]:
     """H, V, and V at the anchor, of a line that rests on the bed between two hanging parts."""
-    turned = [
-        (*row[:3], rows[i - 1][3] if i else mpf(0)) for i, row in reversed(list(enumerate(rows)))
-    ]
-    length = sum(row[0] for row in rows)
-    soft = sum(row[0] / row[2] for row in rows)
+    turned = _turned(rows)
 
     def upper(H: mpf, part: Sequence[Numbers], depth: mpf) -> mpf:
         w = max(row[1] for row in part)
@@ -236,13 +257,27 @@ def _resting(rows: Sequence[Numbers], x: mpf, z: mpf, bed: mpf, start: Numbers) 
         return high
 
     def miss(at: Numbers) -> list[mpf]:
-        H, V, Va = at
-        fore, aft = _hanging_part(rows, H, V), _hanging_part(turned, H, Va)
-        flat = length - fore[2] - aft[2] + (soft - fore[3] - aft[3]) * H
-        return [fore[0] + aft[0] + flat - x, fore[1] - z + bed, aft[1] + bed]
+        return _miss_resting(rows, x, z, bed, at)
 
     H, V = start
     return _newton(miss, [H, V, upper(H, turned, -bed)])
+
+
+def _miss_resting(rows: Sequence[Numbers], x: mpf, z: mpf, bed: mpf, at: Numbers) -> list[mpf]:
+    """What a line lacks in distance and in both depths."""
+    H, V, Va = at
+    length = sum(row[0] for row in rows)
+    soft = sum(row[0] / row[2] for row in rows)
+    fore, aft = _hanging_part(rows, H, V), _hanging_part(_turned(rows), H, Va)
+    flat = length - fore[2] - aft[2] + (soft - fore[3] - aft[3]) * H
+    return [fore[0] + aft[0] + flat - x, fore[1] - z + bed, aft[1] + bed]
+
+
+def _turned(rows: Sequence[Numbers]) -> list[Numbers]:
+    """The same line from its other end."""
+    return [
+        (*row[:3], rows[i - 1][3] if i else mpf(0)) for i, row in reversed(list(enumerate(rows)))
+    ]
 
 
 def _newton(miss: Callable[[Numbers], list[mpf]], start: Numbers) -> list[mpf]:

@@ -37,6 +37,7 @@ from hydrosim.commands.converge import converge
 from hydrosim.commands.example import example
 from hydrosim.commands.explain import explain
 from hydrosim.commands.export import export
+from hydrosim.commands.line import line
 from hydrosim.commands.linear import linear
 from hydrosim.commands.new import new
 from hydrosim.commands.operability import operability
@@ -55,7 +56,7 @@ from hydrosim.presentation.terminal import printable
 
 # in the order of `hydrosim --help`: commands on cases, then on runs, then on files
 COMMANDS = (
-    *(check, run, linear, ballast, converge),
+    *(check, run, linear, line, ballast, converge),
     *(plot, report, replay, statistics, explain, export, compare, case),
     *(sweep, operability, calibrate, schema, new, example),
 )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hydrosim.compiling.hydrostatics.currents import draught_of
+from hydrosim.forces import heights_of_wind
 from hydrosim.forces.stream_load import StreamLoad, WindLoad
 from hydrosim.scene import Scene
 from hydrosim.streams.current import current_table, is_sheared
@@ -31,10 +32,11 @@ def said_of_streams(scene: Scene, model: Model) -> Iterator[str]:
         yield from _said_of_gusts(water.gusts, wind)
     loads = [(name, e) for name, e in scene.forces.items() if isinstance(e, StreamLoad)]
     p = model.elements.stream_loads
+    heights = heights_of_wind(model.elements)
     for (name, load), row in zip(loads, p.each, strict=True):
         speed = _speed(row["stream"])
         if isinstance(load, WindLoad) and water.wind_profile is not None:
-            height = p.heights[row["gusts"]]
+            height = heights[row["gusts"]]
             yield f"{name} feels the wind at {height:.3g} m: a mean of {speed:.3g} m/s"
         elif not isinstance(load, WindLoad) and is_sheared(current_table(water)):
             yield f"{name} feels a mean current of {speed:.3g} m/s"

@@ -168,7 +168,9 @@ def _fixed_point(
         spread = H @ loads @ H.conj().transpose(0, 2, 1)
         S = np.real((omega[:, None, None] ** 2 * spread).sum(axis=0))
         found = [_linearised(at, S, regular) for at in fairleads]
-        new = np.array([at.damping * f.damping for at, (f, _) in zip(fairleads, found, strict=True)])
+        new = np.array(
+            [at.damping * f.damping for at, (f, _) in zip(fairleads, found, strict=True)]
+        )
         if np.abs(new - c).max() <= SAME * np.abs(new).max():
             break
         c = new

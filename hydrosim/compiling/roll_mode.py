@@ -1,12 +1,13 @@
 """Natural mode of roll of a body, which a decay test shows.
 
-With all other motions eliminated, roll obeys S(w) = 0 at a complex frequency w, where S is the Schur
+With all other motions eliminated, roll obeys S(w) = 0 at a complex frequency w. S is the Schur
 complement of roll in
 
     D(w) = K - w^2 (M + A(w)) + i w B(w).
 
-At the real w_n with Re S = 0, let b = Im S / w_n and m = -Re S' / (2 w_n). A weak damping B1 of roll
-moves the zero to w_n + i (b + B1) / (2 m): the roll decays as exp(-p1 t / 2) with p1 = (b + B1) / m.
+At the real w_n with Re S = 0, let b = Im S / w_n and m = -Re S' / (2 w_n). A weak damping B1 of
+roll moves the zero to w_n + i (b + B1) / (2 m). So roll decays as exp(-p1 t / 2), with p1 = (b +
+B1) / m.
 If nothing couples to roll, b is B44 and m is I44 + A44 + w A44' / 2.
 """
 

@@ -162,7 +162,7 @@ def fit_decays(decays: Sequence[Decay], cubic: bool = False) -> DecayFit:
     return DecayFit(
         decays=decays,
         terms=terms,
-        damping=tuple(found.parameters[: len(TERMS)] / problem.scales[: len(TERMS)]),
+        damping=tuple(max(float(x), 0.0) for x in found.parameters[:3] / problem.scales[:3]),
         period=period,
         restoring=_interval(problem, full, CUBIC) if cubic else None,
         modelled=[decay.angle + r for decay, r in pairs],

@@ -53,20 +53,21 @@ def read_decay(
 ) -> Decay:
     """Read a decay from ``start`` to ``end`` [s]. Messages begin with ``wanted``, the place that
     refers to the file. Raises InputError if it is no decay."""
-    recording = read_recording(path)
-    angle = _column(recording, column)
-    stamp = recording.time_column()
-    source = recording.source
-    require_finite(source, stamp.value, recording.lines, " s")
-    require_finite(source, angle.value, recording.lines, f" in {angle.name}")
-    require_rising(source, stamp.value, recording.lines)
     try:
+        recording = read_recording(path)
+        angle = _column(recording, column)
+        stamp = recording.time_column()
+        source = recording.source
+        require_finite(source, stamp.value, recording.lines, " s")
+        require_finite(source, angle.value, recording.lines, f" in {angle.name}")
+        require_rising(source, stamp.value, recording.lines)
         _require_seconds(stamp)
         values = _scale(angle, unit) * angle.value
         return decay_of(stamp.value, values, str(path), start, end)
     except InputError as error:
-        place = ": ".join(part for part in (wanted, str(path)) if part)
-        raise InputError(f"{place}: {error}") from None
+        text = str(error)
+        place = "" if text.startswith(str(path)) else str(path)
+        raise InputError(": ".join(part for part in (wanted, place, text) if part)) from None
 
 
 def decay_of(

@@ -127,8 +127,8 @@ class Layout:
     own weight. ``joints`` are all joints of the scene, ``constraints`` the bodies of those that are
     constraints, ``joint_row`` is their row of forces; ``tree`` are the constants of the others.
     ``origin`` [m] is the centre of gravity of each body at rest. ``points`` are body and place of
-    each named point, for the ``clearances``. ``depth`` [m] and ``water_density`` [kg/m^3] are of the
-    water. ``draught`` [m] is that of each body at rest, None if unknown.
+    each named point, for the ``clearances``. ``depth`` [m] and ``water_density`` [kg/m^3] are of
+    the water. ``draught`` [m] is that of each body at rest, None if unknown.
     """
 
     body: dict[str, int]

@@ -116,8 +116,8 @@ PIECE = np.dtype([("start", float), ("powers", float, (4, 3))])
 
 class Params(NamedTuple):
     """``each`` (ne,) of `LOAD`; each has the ``pieces`` with ``first`` <= i < ``last``, of which
-    the first has a heading in the first turn. ``heights`` (nh,) [m] are those of the columns of
-    ``gusts``, the first 10 m."""
+    the first has a heading in the first turn. The first column of ``gusts`` is at 10 m, the others
+    at the ``heights`` (nh - 1,) [m]."""
 
     each: np.ndarray
     pieces: np.ndarray
@@ -145,7 +145,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
             rows.append((*place, first, last, gusts, layout.wind.direction))
             first = last
     each = np.array(rows, dtype=LOAD)
-    return Params(each, np.concatenate(pieces), np.array(heights), NO_GUSTS)
+    return Params(each, np.concatenate(pieces), np.array(heights[1:]), NO_GUSTS)
 
 
 def stream_felt(name: str, load: StreamLoad, layout: Layout) -> tuple[float, float]:

@@ -15,6 +15,7 @@ from hydrosim.case.elements.fender import Fender
 from hydrosim.case.elements.landing import Landing
 from hydrosim.case.elements.linear_damping import LinearDamping
 from hydrosim.case.elements.linear_mooring import LinearMooring
+from hydrosim.case.elements.lines import Lines
 from hydrosim.case.elements.quadratic_damping import QuadraticDamping
 from hydrosim.case.elements.spring import Spring
 from hydrosim.case.elements.stream_load import CurrentLoad, WindLoad
@@ -38,6 +39,7 @@ AnyElement = Annotated[
     | Landing
     | Spring
     | Catenary
+    | Lines
     | Strut
     | TorsionSpring
     | Bushing

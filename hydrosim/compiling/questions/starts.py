@@ -185,9 +185,7 @@ def _catenaries(about: About) -> Iterator[Doubt]:
     state = about.state
     model = about.model
     time = about.end - about.scene.duration
-    every = lines_now(
-        model, about.scene, time, state.y, state.modes, model.bodies, about.motion
-    )
+    every = lines_now(model, about.scene, time, state.y, state.modes, model.bodies, about.motion)
     for line in every:
         key = f"forces.{line.name}"
         if line.strain > TIGHT:

@@ -25,6 +25,7 @@ from typing import NamedTuple
 from hydrosim.jit.kernels import kernel
 
 STRAIGHT = 0.1  # |q| below which atanh(q)/q - 1 is its series
+ROUNDING = 4e-16
 BENT = 0.9  # |q| above which 1 - |q| is computed from the ends
 
 
@@ -45,6 +46,13 @@ class Span(NamedTuple):
 def rise(H, V, T):
     """T - V without cancellation."""
     return H * H / (T + V) if V > 0.0 else T - V
+
+
+@kernel
+def remaining(Va, D):
+    """Va - D, which is 0 if it is no more than rounding: a slack line has no H beside it."""
+    V = Va - D
+    return 0.0 if abs(V) <= ROUNDING * abs(Va) else V
 
 
 @kernel
@@ -69,7 +77,7 @@ def curvature(H, Va, Vb, Ta, Tb):
 def span(H, Va, w, L, EA, ex, ez):
     """The `Span` of a stretch, for H > 0."""
     D = w * L
-    Vb = Va - D
+    Vb = remaining(Va, D)
     HH = H * H
     VV = Va * Vb
     squares = Va * Va + Vb * Vb
@@ -104,7 +112,7 @@ def span(H, Va, w, L, EA, ex, ez):
 def rest_energy(H, Va, w, L, EA):
     """Integral of T + T^2/(2 EA) over a stretch [N m], for H > 0."""
     D = w * L
-    Vb = Va - D
+    Vb = remaining(Va, D)
     Ta = sqrt(H * H + Va * Va)
     Tb = sqrt(H * H + Vb * Vb)
     S = Ta + Tb

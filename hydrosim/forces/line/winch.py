@@ -145,13 +145,14 @@ WINCH = np.dtype(
         *(("body", int), ("row", int), ("point", float, 3)),
         *(("anchor_body", int), ("anchor", float, 3)),
         *(("stiffness", float), ("damping", float), ("start", float), ("pinned", float)),
+        ("stands", bool),
         *(("drum", DRUM), ("signal", SIGNAL)),
         *(("followed", int), ("eye", float, 3), ("rest", float), ("gain", float)),
         *(("delay", int), ("factors", float, (delay.FACTORS, 2))),
     ]
 )
-"""Constants of a winch: its ends, EA, c, l0 at the start, and l0 if it is ``pinned`` (else 0); its
-drum and signal; the ``followed`` body, the place of its point and the height of that at rest, the
+"""Constants of a winch: its ends, EA, c, l0 at the start, and l0 if it is ``pinned`` (else 0);
+whether its drum always ``stands``; its drum and signal; the ``followed`` body, the place of its point and the height of that at rest, the
 gain, and the first state of its delay among those of all (`NOWHERE` if it has none)."""
 
 
@@ -178,7 +179,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
         anchor = layout.body[e.anchor_body] if e.anchor_body else EARTH
         ends = (layout.body[e.body], layout.row[name], e.point, anchor, e.anchor)
         signal = NOTHING if own[name] is None else next(compiled)
-        wire = (e.stiffness, e.damping, _first_length(e, layout), 0.0)
+        wire = (e.stiffness, e.damping, _first_length(e, layout), 0.0, False)
         follows = _followed(name, e.control, layout, delays)
         rows.append((*ends, *wire, _drum(e), signal, *follows))
         delays += follows[-2] != NOWHERE
@@ -233,9 +234,18 @@ def _followed(
     return body, place, rest, control.gain, first, delay.factors(control.delay)
 
 
-def states_of(p: Params) -> range:
-    """Entries of y of all winches, with their delays."""
-    return range(p.state, p.state + STATES * p.each.size + delay.STATES * p.delays)
+def lasting_lengths(p: Params) -> np.ndarray:
+    """Entries (m,) of y with the lengths off drums that do not follow from the place of bodies."""
+    own = np.flatnonzero(p.each["drum"]["control"] != COMPENSATION)
+    return np.asarray(p.state + STATES * own + LENGTH)
+
+
+def standing(p: Params) -> Params:
+    """The same winches with drums that stand, for a scene at rest; those of compensation keep to
+    their targets."""
+    each = p.each.copy()
+    each["stands"] = each["drum"]["control"] != COMPENSATION
+    return p._replace(each=each)
 
 
 class Wire(NamedTuple):
@@ -500,7 +510,8 @@ def activate(i, t, y, modes, motion, bodies, p):
     elif w.pull.still < 0.0:
         mode[SEGMENT] = CUT
     taut = mode[SEGMENT] == TAUT
-    mode[MODE] = drum.settle_drum(one.drum, w.pull, taut, w.length, w.target, w.demand)
+    if not one.stands:
+        mode[MODE] = drum.settle_drum(one.drum, w.pull, taut, w.length, w.target, w.demand)
     _keep_speed(one.drum, mode[MODE], y, p.state + STATES * i)
 
 
