@@ -90,7 +90,7 @@ def _check_depths(system: System, source: Source) -> None:
     """Refuse points below the seabed, but for what digits of a file leave."""
     depth = inf if system.depth is None else system.depth
     for name, point in system.points.items():
-        if point.held is not Held.LINES and -point.place[2] > depth * (1.0 + DEEPER):
+        if point.held is Held.EARTH and -point.place[2] > depth * (1.0 + DEEPER):
             source.wrong(
                 f"found point {name} {-point.place[2]:g} m below the water, and a depth of"
                 f" {depth:g} m; expected points on the seabed or above it"
