@@ -179,7 +179,11 @@ def referenced(case_of: Maker, number: int) -> tuple[float, float]:
 
 def _reference(scene: Scene, tolerance: float) -> Scene:
     solver = Solver(
-        Method.DOPRI5, 0.005, Tolerance(tolerance, tolerance, tolerance), linear=LinearScenes.STEP
+        Method.DOPRI5,
+        0.005,
+        Tolerance(tolerance, tolerance, tolerance),
+        linear=LinearScenes.STEP,
+        kinematics=scene.solver.kinematics,
     )
     return replace(scene, solver=solver)
 
