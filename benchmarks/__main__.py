@@ -19,11 +19,12 @@ QUESTIONS = (
     "step_limits",
     *("cost", "skips", "linear_scene", "radiation_fits", "radiation_motions", "memory"),
     *("synthesis", "headings", "many_runs", "set_up", "long_runs"),
-    *("databases", "extremes", "kills"),
+    *("databases", "extremes", "kills", "lines"),
 )
 LONG = (
     "evidence",
     "automatic",
+    "catenaries",
     "short_waves",
     "draughts",
     "operability",
@@ -31,6 +32,7 @@ LONG = (
     "short_runs",
     "cluster",
     "simulated_extremes",
+    "decay_intervals",
 )  # if named
 
 

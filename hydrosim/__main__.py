@@ -29,6 +29,7 @@ from rich.console import Console
 
 from hydrosim.commands import db
 from hydrosim.commands.ballast import ballast
+from hydrosim.commands.calibrate import calibrate
 from hydrosim.commands.case import case
 from hydrosim.commands.check import check
 from hydrosim.commands.compare import compare
@@ -36,6 +37,7 @@ from hydrosim.commands.converge import converge
 from hydrosim.commands.example import example
 from hydrosim.commands.explain import explain
 from hydrosim.commands.export import export
+from hydrosim.commands.line import line
 from hydrosim.commands.linear import linear
 from hydrosim.commands.new import new
 from hydrosim.commands.operability import operability
@@ -54,9 +56,9 @@ from hydrosim.presentation.terminal import printable
 
 # in the order of `hydrosim --help`: commands on cases, then on runs, then on files
 COMMANDS = (
-    *(check, run, linear, ballast, converge),
+    *(check, run, linear, line, ballast, converge),
     *(plot, report, replay, statistics, explain, export, compare, case),
-    *(sweep, operability, schema, new, example),
+    *(sweep, operability, calibrate, schema, new, example),
 )
 
 MEMORY = (

@@ -22,14 +22,14 @@ outputs
 leftovers
 jit documents scene
 rigid integrate waves radiation recordings presentation
-tanks streams
+tanks streams decay
 database forces
 case stepping
 linear results evidence
 statistics
 compiling compare
 studies
-wording
+door wording
 plot report
 accessor
 commands

@@ -14,12 +14,14 @@ from hydrosim import scene
 from hydrosim.case import schema
 from hydrosim.case.criteria import as_attributes
 from hydrosim.case.elements import Where
+from hydrosim.case.elements.lines import Lines, Vessel
 from hydrosim.case.hydrodynamics import built
 from hydrosim.case.hydrostatics import hull_of
 from hydrosim.case.resolve import resolved
 from hydrosim.case.seas import wave_trains
 from hydrosim.case.streams import with_streams
 from hydrosim.case.tanks import Lightship
+from hydrosim.errors import InputError
 from hydrosim.presentation.units import as_attribute
 
 
@@ -28,15 +30,13 @@ def build_scene(
 ) -> scene.Scene:
     """The scene of a case; relative paths begin at the folder of ``path``. Its results are read in
     ``units``, by SI unit."""
+    bodies = tuple(_body(name, body, path.parent) for name, body in data.bodies.items())
     return scene.Scene(
         title=data.title,
         duration=data.duration,
-        bodies=tuple(_body(name, body, path.parent) for name, body in data.bodies.items()),
+        bodies=bodies,
         environment=_environment(data.water, path),
-        forces={
-            name: element.placed(Where(f"forces.{name}", path))
-            for name, element in data.forces.items()
-        },
+        forces=_forces(data, path, {body.name: body for body in bodies}),
         joints={name: joint.build() for name, joint in data.joints.items()},
         solver=_solver(data.solver),
         output_step=data.output_step,
@@ -56,6 +56,26 @@ def build_scene(
             **as_attributes(data.report, data.criteria),
         },
     )
+
+
+def _forces(
+    data: schema.CaseFile, path: Path, bodies: Mapping[str, scene.Body]
+) -> dict[str, scene.ForceElement]:
+    """The force elements. Files with lines are several elements each."""
+    found: dict[str, scene.ForceElement] = {}
+    for name, element in data.forces.items():
+        where = Where(f"forces.{name}", path, _density(data.water))
+        if isinstance(element, Lines):
+            body = bodies[element.body]
+            place = (body.location, body.heading, body.centre_of_gravity)
+            several = element.elements(where, Vessel(*place, data.water.water_depth))
+        else:
+            several = {name: element.placed(where)}
+        if twice := {*several} & {*found, *data.forces} - {name}:
+            text = f'found two elements of the name "{min(twice)}"; expected another name of one'
+            raise InputError(f"{path}: forces.{name}: {text}; lines have names NAME_LINE")
+        found |= several
+    return found
 
 
 def _clearance(form: schema.Clearance) -> scene.Clearance:
@@ -83,6 +103,11 @@ def _solver(solver: schema.Solver) -> scene.Solver:
         del settings["tolerance"]
         settings["accuracy"] = given
     return scene.Solver(**settings)
+
+
+def _density(water: schema.Environment) -> tuple[float, float]:
+    """Density [kg/m^3] of the water, and gravity [m/s^2]."""
+    return water.water_density, water.gravity
 
 
 def _environment(water: schema.Environment, path: Path) -> scene.Environment:

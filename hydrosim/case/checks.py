@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from math import inf
 from pathlib import Path
 
+from hydrosim.case.elements.lines import Lines
 from hydrosim.case.hydrodynamics import accepted_of, files_of
 from hydrosim.case.schema import CaseFile
 from hydrosim.case.signals import Recorded
@@ -173,6 +174,10 @@ def _check_files(case: CaseFile, folder: Path) -> Iterator[Problem]:
         for keys, file in files_of(body.hydrodynamics):
             place = ("bodies", name, "hydrodynamics", *keys)
             yield from _check_file(place, folder / file, "a hydrodynamic database")
+    for name, element in case.forces.items():
+        if isinstance(element, Lines):
+            wanted = "an input file of MoorDyn or MoorPy"
+            yield from _check_file(("forces", name, "file"), folder / element.file, wanted)
     for i, waves in enumerate(case.environment.waves if case.environment else ()):
         if isinstance(waves, Table | DirectionalTable) and waves.file is not None:
             keys = ("environment", "waves", i, "file")

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import yaml
 from pydantic import BaseModel
 
+from hydrosim.case.elements import Where
 from hydrosim.documents.layers import FILES
 from hydrosim.documents.units import Scale
 from hydrosim.scene.trees import arranged
@@ -24,7 +25,12 @@ def resolved(data: CaseFile, folder: Path) -> str:
     """A case file (YAML) that says of each key of ``data`` what is taken for it: in SI and radians,
     with the defaults, relative paths, which begin at ``folder``, as absolute ones."""
     output = data.output.model_copy(update={"step": data.output_step})
+    place = folder / "case.yaml"
+    forces = {
+        name: element.fixed(Where(f"forces.{name}", place)) for name, element in data.forces.items()
+    }
     changes = {"output": output, "environment": data.water, "bodies": _bodies(data)}
+    changes["forces"] = forces
     whole = data.model_copy(update=changes)
     return yaml.dump(
         _plain(whole, folder),

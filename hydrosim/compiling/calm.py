@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from hydrosim.compiling.automatic import with_method
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.facts import facts_of
 from hydrosim.compiling.families import members_of
+from hydrosim.compiling.line_drag import with_line_drag
 from hydrosim.compiling.model import model_of
 from hydrosim.compiling.notes_of_sea import notes_of_sea
 from hydrosim.compiling.questions import asked
@@ -22,6 +23,8 @@ from hydrosim.compiling.start import first_state, start_of, with_slow_places
 from hydrosim.compiling.wet import WetGroup
 from hydrosim.dofs import DOFS
 from hydrosim.forces import heights_of_wind, in_gusts
+from hydrosim.forces.kind import elements_of
+from hydrosim.forces.line.catenary import Catenary
 from hydrosim.scene import Kinematics, Place, Scene
 from hydrosim.scene.trees import arrangement
 from hydrosim.streams.gusts import gust_table
@@ -36,6 +39,9 @@ if TYPE_CHECKING:
     from hydrosim.database.database import HydroDatabase
     from hydrosim.forces.kind import Parts
     from hydrosim.scene import Solver, WaveForces
+
+
+MEAN: dict[str, Any] = {"headings": Place.MEAN, "position": Place.MEAN}
 
 
 def compile_calm(scene: Scene, wet: Sequence[WetGroup], known: Parts | None = None) -> Compiled:
@@ -69,13 +75,22 @@ def in_waves(calm: Compiled, scene: Scene, sea: Sequence[Components]) -> Compile
     gusts = gust_table(scene.environment, heights, scene.solver.step / 2, end)
     elements = in_gusts(calm.model.elements, gusts)
     model = calm.model._replace(waves=loads, following=following, elements=elements)
+    model, drag = with_line_drag(scene, model, calm.state, sea, _met_at_rest(calm, scene))
     state = with_slow_places(scene, model, calm.state)
     facts = facts_of(scene, calm.wet, model)
     compiled = replace(calm, scene=scene, facts=facts, state=state, sea=tuple(sea))
     known = calm.notes.of_memory(calm.memory_errors)
     notes = notes_of_sea(scene, calm.wet, facts, state, sea, known)
     about = describe_start(scene, facts, state, sea, end)
-    return replace(compiled, notes=notes.warned(asked(about)))
+    return replace(compiled, notes=replace(notes, drag=drag).warned(asked(about)))
+
+
+def _met_at_rest(calm: Compiled, scene: Scene) -> list[WaveBody]:
+    """Bodies on which waves act at rest, wherever they are; only lines with drag need them."""
+    if not any(each.feels() for _, each in elements_of(scene, Catenary)):
+        return []
+    met = {body.name: replace(calm.facts.met[body.name], **MEAN) for body in scene.bodies}
+    return wave_bodies(scene, calm.facts.databases, met)
 
 
 def _missed(solver: Solver) -> float:

@@ -16,6 +16,7 @@ from hydrosim.compiling.hydrostatics.tanks import tanks_of
 from hydrosim.compiling.hydrostatics.weights import weights_of
 from hydrosim.compiling.joints.bodies import bodies_of
 from hydrosim.compiling.restart import initial_headings
+from hydrosim.compiling.roll_mode import roll_mode
 from hydrosim.compiling.streams.currents import currents_on, draught_of
 from hydrosim.compiling.wet import WetGroup, each_alone, moving, resonance
 from hydrosim.database.database import HydroDatabase, needed
@@ -26,6 +27,7 @@ from hydrosim.forces.layout import (
     Joined,
     Layout,
     Resonance,
+    RollMode,
     acting_joints,
     carried,
     constraint_names,
@@ -197,6 +199,9 @@ def _layout(
     def of_body(body: int, stiffness: np.ndarray) -> Resonance:
         return resonance(scene.bodies[body], stiffness, alone.get(scene.bodies[body].name))
 
+    def roll_of_body(body: int, stiffness: np.ndarray) -> RollMode:
+        return roll_mode(scene.bodies[body], stiffness, alone.get(scene.bodies[body].name))
+
     rows = {*scene.forces, *acting_joints(scene)}
     return Layout(
         {body.name: i for i, body in enumerate(scene.bodies)},
@@ -204,6 +209,7 @@ def _layout(
         current_table(scene.environment),
         mean_wind(scene.environment),
         of_body,
+        roll_of_body,
         tuple(body.heading for body in scene.bodies),
         tuple(body.mass * scene.environment.gravity for body in scene.bodies),
         0.0 if scene.solver.method.adapts else scene.solver.step,
@@ -218,6 +224,8 @@ def _layout(
         tuple(bodies.each["origin"]),
         dict(zip(point_names(scene), named_points(scene), strict=True)),
         scene.clearances,
+        scene.environment.water_depth,
+        scene.environment.water_density,
         tuple(draught_of(body) for body in scene.bodies),
     )
 

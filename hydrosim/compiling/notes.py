@@ -18,7 +18,8 @@ class Notes:
     the ``streams``, wind and current. ``symmetry`` is a text on the
     use of symmetry, and ``zero`` has the names of coordinates that are zero by it. ``memory`` holds
     the errors of the radiation memory. ``radiation_error`` is the largest change of motions by
-    them, NaN if unknown. ``method`` is the chosen method, and the reason.
+    them, NaN if unknown. ``method`` is the chosen method, and the reason. ``drag`` is about the
+    drag of lines.
     """
 
     skipped: tuple[str, ...] = ()
@@ -31,6 +32,7 @@ class Notes:
     memory: tuple[str, ...] = ()
     radiation_error: float = nan
     method: str = ""
+    drag: tuple[str, ...] = ()
 
     def of_memory(self, errors: Iterable[MemoryErrors]) -> Notes:
         """Notes with messages on the ``errors`` of the radiation memory."""

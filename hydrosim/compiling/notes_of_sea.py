@@ -66,7 +66,7 @@ def notes_of_sea(
             *_skipped(scene, facts.model, alone, seas, notes.zero),
             *(() if shared else dropped),
         ),
-        records=tuple(_records(scene)),
+        records=(*_records(scene), *_jumps(scene)),
         meetings=(*said, *said_of_current(scene, facts.model)),
         streams=tuple(said_of_streams(scene, facts.model)),
         warnings=(*warnings, *notes.warnings),
@@ -130,6 +130,18 @@ def _records(scene: Scene) -> Iterator[str]:
                 f" other value misses the rest by up to {miss:.1e} of the range; the error of the"
                 " full spline is about a sixteenth of that, if the signal is smooth"
             )
+
+
+def _jumps(scene: Scene) -> Iterator[str]:
+    """Notes on forces that jump at corners of tables."""
+    for name, element in scene.forces.items():
+        for key, jump in element.jumps():
+            if jump > 0.0:
+                yield (
+                    f"forces.{name}.{key}: its rate jumps at corners of the table, and with damping"
+                    f" the tension jumps there by up to {jump:.3g} N. If that is not meant, give a"
+                    " recorded series, which is smooth, or no damping"
+                )
 
 
 def _skipped(

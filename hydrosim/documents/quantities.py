@@ -30,6 +30,8 @@ _PER_HZ = 0.5 / math.pi  # of a density over frequency in Hz, in one over rad/s
 Length = Annotated[float, Quantity("length", "m", "12.4 m")]
 Angle = Annotated[float, Quantity("angle", "rad", "20 deg")]
 Speed = Annotated[float, Quantity("velocity", "m/s", "0.5 m/s")]
+TopSpeed = Annotated[float, Quantity("velocity", "m/s", "0.3 m/s", above=0)]
+Acceleration = Annotated[float, Quantity("acceleration", "m/s^2", "0.1 m/s^2", above=0)]
 FlowSpeed = Annotated[float, Quantity("velocity", "m/s", "1 knot", at_least=0)]
 TurnRate = Annotated[float, Quantity("angular velocity", "rad/s", "1 deg/s")]
 Instant = Annotated[float, Quantity("time", "s", "500 s")]
@@ -55,12 +57,16 @@ Tolerance = Annotated[float, Quantity("relative tolerance", "", "1e-6", above=0)
 SmallLength = Annotated[float, Quantity("tolerance of positions", "m", "1e-6 m", above=0)]
 SmallAngle = Annotated[float, Quantity("tolerance of angles", "rad", "1e-8 rad", above=0)]
 Factor = Annotated[float, Quantity("number", "", "20 %", at_least=0)]
+GasExponent = Annotated[float, Quantity("exponent", "", "1.3", at_least=1, at_most=2)]
 Peak = Annotated[float, Quantity("peak enhancement factor", "", "3.3", at_least=1)]
 Component = Annotated[float, Quantity("number", "", "-1")]
 Force = Annotated[float, Quantity("force", "N", "100 kN")]
 Moment = Annotated[float, Quantity("moment", "N*m", "100 kN*m")]
 LineLength = Annotated[float, Quantity("length", "m", "150 m", above=0)]
 Stiffness = Annotated[float, Quantity("stiffness", "N/m", "40 tonne_force/m", above=0)]
+LineWeight = Annotated[float, Quantity("weight in water per length", "N/m", "1.2 kN/m", above=0)]
+AxialStiffness = Annotated[float, Quantity("axial stiffness EA", "N", "600 MN", above=0)]
+Diameter = Annotated[float, Quantity("diameter", "m", "84 mm", above=0)]
 Damping = Annotated[float, Quantity("damping coefficient", "N*s/m", "100 kN*s/m", at_least=0)]
 ReferenceForce = Annotated[float, Quantity("force", "N", "1000 kN", above=0)]
 Power = Annotated[float, Quantity("power", "", "0.5", at_least=0, at_most=1)]
@@ -77,6 +83,13 @@ Drag = Annotated[float, Quantity("quadratic damping", "N*s^2/m^2", "10 kN*s^2/m^
 TurnDrag = Annotated[
     float, Quantity("quadratic damping", "N*m*s^2/rad^2", "1 MN*m*s^2/rad^2", at_least=0)
 ]
+TurnCube = Annotated[
+    float, Quantity("cubic damping", "N*m*s^3/rad^3", "1 MN*m*s^3/rad^3", at_least=0)
+]
+DecayRate = Annotated[float, Quantity("decay rate", "s^-1", "0.02 s^-1", at_least=0)]
+DecaySquare = Annotated[float, Quantity("quadratic decay", "rad^-1", "0.15 rad^-1", at_least=0)]
+DecayCube = Annotated[float, Quantity("cubic decay", "s/rad^2", "0.5 s/rad^2", at_least=0)]
+Viscosity = Annotated[float, Quantity("kinematic viscosity", "m^2/s", "1.19e-6 m^2/s", above=0)]
 FrictionForce = Annotated[float, Quantity("force", "N", "100 kN", at_least=0)]
 FrictionMoment = Annotated[float, Quantity("moment", "N*m", "100 kN*m", at_least=0)]
 

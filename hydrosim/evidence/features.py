@@ -7,6 +7,8 @@ from enum import StrEnum
 
 from hydrosim.forces import (
     Bushing,
+    Catenary,
+    Compensator,
     Contact,
     Coulomb,
     CurrentLoad,
@@ -19,10 +21,12 @@ from hydrosim.forces import (
     StickSlip,
     Strut,
     TorsionSpring,
+    Winch,
     WindLoad,
 )
 from hydrosim.forces.applied_force import AppliedForce
-from hydrosim.forces.quadratic_damping import QuadraticDamping
+from hydrosim.forces.damping.quadratic_damping import QuadraticDamping
+from hydrosim.forces.damping.viscous_roll import ViscousRoll
 from hydrosim.scene import (
     Body,
     Coefficients,
@@ -72,12 +76,15 @@ class Feature(StrEnum):
     COULOMB = "rigid friction"
     SLOPE = "friction slope"
     SPRINGS = "springs and lines"
+    CATENARIES = "catenaries"
     STRUTS = "struts, torsion springs and power take-offs"
+    WINCHES = "winches and compensators"
     BUSHINGS = "bushings"
     MOORINGS = "linear moorings"
     APPLIED = "applied forces"
     DAMPING = "linear damping"
     DRAG = "quadratic damping"
+    ROLL = "viscous roll damping"
     CURRENT = "current"
     WIND = "wind"
     WEIGHT = "weight as a force"
@@ -180,12 +187,15 @@ OF_SCENES: Mapping[Feature, Callable[[Scene], bool]] = {
     Feature.COULOMB: _friction(Coulomb),
     Feature.SLOPE: _friction(FrictionSlope),
     Feature.SPRINGS: _elements(Spring),
+    Feature.CATENARIES: _elements(Catenary),
     Feature.STRUTS: _elements(Strut, TorsionSpring),
+    Feature.WINCHES: _elements(Winch, Compensator),
     Feature.BUSHINGS: _elements(Bushing),
     Feature.MOORINGS: _elements(LinearMooring),
     Feature.APPLIED: _elements(AppliedForce),
     Feature.DAMPING: _elements(LinearDamping),
     Feature.DRAG: _elements(QuadraticDamping),
+    Feature.ROLL: _elements(ViscousRoll),
     Feature.CURRENT: lambda scene: (
         scene.environment.current.speed != 0.0 or _elements(CurrentLoad)(scene)
     ),

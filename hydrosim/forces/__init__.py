@@ -23,10 +23,8 @@ import numpy as np
 from hydrosim.forces import (
     applied_force,
     bushing,
-    linear_damping,
     linear_mooring,
     link,
-    quadratic_damping,
     spring,
     stream_load,
     tanks,
@@ -45,6 +43,12 @@ from hydrosim.forces.contact.landing import Landing
 from hydrosim.forces.contact.normal import NormalCurve, NormalLoop, PrescribedNormal
 from hydrosim.forces.contact.plane import Plane
 from hydrosim.forces.contact.stick_slip import LoadPowers, StickSlip
+from hydrosim.forces.damping import linear_damping, quadratic_damping, viscous_roll
+from hydrosim.forces.damping.linear_damping import LinearDamping
+from hydrosim.forces.damping.quadratic_damping import QuadraticDamping
+from hydrosim.forces.damping.viscous_roll import ViscousRoll
+from hydrosim.forces.given import external
+from hydrosim.forces.given.external import External
 from hydrosim.forces.joint import kind as joint
 from hydrosim.forces.joint import locks, motions
 from hydrosim.forces.kind import (
@@ -58,11 +62,15 @@ from hydrosim.forces.kind import (
     Tallying,
 )
 from hydrosim.forces.layout import Layout, Resistance
-from hydrosim.forces.linear_damping import LinearDamping
+from hydrosim.forces.line import catenary, compensator, winch, winch_kind
+from hydrosim.forces.line import kind as lines
+from hydrosim.forces.line.catenary import Catenary
+from hydrosim.forces.line.compensator import Compensator
+from hydrosim.forces.line.controls import Compensation, SpeedControl, TensionControl
+from hydrosim.forces.line.winch import Winch
 from hydrosim.forces.linear_mooring import LinearMooring
 from hydrosim.forces.link import Strut, TorsionSpring
 from hydrosim.forces.postures import PosingKind
-from hydrosim.forces.quadratic_damping import QuadraticDamping
 from hydrosim.forces.signal import Harmonic, Recorded, Signal, Table, constant
 from hydrosim.forces.spring import Spring
 from hydrosim.forces.stream_load import CurrentLoad, StreamLoad, WindLoad
@@ -83,12 +91,17 @@ class Elements(NamedTuple):
     springs: Any
     linear_dampings: Any
     quadratic_dampings: Any
+    viscous_rolls: Any
     stream_loads: Any
     links: Any
     bushings: Any
+    catenaries: Any
     guides: Any
+    winches: Any
+    compensators: Any
     locks: Any
     joint_motions: Any
+    externals: Any
     triggers: Any
 
 
@@ -99,14 +112,19 @@ KINDS: tuple[Kind, ...] = (
     spring.KIND,
     linear_damping.KIND,
     quadratic_damping.KIND,
+    viscous_roll.KIND,
     stream_load.KIND,
     tanks.KIND,
     link.KIND,
     bushing.KIND,
+    lines.KIND,
     guide.KIND,
+    winch_kind.KIND,
+    compensator.KIND,
     joint.KIND,
     joint.JOINTS,
     motions.KIND,
+    external.KIND,
     trigger.KIND,
 )
 """All kinds, in the order of their states in y and of their rows of modes."""
@@ -130,18 +148,28 @@ def add_elements(t, y, modes, motion, bodies, elements, wrench, rate, dy):
         quadratic_damping.add_force(
             t, y, modes, motion, bodies, e.quadratic_dampings, wrench, rate, dy
         )
+    if e.viscous_rolls.size > 0:
+        viscous_roll.add_force(t, y, modes, motion, bodies, e.viscous_rolls, wrench, rate, dy)
     if e.stream_loads.each.size > 0:
         stream_load.add_force(t, y, modes, motion, bodies, e.stream_loads, wrench, rate, dy)
     if e.links.links.size > 0:
         link.add_force(t, y, modes, motion, bodies, e.links, wrench, rate, dy)
     if e.bushings.each.size > 0:
         bushing.add_force(t, y, modes, motion, bodies, e.bushings, wrench, rate, dy)
+    if e.catenaries.lines.size > 0:
+        catenary.add_force(t, y, modes, motion, bodies, e.catenaries, wrench, rate, dy)
     if e.guides.pins.size > 0:
         guide.add_force(t, y, modes, motion, bodies, e, wrench)
+    if e.winches.each.size > 0:
+        winch.add_force(t, y, modes, motion, bodies, e.winches, wrench, rate, dy)
+    if e.compensators.each.size > 0:
+        compensator.add_force(t, y, modes, motion, bodies, e.compensators, wrench, rate, dy)
     if e.locks.each.size > 0:
         clear(dy[e.locks.state : e.locks.state + locks.STATES * e.locks.each.size])
     if e.joint_motions.each.size > 0:
         motions.add_force(y, modes, motion, bodies, e.joint_motions, wrench, rate)
+    if e.externals.each.size > 0:
+        external.add_force(t, y, modes, motion, bodies, e.externals, wrench, rate, dy)
     if e.triggers.each.size > 0:
         trigger.clear_inactive(modes, e.triggers, wrench, rate)
         clear(dy[e.triggers.state : e.triggers.state + e.triggers.each.size])
@@ -170,8 +198,14 @@ def add_element_energies(t, y, modes, motion, bodies, elements, stored):
         link.add_energy(t, y, modes, motion, bodies, e.links, stored)
     if e.bushings.each.size > 0:
         bushing.add_energy(t, y, modes, motion, bodies, e.bushings, stored)
+    if e.catenaries.lines.size > 0:
+        catenary.add_energy(t, y, modes, motion, bodies, e.catenaries, stored)
     if e.guides.pins.size > 0:
         guide.add_energy(modes, motion, bodies, e, stored)
+    if e.winches.each.size > 0:
+        winch.add_energy(t, y, modes, motion, bodies, e.winches, stored)
+    if e.compensators.each.size > 0:
+        compensator.add_energy(t, y, modes, motion, bodies, e.compensators, stored)
     if e.joint_motions.each.size > 0:
         motions.add_energy(y, modes, e.joint_motions, stored)
     if e.triggers.each.size > 0:
@@ -313,9 +347,17 @@ def given_frequencies(elements: Elements) -> np.ndarray:
     return np.asarray(elements.applied_forces.parts["signal"]["frequency"])
 
 
-def joint_states(parts: Parts) -> slice:
-    """Entries of y of the joints that are constraints."""
-    return locks.states_of(parts.elements.locks)
+def pieces_of_lines(elements: Elements) -> np.ndarray:
+    """The pieces (n,) of all catenaries."""
+    return np.asarray(elements.catenaries.pieces)
+
+
+def lasting_states(parts: Parts) -> np.ndarray:
+    """Entries (n,) of y that a body at rest keeps: of joints that are constraints, and lengths off
+    the drums of winches."""
+    joints = locks.states_of(parts.elements.locks)
+    drums = winch.lasting_lengths(parts.elements.winches)
+    return np.array([*range(joints.start, joints.stop), *drums], dtype=np.int64)
 
 
 def loop_modes(parts: Parts) -> np.ndarray:
@@ -325,8 +367,9 @@ def loop_modes(parts: Parts) -> np.ndarray:
 
 
 def without_friction(elements: Elements) -> Elements:
-    """The same elements with contacts that slip freely."""
-    return elements._replace(fenders=fender.without_friction(elements.fenders))
+    """The same elements with contacts that slip freely, and drums of winches that stand."""
+    fenders = fender.without_friction(elements.fenders)
+    return elements._replace(fenders=fenders, winches=winch.standing(elements.winches))
 
 
 def in_gusts(elements: Elements, gusts: GustTable) -> Elements:
@@ -339,6 +382,38 @@ def in_gusts(elements: Elements, gusts: GustTable) -> Elements:
 def heights_of_wind(elements: Elements) -> list[float]:
     """Heights [m] of the columns of gusts, the first 10 m."""
     return [REFERENCE, *(float(z) for z in elements.stream_loads.heights)]
+
+
+def function_errors(
+    elements: Mapping[str, ForceElement],
+) -> Iterator[tuple[str, BaseException]]:
+    """Names of the external forces whose function has failed, each with its error."""
+    for name, element in elements.items():
+        if isinstance(element, External) and element.error is not None:
+            yield name, element.error
+
+
+def externals_of(elements: Mapping[str, ForceElement]) -> dict[str, External]:
+    """The external forces among ``elements``."""
+    return {name: e for name, e in elements.items() if isinstance(e, External)}
+
+
+def functions_at_stages(
+    t: float, motion: Any, bodies: Any, elements: Elements, rows: int
+) -> dict[int, np.ndarray]:
+    """Wrenches (6 nb,), by row of forces, of the functions that are called at stages, asked at the
+    time ``t`` [s] for this ``motion``; NaN where one fails."""
+    p = elements.externals
+    wrench = np.zeros((rows, motion.velocity.size))
+    external.ask_at_stage(t, motion, bodies, p, wrench)
+    return {int(e["row"]): wrench[e["row"]] for e in p.each if e["way"] == external.STAGE}
+
+
+def without_numbers(elements: Elements) -> Elements:
+    """The same elements without what differs between two makings of them: numbers of functions."""
+    each = elements.externals.each.copy()
+    each["number"] = 0
+    return elements._replace(externals=elements.externals._replace(each=each))
 
 
 def signals_of(elements: Mapping[str, ForceElement]) -> Iterator[tuple[str, Signal]]:

@@ -5,7 +5,9 @@
     fender_normal_force.NAME                of a contact point, or the sum over an element
     fender_compression.POINT                of a contact point
     spring_tension.NAME                     of a spring
+    line_tension.NAME                       of a catenary, at its fairlead
     strut_force.NAME, strut_length.NAME     of a strut or power take-off; tension is positive
+    winch_tension.NAME, winch_length.NAME   of a winch; the length off its drum without load
     torsion_angle.NAME                      of a torsion spring or rotary power take-off
     tank_level.TANK of BODY                 above the bottom of a tank that is pumped
     clearance.NAME                          of a named point from another, or from a plane
@@ -29,6 +31,9 @@ from hydrosim.forces import link, spring
 from hydrosim.forces.contact import geometry
 from hydrosim.forces.contact.fender import Contact, pressure
 from hydrosim.forces.layout import Layout, unit_ranges
+from hydrosim.forces.line import catenary, winch
+from hydrosim.forces.line.catenary import Catenary
+from hydrosim.forces.line.winch import Winch
 from hydrosim.forces.link import Link, Strut, TorsionSpring
 from hydrosim.forces.spring import Spring
 from hydrosim.jit.kernels import kernel
@@ -38,7 +43,7 @@ from hydrosim.scene import Clearance, ForceElement
 from hydrosim.tanks import contents
 
 POSITION, VELOCITY, SPEED, NORMAL_FORCE, COMPRESSION, TENSION, LOAD, PLACE, LEVEL = range(9)
-CLEARANCE, RELATIVE_SPEED = 9, 10
+CLEARANCE, RELATIVE_SPEED, LINE_TENSION, WINCH_TENSION, WINCH_LENGTH = 9, 10, 11, 12, 13
 KINDS = {
     "position": POSITION,
     "velocity": VELOCITY,
@@ -46,8 +51,11 @@ KINDS = {
     "fender_normal_force": NORMAL_FORCE,
     "fender_compression": COMPRESSION,
     "spring_tension": TENSION,
+    "line_tension": LINE_TENSION,
     "strut_force": LOAD,
     "strut_length": PLACE,
+    "winch_tension": WINCH_TENSION,
+    "winch_length": WINCH_LENGTH,
     "torsion_angle": PLACE,
     "tank_level": LEVEL,
     "clearance": CLEARANCE,
@@ -57,9 +65,12 @@ UNITS = {
     "fender_normal_force": (Contact, Contact),
     "fender_compression": (Contact, Contact),
     "spring_tension": (Spring, Spring),
+    "line_tension": (Catenary, Catenary),
     "strut_force": (Link, Strut),
     "strut_length": (Link, Strut),
     "torsion_angle": (Link, TorsionSpring),
+    "winch_tension": (Winch, Winch),
+    "winch_length": (Winch, Winch),
 }
 """Of kinds that belong to units: the elements among which these units are numbered, and those that
 have the channel."""
@@ -184,7 +195,14 @@ def channel_value(channel, t, y, modes, motion, bodies, elements, tanks):
     if channel.kind == TENSION:
         line = springs.lines[k]
         mode = modes[springs.mode + k]
-        return spring.tension(line, mode, spring.stretch(line, bodies, motion), springs)[0]
+        stretched = spring.stretch(line, t, bodies, motion, springs)
+        return spring.tension(line, mode, stretched, springs)[0]
+    if channel.kind == LINE_TENSION:
+        return catenary.tension_of(k, t, y, modes, motion, bodies, elements.catenaries)
+    if channel.kind == WINCH_TENSION:
+        return winch.stretch(k, t, y, modes, motion, bodies, elements.winches).tension
+    if channel.kind == WINCH_LENGTH:
+        return winch.stretch(k, t, y, modes, motion, bodies, elements.winches).length
     if channel.kind == LOAD:
         return link.measured(k, modes, motion, bodies, elements.links)[0]
     if channel.kind == PLACE:

@@ -1,8 +1,8 @@
 """Modes of all elements that have modes: their ends, their successors, and observed values.
 
-Rows of modes belong to contact points, springs, flows, links, bushings, guides, joints, their
-motions and triggers, in this order. Every row has the same number of margins, which are positive
-while its mode lasts.
+Rows of modes belong to contact points, springs, flows, links, bushings, catenaries, guides,
+winches, compensators, joints, their motions and triggers, in this order. Every row has the same
+number of margins, which are positive while its mode lasts.
 """
 
 from __future__ import annotations
@@ -13,8 +13,10 @@ from hydrosim.forces import bushing, link, spring, trigger
 from hydrosim.forces.contact import fender, group, guide, loop, transitions
 from hydrosim.forces.contact.laws import COULOMB
 from hydrosim.forces.contact.tally import add_tallies
+from hydrosim.forces.given import external
 from hydrosim.forces.joint import locks, motions
 from hydrosim.forces.joint.rows import REFERENCE
+from hydrosim.forces.line import catenary, compensator, winch
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.tanks import pumping
 
@@ -32,9 +34,13 @@ def observed(elements: Elements) -> dict[str, tuple[int, int]]:
         "spring": (elements.springs.lines.size, spring.OBSERVED),
         "link": (elements.links.links.size, link.OBSERVED),
         "bushing": (elements.bushings.each.size, bushing.OBSERVED),
+        "line": (elements.catenaries.lines.size, catenary.OBSERVED),
         "guide": (elements.guides.pins.size, guide.OBSERVED),
+        "winch": (elements.winches.each.size, winch.OBSERVED),
+        "compensator": (elements.compensators.each.size, compensator.OBSERVED),
         "joint": (elements.locks.joints, 6),
         "joint_motion": (elements.joint_motions.each.size, motions.OBSERVED),
+        "external": (elements.externals.delayed, external.OBSERVED),
     }
 
 
@@ -45,7 +51,10 @@ def joints_observed(elements):
     behind += elements.springs.lines.size * spring.OBSERVED
     behind += elements.links.links.size * link.OBSERVED
     behind += elements.bushings.each.size * bushing.OBSERVED
-    return behind + elements.guides.pins.size * guide.OBSERVED
+    behind += elements.catenaries.lines.size * catenary.OBSERVED
+    behind += elements.guides.pins.size * guide.OBSERVED
+    behind += elements.winches.each.size * winch.OBSERVED
+    return behind + elements.compensators.each.size * compensator.OBSERVED
 
 
 @kernel
@@ -60,7 +69,7 @@ def observe(t, y, modes, motion, bodies, elements, holds, wrench, out):
         fender.observe(t, y, modes, motion, bodies, fenders, holds.reaction, out)
     behind = fenders.points.size * fender.OBSERVED
     if springs.lines.size > 0:
-        spring.observe(modes, motion, bodies, springs, out[behind:])
+        spring.observe(t, modes, motion, bodies, springs, out[behind:])
     behind += springs.lines.size * spring.OBSERVED
     if elements.links.links.size > 0:
         link.observe(modes, motion, bodies, elements.links, out[behind:])
@@ -68,15 +77,27 @@ def observe(t, y, modes, motion, bodies, elements, holds, wrench, out):
     if elements.bushings.each.size > 0:
         bushing.observe(modes, motion, bodies, elements.bushings, out[behind:])
     behind += elements.bushings.each.size * bushing.OBSERVED
+    if elements.catenaries.lines.size > 0:
+        catenary.observe(t, y, modes, motion, bodies, elements.catenaries, out[behind:])
+    behind += elements.catenaries.lines.size * catenary.OBSERVED
     if elements.guides.pins.size > 0:
         guide.observe(modes, motion, bodies, elements, out[behind:])
     behind += elements.guides.pins.size * guide.OBSERVED
+    if elements.winches.each.size > 0:
+        winch.observe(t, y, modes, motion, bodies, elements.winches, out[behind:])
+    behind += elements.winches.each.size * winch.OBSERVED
+    if elements.compensators.each.size > 0:
+        compensator.observe(modes, motion, bodies, elements.compensators, out[behind:])
+    behind += elements.compensators.each.size * compensator.OBSERVED
     if elements.locks.each.size > 0:
         locks.observe(elements.locks, holds, out[behind:])
     behind += elements.locks.joints * 6
     if elements.joint_motions.each.size > 0:
         p = elements.joint_motions
         motions.observe(y, modes, bodies, p, holds.reaction, out[behind:])
+    behind += elements.joint_motions.each.size * motions.OBSERVED
+    if elements.externals.delayed > 0:
+        external.observe(y, elements.externals, out[behind:])
 
 
 @root
@@ -85,15 +106,21 @@ def settle(t, y, modes, motion, bodies, elements, tanks):
     if elements.fenders.points.size > 0:
         transitions.settle(t, y, modes, motion, bodies, elements.fenders)
     if elements.springs.lines.size > 0:
-        spring.settle(modes, motion, bodies, elements.springs)
+        spring.settle(t, modes, motion, bodies, elements.springs)
     if tanks.flows.size > 0:
         pumping.settle(t, modes, tanks)
     if elements.links.links.size > 0:
         link.settle(modes, motion, bodies, elements.links)
     if elements.bushings.each.size > 0:
         bushing.settle(modes, motion, bodies, elements.bushings)
+    if elements.catenaries.lines.size > 0:
+        catenary.settle(t, y, modes, motion, bodies, elements.catenaries)
     if elements.guides.pins.size > 0:
         guide.settle(modes, motion, bodies, elements)
+    if elements.winches.each.size > 0:
+        winch.settle(t, y, modes, motion, bodies, elements.winches)
+    if elements.compensators.each.size > 0:
+        compensator.settle(modes, motion, bodies, elements.compensators)
     if elements.locks.each.size > 0:
         locks.settle(y, modes, motion, bodies, elements.locks)
     if elements.joint_motions.each.size > 0:
@@ -111,15 +138,21 @@ def find_margins(t, y, modes, motion, bodies, elements, tanks, headings, reactio
     springs = elements.springs
     transitions.margins(t, y, modes, motion, bodies, fenders, headings, reactions, watched, out)
     if springs.lines.size > 0:
-        spring.margins(modes, motion, bodies, springs, out)
+        spring.margins(t, modes, motion, bodies, springs, out)
     if tanks.flows.size > 0:
         pumping.margins(t, y, modes, tanks, out)
     if elements.links.links.size > 0:
         link.margins(modes, motion, bodies, elements.links, out)
     if elements.bushings.each.size > 0:
         bushing.margins(modes, motion, bodies, elements.bushings, out)
+    if elements.catenaries.lines.size > 0:
+        catenary.margins(t, y, modes, motion, bodies, elements.catenaries, out)
     if elements.guides.pins.size > 0:
         guide.margins(modes, motion, bodies, elements, out)
+    if elements.winches.each.size > 0:
+        winch.margins(t, y, modes, motion, bodies, elements.winches, out)
+    if elements.compensators.each.size > 0:
+        compensator.margins(modes, motion, bodies, elements.compensators, out)
     if elements.locks.each.size > 0:
         locks.margins(y, modes, motion, bodies, elements.locks, reactions, out)
     if elements.joint_motions.each.size > 0:
@@ -152,9 +185,21 @@ def switch(row, which, size, step, t, y, modes, motion, bodies, elements, tanks,
     if row >= elements.locks.mode and elements.locks.each.size > 0:
         locks.switch(row - elements.locks.mode, which, y, modes, motion, bodies, elements.locks)
         return
+    if row >= elements.compensators.mode and elements.compensators.each.size > 0:
+        p = elements.compensators
+        compensator.switch(row - p.mode, which, modes, motion, bodies, p)
+        return
+    if row >= elements.winches.mode and elements.winches.each.size > 0:
+        p = elements.winches
+        winch.switch(row - p.mode, which, t, y, modes, motion, bodies, p)
+        return
     if row >= elements.guides.mode and elements.guides.pins.size > 0:
         i = row - elements.guides.mode
         guide.switch(i, which, y, modes, motion, bodies, elements)
+        return
+    if row >= elements.catenaries.mode and elements.catenaries.lines.size > 0:
+        i = row - elements.catenaries.mode
+        catenary.switch(i, t, y, modes, motion, bodies, elements.catenaries)
         return
     if row >= elements.bushings.mode and elements.bushings.each.size > 0:
         bushing.switch(row - elements.bushings.mode, modes, elements.bushings)
@@ -166,7 +211,7 @@ def switch(row, which, size, step, t, y, modes, motion, bodies, elements, tanks,
         pumping.switch(row - tanks.mode, which, t, modes, tanks)
         return
     if row >= springs.mode and springs.lines.size > 0:
-        spring.switch(row - springs.mode, which, modes, motion, bodies, springs)
+        spring.switch(row - springs.mode, which, t, modes, motion, bodies, springs)
         return
     i = row - fenders.mode
     transitions.switch(i, which, size, step, t, y, modes, motion, bodies, reactions, fenders)
@@ -200,6 +245,8 @@ def felt(row, part, elements, tanks):
     if row >= elements.locks.mode and elements.locks.each.size > 0 and part == 0:
         k = elements.locks.state + locks.STATES * (row - elements.locks.mode)
         return (k, k + REFERENCE) if row < elements.joint_motions.mode else (0, 0)
+    if elements.winches.each.size > 0 and row >= elements.winches.mode:
+        return winch.felt(row - elements.winches.mode, part, elements.winches)
     if row < fenders.mode or row >= fenders.mode + fenders.points.size:
         return 0, 0
     point = fenders.points[row - fenders.mode]
@@ -228,13 +275,32 @@ def tally(t, y, modes, motion, bodies, elements, reactions, rates):
 @kernel
 def remembers(elements):
     """True if any unit stores values that only single steps know."""
+    if elements.catenaries.lines.size > 0 or elements.winches.each.size > 0:
+        return True
     return elements.fenders.remembering > 0 or elements.fenders.groups.size > 0
 
 
 @kernel
 def record_largest(t, y, modes, motion, bodies, elements):
     """Store values that only single steps know in y."""
+    if elements.catenaries.lines.size > 0:
+        catenary.remember(t, y, modes, motion, bodies, elements.catenaries)
     transitions.record_largest(t, y, modes, motion, bodies, elements.fenders)
+    if elements.winches.each.size > 0:
+        winch.record_largest(t, y, modes, motion, bodies, elements.winches)
+
+
+@kernel
+def samples(elements):
+    """True if any function is called once where each step ends."""
+    return elements.externals.delayed > 0
+
+
+@kernel
+def take_samples(t, jumped, y, motion, bodies, elements, wrench):
+    """Call these functions; motions may have ``jumped``. The rows of ``wrench`` are scratch.
+    Returns false if one of them fails."""
+    return external.take_samples(t, jumped, y, motion, bodies, elements.externals, wrench)
 
 
 @kernel

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from math import inf
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -70,6 +71,16 @@ class Resonance(NamedTuple):
     mass: np.ndarray
 
 
+class RollMode(NamedTuple):
+    """Natural mode of roll of a body, per unit of roll: ``frequency`` [rad/s], ``mass`` [kg m^2]
+    with the added mass (`hydrosim.compiling.roll_mode`), and ``damping`` [N m s/rad] by radiated
+    waves, both at that frequency."""
+
+    frequency: float
+    mass: float
+    damping: float
+
+
 class Resistance(NamedTuple):
     """A ``row`` of forces that takes the power v (B v - b) at the velocity v (6,) of a ``body``:
     ``B`` (6, 6) and ``b`` (6,). Or v (1,) is the rate of a free ``coordinate``. Or v (12,) are the
@@ -106,7 +117,8 @@ class Layout:
 
     ``current_profile`` is the current over the depth, ``wind`` the mean wind over the height.
     ``resonance`` (body, stiffness (6,)) returns the `Resonance` of a body with this additional
-    stiffness along its axes at rest. ``heading`` [rad] is the heading of each body at rest,
+    stiffness along its axes at rest; ``roll_mode`` (body, stiffness (6, 6)) returns its `RollMode`.
+    ``heading`` [rad] is the heading of each body at rest,
     ``weight`` [N] its weight. ``step`` [s] is the step of a method with equal steps, which cannot
     follow faster processes; 0 for other methods.
 
@@ -115,8 +127,8 @@ class Layout:
     own weight. ``joints`` are all joints of the scene, ``constraints`` the bodies of those that are
     constraints, ``joint_row`` is their row of forces; ``tree`` are the constants of the others.
     ``origin`` [m] is the centre of gravity of each body at rest. ``points`` are body and place of
-    each named point, for the ``clearances``. ``draught`` [m] is that of each body at rest, None if
-    unknown.
+    each named point, for the ``clearances``. ``depth`` [m] and ``water_density`` [kg/m^3] are of
+    the water. ``draught`` [m] is that of each body at rest, None if unknown.
     """
 
     body: dict[str, int]
@@ -124,6 +136,7 @@ class Layout:
     current_profile: CurrentTable
     wind: MeanWind
     resonance: Callable[[int, np.ndarray], Resonance]
+    roll_mode: Callable[[int, np.ndarray], RollMode]
     heading: tuple[float, ...]
     weight: tuple[float, ...] = ()
     step: float = 0.0
@@ -138,6 +151,8 @@ class Layout:
     origin: tuple[np.ndarray, ...] = ()
     points: Mapping[str, tuple[int, tuple[float, ...]]] = field(default_factory=dict)
     clearances: Mapping[str, Clearance] = field(default_factory=dict)
+    depth: float = inf
+    water_density: float = 1025.0
     draught: tuple[float | None, ...] = ()
 
     def draught_of(self, body: str) -> float | None:

@@ -1,4 +1,4 @@
-"""Signals: a force over time, from a table, a record or a sine.
+"""Signals: a force, a length or a speed over time, from a table, a record or a sine.
 
     f(t) = A sin(w t + phase) + a + b x + c x^2 + d x^3,   x = t - t_k,  t_k <= t < t_{k+1}
 
@@ -71,9 +71,28 @@ def scaled(signal: Signal, factor: float) -> Signal:
     return replace(signal, value=factor * signal.value)
 
 
+def least(signal: Signal) -> float:
+    """Smallest value among the points of a signal."""
+    if isinstance(signal, Harmonic):
+        return signal.mean - abs(signal.amplitude)
+    return float(np.min(signal.value))
+
+
+def first_value(signal: Signal) -> float:
+    """Value of a signal at time 0."""
+    each, pieces = compile_signals([signal])
+    return float(value(0.0, each[0], pieces))
+
+
 def corners(signal: Signal) -> np.ndarray:
     """Times (n,) at which the rate of a signal jumps, so that no step may cross them."""
     return signal.time if isinstance(signal, Table) else np.zeros(0)
+
+
+def largest_corner(table: Table) -> float:
+    """Largest jump of the rate of a table [1/s times its unit]; it is constant outside."""
+    slopes = np.diff(table.value) / np.diff(table.time)
+    return float(np.abs(np.diff(slopes, prepend=0.0, append=0.0)).max())
 
 
 SIGNAL = np.dtype(

@@ -3,18 +3,20 @@
     x = |a - p| - L0,   e = (a - p) / |a - p|,   T = max(0, f(x) + c x'),   F = T e
 
 p: point on the body, which receives F there; a: its anchor on the earth or on another body, which
-receives -F there; L0: length without load; f(x): straight lines through the points of the table,
-with the last slope continued; c: damping. Before the first point of the table the line is slack: T
-= 0.
+receives -F there; L0: length without load, constant or a signal over time; f(x): straight lines
+through the points of the table, with the last slope continued; c: damping. Before the first point
+of the table the line is slack: T = 0.
 
 Slack is the first segment of the curve. Its corners are events. Events also mark where damping
 alone would push (T is cut), and where it ceases to: in between, T is smooth. Stored energy is the
 integral of f. Dissipation is (T - f) x': c x'^2 while taut, and the energy that the spring releases
-while T is cut.
+while T is cut. Where L0 changes, T L0' is booked with it: the energy that goes into the drum, below
+zero if it heaves in.
 
-Limits: no mass, no sag, no drag of the line; with damping, T jumps to c x' where a line snaps taut.
-With small angles lever arms stay as at rest while e follows the points. Power is then exact, and
-moments of the two ends are opposite to the first order of the displacement.
+Limits: no mass, no sag, no drag of the line; with damping, T jumps to c x' where a line snaps taut,
+and by c times the change of L0' at the corners of a table of L0. With small angles lever arms stay
+as at rest while e follows the points. Power is then exact, and moments of the two ends are opposite
+to the first order of the displacement.
 """
 
 from __future__ import annotations
@@ -39,6 +41,17 @@ from hydrosim.forces.postures import (
     steepest,
     with_one,
 )
+from hydrosim.forces.signal import (
+    NOTHING,
+    SIGNAL,
+    Signal,
+    Table,
+    compile_signals,
+    first_value,
+    largest_corner,
+    value,
+)
+from hydrosim.forces.signal import rate as rate_of
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import (
     CONTACT_MARGIN,
@@ -61,11 +74,11 @@ TENSION, LENGTH, OBSERVED = range(3)  # see `observe`
 class Spring(ForceElement):
     """From ``point`` of the body to ``anchor`` on the earth or in the frame of ``anchor_body``: the
     ``tension`` (n,) [N], not falling from 0, over the ``extension`` (n,) [m], rising, of a
-    ``length`` [m] without load; ``damping`` [N s/m]."""
+    ``length`` [m] without load, which may be a signal over time; ``damping`` [N s/m]."""
 
     point: tuple[float, ...]
     anchor: tuple[float, ...]
-    length: float
+    length: Signal | float
     extension: np.ndarray
     tension: np.ndarray
     damping: float = 0.0
@@ -76,6 +89,18 @@ class Spring(ForceElement):
 
     def others(self) -> Iterator[tuple[str, str | None]]:
         yield "anchor_body", self.anchor_body
+
+    def may_give(self) -> bool:
+        """A line that is heaved in gives energy."""
+        return isinstance(self.length, Signal)
+
+    def signals(self) -> Iterator[tuple[str, Any]]:
+        if isinstance(self.length, Signal):
+            yield "length", self.length
+
+    def jumps(self) -> Iterator[tuple[str, float]]:
+        if isinstance(self.length, Table):
+            yield "length", self.damping * largest_corner(self.length)
 
     def unit_names(self, name: str) -> Sequence[str]:
         return [name]
@@ -94,24 +119,28 @@ LINE = np.dtype(
     [
         *(("body", int), ("row", int), ("point", float, 3)),
         *(("anchor_body", int), ("anchor", float, 3)),
-        *(("length", float), ("damping", float)),
+        *(("length", float), ("varies", bool), ("signal", SIGNAL), ("damping", float)),
         *(("first", int), ("last", int), ("steepest", float)),
     ]
 )
-"""Constants of a spring: its ends, the pieces ``first`` (slack) to ``last`` of its curve."""
+"""Constants of a spring: its ends, its length, or the signal of it if that ``varies``; the pieces
+``first`` (slack) to ``last`` of its curve."""
 
 
 class Params(NamedTuple):
-    """``lines`` (n,) of `LINE`, the ``segments`` of their curves, and the first of their rows of
-    modes: slack (tension cut) or taut, and the segment."""
+    """``lines`` (n,) of `LINE`, the ``segments`` of their curves, the ``pieces`` of the signals of
+    their lengths, and the first of their rows of modes: slack (tension cut) or taut, and the
+    segment."""
 
     lines: np.ndarray
     segments: np.ndarray
+    pieces: np.ndarray
     mode: int
 
 
 class Stretch(NamedTuple):
-    """State of one spring; vectors are tuples in the earth frame, lever arms those of its ends."""
+    """State of one spring; vectors are tuples in the earth frame, lever arms those of its ends;
+    ``extension`` x, its ``rate``, and the ``speed`` L0' at which it is paid out."""
 
     arm: tuple[float, float, float]
     anchor_arm: tuple[float, float, float]
@@ -119,23 +148,29 @@ class Stretch(NamedTuple):
     length: float
     extension: float
     rate: float
+    speed: float
 
 
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
     """Constants of the springs among ``elements``, in their order."""
+    springs = {name: e for name, e in elements.items() if isinstance(e, Spring)}
+    signals, moves = compile_signals([s for e in springs.values() for _, s in e.signals()])
+    compiled = iter(signals)
     rows = []
     segments = [np.zeros(0, dtype=curve.SEGMENT)]
     first = 0
-    for name, e in elements.items():
-        if isinstance(e, Spring):
-            pieces = _segments(e)
-            last = first + pieces.size - 1
-            anchor = layout.body[e.anchor_body] if e.anchor_body else EARTH
-            ends = (layout.body[e.body], layout.row[name], e.point, anchor, e.anchor)
-            rows.append((*ends, e.length, e.damping, first, last, pieces["slope"].max()))
-            segments.append(pieces)
-            first = last + 1
-    return Params(np.array(rows, dtype=LINE), np.concatenate(segments), 0)
+    for name, e in springs.items():
+        pieces = _segments(e)
+        last = first + pieces.size - 1
+        anchor = layout.body[e.anchor_body] if e.anchor_body else EARTH
+        ends = (layout.body[e.body], layout.row[name], e.point, anchor, e.anchor)
+        length = (e.length, False, NOTHING)
+        if isinstance(e.length, Signal):
+            length = (first_value(e.length), True, next(compiled))
+        rows.append((*ends, *length, e.damping, first, last, pieces["slope"].max()))
+        segments.append(pieces)
+        first = last + 1
+    return Params(np.array(rows, dtype=LINE), np.concatenate(segments), moves, 0)
 
 
 def _segments(spring: Spring) -> np.ndarray:
@@ -146,12 +181,17 @@ def _segments(spring: Spring) -> np.ndarray:
 
 
 @kernel
-def stretch(line, bodies, motion):
+def stretch(line, t, bodies, motion, p):
     """Positions and velocities of the ends of a spring, as a `Stretch`."""
     point = vector(line.point, 0)
     anchor = vector(line.anchor, 0)
     s = line_between(line.body, point, line.anchor_body, anchor, bodies, motion)
-    return Stretch(s.arm, s.other_arm, s.direction, s.length, s.length - line.length, s.rate)
+    L0 = line.length
+    speed = 0.0
+    if line.varies:
+        L0 = value(t, line.signal, p.pieces)
+        speed = rate_of(t, line.signal, p.pieces)
+    return Stretch(s.arm, s.other_arm, s.direction, s.length, s.length - L0, s.rate - speed, speed)
 
 
 @kernel
@@ -171,9 +211,9 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         mode = modes[p.mode + i]
         if mode[SEGMENT] == line.first:
             continue
-        s = stretch(line, bodies, motion)
+        s = stretch(line, t, bodies, motion, p)
         T, f = tension(line, mode, s, p)
-        rate[line.row] += (T - f) * s.rate
+        rate[line.row] += (T - f) * s.rate + T * s.speed
         pull(line, s, T, wrench[line.row])
 
 
@@ -193,29 +233,29 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
     for i in range(p.lines.size):
         line = p.lines[i]
         mode = modes[p.mode + i]
-        s = stretch(line, bodies, motion)
+        s = stretch(line, t, bodies, motion, p)
         stored[line.row] += curve.stored_energy(p.segments[mode[SEGMENT]], s.extension)
 
 
 @root
-def observe(modes, motion, bodies, p, out):
+def observe(t, modes, motion, bodies, p, out):
     """Write rows of `OBSERVED` of all lines to ``out``: tension and length."""
     for i in range(p.lines.size):
-        s = stretch(p.lines[i], bodies, motion)
+        s = stretch(p.lines[i], t, bodies, motion, p)
         row = out[OBSERVED * i : OBSERVED * (i + 1)]
         row[TENSION], _ = tension(p.lines[i], modes[p.mode + i], s, p)
         row[LENGTH] = s.length
 
 
 @root
-def margins(modes, motion, bodies, p, out):
+def margins(t, modes, motion, bodies, p, out):
     """Margins of all springs into ``out`` (4 to a row of modes): for contact T, or its opposite
     where it is cut; for the segment the distance to its nearer corner."""
     for i in range(p.lines.size):
         line = p.lines[i]
         mode = modes[p.mode + i]
         m = MARGINS * (p.mode + i)
-        s = stretch(line, bodies, motion)
+        s = stretch(line, t, bodies, motion, p)
         out[m + CONTACT_MARGIN] = out[m + FRICTION_MARGIN] = out[m + RISING_MARGIN] = 1.0
         if mode[MODE] == GONE:
             out[m + SEGMENT_MARGIN] = 1.0
@@ -227,7 +267,7 @@ def margins(modes, motion, bodies, p, out):
 
 
 @root
-def switch(i, which, modes, motion, bodies, p):
+def switch(i, which, t, modes, motion, bodies, p):
     """Switch spring ``i`` to its next mode, after margin ``which`` has reached zero."""
     line = p.lines[i]
     mode = modes[p.mode + i]
@@ -235,7 +275,7 @@ def switch(i, which, modes, motion, bodies, p):
         mode[MODE] = SLACK if mode[MODE] == TAUT else TAUT
         return
     before = mode[SEGMENT]
-    x = stretch(line, bodies, motion).extension
+    x = stretch(line, t, bodies, motion, p).extension
     mode[SEGMENT] = curve.next_segment(before, p.segments[before], x)
     if mode[SEGMENT] == line.first:
         mode[MODE] = SLACK
@@ -244,18 +284,18 @@ def switch(i, which, modes, motion, bodies, p):
 
 
 @root
-def settle(modes, motion, bodies, p):
+def settle(t, modes, motion, bodies, p):
     """Modes of all springs for a start."""
     for i in range(p.lines.size):
-        settle_line(i, modes, motion, bodies, p)
+        settle_line(i, t, modes, motion, bodies, p)
 
 
 @kernel
-def settle_line(i, modes, motion, bodies, p):
+def settle_line(i, t, modes, motion, bodies, p):
     """Mode of spring ``i`` when it becomes active."""
     line = p.lines[i]
     mode = modes[p.mode + i]
-    s = stretch(line, bodies, motion)
+    s = stretch(line, t, bodies, motion, p)
     mode[SEGMENT] = curve.find_segment(line.first, line.last, p.segments, s.extension)
     mode[MODE] = TAUT
     T, _ = tension(line, mode, s, p)
@@ -310,7 +350,7 @@ class _Kind(PosingKind):
 
     def rates(self, p: Params, bodies: Any, motion: Any) -> np.ndarray:
         """Along the lines."""
-        each = [stretch(line, bodies, motion).rate for line in p.lines]
+        each = [stretch(line, 0.0, bodies, motion, p).rate for line in p.lines]
         return np.reshape(each, (-1, 1))
 
     def pressed(self, p: Params, modes: np.ndarray, bodies: Any, motion: Any) -> Params:
@@ -319,7 +359,8 @@ class _Kind(PosingKind):
         for line, (mode, segment, _) in zip(lines, modes, strict=True):
             if mode == TAUT:
                 extension = p.segments[segment]["start"] + PRESSED
-                line["length"] = stretch(line, bodies, motion).length - extension
+                line["length"] = stretch(line, 0.0, bodies, motion, p).length - extension
+                line["varies"] = False
         return p._replace(lines=lines)
 
     def coordinates(self, scene: Scene) -> dict[str, object]:

@@ -33,6 +33,10 @@ from hydrosim.forces.contact.fender import Contact
 from hydrosim.forces.joint import locks
 from hydrosim.forces.kind import Columns, Kept, Modes, States, Variable
 from hydrosim.forces.layout import constraint_names, unit_ranges
+from hydrosim.forces.line import catenary, compensator, winch
+from hydrosim.forces.line.catenary import Catenary
+from hydrosim.forces.line.compensator import Compensator
+from hydrosim.forces.line.winch import Winch
 from hydrosim.forces.link import Link
 from hydrosim.forces.postures import PosingKind, Posture, rest_at_first
 from hydrosim.forces.spring import Spring
@@ -61,13 +65,16 @@ TRIGGER = np.dtype(
         *(("row", int), ("start", CONDITION), ("end", CONDITION)),
         *(("point", int), ("points", int), ("line", int), ("lines", int)),
         *(("link", int), ("links", int), ("bushing", int), ("bushings", int)),
+        *(("catenary", int), ("catenaries", int)),
+        *(("winch", int), ("winches", int), ("cylinder", int), ("cylinders", int)),
         *(("flow", int), ("lock", int)),
     ]
 )
 """A trigger: the row of forces of its element, both conditions, and its own contact points,
-springs, links and bushings, ``points`` from ``point`` on; or its flow or joint, else `NONE`."""
+springs, links, bushings, catenaries, winches and compensators, ``points`` from ``point`` on; or its
+flow or joint, else `NONE`."""
 NONE = -1
-NO_UNITS = (0,) * 8
+NO_UNITS = (0,) * 14
 
 
 class Params(NamedTuple):
@@ -86,7 +93,8 @@ class Params(NamedTuple):
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
     """Constants of the triggers of ``elements``, in their order, followed by those of pumps and of
     joints."""
-    ranges = [unit_ranges(elements, kind) for kind in (Contact, Spring, Link, Bushing)]
+    kinds = (Contact, Spring, Link, Bushing, Catenary, Winch, Compensator)
+    ranges = [unit_ranges(elements, kind) for kind in kinds]
     rows: list[Any] = []
     for name, element in elements.items():
         if element.active is None:
@@ -206,7 +214,7 @@ def apply_switch(j, t, y, modes, motion, bodies, elements, tanks):
             guide.deactivate(i, y, modes, motion, bodies, elements)
     for i in range(trigger.line, trigger.line + trigger.lines):
         if now:
-            spring.settle_line(i, modes, motion, bodies, springs)
+            spring.settle_line(i, t, modes, motion, bodies, springs)
         else:
             spring.deactivate(i, modes, springs)
     for i in range(trigger.link, trigger.link + trigger.links):
@@ -219,6 +227,21 @@ def apply_switch(j, t, y, modes, motion, bodies, elements, tanks):
             bushing.activate(i, modes, motion, bodies, elements.bushings)
         else:
             bushing.deactivate(i, modes, elements.bushings)
+    for i in range(trigger.catenary, trigger.catenary + trigger.catenaries):
+        if now:
+            catenary.settle_line(i, t, y, modes, motion, bodies, elements.catenaries)
+        else:
+            catenary.deactivate(i, modes, elements.catenaries)
+    for i in range(trigger.winch, trigger.winch + trigger.winches):
+        if now:
+            winch.take_up(i, t, y, modes, motion, bodies, elements.winches)
+        else:
+            winch.deactivate(i, y, modes, elements.winches)
+    for i in range(trigger.cylinder, trigger.cylinder + trigger.cylinders):
+        if now:
+            compensator.activate(i, modes, motion, bodies, elements.compensators)
+        else:
+            compensator.deactivate(i, modes, elements.compensators)
 
 
 @kernel

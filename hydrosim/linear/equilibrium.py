@@ -25,7 +25,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hydrosim.errors import InputError
-from hydrosim.forces import joint_states, without_friction
+from hydrosim.forces import lasting_states, without_friction
 from hydrosim.forces.events import settle
 from hydrosim.linear.coordinates import inertia
 from hydrosim.linear.freedom import DEPENDENT, find_constraint_rows, freedom_of
@@ -242,8 +242,8 @@ def _at(q: np.ndarray, state: State, model: Model) -> np.ndarray:
     tanks = model.tanks
     held = slice(tanks.state, tanks.state + tanks.each.size)
     y[held] = state.y[held]
-    joined = joint_states(model)
-    y[joined] = state.y[joined]
+    lasting = lasting_states(model)
+    y[lasting] = state.y[lasting]
     return y
 
 

@@ -36,6 +36,10 @@ def overview(run: xr.Dataset) -> list[Panel]:
         panels += [_modes(run), *_crawl(run)]
     if "spring" in run.dims:
         panels += [_lines(run, "tension", "N", _by_spring(run.spring_tension))]
+    for dim in ("line", "winch", "compensator"):
+        if dim in run.dims:
+            each = _by_spring(run[f"{dim}_tension"], dim)
+            panels += [_lines(run, "tension", "N", each)]
     panels += [*_joint_motions(run), *_links(run)]
     return [*panels, *_utilisation(run)]
 
@@ -107,9 +111,12 @@ def tensions(run: xr.Dataset) -> list[Panel]:
     """Panels of the tension of each line, all over one range, of the loads of struts and torsion
     springs, of absorbed powers, and of the utilisation of capacities."""
     links = list(_links(run))
-    if "spring" not in run.dims:
+    each = [dim for dim in ("spring", "line", "winch", "compensator") if dim in run.dims]
+    if not each:
         return [*links, *_utilisation(run)] if links else []
-    tension = _few(run, run.spring_tension, "spring")
+    tension = {}
+    for dim in each:
+        tension |= _few(run, run[f"{dim}_tension"], dim)
     shown = units_of(run.attrs).shown("N")
     return [*apart(run.time.values, "tension", shown, tension), *links, *_utilisation(run)]
 
@@ -275,6 +282,8 @@ def _links(run: xr.Dataset) -> Iterator[Panel]:
     """Loads of struts and torsion springs, and powers of power take-offs."""
     for name, dim, label, unit in (
         ("strut_force", "strut", "strut force", "N"),
+        ("winch_length", "winch", "length off the drum", "m"),
+        ("compensator_stroke", "compensator", "stroke", "m"),
         ("torsion_moment", "torsion_spring", "torsion moment", "N m"),
         ("pto_power", "pto", "absorbed power", "W"),
     ):
@@ -309,10 +318,10 @@ def _by_fender(run: xr.Dataset, values: xr.DataArray) -> Series:
     return each if len(alike(each)) <= APART else _by_group(run, values)
 
 
-def _by_spring(values: xr.DataArray) -> Series:
+def _by_spring(values: xr.DataArray, dim: str = "spring") -> Series:
     """Lines as they are, because tensions are smooth; if there are very many, a band from the
     smallest to the largest."""
-    each = _each(values, "spring")
+    each = _each(values, dim)
     return each if len(each) <= len(COLOURS) else {f"{len(each)} lines": np.array([*each.values()])}
 
 

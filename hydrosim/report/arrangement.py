@@ -14,11 +14,14 @@ import xarray as xr
 from hydrosim.documents.digits import digits_of
 from hydrosim.dofs import about_z
 from hydrosim.forces.contact.fender import Contact
+from hydrosim.forces.line.compensator import Compensator
+from hydrosim.forces.line.winch import Winch
 from hydrosim.forces.link import Strut
 from hydrosim.forces.spring import Spring
 from hydrosim.presentation.document import Node
 from hydrosim.presentation.figures import Drawing
 from hydrosim.presentation.units import Units, units_of
+from hydrosim.report.lines import catenaries_at_rest
 from hydrosim.report.scenery import shape_of
 from hydrosim.report.supports import keel_of
 from hydrosim.scene import GivenComponents, Scene
@@ -37,6 +40,8 @@ PLAN, SIDE = (0, 1), (0, 2)
 STEPS = (1.0, 2.0, 5.0, 10.0)
 Points = np.ndarray
 
+STRAIGHT = (Spring, Strut, Winch, Compensator)  # lines from a point to an anchor
+
 
 class Placed(NamedTuple):
     """A body at rest: its ``name`` and the corners (n, 3) of its shape [m]."""
@@ -46,11 +51,13 @@ class Placed(NamedTuple):
 
 
 class Line(NamedTuple):
-    """A line from one point to another (3,) [m]."""
+    """A line from one point to another (3,) [m], straight or through the points ``between`` (n, 3)
+    which include both."""
 
     name: str
     start: Points
     end: Points
+    between: Points | None = None
 
 
 class Arrangement(NamedTuple):
@@ -100,8 +107,9 @@ def arranged(scene: Scene) -> Arrangement:
     lines = [
         Line(name, at(each.body, each.point), at(each.anchor_body, each.anchor))
         for name, each in scene.forces.items()
-        if isinstance(each, Spring | Strut)
+        if isinstance(each, STRAIGHT)
     ]
+    lines += [Line(name, p[0], p[-1], p) for name, p in catenaries_at_rest(scene).items()]
     joints = {name: at(each.body, np.array([each.point])) for name, each in scene.joints.items()}
     return Arrangement(bodies, contacts, lines, list(_streams(scene)), joints)
 
@@ -159,6 +167,9 @@ def _drawn(of: Arrangement, view: _View, name: str) -> Iterator[str]:
         outline = _outline(view.at(body.corners))
         yield f'<polygon class="hull c{k % 7}" points="{_joined(outline)}"/>'
     for line in of.lines:
+        if line.between is not None:
+            yield f'<polyline class="mooring" points="{_joined(view.at(line.between))}"/>'
+            continue
         (x1, y1), (x2, y2) = view.at(np.stack([line.start, line.end]))
         yield f'<line class="mooring" x1="{x1:.1f}" y1="{y1:.1f}" x2="{x2:.1f}" y2="{y2:.1f}"/>'
     for points in of.contacts.values():

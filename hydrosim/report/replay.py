@@ -12,12 +12,17 @@ from hydrosim.dofs import about_z
 from hydrosim.errors import InputError
 from hydrosim.forces.contact.fender import Contact, Fender
 from hydrosim.forces.contact.landing import Landing
+from hydrosim.forces.line.catenary import Catenary
+from hydrosim.forces.line.compensator import Compensator
+from hydrosim.forces.line.winch import Winch
 from hydrosim.forces.link import Strut
 from hydrosim.forces.spring import Spring
 from hydrosim.presentation.document import Document, Heading, Node
 from hydrosim.presentation.figures import Replay
 from hydrosim.presentation.units import units_of
 from hydrosim.report.envelopes import base64_of
+from hydrosim.report.lines import COARSE as POINTS_OF_LINE
+from hydrosim.report.lines import shapes_in
 from hydrosim.report.scenery import Shape, scene_of, shape_of, waves_of
 from hydrosim.report.supports import EARTH, column, keel_of, supports_of
 from hydrosim.report.supports import SAID as FOR_THE_EYE
@@ -33,6 +38,15 @@ BETWEEN = ", linearly interpolated"
 SEEN = 0.02  # of the size of the scene: drawn size of motions
 ENLARGED = "Joints are drawn as bars along their axes; motions that are enlarged pull them apart."
 BAR, THIN = 0.55, 0.012  # of its body: half the length of a joint; of the scene: half its side
+LINES = (Spring, Strut, Catenary, Winch, Compensator)
+LOADS = {
+    Spring: ("spring_tension", "spring"),
+    Catenary: ("line_tension", "line"),
+    Winch: ("winch_tension", "winch"),
+    Compensator: ("compensator_tension", "compensator"),
+    Strut: ("strut_force", "strut"),
+}
+SINGLE = ("spring", "strut", "winch", "compensator", "tank")  # with one value a record
 PLANE = 0.12  # of the size of the scene: half the side of a plane without corners
 
 
@@ -100,7 +114,8 @@ def replay_nodes(run: xr.Dataset, scene: Scene | None) -> Iterator[Node]:
 
 def _stride(run: xr.Dataset) -> int:
     """Number of records from one moment to the next."""
-    single = sum(run.sizes.get(dim, 0) for dim in ("spring", "strut", "tank"))
+    single = sum(run.sizes.get(dim, 0) for dim in SINGLE)
+    single += (1 + 2 * POINTS_OF_LINE) * run.sizes.get("line", 0)
     each = 6 * run.sizes["body"] + 2 * run.sizes.get("fender", 0) + single
     return -(-run.time.size * 4 * each // ROOM)
 
@@ -210,18 +225,13 @@ def _square(point: Any, normal: Any, half: float) -> np.ndarray:
 
 
 def _lines(frames: xr.Dataset, scene: Scene | None) -> dict[str, Any]:
-    """Springs and struts from point to anchor, with the sizes (nt, n) of their forces."""
-    drawn = (
-        {n: e for n, e in scene.forces.items() if isinstance(e, Spring | Strut)} if scene else {}
-    )
+    """Lines of all kinds from point to anchor, with the sizes (nt, n) of their forces.
+    A catenary has a ``shape`` (nt, n, 2), see `shapes_in`."""
+    drawn = {n: e for n, e in scene.forces.items() if isinstance(e, LINES)} if scene else {}
     if scene is None or not drawn:
         return {"lines": [], "tensions": ""}
-    loads = [
-        frames.spring_tension.sel(spring=name)
-        if isinstance(e, Spring)
-        else frames.strut_force.sel(strut=name)
-        for name, e in drawn.items()
-    ]
+    loads = [_load(frames, name, e) for name, e in drawn.items()]
+    shapes = {name: base64_of(each.ravel()) for name, _, each in shapes_in(frames, scene)}
     return {
         "lines": [
             {
@@ -230,8 +240,15 @@ def _lines(frames: xr.Dataset, scene: Scene | None) -> dict[str, Any]:
                 "point": list(map(float, e.point)),
                 "anchor_body": _body_number(scene, e.anchor_body),
                 "anchor": list(map(float, e.anchor)),
+                "shape": shapes.get(name, ""),
             }
             for name, e in drawn.items()
         ],
         "tensions": base64_of(np.abs(np.transpose(loads)).ravel()),
     }
+
+
+def _load(frames: xr.Dataset, name: str, element: Any) -> xr.DataArray:
+    """Force (nt,) in a line."""
+    load, dim = LOADS[type(element)]
+    return frames[load].sel({dim: name})

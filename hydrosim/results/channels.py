@@ -34,7 +34,16 @@ from hydrosim.documents.text import Source
 from hydrosim.errors import InputError
 
 RUN = Source(Path("run"))
-LINKS = ("strut_*", "torsion_*", "pto_*", "bushing_*", "joint_*")
+LINKS = (
+    "line_*",
+    "winch_*",
+    "compensator_*",
+    "strut_*",
+    "torsion_*",
+    "pto_*",
+    "bushing_*",
+    "joint_*",
+)
 USUAL = (
     "position.*",
     "velocity.*",
@@ -47,10 +56,25 @@ USUAL = (
 )
 TO = " to "  # between two points
 MOST = 40  # names in a message
-CAPABLE = {"fender": "fender_normal_force", "spring": "spring_tension", "strut": "strut_force"}
+CAPABLE = {
+    "fender": "fender_normal_force",
+    "spring": "spring_tension",
+    "line": "line_tension",
+    "winch": "winch_tension",
+    "compensator": "compensator_tension",
+    "strut": "strut_force",
+}
 """Units that may have a capacity (`fender_capacity`, `strut_capacity`), and the load that is
 compared with it."""
-NEVER_NEGATIVE = ("fender_normal_force", "spring_tension", "speed", "relative_speed", "utilisation")
+TENSIONS = (
+    "spring_tension",
+    "winch_tension",
+    "compensator_tension",
+    "line_tension",
+    "line_anchor_tension",
+    "line_grounded",
+)
+NEVER_NEGATIVE = ("fender_normal_force", *TENSIONS, "speed", "relative_speed", "utilisation")
 """Kinds of channels that are never negative: contacts only push, lines only pull."""
 
 
@@ -267,7 +291,7 @@ NEEDS = {
     "relative_position": "two named points of bodies in the case (bodies.NAME.points)",
     "relative_speed": "two named points of bodies in the case (bodies.NAME.points)",
     "relative_velocity": "two named points of bodies in the case (bodies.NAME.points)",
-    "utilisation": "a capacity of a fender, landing, spring or strut in the case",
+    "utilisation": "a capacity of a fender, landing, spring, catenary, winch, compensator or strut in the case",
     "impulse": "output: {impulses: true} in the case",
 }
 """Remedy: keys of a case that give a run the channels of a kind."""

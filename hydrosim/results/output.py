@@ -149,7 +149,9 @@ def _of_modes(unit: str, rows: Modes, modes: np.ndarray) -> Columns:
     """Data of the ``modes`` (nt, n, 3) of units that a run can start from, besides the states."""
     found: Columns = {}
     if rows.size and rows.first is not None:
-        segments = (modes[:, :, SEGMENT] - rows.first).astype(np.int16)
+        large = rows.last is not None and rows.last.max() > np.iinfo(np.int16).max
+        segments = modes[:, :, SEGMENT] - rows.first
+        segments = segments.astype(np.int32 if large else np.int16)
         found[f"{unit}_segment"] = (("state_time", unit), segments)
     if rows.size and rows.rising:
         rising = modes[:, :, RISING].astype(np.int8)

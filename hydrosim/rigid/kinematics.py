@@ -62,9 +62,14 @@ class Bodies(NamedTuple):
     tree: Tree = NO_TREE
 
 
+PIECE = np.dtype([(name, float) for name in ("length", "weight", "stiffness", "hung")])
+"""A piece of a line, see `hydrosim.forces.line`."""
+
+
 class Motion(NamedTuple):
     """Scratch: ``coordinates`` q and their ``rate`` q' (6 nb,), ``rotation`` R and ``rate_map`` E
-    (nb, 3, 3), ``velocity`` v (6 nb,), ``bias`` S' q' (6 nb,); ``growth`` of the tree of joints."""
+    (nb, 3, 3), ``velocity`` v (6 nb,), ``bias`` S' q' (6 nb,); ``growth`` of the tree of joints;
+    the ``pieces`` of lines whose length changes with the motion."""
 
     coordinates: np.ndarray
     rate: np.ndarray
@@ -73,15 +78,17 @@ class Motion(NamedTuple):
     velocity: np.ndarray
     bias: np.ndarray
     growth: Growth
+    pieces: np.ndarray
 
 
-def new_motion(bodies: Bodies) -> Motion:
-    """Scratch for these bodies, at rest."""
+def new_motion(bodies: Bodies, pieces: np.ndarray = np.zeros(0, PIECE)) -> Motion:
+    """Scratch for these bodies at rest, and for the ``pieces`` of their lines."""
     nb = bodies.each.size
     unit = np.tile(np.eye(3), (nb, 1, 1))
     zero = np.zeros(6 * nb)
     growth = new_growth(bodies.tree)
-    return Motion(bodies.locked.copy(), zero, unit, unit.copy(), zero.copy(), zero.copy(), growth)
+    moving = (zero.copy(), zero.copy(), growth, pieces.copy())
+    return Motion(bodies.locked.copy(), zero, unit, unit.copy(), *moving)
 
 
 @root

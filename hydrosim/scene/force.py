@@ -55,6 +55,10 @@ class ForceElement:
         """Keys and signals over time of its prescribed changes."""
         yield from ()
 
+    def jumps(self) -> Iterator[tuple[str, float]]:
+        """Keys of its signals at whose corners its force jumps, with the largest jump [N]."""
+        yield from ()
+
     def unit_names(self, name: str) -> Sequence[str]:
         """Names of its parts with states or modes, for an element called ``name``."""
         return ()

@@ -161,7 +161,7 @@ def new_work(model: Model) -> Work:
     n = model.bodies.active.size
     rows = most_constraints(model)
     return Work(
-        new_motion(model.bodies),
+        new_motion(model.bodies, forces.pieces_of_lines(model.elements)),
         new_hulls(model.bodies),
         new_contents(model.bodies, model.liquids.each.size),
         np.zeros((model.rows, m)),

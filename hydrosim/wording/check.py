@@ -43,6 +43,7 @@ from hydrosim.studies.run.asked import check_criteria
 from hydrosim.studies.run.resolution import accuracy_limit, scene_combinations
 from hydrosim.studies.run.step_limits import scene_step_limits
 from hydrosim.wording.joints import describe_joints
+from hydrosim.wording.roll.damping import describe_roll_damping
 from hydrosim.wording.run import radiation_verdict
 
 if TYPE_CHECKING:
@@ -157,7 +158,9 @@ def _details(own: Compiled, compiled: Compiled) -> Iterator[Node]:
         said = [f"{key.replace('_', ' ')}: {value}" for key, value in wet.provenance().items()]
         yield List(said, ", ".join(wet.names))
     yield from _lists({"Joints": list(describe_joints(own.scene))})
+    yield from _lists({"Roll damping": list(describe_roll_damping(own))})
     yield from _lists({"Radiation": notes.memory, "Recorded": notes.records})
+    yield from _lists({"Drag of lines, linearised": notes.drag})
     yield from _lists({"Where waves meet bodies": notes.meetings, "Skipped": notes.skipped})
 
 

@@ -79,7 +79,17 @@ def tables_of(run: xr.Dataset) -> Iterator[Node]:
             yield from stage_nodes(run)
     if "spring" in run.dims:
         yield Table(("line", "mean tension", "largest", "slack"), list(_lines(run)))
+    if "line" in run.dims:
+        head = ("catenary", "mean tension", "largest", "smallest on the seabed")
+        yield Table(head, list(_catenaries(run)))
+    if "winch" in run.dims:
+        head = ("winch", "mean tension", "largest", "slack", "shortest", "longest")
+        yield Table(head, list(_winches(run)))
+    if "compensator" in run.dims:
+        rows = _ranges(run.compensator_tension, "compensator", "N")
+        yield Table(("compensator", "mean tension", "smallest", "largest"), list(rows))
     yield from _links(run)
+    yield from _externals(run)
     if "gap" in run.dims:
         yield Table(("clearance", "smallest", "at the end"), list(_clearances(run)))
     if not is_part(run):
@@ -216,6 +226,25 @@ def _lines(run: xr.Dataset) -> Iterator[list[Cell]]:
         yield [name, Value(float(tension.mean()), "N"), Value(float(tension.max()), "N"), slack]
 
 
+def _catenaries(run: xr.Dataset) -> Iterator[list[Cell]]:
+    for name in map(str, run.line.values):
+        line = run.sel(line=name)
+        tension = line.line_tension.values
+        least = Value(float(line.line_grounded.min()), "m")
+        yield [name, Value(float(tension.mean()), "N"), Value(float(tension.max()), "N"), least]
+
+
+def _winches(run: xr.Dataset) -> Iterator[list[Cell]]:
+    for name in map(str, run.winch.values):
+        winch = run.sel(winch=name)
+        tension = winch.winch_tension.values
+        largest = Value(float(winch.winch_largest_tension[-1]), "N")
+        slack = Value(float(np.mean(tension == 0.0)), "share", 2)
+        off = winch.winch_length.values
+        ends = (Value(float(off.min()), "m"), Value(float(off.max()), "m"))
+        yield [name, Value(float(tension.mean()), "N"), largest, slack, *ends]
+
+
 def _links(run: xr.Dataset) -> Iterator[Node]:
     """Tables of struts, torsion springs and power take-offs."""
     if "strut" in run.dims:
@@ -227,6 +256,23 @@ def _links(run: xr.Dataset) -> Iterator[Node]:
     if "pto" in run.dims:
         head = ("power take-off", "mean power", "largest", "absorbed")
         yield Table(head, list(_absorbed(run)))
+
+
+def _externals(run: xr.Dataset) -> Iterator[Node]:
+    """Functions of Python that gave forces, and the energy that a delay of theirs made."""
+    if acted := lines_of(run, "external_forces"):
+        yield List(acted, "External forces, by functions of Python", detail=True)
+    if "external" in run.dims and run.time.size:
+        last = run.isel(time=-1)
+        rows: list[list[Cell]] = [
+            [
+                name,
+                f"{int(last.external_calls.sel(external=name))}",
+                Value(float(last.external_delay_energy.sel(external=name)), "J"),
+            ]
+            for name in map(str, run.external.values)
+        ]
+        yield Table(("external force", "calls", "energy of its delay"), rows)
 
 
 def _ranges(loads: xr.DataArray, dim: str, unit: str) -> Iterator[list[Cell]]:

@@ -11,9 +11,11 @@ from pydantic import TypeAdapter
 from hydrosim.case.elements import AnyElement, Where
 from hydrosim.case.elements.fender import Fender
 from hydrosim.case.elements.friction import Friction
+from hydrosim.case.elements.lines import Lines
 from hydrosim.scene import ForceElement
 
-KINDS = get_args(get_args(AnyElement)[0])
+KINDS = [kind for kind in get_args(get_args(AnyElement)[0]) if kind is not Lines]
+"""Those that are one element of the scene; a file with lines is several."""
 LAWS = get_args(get_args(Friction)[0])
 ELEMENT = TypeAdapter(AnyElement)
 NAMES = {"barge": "block", "topside": "carrier"}

@@ -15,9 +15,12 @@ from hydrosim.dofs import DOFS
 UNITS = {
     "fender_normal_force": "N",
     "spring_tension": "N",
+    "line_tension": "N",
     "fender_compression": "m",
     "strut_force": "N",
     "strut_length": "m",
+    "winch_tension": "N",
+    "winch_length": "m",
     "torsion_angle": "rad",
     "clearance": "m",
 }

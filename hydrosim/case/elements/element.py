@@ -17,15 +17,18 @@ from hydrosim.documents.quantities import Strict
 from hydrosim.documents.units import problem
 
 if TYPE_CHECKING:
+    from hydrosim import scene
     from hydrosim.scene import ForceElement
 
 
 @dataclass(frozen=True)
 class Where:
-    """Where something is: its ``key`` in the case file ``path``."""
+    """Where something is: its ``key`` in the case file ``path``; density [kg/m^3] and gravity
+    [m/s^2] of its ``water``."""
 
     key: str
     path: Path
+    water: tuple[float, float] = (1025.0, 9.81)
 
 
 def _with_example(schema: dict[str, Any], model: type[Exemplary]) -> None:
@@ -64,11 +67,20 @@ class Element(Exemplary):
         """The element of the scene, with the time in which it acts."""
         begun = self.when is not None
         active = Active.model_construct(start=self.when, until=None) if begun else self.active
-        return replace(self.build(where), active=active.build() if active else None)
+        acts = self.breaking(where, active.build() if active else None)
+        return replace(self.build(where), active=acts)
+
+    def breaking(self, where: Where, active: scene.Active | None) -> scene.Active | None:
+        """The time in which it acts, if it may break: until then at the latest."""
+        return active
 
     @abstractmethod
     def build(self, where: Where) -> ForceElement:
         """The element of the scene; files are looked for beside the case file."""
+
+    def fixed(self, where: Where) -> Element:
+        """The same without data in files that determine its numbers: these numbers instead."""
+        return self
 
     def others(self) -> Iterator[tuple[Keys, str | None, str]]:
         """Keys to the names of the other bodies that it acts on, these, and what leaving one out

@@ -13,7 +13,7 @@ from hydrosim.documents.quantities import as_matrix
 from hydrosim.documents.units import problem
 
 if TYPE_CHECKING:
-    from hydrosim.forces.linear_damping import LinearDamping as Built
+    from hydrosim.forces.damping.linear_damping import LinearDamping as Built
 
 
 class LinearDamping(Element):
@@ -42,7 +42,7 @@ class LinearDamping(Element):
         return self
 
     def build(self, where: Where) -> Built:
-        from hydrosim.forces.linear_damping import LinearDamping as Built  # loads numba
+        from hydrosim.forces.damping.linear_damping import LinearDamping as Built  # loads numba
 
         damping, ratio = self.damping, self.damping_ratio
         return Built(

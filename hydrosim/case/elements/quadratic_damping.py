@@ -9,7 +9,7 @@ from hydrosim.documents import quantities as of
 from hydrosim.documents.quantities import as_matrix
 
 if TYPE_CHECKING:
-    from hydrosim.forces.quadratic_damping import QuadraticDamping as Built
+    from hydrosim.forces.damping.quadratic_damping import QuadraticDamping as Built
 
 
 class QuadraticDamping(Element):
@@ -27,6 +27,8 @@ class QuadraticDamping(Element):
     """Coefficients: per degree of freedom, or a 6 x 6 matrix."""
 
     def build(self, where: Where) -> Built:
-        from hydrosim.forces.quadratic_damping import QuadraticDamping as Built  # loads numba
+        from hydrosim.forces.damping.quadratic_damping import (
+            QuadraticDamping as Built,  # loads numba
+        )
 
         return Built(self.body, damping=as_matrix(self.damping))

@@ -8,7 +8,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import StrictStr, model_validator
 
-from hydrosim.case.elements.element import Element, Where
+from hydrosim.case.elements.breaking import Breaking
+from hydrosim.case.elements.element import Where
+from hydrosim.case.elements.paid import LengthOverTime, length_signal
+from hydrosim.case.signals import Recorded
 from hydrosim.documents import quantities as of
 from hydrosim.documents.messages import Keys
 from hydrosim.documents.quantities import Strict
@@ -36,9 +39,10 @@ class Curve(Strict):
         return self
 
 
-class Spring(Element):
+class Spring(Breaking):
     """A line from a point of a body to an anchor, on the earth or on another body."""
 
+    tension_channel: ClassVar[str] = "spring_tension"
     example: ClassVar[dict[str, Any]] = {
         "type": "spring",
         "body": "barge",
@@ -59,8 +63,8 @@ class Spring(Element):
     anchor_body: StrictStr | None = None
     """Body that the anchor is fixed to. Without it the anchor is fixed to the earth. Example:
     barge."""
-    length: of.LineLength
-    """Length of the line without tension."""
+    length: LengthOverTime
+    """Length of the line without tension, or a table, recorded series or sine of it over time."""
     stiffness: of.Stiffness | None = None
     """Tension per extension."""
     curve: Curve | None = None
@@ -76,7 +80,7 @@ class Spring(Element):
         if len(given) != 1:
             raise problem(" and ".join(given) or "no curve", "either stiffness or curve")
         first = self.curve.extension[0] if self.curve else 0.0
-        if self.length + first <= 0.0:
+        if isinstance(self.length, float) and self.length + first <= 0.0:
             found = f"length {self.length:g} m and a first extension of {first:g} m"
             expected = "a line that is slack where its ends meet"
             raise problem(found, expected, "begin the curve above -length")
@@ -86,17 +90,24 @@ class Spring(Element):
         remedy = "an anchor without anchor_body is fixed to the earth"
         yield ("anchor_body",), self.anchor_body, remedy
 
+    def recorded(self) -> Iterator[tuple[Keys, Recorded]]:
+        if isinstance(self.length, Recorded):
+            yield ("length",), self.length
+
     def build(self, where: Where) -> Built:
         from hydrosim.forces.spring import Spring as Built  # loads numba
 
         extension, tension = np.array([0.0, 1.0]), np.array([0.0, self.stiffness or 0.0])
         if self.curve is not None:
             extension, tension = np.array(self.curve.extension), np.array(self.curve.tension)
+        length: Any = self.length
+        if not isinstance(length, float):
+            length, _ = length_signal(length, f"{where.key}.length", where.path)
         return Built(
             self.body,
             point=self.point,
             anchor=self.anchor,
-            length=self.length,
+            length=length,
             extension=extension,
             tension=tension,
             damping=self.damping,

@@ -13,13 +13,15 @@ from hydrosim.forces.contact.fender import Contact
 from hydrosim.forces.contact.friction_slope import FrictionSlope
 from hydrosim.forces.contact.normal import PrescribedNormal
 from hydrosim.forces.contact.stick_slip import StickSlip
-from hydrosim.forces.linear_damping import LinearDamping
+from hydrosim.forces.damping.linear_damping import LinearDamping
+from hydrosim.forces.damping.viscous_roll import ViscousRoll
 from hydrosim.forces.linear_mooring import LinearMooring
 from hydrosim.scene import Weight
 
 ROUGHEST = 1.0
 BERTHING = 0.1  # m/s: berthing speed of a large ship (PIANC WG 33, 2002)
 SOFTEST = 3.0  # m: hardly any fender is more than twice as thick
+SAME_PERIOD = 0.1
 TOGETHER = 0.7  # cosine of the largest angle between normals of fenders that share a load
 
 
@@ -109,7 +111,8 @@ def friction(about: About) -> Iterator[Doubt]:
 
 
 def damping(about: About) -> Iterator[Doubt]:
-    """Ask about damping ratios above critical."""
+    """Ask about damping ratios above critical, and about decay tests that are not of this body."""
+    yield from _roll_damping(about)
     for name, element in about.scene.forces.items():
         if not isinstance(element, LinearMooring | LinearDamping) or element.damping_ratio is None:
             continue
@@ -118,3 +121,28 @@ def damping(about: About) -> Iterator[Doubt]:
                 usual = "usual is 0.01 to 0.3 of critical"
                 advice = f'Is it a percentage? Then it is "{ratio:g} %".'
                 yield Doubt(f"forces.{name}.damping_ratio.{dof}", f"{ratio:g}", usual, advice)
+
+
+def _roll_damping(about: About) -> Iterator[Doubt]:
+    """Ask about decay tests with less damping than radiated waves alone, or with another period."""
+    rolling = about.model.elements.viscous_rolls
+    elements = [(n, e) for n, e in about.scene.forces.items() if isinstance(e, ViscousRoll)]
+    for (name, element), found in zip(elements, rolling, strict=True):
+        measured, waves, omega = (float(found[x]) for x in ("measured", "waves", "frequency"))
+        if measured < waves and (element.p1 or element.p2 or element.p3):
+            yield Doubt(
+                f"forces.{name}.p1",
+                f"{measured:.3g} N m s/rad of damping in all, and {waves:.3g} N m s/rad by radiated"
+                " waves in the database, so that the linear part is 0",
+                "the total of a decay test is the larger",
+                "The roll decays faster than measured. Check loading condition and draught, or set"
+                " includes_waves: false if p1 has no waves in it.",
+            )
+        period = 2.0 * np.pi / omega if omega > 0.0 else np.inf
+        if element.period and omega > 0.0 and abs(element.period / period - 1.0) > SAME_PERIOD:
+            yield Doubt(
+                f"forces.{name}.period",
+                f"a decay of {element.period:.3g} s where the body rolls in {period:.3g} s",
+                f"within {100.0 * SAME_PERIOD:g} % of each other",
+                "Is it the same loading condition, at the scale of the ship?",
+            )

@@ -10,6 +10,7 @@ from hydrosim.compiling.questions.doubt import About, Doubt
 from hydrosim.forces.contact.fender import Contact
 from hydrosim.forces.contact.normal import NormalCurve, PrescribedNormal
 from hydrosim.forces.contact.plane import Plane
+from hydrosim.forces.line.now import lines_now
 from hydrosim.forces.link import Link, Strut
 from hydrosim.forces.link import stretch as stretch_of_strut
 from hydrosim.forces.spring import Spring, stretch
@@ -24,6 +25,7 @@ DEEPEST = 1.0  # m of compression at the start
 DROP = 3.0  # m above all contacts that carry a body
 BENT = np.radians(5.0)  # beyond a stop at the start
 STRETCHED = 0.2  # of a line's length
+TIGHT = 0.05  # strain of a catenary
 
 
 def angles(about: About) -> Iterator[Doubt]:
@@ -159,20 +161,48 @@ def _touches(element: ForceElement) -> bool:
 def lines(about: About) -> Iterator[Doubt]:
     """Ask about lines that are far too short, and struts of another length."""
     yield from _springs(about)
+    yield from _catenaries(about)
     yield from _struts(about)
 
 
 def _springs(about: About) -> Iterator[Doubt]:
     springs = {name: of for name, of in about.scene.forces.items() if isinstance(of, Spring)}
-    rows = about.model.elements.springs.lines
-    for (name, line), row in zip(springs.items(), rows, strict=True):
-        longer = float(stretch(row, about.model.bodies, about.motion).extension)
-        if longer > max(STRETCHED * line.length, float(line.extension[-1])):
-            found = (
-                f"{line.length:g} m, while its ends are {longer:.3g} m further apart at the start"
-            )
+    p = about.model.elements.springs
+    for (name, line), row in zip(springs.items(), p.lines, strict=True):
+        longer = float(stretch(row, 0.0, about.model.bodies, about.motion, p).extension)
+        length = float(row["length"])
+        if longer > max(STRETCHED * length, float(line.extension[-1])):
+            found = f"{length:g} m, while its ends are {longer:.3g} m further apart at the start"
             yield Doubt(
                 f"forces.{name}.length", found, f"usual is up to {STRETCHED:.0%} of its length"
+            )
+
+
+def _catenaries(about: About) -> Iterator[Doubt]:
+    """Ask about strain, a line without horizontal pull, and a body afloat that hangs from its
+    anchor. Lines in air, to a crane, a quay or a fixed topside, are usual."""
+    afloat = {body.name for body in about.scene.bodies if body.hydrodynamics is not None}
+    state = about.state
+    model = about.model
+    time = about.end - about.scene.duration
+    every = lines_now(model, about.scene, time, state.y, state.modes, model.bodies, about.motion)
+    for line in every:
+        key = f"forces.{line.name}"
+        if line.strain > TIGHT:
+            found = f"{line.length:g} m, stretched by {line.strain:.1%} at the start"
+            yield Doubt(f"{key}.segments", found, f"usual is up to {TIGHT:.0%}")
+        if line.pull.H == 0.0 and line.ends.x > 0.0:
+            found = f"{line.length:g} m, slack at the start: no horizontal pull"
+            yield Doubt(f"{key}.segments", found, "a moored body is held by its lines")
+        anchor = line.ends.anchor
+        moored = about.scene.forces[line.name]
+        hangs = line.ends.z < 0.0 and moored.body in afloat and moored.anchor_body is None
+        if anchor > 0.0 and hangs:
+            yield Doubt(
+                f"{key}.anchor",
+                f"{_metres(anchor)} above the still water, and above the fairlead",
+                "an anchor is usually below both",
+                "z is upward, and weights of segments are in water.",
             )
 
 

@@ -10,6 +10,8 @@
   const modes = floats(given.modes), forces = floats(given.forces), tensions = floats(given.tensions), levels = floats(given.levels);
   const bodies = given.bodies.length, contacts = given.contacts.length, lines = given.lines.length, tanks = given.tanks.length;
   const largest = (values) => values.reduce((most, x) => (x > most ? x : most), 1e-9);
+  const HANGING = 13;  // points of a catenary
+  const hung = given.lines.map((line) => line.shape ? floats(line.shape) : null);
   const hardest = largest(forces), tightest = largest(tensions);
   const waves = given.waves.map((set) => {
     const found = { ramp: set.ramp };
@@ -204,6 +206,15 @@
     pen.beginPath(); pen.moveTo(x + 4 * dx, y + 4 * dy); pen.lineTo(x - 6 * dx - 4 * dy, y - 6 * dy + 4 * dx); pen.lineTo(x - 6 * dx + 4 * dy, y - 6 * dy - 4 * dx); pen.fill();
     write(text, x + 12 * dx, y + 12 * dy);
   }
+  // points of a catenary: shares of the way between its ends, and heights above the straight line
+  function sagging(shape, moment, start, end) {
+    const first = moment * 2 * HANGING, points = [];
+    for (let k = 0; k < HANGING; k++) {
+      const share = shape[first + 2 * k], sag = shape[first + 2 * k + 1];
+      points.push(start.map((x, i) => x + share * (end[i] - x) + (i === 2 ? sag : 0)));
+    }
+    return points;
+  }
   function annotate(view, models, target, far) {
     const ratio = window.devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
     sheet.width = width * ratio; sheet.height = height * ratio;
@@ -266,9 +277,13 @@
     for (const { body, mesh } of joints) draw(mesh, modelFor(body), [0.95, 0.75, 0.1, 1]);
     for (let l = 0; l < lines; l++) {
       const line = given.lines[l], share = (tensions[now[0] * lines + l] || 0) / tightest;
+      const ends = [apply(modelFor(line.body), line.point), apply(modelFor(line.anchor_body), line.anchor)];
+      const points = hung[l] ? sagging(hung[l], now[0], ...ends) : ends;
       gl.bindBuffer(gl.ARRAY_BUFFER, string.points);
-      gl.bufferSubData(gl.ARRAY_BUFFER, 0, new Float32Array([...apply(modelFor(line.body), line.point), ...apply(modelFor(line.anchor_body), line.anchor)]));
-      draw(string, IDENTITY, [0.15 + 0.75 * share, 0.2, 0.6 * (1 - share), 1], 0, gl.LINES);
+      for (let k = 1; k < points.length; k++) {
+        gl.bufferSubData(gl.ARRAY_BUFFER, 0, new Float32Array([...points[k - 1], ...points[k]]));
+        draw(string, IDENTITY, [0.15 + 0.75 * share, 0.2, 0.6 * (1 - share), 1], 0, gl.LINES);
+      }
     }
     // after what is inside them; near and far sides of a hull that one looks into do not hide each other
     gl.depthMask(false);

@@ -26,6 +26,7 @@ from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.facts import met_by_waves
 from hydrosim.dofs import about_z
 from hydrosim.forces import heights_of_wind
+from hydrosim.forces.damping.viscous_roll import linearised
 from hydrosim.linear.contacts import Contacts, with_contacts
 from hydrosim.linear.impedance import at_frequencies
 from hydrosim.linear.linearise import Linear, linearise
@@ -157,10 +158,13 @@ def responder(
     radiation: Radiation = Radiation.MODEL,
     time: float = 0.0,
     contacts: Contacts | None = None,
+    roll_rates: np.ndarray | None = None,
 ) -> Responder:
     """Linearise a scene (or the output of `compile_for_linear`) about ``state``, that of its start
     or `at_rest`, with applied forces at ``time`` [s]. Contacts are as they are there, or as
-    ``contacts`` sets those that are pressed there.
+    ``contacts`` sets those that are pressed there. Viscous roll damping is linear for Gaussian
+    ``roll_rates`` of these standard deviations [rad/s], one per element; without them its linear
+    part is taken.
 
     A convolution is replaced by its state-space model, and waves act on all bodies at rest. Raises
     InputError if the scene cannot be compiled, or if its contacts cannot be linearised.
@@ -173,6 +177,9 @@ def responder(
         about = _of_model(model, state, about)
     if contacts is not None:
         model, about = with_contacts(model, about, contacts, contact_names(scene))
+    if roll_rates is not None:
+        rolling = linearised(model.elements.viscous_rolls, roll_rates)
+        model = model._replace(elements=model.elements._replace(viscous_rolls=rolling))
     linear = linearise(model, about, time=time)
     n = model.bodies.active.size
     at_rest = replace(scene, bodies=tuple(map(_met_at_rest, scene.bodies)))

@@ -31,6 +31,7 @@ from hydrosim.streams.wind import REFERENCE, mean_wind
 from hydrosim.studies.linear.held import contact_remarks
 from hydrosim.studies.linear.response import Responder, responder
 from hydrosim.studies.linear.rest import at_rest
+from hydrosim.studies.linear.rolling import respond, rolling_remarks
 from hydrosim.tanks.loading import contents_at
 from hydrosim.tanks.shapes import heel_and_trim
 from hydrosim.waves.components import Components, sea
@@ -68,9 +69,16 @@ def linear_analysis(scene: Scene, wanted: Wanted) -> xr.Dataset:
     compiled = replace(calm, sea=sea(scene.environment))
     rest = at_rest(compiled, wanted.time, free=True)
     drifted = at_rest(compiled, wanted.time, mean_drift=True, free=True)
-    about = responder(compiled, rest.state, wanted.radiation, wanted.time, wanted.contacts)
     regular = [waves for waves in compiled.sea if waves.omega.size == 1]
     random = [waves for waves in compiled.sea if waves.omega.size > 1]
+
+    def respond_at(rates: np.ndarray | None) -> Responder:
+        state = rest.state
+        return responder(
+            compiled, state, wanted.radiation, wanted.time, wanted.contacts, roll_rates=rates
+        )
+
+    about, roll_rates = respond(compiled, respond_at, random)
     modes = about.modes()
     answer = _in_unit_waves(scene, about, wanted)
     dataset = xr.merge(
@@ -88,6 +96,7 @@ def linear_analysis(scene: Scene, wanted: Wanted) -> xr.Dataset:
         *(text for group in compiled.wet for text in group.cut_lengths),
         *_rough_memory(compiled),
         *_unloaded(compiled),
+        *rolling_remarks(compiled, roll_rates),
         *_gusty(scene),
         *_drifting(scene, drifted),
         *_unstable(scene, modes),

@@ -20,6 +20,7 @@ from hydrosim.forces.contact.geometry import EARTH
 from hydrosim.forces.kind import Columns, Kept, Modes, States, Variable
 from hydrosim.forces.layout import Layout
 from hydrosim.forces.postures import PosingKind, Posture, rest_at_first
+from hydrosim.forces.signal import NOTHING, PIECE
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import CONTACT_MARGIN, FRICTION_MARGIN, MARGINS, MODE
 from hydrosim.scene import ForceElement, Scene
@@ -48,9 +49,11 @@ class Rope(ForceElement):
 
 
 class Params(NamedTuple):
-    """``lines`` (n,) of `ROPE`; the first of their states, modes and integrals of losses."""
+    """``lines`` (n,) of `ROPE`, without signals, which have ``pieces``; the first of their states,
+    modes and integrals of losses."""
 
     lines: np.ndarray
+    pieces: np.ndarray
     state: int
     mode: int
     losses: int
@@ -62,14 +65,16 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
     for name, e in elements.items():
         if isinstance(e, Rope):
             ends = (layout.body[e.body], layout.row[name], e.point, EARTH, e.anchor)
-            rows.append((*ends, e.length, 0.0, 0, 0, 0.0, e.stiffness, e.creep, e.breaks_at))
-    return Params(np.array(rows, dtype=ROPE), 0, 0, 0)
+            length = (e.length, False, NOTHING)
+            law = (0.0, 0, 0, 0.0, e.stiffness, e.creep, e.breaks_at)
+            rows.append((*ends, *length, *law))
+    return Params(np.array(rows, dtype=ROPE), np.zeros(0, dtype=PIECE), 0, 0, 0)
 
 
 @kernel
 def pull_of(i, y, modes, motion, bodies, p):
     """T of rope ``i`` if it were taut, and where its ends are."""
-    s = spring.stretch(p.lines[i], bodies, motion)
+    s = spring.stretch(p.lines[i], 0.0, bodies, motion, p)
     return p.lines[i].k * (s.extension - y[p.state + i]), s
 
 

@@ -1,0 +1,208 @@
+"""`catenary` in a case file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import AfterValidator, StrictStr, model_validator
+
+from hydrosim.case.elements.breaking import Breaking
+from hydrosim.case.elements.element import Where
+from hydrosim.case.elements.paid import LengthOverTime, length_signal
+from hydrosim.case.signals import Recorded
+from hydrosim.documents import quantities as of
+from hydrosim.documents.messages import Keys
+from hydrosim.documents.quantities import Strict
+from hydrosim.documents.units import problem
+
+if TYPE_CHECKING:
+    from hydrosim.forces.line.catenary import Catenary as Built
+
+STEEL = 7850.0  # kg/m^3
+ROUGHEST = 3.0  # friction of chain on sand or clay is about 1
+LARGEST = 0.4  # m: twice the largest chain that is made
+CHAIN = {"studless": (19.9e3, 85.4e9), "studlink": (21.9e3, 101.0e9)}
+"""Mass per length over squared diameter [kg/m^3] and axial stiffness over squared diameter [N/m^2]
+of chain (Orcina, OrcaFlex manual, "Chain: mechanical properties")."""
+
+
+class Chain(Strict):
+    """Weight and stiffness of chain by its bar diameter."""
+
+    diameter: of.Diameter
+    """Nominal diameter of the bar."""
+    type: Literal["studless", "studlink"] = "studless"
+    """Links without or with studs."""
+
+    @model_validator(mode="after")
+    def _check_diameter(self) -> Self:
+        if self.diameter > LARGEST:
+            expected = f"{LARGEST:g} m or less"
+            remedy = 'a number without a unit is in m; write "100 mm"'
+            raise problem(f"chain of {self.diameter:g} m", expected, remedy)
+        return self
+
+    def weight(self, density: float, gravity: float) -> float:
+        """Weight in water [N/m]."""
+        return CHAIN[self.type][0] * self.diameter**2 * gravity * (1.0 - density / STEEL)
+
+    @property
+    def stiffness(self) -> float:
+        """EA [N]."""
+        return CHAIN[self.type][1] * self.diameter**2
+
+
+class LineDrag(Strict):
+    """Drag of a segment across its length."""
+
+    coefficient: of.Factor
+    """Drag coefficient, of the force 1/2 rho C D v^2 per length."""
+    diameter: of.Diameter
+    """Diameter that the coefficient refers to. For chain often the bar diameter, with 2.4."""
+
+
+class Segment(Strict):
+    """A uniform piece of a line; segments follow one another from the fairlead to the anchor."""
+
+    length: LengthOverTime
+    """Length without tension, or a table, recorded series or sine of it over time. It may change
+    in the first segment alone."""
+    weight: of.LineWeight | None = None
+    """Weight in water per length."""
+    stiffness: of.AxialStiffness | None = None
+    """Axial stiffness EA: tension per strain."""
+    chain: Chain | None = None
+    """Chain, in place of weight and stiffness."""
+    drag: LineDrag | None = None
+    """Drag of the segment. Without it, the segment has none."""
+    clump: of.ReferenceForce | None = None
+    """Weight in water of a clump at the lower end of the segment."""
+    buoy: of.ReferenceForce | None = None
+    """Net lift of a buoy at the lower end of the segment."""
+
+    @model_validator(mode="after")
+    def _check_segment(self) -> Self:
+        given = self.given("weight", "stiffness")
+        if self.chain and given:
+            raise problem(f"chain and {' and '.join(given)}", "either chain or both others")
+        if not self.chain and len(given) < 2:
+            lacks = {"weight", "stiffness"} - {*given}
+            remedy = "a line without weight or stretch is not a catenary"
+            raise problem(f"no {' and no '.join(sorted(lacks))}", "weight and stiffness", remedy)
+        if len(self.given("clump", "buoy")) == 2:
+            raise problem("clump and buoy", "one of them at the end of a segment")
+        return self
+
+    @property
+    def hung(self) -> float:
+        """Weight in water at the lower end [N]; the lift of a buoy below 0."""
+        return (self.clump or 0.0) - (self.buoy or 0.0)
+
+    @property
+    def width(self) -> float:
+        """Drag coefficient times diameter [m]."""
+        return self.drag.coefficient * self.drag.diameter if self.drag else 0.0
+
+
+class Seabed(Strict):
+    """The seabed, level and at the water depth."""
+
+    friction: of.Factor = 0.0
+    """Coefficient of friction along the line on the seabed. With it the line has no potential, and
+    all its work is booked as its loss."""
+
+    @model_validator(mode="after")
+    def _check_friction(self) -> Self:
+        if self.friction > ROUGHEST:
+            expected = f"{ROUGHEST:g} or less"
+            remedy = 'it is a part of the weight, such as 0.5 or "50 %"'
+            raise problem(f"friction of {self.friction:g}", expected, remedy)
+        return self
+
+
+class Catenary(Breaking):
+    """A mooring line with weight: segments between a point of a body and an anchor on the earth or
+    on another body, in static balance."""
+
+    tension_channel: ClassVar[str] = "line_tension"
+    example: ClassVar[dict[str, Any]] = {
+        "type": "catenary",
+        "body": "barge",
+        "point": ["0.4 m", "-0.3 m", "0.8 m"],
+        "anchor": ["2.5 m", "0.2 m", "4 m"],
+        "anchor_body": "topside",
+        "segments": [
+            {
+                "length": "5 m",
+                "weight": "0.6 kN/m",
+                "stiffness": "1 MN",
+                "clump": "0.5 kN",
+            },
+            {"length": "2.5 m", "weight": "0.3 kN/m", "stiffness": "2 MN"},
+        ],
+        "capacity": "200 kN",
+    }
+
+    type: Literal["catenary"]
+    """A mooring line with weight, in static balance."""
+    point: of.Point
+    """Fairlead: end of the line on the body, in the body frame."""
+    anchor: of.Point
+    """Other end of the line, in the earth frame or the frame of anchor_body."""
+    anchor_body: StrictStr | None = None
+    """Body that the anchor is fixed to. Without it the anchor is fixed to the earth. Example:
+    tender."""
+    segments: Annotated[tuple[Segment, ...], AfterValidator(of.some)]
+    """Uniform pieces of the line from the fairlead to the anchor."""
+    seabed: Seabed | None = None
+    """Seabed at the water depth, on which the line may lie. Without it, the line touches no bed."""
+    capacity: of.ReferenceForce | None = None
+    """Allowable tension, which statistics compare with."""
+
+    @model_validator(mode="after")
+    def _check_lengths(self) -> Self:
+        changing = [i for i, s in enumerate(self.segments) if not isinstance(s.length, float)]
+        if any(changing):
+            found = f"a length over time in segment {max(changing) + 1}"
+            expected = "one in the first segment alone, where a winch pays out"
+            raise problem(found, expected)
+        return self
+
+    def others(self) -> Iterator[tuple[Keys, str | None, str]]:
+        remedy = "an anchor without anchor_body is fixed to the earth"
+        yield ("anchor_body",), self.anchor_body, remedy
+
+    def recorded(self) -> Iterator[tuple[Keys, Recorded]]:
+        for i, segment in enumerate(self.segments):
+            if isinstance(segment.length, Recorded):
+                yield ("segments", i, "length"), segment.length
+
+    def build(self, where: Where) -> Built:
+        from hydrosim.forces.line.catenary import STEADY
+        from hydrosim.forces.line.catenary import Catenary as Built  # loads numba
+
+        paid = None
+        first = self.segments[0].length
+        if not isinstance(first, float):
+            paid, first = length_signal(first, f"{where.key}.segments[0].length", where.path)
+        length = [first, *(s.length for s in self.segments[1:])]
+        density, gravity = where.water
+        weight = [s.chain.weight(density, gravity) if s.chain else s.weight for s in self.segments]
+        stiffness = [s.chain.stiffness if s.chain else s.stiffness for s in self.segments]
+        return Built(
+            self.body,
+            point=self.point,
+            anchor=self.anchor,
+            length=np.array(length, float),
+            weight=np.array(weight, float),
+            stiffness=np.array(stiffness, float),
+            hung=np.array([s.hung for s in self.segments]),
+            drag_width=np.array([s.width for s in self.segments]),
+            friction=self.seabed.friction if self.seabed else None,
+            anchor_body=self.anchor_body,
+            paid=paid,
+            paying=STEADY if paid is None else 0,
+            capacity=self.capacity,
+        )

@@ -1,0 +1,301 @@
+"""`winch` in a case file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import inf
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import AfterValidator, Discriminator, Field, StrictStr, Tag, model_validator
+
+from hydrosim.case.elements.breaking import Breaking
+from hydrosim.case.elements.element import Where
+from hydrosim.case.elements.paid import LengthOverTime, length_signal
+from hydrosim.case.signals import Harmonic, Recorded
+from hydrosim.documents import quantities as of
+from hydrosim.documents.messages import Keys
+from hydrosim.documents.quantities import Strict
+from hydrosim.documents.units import problem
+
+if TYPE_CHECKING:
+    from hydrosim.forces.line.controls import Control
+    from hydrosim.forces.line.winch import Winch as Built
+    from hydrosim.forces.signal import Signal
+
+LEFT = 0.01  # of the wire: a compensation without a stroke ends there
+DRUM = "drum: {shortest: 10 m, longest: 200 m}"
+
+
+class Drum(Strict):
+    """The ends of a drum, as lengths of wire off it without load."""
+
+    shortest: of.LineLength
+    """Length off the drum when it is full."""
+    longest: of.LineLength
+    """Length off the drum when it is empty."""
+
+    @model_validator(mode="after")
+    def _check_ends(self) -> Self:
+        if self.longest <= self.shortest:
+            found = f"shortest {self.shortest:g} m and longest {self.longest:g} m"
+            raise problem(found, "a longest length above the shortest")
+        return self
+
+
+class DrumFriction(Strict):
+    """Friction of a drum, as parts of the set tension."""
+
+    heave_in: of.Factor = Field(default=0.0, alias="in")
+    """Friction while the drum heaves in: it begins below (1 - in) times the tension."""
+    pay_out: of.Factor = Field(default=0.0, alias="out")
+    """Friction while the drum pays out: it begins above (1 + out) times the tension."""
+
+
+class SpeedTable(Strict):
+    """Straight lines between the speeds at some times, constant outside."""
+
+    time: of.Times
+    """Times that rise."""
+    speed: Annotated[tuple[of.Speed, ...], AfterValidator(of.some)]
+    """Speed of pay-out at each time, negative to heave in."""
+
+    @model_validator(mode="after")
+    def _check_table(self) -> Self:
+        if len(self.time) != len(self.speed):
+            found = f"{len(self.time)} times and {len(self.speed)} speeds"
+            raise problem(found, "a speed for each time")
+        return self
+
+
+def _form(value: object) -> str:
+    """Which of the forms a speed has."""
+    if isinstance(value, SpeedTable) or (isinstance(value, dict) and "time" in value):
+        return "table"
+    if isinstance(value, Recorded) or (isinstance(value, dict) and "file" in value):
+        return "recorded"
+    return "harmonic" if isinstance(value, dict | Harmonic) else "speed"
+
+
+SpeedOverTime = Annotated[
+    Annotated[of.Speed, Tag("speed")]
+    | Annotated[SpeedTable, Tag("table")]
+    | Annotated[Recorded, Tag("recorded")]
+    | Annotated[Harmonic[of.Speed], Tag("harmonic")],
+    Discriminator(_form),
+]
+
+
+class Compensation(Strict):
+    """Active heave compensation: the drum pays out what a point rises, and heaves in what it
+    falls."""
+
+    point: StrictStr
+    """Named point whose rise the drum follows. Example: crane tip of vessel."""
+    gain: of.Factor = 1.0
+    """Part of the rise that is paid out."""
+    delay: of.Span = 0.0
+    """Time after which the drum knows the rise."""
+    speed: of.TopSpeed | None = None
+    """Largest speed of the drum. Without it, any speed."""
+    stroke: of.LineLength | None = None
+    """Largest change of length, half of it to each side. Without it, any change."""
+
+
+class Winch(Breaking):
+    """A wire from a point of a body to an anchor, on the earth or on another body, with a drum that
+    changes its length."""
+
+    tension_channel: ClassVar[str] = "winch_tension"
+    example: ClassVar[dict[str, Any]] = {
+        "type": "winch",
+        "body": "barge",
+        "point": ["0.4 m", "-0.3 m", "0.8 m"],
+        "anchor": ["0.5 m", "0.2 m", "5 m"],
+        "anchor_body": "topside",
+        "stiffness": "300 kN",
+        "damping": "0.02 s",
+        "length": "2.7 m",
+        "speed": {"time": ["0 s", "10 s"], "speed": ["0 m/s", "0.5 m/s"]},
+        "drum": {"shortest": "1 m", "longest": "20 m"},
+    }
+
+    type: Literal["winch"]
+    """A wire whose length a drum changes. A tugger is a winch with tension and dead_band."""
+    point: of.Point
+    """End of the wire on the body, in the body frame."""
+    anchor: of.Point
+    """Other end of the wire, in the earth frame or the frame of anchor_body."""
+    anchor_body: StrictStr | None = None
+    """Body that the anchor is fixed to. Without it the anchor is fixed to the earth. Example:
+    topside."""
+    stiffness: of.AxialStiffness
+    """Axial stiffness EA of the wire: tension per strain."""
+    damping: of.Span = 0.0
+    """Damping of the wire: tension per rate of strain, over the stiffness."""
+    length: LengthOverTime | None = None
+    """Length of wire off the drum without load: a table, recorded series or sine over time, or the
+    length at the start. Without it, the wire has the set tension at rest."""
+    tension: of.ReferenceForce | None = None
+    """Tension that the drum keeps."""
+    speed: SpeedOverTime | None = None
+    """Largest speed of the drum, with tension. Else its speed of pay-out: a number, a table,
+    recorded series or sine over time."""
+    dead_band: of.Factor = 0.0
+    """Part of the tension, to each side, by which it may deviate before the drum turns."""
+    friction: DrumFriction = DrumFriction.model_construct(heave_in=0.0, pay_out=0.0)
+    """Friction of the drum with tension."""
+    acceleration: of.Acceleration | None = None
+    """Acceleration of the drum with tension. Without it, the drum changes its speed at once."""
+    drum: Drum | None = None
+    """Lengths of wire at which the drum is full and empty."""
+    compensation: Compensation | None = None
+    """Active heave compensation."""
+    rated_load: of.ReferenceForce | None = None
+    """Largest tension that the drum is made for. Statistics compare with it."""
+    capacity: of.ReferenceForce | None = None
+    """Allowable tension, which statistics compare with. Without it, the rated_load."""
+
+    @model_validator(mode="after")
+    def _check_control(self) -> Self:
+        given = [key for key in ("tension", "compensation") if getattr(self, key) is not None]
+        if self.speed is not None and self.tension is None:
+            given.append("speed")
+        if self.length is not None and not isinstance(self.length, float):
+            given.append("length over time")
+        if len(given) != 1:
+            found = " and ".join(given) or "a winch that nothing drives"
+            expected = "one of tension, speed, compensation, or length over time"
+            raise problem(found, expected, "a wire of constant length is a spring")
+        if self.tension is None:
+            self._check_untense(given[0])
+        else:
+            self._check_tension()
+        if "length over time" not in given:
+            self._check_drum(given[0])
+        return self
+
+    def _check_untense(self, control: str) -> None:
+        """Refuse keys of tension control, and a missing length."""
+        if "length" not in control and self.length is None:
+            raise problem("no length", "the length of wire off the drum at the start")
+        if self.dead_band or self.acceleration or any(self._frictions()):
+            raise problem(
+                f"dead_band, friction or acceleration with {control}",
+                "them with tension alone",
+                "remove them",
+            )
+        if "length" in control and self.drum is not None:
+            raise problem("drum and a length over time", "one of them", "remove drum")
+        if "compensation" in control and self.drum is not None:
+            raise problem("drum and compensation", "one of them", "use compensation.stroke")
+
+    def _check_tension(self) -> None:
+        """Refuse a set tension that no drum could keep."""
+        assert self.tension is not None
+        inwards, outwards = self._frictions()
+        if not isinstance(self.speed, float) or self.speed <= 0.0:
+            found = "no speed" if self.speed is None else "a speed that is not above 0"
+            raise problem(f"tension and {found}", "the largest speed of the drum: speed: 0.3 m/s")
+        if self.dead_band + inwards >= 1.0:
+            found = f"a dead_band and friction in of {self.dead_band + inwards:g} of the tension"
+            raise problem(found, "less than 1: else the drum never heaves in")
+        if self.acceleration and not self.dead_band + inwards + outwards:
+            remedy = "give a dead_band; else it would never come to rest"
+            raise problem("acceleration without dead_band or friction", "a dead_band", remedy)
+        most = self.tension * (1.0 + self.dead_band + outwards)
+        if self.rated_load is not None and self.rated_load < most:
+            found = f"a rated_load of {self.rated_load:g} N, and paying out at {most:g} N"
+            raise problem(found, "a rated_load of the tension at which it pays out, or more")
+
+    def _check_drum(self, control: str) -> None:
+        """Refuse a drum without ends, or with a length beyond them."""
+        if control == "compensation":
+            self._check_stroke()
+            return
+        if self.drum is None:
+            raise problem(f"{control} and no drum", f"the ends of the drum: {DRUM}")
+        shortest, longest = self.drum.shortest, self.drum.longest
+        if isinstance(self.length, float) and not shortest <= self.length <= longest:
+            found = f"length {self.length:g} m and a drum from {shortest:g} to {longest:g} m"
+            raise problem(found, "a length within")
+        fixed = isinstance(self.speed, float) and self.speed == 0.0
+        if fixed or (isinstance(self.speed, SpeedTable) and not any(self.speed.speed)):
+            raise problem("a speed of 0", "one that is not 0", "a winch that stands is a spring")
+
+    def _check_stroke(self) -> None:
+        """Refuse a stroke that heaves in all of the wire."""
+        stroke = self.compensation.stroke if self.compensation else None
+        if stroke is not None and isinstance(self.length, float) and self.length <= 0.5 * stroke:
+            found = f"a stroke of {stroke:g} m and {self.length:g} m of wire"
+            raise problem(found, "a wire longer than half of the stroke, which it may heave in")
+
+    def _frictions(self) -> tuple[float, float]:
+        return self.friction.heave_in, self.friction.pay_out
+
+    def others(self) -> Iterator[tuple[Keys, str | None, str]]:
+        remedy = "an anchor without anchor_body is fixed to the earth"
+        yield ("anchor_body",), self.anchor_body, remedy
+
+    def recorded(self) -> Iterator[tuple[Keys, Recorded]]:
+        for key in ("length", "speed"):
+            if isinstance(form := getattr(self, key), Recorded):
+                yield (key,), form
+
+    def build(self, where: Where) -> Built:
+        from hydrosim.forces.line.winch import Winch as Built  # loads numba
+
+        length: Any = self.length
+        if length is not None and not isinstance(length, float):
+            length, _ = length_signal(length, f"{where.key}.length", where.path)
+        return Built(
+            self.body,
+            point=self.point,
+            anchor=self.anchor,
+            stiffness=self.stiffness,
+            length=length,
+            control=self._control(where),
+            drum=self._ends(),
+            damping=self.damping,
+            anchor_body=self.anchor_body,
+            capacity=self.capacity or self.rated_load,
+        )
+
+    def _ends(self) -> tuple[float, float]:
+        """The shortest and the longest length off the drum."""
+        if self.drum is not None:
+            return self.drum.shortest, self.drum.longest
+        stroke = self.compensation.stroke if self.compensation else None
+        if stroke is None:
+            shortest = LEFT * self.length if isinstance(self.length, float) else 0.0
+            return shortest, inf
+        assert isinstance(self.length, float)
+        return self.length - 0.5 * stroke, self.length + 0.5 * stroke
+
+    def _control(self, where: Where) -> Control | None:
+        from hydrosim.forces.line import controls
+
+        if self.tension is not None:
+            assert isinstance(self.speed, float)
+            moves = (*self._frictions(), self.acceleration or 0.0)
+            return controls.TensionControl(self.tension, self.speed, self.dead_band, *moves)
+        if self.compensation is not None:
+            c = self.compensation
+            fastest = inf if c.speed is None else c.speed
+            return controls.Compensation(c.point, c.gain, c.delay, fastest)
+        if self.speed is None:
+            return None
+        return controls.SpeedControl(speed_signal(self.speed, f"{where.key}.speed", where.path))
+
+
+def speed_signal(form: Any, key: str, path: Path) -> Signal:
+    """The signal of a speed [m/s]. Raises as `records.signal_of` does."""
+    from hydrosim.case.records import signal_of
+    from hydrosim.forces import signal
+
+    if isinstance(form, float):
+        return signal.constant(form)
+    if isinstance(form, SpeedTable):
+        return signal.Table(np.array(form.time), np.array(form.speed))
+    return signal_of(form, key, path, "m/s")

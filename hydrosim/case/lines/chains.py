@@ -1,0 +1,176 @@
+"""From a mooring system to single lines: lines in series through free points become segments.
+
+A free point between two lines is the lower end of a segment; its mass and volume are a clump or a
+buoy there. Three lines at a free point are a bridle, which is refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from math import pi
+from pathlib import Path
+from typing import NoReturn
+
+from hydrosim.case.lines.moordyn import read_moordyn
+from hydrosim.case.lines.moorpy import is_moorpy, read_moorpy
+from hydrosim.case.lines.system import Held, LineType, MooringLine, Segment, System
+from hydrosim.documents.nodes import compose, plain
+from hydrosim.documents.text import Source
+from hydrosim.errors import InputError
+
+Water = tuple[float, float]
+"""Density [kg/m^3] and gravity [m/s^2]."""
+YAML = (".yaml", ".yml")
+
+
+def read_system(source: Source) -> System:
+    """The mooring system in a file of MoorDyn or MoorPy. Raises InputError."""
+    if source.file.suffix.lower() in YAML:
+        return read_moorpy(source)
+    return read_moordyn(source)
+
+
+def water_of(system: System, water: Water) -> Water:
+    """The water that weights in ``system`` are for: what its file says, or else ``water``."""
+    density, gravity = water
+    return (
+        density if system.density is None else system.density,
+        gravity if system.gravity is None else system.gravity,
+    )
+
+
+def mooring_lines(system: System, water: Water, source: Source) -> dict[str, MooringLine]:
+    """The lines of a system by the name of the piece at the fairlead. Raises InputError for what is
+    no line from a body to the earth."""
+    _check_names(system, source)
+    bodies = {point.body for point in system.points.values() if point.held is Held.BODY}
+    if len(bodies) > 1:
+        source.wrong(
+            f"found points on {', '.join(sorted(b or 'the vessel' for b in bodies))}; expected one"
+            " body; make a file for each"
+        )
+    at = _lines_at(system)
+    found = {}
+    used = set()
+    for name, point in system.points.items():
+        if point.held is not Held.BODY:
+            continue
+        for first in at[name]:
+            pieces, end = _follow(system, at, name, first, source)
+            used.update(pieces)
+            found[first] = _line(system, name, end, pieces, water)
+    left = [name for name in system.pieces if name not in used]
+    if left:
+        text = f"found line {left[0]}, which leads to no point of a body; expected lines to bodies"
+        source.wrong(text)
+    if not found:
+        source.wrong("found no line that ends on a body; expected a point of type Coupled")
+    return found
+
+
+def _check_names(system: System, source: Source) -> None:
+    for name, piece in system.pieces.items():
+        if piece.type not in system.types:
+            source.unknown(f"line type of line {name},", piece.type, [*system.types])
+        for end in piece.ends:
+            if end not in system.points:
+                source.unknown(f"point at an end of line {name},", end, [*system.points])
+        if not piece.length > 0.0:
+            source.wrong(f"found length {piece.length:g} m of line {name}; expected one above 0")
+
+
+def _lines_at(system: System) -> Mapping[str, list[str]]:
+    """Names of the lines at each point."""
+    at: dict[str, list[str]] = {name: [] for name in system.points}
+    for name, piece in system.pieces.items():
+        for end in piece.ends:
+            at[end].append(name)
+    return at
+
+
+def _follow(
+    system: System, at: Mapping[str, list[str]], start: str, first: str, source: Source
+) -> tuple[list[str], str]:
+    """Pieces from the fairlead ``start`` to a point of the earth, and that point."""
+    pieces = []
+    point = start
+    name = first
+    while True:
+        pieces.append(name)
+        a, b = system.pieces[name].ends
+        point = b if point == a else a
+        held = system.points[point].held
+        if held is Held.EARTH:
+            return pieces, point
+        if held is Held.BODY:
+            source.wrong(
+                f"found line {name} from one point of a body to another; expected an anchor;"
+                " lines between bodies are a catenary with anchor_body in the case"
+            )
+        name = _next(at, point, name, source)
+        if name in pieces:
+            source.wrong(f"found a ring of lines at point {point}; expected a line to an anchor")
+
+
+def _next(at: Mapping[str, list[str]], point: str, name: str, source: Source) -> str:
+    """The line behind a free point."""
+    others = [other for other in at[point] if other != name]
+    if not others:
+        source.wrong(f"found the free end {point} of line {name}; expected a line or an anchor")
+    if len(others) > 1:
+        _refuse_bridle(at, point, source)
+    return others[0]
+
+
+def _refuse_bridle(at: Mapping[str, list[str]], point: str, source: Source) -> NoReturn:
+    source.wrong(
+        f"found a bridle: lines {', '.join(at[point])} meet at the free point {point}; expected two"
+        " lines at a free point. Model the point as a small body of the case, or lead one line"
+        " of the joint stiffness to the vessel"
+    )
+
+
+def _line(system: System, start: str, end: str, pieces: list[str], water: Water) -> MooringLine:
+    density, gravity = water
+    segments = []
+    for name, hung in zip(pieces, _hung(system, start, pieces, water), strict=True):
+        kind = system.types[system.pieces[name].type]
+        segments.append(
+            Segment(
+                system.pieces[name].length,
+                weight_in_water(kind, density) * gravity,
+                kind.stiffness,
+                hung,
+                kind.drag,
+                kind.diameter,
+            )
+        )
+    return MooringLine(system.points[start].place, system.points[end].place, segments)
+
+
+def weight_in_water(kind: LineType, density: float) -> float:
+    """Mass per length less that of the water in its place [kg/m]."""
+    return kind.mass - density * pi / 4.0 * kind.diameter**2
+
+
+def _hung(system: System, start: str, pieces: list[str], water: Water) -> Iterator[float]:
+    """Weight in water at the lower end of each piece [N]; none at the anchor."""
+    density, gravity = water
+    point = start
+    for name in pieces[:-1]:
+        a, b = system.pieces[name].ends
+        point = b if point == a else a
+        between = system.points[point]
+        yield (between.mass - density * between.volume) * gravity
+    yield 0.0
+
+
+def is_mooring_file(file: Path) -> bool:
+    """Whether a file is another program's, not a case."""
+    if file.suffix.lower() not in YAML:
+        return True
+    try:
+        node = compose(file.read_text("utf-8-sig"), str(file))
+    except (OSError, UnicodeDecodeError, InputError):
+        return False  # the reader of cases says what is wrong
+    return node is not None and is_moorpy(plain(node))

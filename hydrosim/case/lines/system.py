@@ -1,0 +1,87 @@
+"""A mooring system as MoorDyn and MoorPy describe it: types of lines, points, and lines."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+
+
+class Held(StrEnum):
+    """What holds a point."""
+
+    EARTH = "the earth"
+    BODY = "a body"
+    LINES = "its lines alone"
+
+
+@dataclass(frozen=True)
+class LineType:
+    """Cross-section: volumetric ``diameter`` [m], ``mass`` per length [kg/m], ``stiffness`` EA [N],
+    transverse ``drag`` coefficient."""
+
+    diameter: float
+    mass: float
+    stiffness: float
+    drag: float = 0.0
+
+
+@dataclass(frozen=True)
+class Point:
+    """``place`` [m]: in the axes of the body if one holds it, else in those of the file. ``body``
+    is its name there. ``mass`` [kg], ``volume`` [m^3]."""
+
+    held: Held
+    place: tuple[float, float, float]
+    mass: float = 0.0
+    volume: float = 0.0
+    body: str = ""
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A line of a file: its ``type``, the points at both ``ends``, its unstretched ``length``
+    [m]."""
+
+    type: str
+    ends: tuple[str, str]
+    length: float
+
+
+@dataclass(frozen=True)
+class System:
+    """What a ``file`` holds. ``density`` [kg/m^3], ``gravity`` [m/s^2] and ``depth`` [m] are None
+    where it does not say; ``friction`` is that of the seabed along a line."""
+
+    file: Path
+    types: Mapping[str, LineType]
+    points: Mapping[str, Point]
+    pieces: Mapping[str, Piece]
+    density: float | None = None
+    gravity: float | None = None
+    depth: float | None = None
+    friction: float = 0.0
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A piece of a mooring line: ``length`` [m], ``weight`` in water [N/m], ``stiffness`` [N],
+    ``hung`` [N] at its lower end, ``drag`` coefficient and its ``diameter`` [m]."""
+
+    length: float
+    weight: float
+    stiffness: float
+    hung: float
+    drag: float
+    diameter: float
+
+
+@dataclass(frozen=True)
+class MooringLine:
+    """A line from a ``fairlead`` on a body, in the axes of the body, to an ``anchor`` on the earth,
+    in the axes of the file [m]."""
+
+    fairlead: tuple[float, float, float]
+    anchor: tuple[float, float, float]
+    segments: Sequence[Segment]

@@ -1,0 +1,1 @@
+"""Lines: winches with their drums, compensators, and lines with weight and their drag."""

@@ -1,0 +1,546 @@
+"""Catenary: a mooring line of segments between a point of a body and an anchor, in static balance.
+
+    F = H e - V k - c (v - u)_perp + m u_perp,   F_anchor = -H_a e + V_a k
+
+H, V: horizontal and downward pull at the fairlead; e: horizontal direction to the anchor; k: up;
+H_a, V_a: the same at the anchor. They follow from the distance x along e, the height z of the
+fairlead above the anchor, and the height of the seabed (`line.shape`: elastic catenary, segments,
+clumps, buoys, seabed with friction). The anchor is on the earth or on another body.
+
+The drag c (v - u)_perp acts at the fairlead, across the line there; v: velocity of the fairlead; u:
+current. c and m stand for the quadratic drag of the whole line, linearised (`line.drag`).
+
+The solution of the last accepted step is in the state. It is the first guess of the next solution,
+which does not depend on it. Modes are profiles: which segment touches down, where the friction of
+the bed ends, whether the line is slack. Stiffness jumps in its slope from one profile to the next.
+These places are events.
+
+Without friction of the bed, the line has a potential: strain energy plus weight in water times
+height. The drag is its loss, and so is the work of a length that changes, with the opposite sign.
+With friction of the bed there is no potential, and the stiffness is not symmetric. All work of the
+line is then its loss, of either sign.
+
+Limits: no inertia and no dynamic tension of the line; friction across the line is neglected, and
+the line lies in one vertical plane. With small angles lever arms stay as they are at rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import inf, nan, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrosim.errors import InputError
+from hydrosim.forces.contact.geometry import EARTH
+from hydrosim.forces.layout import Layout
+from hydrosim.forces.line import profile, rates, shape
+from hydrosim.forces.mirroring import turned
+from hydrosim.forces.signal import SIGNAL, Signal, compile_signals, constant, value
+from hydrosim.forces.signal import rate as signal_rate
+from hydrosim.jit.kernels import clear, kernel, root, root_giving
+from hydrosim.modes import MARGINS, MODE, RISING, SEGMENT, SEGMENT_MARGIN
+from hydrosim.rigid.kinematics import add_wrench, attachment, point_velocity
+from hydrosim.rigid.vectors import cross, dot, scale, sub, vector
+from hydrosim.scene import ForceElement
+from hydrosim.streams.current import current_at, mean_current
+
+ACTING, GONE, LOST, TAUT = range(4)
+"""Modes; lines are `TAUT` in postures alone."""
+TENSION, ANCHOR_TENSION, HORIZONTAL, GROUNDED, OBSERVED = range(5)  # see `observe`
+GUESS = (
+    "horizontal pull",
+    "vertical pull",
+    "span",
+    "height",
+    "H by x",
+    "H by z",
+    "V by x",
+    "V by z",
+)
+"""States of each line: its last solution H, V [N], the x and z there [m], and its stiffness
+[N/m]."""
+STATES = len(GUESS)
+AHEAD = 1e-10  # s: first look ahead for the next profile
+FARTHEST = 1e-2  # s: and the last
+STEADY = -1  # no segment changes its length
+ON_BED = 1e-6  # m: an anchor this close to the seabed is on it
+
+
+@dataclass(frozen=True)
+class Catenary(ForceElement):
+    """From ``point`` of the body to ``anchor`` on the earth or in the frame of ``anchor_body``.
+
+    Segments (n,) from the fairlead to the anchor: unstretched ``length`` [m], ``weight`` in water
+    [N/m], ``stiffness`` EA [N], ``hung`` [N] at the lower end (weight of a clump above 0, lift of a
+    buoy below 0), ``drag_width`` [m], drag coefficient times diameter. ``friction`` is the
+    coefficient of the seabed, None without a seabed. ``paid`` is the length of segment ``paying``
+    over time [m].
+    """
+
+    point: tuple[float, ...]
+    anchor: tuple[float, ...]
+    length: np.ndarray
+    weight: np.ndarray
+    stiffness: np.ndarray
+    hung: np.ndarray
+    drag_width: np.ndarray
+    friction: float | None = None
+    anchor_body: str | None = None
+    paid: Signal | None = None
+    paying: int = STEADY
+
+    def holds(self) -> Collection[str]:
+        return ("surge", "sway", "yaw") if self.anchor_body is None else ()
+
+    def others(self) -> Iterator[tuple[str, str | None]]:
+        yield "anchor_body", self.anchor_body
+
+    def feels(self) -> Collection[str]:
+        return ("current",) if np.any(self.drag_width) else ()
+
+    def may_give(self) -> bool:
+        return bool(self.friction) or self.paid is not None or bool(np.any(self.drag_width))
+
+    def signals(self) -> Iterator[tuple[str, Signal]]:
+        if self.paid is not None:
+            yield f"segments[{self.paying}].length", self.paid
+
+    def unit_names(self, name: str) -> Sequence[str]:
+        return [name]
+
+    def parts(self, y: float) -> Sequence[ForceElement]:
+        """The line itself; an anchor on the earth is given relative to the plane."""
+        if self.anchor_body is not None:
+            return [self]
+        return [replace(self, anchor=tuple(np.subtract(self.anchor, (0.0, y, 0.0))))]
+
+    def image(self) -> ForceElement:
+        return replace(self, point=turned(self.point), anchor=turned(self.anchor))
+
+
+LINE = np.dtype(
+    [
+        *(("body", int), ("row", int), ("point", float, 3)),
+        *(("anchor_body", int), ("anchor", float, 3)),
+        *(("first", int), ("last", int), ("bed", float), ("friction", float)),
+        *(("width", float), ("damping", float), ("drift", float), ("stream", float, 2)),
+        *(("paying", int), ("paid", SIGNAL), ("potential", bool), ("datum", float)),
+    ]
+)
+"""Constants of a line: its ends, its pieces ``first`` <= k < ``last``, the height of the seabed,
+its friction; the largest ``width`` of drag; ``damping`` c and ``drift`` m of the drag, the current; the
+piece that changes its length, and this length; whether it has a potential, which counts from the
+height ``datum`` of the anchor at rest."""
+
+
+class Params(NamedTuple):
+    """``lines`` (n,) of `LINE`, their ``pieces`` of `shape.PIECE` with the ``widths`` [m] of drag,
+    the pieces of their ``signals``; the first of their states in y and of their rows of modes."""
+
+    lines: np.ndarray
+    pieces: np.ndarray
+    widths: np.ndarray
+    signals: np.ndarray
+    state: int
+    mode: int
+
+
+class Ends(NamedTuple):
+    """Place of one line: lever arms of its ends, horizontal direction ``e`` to the anchor, distance
+    ``x`` along it, height ``z`` of the fairlead above the anchor, height ``bed`` of the seabed
+    above the anchor, height of the ``anchor`` above the still water, velocities ``v`` and ``w`` of
+    both ends."""
+
+    arm: tuple[float, float, float]
+    anchor_arm: tuple[float, float, float]
+    e: tuple[float, float]
+    x: float
+    z: float
+    bed: float
+    anchor: float
+    v: tuple[float, float, float]
+    w: tuple[float, float, float]
+
+
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+    """Constants of the catenaries among ``elements``, in their order. Raises InputError for lines
+    that need a seabed where there is none, or begin below it."""
+    own = {name: e for name, e in elements.items() if isinstance(e, Catenary)}
+    signals, signal_pieces = compile_signals([e.paid or constant(0.0) for e in own.values()])
+    rows = []
+    pieces = [np.zeros(0, dtype=shape.PIECE)]
+    first = 0
+    for (name, e), signal in zip(own.items(), signals, strict=True):
+        anchor, bed = _ground(name, e, layout)
+        last = first + e.length.size
+        end = EARTH if e.anchor_body is None else layout.body[e.anchor_body]
+        ends = (layout.body[e.body], layout.row[name], e.point, end, anchor)
+        friction = e.friction or 0.0
+        drag = (e.drag_width.max(), 0.0, 0.0, _current_on(e, layout))
+        datum = layout.place_at_rest(e.anchor_body, anchor)[2]
+        paid = (e.paying, signal, friction == 0.0, datum)
+        rows.append((*ends, first, last, bed, friction, *drag, *paid))
+        pieces.append(_pieces(e))
+        first = last
+    widths = np.concatenate([np.zeros(0), *(e.drag_width for e in own.values())])
+    every = np.concatenate(pieces)
+    return Params(np.array(rows, dtype=LINE), every, widths, signal_pieces, 0, 0)
+
+
+def _current_on(line: Catenary, layout: Layout) -> tuple[float, float]:
+    """Velocity (2,) [m/s] of the current on a line: the mean over the depths of its upper half,
+    which moves most with the fairlead."""
+    top = -float(layout.place_at_rest(line.body, line.point)[2])
+    end = -float(layout.place_at_rest(line.anchor_body, line.anchor)[2])
+    middle = 0.5 * (top + end)
+    low, high = sorted((max(top, 0.0), max(middle, 0.0)))
+    if high - low < ON_BED:
+        x, y = current_at(layout.current_profile, low)
+        return float(x), float(y)
+    return mean_current(layout.current_profile, low, high)
+
+
+def _pieces(line: Catenary) -> np.ndarray:
+    """The segments, of `shape.PIECE`."""
+    pieces = np.zeros(line.length.size, dtype=shape.PIECE)
+    for name in ("length", "weight", "stiffness", "hung"):
+        pieces[name] = getattr(line, name)
+    return pieces
+
+
+def _ground(name: str, line: Catenary, layout: Layout) -> tuple[tuple[float, ...], float]:
+    """The anchor, exactly on the seabed if it is close to it, and the height of the seabed."""
+    if line.friction is None:
+        return line.anchor, -inf
+    if not np.isfinite(layout.depth):
+        raise InputError(
+            f"forces.{name}.seabed: found a seabed where the water depth is infinite; expected"
+            " environment.water_depth, at which the seabed is. Without the key seabed, a line does"
+            " not touch it."
+        )
+    height = float(layout.place_at_rest(line.anchor_body, line.anchor)[2])
+    if height < -layout.depth - ON_BED:
+        raise InputError(
+            f"forces.{name}.anchor: found an anchor at {height:g} m, below the seabed at"
+            f" {-layout.depth:g} m; expected an anchor on it or above it."
+        )
+    if line.anchor_body is None and abs(height + layout.depth) <= ON_BED:
+        return (*line.anchor[:2], -layout.depth), -layout.depth
+    return line.anchor, -layout.depth
+
+
+@kernel
+def find_ends(line, bodies, motion):
+    """Place of a line, as a `Ends`. Where one end is above the other, it has no direction."""
+    p, arm = attachment(line.body, vector(line.point, 0), bodies, motion)
+    v = point_velocity(line.body, arm, motion)
+    a = vector(line.anchor, 0)
+    anchor_arm = (0.0, 0.0, 0.0)
+    w = (0.0, 0.0, 0.0)
+    if line.anchor_body != EARTH:
+        a, anchor_arm = attachment(line.anchor_body, a, bodies, motion)
+        w = point_velocity(line.anchor_body, anchor_arm, motion)
+    d = sub(a, p)
+    x = sqrt(d[0] * d[0] + d[1] * d[1])
+    per = 1.0 / x if x > 0.0 else 0.0
+    return Ends(arm, anchor_arm, (d[0] * per, d[1] * per), x, -d[2], line.bed - a[2], a[2], v, w)
+
+
+@root_giving(float, float, float, float, float, float, bool, int)
+def find_pull(first, last, x, z, bed, friction, H, V, pieces):
+    """The entries of the `shape.Pull` of a line, with the guess H, V."""
+    a = shape.solve(pieces, first, last, x, z, bed, friction, H, V)
+    return a.H, a.V, a.anchor_V, a.anchor_H, a.touch, a.dead, a.converged, a.reason
+
+
+@kernel
+def pull_of(i, s, H, V, pieces, p):
+    """The `shape.Pull` of line ``i`` over its `Ends` ``s``, with the guess H, V."""
+    line = p.lines[i]
+    H, V, anchor_V, anchor_H, touch, dead, converged, reason = find_pull(
+        line.first, line.last, s.x, s.z, s.bed, line.friction, H, V, pieces
+    )
+    return shape.Pull(H, V, anchor_V, anchor_H, touch, dead, converged, reason)
+
+
+@kernel
+def pull_now(i, t, y, s, motion, p):
+    """The `shape.Pull` of line ``i``, and its pieces as they are now. A length that changes is
+    written to the scratch ``motion.pieces``."""
+    line = p.lines[i]
+    k = p.state + STATES * i
+    pieces = p.pieces
+    if line.paying != STEADY:
+        pieces = motion.pieces
+        pieces[line.first + line.paying].length = value(t, line.paid, p.signals)
+    dx = s.x - y[k + 2]
+    dz = s.z - y[k + 3]
+    H = y[k] + y[k + 4] * dx + y[k + 5] * dz
+    V = y[k + 1] + y[k + 6] * dx + y[k + 7] * dz
+    near = y[k] <= 2.0 * H
+    if not near:
+        H = y[k]
+        V = y[k + 1]
+    return pull_of(i, s, H, V, pieces, p), pieces
+
+
+@root
+def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+    """Add the force [N, N m] of every line to its row of ``wrench``, and the power [W] that it
+    loses to ``rate``, in place."""
+    for i in range(p.lines.size):
+        line = p.lines[i]
+        for k in range(STATES):
+            dy[p.state + STATES * i + k] = 0.0
+        mode = modes[p.mode + i, MODE]
+        if mode == GONE:
+            continue
+        s = find_ends(line, bodies, motion)
+        pull, pieces = pull_now(i, t, y, s, motion, p)
+        drag = find_drag(line, s, pull)
+        if mode == LOST:  # ends the run
+            drag = (nan, nan, nan)
+        rate[line.row] -= dot(drag, s.v)
+        add_ends(line, s, pull, drag, wrench, rate)
+        if line.potential and line.paying != STEADY:
+            rate[line.row] -= paid_energy(line, s, pull, pieces) * signal_rate(
+                t, line.paid, p.signals
+            )
+
+
+@kernel
+def add_ends(line, s, pull, drag, wrench, rate):
+    """Add the forces on both ends to the row of ``wrench``. Without a potential, their work is a
+    loss."""
+    e = s.e
+    static = (pull.H * e[0], pull.H * e[1], -pull.V)
+    force = (static[0] + drag[0], static[1] + drag[1], static[2] + drag[2])
+    add_wrench(line.body, force, cross(s.arm, force), wrench[line.row])
+    anchored = (-pull.anchor_H * e[0], -pull.anchor_H * e[1], pull.anchor_V)
+    if line.anchor_body != EARTH:
+        moment = cross(s.anchor_arm, anchored)
+        add_wrench(line.anchor_body, anchored, moment, wrench[line.row])
+    if not line.potential:
+        rate[line.row] -= dot(static, s.v) + dot(anchored, s.w)
+
+
+@kernel
+def paid_energy(line, s, pull, pieces):
+    """Energy stored per length [N] that is added at the fairlead: w z - T - T^2/(2 EA)."""
+    piece = pieces[line.first]
+    T2 = pull.H * pull.H + pull.V * pull.V
+    height = s.z + s.anchor - line.datum
+    return piece.weight * height - sqrt(T2) - 0.5 * T2 / piece.stiffness
+
+
+@kernel
+def find_drag(line, s, pull):
+    """The linearised drag [N] at the fairlead, across the line there."""
+    u = water_velocity(line)
+    T2 = pull.H * pull.H + pull.V * pull.V
+    per = 1.0 / sqrt(T2) if T2 > 0.0 else 0.0
+    along = (pull.H * per * s.e[0], pull.H * per * s.e[1], -pull.V * per)
+    c = line.damping
+    m = line.drift
+    w = (m * u[0] - c * s.v[0], m * u[1] - c * s.v[1], -c * s.v[2])
+    return sub(w, scale(dot(w, along), along))
+
+
+@kernel
+def water_velocity(line):
+    """Velocity of the water [m/s] past a line: the mean current over its depth."""
+    return line.stream[0], line.stream[1]
+
+
+@root
+def add_energy(t, y, modes, motion, bodies, p, stored):
+    """Add the energy stored in every line with a potential to its row of ``stored``."""
+    for i in range(p.lines.size):
+        line = p.lines[i]
+        if modes[p.mode + i, MODE] == GONE or not line.potential:
+            continue
+        s = find_ends(line, bodies, motion)
+        pull, pieces = pull_now(i, t, y, s, motion, p)
+        a = line.first
+        b = line.last
+        U = rates.stored_energy(pieces, a, b, s.x, s.z, s.bed, line.friction, pull)
+        stored[line.row] += U + total_weight(line, pieces) * (s.anchor - line.datum)
+
+
+@kernel
+def total_weight(line, pieces):
+    """Weight in water of a line and all that hangs on it but at its anchor [N]."""
+    total = 0.0
+    for k in range(line.first, line.last):
+        total += pieces[k].weight * pieces[k].length
+        if k + 1 < line.last:
+            total += pieces[k].hung
+    return total
+
+
+@root_giving(float)
+def tension_of(i, t, y, modes, motion, bodies, p):
+    """Tension [N] at the fairlead of line ``i``, 0 where it is gone."""
+    if modes[p.mode + i, MODE] == GONE:
+        return 0.0
+    pull, _ = pull_now(i, t, y, find_ends(p.lines[i], bodies, motion), motion, p)
+    return sqrt(pull.H * pull.H + pull.V * pull.V)
+
+
+@root
+def observe(t, y, modes, motion, bodies, p, out):
+    """Write rows of `OBSERVED` of all lines to ``out``: tensions at the fairlead and the anchor,
+    horizontal pull at the fairlead, length on the seabed."""
+    for i in range(p.lines.size):
+        row = out[OBSERVED * i : OBSERVED * (i + 1)]
+        for k in range(OBSERVED):
+            row[k] = 0.0
+        if modes[p.mode + i, MODE] != GONE:
+            line = p.lines[i]
+            pull, pieces = pull_now(i, t, y, find_ends(line, bodies, motion), motion, p)
+            row[TENSION] = sqrt(pull.H * pull.H + pull.V * pull.V)
+            row[ANCHOR_TENSION] = sqrt(pull.anchor_H * pull.anchor_H + pull.anchor_V**2)
+            row[HORIZONTAL] = pull.H
+            row[GROUNDED] = full_length(line, pieces) - pull.touch
+
+
+@kernel
+def full_length(line, pieces):
+    """Unstretched length [m] of a line."""
+    total = 0.0
+    for k in range(line.first, line.last):
+        total += pieces[k].length
+    return total
+
+
+@root
+def margins(t, y, modes, motion, bodies, p, out):
+    """Margins of all lines into ``out`` (4 to a row of modes): the room in their profile."""
+    for i in range(p.lines.size):
+        line = p.lines[i]
+        mode = modes[p.mode + i]
+        m = MARGINS * (p.mode + i)
+        for k in range(MARGINS):
+            out[m + k] = 1.0
+        if mode[MODE] == ACTING:
+            s = find_ends(line, bodies, motion)
+            pull, pieces = pull_now(i, t, y, s, motion, p)
+            out[m + SEGMENT_MARGIN] = room_of(line, s, pull, mode[SEGMENT], pieces)
+
+
+@root_giving(float)
+def find_room(first, last, x, z, bed, friction, H, V, anchor_V, touch, dead, number, pieces):
+    """`profile.room` of a line."""
+    pull = shape.Pull(H, V, anchor_V, H, touch, dead, True, 0)
+    return profile.room(pieces, first, last, x, z, bed, friction, pull, number)
+
+
+@kernel
+def room_of(line, s, pull, number, pieces):
+    """Room of a line in the profile of this ``number``."""
+    a = line.first
+    b = line.last
+    friction = line.friction
+    H = pull.H
+    V = pull.V
+    up = pull.anchor_V
+    return find_room(
+        a, b, s.x, s.z, s.bed, friction, H, V, up, pull.touch, pull.dead, number, pieces
+    )
+
+
+@root_giving(float, float, float, float)
+def find_stiffness(first, last, x, z, bed, friction, H, V, anchor_V, touch, pieces):
+    """`rates.stiffness` of a line."""
+    pull = shape.Pull(H, V, anchor_V, H, touch, 0.0, True, 0)
+    return rates.stiffness(pieces, first, last, x, z, bed, friction, pull)
+
+
+@root
+def switch(i, t, y, modes, motion, bodies, p):
+    """Switch line ``i`` to its next profile: that of the line a moment later, because an event is
+    located a little before its kink. `AHEAD` doubles until the profile is another one."""
+    line = p.lines[i]
+    mode = modes[p.mode + i]
+    s = find_ends(line, bodies, motion)
+    rate = (s.w[0] - s.v[0]) * s.e[0] + (s.w[1] - s.v[1]) * s.e[1]
+    ahead = AHEAD
+    while ahead < FARTHEST:
+        x = abs(s.x + ahead * rate)
+        z = s.z + ahead * (s.v[2] - s.w[2])
+        bed = s.bed - ahead * s.w[2]
+        later = Ends(s.arm, s.anchor_arm, s.e, x, z, bed, s.anchor, s.v, s.w)
+        pull, pieces = pull_now(i, t + ahead, y, later, motion, p)
+        number = number_of(line, later, pull, pieces)
+        if pull.converged and number != mode[SEGMENT]:
+            mode[SEGMENT] = number
+            return
+        ahead *= 2.0
+    pull, pieces = pull_now(i, t, y, s, motion, p)
+    if not pull.converged:
+        accept(i, y, modes, s, pull, pieces, p)
+
+
+@kernel
+def number_of(line, s, pull, pieces):
+    """Number of the profile of a line."""
+    a = line.first
+    b = line.last
+    return profile.find_profile(pieces, a, b, s.x, s.z, s.bed, line.friction, pull)
+
+
+@root
+def settle(t, y, modes, motion, bodies, p):
+    """Modes and first guesses of all lines for a start."""
+    for i in range(p.lines.size):
+        settle_line(i, t, y, modes, motion, bodies, p)
+
+
+@kernel
+def settle_line(i, t, y, modes, motion, bodies, p):
+    """Mode and guess of line ``i`` when it becomes active."""
+    line = p.lines[i]
+    k = p.state + STATES * i
+    clear(y[k : k + STATES])
+    y[k] = -1.0  # no guess
+    s = find_ends(line, bodies, motion)
+    pull, pieces = pull_now(i, t, y, s, motion, p)
+    accept(i, y, modes, s, pull, pieces, p)
+    modes[p.mode + i, SEGMENT] = number_of(line, s, pull, pieces)
+
+
+@kernel
+def accept(i, y, modes, s, pull, pieces, p):
+    """Keep a solution, and its stiffness, for the next guesses; a line without one is lost."""
+    line = p.lines[i]
+    k = p.state + STATES * i
+    y[k] = pull.H
+    y[k + 1] = pull.V
+    y[k + 2] = s.x
+    y[k + 3] = s.z
+    up = pull.anchor_V
+    a = line.first
+    y[k + 4], y[k + 5], y[k + 6], y[k + 7] = find_stiffness(
+        a, line.last, s.x, s.z, s.bed, line.friction, pull.H, pull.V, up, pull.touch, pieces
+    )
+    modes[p.mode + i, MODE] = ACTING if pull.converged else LOST
+    modes[p.mode + i, RISING] = pull.reason
+
+
+@kernel
+def deactivate(i, modes, p):
+    """Deactivate line ``i``."""
+    modes[p.mode + i, MODE] = GONE
+
+
+@root
+def remember(t, y, modes, motion, bodies, p):
+    """Keep the solutions of an accepted step as the next guesses."""
+    for i in range(p.lines.size):
+        if modes[p.mode + i, MODE] == ACTING:
+            s = find_ends(p.lines[i], bodies, motion)
+            pull, pieces = pull_now(i, t, y, s, motion, p)
+            accept(i, y, modes, s, pull, pieces, p)

@@ -1,0 +1,382 @@
+"""Passive compensator: a gas spring in a line, with end stops. It pulls only.
+
+    x = |a - p| - L,   f(x) = T0 (h / (h - x))^n   for |x| <= S/2,   T = max(0, f(x) + c x')
+
+p: point on the body, which receives T along the line; a: its anchor on the earth or on another
+body, which receives the opposite; L: length in the middle of the stroke S, where the tension is T0;
+h: volume of the gas over the area of its piston there; n: exponent of p V^n = const, 1 for slow and
+about 1.4 for fast motion of nitrogen; c: damping. As the line gets longer the piston compresses
+the gas.
+
+Beyond the stroke the piston is on a stop, and the gas keeps its pressure:
+
+    f(x) = f(S/2) + k (x - S/2)   or   f(-S/2) - k (-S/2 - x),   until it is slack
+
+k: stiffness of line and stop. Stops and slack are events, and so are the moments where damping
+alone would push. Stored energy is the integral of f from the middle of the stroke. Dissipation is
+(T - f) x'.
+
+Limits: no mass of the piston, no heat to or from the gas, no flow to a bottle but by c.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Hashable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import log
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from hydrosim.forces.contact.geometry import EARTH
+from hydrosim.forces.kind import Columns, Kept, Modes, Variable, capacity_of, elements_of
+from hydrosim.forces.layout import Layout
+from hydrosim.forces.mirroring import turned
+from hydrosim.forces.pair import line_between
+from hydrosim.forces.postures import PRESSED, PosingKind, Posture, rest_at_first, with_one
+from hydrosim.jit.kernels import kernel, root
+from hydrosim.modes import CONTACT_MARGIN, MARGINS, MODE, SEGMENT, SEGMENT_MARGIN
+from hydrosim.rigid.kinematics import add_wrench
+from hydrosim.rigid.vectors import cross, scale, vector
+from hydrosim.scene import ForceElement, Scene
+
+PULLING, CUT, GONE = range(3)
+SLACK, LOWER, GAS, UPPER = range(4)
+TENSION, STROKE, OBSERVED = range(3)  # see `observe`
+
+
+@dataclass(frozen=True)
+class Compensator(ForceElement):
+    """From ``point`` of the body to ``anchor`` on the earth or in the frame of ``anchor_body``: the
+    ``tension`` [N] at the ``length`` [m] in the middle of the ``stroke`` [m]; the ``gas_length``
+    [m] there, the ``exponent``, the ``stiffness`` [N/m] on the stops, the ``damping`` [N s/m]."""
+
+    point: tuple[float, ...]
+    anchor: tuple[float, ...]
+    length: float
+    tension: float
+    stroke: float
+    gas_length: float
+    exponent: float
+    stiffness: float
+    damping: float = 0.0
+    anchor_body: str | None = None
+
+    def holds(self) -> Collection[str]:
+        return ("surge", "sway", "yaw") if self.anchor_body is None else ()
+
+    def others(self) -> Iterator[tuple[str, str | None]]:
+        yield "anchor_body", self.anchor_body
+
+    def unit_names(self, name: str) -> Sequence[str]:
+        return [name]
+
+    def parts(self, y: float) -> Sequence[ForceElement]:
+        """The compensator itself; an anchor on the earth is given relative to the plane."""
+        if self.anchor_body is not None:
+            return [self]
+        return [replace(self, anchor=tuple(np.subtract(self.anchor, (0.0, y, 0.0))))]
+
+    def image(self) -> ForceElement:
+        return replace(self, point=turned(self.point), anchor=turned(self.anchor))
+
+
+CYLINDER = np.dtype(
+    [
+        *(("body", int), ("row", int), ("point", float, 3)),
+        *(("anchor_body", int), ("anchor", float, 3), ("length", float)),
+        *(("tension", float), ("gas", float), ("exponent", float)),
+        *(("half", float), ("stiffness", float), ("damping", float)),
+        *(("low", float), ("high", float)),
+    ]
+)
+"""Constants of a compensator: its ends, L; T0, h, n; S/2, k, c; f at both ends of the stroke."""
+
+
+class Params(NamedTuple):
+    """The compensators ``each`` (n,) of `CYLINDER`, and the first of their rows of modes: pulling
+    or cut, and the segment."""
+
+    each: np.ndarray
+    mode: int
+
+
+class Reach(NamedTuple):
+    """State of one compensator: lever arms of both ends, the direction, x and its rate."""
+
+    arm: tuple[float, float, float]
+    anchor_arm: tuple[float, float, float]
+    direction: tuple[float, float, float]
+    x: float
+    rate: float
+
+
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+    """Constants of the compensators among ``elements``, in their order."""
+    rows = []
+    for name, e in elements.items():
+        if isinstance(e, Compensator):
+            anchor = layout.body[e.anchor_body] if e.anchor_body else EARTH
+            ends = (layout.body[e.body], layout.row[name], e.point, anchor, e.anchor, e.length)
+            half = 0.5 * e.stroke
+            low = e.tension * (e.gas_length / (e.gas_length + half)) ** e.exponent
+            high = e.tension * (e.gas_length / (e.gas_length - half)) ** e.exponent
+            gas = (e.tension, e.gas_length, e.exponent)
+            rows.append((*ends, *gas, half, e.stiffness, e.damping, low, high))
+    return Params(np.array(rows, dtype=CYLINDER), 0)
+
+
+@kernel
+def reach(one, bodies, motion):
+    """State of a compensator, as a `Reach`."""
+    point = vector(one.point, 0)
+    anchor = vector(one.anchor, 0)
+    s = line_between(one.body, point, one.anchor_body, anchor, bodies, motion)
+    return Reach(s.arm, s.other_arm, s.direction, s.length - one.length, s.rate)
+
+
+@kernel
+def elastic(one, segment, x):
+    """f(x) on a segment."""
+    if segment == GAS:
+        return one.tension * (one.gas / (one.gas - x)) ** one.exponent
+    if segment == UPPER:
+        return one.high + one.stiffness * (x - one.half)
+    if segment == LOWER:
+        return one.low + one.stiffness * (x + one.half)
+    return 0.0
+
+
+@kernel
+def stored_energy(one, segment, x):
+    """Integral of f from the middle of the stroke to x."""
+    if segment == GAS:
+        return _gas_energy(one, x)
+    if segment == UPPER:
+        d = x - one.half
+        return _gas_energy(one, one.half) + (one.high + 0.5 * one.stiffness * d) * d
+    d = -one.low / one.stiffness  # where it becomes slack
+    if segment == LOWER:
+        d = x + one.half
+    return _gas_energy(one, -one.half) + (one.low + 0.5 * one.stiffness * d) * d
+
+
+@kernel
+def _gas_energy(one, x):
+    h = one.gas
+    n = one.exponent
+    if n == 1.0:
+        return one.tension * h * log(h / (h - x))
+    return one.tension * h / (n - 1.0) * ((h / (h - x)) ** (n - 1.0) - 1.0)
+
+
+@kernel
+def pull(one, mode, r):
+    """T and f of a compensator."""
+    f = elastic(one, mode[SEGMENT], r.x)
+    if mode[MODE] != PULLING or mode[SEGMENT] == SLACK:
+        return 0.0, f
+    return f + one.damping * r.rate, f
+
+
+@root
+def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+    """Add the force [N, N m] of every compensator to its row of ``wrench``, and the power [W] that
+    it dissipates to ``rate``, in place."""
+    for i in range(p.each.size):
+        one = p.each[i]
+        mode = modes[p.mode + i]
+        if mode[MODE] == GONE:
+            continue
+        r = reach(one, bodies, motion)
+        T, f = pull(one, mode, r)
+        rate[one.row] += (T - f) * r.rate
+        force = scale(T, r.direction)
+        add_wrench(one.body, force, cross(r.arm, force), wrench[one.row])
+        if one.anchor_body != EARTH:
+            reaction = scale(-1.0, force)
+            moment = cross(r.anchor_arm, reaction)
+            add_wrench(one.anchor_body, reaction, moment, wrench[one.row])
+
+
+@root
+def add_energy(t, y, modes, motion, bodies, p, stored):
+    """Add the energy stored in every compensator to its row of ``stored``."""
+    for i in range(p.each.size):
+        one = p.each[i]
+        mode = modes[p.mode + i]
+        if mode[MODE] != GONE:
+            x = reach(one, bodies, motion).x
+            stored[one.row] += stored_energy(one, mode[SEGMENT], x)
+
+
+@root
+def observe(modes, motion, bodies, p, out):
+    """Write rows of `OBSERVED` of all compensators to ``out``: T and x."""
+    for i in range(p.each.size):
+        r = reach(p.each[i], bodies, motion)
+        row = out[OBSERVED * i : OBSERVED * (i + 1)]
+        row[TENSION], _ = pull(p.each[i], modes[p.mode + i], r)
+        row[STROKE] = r.x
+
+
+@kernel
+def _lower_end(one, segment):
+    """x where a segment begins."""
+    if segment == UPPER:
+        return one.half
+    return -one.half if segment == GAS else -one.half - one.low / one.stiffness
+
+
+@kernel
+def _upper_end(one, segment):
+    """x where a segment ends."""
+    if segment == GAS:
+        return one.half
+    return -one.half if segment == LOWER else -one.half - one.low / one.stiffness
+
+
+@root
+def margins(modes, motion, bodies, p, out):
+    """Margins of all compensators into ``out`` (4 to a row of modes): T, or its opposite where it
+    is cut; the way to the nearer end of the segment."""
+    for i in range(p.each.size):
+        one = p.each[i]
+        mode = modes[p.mode + i]
+        m = MARGINS * (p.mode + i)
+        for k in range(MARGINS):
+            out[m + k] = 1.0
+        if mode[MODE] == GONE:
+            continue
+        r = reach(one, bodies, motion)
+        segment = mode[SEGMENT]
+        if segment == SLACK:
+            out[m + SEGMENT_MARGIN] = _upper_end(one, segment) - r.x
+        elif segment == UPPER:
+            out[m + SEGMENT_MARGIN] = r.x - one.half
+        else:
+            room = min(r.x - _lower_end(one, segment), _upper_end(one, segment) - r.x)
+            out[m + SEGMENT_MARGIN] = room
+        if one.damping > 0.0 and segment != SLACK:
+            T = elastic(one, segment, r.x) + one.damping * r.rate
+            out[m + CONTACT_MARGIN] = T if mode[MODE] == PULLING else -T
+
+
+@root
+def switch(i, which, modes, motion, bodies, p):
+    """Switch compensator ``i`` to its next mode, after margin ``which`` has reached zero."""
+    one = p.each[i]
+    mode = modes[p.mode + i]
+    if which == CONTACT_MARGIN:
+        mode[MODE] = CUT if mode[MODE] == PULLING else PULLING
+        return
+    segment = mode[SEGMENT]
+    r = reach(one, bodies, motion)
+    if segment == SLACK:
+        mode[SEGMENT] = LOWER
+        mode[MODE] = PULLING
+    elif segment == UPPER:
+        mode[SEGMENT] = GAS
+    else:
+        up = _upper_end(one, segment) - r.x < r.x - _lower_end(one, segment)
+        mode[SEGMENT] = segment + 1 if up else segment - 1
+
+
+@root
+def settle(modes, motion, bodies, p):
+    """Modes of all compensators for a start."""
+    for i in range(p.each.size):
+        activate(i, modes, motion, bodies, p)
+
+
+@kernel
+def activate(i, modes, motion, bodies, p):
+    """Mode of compensator ``i`` when it becomes active."""
+    one = p.each[i]
+    mode = modes[p.mode + i]
+    r = reach(one, bodies, motion)
+    segment = SLACK
+    while segment < UPPER and r.x >= _upper_end(one, segment):
+        segment += 1
+    mode[SEGMENT] = segment
+    mode[MODE] = PULLING
+    if elastic(one, segment, r.x) + one.damping * r.rate < 0.0:
+        mode[MODE] = CUT
+
+
+@kernel
+def deactivate(i, modes, p):
+    """Deactivate compensator ``i``."""
+    modes[p.mode + i, MODE] = GONE
+    modes[p.mode + i, SEGMENT] = SLACK
+
+
+class _Kind(PosingKind):
+    unit = "compensator"
+    variables: ClassVar = {
+        "compensator_tension": Variable("tension", "N", "from the point to the anchor"),
+        "compensator_stroke": Variable("extension from the middle of the stroke", "m"),
+        "compensator_mode": Variable(
+            "pulling, or cut by its damping", "1", flags="pulling cut absent"
+        ),
+        "compensator_segment": Variable("slack, lower stop, gas, upper stop", "1"),
+    }
+
+    def modes(self, p: Params) -> Modes:
+        count = p.each.size
+        return Modes(
+            count,
+            first=np.zeros(count, dtype=int),
+            last=np.full(count, UPPER),
+            steepest=p.each["stiffness"],
+        )
+
+    def postures(self, p: Params) -> Sequence[Posture]:
+        if not p.each.size:
+            return []
+        return [
+            Posture("compensators in their stroke", _posture(p, GAS)),
+            Posture("compensators on their stops", _posture(p, UPPER)),
+        ]
+
+    def alone(self, p: Params, names: Sequence[str], which: Sequence[int]) -> Iterator[Posture]:
+        for i in which if p.each.size > 1 else ():
+            one = with_one(_posture(p, GAS), _posture(p, UPPER), i)
+            yield Posture(f"{names[i]} alone on its stop", one)
+
+    def alike(self, p: Params) -> Sequence[Hashable]:
+        """No two compensators are alike: each pulls in a direction of its own."""
+        return range(p.each.size)
+
+    def rates(self, p: Params, bodies: Any, motion: Any) -> np.ndarray:
+        """Along the lines."""
+        return np.reshape([reach(one, bodies, motion).rate for one in p.each], (-1, 1))
+
+    def pressed(self, p: Params, modes: np.ndarray, bodies: Any, motion: Any) -> Params:
+        """Constants in which each is at the end of its stroke, where the gas is stiffest, or on its
+        stop."""
+        each = p.each.copy()
+        for one, (_, segment, _) in zip(each, modes, strict=True):
+            x = one["half"] + (PRESSED if segment == UPPER else 0.0)
+            one["length"] += reach(one, bodies, motion).x - x
+        return p._replace(each=each)
+
+    def coordinates(self, scene: Scene) -> dict[str, object]:
+        own = elements_of(scene, Compensator)
+        return super().coordinates(scene) | capacity_of(self.unit, own)
+
+    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+        each = ("time", self.unit)
+        return {
+            "compensator_tension": (each, kept.observed[:, :, TENSION]),
+            "compensator_stroke": (each, kept.observed[:, :, STROKE]),
+            "compensator_mode": (each, kept.modes[:, :, MODE].astype(np.int8)),
+        }
+
+
+def _posture(p: Params, segment: int) -> np.ndarray:
+    """Modes with all compensators on one segment."""
+    return rest_at_first(np.full(p.each.size, segment), PULLING)
+
+
+KIND = _Kind("compensators", (Compensator,), compile_elements)

@@ -1,0 +1,156 @@
+"""A line under a given pull: the part that hangs, down to where it lies, and the part that lies.
+
+V falls along the line by the weight of its pieces and of what hangs between them. The line lies
+from the last place at which V comes down to zero. That is inside a piece, tangent to the bed, or at
+a clump that the bed carries in part. Farther on, -V is the weight since that place. The bed carries
+it, and friction takes it from the tension:
+
+    T(s) = max(H + CB V(s), 0)
+
+The derivative of x by V at constant H differs from that of z by H only by this friction.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrosim.forces.line.stretch import span
+from hydrosim.jit.kernels import kernel
+
+PIECE = np.dtype([(name, float) for name in ("length", "weight", "stiffness", "hung")])
+"""A segment, in order from the fairlead to the anchor: unstretched length [m]; weight in water per
+unstretched length [N/m], negative if it floats; EA [N]; the weight in water of what hangs at its
+lower end [N], negative for a buoy. What hangs at the last one is the anchor's."""
+
+
+class Touch(NamedTuple):
+    """Where a line that hangs from one end comes to lie: in piece ``piece``, after ``part`` [m] of
+    it, at the arc length ``arc`` [m] from that end. ``V`` [N] is what is left of V at the other
+    end. The line ``hangs`` all along if that is not negative."""
+
+    piece: int
+    part: float
+    arc: float
+    V: float
+    hangs: bool
+
+
+class Reach(NamedTuple):
+    """Where a line leads, as a `hydrosim.forces.line.stretch.Span`, with the derivative ``xV`` of x
+    by V. ``soft`` [m/N] is the sum of l/EA of what hangs, ``arc`` [m] its length."""
+
+    along: float
+    across: float
+    xH: float
+    xV: float
+    zH: float
+    zV: float
+    soft: float
+    arc: float
+
+
+@kernel
+def hung_after(pieces, i, step):
+    """Weight of what hangs behind piece i, on the way to the anchor (step 1) or back (-1)."""
+    return pieces[i].hung if step > 0 else pieces[i - 1].hung
+
+
+@kernel
+def find_touch(pieces, start, stop, step, V):
+    """The `Touch` of a line with V at its end ``start``; ``stop`` lies beyond its other end."""
+    touch = Touch(start, 0.0, 0.0, V, False)
+    arc = 0.0
+    i = start
+    while i != stop:
+        piece = pieces[i]
+        low = V - piece.weight * piece.length
+        if V > 0.0 and low < 0.0:
+            part = V / piece.weight
+            touch = Touch(i, part, arc + part, 0.0, False)
+        elif V > 0.0 or low > 0.0:
+            touch = Touch(i, piece.length, arc + piece.length, 0.0, False)
+        arc += piece.length
+        V = low
+        i += step
+        if i != stop:
+            V -= hung_after(pieces, i - step, step)
+    return Touch(touch.piece, touch.part, touch.arc, V, V >= 0.0)
+
+
+@kernel
+def all_hanging(pieces, start, stop, step, V):
+    """The `Touch` of a line that hangs all along."""
+    arc = 0.0
+    i = start
+    while i != stop:
+        V -= pieces[i].weight * pieces[i].length
+        arc += pieces[i].length
+        i += step
+        if i != stop:
+            V -= hung_after(pieces, i - step, step)
+    return Touch(stop - step, pieces[stop - step].length, arc, V, True)
+
+
+@kernel
+def hang(pieces, start, step, H, V, touch, ex, ez):
+    """`Reach` of the part that hangs, from piece ``start`` to ``touch``."""
+    along = across = xH = zH = zV = soft = 0.0
+    end = touch.piece + step
+    i = start
+    while i != end:
+        piece = pieces[i]
+        length = touch.part if i == touch.piece else piece.length
+        s = span(H, V, piece.weight, length, piece.stiffness, ex, ez)
+        along += s.along
+        across += s.across
+        xH += s.xH
+        zH += s.zH
+        zV += s.zV
+        soft += length / piece.stiffness
+        V -= piece.weight * length
+        if i != touch.piece:
+            V -= hung_after(pieces, i, step)
+        i += step
+    return Reach(along, across, xH, zH, zH, zV, soft, touch.arc)
+
+
+@kernel
+def lie(pieces, last, H, V, touch, friction):
+    """Of the part that lies between ``touch`` and the anchor, with V there if the bed carried
+    nothing: its length, its stretch, its elastic energy, the sum of l/EA of what is under tension,
+    the tension at the anchor, and the length without tension."""
+    length = stretch = energy = live = dead = 0.0
+    tension = max(H + friction * V, 0.0)
+    for i in range(touch.piece, last):
+        piece = pieces[i]
+        L = piece.length - touch.part if i == touch.piece else piece.length
+        V -= piece.weight * L
+        below = H + friction * V
+        if below >= 0.0:
+            under = L
+            stretch += 0.5 * (tension + below) * L / piece.stiffness
+            squares = tension * tension + tension * below + below * below
+            energy += squares * L / (6.0 * piece.stiffness)
+            tension = below
+        else:
+            under = tension / (friction * piece.weight) if tension > 0.0 else 0.0
+            stretch += 0.5 * tension * under / piece.stiffness
+            energy += tension * tension * under / (6.0 * piece.stiffness)
+            tension = 0.0
+        length += L
+        live += under / piece.stiffness
+        dead += L - under
+        if i + 1 < last:
+            V -= piece.hung
+            tension = max(H + friction * V, 0.0)
+    return length, stretch, energy, live, tension, dead
+
+
+@kernel
+def at_touch(pieces, first, V, touch):
+    """V behind ``touch``: what it would be there if the bed carried nothing."""
+    for i in range(first, touch.piece):
+        V -= pieces[i].weight * pieces[i].length + pieces[i].hung
+    return V - pieces[touch.piece].weight * touch.part

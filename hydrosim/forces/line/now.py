@@ -1,0 +1,83 @@
+"""Lines at one state of a scene, for messages and pictures: ends, pulls, strains, points."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hydrosim.forces.kind import Parts
+from hydrosim.forces.line.catenary import GONE, STATES, STEADY, Ends, find_ends, find_pull
+from hydrosim.forces.line.kind import KIND
+from hydrosim.forces.line.points import find_points
+from hydrosim.forces.line.shape import Pull
+from hydrosim.forces.signal import value
+from hydrosim.modes import MODE
+from hydrosim.scene import Scene
+
+POINTS = 41  # of a line in pictures
+
+
+@dataclass(frozen=True, eq=False)
+class LineNow:
+    """A line ``name`` with its ``constants``, its ``pieces``, its ``ends`` and its ``pull``."""
+
+    name: str
+    constants: Any
+    pieces: np.ndarray
+    ends: Ends
+    pull: Pull
+
+    @property
+    def length(self) -> float:
+        """Unstretched length [m]."""
+        return float(self.own["length"].sum())
+
+    @property
+    def distance(self) -> float:
+        """Distance of its ends [m]."""
+        return float(np.hypot(self.ends.x, self.ends.z))
+
+    @property
+    def strain(self) -> float:
+        """Largest tension over the smallest EA."""
+        ends = (self.pull.H, self.pull.V), (self.pull.anchor_H, self.pull.anchor_V)
+        return float(max(np.hypot(*each) for each in ends) / self.own["stiffness"].min())
+
+    def places(self, count: int = POINTS) -> tuple[np.ndarray, np.ndarray]:
+        """Places (count, 3) [m] from the fairlead to the anchor in the earth frame, relative to a
+        point straight below or above the fairlead at the still water; tensions (count,) [N]."""
+        line = self.constants
+        e = self.ends
+        ends = (e.x, e.z, e.bed, float(line["friction"]))
+        found, tension = find_points(
+            self.pieces, int(line["first"]), int(line["last"]), *ends, self.pull, count
+        )
+        across, height = found.T
+        return np.stack([across * e.e[0], across * e.e[1], height + e.anchor], axis=1), tension
+
+    @property
+    def own(self) -> np.ndarray:
+        """Its pieces alone."""
+        return self.pieces[self.constants["first"] : self.constants["last"]]
+
+
+def lines_now(
+    parts: Parts, scene: Scene, t: float, y: np.ndarray, modes: np.ndarray, bodies: Any, motion: Any
+) -> Iterator[LineNow]:
+    """The lines that act at a state ``y`` with its ``modes``; ``motion`` must be filled."""
+    p = KIND.of(parts)
+    for i, name in enumerate(KIND.unit_names(scene)):
+        if modes[p.mode + i, MODE] != GONE:
+            line = p.lines[i]
+            ends = find_ends(line, bodies, motion)
+            pieces = p.pieces.copy()
+            if line["paying"] != STEADY:
+                paid = value(t, line["paid"], p.signals)
+                pieces["length"][line["first"] + line["paying"]] = paid
+            guess = y[p.state + STATES * i :][:2]
+            own = (int(line["first"]), int(line["last"]), ends.x, ends.z, ends.bed)
+            pull = Pull(*find_pull(*own, float(line["friction"]), *guess, pieces))
+            yield LineNow(name, line, pieces, ends, pull)

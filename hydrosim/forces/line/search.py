@@ -1,0 +1,231 @@
+"""Search for the pull of a line from nothing: bracketed, so that it always ends.
+
+For a given H the depth that a line reaches rises with V, and with V found, the distance rises with
+H, if nothing floats where the line lies. So V is found inside (`steer`), H outside (`search`), each
+by Newton's method within a bracket. A line that ``rests`` on the bed between two hanging parts has
+two depths: V at the fairlead and Va at the anchor are found each by itself.
+"""
+
+from __future__ import annotations
+
+from math import inf, isfinite, sqrt
+from typing import NamedTuple
+
+from hydrosim.forces.line.hang import Reach, all_hanging, at_touch, find_touch, hang, lie
+from hydrosim.jit.kernels import kernel, root_giving
+
+ON_BED = 1e-12  # of the length: an anchor so close to the bed lies on it
+NO_PULL = 1e-18  # of the weight, or of EA where nothing has weight: H that is none
+STEPS = 200
+STRAIGHT_DOWN = 1e-12  # of the length: distance to which the pull ``least`` brings a hanging line
+SPLIT = 134217729.0  # 2^27 + 1
+
+
+class Frame(NamedTuple):
+    """A line between its ends: distance ``x`` and height ``z`` [m], the unit vector (``ex``,
+    ``ez``) along its chord, ``length`` [m] in all, by how much the chord is ``short`` of it,
+    ``weight`` [N], ``soft`` [m/N] the sum of l/EA, the pull ``least`` [N] that counts as none,
+    and whether the line is ``heavy``: nothing of it floats."""
+
+    x: float
+    z: float
+    ex: float
+    ez: float
+    length: float
+    short: float
+    weight: float
+    soft: float
+    least: float
+    heavy: bool
+
+
+@kernel
+def two_product(a, b):
+    """a b and its rounding error (Dekker 1971)."""
+    c = SPLIT * a
+    ah = c - (c - a)
+    al = a - ah
+    c = SPLIT * b
+    bh = c - (c - b)
+    bl = b - bh
+    p = a * b
+    return p, ((ah * bh - p) + ah * bl + al * bh) + al * bl
+
+
+@kernel
+def two_sum(a, b):
+    """a + b and its rounding error (Knuth)."""
+    s = a + b
+    t = s - a
+    return s, (a - (s - t)) + (b - t)
+
+
+@kernel
+def chord_short_of(x, z, length):
+    """``length`` less the chord, to full digits where they are nearly equal."""
+    xx, dx = two_product(x, x)
+    zz, dz = two_product(z, z)
+    ll, dl = two_product(length, length)
+    s, e = two_sum(xx, -ll)
+    s, f = two_sum(s, zz)
+    return -(s + (e + f + dx + dz - dl)) / (sqrt(x * x + z * z) + length)
+
+
+@kernel
+def frame(pieces, first, last, x, z):
+    """The `Frame` of a line."""
+    length = weight = load = soft = 0.0
+    heavy = True
+    stiffest = inf
+    for i in range(first, last):
+        piece = pieces[i]
+        hung = piece.hung if i + 1 < last else 0.0
+        length += piece.length
+        weight += piece.weight * piece.length + hung
+        load += abs(piece.weight) * piece.length + abs(hung)
+        soft += piece.length / piece.stiffness
+        stiffest = min(stiffest, piece.stiffness)
+        heavy &= piece.weight >= 0.0 and hung >= 0.0
+    chord = sqrt(x * x + z * z)
+    ex = x / chord if chord > 0.0 else 1.0
+    ez = z / chord if chord > 0.0 else 0.0
+    short = chord_short_of(x, z, length)
+    least = NO_PULL * (load if load > 0.0 else stiffest)
+    return Frame(x, z, ex, ez, length, short, weight, soft, least, heavy)
+
+
+@kernel
+def reach(pieces, first, last, H, V, lies, friction, ex, ez):
+    """Where the line leads from the fairlead: to its other end or, if it ``lies``, to the bed and
+    along it."""
+    if lies:
+        touch = find_touch(pieces, first, last, 1, V)
+    else:
+        touch = all_hanging(pieces, first, last, 1, V)
+    r = hang(pieces, first, 1, H, V, touch, ex, ez)
+    if touch.hangs:
+        return r
+    behind = at_touch(pieces, first, V, touch)
+    length, stretch, _, live, _, _ = lie(pieces, last, H, behind, touch, friction)
+    along = r.along - length * ez * ez / (1.0 + ex) + stretch * ex
+    across = r.across - (length + stretch) * ez
+    xV = r.xV + friction * live
+    return Reach(along, across, r.xH + live, xV, r.zH, r.zV, r.soft + live, r.arc)
+
+
+@kernel
+def excess(pieces, start, stop, step, H, V, f, depth, whole, lies, friction):
+    """By how much a line leads deeper than wanted, and the slope of that by V: a ``whole`` line, or
+    the part that hangs from one end down to ``depth``."""
+    if whole:
+        r = reach(pieces, start, stop, H, V, lies, friction, f.ex, f.ez)
+        return f.ez * (r.along + f.short) + f.ex * r.across, r.zV
+    touch = find_touch(pieces, start, stop, step, V)
+    r = hang(pieces, start, step, H, V, touch, 1.0, 0.0)
+    return r.across - depth, r.zV
+
+
+@kernel
+def steer(pieces, start, stop, step, H, V, f, depth, whole, lies, friction):
+    """V at the end ``start`` with which the line leads to its depth (see `excess`), for a given
+    H."""
+    low = -inf
+    high = inf
+    stride = H + abs(V)
+    before = inf
+    for _ in range(STEPS):
+        off, slope = excess(pieces, start, stop, step, H, V, f, depth, whole, lies, friction)
+        if off > 0.0:
+            high = V
+        else:
+            low = V
+        new = V - off / slope if slope > 0.0 else inf
+        good = low < new < high and abs(off) <= 0.5 * before
+        before = abs(off)
+        if not good:
+            if isfinite(low) and isfinite(high):
+                new = 0.5 * (low + high)
+            else:
+                stride *= 2.0
+                new = V + stride if off <= 0.0 else V - stride
+        if off == 0.0 or abs(new - V) <= 2e-16 * (abs(V) + H) or new in (low, high):
+            return V
+        V = new
+    return V
+
+
+@kernel
+def resting_ends(pieces, first, last, H, V, Va):
+    """The `Reach` of both hanging parts of a line that rests on the bed between them."""
+    a = hang(pieces, first, 1, H, V, find_touch(pieces, first, last, 1, V), 1.0, 0.0)
+    touch = find_touch(pieces, last - 1, first - 1, -1, Va)
+    return a, hang(pieces, last - 1, -1, H, Va, touch, 1.0, 0.0)
+
+
+@kernel
+def balance(pieces, first, last, f, bed, lies, rests, friction, H, V, Va):
+    """For a given H: the distance reached less x, its slope by H, and V at both ends, from a guess
+    of those."""
+    if rests:
+        V = steer(pieces, first, last, 1, H, V, f, f.z - bed, False, True, 0.0)
+        Va = steer(pieces, last - 1, first - 1, -1, H, Va, f, -bed, False, True, 0.0)
+        a, b = resting_ends(pieces, first, last, H, V, Va)
+        flat = f.soft - a.soft - b.soft
+        off = (f.length - f.x) + a.along + b.along + flat * H
+        slope = a.xH + b.xH + flat
+        if a.zV > 0.0:
+            slope -= a.zH * a.zH / a.zV
+        if b.zV > 0.0:
+            slope -= b.zH * b.zH / b.zV
+        return off, slope, V, Va
+    V = steer(pieces, first, last, 1, H, V, f, f.z, True, lies, friction)
+    r = reach(pieces, first, last, H, V, lies, friction, f.ex, f.ez)
+    off = f.ex * (r.along + f.short) - f.ez * r.across
+    slope = r.xH - r.xV * r.zH / r.zV if r.zV > 0.0 else r.xH
+    return off, slope, V, 0.0
+
+
+@root_giving(float, float, float, bool)
+def search(pieces, first, last, f, bed, lies, rests, friction, H, V, Va):
+    """H, V and Va of a line, from a guess of them, and whether they were found. H is 0 if the line
+    reaches its anchor without a pull."""
+    low = 0.0
+    high = inf
+    before = inf
+    H = max(H, f.least)
+    for _ in range(STEPS):
+        off, slope, V, Va = balance(pieces, first, last, f, bed, lies, rests, friction, H, V, Va)
+        if off >= 0.0 and f.least >= H:
+            return slack_pull(f, rests, off), V, Va, True
+        if off > 0.0:
+            high = H
+        else:
+            low = H
+        new = H - off / slope if slope > 0.0 else inf
+        good = low < new < high and abs(off) <= 0.5 * before
+        before = abs(off)
+        if not good:
+            new = between(f, low, high)
+        if off == 0.0 or abs(new - H) <= 4e-16 * H:
+            return H, V, Va, True
+        H = new
+    return H, V, Va, abs(off) <= 1e-9 * f.length
+
+
+@kernel
+def slack_pull(f, rests, off):
+    """H of a line that reaches x + ``off`` with the pull ``f.least``. It is 0, but of a line that
+    hangs straight down from close to above its anchor."""
+    run = off + f.x
+    straight = not rests and 0.0 < run <= STRAIGHT_DOWN * f.length
+    return f.least * f.x / run if straight else 0.0
+
+
+@kernel
+def between(f, low, high):
+    """A pull within a bracket, in which ``low`` 0 and ``high`` infinite are unknown."""
+    if low == 0.0:
+        return f.least
+    if isfinite(high):
+        return sqrt(low) * sqrt(high)
+    return max(10.0 * low, f.weight)

@@ -1,0 +1,190 @@
+"""Winches for set-up and output; their kernels are in `hydrosim.forces.line.winch`."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterator, Sequence
+from typing import Any, ClassVar
+
+import numpy as np
+
+from hydrosim.forces.kind import Columns, Kept, Modes, States, Variable, capacity_of, elements_of
+from hydrosim.forces.line import delay
+from hydrosim.forces.line.controls import Compensation
+from hydrosim.forces.line.drum import (
+    DRIVEN,
+    LENGTH_CONTROL,
+    NAMES,
+    SLIPPING_IN,
+    STUCK,
+    TENSION_CONTROL,
+)
+from hydrosim.forces.line.winch import (
+    CUT,
+    FRICTION,
+    LARGEST,
+    LENGTH,
+    LENGTH_OFF,
+    PAY_OUT,
+    SLACK,
+    SNAP,
+    SPEED,
+    STATE_NAMES,
+    STATES,
+    TAUT,
+    TENSION,
+    WORK,
+    Params,
+    Winch,
+    compile_elements,
+)
+from hydrosim.forces.pair import line_between
+from hydrosim.forces.postures import PRESSED, PosingKind, Posture, rest_at_first, with_one
+from hydrosim.modes import MODE, SEGMENT
+from hydrosim.scene import Scene
+
+DELAY = tuple(f"delay {k + 1}" for k in range(delay.STATES))
+
+
+class _Kind(PosingKind):
+    unit = "winch"
+    variables: ClassVar = {
+        "winch_tension": Variable("tension of the wire", "N", "from the point to the anchor"),
+        "winch_length": Variable("length of wire off the drum, without load", "m"),
+        "winch_speed": Variable("speed of pay-out of the drum", "m/s"),
+        "winch_work": Variable("energy that the drive of the drum has taken", "J"),
+        "winch_friction_loss": Variable("energy lost by friction in the drum", "J"),
+        "winch_snap_speed": Variable("speed at which the wire last became taut", "m/s"),
+        "winch_largest_tension": Variable("largest tension of all steps so far", "N"),
+        "winch_mode": Variable("mode of the drum", "1", flags=" ".join(NAMES)),
+        "winch_segment": Variable("wire slack, taut, or cut by its damping", "1"),
+    }
+
+    def modes(self, p: Params) -> Modes:
+        count = p.each.size
+        return Modes(count, first=np.zeros(count, dtype=int), last=np.full(count, CUT))
+
+    def states(self, p: Params, scene: Scene) -> Iterator[States]:
+        every = elements_of(scene, Winch)
+        yield States("winch", [name for name, _ in every], STATE_NAMES)
+        late = [n for n, e in every if isinstance(e.control, Compensation) and e.control.delay]
+        yield States("winch delay", late, DELAY)
+
+    def felt_states(self, p: Params) -> np.ndarray:
+        ruled = np.flatnonzero(p.each["drum"]["control"] != LENGTH_CONTROL)
+        heavy = np.flatnonzero(p.each["drum"]["acceleration"] > 0.0)
+        late = STATES * p.each.size + np.arange(delay.STATES * p.delays)
+        own = [STATES * ruled + LENGTH, STATES * heavy + SPEED, late]
+        return (p.state + np.concatenate(own)).astype(np.int64)
+
+    def is_mirrored(self, p: Params, y: np.ndarray, modes: np.ndarray) -> bool:
+        """Winches that are alike but for their ends have the same lengths and modes."""
+        own = [n for n in p.each.dtype.names or () if n not in ("row", "point", "anchor")]
+        alike: dict[bytes, list[int]] = {}
+        for i, one in enumerate(p.each):
+            alike.setdefault(b"".join(one[n].tobytes() for n in own), []).append(i)
+        lengths = y[p.state : p.state + STATES * p.each.size].reshape(-1, STATES)[:, : SPEED + 1]
+        return all(
+            np.array_equal(lengths[i], lengths[same[0]])
+            and np.array_equal(modes[i], modes[same[0]])
+            for same in alike.values()
+            for i in same
+        )
+
+    def forget(self, p: Params, y: np.ndarray) -> None:
+        """All states have a meaning."""
+
+    def renew(
+        self, p: Params, y: np.ndarray, anew: np.ndarray, possible: np.ndarray, known: np.ndarray
+    ) -> None:
+        """Winches that the run before did not have begin with the length of their start."""
+        own = slice(p.state, p.state + STATES * p.each.size + delay.STATES * p.delays)
+        y[own] = np.where(known[own], y[own], anew[own])
+
+    def postures(self, p: Params) -> Sequence[Posture]:
+        if not p.each.size:
+            return []
+        found = [Posture("winches slack", _posture(p, SLACK))]
+        found.append(Posture("winches taut", _posture(p, TAUT)))
+        slips = (p.each["drum"]["control"] == TENSION_CONTROL) & (p.each["damping"] > 0.0)
+        if slips.any():
+            slipping = _posture(p, TAUT)
+            slipping[slips, MODE] = SLIPPING_IN
+            found.append(Posture("drums slipping", slipping))
+        return found
+
+    def alone(self, p: Params, names: Sequence[str], which: Sequence[int]) -> Iterator[Posture]:
+        for i in which if p.each.size > 1 else ():
+            one = with_one(_posture(p, SLACK), _posture(p, TAUT), i)
+            yield Posture(f"{names[i]} alone taut", one)
+
+    def alike(self, p: Params) -> Sequence[Hashable]:
+        """No two winches are alike: each pulls in a direction of its own."""
+        return range(p.each.size)
+
+    def rates(self, p: Params, bodies: Any, motion: Any) -> np.ndarray:
+        """Along the wires."""
+        each = [_line(one, bodies, motion).rate for one in p.each]
+        return np.reshape(each, (-1, 1))
+
+    def pressed(self, p: Params, modes: np.ndarray, bodies: Any, motion: Any) -> Params:
+        """Constants with wires that are just taut, as stiff as at their shortest."""
+        each = p.each.copy()
+        for one, (mode, segment, _) in zip(each, modes, strict=True):
+            if segment == TAUT and mode != SLIPPING_IN:
+                distance = _line(one, bodies, motion).length
+                one["pinned"] = distance / (1.0 + PRESSED / max(distance, PRESSED))
+                one["stiffness"] *= one["pinned"] / max(_shortest(one, p), PRESSED)
+        return p._replace(each=each)
+
+    def idle_states(self, p: Params, modes: np.ndarray) -> np.ndarray:
+        """Lengths of drums that do not slip, and their speeds."""
+        still = np.flatnonzero(modes[:, MODE] != SLIPPING_IN)
+        first = p.state + STATES * still
+        return np.concatenate([first + LENGTH, first + SPEED])
+
+    def coordinates(self, scene: Scene) -> dict[str, object]:
+        return super().coordinates(scene) | capacity_of(self.unit, elements_of(scene, Winch))
+
+    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+        each = ("time", "winch")
+        n = p.each.size
+        states = kept.y[p.state : p.state + STATES * n].reshape(-1, n, STATES)
+        return {
+            "winch_tension": (each, kept.observed[:, :, TENSION]),
+            "winch_length": (each, kept.observed[:, :, LENGTH_OFF]),
+            "winch_speed": (each, kept.observed[:, :, PAY_OUT]),
+            "winch_work": (each, states[:, :, WORK]),
+            "winch_friction_loss": (each, states[:, :, FRICTION]),
+            "winch_snap_speed": (each, states[:, :, SNAP]),
+            "winch_largest_tension": (each, states[:, :, LARGEST]),
+            "winch_mode": (each, kept.modes[:, :, MODE].astype(np.int8)),
+        }
+
+
+def _posture(p: Params, wire: int) -> np.ndarray:
+    """Modes with all drums at rest, or driven by their target, and all wires alike."""
+    tense = p.each["drum"]["control"] == TENSION_CONTROL
+    modes = rest_at_first(np.full(p.each.size, wire), STUCK)
+    modes[:, MODE] = np.where(tense, STUCK, DRIVEN)
+    modes[:, SEGMENT] = wire
+    return modes
+
+
+def _line(one: Any, bodies: Any, motion: Any) -> Any:
+    """The line between the ends of a winch."""
+    ends = (one["body"], tuple(one["point"]), one["anchor_body"], tuple(one["anchor"]))
+    return line_between(*ends, bodies, motion)
+
+
+def _shortest(one: np.void, p: Params) -> float:
+    """The shortest length off the drum [m] that a winch may have."""
+    if one["drum"]["control"] == LENGTH_CONTROL:
+        signal = one["signal"]
+        pieces = p.pieces[signal["first"] : signal["last"] + 1]
+        return float(pieces["a"].min() - abs(signal["amplitude"]))
+    if one["drum"]["shortest"] > 0.0:
+        return float(one["drum"]["shortest"])
+    return float(one["start"])
+
+
+KIND = _Kind("winches", (Winch,), compile_elements)

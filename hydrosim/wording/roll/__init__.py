@@ -1,0 +1,1 @@
+"""Roll damping in words: what fits of decay tests found, and what dampings of a scene are."""

@@ -1,0 +1,94 @@
+"""`hydrosim line` from the command line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from command_line import Command, command
+from validation_data import unpacked
+
+FILE = unpacked("lines/semi_taut.txt")
+CASE = """
+title: moored
+duration: 10 s
+environment: {water_depth: 60 m}
+bodies:
+  block: {mass: 1e6 kg, radii_of_gyration: [5 m, 5 m, 5 m], dofs: [surge, sway, yaw]}
+forces:
+  bow:
+    type: catenary
+    body: block
+    point: [0 m, 0 m, 0 m]
+    anchor: [260 m, 0 m, -60 m]
+    segments: [{length: 280 m, weight: 1 kN/m, stiffness: 800 MN}]
+    seabed: {friction: 0}
+  stern:
+    type: catenary
+    body: block
+    point: [0 m, 0 m, 0 m]
+    anchor: [-260 m, 0 m, -60 m]
+    segments: [{length: 280 m, weight: 1 kN/m, stiffness: 800 MN}]
+    seabed: {friction: 0.5}
+"""
+
+
+@pytest.fixture
+def line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> Command:
+    """The command in a folder of its own, with a case."""
+    monkeypatch.chdir(tmp_path)
+    Path("case.yaml").write_text(CASE)
+    return command(monkeypatch, capsys, "line")
+
+
+def test_file(line: Command) -> None:
+    """All lines at rest, one over offsets, and a picture."""
+    done = line(FILE)
+    assert done.code == 0
+    assert "2 60 1,205 945.4 747.4 38.33 945.4 318.3 697.5" in done.out
+    assert "6 -60" in done.out
+    assert "Offset of the fairlead away from the anchor" in done.out
+    assert "Offset of the fairlead upward" in done.out
+    assert Path("semi_taut_line.png").stat().st_size > 1e4
+    other = line(FILE, "--line", "4", "--offset", "5 m", "-o", "four.png")
+    assert "4 180 1,205" in other.out
+    assert "6 -60" not in other.out
+    assert "-5.0" in other.out
+    assert Path("four.png").exists()
+
+
+def test_case(line: Command) -> None:
+    """Lines of a case, with its bodies as they start; friction is explained on demand."""
+    done = line("case.yaml", "--line", "stern", "--verbose")
+    assert done.code == 0
+    assert "moored: line stern" in done.out
+    assert "With friction on the seabed the pull has no potential" in done.out
+    table = done.out.split("Offset of the fairlead away from the anchor")[1].split("upward")[0]
+    assert "stiffness [MN/m]" in table  # the case writes MN
+    assert Path("case_line.png").exists()
+
+
+def test_keys(line: Command) -> None:
+    """`--case` prints keys alone."""
+    done = line(FILE, "--case")
+    assert done.code == 0
+    assert "line_2: type: catenary body: vessel point: [29 m, 50.23 m, -14 m]" in done.out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["case.yaml", "--line", "aft"], "--line: found aft; expected one of bow, stern"),
+        (["case.yaml", "--case"], "--case: found case.yaml, a case; expected a file of MoorDyn"),
+        ([FILE, "--set", "a=1"], "is no case; expected a case"),
+        ([FILE, "--offset", "5 kN"], "--offset: found"),
+        (["none.txt"], "none.txt: there is no such file; expected a case file (YAML), or an"),
+    ],
+)
+def test_refused(line: Command, arguments: list[str], said: str) -> None:
+    """Mistakes are told in words."""
+    done = line(*arguments)
+    assert done.code == 2
+    assert said in done.err

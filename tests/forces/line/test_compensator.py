@@ -1,0 +1,178 @@
+"""Compensators: gas springs against an independent integration, heave against closed forms."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from math import pi
+
+import numpy as np
+import pytest
+from dry_scenes import block, moving, observed_orders, scene, steady
+from modes_apart import Event, integrate
+
+import hydrosim as hs
+from hydrosim.forces import AppliedForce, Compensation, Compensator, Harmonic, Winch
+from hydrosim.forces.line.compensator import GAS, LOWER, SLACK, UPPER
+from hydrosim.forces.line.drum import DRIVEN, EMPTY, FAST_IN, FAST_OUT, FULL
+from hydrosim.scene import Scene, Start
+
+Figure = Callable[[str, float], None]
+ORIGIN = (0.0, 0.0, 0.0)
+MASS = 1e5
+WEIGHT = 9.81 * MASS
+T0, STROKE, GAS_LENGTH, N, STOP = WEIGHT, 2.0, 1.6, 1.3, 4e6
+SWING = 2.0 * pi / 8.0  # rad/s
+
+
+def on_gas(step: float, start: float = 0.3, speed: float = 0.0, damping: float = 0.0) -> Scene:
+    """A weight that hangs on a passive compensator, and starts off its middle."""
+    gas = Compensator(
+        *("block", ORIGIN, (0.0, 0.0, 20.0), 20.0, T0, STROKE, GAS_LENGTH, N, STOP, damping)
+    )
+    body = block(MASS, ("heave",), position=moving(heave=start), velocity=moving(heave=speed))
+    forces = {"gas": gas, "weight": steady(heave=-WEIGHT)}
+    return scene(body, forces, 8.0, 0.1, step=step)
+
+
+def gas_force(x: float) -> float:
+    """T0 (V0 / V)^n over the extension."""
+    return T0 * (GAS_LENGTH / (GAS_LENGTH - x)) ** N
+
+
+def force(y: np.ndarray, mode: str) -> float:
+    x = -y[0]
+    if mode == "gas":
+        return gas_force(x)
+    if mode == "upper":
+        return gas_force(1.0) + STOP * (x - 1.0)
+    return gas_force(-1.0) + STOP * (x + 1.0) if mode == "lower" else 0.0
+
+
+LIMITS = {"slack": (-9.0, -1.0 - gas_force(-1.0) / STOP), "gas": (-1.0, 1.0), "upper": (1.0, 9.0)}
+LIMITS["lower"] = (LIMITS["slack"][1], -1.0)
+ORDER = ["slack", "lower", "gas", "upper"]
+
+
+def ends_of(mode: str) -> list[Event]:
+    low, high = LIMITS[mode]
+    k = ORDER.index(mode)
+    return [
+        (lambda t, y, m: -y[0] - low, lambda t, y: ORDER[k - 1]),
+        (lambda t, y, m: high + y[0], lambda t, y: ORDER[k + 1]),
+    ]
+
+
+def rates(t: float, y: np.ndarray, mode: str) -> list[float]:
+    return [y[1], force(y, mode) / MASS - 9.81]
+
+
+@pytest.mark.parametrize(("speed", "seen"), [(0.0, {GAS}), (-6.0, {SLACK, LOWER, GAS, UPPER})])
+def test_a_gas_spring_is_that_of_an_independent_integration(
+    speed: float, seen: set[int], figure: Figure
+) -> None:
+    """Within its stroke, and through both stops and slack: to 1e-9 of the stroke, at order 4."""
+    steps = (0.01, 0.005, 0.0025)
+    runs = [hs.simulate(on_gas(h, speed=speed)) for h in steps]
+    exact, modes = integrate(rates, ends_of, "gas", [0.3, speed], runs[0].time.values)
+    errors = [np.abs(r.position.values[:, 0, 2] - exact[:, 0]).max() / STROKE for r in runs]
+    figure("error", errors[-1])
+    figure("order", observed_orders(steps, np.array(errors))[-1])
+    assert errors[-1] <= (1e-9 if len(seen) == 1 else 1e-7)
+    assert observed_orders(steps, np.array(errors))[-1] >= 3.7
+    assert runs[-1].solver_events == len(modes) - 1
+    assert {ORDER.index(mode) for mode in modes} == seen
+    assert runs[-1].energy_residual_relative <= 1e-8
+
+
+def test_the_gas_keeps_p_v_to_the_n_and_its_energy() -> None:
+    """At 0.4 m off its middle: tension and stored energy of the closed form; slow motion has n = 1
+    and the energy T0 h ln(V0 / V)."""
+    run = hs.simulate(on_gas(0.01, start=-0.4)).isel(time=0)
+    assert float(run.compensator_tension[0]) == pytest.approx(gas_force(0.4), rel=1e-13)
+    ratio = GAS_LENGTH / (GAS_LENGTH - 0.4)
+    stored = T0 * GAS_LENGTH / 0.3 * (ratio**0.3 - 1.0)
+    assert float(run.energy_stored_gas) == pytest.approx(stored, rel=1e-12)
+    slow = on_gas(0.01, start=-0.4)
+    gas = replace(slow.forces["gas"], exponent=1.0)
+    run = hs.simulate(replace(slow, forces={**slow.forces, "gas": gas})).isel(time=0)
+    assert float(run.energy_stored_gas) == pytest.approx(T0 * GAS_LENGTH * np.log(ratio))
+
+
+EA, DAMPING, SPAN = 5e8, 0.05, 50.0
+SLACK_LENGTH = SPAN / (1.0 + WEIGHT / EA)
+STRAIN = WEIGHT / EA
+
+
+def on_a_vessel(amplitude: float, control: Compensation, **changes: float | tuple) -> Scene:
+    """A load on a winch under the tip of a heavy vessel, which heaves as its force makes it."""
+    duration = float(changes.pop("duration", 40.0))
+    drum = changes.pop("drum", (0.0, np.inf))
+    winch = Winch(
+        *("block", ORIGIN, ORIGIN, EA, SLACK_LENGTH, control, drum),
+        damping=DAMPING,
+        anchor_body="vessel",
+    )
+    heavy = 1e12
+    vessel = block(
+        *(heavy, ("heave",), "vessel"),
+        centre_of_gravity=(0.0, 0.0, 60.0),
+        points={"tip": ORIGIN},
+        velocity=moving(heave=amplitude * SWING),
+    )
+    load = block(MASS, ("heave",), centre_of_gravity=(0.0, 0.0, 60.0 - SPAN))
+    drive = Harmonic(-heavy * amplitude * SWING**2, 8.0, WEIGHT)
+    forces = {
+        "winch": winch,
+        "drive": AppliedForce("vessel", ORIGIN, {"heave": drive}),
+        "weight": steady(heave=-WEIGHT),
+    }
+    return scene((load, vessel), forces, duration, 0.1, step=0.02)
+
+
+def test_full_compensation_lets_the_load_stand() -> None:
+    """With the whole rise paid out, also for the strain of the wire, the load stands still while
+    the vessel heaves by 2 m. With a gain of 1 it moves by the strain of the wire that is paid out,
+    0.2 % of the heave."""
+    run = hs.simulate(on_a_vessel(2.0, Compensation("tip of vessel", 1.0 / (1.0 + STRAIN))))
+    assert np.abs(run.position.values[:, 1, 2]).max() == pytest.approx(2.0, rel=1e-3)
+    assert np.abs(run.position.values[:, 0, 2]).max() <= 1e-7
+    run = hs.simulate(on_a_vessel(2.0, Compensation("tip of vessel")))
+    most = np.abs(run.position.values[:, 0, 2]).max()
+    assert most == pytest.approx(2.0 * STRAIN, rel=0.02)
+
+
+@pytest.mark.parametrize(("gain", "delay"), [(0.8, 0.0), (1.0, 0.5), (0.9, 1.2)])
+def test_gain_and_delay_against_the_closed_form(gain: float, delay: float, figure: Figure) -> None:
+    """Heave of the load over that of the vessel: 1 - gain exp(-i w tau), seen through the wire
+    with k = EA / l0, its damping and the mass of the load."""
+    control = Compensation("tip of vessel", gain / (1.0 + STRAIN), delay)
+    run = hs.simulate(on_a_vessel(0.01, control, duration=48.0))
+    t = run.time.values
+    late = t >= 24.0
+    basis = np.stack([np.cos(SWING * t), np.sin(SWING * t), np.ones_like(t)], axis=1)
+    fit = np.linalg.lstsq(basis[late], run.position.values[late, :, 2], rcond=None)[0]
+    amplitude = fit[0] - 1j * fit[1]
+    k = EA / SLACK_LENGTH * (1.0 + 1j * SWING * DAMPING)
+    through = k / (k - MASS * SWING**2)
+    expected = through * (1.0 - gain * np.exp(-1j * SWING * delay))
+    error = abs(amplitude[0] / amplitude[1] - expected)
+    figure("error", error)
+    assert error <= 2e-5
+
+
+def test_limits_of_speed_and_stroke_are_kept_as_events() -> None:
+    """A heave of 2 m needs 1.6 m/s: at 1 m/s the drum lags and catches up; with a stroke of 2.4 m
+    it stands at its ends. A restart from there goes on to the bit, delay included."""
+    control = Compensation("tip of vessel", 1.0, 0.4, 1.0)
+    ends = (SLACK_LENGTH - 1.2, SLACK_LENGTH + 1.2)
+    whole = replace(on_a_vessel(2.0, control, duration=16.0, drum=ends), output_states=True)
+    run = hs.simulate(whole)
+    mode = run.winch_mode.values[:, 0]
+    assert {*np.unique(mode)} == {DRIVEN, FAST_OUT, FAST_IN, EMPTY, FULL}
+    assert np.abs(run.winch_speed.values).max() <= 1.0 + 1e-9
+    assert np.abs(run.winch_length.values - SLACK_LENGTH).max() <= 1.2 + 1e-9
+    assert run.energy_residual_relative <= 1e-5
+    for time in (3.0, 7.3):
+        after = hs.simulate(replace(whole, duration=16.0 - time, initial=Start(run, time)))
+        np.testing.assert_array_equal(after.state_value[-1], run.state_value[-1])
