@@ -105,7 +105,13 @@ def test_a_restart_is_the_same_to_the_bit() -> None:
     half = hs.simulate(replace(case, duration=5.0))
     rest = hs.simulate(replace(case, duration=5.0, initial=Start(half)))
     later = whole.sel(time=rest.time.values)
-    for name in ("position", "velocity", "line_tension", "line_grounded", "energy_dissipated_astern"):
+    for name in (
+        "position",
+        "velocity",
+        "line_tension",
+        "line_grounded",
+        "energy_dissipated_astern",
+    ):
         assert np.array_equal(rest[name].values, later[name].values), name
 
 
