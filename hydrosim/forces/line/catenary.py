@@ -266,7 +266,7 @@ def pull_now(i, t, y, s, motion, p):
     dz = s.z - y[k + 3]
     H = y[k] + y[k + 4] * dx + y[k + 5] * dz
     V = y[k + 1] + y[k + 6] * dx + y[k + 7] * dz
-    near = 2.0 * H >= y[k]
+    near = y[k] <= 2.0 * H
     if not near:
         H = y[k]
         V = y[k + 1]
