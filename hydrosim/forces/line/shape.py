@@ -23,7 +23,7 @@ from typing import NamedTuple
 from hydrosim.forces.line.hang import PIECE, all_hanging, at_touch, find_touch, hang, lie
 from hydrosim.forces.line.profile import find_profile, lowest, room
 from hydrosim.forces.line.rates import is_on_bed, length_rates, stiffness, stored_energy
-from hydrosim.forces.line.search import ON_BED, frame, reach, resting_ends, search
+from hydrosim.forces.line.search import CLOSE, ON_BED, frame, reach, resting_ends, search
 from hydrosim.forces.line.stretch import span
 from hydrosim.jit.kernels import kernel
 
@@ -41,14 +41,14 @@ __all__ = [
 
 SAME = 1e-9  # relative change in the last step of Newton's method; the error is its square
 WARM = 20
-CLOSE = 1e-9  # of the length: distance of a line from its anchor
-SOLVED, BELOW, FLOATS, TWICE, LOST, BURIED = range(6)
+SOLVED, BELOW, FLOATS, TWICE, LOST, BURIED, LOOSE = range(7)
 REASONS = {
     BELOW: "its fairlead is below the seabed",
     FLOATS: "something that floats would lift a part of it that lies on the seabed",
     TWICE: "it would touch the seabed at several places",
     LOST: "no pull was found",
     BURIED: "its anchor is below the seabed",
+    LOOSE: "a piece without weight is loose, and what hangs beside it may reach the seabed",
 }
 """Why a line has no solution, by `Pull.reason`."""
 
@@ -99,9 +99,15 @@ def solve(pieces, first, last, x, z, bed, friction, H, V):
         if p.V - p.anchor_V <= f.weight:
             return p
     p = hang_or_lie(pieces, first, last, f, False, 0.0, H, V)
-    if not p.converged or lowest(pieces, first, last, z, max(p.H, f.least), p.V) >= bed:
+    loose = p.H == 0.0 and x > 0.0 and f.load > 0.0
+    if not p.converged:
         return p
-    return rest(pieces, first, last, f, bed, p.H, p.V) if f.heavy else failed(TWICE)
+    if not loose and lowest(pieces, first, last, z, max(p.H, f.least), p.V) >= bed:
+        return p
+    if not f.heavy:
+        return failed(TWICE)
+    q = rest(pieces, first, last, f, bed, p.H, p.V)
+    return failed(LOOSE) if loose and q.V - q.anchor_V > f.weight else q
 
 
 @kernel
@@ -112,7 +118,7 @@ def hang_or_lie(pieces, first, last, f, lies, friction, H, V):
     all along and nowhere below it. So what does not fit is searched again, also as if there were no
     bed."""
     found = False
-    reason = LOST
+    reason = LOST if f.heavy else FLOATS
     if H > 0.0:
         H1, V1, found = iterate(pieces, first, last, f, lies, friction, H, V)
         if found and lies and not f.heavy:
@@ -149,7 +155,7 @@ def begin(pieces, first, last, f, lies, friction, H, V):
 @kernel
 def pull_of(pieces, first, last, f, lies, friction, H, V):
     """The `Pull` of a line that hangs or ``lies`` from some place on, with H and V."""
-    if not lies:
+    if not lies or f.load == 0.0:
         end = all_hanging(pieces, first, last, 1, V)
         return Pull(H, V, end.V, H, f.length, 0.0, True, SOLVED)
     touch = find_touch(pieces, first, last, 1, V)

@@ -19,6 +19,7 @@ from hydrosim.forces.line.shape import (
     BURIED,
     FLOATS,
     PIECE,
+    SOLVED,
     TWICE,
     Pull,
     find_profile,
@@ -306,6 +307,36 @@ def test_kinks(name: str, start: float, end: float, profiles: int) -> None:
         for profile, inner, outer in ((before, low, high), (after, high, low)):
             assert 0.0 <= roomy(inner, profile) < 1e-6
             assert -1e-6 < roomy(outer, profile) <= 0.0
+
+
+def test_floating_pieces() -> None:
+    """Random lines of which pieces float, or hang from buoys: what is found reaches the anchor,
+    nowhere below the bed, and nothing that lies floats. All else is refused. The potential energy
+    is convex, so such a shape is the only one."""
+    solved = 0
+    for seed in range(300):
+        rng = np.random.default_rng([7, seed])
+        n = int(rng.integers(2, 6))
+        pieces = np.zeros(n, dtype=PIECE)
+        pieces["length"] = 10 ** rng.uniform(1.3, 3, n)
+        pieces["weight"] = 10 ** rng.uniform(1, 3.5, n) * rng.choice([-1, 1, 1, 1], n)
+        pieces["stiffness"] = 10 ** rng.uniform(5, 9.5, n)
+        pieces["hung"] = rng.choice([-1, 0, 1], n) * 10 ** rng.uniform(3, 5.5, n)
+        length = pieces["length"].sum()
+        chord = length * rng.uniform(0.5, 1.05)
+        angle = rng.uniform(0, pi / 2)
+        case = (pieces, chord * np.cos(angle), chord * np.sin(angle), 0.0, 0.0)
+        p = pull(case)
+        assert p.reason in (SOLVED, FLOATS, TWICE)
+        if not p.converged:
+            continue
+        solved += 1
+        places, _ = find_points(pieces, 0, n, *case[1:], p, 501)
+        np.testing.assert_allclose(places[-1], (case[1], 0.0), atol=1e-8 * length)
+        assert places[:, 1].min() >= -1e-9 * length
+        lies = np.cumsum(pieces["length"]) > p.touch * (1 + 1e-12)
+        assert np.all(pieces["weight"][lies] > 0.0)
+    assert solved > 200
 
 
 def test_mirror() -> None:
