@@ -173,7 +173,7 @@ def random_case(seed: int) -> Case:
     else:
         _dry(sketch)
     furnish(sketch)
-    return _with_solver(sketch, seed)
+    return with_solver(sketch, seed)
 
 
 def text_of(case: Case) -> str:
@@ -183,6 +183,16 @@ def text_of(case: Case) -> str:
 
 def _afloat(s: Sketch) -> None:
     """Hulls side by side, and what lies on their decks."""
+    d = s.draw
+    first = float_hulls(s)
+    on_deck = d.one((0, 1, 2), 60, 30, 10) if first is not SPHERE else 0
+    for form in [f for f in s.forms if f.afloat][:on_deck]:
+        mass = d.order(0.01, 0.1) * form.mass
+        _block(s, mass, under=form)
+
+
+def float_hulls(s: Sketch) -> Hull:
+    """Place hulls side by side, in the water of their databases. Returns the first."""
     d = s.draw
     hulls = d.one(((LAUNCH_BARGE,), (BOX,), (SPHERE,), (SHALLOW,), PAIR), 30, 30, 15, 10, 15)
     if hulls is not PAIR:
@@ -195,10 +205,7 @@ def _afloat(s: Sketch) -> None:
         _float_body(s, hull, i + 1, at, radiation)
         y += hull.beam + gap
     s.environment.update(water_depth=hulls[0].depth, water_density=hulls[0].density)
-    on_deck = d.one((0, 1, 2), 60, 30, 10) if hulls[0] is not SPHERE else 0
-    for form in [f for f in s.forms if f.afloat][:on_deck]:
-        mass = d.order(0.01, 0.1) * form.mass
-        _block(s, mass, under=form)
+    return hulls[0]
 
 
 def _radiation(d: Draw, hull: Hull) -> Any:
@@ -297,7 +304,7 @@ def _block(s: Sketch, mass: float, under: Form | None) -> None:
     s.add("applied_force", name, force={"heave": rounded(-mass * GRAVITY)})
 
 
-def _with_solver(s: Sketch, seed: int) -> Case:
+def with_solver(s: Sketch, seed: int) -> Case:
     """The whole case, with a method and a step that goes with its fastest rate."""
     d = s.draw
     method = d.one(("rk4", "dopri5", "esdirk4", "rk2", "heun"), 50, 20, 14, 8, 8)

@@ -24,7 +24,7 @@ def furnish(s: Sketch) -> None:
         _push(s, form)
         _damp(s, form)
     if any(form.afloat for form in s.forms):
-        _sea(s)
+        add_sea(s)
     _streams(s)
 
 
@@ -303,7 +303,7 @@ def _damp(s: Sketch, form: Form) -> None:
         s.add("quadratic_damping", form.name, damping={"sway": drag, "surge": rounded(0.1 * drag)})
 
 
-def _sea(s: Sketch) -> None:
+def add_sea(s: Sketch) -> None:
     """Waves, with a ramp or without."""
     d = s.draw
     low, high = next(form.periods for form in s.forms if form.afloat)
@@ -346,10 +346,10 @@ def _streams(s: Sketch) -> None:
         s.environment[stream] = {"speed": d.between(low, high), "heading": d.between(-pi, pi)}
         for form in s.forms:
             if stream == "wind" or form.afloat:
-                _stream_load(s, form, stream, density)
+                add_stream_load(s, form, stream, density)
 
 
-def _stream_load(s: Sketch, form: Form, stream: str, density: float) -> None:
+def add_stream_load(s: Sketch, form: Form, stream: str, density: float) -> None:
     d = s.draw
     height = -form.bottom if stream == "current" else form.top
     along = rounded(0.5 * density * d.between(0.3, 1.2) * 2.0 * form.half[1] * max(height, 1.0))

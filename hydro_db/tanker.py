@@ -22,7 +22,11 @@ HALF_LENGTH = 120.0  # m
 HALF_BEAM = 21.0  # m
 DRAUGHT = 14.0  # m
 FREEBOARD = 7.0  # m
-HOUSE = [(-112.0, -88.0), (-15.0, 15.0), (FREEBOARD, FREEBOARD + 18.0)]  # x, y and z of the deckhouse, m
+HOUSE = [
+    (-112.0, -88.0),
+    (-15.0, 15.0),
+    (FREEBOARD, FREEBOARD + 18.0),
+]  # x, y and z of the deckhouse, m
 BOW_LENGTH = 42.0  # of the ellipse, m
 STERN_LENGTH = 60.0  # of the taper, m
 STEM = 0.1  # breadth of the flat stem, of the full one
@@ -58,7 +62,9 @@ def section(x: float) -> np.ndarray:
     at the waterline."""
     angle = np.linspace(0.0, np.pi / 2, 4001)
     power = 2.0 / roundness(x)
-    outline = np.stack([half_breadth(x) * np.sin(angle) ** power, -keel_depth(x) * np.cos(angle) ** power])
+    outline = np.stack(
+        [half_breadth(x) * np.sin(angle) ** power, -keel_depth(x) * np.cos(angle) ** power]
+    )
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(outline)))])
     share = np.sin(np.linspace(0.0, 0.5, POINTS) * np.pi * 0.8) / np.sin(0.4 * np.pi)
     points = np.stack([np.interp(share * along[-1], along, line) for line in outline], axis=1)

@@ -16,7 +16,10 @@ if TYPE_CHECKING:
     from hydrosim.compiling.compile import compile_scene
     from hydrosim.database import HydroDatabase
     from hydrosim.database import load as load_database
+    from hydrosim.door.moordyn import moordyn
+    from hydrosim.door.simulation import Simulation
     from hydrosim.errors import HydrosimError, InputError, SimulationError
+    from hydrosim.forces.given.external import External
     from hydrosim.linear.linearise import linearise
     from hydrosim.linear.modes import natural_modes
     from hydrosim.plot.load import open_run
@@ -30,20 +33,23 @@ _HOME = {
     "load_case": "case",
     "HydroDatabase": "database",
     "load_database": "database",
+    "External": "forces.given.external",
     "HydrosimError": "errors",
     "InputError": "errors",
     "SimulationError": "errors",
     "linearise": "linear.linearise",
     "natural_modes": "linear.modes",
+    "moordyn": "door.moordyn",
     "open_run": "plot.load",
     "compile_scene": "compiling.compile",
     "Scene": "scene",
     "simulate": "studies.run.simulation",
+    "Simulation": "door.simulation",
     "simulate_many": "studies.many.many",
     "check": "wording.check",
 }
 __all__ = sorted(_HOME)
-_OF_RUNS = {"open_run", "simulate", "simulate_many"}
+_OF_RUNS = {"open_run", "simulate", "simulate_many", "Simulation"}
 """Functions that return runs; loading one of them registers `run.hydrosim`."""
 
 

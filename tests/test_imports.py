@@ -29,7 +29,7 @@ linear results evidence
 statistics
 compiling compare
 studies
-wording
+door wording
 plot report
 accessor
 commands

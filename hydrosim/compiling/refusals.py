@@ -18,6 +18,7 @@ from hydrosim.forces.layout import ROWS
 from hydrosim.forces.line.now import lines_now
 from hydrosim.forces.signal import Recorded
 from hydrosim.forces.spring import stretch
+from hydrosim.forces.trigger import AFTER
 from hydrosim.linear.freedom import find_constraint_rows
 from hydrosim.modes import MODE
 from hydrosim.results.points import check_points
@@ -96,6 +97,7 @@ def check_start(scene: Scene, model: Model, state: State) -> None:
     """Raises InputError if the run cannot continue from the state at the start."""
     if scene.initial is None:
         check_closed(scene, model, state)
+        _check_breaks(scene, model, state)
     _check_rigid_friction(scene, model, state)
     _check_springs(scene, model, state)
     _check_lines(scene, model, state)
@@ -127,18 +129,36 @@ def _check_rigid_friction(scene: Scene, model: Model, state: State) -> None:
 
 
 def _check_lines(scene: Scene, model: Model, state: State) -> None:
-    """Refuse catenaries that no line is, because they would be stretched by a fifth and more."""
+    """Refuse catenaries whose ends coincide, or that would be stretched by a fifth and more."""
     motion = new_work(model).motion
     n = model.bodies.active.size
     y = state.y
     place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
     for line in lines_now(model, scene, begin(scene), y, state.modes, model.bodies, motion):
+        if line.distance <= TOGETHER * line.length:
+            raise _together(line.name)
         if line.strain > STRAINED:
             raise InputError(
                 f"forces.{line.name}.segments: found {line.length:g} m in all, while its ends are"
                 f" {line.distance:.5g} m apart at the start, where it would have to stretch by"
                 f" {line.strain:.0%}; expected less than {STRAINED:.0%}. Make it longer, bring its"
                 " ends closer together, or check its stiffness EA."
+            )
+
+
+def _check_breaks(scene: Scene, model: Model, state: State) -> None:
+    """Refuse lines that part at a tension which they have at the start."""
+    acting = {name: e.active for name, e in scene.forces.items() if e.active is not None}
+    stages = state.modes[model.elements.triggers.mode :, MODE]
+    for (name, active), stage in zip(acting.items(), stages, strict=False):
+        end = active.until
+        if end is None or end.channel is None or stage != AFTER:
+            continue
+        if end.channel.endswith(f"_tension.{name}"):
+            raise InputError(
+                f"forces.{name}.breaks_at: found {end.above:g} N, and a larger tension at the"
+                " start, so that the line parts before it acts; expected a larger load. If the"
+                " load is right, make the line longer or bring its ends closer together."
             )
 
 
@@ -150,8 +170,12 @@ def _check_springs(scene: Scene, model: Model, state: State) -> None:
     p = model.elements.springs
     for name, line in zip(spring_names(scene), p.lines, strict=True):
         if stretch(line, 0.0, model.bodies, motion, p).length <= TOGETHER * line["length"]:
-            raise InputError(
-                f"forces.{name}: its point and its anchor are at the same position at the start;"
-                " expected different positions. `point` is in the frame of its body from the"
-                " centre of gravity; `anchor` is in the earth frame, or in that of anchor_body."
-            )
+            raise _together(name)
+
+
+def _together(name: str) -> InputError:
+    return InputError(
+        f"forces.{name}: its point and its anchor are at the same position at the start; expected"
+        " different positions. `point` is in the frame of its body from the centre of gravity;"
+        " `anchor` is in the earth frame, or in that of anchor_body."
+    )

@@ -47,6 +47,8 @@ from hydrosim.forces.damping import linear_damping, quadratic_damping, viscous_r
 from hydrosim.forces.damping.linear_damping import LinearDamping
 from hydrosim.forces.damping.quadratic_damping import QuadraticDamping
 from hydrosim.forces.damping.viscous_roll import ViscousRoll
+from hydrosim.forces.given import external
+from hydrosim.forces.given.external import External
 from hydrosim.forces.joint import kind as joint
 from hydrosim.forces.joint import locks, motions
 from hydrosim.forces.kind import (
@@ -99,6 +101,7 @@ class Elements(NamedTuple):
     compensators: Any
     locks: Any
     joint_motions: Any
+    externals: Any
     triggers: Any
 
 
@@ -121,6 +124,7 @@ KINDS: tuple[Kind, ...] = (
     joint.KIND,
     joint.JOINTS,
     motions.KIND,
+    external.KIND,
     trigger.KIND,
 )
 """All kinds, in the order of their states in y and of their rows of modes."""
@@ -164,6 +168,8 @@ def add_elements(t, y, modes, motion, bodies, elements, wrench, rate, dy):
         clear(dy[e.locks.state : e.locks.state + locks.STATES * e.locks.each.size])
     if e.joint_motions.each.size > 0:
         motions.add_force(y, modes, motion, bodies, e.joint_motions, wrench, rate)
+    if e.externals.each.size > 0:
+        external.add_force(t, y, modes, motion, bodies, e.externals, wrench, rate, dy)
     if e.triggers.each.size > 0:
         trigger.clear_inactive(modes, e.triggers, wrench, rate)
         clear(dy[e.triggers.state : e.triggers.state + e.triggers.each.size])
@@ -376,6 +382,38 @@ def in_gusts(elements: Elements, gusts: GustTable) -> Elements:
 def heights_of_wind(elements: Elements) -> list[float]:
     """Heights [m] of the columns of gusts, the first 10 m."""
     return [REFERENCE, *(float(z) for z in elements.stream_loads.heights)]
+
+
+def function_errors(
+    elements: Mapping[str, ForceElement],
+) -> Iterator[tuple[str, BaseException]]:
+    """Names of the external forces whose function has failed, each with its error."""
+    for name, element in elements.items():
+        if isinstance(element, External) and element.error is not None:
+            yield name, element.error
+
+
+def externals_of(elements: Mapping[str, ForceElement]) -> dict[str, External]:
+    """The external forces among ``elements``."""
+    return {name: e for name, e in elements.items() if isinstance(e, External)}
+
+
+def functions_at_stages(
+    t: float, motion: Any, bodies: Any, elements: Elements, rows: int
+) -> dict[int, np.ndarray]:
+    """Wrenches (6 nb,), by row of forces, of the functions that are called at stages, asked at the
+    time ``t`` [s] for this ``motion``; NaN where one fails."""
+    p = elements.externals
+    wrench = np.zeros((rows, motion.velocity.size))
+    external.ask_at_stage(t, motion, bodies, p, wrench)
+    return {int(e["row"]): wrench[e["row"]] for e in p.each if e["way"] == external.STAGE}
+
+
+def without_numbers(elements: Elements) -> Elements:
+    """The same elements without what differs between two makings of them: numbers of functions."""
+    each = elements.externals.each.copy()
+    each["number"] = 0
+    return elements._replace(externals=elements.externals._replace(each=each))
 
 
 def signals_of(elements: Mapping[str, ForceElement]) -> Iterator[tuple[str, Signal]]:

@@ -13,6 +13,7 @@ from hydrosim.forces import bushing, link, spring, trigger
 from hydrosim.forces.contact import fender, group, guide, loop, transitions
 from hydrosim.forces.contact.laws import COULOMB
 from hydrosim.forces.contact.tally import add_tallies
+from hydrosim.forces.given import external
 from hydrosim.forces.joint import locks, motions
 from hydrosim.forces.joint.rows import REFERENCE
 from hydrosim.forces.line import catenary, compensator, winch
@@ -39,6 +40,7 @@ def observed(elements: Elements) -> dict[str, tuple[int, int]]:
         "compensator": (elements.compensators.each.size, compensator.OBSERVED),
         "joint": (elements.locks.joints, 6),
         "joint_motion": (elements.joint_motions.each.size, motions.OBSERVED),
+        "external": (elements.externals.delayed, external.OBSERVED),
     }
 
 
@@ -93,6 +95,9 @@ def observe(t, y, modes, motion, bodies, elements, holds, wrench, out):
     if elements.joint_motions.each.size > 0:
         p = elements.joint_motions
         motions.observe(y, modes, bodies, p, holds.reaction, out[behind:])
+    behind += elements.joint_motions.each.size * motions.OBSERVED
+    if elements.externals.delayed > 0:
+        external.observe(y, elements.externals, out[behind:])
 
 
 @root
@@ -270,8 +275,9 @@ def tally(t, y, modes, motion, bodies, elements, reactions, rates):
 @kernel
 def remembers(elements):
     """True if any unit stores values that only single steps know."""
-    lines = elements.catenaries.lines.size > 0 or elements.winches.each.size > 0
-    return lines or elements.fenders.remembering > 0 or elements.fenders.groups.size > 0
+    if elements.catenaries.lines.size > 0 or elements.winches.each.size > 0:
+        return True
+    return elements.fenders.remembering > 0 or elements.fenders.groups.size > 0
 
 
 @kernel
@@ -282,6 +288,19 @@ def record_largest(t, y, modes, motion, bodies, elements):
     transitions.record_largest(t, y, modes, motion, bodies, elements.fenders)
     if elements.winches.each.size > 0:
         winch.record_largest(t, y, modes, motion, bodies, elements.winches)
+
+
+@kernel
+def samples(elements):
+    """True if any function is called once where each step ends."""
+    return elements.externals.delayed > 0
+
+
+@kernel
+def take_samples(t, jumped, y, motion, bodies, elements, wrench):
+    """Call these functions; motions may have ``jumped``. The rows of ``wrench`` are scratch.
+    Returns false if one of them fails."""
+    return external.take_samples(t, jumped, y, motion, bodies, elements.externals, wrench)
 
 
 @kernel

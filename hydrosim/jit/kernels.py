@@ -75,6 +75,8 @@ def _way() -> ModuleType:
 
 
 _ways = _way()
+WAY = next(way for way, name in WAYS.items() if name == _ways.__name__)
+"""The way in use, a name in `WAYS`."""
 
 
 def kernel_folder() -> str:

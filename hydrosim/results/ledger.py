@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 CLOSED = 1e-4  # of the exchanged energy: larger residuals cause a warning
+DELAYED = 1e-2  # of the exchanged energy: delays of external forces that give more cause a warning
 STRETCHES = 16  # of a run; intervals overlap by half
 FEWEST = 8  # output times in an interval
 LEAST = 1e-6  # J/kg of all bodies that can move, as at 1.4 mm/s: less counts as no motion
@@ -69,11 +70,12 @@ def gap(run: xr.Dataset, least: float = 0.0) -> Gap:
 
 def guard(run: xr.Dataset, mass: float = 0.0) -> None:
     """Store the relative residual of a run of bodies of this ``mass`` [kg] in its attributes. Add
-    warnings if the energy balance is open, or if friction adds energy."""
+    warnings if the energy balance is open, if friction adds energy, or if the delay of an external
+    force gives or takes much."""
     with np.errstate(over="ignore", invalid="ignore"):  # of a failed run
         worst = gap(run, LEAST * mass)
     run.attrs["energy_residual_relative"] = worst.relative
-    warn(run, [*_open(run, worst), *_giving(run)])
+    warn(run, [*_open(run, worst), *_giving(run), *_delays(run)])
 
 
 def warn(run: xr.Dataset, more: Iterable[str]) -> None:
@@ -108,6 +110,23 @@ def _giving(run: xr.Dataset) -> Iterator[str]:
             yield (
                 f"friction of {name} adds energy, {fall.max():.2g} J until {at:g} s; expected"
                 f" only losses. {_remedy(run)}."
+            )
+
+
+def _delays(run: xr.Dataset) -> Iterator[str]:
+    """Warnings about external forces whose delay gives or takes a part of the energy exchanged."""
+    if "external" not in run.dims or run.time.size < 2:
+        return
+    exchanged = _exchanged(run)[-1]
+    for name in map(str, run.external.values):
+        energy = run.external_delay_energy.sel(external=name).values
+        most = float(energy[np.abs(energy).argmax()])
+        if abs(most) > DELAYED * exchanged:
+            verb = "gives" if most > 0.0 else "takes"
+            yield (
+                f"the delay of {name} {verb} {abs(most):.2g} J, {abs(most) / exchanged:.1g} of the"
+                f" energy exchanged; expected at most {DELAYED:g}. {_remedy(run)}, coupling"
+                " extrapolated instead of held, or stage if the function does not remember."
             )
 
 

@@ -34,6 +34,7 @@ from hydrosim.stepping.state import (
     LAST_ERROR,
     LOOKS,
     NEXT_STEP,
+    NO_SAMPLE,
     NOT_FINITE,
     POINT,
     REACHED,
@@ -71,6 +72,13 @@ def advance(evaluations, run):
 
     ``run.state`` is left where the last accepted piece ended. Returns the time reached.
     """
+    return advance_until(evaluations, np.inf, run)
+
+
+@root_giving(float)
+def advance_until(evaluations, until, run):
+    """`advance`, but not beyond the time ``until``. A step is cut there if that is between two
+    points of the grid; the rest of it follows at the next call."""
     clock = run.clock
     counters = run.counters
     pace = run.scratch.pace
@@ -81,11 +89,13 @@ def advance(evaluations, run):
         if clock.block > 0:
             _take_up_block(t, run)
         make_consistent(t, run)
+        if events.samples(run.model.elements):
+            take_samples(t, False, run)
         remember(t, run)
         keep(t, run)
     while counters[POINT] < clock.points and count_evaluations(counters) < enough:
         goal = grid_time(counters[POINT] + 1, clock)
-        _cross(goal, enough, run)
+        _cross(min(goal, until), enough, run)
         if counters[STATUS] != RUNNING or pace[REACHED] < goal:
             break
         counters[POINT] += 1
@@ -166,6 +176,8 @@ def _cross(goal, enough, run):
         check(state.y, run.model, counters)
         if run.model.bodies.tree.branches.size > 0:
             _check_joints(run)
+        if events.samples(run.model.elements) and counters[STATUS] == RUNNING:
+            take_samples(t, left, run)
         remember(t, run)
         _watch(t, run)
     scratch.pace[REACHED] = t
@@ -180,6 +192,21 @@ def _record_largest(t, run):
     n = model.bodies.active.size
     place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
     events.record_largest(t, y, run.state.modes, motion, model.bodies, model.elements)
+
+
+@root
+def take_samples(t, jumped, run):
+    """Call the functions that are called once per step, at its end; motions may have ``jumped``
+    there. Loads jump, so the known slope is of no use."""
+    y = run.state.y
+    model = run.model
+    motion = run.work.motion
+    n = model.bodies.active.size
+    place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
+    wrench = run.work.wrench
+    if not events.take_samples(t, jumped, y, motion, model.bodies, model.elements, wrench):
+        run.counters[STATUS] = NO_SAMPLE
+    run.scratch.known[START_SLOPE] = 0
 
 
 @kernel

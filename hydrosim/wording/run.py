@@ -89,6 +89,7 @@ def tables_of(run: xr.Dataset) -> Iterator[Node]:
         rows = _ranges(run.compensator_tension, "compensator", "N")
         yield Table(("compensator", "mean tension", "smallest", "largest"), list(rows))
     yield from _links(run)
+    yield from _externals(run)
     if "gap" in run.dims:
         yield Table(("clearance", "smallest", "at the end"), list(_clearances(run)))
     if not is_part(run):
@@ -255,6 +256,23 @@ def _links(run: xr.Dataset) -> Iterator[Node]:
     if "pto" in run.dims:
         head = ("power take-off", "mean power", "largest", "absorbed")
         yield Table(head, list(_absorbed(run)))
+
+
+def _externals(run: xr.Dataset) -> Iterator[Node]:
+    """Functions of Python that gave forces, and the energy that a delay of theirs made."""
+    if acted := lines_of(run, "external_forces"):
+        yield List(acted, "External forces, by functions of Python", detail=True)
+    if "external" in run.dims and run.time.size:
+        last = run.isel(time=-1)
+        rows: list[list[Cell]] = [
+            [
+                name,
+                f"{int(last.external_calls.sel(external=name))}",
+                Value(float(last.external_delay_energy.sel(external=name)), "J"),
+            ]
+            for name in map(str, run.external.values)
+        ]
+        yield Table(("external force", "calls", "energy of its delay"), rows)
 
 
 def _ranges(loads: xr.DataArray, dim: str, unit: str) -> Iterator[list[Cell]]:

@@ -9,8 +9,8 @@ import pytest
 from markers import few
 
 from benchmarks.articulated_cases import TYPES, articulated_case
-from benchmarks.articulated_scenes import offences, scene_of, tried
 from benchmarks.random_cases import text_of
+from benchmarks.scene_trials import offences, scene_of, tried
 from hydrosim.case import load_case
 
 FIRST = 1_000_000
@@ -32,7 +32,7 @@ def test_a_random_articulated_case_is_one_that_a_case_file_may_hold(tmp_path: Pa
 
 
 def test_a_case_is_turned_as_a_whole() -> None:
-    scene, turned = scene_of(FIRST), scene_of(FIRST, 0.7)
+    scene, turned = scene_of(articulated_case, FIRST), scene_of(articulated_case, FIRST, 0.7)
     for body, other in zip(scene.bodies, turned.bodies, strict=True):
         assert other.heading == pytest.approx(body.heading + 0.7)
         assert other.mass == body.mass
@@ -45,7 +45,7 @@ def test_a_case_is_turned_as_a_whole() -> None:
 def test_a_random_articulated_scene(number: int) -> None:
     """It runs or says why not; its ledger is closed; turned, it turns; it goes on to the bit from a
     state on the way."""
-    trial = tried(number)
+    trial = tried(articulated_case, number)
     assert trial.status in ("complete", "failed", "refused"), trial.said
     assert trial.said or trial.status == "complete"
     assert list(offences(trial)) == []

@@ -16,7 +16,7 @@ from hydrosim.forces import AppliedForce, Harmonic, LinearMooring
 from hydrosim.results.ledger import CLOSED, gap, guard
 from hydrosim.scene import Method, Scene
 from hydrosim.stepping.record import unpack
-from hydrosim.studies.run import blow_up, simulation
+from hydrosim.studies.run import blow_up, course
 
 MASS, OMEGA = 2e4, 1.5
 
@@ -148,7 +148,7 @@ def test_a_run_is_looked_at_once_however_often_its_records_are(
         return values
 
     wall = itertools.count(0.0, 10.0)
-    monkeypatch.setattr(simulation, "running_time", lambda: next(wall))
+    monkeypatch.setattr(course, "running_time", lambda: next(wall))
     monkeypatch.setattr(blow_up, "unpack", counted)
     run = hs.simulate(oscillator(0.05, 4000))
     assert looks < 40

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import Field, StrictStr, model_validator
+from pydantic import AfterValidator, StrictStr, model_validator
 
 from hydrosim.case.elements.breaking import Breaking
 from hydrosim.case.elements.element import Where
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from hydrosim.forces.line.catenary import Catenary as Built
 
 STEEL = 7850.0  # kg/m^3
+ROUGHEST = 3.0  # friction of chain on sand or clay is about 1
+LARGEST = 0.4  # m: twice the largest chain that is made
 CHAIN = {"studless": (19.9e3, 85.4e9), "studlink": (21.9e3, 101.0e9)}
 """Mass per length over squared diameter [kg/m^3] and axial stiffness over squared diameter [N/m^2]
 of chain (Orcina, OrcaFlex manual, "Chain: mechanical properties")."""
@@ -33,6 +35,14 @@ class Chain(Strict):
     """Nominal diameter of the bar."""
     type: Literal["studless", "studlink"] = "studless"
     """Links without or with studs."""
+
+    @model_validator(mode="after")
+    def _check_diameter(self) -> Self:
+        if self.diameter > LARGEST:
+            expected = f"{LARGEST:g} m or less"
+            remedy = 'a number without a unit is in m; write "100 mm"'
+            raise problem(f"chain of {self.diameter:g} m", expected, remedy)
+        return self
 
     def weight(self, density: float, gravity: float) -> float:
         """Weight in water [N/m]."""
@@ -103,6 +113,14 @@ class Seabed(Strict):
     """Coefficient of friction along the line on the seabed. With it the line has no potential, and
     all its work is booked as its loss."""
 
+    @model_validator(mode="after")
+    def _check_friction(self) -> Self:
+        if self.friction > ROUGHEST:
+            expected = f"{ROUGHEST:g} or less"
+            remedy = 'it is a part of the weight, such as 0.5 or "50 %"'
+            raise problem(f"friction of {self.friction:g}", expected, remedy)
+        return self
+
 
 class Catenary(Breaking):
     """A mooring line with weight: segments between a point of a body and an anchor on the earth or
@@ -136,7 +154,7 @@ class Catenary(Breaking):
     anchor_body: StrictStr | None = None
     """Body that the anchor is fixed to. Without it the anchor is fixed to the earth. Example:
     tender."""
-    segments: tuple[Segment, ...] = Field(min_length=1)
+    segments: Annotated[tuple[Segment, ...], AfterValidator(of.some)]
     """Uniform pieces of the line from the fairlead to the anchor."""
     seabed: Seabed | None = None
     """Seabed at the water depth, on which the line may lie. Without it, the line touches no bed."""

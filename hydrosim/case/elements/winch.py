@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from hydrosim.forces.line.winch import Winch as Built
     from hydrosim.forces.signal import Signal
 
+LEFT = 0.01  # of the wire: a compensation without a stroke ends there
 DRUM = "drum: {shortest: 10 m, longest: 200 m}"
 
 
@@ -211,6 +212,7 @@ class Winch(Breaking):
     def _check_drum(self, control: str) -> None:
         """Refuse a drum without ends, or with a length beyond them."""
         if control == "compensation":
+            self._check_stroke()
             return
         if self.drum is None:
             raise problem(f"{control} and no drum", f"the ends of the drum: {DRUM}")
@@ -221,6 +223,13 @@ class Winch(Breaking):
         fixed = isinstance(self.speed, float) and self.speed == 0.0
         if fixed or (isinstance(self.speed, SpeedTable) and not any(self.speed.speed)):
             raise problem("a speed of 0", "one that is not 0", "a winch that stands is a spring")
+
+    def _check_stroke(self) -> None:
+        """Refuse a stroke that heaves in all of the wire."""
+        stroke = self.compensation.stroke if self.compensation else None
+        if stroke is not None and isinstance(self.length, float) and self.length <= 0.5 * stroke:
+            found = f"a stroke of {stroke:g} m and {self.length:g} m of wire"
+            raise problem(found, "a wire longer than half of the stroke, which it may heave in")
 
     def _frictions(self) -> tuple[float, float]:
         return self.friction.heave_in, self.friction.pay_out
@@ -259,7 +268,8 @@ class Winch(Breaking):
             return self.drum.shortest, self.drum.longest
         stroke = self.compensation.stroke if self.compensation else None
         if stroke is None:
-            return 0.0, inf
+            shortest = LEFT * self.length if isinstance(self.length, float) else 0.0
+            return shortest, inf
         assert isinstance(self.length, float)
         return self.length - 0.5 * stroke, self.length + 0.5 * stroke
 

@@ -179,7 +179,9 @@ def _springs(about: About) -> Iterator[Doubt]:
 
 
 def _catenaries(about: About) -> Iterator[Doubt]:
-    """Ask about strain, a line without horizontal pull, and weight in water above the water."""
+    """Ask about strain, a line without horizontal pull, and a body afloat that hangs from its
+    anchor. Lines in air, to a crane, a quay or a fixed topside, are usual."""
+    afloat = {body.name for body in about.scene.bodies if body.hydrodynamics is not None}
     state = about.state
     model = about.model
     time = about.end - about.scene.duration
@@ -193,11 +195,13 @@ def _catenaries(about: About) -> Iterator[Doubt]:
             found = f"{line.length:g} m, slack at the start: no horizontal pull"
             yield Doubt(f"{key}.segments", found, "a moored body is held by its lines")
         anchor = line.ends.anchor
-        if anchor > 0.0 and about.scene.forces[line.name].anchor_body is None:
+        moored = about.scene.forces[line.name]
+        hangs = line.ends.z < 0.0 and moored.body in afloat and moored.anchor_body is None
+        if anchor > 0.0 and hangs:
             yield Doubt(
                 f"{key}.anchor",
-                f"{_metres(anchor)} above the still water",
-                "an anchor is usually below it",
+                f"{_metres(anchor)} above the still water, and above the fairlead",
+                "an anchor is usually below both",
                 "z is upward, and weights of segments are in water.",
             )
 

@@ -1,1 +1,1 @@
-"""Lines with weight, their drag, winches with their drums, and compensators."""
+"""Lines: winches with their drums, compensators, and lines with weight and their drag."""

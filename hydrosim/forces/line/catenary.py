@@ -179,7 +179,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
         end = EARTH if e.anchor_body is None else layout.body[e.anchor_body]
         ends = (layout.body[e.body], layout.row[name], e.point, end, anchor)
         friction = e.friction or 0.0
-        drag = (e.drag_width.max(), 0.0, 0.0, _mean_stream(e, layout))
+        drag = (e.drag_width.max(), 0.0, 0.0, _current_on(e, layout))
         datum = layout.place_at_rest(e.anchor_body, anchor)[2]
         paid = (e.paying, signal, friction == 0.0, datum)
         rows.append((*ends, first, last, bed, friction, *drag, *paid))
@@ -190,13 +190,17 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
     return Params(np.array(rows, dtype=LINE), every, widths, signal_pieces, 0, 0)
 
 
-def _mean_stream(line: Catenary, layout: Layout) -> tuple[float, float]:
-    """Mean velocity [m/s] of the current over the depths between both ends of a line at rest."""
-    ends = (layout.place_at_rest(line.body, line.point), layout.place_at_rest(line.anchor_body, line.anchor))
-    top, bottom = sorted(max(0.0, -float(end[2])) for end in ends)
-    if bottom - top < ON_BED:
-        return tuple(map(float, current_at(layout.current_profile, top)))
-    return mean_current(layout.current_profile, top, bottom)
+def _current_on(line: Catenary, layout: Layout) -> tuple[float, float]:
+    """Velocity (2,) [m/s] of the current on a line: the mean over the depths of its upper half,
+    which moves most with the fairlead."""
+    top = -float(layout.place_at_rest(line.body, line.point)[2])
+    end = -float(layout.place_at_rest(line.anchor_body, line.anchor)[2])
+    middle = 0.5 * (top + end)
+    low, high = sorted((max(top, 0.0), max(middle, 0.0)))
+    if high - low < ON_BED:
+        x, y = current_at(layout.current_profile, low)
+        return float(x), float(y)
+    return mean_current(layout.current_profile, low, high)
 
 
 def _pieces(line: Catenary) -> np.ndarray:
@@ -276,7 +280,7 @@ def pull_now(i, t, y, s, motion, p):
     dz = s.z - y[k + 3]
     H = y[k] + y[k + 4] * dx + y[k + 5] * dz
     V = y[k + 1] + y[k + 6] * dx + y[k + 7] * dz
-    near = 2.0 * H >= y[k]
+    near = y[k] <= 2.0 * H
     if not near:
         H = y[k]
         V = y[k + 1]

@@ -25,8 +25,8 @@ from hydrosim.compiling.compile import Radiation, compile_for_linear
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.facts import met_by_waves
 from hydrosim.dofs import about_z
-from hydrosim.forces.damping.viscous_roll import linearised
 from hydrosim.forces import heights_of_wind
+from hydrosim.forces.damping.viscous_roll import linearised
 from hydrosim.linear.contacts import Contacts, with_contacts
 from hydrosim.linear.impedance import at_frequencies
 from hydrosim.linear.linearise import Linear, linearise

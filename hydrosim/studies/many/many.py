@@ -26,6 +26,7 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.errors import HydrosimError, InputError
+from hydrosim.forces import externals_of
 from hydrosim.interrupts import raise_if_interrupted, undisturbed
 from hydrosim.outputs import Output, as_output
 from hydrosim.results.journal import KNOWN, RESULT, Journal, Kept
@@ -178,6 +179,12 @@ def _check(scenes: Sequence[Scene], labels: Mapping[str, Sized], start: float) -
             )
     first = scenes[0]
     for run, scene in enumerate(scenes):
+        if functions := externals_of(scene.forces):
+            raise InputError(
+                f"simulate_many: found functions of Python in run {run}, {', '.join(functions)};"
+                " expected none, because runs are made in other processes. Run such cases one by"
+                " one with hydrosim.simulate."
+            )
         for what, one, other in (
             ("duration", first.duration, scene.duration),
             ("output_step", first.output_step, scene.output_step),

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hydrosim.errors import InputError, WritingError
+from hydrosim.forces import without_numbers
 from hydrosim.jit.kernels import sources_digest
 from hydrosim.jit.waiting import running_time
 from hydrosim.leftovers import is_marked
@@ -25,6 +26,7 @@ from hydrosim.outputs import Output
 from hydrosim.program import program_version, versions
 from hydrosim.stepping.state import POINT, RECORDS, RUNNING, STATUS, Run
 from hydrosim.studies.run.digest import digest
+from hydrosim.studies.run.functions import STATES, described, restore, states_of
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
@@ -109,16 +111,19 @@ class Keeper:
         if self._run.counters[STATUS] != RUNNING:
             return
         try:
-            self._write()
+            self.write()
         except (WritingError, InputError) as error:
             self._kept.say(f"warning: {error} The run continues without a new checkpoint.")
         cost = perf_counter() - begun
         self._next = perf_counter() + max(self._kept.every, cost / SHARE)
 
-    def _write(self) -> None:
+    def write(self) -> None:
+        """Save the run; raises WritingError or InputError if that cannot be."""
         output = self._kept.output
         mark = np.frombuffer(output.mark.encode(), dtype=np.uint8)
-        texts = json.dumps({**self._identity(), "wall_time": self.wall_time})
+        states = states_of(self._compiled.scene)
+        known = {**self._identity(), "wall_time": self.wall_time, STATES: states}
+        texts = json.dumps(known)
         arrays = {f"a{k}": array for k, array in enumerate(_arrays(self._run))}
         arrays = {"mark": mark, "texts": np.frombuffer(texts.encode(), dtype=np.uint8), **arrays}
         with output.written() as path, path.open("wb") as file:
@@ -134,6 +139,8 @@ class Keeper:
             if kept is None or (kept.shape, kept.dtype) != (array.shape, array.dtype):
                 raise _damaged(self._kept.output, f"a{k} has changed")
             array[...] = kept
+        scene = self._compiled.scene
+        restore(scene, scene.forces, texts.get(STATES, {}), "the checkpoint")
         return float(texts["wall_time"])
 
     def _identity(self) -> dict[str, str]:
@@ -143,10 +150,12 @@ class Keeper:
         databases = {
             f"the database of {', '.join(wet.names)}": wet.read.checksum for wet in compiled.wet
         }
+        model = run.model._replace(elements=without_numbers(run.model.elements))
         return {
             "the program": program(),
             **databases,
-            "the case": digest((run.clock, run.model, run.method, compiled.state)),
+            "the case": digest((run.clock, model, run.method, compiled.state)),
+            "the external forces": described(compiled.scene),
             CASE: compiled.scene.source.get(CASE, ""),
         }
 

@@ -12,6 +12,7 @@ from hydrosim.compiling.restart import MET
 from hydrosim.documents.layers import apply_setting, settings_of, written
 from hydrosim.documents.nodes import compose, plain
 from hydrosim.errors import InputError
+from hydrosim.studies.run.functions import ACTED
 
 RESOLVED, RUN = "case_resolved", "run"
 
@@ -96,3 +97,5 @@ def _remarks(run: xr.Dataset) -> Iterator[str]:
     for body in map(str, run.body.values):
         if chosen := run.attrs.get(f"radiation_{body}"):
             yield f"radiation of {body}: {chosen}"
+    for line in str(run.attrs.get(ACTED, "")).splitlines():
+        yield f"not in this file, but from Python by simulate(case, forces=...): {line}"

@@ -19,14 +19,14 @@ from hydrosim.forces import LinearMooring
 from hydrosim.jit.waiting import Torn
 from hydrosim.outputs import Output
 from hydrosim.scene import ConvolutionRadiation, Method, Place, Scene, Solver, WaveForces, WaveTrain
-from hydrosim.studies.run import checkpoint, simulation
+from hydrosim.studies.run import checkpoint, course
 from hydrosim.studies.run.checkpoint import Checkpoint
 
 
 @pytest.fixture(autouse=True)
 def short_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Many calls of the kernels, however fast the machine is."""
-    monkeypatch.setattr(simulation, "CHUNK", 0.0)
+    monkeypatch.setattr(course, "CHUNK", 0.0)
 
 
 def kept(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.compiling.hydrostatics.currents import draught_of
+from hydrosim.compiling.streams.currents import draught_of
 from hydrosim.forces import heights_of_wind
 from hydrosim.forces.stream_load import StreamLoad, WindLoad
 from hydrosim.scene import Scene

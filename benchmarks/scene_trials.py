@@ -1,0 +1,243 @@
+"""Are random scenes right where they are complete and unwarned?
+
+A `Maker` draws a case from a number, and turns it about the vertical. Each case is run in a worker
+that is killed after 60 s of CPU time. Its references are runs by dopri5 at tolerances 1e-10 and
+1e-11. They count where they agree to 1e-4 of the range of each point. The scene is run again turned
+about the vertical, and from a state on the way: with a fixed step it must go on to the bit.
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import warnings
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import partial
+from math import cos, sin
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from time import process_time
+from traceback import format_exc
+from typing import NamedTuple
+from unittest.mock import patch
+
+import numpy as np
+import xarray as xr
+
+import hydrosim as hs
+from benchmarks.random_cases import Case, read_arguments, text_of
+from benchmarks.random_trial import LEAST, OPEN, WITHIN
+from benchmarks.worker import Question, Worker
+from hydrosim.errors import HydrosimError, InputError
+from hydrosim.scene import Kinematics, LinearScenes, Method, Scene, Solver, Start, Tolerance
+from hydrosim.studies.run import simulation
+from hydrosim.studies.run.twin import Estimate
+
+LIMIT = 60.0  # s of CPU
+FIRM = 1e-4  # of the range of a point: what references agree to
+REFERENCES = (1e-10, 1e-11)
+TURN = 0.7  # rad
+TURNED = 1e-7  # of the range of a point, with a fixed step: rounding that grows
+
+Maker = Callable[[int, float], Case]
+"""Draws the case of a number, turned by an angle [rad]."""
+
+
+class Trial(NamedTuple):
+    """How a run ended, what was said, and what was wrong with it; its CPU time [s], evaluations and
+    events; how far it is from the reference, references from each other, and the turned scene."""
+
+    status: str
+    said: str = ""
+    wrong: tuple[str, ...] = ()
+    cpu: float = 0.0
+    evaluations: int = 0
+    events: int = 0
+    apart: float = float("nan")
+    references_apart: float = float("nan")
+    turned: float = float("nan")
+
+    @property
+    def firm(self) -> bool:
+        """Whether the references agree."""
+        return self.references_apart <= FIRM
+
+    @property
+    def right(self) -> bool:
+        """Whether the run agrees with a reference that counts."""
+        return self.firm and self.apart <= WITHIN
+
+
+def scene_of(case_of: Maker, number: int, turn: float = 0.0) -> Scene:
+    """The scene of a case, by way of its file."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder, "case.yaml")
+        path.write_text(text_of(case_of(number, turn)))
+        return hs.load_case(path).scene()
+
+
+def tried(case_of: Maker, number: int) -> Trial:
+    """Run a case, and what must not matter."""
+    begin = process_time()
+    try:
+        scene = scene_of(case_of, number)
+        run = _run(replace(scene, output_states=True))
+    except InputError as error:
+        return Trial("refused", str(error))
+    except HydrosimError as error:
+        return Trial("failed", str(error), cpu=process_time() - begin)
+    except Exception:
+        return Trial("crash", format_exc(limit=-4))
+    cpu = process_time() - begin
+    status = str(run.attrs["status"])
+    found = Trial(
+        *(status, str(run.attrs.get("warnings") or "")),
+        tuple(_wrong(run)),
+        *(cpu, int(run.attrs["solver_evaluations"]), int(run.attrs["solver_events"])),
+    )
+    if status != "complete":
+        return found
+    try:
+        wrong = [*found.wrong, *_not_continued(number, scene, run)]
+        turned = float("nan")
+        if scene.solver.kinematics is Kinematics.EXACT:  # small angles know one heading alone
+            turned = distance(_turned_back(_run(scene_of(case_of, number, TURN))), _points(run))
+            wrong += _not_turned(scene, turned)
+    except Exception:
+        return found._replace(status="crash", said=format_exc(limit=-4))
+    return found._replace(turned=turned, wrong=tuple(wrong))
+
+
+def _run(scene: Scene) -> xr.Dataset:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return hs.simulate(scene)
+
+
+def _wrong(run: xr.Dataset) -> Iterator[str]:
+    over_time = (values for values in run.data_vars.values() if "time" in values.dims)
+    numbers = (x for x in over_time if x.dtype.kind == "f" and "contact_group" not in x.dims)
+    if run.attrs["status"] == "complete" and not all(np.isfinite(x).all() for x in numbers):
+        yield "not finite, and complete"
+    residual = float(run.attrs["energy_residual_relative"])
+    if not run.attrs.get("warnings") and not residual <= OPEN:
+        yield f"open ledger, {residual:.1e}, no warning"
+
+
+def _not_turned(scene: Scene, turned: float) -> Iterator[str]:
+    limit = WITHIN if scene.solver.method.adapts else TURNED
+    if not turned <= limit:
+        yield f"turned, {turned:.1e} apart"
+
+
+def _not_continued(number: int, scene: Scene, run: xr.Dataset) -> Iterator[str]:
+    """A run from a state at a random time goes on to the bit, with a method that does not choose
+    its steps."""
+    if scene.solver.method.adapts:
+        return
+    first = int(np.random.default_rng(number).integers(1, run.time.size - 1))
+    begin = float(run.time[first])
+    start = {"initial": Start(run, begin), "at_rest": False}
+    after = _run(replace(scene, **start, duration=scene.duration - begin))
+    if not np.array_equal(_points(after), _points(run)[first:]):
+        apart = distance(_points(after), _points(run)[first:])
+        yield f"from {begin:g} s it does not go on to the bit, {apart:.1e} apart"
+
+
+def _points(run: xr.Dataset) -> np.ndarray:
+    """Named points (nt, np, 3)."""
+    return np.asarray(run.point_position.values)
+
+
+def _turned_back(run: xr.Dataset) -> np.ndarray:
+    c, s = cos(TURN), sin(TURN)
+    return _points(run) @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def distance(ours: np.ndarray, theirs: np.ndarray) -> float:
+    """Largest difference of points (nt, np, 3) over the range of the point in ``theirs``."""
+    ranges = np.ptp(theirs, axis=0).max(axis=1)
+    differences = np.abs(ours - theirs).max(axis=(0, 2))
+    return float((differences / np.maximum(ranges, LEAST)).max())
+
+
+def referenced(case_of: Maker, number: int) -> tuple[float, float]:
+    """How far the run is from the finest reference, and references from each other."""
+    scene = scene_of(case_of, number)
+    ours = _points(_run(scene))
+    with patch.object(simulation, "estimated", lambda *_: Estimate()):
+        coarse, fine = (_points(_run(_reference(scene, x))) for x in REFERENCES)
+    return distance(ours, fine), distance(coarse, fine)
+
+
+def _reference(scene: Scene, tolerance: float) -> Scene:
+    solver = Solver(
+        Method.DOPRI5, 0.005, Tolerance(tolerance, tolerance, tolerance), linear=LinearScenes.STEP
+    )
+    return replace(scene, solver=solver)
+
+
+def trials(case_of: Maker, first: int, count: int) -> Iterator[tuple[int, Trial]]:
+    """Run ``count`` cases from ``first`` on, and their references."""
+    died = Trial("crash", "the process died")
+    questions = {
+        "try": Question(partial(tried, case_of), LIMIT, died, patient=True),
+        "reference": Question(partial(referenced, case_of), 3.0 * LIMIT),
+    }
+    worker = Worker(questions)
+    for number in range(first, first + count):
+        trial = worker.ask("try", number) or Trial("hang", cpu=LIMIT)
+        if trial.status == "complete":
+            distances = worker.ask("reference", number)
+            if distances is not None:
+                trial = trial._replace(apart=distances[0], references_apart=distances[1])
+        yield number, trial
+
+
+def offences(trial: Trial) -> Iterator[str]:
+    """What is wrong with a trial."""
+    yield from trial.wrong
+    if trial.status in ("crash", "hang"):
+        yield trial.status
+    if trial.firm and not trial.right and not trial.said:
+        yield f"{trial.apart:.1e} from the reference, no warning"
+
+
+def report(found: dict[int, Trial]) -> None:
+    """Print how many there are of each kind."""
+    print(dict(Counter(trial.status for trial in found.values())))
+    firm = [trial for trial in found.values() if trial.firm]
+    right = [trial for trial in firm if trial.right]
+    warned = [trial for trial in right if trial.said]
+    print(f"complete, and references agree to {FIRM:g}: {len(firm)}")
+    print(f"unwarned: {sum(not trial.said for trial in firm)}")
+    print(f"right: {len(right)}, of those warned: {len(warned)}")
+    for number, trial in found.items():
+        for offence in offences(trial):
+            print(f"{number}: {offence}")
+
+
+def run_trials(case_of: Maker, description: str, count: int) -> None:
+    """The command line of a study of ``count`` random cases."""
+    given = read_arguments(description, count)
+    found = {}
+    for number, trial in trials(case_of, given.first, given.number):
+        found[number] = trial
+        print(_line(case_of, number, trial), flush=True)
+        if given.write and any(offences(trial)):
+            (given.write / f"{number}.yaml").write_text(text_of(case_of(number, 0.0)))
+    report(found)
+
+
+def _line(case_of: Maker, number: int, t: Trial) -> str:
+    said = t.said.replace("\n", " | ")
+    method = case_of(number, 0.0)["solver"]["method"]
+    return (
+        f"{number} {method} {t.status} apart {t.apart:.1e} references {t.references_apart:.1e}"
+        f" turned {t.turned:.1e} cpu {t.cpu:.1f} evaluations {t.evaluations} events {t.events}"
+        f" {'; '.join(t.wrong)}: {said[:300]}"
+    )

@@ -1,0 +1,211 @@
+"""`Simulation`: a run that its caller advances step by step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from math import inf, isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hydrosim.errors import InputError
+from hydrosim.forces import externals_of
+from hydrosim.forces.given.view import BodyState, body_states
+from hydrosim.jit.waiting import Torn
+from hydrosim.outputs import Output, as_output
+from hydrosim.rigid.kinematics import place_bodies
+from hydrosim.rigid.tree import record_angles
+from hydrosim.scene import ForceElement, LinearScenes, Scene
+from hydrosim.stepping.dynamics import new_work, rhs
+from hydrosim.stepping.names import force_names
+from hydrosim.stepping.run import grid_time
+from hydrosim.stepping.state import POINT
+from hydrosim.studies.run.checkpoint import Checkpoint, Keeper
+from hydrosim.studies.run.course import Course
+from hydrosim.studies.run.simulation import compiled_to_run, dataset_of, prepared, with_forces
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from hydrosim.case import Case
+
+ON_GRID = 1e-9  # of a step: times this close to a point of the grid are that point
+
+
+class Simulation:
+    """A run of a case, a file or a scene, which its caller advances.
+
+    It begins at the start of the case; ``forces`` are added to those of the case, as in `simulate`.
+    Steps are those of `simulate`: after `step` to times on the grid of steps, `result` equals its
+    dataset to the bit. A linear scene is stepped too; `simulate` does so with ``solver.linear:
+    step``.
+
+    With the file of a ``checkpoint`` that `save` has written, it goes on from there, to the bit.
+    """
+
+    def __init__(
+        self,
+        case: Case | Scene | str | Path,
+        forces: Mapping[str, ForceElement] | None = None,
+        checkpoint: str | Path | None = None,
+    ) -> None:
+        scene = with_forces(prepared(case), forces or {})
+        compiled = compiled_to_run(scene)
+        if compiled.facts.exact:
+            stepped = replace(scene.solver, linear=LinearScenes.STEP)
+            compiled = compiled_to_run(replace(scene, solver=stepped))
+        kept = _continued_from(Path(checkpoint)) if checkpoint is not None else None
+        self._course = Course(compiled, kept)
+        self._work = new_work(self._course.run.model)
+        self._torn = False
+        self._check()
+
+    @property
+    def time(self) -> float:
+        """Time [s] that the run has reached."""
+        return self._course.time
+
+    @property
+    def end(self) -> float:
+        """Time [s] of the end of the run."""
+        return float(self._course.run.clock.end)
+
+    @property
+    def ended(self) -> bool:
+        """Whether the run has reached its end."""
+        return self._course.ended
+
+    def step(self, until: float | None = None) -> float:
+        """Advance to the time ``until`` [s]; returns the time reached.
+
+        Without ``until``, this is one step: to the next point of the grid of ``solver.step``, or
+        one step of an adaptive method. A time between two points of the grid is met exactly. The
+        step is cut there and its rest follows, so later numbers differ from those of an uncut run
+        by the error of the method. The grid of an adaptive method is that of the output times.
+
+        Raises InputError for a time that has passed or is beyond the end, and SimulationError as
+        `simulate` does.
+        """
+        self._check()
+        course = self._course
+        if course.ended:
+            raise InputError(f"step: the run is at its end, {self.end:g} s; nothing is left to do.")
+        try:
+            if until is None and course.compiled.method.adapts:
+                course.take_step()
+            else:
+                until = self._next() if until is None else self._target(until)
+                for _ in course.chunks(until):
+                    pass
+        except Torn:
+            self._torn = True
+            raise
+        if course.failed:
+            course.dataset(last=False)  # raises
+        return self.time
+
+    def run(self) -> xr.Dataset:
+        """Advance to the end; returns the dataset."""
+        if not self.ended:
+            self.step(self.end)
+        return self.result()
+
+    def result(self) -> xr.Dataset:
+        """The dataset of the run until now, as `simulate` returns it. Before the end, its status is
+        "interrupted", and it ends with the last output time. At the end, a twin run may estimate
+        the error."""
+        self._check()
+        return dataset_of(self._course, estimates=self.ended, last=False)
+
+    def save(self, path: str | Path) -> Path:
+        """Write a checkpoint, from which `Simulation` goes on; returns its path. An earlier
+        checkpoint there is replaced. Raises InputError if another file is there, or if a function
+        may remember and gives no state, and WritingError if it cannot be written."""
+        self._check()
+        course = self._course
+        scene = course.compiled.scene
+        once = [name for name, e in externals_of(scene.forces).items() if not e.restarts]
+        if once:
+            raise InputError(
+                f"forces.{', '.join(once)}: the function is called once per step and may remember,"
+                " so a checkpoint is not enough to go on. Give it methods get_state and set_state,"
+                " or say External(..., repeatable=True) if it depends on its arguments alone."
+            )
+        output = as_output(path, "checkpoint")
+        Keeper(Checkpoint(output), course.compiled, course.run).write()
+        return output.path
+
+    @property
+    def state(self) -> Mapping[str, BodyState]:
+        """The motion of every body, by name."""
+        course = self._course
+        run = course.run
+        bodies = run.model.bodies
+        n = bodies.active.size
+        motion = self._work.motion
+        place_bodies(run.state.y[:n], run.state.y[n : 2 * n], bodies, motion)
+        coordinates = motion.coordinates.copy()
+        record_angles(bodies, motion, coordinates)
+        names = [body.name for body in course.compiled.scene.bodies]
+        references = bodies.each["origin"]
+        turned = motion.rotation.reshape(-1)
+        return body_states(
+            names, references, coordinates, motion.velocity, turned, bool(bodies.exact)
+        )
+
+    @property
+    def forces(self) -> dict[str, dict[str, np.ndarray]]:
+        """Wrench (6,) [N, N m] of every force on every body, by the names of both: in the earth
+        frame, about the centre of gravity. The names are those of ``force_...`` in the dataset."""
+        course = self._course
+        run = course.run
+        work = self._work
+        rates = np.zeros(run.model.size)
+        state = run.state
+        rhs(self.time, state.y, state.modes, state.history, run.model, work, rates)
+        wrench = work.wrench.reshape(run.model.rows, -1, 6)
+        bodies = [body.name for body in course.compiled.scene.bodies]
+        return {
+            name: dict(zip(bodies, wrench[row].copy(), strict=True))
+            for row, name in enumerate(force_names(course.compiled.scene))
+        }
+
+    def _check(self) -> None:
+        """Raises SimulationError if the run cannot continue."""
+        if self._torn:
+            raise InputError(
+                "step: an interrupt came within a step, which is not finished; expected a whole"
+                " step. Begin anew, or go on from a checkpoint."
+            )
+        if self._course.failed:
+            self._course.dataset(last=False)
+
+    def _next(self) -> float:
+        """The next point of the grid."""
+        run = self._course.run
+        return float(grid_time(int(run.counters[POINT]) + 1, run.clock))
+
+    def _target(self, until: float) -> float:
+        """The time ``until``, exactly on the grid if it is there but for rounding."""
+        until = float(until)
+        clock = self._course.run.clock
+        close = ON_GRID * clock.step
+        if not (isfinite(until) and self.time < until <= self.end + close):
+            raise InputError(
+                f"step: found until = {until:g} s; expected a time after {self.time:g} s, which is"
+                f" reached, and at most {self.end:g} s, the end of the run."
+            )
+        first = round((until - clock.start) / clock.step) - clock.first
+        for n in (first - 1, first, first + 1):
+            if n <= clock.points and abs(grid_time(n, clock) - until) <= close:
+                return float(grid_time(n, clock))
+        return until
+
+
+def _continued_from(path: Path) -> Checkpoint:
+    """Settings to go on from a checkpoint, and to write none by oneself."""
+    if not path.is_file():
+        raise InputError(f"checkpoint: there is no file {path}; expected one that `save` wrote.")
+    return Checkpoint(Output(path, "checkpoint", path), every=inf, resume=True)

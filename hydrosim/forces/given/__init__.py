@@ -1,0 +1,1 @@
+"""Forces that other programs and functions of the user give."""

@@ -1,0 +1,382 @@
+"""External force: a function of the user gives the wrench on a body, or on several.
+
+    F = f(t, motion of all bodies)
+
+    stage         f is called at every stage of the method: its order. f depends on its arguments
+                  alone, or the right hand side is not pure.
+    held          f is called once where each accepted step ends; F is that value: order 1
+    extrapolated  the same, F is the line through the last two values: order 2
+
+    F(s) = F_n + (s - t_n) / (t_n - t_{n-1}) (F_n - F_{n-1}),   t_n <= s <= t_{n+1}
+
+F: force and moment about the centre of gravity, earth frame; f with a point gives them about that
+point. Work is F v. The values of the last two calls are states. Where a mode switches, motions may
+jump, so the line begins anew with one value. A step that is cut there is two steps.
+
+A delay makes energy (Colgate & Schenkel 1997, of the sampled spring): the integral of (F - f) v is
+booked apart, as a part of the work. f is known where steps end, and F is equal to it where a step
+of length h begins; r h is the step before, v linear, and F - f over the step is
+
+    (F - f)(t_n + x h) = x (F - f)(t_{n+1}),  or  x (x + r) / (1 + r) (F - f)(t_{n+1})
+
+if F is held, or extrapolated. Limits: the estimate has a relative error of the order of the step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import IntEnum, StrEnum
+from math import nan
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from hydrosim.dofs import DOFS
+from hydrosim.errors import InputError
+from hydrosim.forces.given.caller import Caller, Function
+from hydrosim.forces.kind import Columns, ElementKind, Kept, States, Variable
+from hydrosim.forces.layout import Layout
+from hydrosim.jit.kernels import assign, clear, kernel, root, root_giving
+from hydrosim.jit.outside import ask
+from hydrosim.rigid.tree import record_angles
+from hydrosim.scene import ForceElement, Scene
+
+
+class Coupling(StrEnum):
+    """When the function of an external force is called."""
+
+    STAGE = "stage"
+    HELD = "held"
+    EXTRAPOLATED = "extrapolated"
+
+
+ORDERS = {
+    Coupling.STAGE: "the order of the method",
+    Coupling.HELD: "order 1",
+    Coupling.EXTRAPOLATED: "order 2",
+}
+"""Order of the error in the step."""
+
+
+@dataclass(frozen=True)
+class External(ForceElement):
+    """A force that a function gives: ``function(t, state)`` returns a wrench (6,) [N, N m] on
+    ``body``, in the earth frame about its centre of gravity, or about ``point`` [m] of the body
+    frame. ``state`` has the `BodyState` of every body by name. With the names of other bodies in
+    ``also``, it returns (1 + k, 6), that of ``body`` first.
+
+    ``coupling`` is "stage" (called at every stage of the method, with its order; the function must
+    depend on its arguments alone), "held" (called once per accepted step, in order; the value is
+    kept over the next step: order 1) or "extrapolated" (the line through the last two: order 2).
+
+    A function that is called once per step may remember. A restart then needs methods
+    ``get_state()``, which returns something that JSON can hold, and ``set_state(state)``; or
+    ``repeatable`` says that it remembers nothing.
+    """
+
+    supplies: ClassVar[bool] = True
+    function: Function
+    coupling: Coupling | str = Coupling.STAGE
+    point: tuple[float, float, float] | None = None
+    also: tuple[str, ...] = ()
+    repeatable: bool = False
+    _callers: dict[Any, Caller] = field(
+        default_factory=dict, init=False, repr=False, compare=False, hash=False
+    )
+
+    def check(self, name: str) -> None:
+        key = f"forces.{name}"
+        if not callable(self.function):
+            found = type(self.function).__name__
+            raise InputError(f"{key}.function: found {found}; expected a function f(t, state).")
+        if self.coupling not in [*Coupling]:
+            expected = ", ".join(Coupling)
+            raise InputError(f"{key}.coupling: found {self.coupling}; expected {expected}.")
+        if self.active is not None:
+            raise InputError(
+                f"{key}.active: found a condition; a function itself knows the time and the"
+                " motions. Return zeros while it does not act."
+            )
+        if self.point is not None and (np.shape(self.point) != (3,) or self.also):
+            raise InputError(
+                f"{key}.point: expected 3 coordinates [m], and one body. For several bodies, return"
+                " wrenches about their centres of gravity (`BodyState.wrench`)."
+            )
+        if len({self.body, *self.also}) < 1 + len(self.also):
+            raise InputError(f"{key}.also: found a body twice; expected different bodies.")
+
+    @property
+    def delayed(self) -> bool:
+        """Whether its function is called once per step."""
+        return self.coupling != Coupling.STAGE
+
+    @property
+    def restarts(self) -> bool:
+        """Whether a run can start from the end of another one with this force."""
+        kept = all(hasattr(self.function, name) for name in ("get_state", "set_state"))
+        return not self.delayed or self.repeatable or kept
+
+    def describe(self) -> str:
+        """Description for records."""
+        bodies = ", ".join([self.body, *self.also])
+        function = self.function
+        name = getattr(function, "__qualname__", type(function).__qualname__)
+        module = getattr(function, "__module__", None) or type(function).__module__
+        order = ORDERS[Coupling(self.coupling)]
+        return f"{module}.{name} on {bodies}, {self.coupling} ({order})"
+
+    @property
+    def error(self) -> BaseException | None:
+        """Error of its last call, if it failed."""
+        found = (caller.error for caller in self._callers.values())
+        return next((error for error in found if error is not None), None)
+
+    def caller(self, layout: Layout) -> Caller:
+        """What kernels call, for bodies as in ``layout``; an earlier error is forgotten."""
+        names = tuple(layout.body)
+        key = names, tuple(tuple(map(float, origin)) for origin in layout.origin)
+        if key not in self._callers:
+            bodies = [layout.body[name] for name in (self.body, *self.also)]
+            made = Caller(self.function, names, layout.origin, bodies, self.point)
+            self._callers[key] = made
+        self._callers[key].error = None
+        return self._callers[key]
+
+    def forgive(self) -> None:
+        """Forget the error of the last call."""
+        for caller in self._callers.values():
+            caller.error = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_callers": {}}  # their numbers belong to this process
+
+    def others(self) -> Iterator[tuple[str, str | None]]:
+        yield from (("also", name) for name in self.also)
+
+    def unit_names(self, name: str) -> Sequence[str]:
+        return (name,) if self.delayed else ()
+
+
+class Way(IntEnum):
+    """`Coupling` for kernels."""
+
+    STAGE = 0
+    HELD = 1
+    EXTRAPOLATED = 2
+
+
+STAGE = int(Way.STAGE)
+EXTRAPOLATED = int(Way.EXTRAPOLATED)
+EXTERNAL = np.dtype(
+    [
+        *(("number", int), ("row", int), ("way", int), ("state", int)),
+        *(("body", int), ("bodies", int)),
+    ]
+)
+"""An external force: number of its `Caller`, row of forces, `Way`, place of its states among those
+of all, and its bodies: ``bodies`` of them, from ``body`` on in ``members``."""
+VECTORS = ("value", "value before", "velocity at")
+"""States of each external force with a delay, six for every body: the values of the last two calls,
+and the velocity at the last one."""
+TIME, TIME_BEFORE, KNOWN, CALLS, ENERGY, SCALARS = range(6)
+"""States that follow: times of the last two calls [s], how many of them are known, the number of
+all calls, the energy of the delay [J]."""
+SCALAR_NAMES = ("time of call", "time of call before", "known values", "calls", "energy of delay")
+OBSERVED = 2  # calls and energy of the delay
+
+
+class Params(NamedTuple):
+    """The external forces ``each`` (n,) of `EXTERNAL`, the ``members`` (m,) of their bodies, and
+    the first of their states in y. ``delayed`` is how many are called once per step."""
+
+    each: np.ndarray
+    members: np.ndarray
+    delayed: int
+    state: int
+
+
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+    """Constants of the external forces among ``elements``."""
+    rows = []
+    members: list[int] = []
+    state = 0
+    for name, e in elements.items():
+        if not isinstance(e, External):
+            continue
+        bodies = [layout.body[body] for body in (e.body, *e.also)]
+        way = Way[Coupling(e.coupling).name]
+        number = e.caller(layout).number
+        rows.append((number, layout.row[name], way, state, len(members), len(bodies)))
+        members += bodies
+        state += size_of(len(bodies)) if e.delayed else 0
+    delayed = sum(row[2] != STAGE for row in rows)
+    return Params(np.array(rows, EXTERNAL), np.array(members, dtype=np.int64), delayed, 0)
+
+
+def size_of(bodies: int) -> int:
+    """Number of states of a delayed force on so many bodies."""
+    return 6 * bodies * len(VECTORS) + SCALARS
+
+
+@root
+def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+    """Write the wrench [N, N m] of every function to its row of ``wrench``, and its power [W] to
+    ``rate``, in place."""
+    for e in p.each:
+        own = wrench[e.row]
+        if e.way == STAGE:
+            ask_function(e, t, motion, bodies, own)
+        else:
+            predict(e, t, y, p, own)
+            first = p.state + e.state
+            clear(dy[first : first + 18 * e.bodies + SCALARS])
+        power = 0.0
+        for i in range(own.size):
+            power += own[i] * motion.velocity[i]
+        rate[e.row] += power
+
+
+@kernel
+def ask_function(e, t, motion, bodies, own):
+    """Wrenches ``own`` (6 nb,) that the function gives now; NaN and 0 if it fails."""
+    assign(own, motion.coordinates)
+    if bodies.tree.branches.size > 0:
+        record_angles(bodies, motion, own)
+    exact = 1 if bodies.exact else 0
+    given = ask(e.number, t, exact, own, motion.velocity, motion.rotation)
+    if given == 0:
+        for i in range(own.size):
+            own[i] = nan
+    return given
+
+
+@root
+def ask_at_stage(t, motion, bodies, p, wrench):
+    """The wrench of every function that is called at stages, into its row of ``wrench``."""
+    for e in p.each:
+        if e.way == STAGE:
+            ask_function(e, t, motion, bodies, wrench[e.row])
+
+
+@kernel
+def predict(e, t, y, p, own):
+    """Write to ``own`` (6 nb,) the value that is kept or extrapolated to ``t``."""
+    value = p.state + e.state
+    before = value + 6 * e.bodies
+    scalar = value + 18 * e.bodies
+    ahead = 0.0
+    if e.way == EXTRAPOLATED and y[scalar + KNOWN] > 1.0:
+        ahead = (t - y[scalar + TIME]) / (y[scalar + TIME] - y[scalar + TIME_BEFORE])
+    for k in range(e.bodies):
+        b = p.members[e.body + k]
+        for i in range(6):
+            last = y[value + 6 * k + i]
+            own[6 * b + i] = last + ahead * (last - y[before + 6 * k + i])
+
+
+@root_giving(bool)
+def take_samples(t, jumped, y, motion, bodies, p, wrench):
+    """Call each function that is called once per step, at the end of a step, and keep its value in
+    ``y``. Motions may have ``jumped`` there. The rows of ``wrench`` are scratch. Returns false if
+    one of them fails."""
+    good = True
+    for e in p.each:
+        if e.way != STAGE and not take_sample(e, t, jumped, y, motion, bodies, p, wrench[e.row]):
+            good = False
+    return good
+
+
+@kernel
+def take_sample(e, t, jumped, y, motion, bodies, p, own):
+    """Call a function, unless it was called at this time; returns false if it fails."""
+    value = p.state + e.state
+    before = value + 6 * e.bodies
+    speed = value + 12 * e.bodies
+    scalar = value + 18 * e.bodies
+    calls = y[scalar + CALLS]
+    step = t - y[scalar + TIME]
+    if calls > 0.0 and step <= 0.0:
+        return True
+    passed = 0.0
+    if calls > 0.0:
+        clear(own)
+        predict(e, t, y, p, own)
+        passed = work_of_rest(e, step, y, motion, p, own)
+    if ask_function(e, t, motion, bodies, own) == 0:
+        return False
+    if calls > 0.0:
+        y[scalar + ENERGY] += passed - work_of_rest(e, step, y, motion, p, own)
+    for k in range(e.bodies):
+        b = p.members[e.body + k]
+        for i in range(6):
+            j = 6 * k + i
+            y[before + j] = y[value + j]
+            y[value + j] = own[6 * b + i]
+            y[speed + j] = motion.velocity[6 * b + i]
+    y[scalar + TIME_BEFORE] = y[scalar + TIME]
+    y[scalar + TIME] = t
+    y[scalar + CALLS] = calls + 1.0
+    y[scalar + KNOWN] = 1.0 if jumped or calls == 0.0 else 2.0
+    return True
+
+
+@kernel
+def work_of_rest(e, step, y, motion, p, own):
+    """Work [J] over the last ``step`` [s] of a difference of forces that is ``own`` (6 nb,) at its
+    end and grows from zero."""
+    speed = p.state + e.state + 12 * e.bodies
+    scalar = p.state + e.state + 18 * e.bodies
+    at_start = 1.0 / 6.0
+    at_end = 1.0 / 3.0
+    if e.way == EXTRAPOLATED and y[scalar + KNOWN] > 1.0:
+        r = (y[scalar + TIME] - y[scalar + TIME_BEFORE]) / step
+        at_start = (1.0 / 12.0 + r / 6.0) / (1.0 + r)
+        at_end = (0.25 + r / 3.0) / (1.0 + r)
+    work = 0.0
+    for k in range(e.bodies):
+        b = p.members[e.body + k]
+        for i in range(6):
+            v = at_start * y[speed + 6 * k + i] + at_end * motion.velocity[6 * b + i]
+            work += step * own[6 * b + i] * v
+    return work
+
+
+@root
+def observe(y, p, out):
+    """Write the number of calls and the energy of the delay [J] of each delayed force to
+    ``out``."""
+    n = 0
+    for e in p.each:
+        if e.way != STAGE:
+            scalar = p.state + e.state + 18 * e.bodies
+            out[n] = y[scalar + CALLS]
+            out[n + 1] = y[scalar + ENERGY]
+            n += OBSERVED
+
+
+class _Kind(ElementKind):
+    unit = "external"
+    variables: ClassVar = {
+        "external_calls": Variable("calls of the function of an external force so far", "1"),
+        "external_delay_energy": Variable(
+            "energy that the delay of an external force has given to the bodies", "J"
+        ),
+    }
+
+    def states(self, p: Params, scene: Scene) -> Iterator[States]:
+        for name, e in scene.forces.items():
+            if isinstance(e, External) and e.delayed:
+                bodies = (e.body, *e.also)
+                each = [
+                    f"{what} {d} on {body}" for what in VECTORS for body in bodies for d in DOFS
+                ]
+                yield States("external", [name], [*each, *SCALAR_NAMES])
+
+    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+        calls, energy = np.moveaxis(kept.observed, -1, 0)
+        along = ("time", "external")
+        return {"external_calls": (along, calls), "external_delay_energy": (along, energy)}
+
+
+KIND = _Kind("externals", (External,), compile_elements)

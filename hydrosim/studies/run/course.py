@@ -1,0 +1,228 @@
+"""The course of a run: from its start, chunk by chunk, to its dataset."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from copy import deepcopy
+from dataclasses import replace
+from math import inf
+from time import thread_time
+from typing import TYPE_CHECKING
+
+from hydrosim.compiling.clock import compile_clock
+from hydrosim.compiling.facts import solution
+from hydrosim.errors import SimulationError
+from hydrosim.forces import function_errors
+from hydrosim.jit.refs import Held, forget
+from hydrosim.jit.waiting import Torn, running_time
+from hydrosim.results.ledger import warn
+from hydrosim.results.output import to_dataset
+from hydrosim.stepping.record import SPACING, new_record, unpack
+from hydrosim.stepping.run import advance_until, count_evaluations
+from hydrosim.stepping.state import (
+    BLOWN_UP,
+    EVALUATIONS,
+    EVENTS,
+    POINT,
+    REACHED,
+    RECORDS,
+    REJECTED,
+    RUNNING,
+    STATUS,
+    STEPS,
+    Run,
+    new_run,
+)
+from hydrosim.studies.run.aftermath import noticed
+from hydrosim.studies.run.blow_up import blown_up
+from hydrosim.studies.run.checkpoint import Checkpoint, Keeper
+from hydrosim.studies.run.failure import failure
+from hydrosim.studies.run.functions import changed, record_of
+from hydrosim.studies.run.provenance import provenance
+from hydrosim.studies.run.resolution import unresolved
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from hydrosim.compiling.compiled import Compiled
+    from hydrosim.studies.run.twin import Estimate
+
+CHUNK = 0.1  # s of processor time between reports of progress
+
+
+class Course:
+    """A run of a ``compiled`` scene, which has begun: its first record is made. With ``kept``, it
+    continues from a checkpoint and saves others. With ``propagate``, that advances the run, without
+    steps (`hydrosim.linear.propagate`)."""
+
+    def __init__(
+        self,
+        compiled: Compiled,
+        kept: Checkpoint | None = None,
+        propagate: Callable[[Run], Iterator[float]] | None = None,
+    ) -> None:
+        scene = compiled.scene
+        model = compiled.model
+        clock = compile_clock(compiled)
+        spacing = 1 if scene.output_states else SPACING
+        record = new_record(model, clock, scene.output_accelerations, spacing)
+        self.compiled = compiled
+        self.run = new_run(clock, model, compiled.method, compiled.first_state(), record)
+        self._held = Held(self.run)
+        self._evaluations = 1
+        self._seen = 0
+        self._status = "complete"
+        stepped = propagate is None  # otherwise computed at once: no checkpoint
+        self._keeper = Keeper(kept, compiled, self.run) if kept and stepped else None
+        if self._keeper:
+            self._keeper.take_up()
+        self._propagated = propagate(self.run) if propagate else None
+        self.time = (
+            next(self._propagated) if self._propagated else advance_until(0, inf, self._held)
+        )
+        self._start = running_time()
+        if self._keeper:
+            self._keeper.begin()
+
+    @property
+    def steps(self) -> int:
+        """Number of steps so far."""
+        return int(self.run.counters[STEPS])
+
+    @property
+    def failed(self) -> bool:
+        """Whether the run cannot continue."""
+        return bool(self.run.counters[STATUS] != RUNNING)
+
+    @property
+    def ended(self) -> bool:
+        """Whether the run is at its end, or cannot continue."""
+        return self.failed or int(self.run.counters[POINT]) >= self.run.clock.points
+
+    def chunks(self, until: float = inf) -> Iterator[float]:
+        """Advance to the end, or to the time ``until``, in chunks; yields the time reached. The
+        last chunk ends at the record at which the run blows up, if it does; later records are
+        discarded. Between chunks, the caller may stop; checkpoints are saved when they are due."""
+        for time in self._propagated or self._stepped(until):
+            self.time = time
+            self._look_at_functions()
+            self._look_for_blow_up()
+            yield self.time
+            if self._keeper:
+                self._keeper.look()
+            if self.failed:
+                return
+
+    def take_step(self) -> None:
+        """Advance by one step of an adaptive method."""
+        before = self.time
+        while self.time == before and not self.ended:
+            self.time = advance_until(1, inf, self._held)
+        self._look_at_functions()
+        self._look_for_blow_up()
+
+    def interrupt(self, reason: KeyboardInterrupt) -> None:
+        """End the run early."""
+        self._status = "interrupted"
+        if self._keeper and not isinstance(reason, Torn):
+            self._keeper.save()
+
+    def _stepped(self, until: float) -> Iterator[float]:
+        """Advance in chunks of about 0.1 s of processor time, so that an interrupt is handled.
+
+        The processor time of this thread counts. Otherwise, a chunk that waits for other processes
+        would shorten the next ones, each of which is followed by a test of its records.
+        """
+        counters = self.run.counters
+        while not self.ended and self.run.scratch.pace[REACHED] < until:
+            begin = thread_time()
+            before = int(count_evaluations(counters))
+            reached = advance_until(self._evaluations, until, self._held)
+            spent = int(count_evaluations(counters)) - before
+            pace = spent / max(thread_time() - begin, 1e-6)
+            self._evaluations = int(min(max(CHUNK * pace, 1), 100 * self._evaluations))
+            yield reached
+
+    def _look_at_functions(self) -> None:
+        """Raises an interrupt that came while a function of the user was called: the step is not
+        finished."""
+        for _, error in function_errors(self.compiled.scene.forces):
+            if isinstance(error, KeyboardInterrupt):
+                self.run.counters[STATUS] = RUNNING
+                raise Torn from error
+
+    def _look_for_blow_up(self) -> None:
+        """Stop at the record at which the run blows up, if it does."""
+        run = self.run
+        counters = run.counters
+        count = int(counters[RECORDS])
+        found = blown_up(self.compiled.scene, run.model, run.record, self._seen, count)
+        self._seen = count
+        if found is not None:
+            counters[RECORDS] = found + 1
+            counters[STATUS] = BLOWN_UP
+            self.time = float(unpack(run.model, run.record, found + 1, found)["time"][0])
+
+    @property
+    def complete(self) -> bool:
+        """Whether the run has ended as it should."""
+        return self._status == "complete" and not self.failed
+
+    def dataset(self, estimate: Estimate | None = None, last: bool = True) -> xr.Dataset:
+        """The dataset of the run until now, with the ``estimate`` of its error. After the ``last``
+        dataset the course is of no use: it lets go of the waves over time. Raises SimulationError
+        with the dataset if the run cannot continue."""
+        compiled = self.compiled
+        run = self.run
+        message = failure(compiled, run, self.time) if self.failed else None
+        status = self._status if last or self.ended else "interrupted"
+        attributes = self._attributes("failed" if message else status, message)
+        record = run.record
+        count = int(run.counters[RECORDS])
+        history = run.state.history if last else deepcopy(run.state.history)
+        compiled = _without_table(compiled)
+        if last:
+            del run, self.compiled, self.run, self._held, self._keeper, self._propagated
+            forget()  # with them the table of waves, if no caller holds it
+        layout = compiled.facts.layout
+        sea = compiled.sea
+        scene = compiled.scene
+        dataset = to_dataset(scene, compiled.model, layout, sea, record, count, history, attributes)
+        warn(dataset, noticed(compiled, dataset))
+        if estimate:
+            dataset.attrs["twin_evaluations"] = estimate.evaluations
+            warn(dataset, estimate.warnings)
+        if message:
+            errors = (error for _, error in function_errors(scene.forces))
+            raise SimulationError(message, dataset) from next(errors, None)
+        return dataset
+
+    def _attributes(self, status: str, message: str | None) -> dict[str, object]:
+        """Attributes of the dataset."""
+        compiled = self.compiled
+        counters = self.run.counters
+        count = int(counters[RECORDS])
+        warnings = [*compiled.notes.warnings, *unresolved(compiled, self.run.record, count)]
+        warnings += [] if self.failed else changed(compiled, self.run)
+        kept = self._keeper
+        return {
+            **provenance(compiled),
+            **record_of(compiled.scene, self.time),
+            "solver_linear": solution(compiled.scene, compiled.facts),
+            "solver_steps": int(counters[STEPS]),
+            "solver_rejected": int(counters[REJECTED]),
+            "solver_events": int(counters[EVENTS]),
+            "solver_evaluations": int(counters[EVALUATIONS]),
+            "wall_time": kept.wall_time if kept else running_time() - self._start,
+            "status": status,
+            "status_message": message,
+            "warnings": "\n".join(warnings) or None,
+        }
+
+
+def _without_table(compiled: Compiled) -> Compiled:
+    """Compiled scene without its waves over time. Only steps need them, and of a long run they are
+    a third of its record."""
+    waves = compiled.model.waves
+    model = compiled.model._replace(waves=waves._replace(values=waves.values[:0].copy()))
+    return replace(compiled, facts=replace(compiled.facts, model=model))

@@ -1,0 +1,127 @@
+"""Message of a run that cannot continue: time, reason, element and remedy."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hydrosim.compiling.joints.closed import singular_joints
+from hydrosim.forces import function_errors, lost_units
+from hydrosim.rigid.free import owners
+from hydrosim.stepping.names import force_names
+from hydrosim.stepping.record import unpack
+from hydrosim.stepping.run import PITCH
+from hydrosim.stepping.state import (
+    BLOWN_UP,
+    CAPSIZED,
+    CHATTERING,
+    NO_SAMPLE,
+    NO_SOLUTION,
+    NOT_FINITE,
+    RECORDS,
+    SINGULAR,
+    STATUS,
+    STEP_TOO_SMALL,
+    Record,
+    Run,
+    State,
+)
+from hydrosim.stepping.state_layout import StateKind
+from hydrosim.studies.run.blow_up import holder
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.compiled import Compiled
+    from hydrosim.scene import Scene
+    from hydrosim.stepping.dynamics import Model
+
+MESSAGES = {
+    NOT_FINITE: "{where} is no longer finite",
+    CAPSIZED: "the pitch of body {where} is beyond 85 deg, or the heel of its hull or tanks,"
+    " where angles are no longer defined",
+    CHATTERING: "a contact or spring changes its mode endlessly (more than 200 times in one step)",
+    STEP_TOO_SMALL: "no step is small enough to continue (200,000 steps were taken within one"
+    " solver.step, or the last was 1e-12 of the time)",
+    NO_SOLUTION: "the implicit method finds no solution for a step",
+    SINGULAR: "the joints {where} come to a place where they do not determine their forces, as a"
+    " four-bar linkage in a straight line",
+    NO_SAMPLE: "the function of an external force cannot be called: it belongs to another process,"
+    " or the call was interrupted",
+    BLOWN_UP: "the solution blows up: it holds more than ten times the energy that all sources"
+    " can have given, most of it in {where}",
+}
+REMEDY = "Try a smaller solver.step, or check the stiffness and damping of that element."
+REMEDIES = {
+    CHATTERING: "Try a smaller solver.step, solver.method: esdirk4, which is stable at any step, or"
+    " check the stiffness and damping of that element.",
+    STEP_TOO_SMALL: "Try solver.method: esdirk4, which is stable at any step, or a larger"
+    " solver.tolerance, or check the stiffness and damping of that element.",
+    NO_SAMPLE: "Run it in the process in which the function was made.",
+    SINGULAR: "End the run before, or keep the joints away from that place.",
+    NO_SOLUTION: "Try solver.method: dopri5, or check the stiffness and damping of that element.",
+}
+"""Remedies for a status if another one is better than `REMEDY`."""
+
+NAMED = {
+    StateKind.SLOW_PLACE: "the slow position in waves, {entry.name}",
+    StateKind.SLOW_DRAUGHT: "the {entry.name}",
+    StateKind.RADIATION: "a radiation state",
+    StateKind.ENERGY: "an energy",
+    StateKind.IMPULSE: "an impulse",
+}
+"""Description of a state that is not finite, other than coordinates and their rates."""
+
+
+def failure(compiled: Compiled, run: Run, time: float) -> str:
+    """Message of a run that cannot continue: time, reason, element, remedy, and earlier
+    warnings."""
+    scene = compiled.scene
+    model = compiled.model
+    counters = run.counters
+    count = int(counters[RECORDS])
+    if counters[STATUS] == BLOWN_UP:
+        where = holder(scene, model, run.record, count)
+    elif counters[STATUS] == SINGULAR:
+        where = singular_joints(scene, model, run.state)
+    else:
+        where = _where(compiled, run.state)
+    what = MESSAGES[int(counters[STATUS])].format(where=where)
+    for name, reason in lost_units(model, scene, run.state.modes):
+        what = f"the force of {name} is lost: {reason}"
+    remedy = REMEDIES.get(int(counters[STATUS]), REMEDY)
+    for name, error in function_errors(scene.forces):
+        what = f"the function of {name} fails ({type(error).__name__}: {error})"
+        remedy = "Correct the function: its traceback is the cause of this error."
+    name, size = _largest_force(scene, model, run.record, count)
+    message = (
+        f"at t = {time:.6g} s {what}. The largest force at the last record is that of {name},"
+        f" {size:.3g} N. {remedy}"
+    )
+    return "\n".join([message, *(f"Earlier warnings: {text}" for text in compiled.notes.warnings)])
+
+
+def _where(compiled: Compiled, state: State) -> str:
+    """Name of the state that is not finite, or else of the body with the steepest angle."""
+    scene = compiled.scene
+    model = compiled.model
+    n = model.bodies.active.size
+    y = state.y
+    first = int(np.argmax(~np.isfinite(y)))
+    if np.isfinite(y[first]):
+        judged = np.isin(model.bodies.active, 6 * np.arange(len(scene.bodies)) + PITCH)
+        judged[model.hulls.roll] = True
+        steepest = int(np.argmax(np.abs(y[:n]) * judged))
+        return scene.bodies[owners(model.bodies)[steepest]].name
+    kind, entry = compiled.facts.layout.at(first)
+    if kind in (StateKind.COORDINATE, StateKind.RATE):
+        return f"{entry.component} of body {entry.owner}"
+    if kind in NAMED:
+        return NAMED[StateKind(kind)].format(entry=entry)
+    return f"the {kind} of {entry.owner}"
+
+
+def _largest_force(scene: Scene, model: Model, record: Record, count: int) -> tuple[str, float]:
+    """Name and size of the largest force at the last record."""
+    wrench = unpack(model, record, count)["wrench"][-1].reshape(model.rows, -1, 6)
+    size = np.abs(wrench[:, :, :3]).max(axis=(1, 2))
+    return force_names(scene)[int(size.argmax())], float(size.max())

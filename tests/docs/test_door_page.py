@@ -1,0 +1,39 @@
+"""The programs on the page about coupling one's own code run, one after another as they stand."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hydrosim as hs
+from hydrosim.compare.exact import differences
+
+ROOT = Path(__file__).parents[2]
+SHORT = 15.0  # s, of the 1200 s of the case
+
+
+def programs() -> list[str]:
+    page = (ROOT / "docs" / "door.md").read_text()
+    found = re.findall(r"^```python\n(.*?)^```$", page, re.M | re.S)
+    assert len(found) == 4
+    return [program for program in found if "lines.txt" not in program]
+
+
+def test_the_programs_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    load = hs.load_case
+    short = replace(load(ROOT / "cases/reverse_float_over/base.yaml").scene(), duration=SHORT)
+    monkeypatch.setattr(hs, "load_case", lambda path: short, raising=False)
+    names: dict[str, object] = {}
+    results = []
+    for program in programs():
+        exec(program, names)
+        results.append(names["run"])
+    braked, wound, stepped = results
+    assert np.abs(braked.force_brake.sel(body="barge", dof="surge")).max() > 0.0
+    assert wound.external_calls[-1] == wound.solver_steps + 1
+    assert differences(stepped, hs.simulate(short)) == []
