@@ -45,6 +45,12 @@ def observed(elements: Elements) -> dict[str, tuple[int, int]]:
 
 
 @kernel
+def gusts_of(elements):
+    """The gusts that wind loads feel."""
+    return elements.stream_loads.gusts
+
+
+@kernel
 def joints_observed(elements):
     """Place of the loads of joints in the output of `observe`."""
     behind = elements.fenders.points.size * fender.OBSERVED
