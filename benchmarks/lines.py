@@ -122,9 +122,7 @@ def catenaries(count: int) -> dict[str, ForceElement]:
 def springs(count: int) -> dict[str, ForceElement]:
     """Springs between the same points."""
     curve = (np.array([0.0, 1.0]), np.array([0.0, 1e6]))
-    return {
-        f"spring_{k}": Spring("block", *_ends(k, count), 715.0, *curve) for k in range(count)
-    }
+    return {f"spring_{k}": Spring("block", *_ends(k, count), 715.0, *curve) for k in range(count)}
 
 
 def turret(duration: float) -> Scene:

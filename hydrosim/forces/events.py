@@ -1,8 +1,8 @@
 """Modes of all elements that have modes: their ends, their successors, and observed values.
 
 Rows of modes belong to contact points, springs, flows, links, bushings, catenaries, guides, joints,
-their motions and triggers, in this order. Every row has the same number of margins, which are positive
-while its mode lasts.
+their motions and triggers, in this order. Every row has the same number of margins, which are
+positive while its mode lasts.
 """
 
 from __future__ import annotations

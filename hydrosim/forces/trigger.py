@@ -68,7 +68,8 @@ TRIGGER = np.dtype(
     ]
 )
 """A trigger: the row of forces of its element, both conditions, and its own contact points,
-springs, links, bushings and catenaries, ``points`` from ``point`` on; or its flow or joint, else `NONE`."""
+springs, links, bushings and catenaries, ``points`` from ``point`` on; or its flow or joint, else
+`NONE`."""
 NONE = -1
 NO_UNITS = (0,) * 10
 

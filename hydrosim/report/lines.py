@@ -34,9 +34,7 @@ def catenaries_at_rest(scene: Scene) -> dict[str, np.ndarray]:
     for body in scene.bodies:
         turn = about_z(body.heading)
         bodies[body.name] = Placed(turn @ body.centre_of_gravity + [*body.location, 0.0], turn)
-    return {
-        name: _points(line, bodies, scene, 0.0, POINTS) for name, line in _catenaries(scene)
-    }
+    return {name: _points(line, bodies, scene, 0.0, POINTS) for name, line in _catenaries(scene)}
 
 
 def shapes_in(frames: xr.Dataset, scene: Scene) -> Iterator[tuple[str, Catenary, np.ndarray]]:
@@ -67,8 +65,9 @@ def _placed(frames: xr.Dataset, scene: Scene) -> Iterator[Mapping[str, Placed]]:
         yield {
             body.name: Placed(
                 rest[b] + now[b, :3],
-                Rotation.from_euler("ZYX", [now[b, 5] + body.heading, now[b, 4], now[b, 3]])
-                .as_matrix(),
+                Rotation.from_euler(
+                    "ZYX", [now[b, 5] + body.heading, now[b, 4], now[b, 3]]
+                ).as_matrix(),
             )
             for b, body in enumerate(scene.bodies)
         }

@@ -63,6 +63,7 @@ def check_document(scene: Scene, times: Sequence[float] = (), watch: Watch = unw
     compiled = linearisable(own)
     whole = linearisable(own.whole) if own.whole else compiled
     nodes: list[Node] = [*_verdicts(own, compiled, watch)]
+    nodes += _lists({"Lines": own.notes.drag})
     nodes += _periods_of(whole, "at the start of the run")
     end = [compiled.begin + scene.duration] if own.model.tanks.each.size else []
     for time in sorted({*times, *end}):
@@ -157,7 +158,6 @@ def _details(own: Compiled, compiled: Compiled) -> Iterator[Node]:
         yield List(said, ", ".join(wet.names))
     yield from _lists({"Joints": list(describe_joints(own.scene))})
     yield from _lists({"Radiation": notes.memory, "Recorded": notes.records})
-    yield from _lists({"Drag of lines, linearised": notes.drag})
     yield from _lists({"Where waves meet bodies": notes.meetings, "Skipped": notes.skipped})
 
 

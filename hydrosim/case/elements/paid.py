@@ -59,9 +59,12 @@ def length_signal(
     from hydrosim.errors import InputError
     from hydrosim.forces.signal import first_value, least
 
+    same: Table[float] | Recorded | Harmonic[float]
     if isinstance(form, LengthTable):
-        form = Table[float].model_construct(time=form.time, force=form.length)
-    signal = signal_of(form, key, path, "m")
+        same = Table[float].model_construct(time=form.time, force=form.length)
+    else:
+        same = form
+    signal = signal_of(same, key, path, "m")
     if not least(signal) > 0.0:
         raise InputError(
             f"{path}: {key}: found a length that falls to {least(signal):g} m; expected one that"

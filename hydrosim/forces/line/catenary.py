@@ -29,7 +29,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import inf, nan, sqrt
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -49,7 +49,16 @@ from hydrosim.scene import ForceElement
 ACTING, GONE, LOST, TAUT = range(4)
 """Modes; lines are `TAUT` in postures alone."""
 TENSION, ANCHOR_TENSION, HORIZONTAL, GROUNDED, OBSERVED = range(5)  # see `observe`
-GUESS = ("horizontal pull", "vertical pull", "span", "height", "H by x", "H by z", "V by x", "V by z")
+GUESS = (
+    "horizontal pull",
+    "vertical pull",
+    "span",
+    "height",
+    "H by x",
+    "H by z",
+    "V by x",
+    "V by z",
+)
 """States of each line: its last solution H, V [N], the x and z there [m], and its stiffness
 [N/m]."""
 STATES = len(GUESS)
@@ -120,8 +129,8 @@ LINE = np.dtype(
         *(("paying", int), ("paid", SIGNAL), ("potential", bool), ("datum", float)),
     ]
 )
-"""Constants of a line: its ends, its pieces ``first`` <= k < ``last``, the height of the seabed, its
-friction; the largest ``width`` of drag; ``damping`` c and ``drift`` m of the drag, the current; the
+"""Constants of a line: its ends, its pieces ``first`` <= k < ``last``, the height of the seabed,
+its friction; the largest ``width`` of drag; ``damping`` c and ``drift`` m of the drag, the current; the
 piece that changes its length, and this length; whether it has a potential, which counts from the
 height ``datum`` of the anchor at rest."""
 
@@ -257,7 +266,8 @@ def pull_now(i, t, y, s, motion, p):
     dz = s.z - y[k + 3]
     H = y[k] + y[k + 4] * dx + y[k + 5] * dz
     V = y[k + 1] + y[k + 6] * dx + y[k + 7] * dz
-    if H < 0.5 * y[k]:
+    near = y[k] <= 2.0 * H
+    if not near:
         H = y[k]
         V = y[k + 1]
     return pull_of(i, s, H, V, pieces, p), pieces
@@ -282,7 +292,9 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         rate[line.row] -= dot(drag, s.v)
         add_ends(line, s, pull, drag, wrench, rate)
         if line.potential and line.paying != STEADY:
-            rate[line.row] -= paid_energy(line, s, pull, pieces) * signal_rate(t, line.paid, p.signals)
+            rate[line.row] -= paid_energy(line, s, pull, pieces) * signal_rate(
+                t, line.paid, p.signals
+            )
 
 
 @kernel

@@ -70,7 +70,7 @@ def room(pieces, first, last, x, z, bed, friction, pull, profile):
         left = pull.H / friction + pull.V - f.weight
         least = min(least, (-left if profile & DEAD else left) / load)
     more = 1.0  # far from slack, whose room costs a search
-    if pull.H < TIGHT * load:
+    if pull.H / load < TIGHT:
         more = slack_room(pieces, first, last, f, bed, kind == RESTS, pull)
     return min(least, -more if profile & SLACK else more)
 
