@@ -80,8 +80,8 @@ def tables_of(run: xr.Dataset) -> Iterator[Node]:
     if "spring" in run.dims:
         yield Table(("line", "mean tension", "largest", "slack"), list(_lines(run)))
     if "line" in run.dims:
-        head = ("catenary", "mean tension", "largest", "smallest on the seabed")
-        yield Table(head, list(_catenaries(run)))
+        columns = ("catenary", "mean tension", "largest", "smallest on the seabed")
+        yield Table(columns, list(_catenaries(run)))
     yield from _links(run)
     if "gap" in run.dims:
         yield Table(("clearance", "smallest", "at the end"), list(_clearances(run)))

@@ -8,6 +8,7 @@ import numpy as np
 
 from hydrosim.compiling.questions.doubt import About, Doubt
 from hydrosim.forces.contact.fender import Contact
+from hydrosim.forces.contact.geometry import EARTH
 from hydrosim.forces.contact.normal import NormalCurve, PrescribedNormal
 from hydrosim.forces.contact.plane import Plane
 from hydrosim.forces.line.now import lines_now
@@ -198,7 +199,7 @@ def _catenaries(about: About) -> Iterator[Doubt]:
             found = f"{line.length:g} m, slack at the start: no horizontal pull"
             yield Doubt(f"{key}.segments", found, "a moored body is held by its lines")
         anchor = line.ends.anchor
-        if anchor > 0.0 and about.scene.forces[line.name].anchor_body is None:
+        if anchor > 0.0 and line.constants["anchor_body"] == EARTH:
             yield Doubt(
                 f"{key}.anchor",
                 f"{_metres(anchor)} above the still water",
