@@ -120,10 +120,7 @@ def _said(damping: float, sigma: float, kept: bool) -> str:
     if kept:
         return f"drag of {damping:.4g} N s/m across the line at the fairlead, as in the earlier run"
     if damping == 0.0:
-        return (
-            "drag without damping (c = 0), because neither waves nor a current move it through the"
-            " water"
-        )
+        return "drag without damping (c = 0), because neither waves nor a current move it"
     return (
         f"drag of {damping:.4g} N s/m across the line at the fairlead, linearised for a standard"
         f" deviation of {sigma:.3g} m/s of its velocity there"
