@@ -65,7 +65,12 @@ def moored_case(seed: int, turn: float = 0.0) -> Case:
 def _with_hulls(s: Sketch, joints: Case) -> None:
     """Hulls of the databases, perhaps with a load over the side or a boom."""
     d = s.draw
-    float_hulls(s)
+    float_hulls(s, beams_apart=d.between(2.2, 4.0))
+    for body in s.bodies.values():
+        if body.pop("dofs", None):  # those of the earth's axes would not turn
+            body.pop("initial", None)
+        if d.chance(0.6):
+            body["wave_forces"]["headings"] = "slow"
     hulls = list(s.forms)
     _moor(s, hulls)
     if len(hulls) < 3 and d.chance(0.35):
@@ -159,10 +164,8 @@ def _tie(s: Sketch, one: Form, other: Form) -> None:
     mass = min(one.mass, other.mass)
     stiffness = mass * (2.0 * pi / d.between(8.0, 30.0)) ** 2
     for x in (-0.6, 0.6):
-        near = [rounded(x * one.half[0]), one.half[1], one.top]
-        far = [rounded(x * other.half[0]), -other.half[1], other.top]
-        if one.at[1] > other.at[1]:
-            near[1], far[1] = -near[1], -far[1]
+        near = [rounded(x * one.half[0]), 0.0, one.top]
+        far = [rounded(x * other.half[0]), 0.0, other.top]
         kind = d.one(("taut", "rope", "winch"))
         add_line(s, kind, between(one, near, other, far), stiffness)
 
@@ -222,10 +225,10 @@ def _hoist(s: Sketch, ends: Ends, mass: float) -> None:
     """What carries a load: a winch of any control, a spring, or a heavy line."""
     d = s.draw
     s.units += 1
-    rate = d.order(2.5, 8.0)
-    stiffness = mass * rate**2
-    s.rates.append(1.5 * rate)
     weight = mass * GRAVITY
+    stiffness = weight / (d.order(2e-3, 2e-2) * ends.chord)
+    rate = sqrt(stiffness / mass)
+    s.rates.append(1.5 * rate)
     kind = d.one(("winch", "spring", "catenary"), 60, 20, 20)
     if kind == "winch":
         add_winch(s, ends, stiffness, weight, d.one(CONTROLS))
@@ -338,12 +341,12 @@ def _add_streams(s: Sketch) -> None:
         s.environment["current"] = _current(s)
         for form in wet:
             s.bodies[form.name]["draught"] = rounded(-form.at[2] - form.bottom)
-            if d.chance(0.7):
+            if form is wet[0] or d.chance(0.7):
                 add_stream_load(s, form, "current", 1025.0)
     if d.chance(0.45):
         s.environment["wind"] = _wind(s)
         for form in s.forms:
-            if d.chance(0.7):
+            if form is s.forms[0] or d.chance(0.7):
                 add_stream_load(s, form, "wind", 1.2)
                 load = next(reversed(s.forces.values()))
                 load["height"] = d.between(2.0, 30.0)

@@ -191,8 +191,9 @@ def _afloat(s: Sketch) -> None:
         _block(s, mass, under=form)
 
 
-def float_hulls(s: Sketch) -> Hull:
-    """Place hulls side by side, in the water of their databases. Returns the first."""
+def float_hulls(s: Sketch, beams_apart: float = 0.0) -> Hull:
+    """Place hulls side by side, in the water of their databases, closely or some beams apart.
+    Returns the first."""
     d = s.draw
     hulls = d.one(((LAUNCH_BARGE,), (BOX,), (SPHERE,), (SHALLOW,), PAIR), 30, 30, 15, 10, 15)
     if hulls is not PAIR:
@@ -203,7 +204,7 @@ def float_hulls(s: Sketch) -> Hull:
     for i, hull in enumerate(hulls):
         at = (0.0, y, hull.centre[2])
         _float_body(s, hull, i + 1, at, radiation)
-        y += hull.beam + gap
+        y += hull.beam + (beams_apart * hull.beam or gap)
     s.environment.update(water_depth=hulls[0].depth, water_density=hulls[0].density)
     return hulls[0]
 

@@ -143,6 +143,12 @@ class _Loads:
         scale = self.scale(q)
         free = freedom_of(rows / scale, np.eye(q.size))
         K = self.stiffness(q) / np.multiply.outer(scale, scale)
+        if not np.isfinite(K).all():
+            raise InputError(
+                f"equilibrium at {self.time:g} s: none found, because a line, a landing or a joint"
+                " has no force near where the bodies are. Start closer to equilibrium"
+                " (initial.position); a run from there names the element."
+            )
         U, sizes, V = np.linalg.svd(free.project_matrix(K))
         r = int(np.count_nonzero(sizes > max(FREE**2, FLAT * sizes.max(initial=0.0))))
         r = len(known.loads) if known else r

@@ -28,7 +28,7 @@ def channels(model: Model) -> dict[str, tuple[int, ...]]:
     return {
         "time": (),
         "elevation": (),
-        "wind": (1 if has_gusts(events.gusts_of(model.elements)) else 0,),
+        "wind": (events.wind_channels(model.elements),),
         "kinetic": (),
         "events": (),
         "y": (model.size - model.states.decay.size,),

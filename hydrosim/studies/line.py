@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hydrosim.case.lines.chains import mooring_lines, read_system, water_of
+from hydrosim.compiling.refusals import STRAINED
 from hydrosim.documents.text import Source
 from hydrosim.forces.line.hang import find_touch
 from hydrosim.forces.line.now import lines_now
@@ -183,7 +184,20 @@ def lines_of_file(file: Path) -> list[StillLine]:
                 float(np.arctan2(across[1], across[0])),
             )
         )
+        _check_strain(found[-1], source)
     return found
+
+
+def _check_strain(line: StillLine, source: Source) -> None:
+    """Refuse a line that no line is, because it would be stretched by a fifth and more."""
+    pull = line.pull()
+    strain = float(np.hypot(pull.H, pull.V)) / float(line.pieces["stiffness"].min())
+    if pull.converged and strain > STRAINED:
+        source.wrong(
+            f"found line {line.name} of {line.length:g} m, while its ends are"
+            f" {float(np.hypot(line.x, line.z)):.5g} m apart, where it would have to stretch by"
+            f" {strain:.0%}; expected less than {STRAINED:.0%}"
+        )
 
 
 def angle_at_fairlead(pull: Pull) -> float:

@@ -83,11 +83,11 @@ def tables_of(run: xr.Dataset) -> Iterator[Node]:
         head = ("catenary", "mean tension", "largest", "smallest on the seabed")
         yield Table(head, list(_catenaries(run)))
     if "winch" in run.dims:
-        head = ("winch", "mean tension", "largest", "slack", "shortest", "longest")
-        yield Table(head, list(_winches(run)))
+        columns = ("winch", "mean tension", "largest", "slack", "shortest", "longest")
+        yield Table(columns, list(_winches(run)))
     if "compensator" in run.dims:
-        rows = _ranges(run.compensator_tension, "compensator", "N")
-        yield Table(("compensator", "mean tension", "smallest", "largest"), list(rows))
+        loads = list(_ranges(run.compensator_tension, "compensator", "N"))
+        yield Table(("compensator", "mean tension", "smallest", "largest"), loads)
     yield from _links(run)
     yield from _externals(run)
     if "gap" in run.dims:

@@ -7,7 +7,7 @@ buoy there. Three lines at a free point are a bridle, which is refused.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from math import pi
+from math import inf, pi
 from pathlib import Path
 from typing import NoReturn
 
@@ -20,6 +20,7 @@ from hydrosim.errors import InputError
 
 Water = tuple[float, float]
 """Density [kg/m^3] and gravity [m/s^2]."""
+DEEPER = 1e-3  # of the depth: an anchor this little below the seabed is on it
 YAML = (".yaml", ".yml")
 
 
@@ -77,6 +78,23 @@ def _check_names(system: System, source: Source) -> None:
                 source.unknown(f"point at an end of line {name},", end, [*system.points])
         if not piece.length > 0.0:
             source.wrong(f"found length {piece.length:g} m of line {name}; expected one above 0")
+        kind = system.types[piece.type]
+        if not kind.stiffness > 0.0:
+            source.wrong(f"found EA {kind.stiffness:g} N of {piece.type}; expected one above 0")
+        if kind.diameter < 0.0 or kind.mass < 0.0:
+            source.wrong(f"found a negative diameter or mass of {piece.type}; expected 0 or more")
+    _check_depths(system, source)
+
+
+def _check_depths(system: System, source: Source) -> None:
+    """Refuse points below the seabed, but for what digits of a file leave."""
+    depth = inf if system.depth is None else system.depth
+    for name, point in system.points.items():
+        if point.held is Held.EARTH and -point.place[2] > depth * (1.0 + DEEPER):
+            source.wrong(
+                f"found point {name} {-point.place[2]:g} m below the water, and a depth of"
+                f" {depth:g} m; expected points on the seabed or above it"
+            )
 
 
 def _lines_at(system: System) -> Mapping[str, list[str]]:
