@@ -8,7 +8,6 @@ import numpy as np
 
 from hydrosim.compiling.questions.doubt import About, Doubt
 from hydrosim.forces.contact.fender import Contact
-from hydrosim.forces.contact.geometry import EARTH
 from hydrosim.forces.contact.normal import NormalCurve, PrescribedNormal
 from hydrosim.forces.contact.plane import Plane
 from hydrosim.forces.line.now import lines_now
