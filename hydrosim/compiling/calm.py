@@ -10,9 +10,9 @@ import numpy as np
 
 from hydrosim.compiling.automatic import with_method
 from hydrosim.compiling.compiled import Compiled
+from hydrosim.compiling.drag.lines import with_line_drag
 from hydrosim.compiling.facts import facts_of
 from hydrosim.compiling.families import members_of
-from hydrosim.compiling.line_drag import with_line_drag
 from hydrosim.compiling.model import model_of
 from hydrosim.compiling.notes_of_sea import notes_of_sea
 from hydrosim.compiling.questions import asked

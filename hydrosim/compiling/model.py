@@ -10,14 +10,14 @@ import numpy as np
 
 from hydrosim import forces, radiation
 from hydrosim.compiling import families
-from hydrosim.compiling.hydrostatics.currents import currents_on, draught_of
+from hydrosim.compiling.drag.roll_mode import roll_mode
 from hydrosim.compiling.hydrostatics.hulls import hulls_of
 from hydrosim.compiling.hydrostatics.liquids import liquids_of
 from hydrosim.compiling.hydrostatics.tanks import tanks_of
 from hydrosim.compiling.hydrostatics.weights import weights_of
 from hydrosim.compiling.joints.bodies import bodies_of
 from hydrosim.compiling.restart import initial_headings
-from hydrosim.compiling.roll_mode import roll_mode
+from hydrosim.compiling.streams.currents import currents_on, draught_of
 from hydrosim.compiling.wet import WetGroup, each_alone, moving, resonance
 from hydrosim.database.database import HydroDatabase, needed
 from hydrosim.dofs import about_z

@@ -18,8 +18,8 @@ class Notes:
     the ``streams``, wind and current. ``symmetry`` is a text on the
     use of symmetry, and ``zero`` has the names of coordinates that are zero by it. ``memory`` holds
     the errors of the radiation memory. ``radiation_error`` is the largest change of motions by
-    them, NaN if unknown. ``method`` is the chosen method, and the reason. ``drag`` is about the
-    drag of lines.
+    them, NaN if unknown. ``method`` is the chosen method, and the reason. ``drag`` is about
+    drag and friction of lines.
     """
 
     skipped: tuple[str, ...] = ()

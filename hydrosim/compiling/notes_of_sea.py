@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.compiling.blowing import said_of_streams
 from hydrosim.compiling.joints.closed import describe_dropped, moves_freely
 from hydrosim.compiling.meetings import (
     coarse_headings,
@@ -17,6 +16,7 @@ from hydrosim.compiling.meetings import (
     said_of_waves,
 )
 from hydrosim.compiling.questions.ranges import OUTSIDE_REFUSED, said_of_outside
+from hydrosim.compiling.streams.said import said_of_streams
 from hydrosim.compiling.wet import WetGroup, each_database
 from hydrosim.dofs import DOFS
 from hydrosim.forces import signals_of

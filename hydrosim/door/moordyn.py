@@ -2,13 +2,11 @@
 ``moordyn``).
 
 MoorDyn advances its lines itself, by its own short steps ``dtM``. It is called once where each
-accepted step ends, and is told where its coupled points have moved since the call before:
-
-    x(s) = x_{n-1} + (s - t_{n-1}) (x_n - x_{n-1}) / (t_n - t_{n-1})
-
-Straight pieces of path have an error of order 2. The forces that it gives at t_n act over the next
-step: held, order 1, or extrapolated, order 2. At the start it finds its own state of rest, with
-its options for that.
+accepted step ends, and is led there along the path of its coupled points since the call before:
+the cubic through their places and velocities at both ends, in straight pieces of ``dtM``. One
+straight piece for the whole step would give its dampers a velocity that is half a step old, an
+error of order 1. The forces that it gives at t_n act over the next step: held, order 1, or
+extrapolated, order 2. At the start it finds its own state of rest, with its options for that.
 """
 
 from __future__ import annotations
@@ -16,6 +14,7 @@ from __future__ import annotations
 from base64 import b64decode, b64encode
 from collections.abc import Mapping
 from importlib import import_module
+from math import ceil
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +23,9 @@ import numpy as np
 from hydrosim.errors import InputError
 from hydrosim.forces.given.external import Coupling, External
 from hydrosim.forces.given.view import BodyState
+
+USUAL_STEP = 1e-3  # s, of MoorDyn where its file gives none
+NEAR = 1e-9  # of a step: longer steps by less than this are one step
 
 
 def moordyn(
@@ -69,6 +71,8 @@ class MoorDyn:
         self._points: np.ndarray | None = None
         self._time = -np.inf
         self._place = np.zeros(self._rest.shape)
+        self._speed = np.zeros(self._rest.shape)
+        self._own_step = _own_step(file)
 
     def _coupled_points(self) -> dict[int, tuple[float, ...]]:
         """Places (3,) [m] of the coupled points, by their ID."""
@@ -95,13 +99,14 @@ class MoorDyn:
         owners = [state[name] for name in self._owners]
         parts = list(zip(owners, self._points, strict=True))
         place = np.array([body.place(point) for body, point in parts])
+        speed = np.array([body.velocity_of(point) for body, point in parts])
         if self._time == -np.inf:
-            speed = np.array([body.velocity_of(point) for body, point in parts])
             forces = self._begin(place, speed)
         else:
-            forces = self._go_on(t, place)
+            forces = self._go_on(t, place, speed)
         self._time = t
         self._place = place
+        self._speed = speed
         wrench = {name: np.zeros(6) for name in self.bodies}
         for name, (body, point), force in zip(self._owners, parts, forces, strict=True):
             wrench[name] += body.wrench(force, point)
@@ -117,7 +122,7 @@ class MoorDyn:
         coupled = [p for p in each if library.GetPointType(p) == library.POINT_TYPE_COUPLED]
         return np.array([library.GetPointForce(point) for point in coupled])
 
-    def _go_on(self, t: float, place: np.ndarray) -> np.ndarray:
+    def _go_on(self, t: float, place: np.ndarray, speed: np.ndarray) -> np.ndarray:
         """Forces (n, 3) [N] on the coupled points after a step to ``t`` [s]."""
         step = t - self._time
         if step <= 0.0:
@@ -125,10 +130,17 @@ class MoorDyn:
                 f"MoorDyn is at {self._time:g} s and cannot go back to {t:g} s; make a new"
                 " hydrosim.moordyn for each run"
             )
-        step = float(f"{step:.12g}")  # MoorDyn takes one step more for a rounding above its dtM
-        speed = (place - self._place) / step
-        before = self._place.ravel().tolist()
-        forces = self._library.Step(self._system, before, speed.ravel().tolist(), self._time, step)
+        pieces = max(ceil(step / self._own_step * (1.0 - NEAR)), 1)
+        short = float(f"{step / pieces:.12g}")  # it takes one step more for a rounding above dtM
+        before = self._place
+        for k in range(pieces):
+            x = (k + 1) / pieces
+            after = _along_cubic(x, step, self._place, self._speed, place, speed)
+            rate = (after - before) / short
+            now = self._time + k * short
+            there = before.ravel().tolist()
+            forces = self._library.Step(self._system, there, rate.ravel().tolist(), now, short)
+            before = after
         return np.array(forces).reshape(-1, 3)
 
     def _in_body_frames(self, state: Mapping[str, BodyState]) -> np.ndarray:
@@ -143,7 +155,13 @@ class MoorDyn:
         """State of the lines, for a restart."""
         points = None if self._points is None else self._points.tolist()
         lines = b64encode(self._library.Serialize(self._system)).decode()
-        return {"time": self._time, "place": self._place.tolist(), "points": points, "lines": lines}
+        return {
+            "time": self._time,
+            "place": self._place.tolist(),
+            "speed": self._speed.tolist(),
+            "points": points,
+            "lines": lines,
+        }
 
     def set_state(self, state: dict[str, Any]) -> None:
         """Go on from a state that `get_state` gave."""
@@ -151,6 +169,7 @@ class MoorDyn:
             return
         self._points = np.array(state["points"])
         self._place = np.array(state["place"])
+        self._speed = np.array(state["speed"])
         rest = self._place.ravel().tolist()
         if self._time == -np.inf:
             self._library.Init_NoIC(self._system, rest, np.zeros(len(rest)).tolist())
@@ -184,6 +203,25 @@ def _owners(
             f" point of {file}: {sorted(found)}."
         )
     return [body[number] for number in found]
+
+
+def _own_step(file: Path) -> float:
+    """MoorDyn's own step ``dtM`` [s], from the options of the file."""
+    for line in file.read_text(errors="replace").splitlines():
+        value, *names = line.split() or [""]
+        if names and names[0].lower() == "dtm":
+            return float(value)
+    return USUAL_STEP
+
+
+def _along_cubic(
+    x: float, h: float, a: np.ndarray, va: np.ndarray, b: np.ndarray, vb: np.ndarray
+) -> np.ndarray:
+    """Places at the fraction ``x`` of a step of ``h`` [s], on the cubic from the places ``a`` to
+    ``b`` with the velocities ``va`` and ``vb``."""
+    y = 1.0 - x
+    ends = a * (1.0 + 2.0 * x) * y * y + b * (3.0 - 2.0 * x) * x * x
+    return np.asarray(ends + h * x * y * (va * y - vb * x))
 
 
 def _turned_back(body: BodyState, arm: np.ndarray) -> np.ndarray:

@@ -62,7 +62,7 @@ from hydrosim.forces.kind import (
     Tallying,
 )
 from hydrosim.forces.layout import Layout, Resistance
-from hydrosim.forces.line import catenary, compensator, winch, winch_kind
+from hydrosim.forces.line import catenary, compensator, drag, winch, winch_kind
 from hydrosim.forces.line import kind as lines
 from hydrosim.forces.line.catenary import Catenary
 from hydrosim.forces.line.compensator import Compensator
@@ -377,6 +377,19 @@ def in_gusts(elements: Elements, gusts: GustTable) -> Elements:
     loads = stream_load.with_gusts(elements.stream_loads, gusts)
     same = loads is elements.stream_loads
     return elements if same else elements._replace(stream_loads=loads)
+
+
+def in_same_weather(elements: Elements, others: Elements) -> Elements:
+    """The same elements with what the sea and the wind have set in ``others``: gusts, and the
+    linearised drag of lines."""
+    lines = drag.with_drag_of(elements.catenaries, others.catenaries)
+    return in_gusts(elements, others.stream_loads.gusts)._replace(catenaries=lines)
+
+
+def with_linear_rolls(elements: Elements, rates: np.ndarray) -> Elements:
+    """The same elements with roll damping that is linear for Gaussian roll ``rates`` of these
+    standard deviations (ne,) [rad/s]."""
+    return elements._replace(viscous_rolls=viscous_roll.linearised(elements.viscous_rolls, rates))
 
 
 def heights_of_wind(elements: Elements) -> list[float]:

@@ -18,6 +18,7 @@ from hydrosim.forces.joint import locks, motions
 from hydrosim.forces.joint.rows import REFERENCE
 from hydrosim.forces.line import catenary, compensator, winch
 from hydrosim.jit.kernels import kernel, root
+from hydrosim.streams.gusts import has_gusts
 from hydrosim.tanks import pumping
 
 if TYPE_CHECKING:
@@ -42,6 +43,17 @@ def observed(elements: Elements) -> dict[str, tuple[int, int]]:
         "joint_motion": (elements.joint_motions.each.size, motions.OBSERVED),
         "external": (elements.externals.delayed, external.OBSERVED),
     }
+
+
+def wind_channels(elements: Elements) -> int:
+    """Number of wind speeds that a run records."""
+    return int(has_gusts(elements.stream_loads.gusts))
+
+
+@kernel
+def gusts_of(elements):
+    """The gusts that wind loads feel."""
+    return elements.stream_loads.gusts
 
 
 @kernel

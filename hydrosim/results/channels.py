@@ -291,7 +291,7 @@ NEEDS = {
     "relative_position": "two named points of bodies in the case (bodies.NAME.points)",
     "relative_speed": "two named points of bodies in the case (bodies.NAME.points)",
     "relative_velocity": "two named points of bodies in the case (bodies.NAME.points)",
-    "utilisation": "a capacity of a fender, landing, spring, catenary, winch, compensator or strut in the case",
+    "utilisation": "a capacity of a contact, line, winch, compensator or strut in the case",
     "impulse": "output: {impulses: true} in the case",
 }
 """Remedy: keys of a case that give a run the channels of a kind."""

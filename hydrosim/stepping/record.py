@@ -28,7 +28,7 @@ def channels(model: Model) -> dict[str, tuple[int, ...]]:
     return {
         "time": (),
         "elevation": (),
-        "wind": (1 if has_gusts(model.elements.stream_loads.gusts) else 0,),
+        "wind": (events.wind_channels(model.elements),),
         "kinetic": (),
         "events": (),
         "y": (model.size - model.states.decay.size,),
@@ -143,7 +143,7 @@ def keep(t, run):
     row[at.elevation] = 0.0
     if any_waves(model.waves):
         row[at.elevation] = wave_loads(t, model.waves, work.blend.first, work.blend.second)
-    gusts = elements.stream_loads.gusts
+    gusts = events.gusts_of(elements)
     if has_gusts(gusts):
         row[at.wind] = gusts.mean + gust_at(t, 0, gusts)
     counters[RECORDS] += 1

@@ -64,7 +64,7 @@ def check_document(scene: Scene, times: Sequence[float] = (), watch: Watch = unw
     compiled = linearisable(own)
     whole = linearisable(own.whole) if own.whole else compiled
     nodes: list[Node] = [*_verdicts(own, compiled, watch)]
-    nodes += _lists({"Wind and current": own.notes.streams})
+    nodes += _lists({"Wind and current": own.notes.streams, "Lines": own.notes.drag})
     nodes += _periods_of(whole, "at the start of the run")
     end = [compiled.begin + scene.duration] if own.model.tanks.each.size else []
     for time in sorted({*times, *end}):
@@ -160,7 +160,6 @@ def _details(own: Compiled, compiled: Compiled) -> Iterator[Node]:
     yield from _lists({"Joints": list(describe_joints(own.scene))})
     yield from _lists({"Roll damping": list(describe_roll_damping(own))})
     yield from _lists({"Radiation": notes.memory, "Recorded": notes.records})
-    yield from _lists({"Drag of lines, linearised": notes.drag})
     yield from _lists({"Where waves meet bodies": notes.meetings, "Skipped": notes.skipped})
 
 

@@ -26,8 +26,6 @@ def case() -> dict[str, Any]:
 @pytest.mark.parametrize(
     ("key", "value"),
     [
-        ("forces.line", {"type": "catenary", "body": "barge"}),
-        ("forces.line", {**LINE, "stiffness": 1e5, "breaks_at": 1e6}),
         ("forces.pto", {**LINE, "type": "power_take_off", "damping": 1e5, "force_limit": 1e6}),
         ("forces.brace", {"type": "morison", "body": "barge"}),
         ("environment.wind", {"speed": 20, "heading": 0, "spectrum": "npd"}),

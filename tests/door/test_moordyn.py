@@ -55,6 +55,7 @@ FairTen1
 HEAVY = 1e15  # kg: the lines do not move it
 STEP, END, PERIOD = 0.05, 5.0, 10.0  # s
 SWING = 0.5  # m
+OWN_STEP = 0.005  # s, dtM
 
 
 @pytest.fixture
@@ -79,10 +80,13 @@ def alone(file: Path, surge: Callable[[float], float]) -> np.ndarray:
     moordyn.Init(system, at(0.0).tolist(), np.zeros(6).tolist())
     points = [moordyn.GetPoint(system, number) for number in FAIRLEADS]
     forces = [np.concatenate([moordyn.GetPointForce(point) for point in points])]
-    for n in range(round(END / STEP)):
-        t = n * STEP
-        speed = (at(t + STEP) - at(t)) / STEP
-        forces.append(moordyn.Step(system, at(t).tolist(), speed.tolist(), t, STEP))
+    each = round(STEP / OWN_STEP)
+    for n in range(each * round(END / STEP)):
+        t = n * OWN_STEP
+        speed = (at(t + OWN_STEP) - at(t)) / OWN_STEP
+        found = moordyn.Step(system, at(t).tolist(), speed.tolist(), t, OWN_STEP)
+        if (n + 1) % each == 0:
+            forces.append(found)
     moordyn.Close(system)
     return np.array(forces)
 
@@ -117,6 +121,26 @@ def test_chains_are_those_of_moordyns_own_run(
     figure(f"{name}: difference of forces, relative", apart)
     assert apart < 1e-6
     assert name == "at rest" or np.ptp(expected[:, 0]) > 1e4
+
+
+def test_the_coupling_has_the_stated_orders(
+    file: Path, figure: Callable[[str, float], None]
+) -> None:
+    """A body that the lines do move, from rest, against a run at a finer step. A start with a speed
+    would give the dampers of the lines a blow that the first step holds."""
+    file.write_text(LINES.replace("0.005 dtM", "0.0025 dtM"))
+    push = AppliedForce("barge", (0.0, 0.0, 0.0), {"surge": Harmonic(5e7, 8.0)})
+
+    def path(step: float, coupling: str) -> np.ndarray:
+        light = scene(block(1e8, ("surge",), name="barge"), {"push": push}, 1.6, 0.1, step=step)
+        run = hs.simulate(light, forces={"lines": hs.moordyn(file, "barge", coupling)})
+        return np.asarray(run.position[:, 0, 0])
+
+    exact = path(0.0025, "extrapolated")
+    for coupling, order in (("held", 1), ("extrapolated", 2)):
+        coarse, fine = (np.abs(path(step, coupling) - exact).max() for step in (0.02, 0.01))
+        figure(f"order, {coupling}", float(np.log2(coarse / fine)))
+        assert np.log2(coarse / fine) == pytest.approx(order, abs=0.2)
 
 
 def test_a_run_with_moordyn_goes_on_to_the_bit(file: Path, tmp_path: Path) -> None:

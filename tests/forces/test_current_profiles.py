@@ -10,7 +10,7 @@ import pytest
 from dry_scenes import block, moving, scene
 
 import hydrosim as hs
-from hydrosim.compiling.hydrostatics.currents import draught_of
+from hydrosim.compiling.streams.currents import draught_of
 from hydrosim.forces import CurrentLoad, LinearDamping, QuadraticDamping
 from hydrosim.scene import CurrentProfile, Environment, Hull, Scene, Stream
 from hydrosim.streams.current import (

@@ -70,7 +70,7 @@ class Segment(Strict):
     """Length without tension, or a table, recorded series or sine of it over time. It may change
     in the first segment alone."""
     weight: of.LineWeight | None = None
-    """Weight in water per length."""
+    """Weight in water per length; below 0 if it floats."""
     stiffness: of.AxialStiffness | None = None
     """Axial stiffness EA: tension per strain."""
     chain: Chain | None = None

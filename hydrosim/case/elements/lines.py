@@ -59,10 +59,10 @@ class Lines(Breaking):
         name = where.key.removeprefix("forces.")
         return {
             f"{name}_{key}": line.placed(Where(f"forces.{name}_{key}", where.path, where.water))
-            for key, line in self.catenaries(where, vessel).items()
+            for key, line in self.read_lines(where, vessel).items()
         }
 
-    def catenaries(self, where: Where, vessel: Vessel) -> dict[str, Catenary]:
+    def read_lines(self, where: Where, vessel: Vessel) -> dict[str, Catenary]:
         """The lines of the file by their names there. Raises InputError for a file that does not
         fit the case."""
         source = self.source(where)

@@ -7,9 +7,9 @@ from math import inf
 
 import numpy as np
 
-from hydrosim.compiling.hydrostatics.currents import currents_on
 from hydrosim.compiling.hydrostatics.liquids import cut_shape, cut_tanks
 from hydrosim.compiling.hydrostatics.tank_checks import check_flow, check_tanks
+from hydrosim.compiling.streams.currents import currents_on
 from hydrosim.forces.layout import BALLAST, WEIGHT, has_flow, row_names
 from hydrosim.scene import Body, FreeSurface, LevelReached, Pump, Scene, Tank
 from hydrosim.tanks.contents import (

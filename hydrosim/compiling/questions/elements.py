@@ -14,6 +14,7 @@ from hydrosim.forces.contact.friction_slope import FrictionSlope
 from hydrosim.forces.contact.normal import PrescribedNormal
 from hydrosim.forces.contact.stick_slip import StickSlip
 from hydrosim.forces.damping.linear_damping import LinearDamping
+from hydrosim.forces.damping.viscous_roll import KIND as ROLLS
 from hydrosim.forces.damping.viscous_roll import ViscousRoll
 from hydrosim.forces.linear_mooring import LinearMooring
 from hydrosim.scene import Weight
@@ -125,7 +126,7 @@ def damping(about: About) -> Iterator[Doubt]:
 
 def _roll_damping(about: About) -> Iterator[Doubt]:
     """Ask about decay tests with less damping than radiated waves alone, or with another period."""
-    rolling = about.model.elements.viscous_rolls
+    rolling = ROLLS.of(about.model)
     elements = [(n, e) for n, e in about.scene.forces.items() if isinstance(e, ViscousRoll)]
     for (name, element), found in zip(elements, rolling, strict=True):
         measured, waves, omega = (float(found[x]) for x in ("measured", "waves", "frequency"))

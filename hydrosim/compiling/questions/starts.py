@@ -186,7 +186,11 @@ def _catenaries(about: About) -> Iterator[Doubt]:
     model = about.model
     time = about.end - about.scene.duration
     every = lines_now(model, about.scene, time, state.y, state.modes, model.bodies, about.motion)
-    for line in every:
+    acting = [*every]
+    for name in _parted(about, {line.name for line in acting}):
+        found = "a tension above it at the start, so that the line parts at once"
+        yield Doubt(f"forces.{name}.breaks_at", found, "a line usually holds at the start")
+    for line in acting:
         key = f"forces.{line.name}"
         if line.strain > TIGHT:
             found = f"{line.length:g} m, stretched by {line.strain:.1%} at the start"
@@ -196,7 +200,8 @@ def _catenaries(about: About) -> Iterator[Doubt]:
             yield Doubt(f"{key}.segments", found, "a moored body is held by its lines")
         anchor = line.ends.anchor
         moored = about.scene.forces[line.name]
-        hangs = line.ends.z < 0.0 and moored.body in afloat and moored.anchor_body is None
+        earth = not any(body for _, body in moored.others())
+        hangs = line.ends.z < 0.0 and moored.body in afloat and earth
         if anchor > 0.0 and hangs:
             yield Doubt(
                 f"{key}.anchor",
@@ -204,6 +209,16 @@ def _catenaries(about: About) -> Iterator[Doubt]:
                 "an anchor is usually below both",
                 "z is upward, and weights of segments are in water.",
             )
+
+
+def _parted(about: About, acting: set[str]) -> Iterator[str]:
+    """Catenaries that do not act, because their own tension at the start ends their action."""
+    for name, element in about.scene.forces.items():
+        until = element.active.until if element.active else None
+        waits = element.active is not None and element.active.start is not None
+        own = until is not None and until.channel == f"line_tension.{name}"
+        if own and not waits and name not in acting and about.scene.initial is None:
+            yield name
 
 
 def _struts(about: About) -> Iterator[Doubt]:

@@ -4,7 +4,7 @@
 
 The factors are those of Pade's approximant of degree 6 (Baker & Graves-Morris 1996, chapter 1). It
 changes no amplitude. Its phase is behind by w tau + 1.7e-13 (w tau)^13 for small w tau: an error of
-1.7e-13 rad at w tau = 1, 1.4e-9 at 2, 4e-6 at pi. So its equations are ordinary ones. A method of
+1.7e-13 rad at w tau = 1, 1.4e-9 at 2, 4.2e-7 at pi. So its equations are ordinary ones. A method of
 any order keeps that order, and a restart continues to the bit.
 
 Each factor has two states: x1' = x2, x2' = u - b x1 - a x2, and passes u - 2 a x2 on. They are

@@ -18,9 +18,12 @@ Limits: the motion of the anchor, drag along the line, and inertia of the line a
 from __future__ import annotations
 
 from math import pi, sqrt
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from hydrosim.forces.line.catenary import Params
 
 PHASES = 4096  # of a regular motion with a current
 NODES = 40  # of Gauss and Hermite, in each direction, with a current
@@ -87,3 +90,11 @@ def linearise_regular(amplitude: float, current: np.ndarray) -> Linearised:
         return Linearised(8.0 / (3.0 * pi) * amplitude, 0.0)
     c = float(np.mean(np.abs(w) * w * g) / np.mean(g * g))
     return Linearised(c, float(np.mean(np.abs(w) * w)) / speed)
+
+
+def with_drag_of(p: Params, other: Params) -> Params:
+    """Constants of the lines ``p`` with the linearised drag of the same lines in ``other``."""
+    lines = p.lines.copy()
+    for name in ("damping", "drift"):
+        lines[name] = other.lines[name]
+    return p._replace(lines=lines)

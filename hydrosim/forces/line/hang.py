@@ -76,7 +76,8 @@ def find_touch(pieces, start, stop, step, V):
         i += step
         if i != stop:
             V -= hung_after(pieces, i - step, step)
-    return Touch(touch.piece, touch.part, touch.arc, V, V >= 0.0)
+    hangs = V >= 0.0 and touch.arc >= arc
+    return Touch(touch.piece, touch.part, touch.arc, V, hangs)
 
 
 @kernel

@@ -47,6 +47,11 @@ def find_points(
         flat *= f.x / flat[lies].sum()  # what is slack lies in bights
     dx = np.where(lies, flat, H * (length * _mean_inverse(H, Va, Vb) + soft))
     dz = np.where(lies, 0.0, (Va + Vb) * (length / (np.hypot(H, Va) + np.hypot(H, Vb)) + soft / 2))
+    loose = (own["weight"][_pieces_of(ends, cuts)] == 0.0) & ~lies
+    if pull.H == 0.0 and np.any(loose):  # without weight and tension it has no shape: straight
+        share = np.where(loose, length, 0.0) / length[loose].sum()
+        dx = dx + share * (f.x - dx.sum())
+        dz = dz + share * (z - dz.sum())
     places = np.zeros((cuts.size, 2))
     places[1:] = np.cumsum(np.transpose([dx, -dz]), axis=0)
     places[:, 1] += z

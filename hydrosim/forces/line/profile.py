@@ -17,7 +17,7 @@ from math import inf, isfinite, sqrt
 
 from hydrosim.forces.line.hang import find_touch, hung_after
 from hydrosim.forces.line.rates import is_on_bed, is_slack
-from hydrosim.forces.line.search import NO_PULL, balance, frame
+from hydrosim.forces.line.search import balance, frame
 from hydrosim.forces.line.stretch import span
 from hydrosim.jit.kernels import kernel, root_giving
 
@@ -56,7 +56,7 @@ def room(pieces, first, last, x, z, bed, friction, pull, profile):
     """Least margin of a line to the kinks of a ``profile``, in parts of its length or weight.
     It is positive inside and falls through zero at a kink."""
     f = frame(pieces, first, last, x, z)
-    load = f.least / NO_PULL
+    load = f.load if f.load > 0.0 else pieces[first].stiffness
     kind = profile % SLACK
     place = profile // PLACE % PLACES
     if kind == HANGS:

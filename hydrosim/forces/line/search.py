@@ -16,7 +16,9 @@ from hydrosim.jit.kernels import kernel, root_giving
 
 ON_BED = 1e-12  # of the length: an anchor so close to the bed lies on it
 NO_PULL = 1e-18  # of the weight, or of EA where nothing has weight: H that is none
+LEAST_SLOPE = 1e-12  # the same where a piece without weight has its direction from H and V alone
 STEPS = 200
+CLOSE = 1e-9  # of the length: distance of a line from its anchor that is none
 STRAIGHT_DOWN = 1e-12  # of the length: distance to which the pull ``least`` brings a hanging line
 SPLIT = 134217729.0  # 2^27 + 1
 
@@ -24,8 +26,9 @@ SPLIT = 134217729.0  # 2^27 + 1
 class Frame(NamedTuple):
     """A line between its ends: distance ``x`` and height ``z`` [m], the unit vector (``ex``,
     ``ez``) along its chord, ``length`` [m] in all, by how much the chord is ``short`` of it,
-    ``weight`` [N], ``soft`` [m/N] the sum of l/EA, the pull ``least`` [N] that counts as none,
-    and whether the line is ``heavy``: nothing of it floats."""
+    ``weight`` [N], ``load`` [N] the sum of all weights without sign, ``soft`` [m/N] the sum of
+    l/EA, the pull ``least`` [N] that counts as none, and whether the line is ``heavy``: nothing of
+    it floats."""
 
     x: float
     z: float
@@ -34,6 +37,7 @@ class Frame(NamedTuple):
     length: float
     short: float
     weight: float
+    load: float
     soft: float
     least: float
     heavy: bool
@@ -76,6 +80,7 @@ def frame(pieces, first, last, x, z):
     """The `Frame` of a line."""
     length = weight = load = soft = 0.0
     heavy = True
+    share = NO_PULL
     stiffest = inf
     for i in range(first, last):
         piece = pieces[i]
@@ -85,13 +90,15 @@ def frame(pieces, first, last, x, z):
         load += abs(piece.weight) * piece.length + abs(hung)
         soft += piece.length / piece.stiffness
         stiffest = min(stiffest, piece.stiffness)
+        if piece.weight == 0.0:
+            share = LEAST_SLOPE
         heavy &= piece.weight >= 0.0 and hung >= 0.0
     chord = sqrt(x * x + z * z)
     ex = x / chord if chord > 0.0 else 1.0
     ez = z / chord if chord > 0.0 else 0.0
     short = chord_short_of(x, z, length)
-    least = NO_PULL * (load if load > 0.0 else stiffest)
-    return Frame(x, z, ex, ez, length, short, weight, soft, least, heavy)
+    least = share * load if load > 0.0 else NO_PULL * stiffest
+    return Frame(x, z, ex, ez, length, short, weight, load, soft, least, heavy)
 
 
 @kernel
@@ -207,9 +214,9 @@ def search(pieces, first, last, f, bed, lies, rests, friction, H, V, Va):
         if not good:
             new = between(f, low, high)
         if off == 0.0 or abs(new - H) <= 4e-16 * H:
-            return H, V, Va, True
+            break
         H = new
-    return H, V, Va, abs(off) <= 1e-9 * f.length
+    return H, V, Va, abs(off) <= CLOSE * f.length
 
 
 @kernel

@@ -20,10 +20,10 @@ from __future__ import annotations
 from math import isfinite, nan, sqrt
 from typing import NamedTuple
 
-from hydrosim.forces.line.hang import PIECE, all_hanging, at_touch, find_touch, lie
+from hydrosim.forces.line.hang import PIECE, all_hanging, at_touch, find_touch, hang, lie
 from hydrosim.forces.line.profile import find_profile, lowest, room
 from hydrosim.forces.line.rates import is_on_bed, length_rates, stiffness, stored_energy
-from hydrosim.forces.line.search import ON_BED, frame, reach, resting_ends, search
+from hydrosim.forces.line.search import CLOSE, ON_BED, frame, reach, resting_ends, search
 from hydrosim.forces.line.stretch import span
 from hydrosim.jit.kernels import kernel
 
@@ -41,13 +41,14 @@ __all__ = [
 
 SAME = 1e-9  # relative change in the last step of Newton's method; the error is its square
 WARM = 20
-SOLVED, BELOW, FLOATS, TWICE, LOST, BURIED = range(6)
+SOLVED, BELOW, FLOATS, TWICE, LOST, BURIED, LOOSE = range(7)
 REASONS = {
     BELOW: "its fairlead is below the seabed",
     FLOATS: "something that floats would lift a part of it that lies on the seabed",
     TWICE: "it would touch the seabed at several places",
     LOST: "no pull was found",
     BURIED: "its anchor is below the seabed",
+    LOOSE: "a piece without weight is loose, and what hangs beside it may reach the seabed",
 }
 """Why a line has no solution, by `Pull.reason`."""
 
@@ -98,35 +99,66 @@ def solve(pieces, first, last, x, z, bed, friction, H, V):
         if p.V - p.anchor_V <= f.weight:
             return p
     p = hang_or_lie(pieces, first, last, f, False, 0.0, H, V)
-    if not p.converged or lowest(pieces, first, last, z, max(p.H, f.least), p.V) >= bed:
+    loose = p.H == 0.0 and x > 0.0 and f.load > 0.0
+    if not p.converged:
         return p
-    return rest(pieces, first, last, f, bed, p.H, p.V) if f.heavy else failed(TWICE)
+    if not loose and lowest(pieces, first, last, z, max(p.H, f.least), p.V) >= bed:
+        return p
+    if not f.heavy:
+        return failed(TWICE)
+    q = rest(pieces, first, last, f, bed, p.H, p.V)
+    return failed(LOOSE) if loose and q.V - q.anchor_V > f.weight else q
 
 
 @kernel
 def hang_or_lie(pieces, first, last, f, lies, friction, H, V):
-    """The `Pull` of a line that hangs all along or ``lies`` from some place on to its anchor."""
+    """The `Pull` of a line that hangs all along or ``lies`` from some place on to its anchor.
+
+    Of a line of which a part floats, several places to lie may balance. One at most is on the bed
+    all along and nowhere below it. So what does not fit is searched again, also as if there were no
+    bed."""
     found = False
+    reason = LOST if f.heavy else FLOATS
     if H > 0.0:
-        H, V, found = iterate(pieces, first, last, f, lies, friction, H, V)
+        H1, V1, found = iterate(pieces, first, last, f, lies, friction, H, V)
+        if found and lies and not f.heavy:
+            reason = unfit(pieces, first, last, f, H1, V1)
+            found = reason == SOLVED
     if not found:
-        H, V, _, found = search(pieces, first, last, f, 0.0, lies, False, friction, H, V, 0.0)
-        if not found:
-            return failed(LOST)
-        H1, V1, better = iterate(pieces, first, last, f, lies, friction, H, V)
-        if better:
-            H = H1
-            V = V1
+        H1, V1, found = begin(pieces, first, last, f, lies, friction, H, V)
+        if found and lies and not f.heavy:
+            reason = unfit(pieces, first, last, f, H1, V1)
+            found = reason == SOLVED
+    if not found and lies and not f.heavy:
+        H1, V1, found = begin(pieces, first, last, f, False, 0.0, H, V)
+        found &= all_hanging(pieces, first, last, 1, V1).hangs
+        found = found and unfit(pieces, first, last, f, H1, V1) == SOLVED
+    if not found:
+        return failed(reason)
+    return pull_of(pieces, first, last, f, lies, friction, H1, V1)
+
+
+@kernel
+def begin(pieces, first, last, f, lies, friction, H, V):
+    """H and V by a search from a guess, refined by Newton's method, and whether they were found."""
+    H, V, _, found = search(pieces, first, last, f, 0.0, lies, False, friction, H, V, 0.0)
+    if not found:
+        return H, V, False
+    H1, V1, better = iterate(pieces, first, last, f, lies, friction, H, V)
+    if better:
+        return H1, V1, True
     if H == 0.0 and abs(V) <= 1e3 * f.least:  # slack and weightless
         V = 0.0
-    if not lies:
+    return H, V, True
+
+
+@kernel
+def pull_of(pieces, first, last, f, lies, friction, H, V):
+    """The `Pull` of a line that hangs or ``lies`` from some place on, with H and V."""
+    if not lies or f.load == 0.0:
         end = all_hanging(pieces, first, last, 1, V)
         return Pull(H, V, end.V, H, f.length, 0.0, True, SOLVED)
     touch = find_touch(pieces, first, last, 1, V)
-    if not f.heavy:
-        reason = unfit(pieces, first, last, f, H, V, touch)
-        if reason != SOLVED:
-            return failed(reason)
     if touch.hangs:
         return Pull(H, V, touch.V, H, f.length, 0.0, True, SOLVED)
     behind = at_touch(pieces, first, V, touch)
@@ -212,8 +244,12 @@ def iterate_resting(pieces, first, last, f, bed, H, V, Va):
 
 
 @kernel
-def unfit(pieces, first, last, f, H, V, touch):
+def unfit(pieces, first, last, f, H, V):
     """Why a line of which something floats cannot lie as found: a key of `REASONS`, or 0."""
+    touch = find_touch(pieces, first, last, 1, V)
+    r = hang(pieces, first, 1, max(H, f.least), V, touch, 1.0, 0.0)
+    if abs(r.across - f.z) > CLOSE * f.length:
+        return FLOATS
     for i in range(touch.piece, last):
         lying = touch.part < pieces[i].length if i == touch.piece else True
         if not touch.hangs and lying and pieces[i].weight < 0.0:

@@ -152,8 +152,9 @@ WINCH = np.dtype(
     ]
 )
 """Constants of a winch: its ends, EA, c, l0 at the start, and l0 if it is ``pinned`` (else 0);
-whether its drum always ``stands``; its drum and signal; the ``followed`` body, the place of its point and the height of that at rest, the
-gain, and the first state of its delay among those of all (`NOWHERE` if it has none)."""
+whether its drum always ``stands``; its drum and signal; the ``followed`` body, the place of its
+point and the height of that at rest, the gain, and the first state of its delay among those of all
+(`NOWHERE` if it has none)."""
 
 
 class Params(NamedTuple):

@@ -64,9 +64,10 @@ class _Kind(PosingKind):
         return Modes(count, first=np.zeros(count, dtype=int), last=np.full(count, CUT))
 
     def states(self, p: Params, scene: Scene) -> Iterator[States]:
-        every = elements_of(scene, Winch)
-        yield States("winch", [name for name, _ in every], STATE_NAMES)
-        late = [n for n, e in every if isinstance(e.control, Compensation) and e.control.delay]
+        every = {name: e for name, e in scene.forces.items() if isinstance(e, Winch)}
+        controls = {name: e.control for name, e in every.items()}
+        yield States("winch", [*every], STATE_NAMES)
+        late = [n for n, c in controls.items() if isinstance(c, Compensation) and c.delay]
         yield States("winch delay", late, DELAY)
 
     def felt_states(self, p: Params) -> np.ndarray:

@@ -25,8 +25,7 @@ from hydrosim.compiling.compile import Radiation, compile_for_linear
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.facts import met_by_waves
 from hydrosim.dofs import about_z
-from hydrosim.forces import heights_of_wind
-from hydrosim.forces.damping.viscous_roll import linearised
+from hydrosim.forces import heights_of_wind, with_linear_rolls
 from hydrosim.linear.contacts import Contacts, with_contacts
 from hydrosim.linear.impedance import at_frequencies
 from hydrosim.linear.linearise import Linear, linearise
@@ -178,8 +177,7 @@ def responder(
     if contacts is not None:
         model, about = with_contacts(model, about, contacts, contact_names(scene))
     if roll_rates is not None:
-        rolling = linearised(model.elements.viscous_rolls, roll_rates)
-        model = model._replace(elements=model.elements._replace(viscous_rolls=rolling))
+        model = model._replace(elements=with_linear_rolls(model.elements, roll_rates))
     linear = linearise(model, about, time=time)
     n = model.bodies.active.size
     at_rest = replace(scene, bodies=tuple(map(_met_at_rest, scene.bodies)))

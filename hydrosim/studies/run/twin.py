@@ -37,7 +37,7 @@ import numpy as np
 from hydrosim.compiling.automatic import accuracy_of
 from hydrosim.compiling.calm import compile_calm, in_waves
 from hydrosim.compiling.facts import facts_of
-from hydrosim.forces import in_gusts
+from hydrosim.forces import in_same_weather
 from hydrosim.radiation.threads import one_thread
 from hydrosim.scene import Scene, Solver, Tolerance
 from hydrosim.stepping.record import with_states
@@ -163,7 +163,7 @@ def _with(compiled: Compiled, solver: Solver) -> Compiled:
     ours = compiled.model
     if ours.following.slow.any():  # slow positions in waves are updated every so many steps
         return in_waves(calm, scene, compiled.sea)
-    elements = in_gusts(calm.model.elements, ours.elements.stream_loads.gusts)
+    elements = in_same_weather(calm.model.elements, ours.elements)
     model = calm.model._replace(waves=ours.waves, following=ours.following, elements=elements)
     return replace(calm, facts=facts_of(scene, calm.wet, model))
 

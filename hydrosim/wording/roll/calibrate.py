@@ -19,7 +19,7 @@ from hydrosim.presentation.document import (
 TERMS = (("p1", "1/s"), ("p2", "1/rad"), ("p3", "s/rad^2"))
 SHARES = (0.25, 0.5, 0.75, 1.0)
 """Of the largest roll: amplitudes in the table."""
-DIGITS = 4
+DIGITS = 5
 KEYS = ("s^-1", "rad^-1", "s/rad^2")
 """Units in a case file."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from math import asinh, sqrt
 from pathlib import Path
@@ -15,6 +16,7 @@ from scipy.optimize import fsolve
 
 import hydrosim as hs
 from hydrosim.errors import InputError
+from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import LinearMooring, Table
 from hydrosim.forces.line.drag import effective_lengths, linearise_random
 from hydrosim.linear.linearise import linearise
@@ -58,7 +60,7 @@ def jonkman(H: float, V: float, L: float, w: float, EA: float, CB: float) -> tup
     return x, H / w * (sqrt(1.0 + (V / H) ** 2) - 1.0) + V * V / (2.0 * EA * w)
 
 
-def test_motion_against_independent_equations() -> None:
+def test_motion_against_independent_equations(validated: Callable[..., None]) -> None:
     """A body in surge, heave and pitch on two lines, integrated by DOP853 with its own lines."""
     ends = {"ahead": ((10.0, 0.0, -2.0), 110.0), "astern": ((-10.0, 0.0, -1.0), -105.0)}
     L, w, EA, CB = 118.0, 1000.0, 4e7, 0.4
@@ -100,7 +102,9 @@ def test_motion_against_independent_equations() -> None:
     start = [1.0, 0.0, 0.0, 0.8, 0.3, 0.03]
     found = solve_ivp(rates, (0.0, 10.0), start, "DOP853", run.time.values, rtol=1e-11, atol=1e-12)
     mine = run.position.values[:, 0][:, [0, 2, 4]]
-    assert np.abs(mine - found.y[:3].T).max() < 1e-8
+    error = np.abs(mine - found.y[:3].T).max()
+    claim = "body on two catenaries with friction of the bed, in m and rad"
+    validated(Kind.INDEPENDENT, claim, "DOP853", error, 1e-8, Feature.CATENARIES)
 
 
 def test_a_restart_is_the_same_to_the_bit() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cache
 from math import inf, log, nan, pi
 from typing import Any
@@ -12,12 +12,14 @@ import numpy as np
 import pytest
 from validation_data import unpacked
 
+from hydrosim.evidence import Feature, Kind
 from hydrosim.forces.line.points import find_points
 from hydrosim.forces.line.shape import (
     BELOW,
     BURIED,
     FLOATS,
     PIECE,
+    SOLVED,
     TWICE,
     Pull,
     find_profile,
@@ -84,13 +86,21 @@ def exact_lines() -> Iterator[tuple[Line, dict[str, float]]]:
         yield line(*rows, x=row["x"], z=row["z"], bed=row["bed"], CB=row["friction"]), row
 
 
-def test_extended_precision() -> None:
+def error_of(p: Pull, row: dict[str, float]) -> float:
+    """Error of both forces in parts of the tension."""
+    tension = np.hypot(row["H"], row["V"])
+    error = max(abs(p.H - row["H"]), abs(p.V - row["V"]))
+    return float(error / tension) if tension > 0.0 else float(error)
+
+
+def test_extended_precision(validated: Callable[..., None]) -> None:
     """300 random lines: slack to taut, stiff to soft, heavy and floating, up to five pieces with
     clumps, on the bed and off it."""
-    for case, row in exact_lines():
-        p = pull(case)
-        tension = np.hypot(row["H"], row["V"])
-        np.testing.assert_allclose((p.H, p.V), (row["H"], row["V"]), rtol=0, atol=1e-11 * tension)
+    errors = [error_of(pull(case), row) for case, row in exact_lines()]
+    assert len(errors) == 300
+    claim = "pull of 300 random mooring lines, of the tension"
+    against = "textbook equations at 50 digits"
+    validated(Kind.INDEPENDENT, claim, against, max(errors), 1e-11, Feature.CATENARIES)
 
 
 def test_guess() -> None:
@@ -126,13 +136,17 @@ def test_stiffness_straight_down() -> None:
     )
 
 
-def test_moorpy() -> None:
-    """500 random lines that MoorPy 1.3.0 solves at its tolerance 1e-12."""
+def test_moorpy(validated: Callable[..., None]) -> None:
+    """500 random lines that MoorPy solves."""
+    errors = []
     for row in table("moorpy"):
         piece = (row["length"], row["weight"], row["stiffness"], 0.0)
         p = pull(line(piece, x=row["x"], z=row["z"], bed=row["bed"], CB=row["friction"]))
-        tension = np.hypot(row["H"], row["V"])
-        np.testing.assert_allclose((p.H, p.V), (row["H"], row["V"]), rtol=0, atol=1e-6 * tension)
+        errors.append(error_of(p, row))
+    assert len(errors) == 500
+    claim = "pull of 500 random mooring lines, of the tension"
+    against = "MoorPy 1.3.0 at its tolerance 1e-12"
+    validated(Kind.PROGRAM, claim, against, max(errors), 1e-6, Feature.CATENARIES)
 
 
 @pytest.mark.parametrize(
@@ -183,11 +197,20 @@ def test_inextensible() -> None:
         (600, 1500, 1700, 5232.6e3, 0.005),
     ],
 )
-def test_chains(depth: float, x: float, length: float, fairlead: float, bound: float) -> None:
+def test_chains(
+    validated: Callable[..., None],
+    depth: float,
+    x: float,
+    length: float,
+    fairlead: float,
+    bound: float,
+) -> None:
     """MoorDyn's chains (tests/Mooring/WD0050_Chain.txt and the like): tension by OrcaFlex."""
     weight = (390.0 - 1025.0 * pi / 4 * 0.252**2) * 9.8
     p = pull(line((length, weight, 1.674e9, 0), x=x, z=depth))
-    assert np.hypot(p.H, p.V) == pytest.approx(fairlead, rel=bound)
+    error = abs(np.hypot(p.H, p.V) / fairlead - 1.0)
+    claim = f"chain in water {depth} m deep, tension at the fairlead"
+    validated(Kind.PROGRAM, claim, "OrcaFlex", error, bound, Feature.CATENARIES)
     assert np.hypot(p.anchor_H, p.anchor_V) < np.hypot(p.H, p.V)
 
 
@@ -284,6 +307,36 @@ def test_kinks(name: str, start: float, end: float, profiles: int) -> None:
         for profile, inner, outer in ((before, low, high), (after, high, low)):
             assert 0.0 <= roomy(inner, profile) < 1e-6
             assert -1e-6 < roomy(outer, profile) <= 0.0
+
+
+def test_floating_pieces() -> None:
+    """Random lines of which pieces float, or hang from buoys: what is found reaches the anchor,
+    nowhere below the bed, and nothing that lies floats. All else is refused. The potential energy
+    is convex, so such a shape is the only one."""
+    solved = 0
+    for seed in range(300):
+        rng = np.random.default_rng([7, seed])
+        n = int(rng.integers(2, 6))
+        pieces = np.zeros(n, dtype=PIECE)
+        pieces["length"] = 10 ** rng.uniform(1.3, 3, n)
+        pieces["weight"] = 10 ** rng.uniform(1, 3.5, n) * rng.choice([-1, 1, 1, 1], n)
+        pieces["stiffness"] = 10 ** rng.uniform(5, 9.5, n)
+        pieces["hung"] = rng.choice([-1, 0, 1], n) * 10 ** rng.uniform(3, 5.5, n)
+        length = pieces["length"].sum()
+        chord = length * rng.uniform(0.5, 1.05)
+        angle = rng.uniform(0, pi / 2)
+        case = (pieces, chord * np.cos(angle), chord * np.sin(angle), 0.0, 0.0)
+        p = pull(case)
+        assert p.reason in (SOLVED, FLOATS, TWICE)
+        if not p.converged:
+            continue
+        solved += 1
+        places, _ = find_points(pieces, 0, n, *case[1:], p, 501)
+        np.testing.assert_allclose(places[-1], (case[1], 0.0), atol=1e-8 * length)
+        assert places[:, 1].min() >= -1e-9 * length
+        lies = np.cumsum(pieces["length"]) > p.touch * (1 + 1e-12)
+        assert np.all(pieces["weight"][lies] > 0.0)
+    assert solved > 200
 
 
 def test_mirror() -> None:

@@ -15,6 +15,8 @@ from scipy import linalg
 
 from hydrosim.compiling.restart import begin
 from hydrosim.dofs import about_z
+from hydrosim.forces.kind import elements_of
+from hydrosim.forces.line.catenary import Catenary
 from hydrosim.forces.line.drag import (
     Linearised,
     effective_lengths,
@@ -31,7 +33,7 @@ from hydrosim.waves.build import first_order
 from hydrosim.waves.components import Components
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     import xarray as xr
 
@@ -77,7 +79,7 @@ def with_line_drag(
     the ``bodies`` at rest."""
     p = KIND.of(model)
     if not p.lines["width"].any():
-        return LineDrag(model, ())
+        return LineDrag(model, tuple(_friction(scene)))
     names = KIND.unit_names(scene)
     before = _drag_before(scene)
     n = model.bodies.active.size
@@ -101,17 +103,27 @@ def with_line_drag(
         if line["width"]:
             texts.append(f"{name}: {_said(c, sigma, kept)}")
     elements = model.elements._replace(**{KIND.field: p._replace(lines=lines)})
-    return LineDrag(model._replace(elements=elements), tuple(texts))
+    return LineDrag(model._replace(elements=elements), (*texts, *_friction(scene)))
+
+
+def _friction(scene: Scene) -> Iterator[str]:
+    """What friction of the seabed means for the energy of lines."""
+    for name, line in elements_of(scene, Catenary):
+        if getattr(line, "friction", None):
+            yield (
+                f"{name}: with friction of the seabed it has no potential, and its stiffness is not"
+                " symmetric. All its work is booked as its loss, of either sign"
+            )
 
 
 def _said(damping: float, sigma: float, kept: bool) -> str:
     if kept:
-        return f"{damping:.4g} N s/m across the line at the fairlead, as in the earlier run"
+        return f"drag of {damping:.4g} N s/m across the line at the fairlead, as in the earlier run"
     if damping == 0.0:
-        return "no damping, because neither waves nor a current move the line through the water"
+        return "drag without damping (c = 0), because neither waves nor a current move it"
     return (
-        f"{damping:.4g} N s/m across the line at the fairlead, linearised for a standard deviation"
-        f" of {sigma:.3g} m/s of its velocity there"
+        f"drag of {damping:.4g} N s/m across the line at the fairlead, linearised for a standard"
+        f" deviation of {sigma:.3g} m/s of its velocity there"
     )
 
 

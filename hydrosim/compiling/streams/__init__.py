@@ -1,0 +1,1 @@
+"""Wind and current on the bodies of a scene."""
