@@ -139,8 +139,8 @@ def _not_turned(scene: Scene, turned: float) -> Iterator[str]:
 
 def _not_continued(number: int, scene: Scene, run: xr.Dataset) -> Iterator[str]:
     """A run from a state at a random time goes on to the bit, with a method that does not choose
-    its steps."""
-    if scene.solver.method.adapts:
+    its steps. The record of a convolution has its memory at the end alone."""
+    if scene.solver.method.adapts or "memory_row" in run.dims:
         return
     first = int(np.random.default_rng(number).integers(1, run.time.size - 1))
     begin = float(run.time[first])
