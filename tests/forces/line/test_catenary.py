@@ -18,7 +18,7 @@ import hydrosim as hs
 from hydrosim.errors import InputError
 from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import LinearMooring, Table
-from hydrosim.forces.line.drag import effective_lengths, linearise_random
+from hydrosim.forces.line.drag import linearise_random, places_along
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import natural_modes
 from hydrosim.scene import Active, Environment, Kinematics, Method, Scene, Start, When
@@ -350,7 +350,7 @@ output: {step: 0.1 s}
 
 
 def test_drag_is_the_fixed_point_that_the_run_has(tmp_path: Path) -> None:
-    """c = 8/(3 pi) a 1/2 rho C D L/3, with the amplitude a of the velocity across the line in the
+    """c = 8/(3 pi) a 1/2 rho C D L/4, with the amplitude a of the velocity across the line in the
     run itself; kept by a run that continues."""
     path = tmp_path / "ball.yaml"
     path.write_text(SEA.replace("DATABASE", str(DATABASE)))
@@ -362,7 +362,7 @@ def test_drag_is_the_fixed_point_that_the_run_has(tmp_path: Path) -> None:
         velocity = late.velocity.values[:, 0, :3]
         across = velocity - np.outer(velocity @ along, along)
         amplitude = np.sqrt(2.0 * across.var(axis=0).sum())
-        c = 8.0 / (3.0 * np.pi) * amplitude * 0.5 * 1000.0 * 2.4 * 0.1 * 75.0 / 3.0
+        c = 8.0 / (3.0 * np.pi) * amplitude * 0.5 * 1000.0 * 2.4 * 0.1 * 75.0 / 4.0
         assert float(run.line_damping[i]) == pytest.approx(c, rel=5e-3)
     scene_of = hs.load_case(path).scene()
     calm = replace(scene_of, environment=replace(scene_of.environment, waves=()))
@@ -385,5 +385,6 @@ def test_linearised_drag_in_closed_form() -> None:
     drag = linearise_random(two, flow)
     assert drag.damping == pytest.approx((size * (w * g).sum(axis=0)).mean() / 0.98, rel=5e-3)
     assert drag.drift == pytest.approx((size * (flow[1:] @ w)).mean() / 0.25, rel=5e-3)
-    lengths = effective_lengths(np.array([30.0, 70.0]), 100.0)
-    assert [each.sum() for each in lengths] == pytest.approx([50.0, 100.0 / 3.0])
+    places = places_along(np.array([30.0, 70.0, 20.0]), 100.0)
+    moments = [float(places.phi**k @ places.length) for k in range(4)]
+    assert moments == pytest.approx([100.0, 50.0, 100.0 / 3.0, 25.0])
