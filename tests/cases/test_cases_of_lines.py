@@ -1,5 +1,7 @@
-"""The cases with lines and winches at rest, against figures by hand: pretensions, stiffness, weights
-that wires carry, heel under a load, wind that chains hold."""
+"""The cases with lines and winches at rest, against figures by hand.
+
+Pretensions and stiffness of chains, heel under a load that a wire carries, wind that chains hold.
+"""
 
 from __future__ import annotations
 

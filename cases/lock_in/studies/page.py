@@ -110,7 +110,9 @@ def _name(values: pd.Series) -> str:
     return f"{key.rpartition('.')[2]} {given.iloc[0]} {unit.rstrip(']')}".strip()
 
 
-TABLES = {name: lambda name=name: choices(name) for name in ("pin", "ratchet", "lines", "catenaries")}
+TABLES = {
+    name: lambda name=name: choices(name) for name in ("pin", "ratchet", "lines", "catenaries")
+}
 TABLES["devices"] = devices
 
 
