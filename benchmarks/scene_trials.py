@@ -95,9 +95,12 @@ def tried(case_of: Maker, number: int) -> Trial:
     cpu = process_time() - begin
     status = str(run.attrs["status"])
     found = Trial(
-        *(status, str(run.attrs.get("warnings") or "")),
+        status,
+        str(run.attrs.get("warnings") or ""),
         tuple(_wrong(run)),
-        *(cpu, int(run.attrs["solver_evaluations"]), int(run.attrs["solver_events"])),
+        cpu,
+        int(run.attrs["solver_evaluations"]),
+        int(run.attrs["solver_events"]),
     )
     if status != "complete":
         return found
@@ -141,8 +144,8 @@ def _not_continued(number: int, scene: Scene, run: xr.Dataset) -> Iterator[str]:
         return
     first = int(np.random.default_rng(number).integers(1, run.time.size - 1))
     begin = float(run.time[first])
-    start = {"initial": Start(run, begin), "at_rest": False}
-    after = _run(replace(scene, **start, duration=scene.duration - begin))
+    rest = scene.duration - begin
+    after = _run(replace(scene, initial=Start(run, begin), at_rest=False, duration=rest))
     if not np.array_equal(_points(after), _points(run)[first:]):
         apart = distance(_points(after), _points(run)[first:])
         yield f"from {begin:g} s it does not go on to the bit, {apart:.1e} apart"

@@ -73,8 +73,8 @@ class Resonance(NamedTuple):
 
 class RollMode(NamedTuple):
     """Natural mode of roll of a body, per unit of roll: ``frequency`` [rad/s], ``mass`` [kg m^2]
-    with the added mass (`hydrosim.compiling.drag.roll_mode`), and ``damping`` [N m s/rad] by radiated
-    waves, both at that frequency."""
+    with the added mass (`hydrosim.compiling.drag.roll_mode`), and ``damping`` [N m s/rad] by
+    radiated waves, both at that frequency."""
 
     frequency: float
     mass: float

@@ -114,7 +114,7 @@ def tensions(run: xr.Dataset) -> list[Panel]:
     each = [dim for dim in ("spring", "line", "winch", "compensator") if dim in run.dims]
     if not each:
         return [*links, *_utilisation(run)] if links else []
-    tension = {}
+    tension: dict[str, np.ndarray] = {}
     for dim in each:
         tension |= _few(run, run[f"{dim}_tension"], dim)
     shown = units_of(run.attrs).shown("N")

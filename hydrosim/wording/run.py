@@ -80,11 +80,11 @@ def tables_of(run: xr.Dataset) -> Iterator[Node]:
     if "spring" in run.dims:
         yield Table(("line", "mean tension", "largest", "slack"), list(_lines(run)))
     if "line" in run.dims:
-        head = ("catenary", "mean tension", "largest", "smallest on the seabed")
-        yield Table(head, list(_catenaries(run)))
+        columns = ("catenary", "mean tension", "largest", "smallest on the seabed")
+        yield Table(columns, list(_catenaries(run)))
     if "winch" in run.dims:
-        columns = ("winch", "mean tension", "largest", "slack", "shortest", "longest")
-        yield Table(columns, list(_winches(run)))
+        lengths = ("winch", "mean tension", "largest", "slack", "shortest", "longest")
+        yield Table(lengths, list(_winches(run)))
     if "compensator" in run.dims:
         loads = list(_ranges(run.compensator_tension, "compensator", "N"))
         yield Table(("compensator", "mean tension", "smallest", "largest"), loads)

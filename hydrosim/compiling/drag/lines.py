@@ -19,9 +19,9 @@ from hydrosim.forces.kind import elements_of
 from hydrosim.forces.line.catenary import Catenary
 from hydrosim.forces.line.drag import (
     Linearised,
-    effective_lengths,
     linearise_random,
     linearise_regular,
+    places_along,
 )
 from hydrosim.forces.line.kind import KIND
 from hydrosim.forces.line.now import LineNow, lines_now
@@ -52,13 +52,13 @@ BINS = 300  # of frequencies, in which loads of a sea are gathered
 
 class Fairlead(NamedTuple):
     """A line at the start: velocities (3, n) of its fairlead across the line per rate of each
-    coordinate, the current (3,) across the line, and 1/2 rho sum C D L [N s^2/m^2] with the
-    effective lengths of damping and of drift."""
+    coordinate, the current (3,) across the line, and places (k,) along it: the share ``phi`` of the
+    fairlead's motion, and 1/2 rho C D ds [N s^2/m^2]."""
 
     across: np.ndarray
     current: np.ndarray
-    damping: float
-    drift: float
+    phi: np.ndarray
+    drag: np.ndarray
 
 
 class LineDrag(NamedTuple):
@@ -87,14 +87,14 @@ def with_line_drag(
     place_bodies(state.y[:n], np.zeros(n), model.bodies, motion)
     now = lines_now(model, scene, begin(scene), state.y, state.modes, model.bodies, motion)
     there = {line.name: _fairlead(line, scene, model, state) for line in now}
-    gone = Fairlead(np.zeros((3, n)), np.zeros(3), 0.0, 0.0)
+    gone = Fairlead(np.zeros((3, n)), np.zeros(3), np.zeros(0), np.zeros(0))
     fairleads = [there.get(name, gone) for name in names]
     found = _fixed_point(model, state, seas, bodies, fairleads)
     texts = []
     lines = p.lines.copy()
-    for name, line, at, (drag, sigma) in zip(names, lines, fairleads, found, strict=True):
-        c = at.damping * drag.damping
-        m = at.drift * drag.drift
+    for name, line, (drag, sigma) in zip(names, lines, found, strict=True):
+        c = drag.damping
+        m = drag.drift
         kept = name in before
         if kept:
             c, m = before[name]
@@ -120,7 +120,7 @@ def _said(damping: float, sigma: float, kept: bool) -> str:
     if kept:
         return f"drag of {damping:.4g} N s/m across the line at the fairlead, as in the earlier run"
     if damping == 0.0:
-        return "drag without damping (c = 0), because neither waves nor a current move it through the water"
+        return "drag without damping (c = 0), because neither waves nor a current move it"
     return (
         f"drag of {damping:.4g} N s/m across the line at the fairlead, linearised for a standard"
         f" deviation of {sigma:.3g} m/s of its velocity there"
@@ -143,9 +143,9 @@ def _fairlead(now: LineNow, scene: Scene, model: Model, state: State) -> Fairlea
     line = now.constants
     ends = now.ends
     pull = now.pull
-    L1, L2 = effective_lengths(now.own["length"], pull.touch)
+    places = places_along(now.own["length"], pull.touch)
     widths = KIND.of(model).widths[line["first"] : line["last"]]
-    half = 0.5 * scene.environment.water_density * widths
+    half = 0.5 * scene.environment.water_density * widths[places.segment]
     along = np.array([pull.H * ends.e[0], pull.H * ends.e[1], -pull.V])
     along /= max(float(np.linalg.norm(along)), 1e-300)
     P = np.eye(3) - np.outer(along, along)
@@ -154,7 +154,7 @@ def _fairlead(now: LineNow, scene: Scene, model: Model, state: State) -> Fairlea
     S = slopes_at(model.bodies, state.y[: model.bodies.active.size])[b : b + 6]
     arm = np.asarray(ends.arm)
     J = S[:3] + np.cross(S[3:].T, arm).T
-    return Fairlead(P @ J, u, float(half @ L2), float(half @ L1))
+    return Fairlead(P @ J, u, places.phi, half * places.length)
 
 
 def _fixed_point(
@@ -165,10 +165,11 @@ def _fixed_point(
     fairleads: Sequence[Fairlead],
 ) -> list[tuple[Linearised, float]]:
     """Linearised drag of each line, and the standard deviation of its velocity [m/s]."""
-    still = np.zeros((3, 3))
+    n = model.bodies.active.size
+    still = np.zeros((n, n))
     waves = [sea for sea in seas if sea.omega.size]
     if not waves:
-        return [(linearise_random(still, at.current), 0.0) for at in fairleads]
+        return [_linearised(at, still, False) for at in fairleads]
     regular = sum(sea.omega.size for sea in waves) == 1
     omega, loads = _loads(model, state, waves, bodies)
     D = _stiffness(model, state, omega)
@@ -180,9 +181,7 @@ def _fixed_point(
         spread = H @ loads @ H.conj().transpose(0, 2, 1)
         S = np.real((omega[:, None, None] ** 2 * spread).sum(axis=0))
         found = [_linearised(at, S, regular) for at in fairleads]
-        new = np.array(
-            [at.damping * f.damping for at, (f, _) in zip(fairleads, found, strict=True)]
-        )
+        new = np.array([drag.damping for drag, _ in found])
         if np.abs(new - c).max() <= SAME * np.abs(new).max():
             break
         c = new
@@ -194,8 +193,12 @@ def _linearised(at: Fairlead, S: np.ndarray, regular: bool) -> tuple[Linearised,
     covariance = at.across @ S @ at.across.T
     sigma = float(np.sqrt(max(np.trace(covariance), 0.0)))
     if regular:
-        return linearise_regular(np.sqrt(2.0) * sigma, at.current), sigma
-    return linearise_random(covariance, at.current), sigma
+        each = [linearise_regular(x * np.sqrt(2.0) * sigma, at.current) for x in at.phi]
+    else:
+        each = [linearise_random(x * x * covariance, at.current) for x in at.phi]
+    damping = sum(k * x**2 * f.damping for k, x, f in zip(at.drag, at.phi, each, strict=True))
+    drift = sum(k * x * f.drift for k, x, f in zip(at.drag, at.phi, each, strict=True))
+    return Linearised(float(damping), float(drift)), sigma
 
 
 def _loads(

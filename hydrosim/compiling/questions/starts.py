@@ -200,7 +200,8 @@ def _catenaries(about: About) -> Iterator[Doubt]:
             yield Doubt(f"{key}.segments", found, "a moored body is held by its lines")
         anchor = line.ends.anchor
         moored = about.scene.forces[line.name]
-        hangs = line.ends.z < 0.0 and moored.body in afloat and moored.anchor_body is None
+        earth = not any(body for _, body in moored.others())
+        hangs = line.ends.z < 0.0 and moored.body in afloat and earth
         if anchor > 0.0 and hangs:
             yield Doubt(
                 f"{key}.anchor",

@@ -131,9 +131,9 @@ LINE = np.dtype(
     ]
 )
 """Constants of a line: its ends, its pieces ``first`` <= k < ``last``, the height of the seabed,
-its friction; the largest ``width`` of drag; ``damping`` c and ``drift`` m of the drag, the current; the
-piece that changes its length, and this length; whether it has a potential, which counts from the
-height ``datum`` of the anchor at rest."""
+its friction; the largest ``width`` of drag; ``damping`` c and ``drift`` m of the drag, the current;
+the piece that changes its length, and this length; whether it has a potential, which counts from
+the height ``datum`` of the anchor at rest."""
 
 
 class Params(NamedTuple):

@@ -1,14 +1,14 @@
-"""Drag of a line, linearised and gathered at its fairlead.
+"""Drag of a line, linearised along it and gathered at its fairlead.
 
-    c = E|w|(w g) / E(g g) 1/2 rho sum C D L2,   m = E|w| w_u / u 1/2 rho sum C D L1,   w = u + g
+    c = int 1/2 rho C D phi^2 E|w|(w g') / E(g' g') ds,   m = int 1/2 rho C D phi E|w| w_u / u ds
 
-g: velocity of the fairlead across the line, a Gaussian in two directions; u: current across the
-line; L2 and L1: integrals of phi^2 and phi over each segment of what hangs. phi is the share of the
-fairlead's motion: linear in the length, 1 at the fairlead, 0 where the line touches down or at its
-anchor. c does as much work against g as the quadratic drag (Borgman 1967; Krolikowski and Gay 1980
-with a current). In a Gaussian motion along one direction without a current
+g: velocity of the fairlead across the line, a Gaussian in two directions; g' = phi g: that of the
+line; u: current across the line; w = u + g'. phi is the share of the fairlead's motion: linear in
+the length, 1 at the fairlead, 0 where the line touches down or at its anchor. c takes as much power
+from g as the quadratic drag of all places (Borgman 1967; Krolikowski and Gay 1980 with a current).
+In a Gaussian motion along one direction without a current
 
-    c = sqrt(8/pi) sigma 1/2 rho sum C D L2.
+    c = sqrt(8/pi) sigma 1/2 rho int C D phi^3 ds.
 
 In regular waves of an amplitude a of the velocity, 8/(3 pi) a replaces sqrt(8/pi) sigma.
 
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 PHASES = 4096  # of a regular motion with a current
 NODES = 40  # of Gauss and Hermite, in each direction, with a current
+PLACES = 4  # of Gauss and Legendre, on each segment
 
 
 class Linearised(NamedTuple):
@@ -36,12 +37,25 @@ class Linearised(NamedTuple):
     drift: float
 
 
-def effective_lengths(length: np.ndarray, touch: float) -> tuple[np.ndarray, np.ndarray]:
-    """Integrals (n,) of phi and phi^2 over segments of ``length`` (n,) [m], of which ``touch`` [m]
-    from the fairlead hangs."""
+class Places(NamedTuple):
+    """Places (k,) along what hangs of a line: ``phi``, and the length [m] that each stands for."""
+
+    phi: np.ndarray
+    length: np.ndarray
+    segment: np.ndarray
+
+
+def places_along(length: np.ndarray, touch: float) -> Places:
+    """`Places` of Gauss's quadrature on segments of ``length`` (n,) [m], of which ``touch`` [m]
+    from the fairlead hangs; each with the number of its ``segment``."""
     ends = np.minimum(np.concatenate([[0.0], np.cumsum(length)]), touch)
-    phi = 1.0 - ends / touch
-    return -np.diff(phi**2) * touch / 2.0, -np.diff(phi**3) * touch / 3.0
+    nodes, weights = np.polynomial.legendre.leggauss(PLACES)
+    half = 0.5 * np.diff(ends)
+    middle = 0.5 * (ends[1:] + ends[:-1])
+    arc = middle[:, None] + np.multiply.outer(half, nodes)
+    each = np.multiply.outer(half, weights)
+    segment = np.repeat(np.arange(half.size), PLACES)
+    return Places(1.0 - arc.ravel() / touch, each.ravel(), segment)
 
 
 def linearise_random(covariance: np.ndarray, current: np.ndarray) -> Linearised:

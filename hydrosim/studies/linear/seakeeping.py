@@ -16,6 +16,7 @@ import xarray as xr
 
 from hydrosim.compiling.compile import Radiation, compile_for_linear
 from hydrosim.dofs import DOFS
+from hydrosim.forces.line.kind import KIND as LINES
 from hydrosim.linear.contacts import Contacts
 from hydrosim.linear.equilibrium import ENOUGH, Rest
 from hydrosim.linear.modes import Kind, NaturalMode
@@ -98,6 +99,7 @@ def linear_analysis(scene: Scene, wanted: Wanted) -> xr.Dataset:
         *_unloaded(compiled),
         *rolling_remarks(compiled, roll_rates),
         *_gusty(scene),
+        *_dragged(compiled),
         *_drifting(scene, drifted),
         *_unstable(scene, modes),
         *_shallow(scene, rest, dataset),
@@ -381,6 +383,15 @@ def _in_gusts(scene: Scene, about: Responder) -> xr.Dataset:
     found = about.in_gusts().reshape(-1, 6)
     said = _said("standard deviation in gusts, linear about the mean wind", "m or rad")
     return xr.Dataset({"gust_std": (MOTION, found, said)}, coords=_bodies(scene))
+
+
+def _dragged(compiled: Compiled) -> Iterator[str]:
+    """Remark on the drag of lines, which is left out."""
+    if LINES.of(compiled.model).lines["width"].any():
+        yield (
+            "drag of mooring lines is left out, because it depends on the sea. Slow motions near"
+            " their resonance are too large: simulate them."
+        )
 
 
 def _gusty(scene: Scene) -> Iterator[str]:
