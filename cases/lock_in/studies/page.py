@@ -63,7 +63,8 @@ def texts(rows: pd.DataFrame) -> dict[str, str]:
 def _text(row: tuple) -> str:
     if not row.runs:
         return "-"
-    scale = 1e-3 if str(row.unit).startswith("kN") else 1.0
+    unit = str(row.unit)
+    scale = 1e-6 if unit == "N" else 1e-3 if unit.startswith("kN") else 1.0
     values = [scale * x for x in (row.mean, row.mean_low, row.mean_high)]
     if abs(values[0]) < ZERO:
         return "0"
