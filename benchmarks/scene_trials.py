@@ -139,8 +139,8 @@ def _not_turned(scene: Scene, turned: float) -> Iterator[str]:
 
 def _not_continued(number: int, scene: Scene, run: xr.Dataset) -> Iterator[str]:
     """A run from a state at a random time goes on to the bit, with a method that does not choose
-    its steps."""
-    if scene.solver.method.adapts:
+    its steps. The record of a convolution has its memory at the end alone."""
+    if scene.solver.method.adapts or "memory_row" in run.dims:
         return
     first = int(np.random.default_rng(number).integers(1, run.time.size - 1))
     begin = float(run.time[first])
@@ -179,7 +179,11 @@ def referenced(case_of: Maker, number: int) -> tuple[float, float]:
 
 def _reference(scene: Scene, tolerance: float) -> Scene:
     solver = Solver(
-        Method.DOPRI5, 0.005, Tolerance(tolerance, tolerance, tolerance), linear=LinearScenes.STEP
+        Method.DOPRI5,
+        0.005,
+        Tolerance(tolerance, tolerance, tolerance),
+        linear=LinearScenes.STEP,
+        kinematics=scene.solver.kinematics,
     )
     return replace(scene, solver=solver)
 
