@@ -1,4 +1,4 @@
-"""Mesh of the tanker: a full hull with a flat bottom, an elliptic bow and a dry transom.
+"""Mesh of the tanker: a full hull with a flat bottom, an elliptic bow and a transom stern.
 
 The half-breadth at the deck is that of the middle body, tapered over both ends by quarter ellipses.
 Sections are superellipses: nearly boxes amidships, rounder towards the ends. The keel is level and
@@ -13,6 +13,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hydrosim.database.build import mesh
 from hydrosim.documents.mesh_keys import MeshKeys
@@ -37,21 +38,24 @@ STATIONS = 52
 POINTS = 11  # of a half section below the water
 
 
-def half_breadth(x: np.ndarray) -> np.ndarray:
+def half_breadth(x: ArrayLike) -> np.ndarray:
     """Half-breadth at the waterline [m] at ``x`` forward of amidships [m]."""
+    x = np.asarray(x)
     bow = np.clip((x - HALF_LENGTH + BOW_LENGTH) / BOW_LENGTH, 0.0, 1.0)
     stern = np.clip((STERN_LENGTH - HALF_LENGTH - x) / STERN_LENGTH, 0.0, 1.0)
     return HALF_BEAM * np.sqrt(1.0 - (1.0 - STEM**2) * bow**2) * (1.0 - (1.0 - TRANSOM) * stern**2)
 
 
-def keel_depth(x: np.ndarray) -> np.ndarray:
+def keel_depth(x: ArrayLike) -> np.ndarray:
     """Depth of the keel [m] at ``x`` forward of amidships [m]."""
+    x = np.asarray(x)
     stern = np.clip((RUN_LENGTH - HALF_LENGTH - x) / RUN_LENGTH, 0.0, 1.0)
     return DRAUGHT - (DRAUGHT - COUNTER) * stern**2 * (3.0 - 2.0 * stern)
 
 
-def roundness(x: np.ndarray) -> np.ndarray:
+def roundness(x: ArrayLike) -> np.ndarray:
     """Exponent of the section's superellipse at ``x`` forward of amidships [m]."""
+    x = np.asarray(x)
     bow = np.clip((x - HALF_LENGTH + BOW_LENGTH) / BOW_LENGTH, 0.0, 1.0)
     stern = np.clip((STERN_LENGTH - HALF_LENGTH - x) / STERN_LENGTH, 0.0, 1.0)
     return 9.0 - 5.0 * bow**2 - 6.0 * stern
@@ -97,7 +101,7 @@ def half_hull() -> np.ndarray:
 
 
 def end_plate(outline: np.ndarray) -> np.ndarray:
-    """Panels of a flat end: rings from the middle of the waterline to the ``outline`` (n, 3)."""
+    """Panels of a flat end: rings from the middle of the waterline to its ``outline`` (n, 3)."""
     middle = outline[-1] * [1.0, 0.0, 1.0]
     rings = np.linspace(0.0, 1.0, 4)[:, None, None]
     return patch(middle + rings * (outline - middle))

@@ -33,6 +33,14 @@ DOUBTS = {  # why: hydro_db/README.md
     },
     "hinged_barges": {"kernel truncation"},
     "point_absorber": {"kernel truncation", "heave stiffness"},
+    "tanker": {"kernel truncation"},
+    "barge_and_tender": {
+        "kernel truncation",
+        "irregular frequencies",
+        "positive damping",
+        "added mass at infinite frequency",
+        "damping against loads",
+    },
 }
 
 

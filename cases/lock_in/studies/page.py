@@ -1,6 +1,6 @@
 """Writes the tables of README.md from those of the studies, and draws lock_in.png.
 
-python cases/lock_in/studies/page.py, after hydrosim sweep of the four studies
+python cases/lock_in/studies/page.py, after hydrosim sweep of the five studies
 """
 
 from __future__ import annotations
@@ -42,6 +42,7 @@ LABELS = {
     "line_tension": "largest tension of a line [MN]",
     "line_compression": "largest compression of a line [MN]",
     "tension": "largest tension of a line [MN]",
+    "least": "smallest tension of a line [MN]",
     "compression": "largest compression of a line [MN]",
     "interface": "largest fender force in surge [MN]",
     "fender_normal": "largest normal force of a fender [MN]",
@@ -62,7 +63,8 @@ def texts(rows: pd.DataFrame) -> dict[str, str]:
 def _text(row: tuple) -> str:
     if not row.runs:
         return "-"
-    scale = 1e-3 if str(row.unit).startswith("kN") else 1.0
+    unit = str(row.unit)
+    scale = 1e-6 if unit == "N" else 1e-3 if unit.startswith("kN") else 1.0
     values = [scale * x for x in (row.mean, row.mean_low, row.mean_high)]
     if abs(values[0]) < ZERO:
         return "0"
@@ -109,7 +111,9 @@ def _name(values: pd.Series) -> str:
     return f"{key.rpartition('.')[2]} {given.iloc[0]} {unit.rstrip(']')}".strip()
 
 
-TABLES = {name: lambda name=name: choices(name) for name in ("pin", "ratchet", "lines")}
+TABLES = {
+    name: lambda name=name: choices(name) for name in ("pin", "ratchet", "lines", "catenaries")
+}
 TABLES["devices"] = devices
 
 
