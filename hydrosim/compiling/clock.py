@@ -9,6 +9,7 @@ import numpy as np
 
 from hydrosim.forces import signals_of
 from hydrosim.forces.contact import fender
+from hydrosim.forces.line import delay, winch
 from hydrosim.forces.signal import corners
 from hydrosim.integrate import Control
 from hydrosim.rigid.free import are_lengths
@@ -81,4 +82,21 @@ def _tolerances(scene: Scene, model: Model) -> np.ndarray:
     for i, reach in enumerate(fenders.points["reach"]):
         stretch = min(tolerance.position, tolerance.relative * reach) if reach else np.inf
         absolute[fenders.state + fender.STATES * i :][: fender.FELT] = stretch
+    _tolerate_drums(absolute, model, tolerance.position)
     return absolute
+
+
+def _tolerate_drums(absolute: np.ndarray, model: Model, length: float) -> None:
+    """Lengths off drums, and speeds of drums, get the tolerance of a ``length``. States of a delay
+    get what makes such an error in the delayed length."""
+    winches = model.elements.winches
+    delays = winches.state + winch.STATES * winches.each.size
+    for i, one in enumerate(winches.each):
+        own = absolute[winches.state + winch.STATES * i :]
+        if one["drum"]["control"] != winch.LENGTH_CONTROL:
+            own[[winch.LENGTH, winch.SPEED]] = length
+        if one["delay"] != winch.NOWHERE:
+            a, b = one["factors"].T
+            late = absolute[delays + one["delay"] :][: delay.STATES]
+            late[0::2] = length / b
+            late[1::2] = length / (2.0 * a)
