@@ -91,9 +91,8 @@ def _to_anchor(s: Sketch, form: Form, along: float) -> Ends:
 
 def between(form: Form, point: list[float], other: Form, anchor: list[float]) -> Ends:
     """From a body to a point of another one that has the same heading at the start."""
-    away = (other.at[i] + anchor[i] - form.at[i] - point[i] for i in range(3))
-    keys = {"anchor": anchor, "anchor_body": other.name}
-    return Ends(form, point, tuple(away), keys)
+    x, y, z = (other.at[i] + anchor[i] - form.at[i] - point[i] for i in range(3))
+    return Ends(form, point, (x, y, z), {"anchor": anchor, "anchor_body": other.name})
 
 
 def above(s: Sketch, form: Form, height: float) -> Ends:
