@@ -55,7 +55,7 @@ def moored_case(seed: int, turn: float = 0.0) -> Case:
     case["title"] = f"moored case {seed}"
     if joints:
         case["joints"] = joints
-    if s.yaw:
+    if s.yaw or d.chance(0.7):  # small angles suit few of them
         case["solver"].pop("kinematics", None)
     if d.chance(0.15):
         case["initial"] = "at_rest"
@@ -69,8 +69,9 @@ def _with_hulls(s: Sketch, joints: Case) -> None:
     for body in s.bodies.values():
         if body.pop("dofs", None):  # those of the earth's axes would not turn
             body.pop("initial", None)
-        if d.chance(0.6):
-            body["wave_forces"]["headings"] = "slow"
+        body["wave_forces"] |= {"headings": "slow", "position": "slow"}
+        if "database_body" in body:
+            body["radiation"] = "automatic"
     hulls = list(s.forms)
     _moor(s, hulls)
     if len(hulls) < 3 and d.chance(0.35):

@@ -83,7 +83,7 @@ def _to_anchor(s: Sketch, form: Form, along: float) -> Ends:
     z = form.at[2] + point[2]
     end = max(z - reach * d.between(-0.1, 0.7), 1.0 - depth_of(s))
     if form.afloat and end > 0.0:  # on a quay
-        end = min(end, z - 0.1)
+        end = min(end, z - 3.0)
     away = (reach * cos(along), reach * sin(along), end - z)
     anchor = s.turned(form.at[0] + point[0] + away[0], form.at[1] + point[1] + away[1])
     return Ends(form, point, away, {"anchor": [*anchor, rounded(end)]})

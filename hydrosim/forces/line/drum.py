@@ -42,6 +42,7 @@ NAMES = (
 )
 ON_BOUND = 1e-6  # of the set tension: T this close to a bound is on it
 AT_REST = 1e-6  # of the largest speed: with damping a drum begins to slip at speed 0
+EDGE = 1e-11  # of the set tension or length: a mode that begins on its own edge lasts
 AT_END = 1e-12  # of a length: l0 this close to an end of the drum is there
 
 DRUM = np.dtype(
@@ -136,7 +137,7 @@ def law_margin(drum, mode, T, s, l0, target, demand):
     way = _sense(mode)
     if drum.control == TENSION_CONTROL:
         if mode == STUCK:
-            return min(T - drum.low, drum.high - T)
+            return min(T - drum.low, drum.high - T) + EDGE * T0
         if mode == EMPTY:
             return T - drum.low
         if mode == FULL:
@@ -148,7 +149,7 @@ def law_margin(drum, mode, T, s, l0, target, demand):
         if mode in (BRAKING_OUT, BRAKING_IN):
             return min(way * s / v, way * (_bound(drum, way) - T) / T0)
         if mode in (FAST_OUT, FAST_IN):
-            return way * (T - (T0 if drum.acceleration > 0.0 else _bound(drum, way)))
+            return way * (T - (T0 if drum.acceleration > 0.0 else _bound(drum, way))) + EDGE * T0
     if drum.control == SPEED_CONTROL:
         if mode == EMPTY:
             return demand
@@ -160,7 +161,7 @@ def law_margin(drum, mode, T, s, l0, target, demand):
         if mode == FULL:
             return drum.shortest - target
         if mode in (FAST_OUT, FAST_IN):
-            return way * (target - l0)
+            return way * (target - l0) + EDGE * l0
         if mode == DRIVEN and v < inf:
             return v - abs(demand)
     return 1.0

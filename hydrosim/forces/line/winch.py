@@ -454,6 +454,8 @@ def switch(i, which, t, y, modes, motion, bodies, p):
         mode[SEGMENT] = CUT if mode[SEGMENT] == TAUT else TAUT
     else:
         before = mode[MODE]
+        _place_drum(one, before, w, y, k)
+        w = stretch(i, t, y, modes, motion, bodies, p)
         if which == RISING_MARGIN:
             mode[MODE] = drum.stop_at_end(one.drum, before, w.length)
         else:
@@ -461,7 +463,21 @@ def switch(i, which, t, y, modes, motion, bodies, p):
             mode[MODE] = drum.next_mode(
                 one.drum, before, w.pull, taut, w.tension, w.speed, w.length, w.target, w.demand
             )
+            _place_drum(one, mode[MODE], w, y, k)
         _keep_speed(one.drum, mode[MODE], y, k)
+
+
+@kernel
+def _place_drum(one, mode, w, y, k):
+    """Set l0 to what a drum follows in a ``mode`` that ends or begins: a bound of the tension, or
+    its target. The integral of the speed has an error, by which the next mode could end at once."""
+    own = one.drum
+    slipping = mode in (drum.SLIPPING_OUT, drum.SLIPPING_IN)
+    if slipping and one.damping == 0.0:
+        bound = own.high if mode == drum.SLIPPING_OUT else own.low
+        y[k + LENGTH] = w.distance / (1.0 + bound / one.stiffness)
+    elif own.control == COMPENSATION and mode == drum.DRIVEN:
+        y[k + LENGTH] = min(max(w.target, own.shortest), own.longest)
 
 
 @kernel
