@@ -85,7 +85,8 @@ def _draw_stiffness(axis: Axes, found: Response, units: Units) -> None:
     beside.set_ylabel(labelled("grounded length", length.unit))
     beside.grid(visible=False)
     lines = [*axis.get_lines(), *beside.get_lines()]
-    axis.legend(lines, [str(each.get_label()) for each in lines], frameon=False, fontsize="small")
+    names = [str(each.get_label()) for each in lines]
+    axis.legend(lines, names, loc="upper center", frameon=False, fontsize="small")
 
 
 def _plot(
