@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
+from pydantic import AfterValidator, ConfigDict, Discriminator, Field, Tag, model_validator
 
 from hydrosim import scene
 from hydrosim.documents import quantities as of
@@ -49,9 +49,13 @@ def _form_of_current(value: object) -> str:
     return "power law" if power else "table"
 
 
+_SPEEDS: dict[str, Any] = {"anyOf": [{"required": ["speed"]}, {"required": ["profile"]}]}
+
+
 class Current(Strict):
     """Steady current, and where it goes to."""
 
+    model_config = ConfigDict(json_schema_extra=_SPEEDS)
     speed: of.FlowSpeed | None = None
     """Speed of the current; with a power law that at the surface."""
     heading: of.Angle = 0.0

@@ -19,7 +19,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from itertools import combinations
 from pathlib import Path
 from typing import NamedTuple
@@ -116,24 +115,7 @@ def fit_files(
     wanted: str = "",
     cubic: bool = False,
 ) -> DecayFit:
-    """Fit of the decays in files, see `read_decay` and `fit_decays`. It is kept while the files do
-    not change."""
-    stats = [path.stat() if path.is_file() else None for path in paths]
-    stamps = tuple(s and (s.st_mtime_ns, s.st_size) for s in stats)
-    return _fit_files(tuple(paths), stamps, column, unit, start, end, wanted, cubic)
-
-
-@lru_cache(maxsize=32)
-def _fit_files(
-    paths: tuple[Path, ...],
-    stamps: tuple[object, ...],
-    column: str,
-    unit: str | None,
-    start: float | None,
-    end: float | None,
-    wanted: str,
-    cubic: bool,
-) -> DecayFit:
+    """Fit of the decays in files, see `read_decay` and `fit_decays`."""
     decays = [read_decay(path, column, unit, start, end, wanted) for path in paths]
     try:
         return fit_decays(decays, cubic)

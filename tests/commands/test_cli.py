@@ -148,7 +148,7 @@ class TestRun:
         def load(*arguments: object) -> None:
             raise KeyboardInterrupt
 
-        monkeypatch.setattr("hydrosim.studies.run.simulation.advance", load)
+        monkeypatch.setattr("hydrosim.studies.run.course.advance_until", load)
         before = files(project)
         result = hydrosim("run", "base.yaml", "-o", "run.nc")
         assert (result.code, result.out) == (130, "")
