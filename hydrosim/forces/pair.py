@@ -2,13 +2,49 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import replace
 from math import sqrt
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from hydrosim.forces.contact.geometry import EARTH
+from hydrosim.forces.mirroring import turned
 from hydrosim.jit.kernels import kernel
-from hydrosim.rigid.kinematics import attachment, point_velocity
-from hydrosim.rigid.vectors import dot, scale, sub, vector
+from hydrosim.rigid.kinematics import add_wrench, attachment, point_velocity
+from hydrosim.rigid.vectors import cross, dot, scale, sub, vector
+from hydrosim.scene import ForceElement
+
+
+class Tie(ForceElement):
+    """Base of elements from a ``point`` of their body to an ``anchor`` on the earth or in the frame
+    of ``anchor_body``: their dataclasses have these fields."""
+
+    point: tuple[float, ...]
+    anchor: tuple[float, ...]
+    anchor_body: str | None
+
+    def holds(self) -> Collection[str]:
+        return ("surge", "sway", "yaw") if self.anchor_body is None else ()
+
+    def others(self) -> Iterator[tuple[str, str | None]]:
+        yield "anchor_body", self.anchor_body
+
+    def unit_names(self, name: str) -> Sequence[str]:
+        return [name]
+
+    def parts(self, y: float) -> Sequence[ForceElement]:
+        """The element itself; an anchor on the earth is given relative to the plane."""
+        if self.anchor_body is not None:
+            return [self]
+        return [self._with(anchor=tuple(np.subtract(self.anchor, (0.0, y, 0.0))))]
+
+    def image(self) -> ForceElement | None:
+        return self._with(point=turned(self.point), anchor=turned(self.anchor))
+
+    def _with(self, **changes: Any) -> ForceElement:
+        return replace(self, **changes)
 
 
 class Line(NamedTuple):
@@ -61,3 +97,14 @@ def _small_angles(b, motion):
     """The angles of R = I + angles x."""
     R = motion.rotation[b]
     return (R[2, 1], R[0, 2], R[1, 0])
+
+
+@kernel
+def pull_together(line, s, T, wrench):
+    """Add the tension T on both ends of a ``line`` to its row of ``wrench``: at the lever arm
+    ``s.arm`` along ``s.direction``, and its opposite at ``s.anchor_arm``."""
+    force = scale(T, s.direction)
+    add_wrench(line.body, force, cross(s.arm, force), wrench)
+    if line.anchor_body != EARTH:
+        reaction = scale(-1.0, force)
+        add_wrench(line.anchor_body, reaction, cross(s.anchor_arm, reaction), wrench)

@@ -21,8 +21,8 @@ to the first order of the displacement.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Hashable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Hashable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -31,8 +31,7 @@ from hydrosim.forces import curve
 from hydrosim.forces.contact.geometry import EARTH
 from hydrosim.forces.kind import Columns, Kept, Modes, Variable, capacity_of, elements_of
 from hydrosim.forces.layout import Layout
-from hydrosim.forces.mirroring import turned
-from hydrosim.forces.pair import line_between
+from hydrosim.forces.pair import Tie, line_between, pull_together
 from hydrosim.forces.postures import (
     PRESSED,
     PosingKind,
@@ -62,8 +61,7 @@ from hydrosim.modes import (
     SEGMENT,
     SEGMENT_MARGIN,
 )
-from hydrosim.rigid.kinematics import add_wrench
-from hydrosim.rigid.vectors import cross, scale, vector
+from hydrosim.rigid.vectors import vector
 from hydrosim.scene import ForceElement, Scene
 
 SLACK, TAUT, GONE = range(3)
@@ -71,7 +69,7 @@ TENSION, LENGTH, OBSERVED = range(3)  # see `observe`
 
 
 @dataclass(frozen=True)
-class Spring(ForceElement):
+class Spring(Tie):
     """From ``point`` of the body to ``anchor`` on the earth or in the frame of ``anchor_body``: the
     ``tension`` (n,) [N], not falling from 0, over the ``extension`` (n,) [m], rising, of a
     ``length`` [m] without load, which may be a signal over time; ``damping`` [N s/m]."""
@@ -84,12 +82,6 @@ class Spring(ForceElement):
     damping: float = 0.0
     anchor_body: str | None = None
 
-    def holds(self) -> Collection[str]:
-        return ("surge", "sway", "yaw") if self.anchor_body is None else ()
-
-    def others(self) -> Iterator[tuple[str, str | None]]:
-        yield "anchor_body", self.anchor_body
-
     def may_give(self) -> bool:
         """A line that is heaved in gives energy."""
         return isinstance(self.length, Signal)
@@ -101,18 +93,6 @@ class Spring(ForceElement):
     def jumps(self) -> Iterator[tuple[str, float]]:
         if isinstance(self.length, Table):
             yield "length", self.damping * largest_corner(self.length)
-
-    def unit_names(self, name: str) -> Sequence[str]:
-        return [name]
-
-    def parts(self, y: float) -> Sequence[ForceElement]:
-        """The spring itself; an anchor on the earth is given relative to the plane."""
-        if self.anchor_body is not None:
-            return [self]
-        return [replace(self, anchor=tuple(np.subtract(self.anchor, (0.0, y, 0.0))))]
-
-    def image(self) -> ForceElement:
-        return replace(self, point=turned(self.point), anchor=turned(self.anchor))
 
 
 LINE = np.dtype(
@@ -214,17 +194,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         s = stretch(line, t, bodies, motion, p)
         T, f = tension(line, mode, s, p)
         rate[line.row] += (T - f) * s.rate + T * s.speed
-        pull(line, s, T, wrench[line.row])
-
-
-@kernel
-def pull(line, s, T, wrench):
-    """Add the tension on the spring's body, and its opposite on the anchor's, to ``wrench``."""
-    force = scale(T, s.direction)
-    add_wrench(line.body, force, cross(s.arm, force), wrench)
-    if line.anchor_body != EARTH:
-        reaction = scale(-1.0, force)
-        add_wrench(line.anchor_body, reaction, cross(s.anchor_arm, reaction), wrench)
+        pull_together(line, s, T, wrench[line.row])
 
 
 @root

@@ -26,8 +26,8 @@ the line lies in one vertical plane. With small angles lever arms stay as they a
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
 from math import inf, nan, sqrt
 from typing import NamedTuple
 
@@ -37,7 +37,7 @@ from hydrosim.errors import InputError
 from hydrosim.forces.contact.geometry import EARTH
 from hydrosim.forces.layout import Layout
 from hydrosim.forces.line import profile, rates, shape
-from hydrosim.forces.mirroring import turned
+from hydrosim.forces.pair import Tie
 from hydrosim.forces.signal import SIGNAL, Signal, compile_signals, constant, value
 from hydrosim.forces.signal import rate as signal_rate
 from hydrosim.jit.kernels import clear, kernel, root, root_giving
@@ -70,7 +70,7 @@ ON_BED = 1e-6  # m: an anchor this close to the seabed is on it
 
 
 @dataclass(frozen=True)
-class Catenary(ForceElement):
+class Catenary(Tie):
     """From ``point`` of the body to ``anchor`` on the earth or in the frame of ``anchor_body``.
 
     Segments (n,) from the fairlead to the anchor: unstretched ``length`` [m], ``weight`` in water
@@ -92,12 +92,6 @@ class Catenary(ForceElement):
     paid: Signal | None = None
     paying: int = STEADY
 
-    def holds(self) -> Collection[str]:
-        return ("surge", "sway", "yaw") if self.anchor_body is None else ()
-
-    def others(self) -> Iterator[tuple[str, str | None]]:
-        yield "anchor_body", self.anchor_body
-
     def feels(self) -> Collection[str]:
         return ("current",) if np.any(self.drag_width) else ()
 
@@ -107,18 +101,6 @@ class Catenary(ForceElement):
     def signals(self) -> Iterator[tuple[str, Signal]]:
         if self.paid is not None:
             yield f"segments[{self.paying}].length", self.paid
-
-    def unit_names(self, name: str) -> Sequence[str]:
-        return [name]
-
-    def parts(self, y: float) -> Sequence[ForceElement]:
-        """The line itself; an anchor on the earth is given relative to the plane."""
-        if self.anchor_body is not None:
-            return [self]
-        return [replace(self, anchor=tuple(np.subtract(self.anchor, (0.0, y, 0.0))))]
-
-    def image(self) -> ForceElement:
-        return replace(self, point=turned(self.point), anchor=turned(self.anchor))
 
 
 LINE = np.dtype(

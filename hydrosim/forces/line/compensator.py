@@ -21,8 +21,8 @@ Limits: no mass of the piston, no heat to or from the gas, no flow to a bottle b
 
 from __future__ import annotations
 
-from collections.abc import Collection, Hashable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Hashable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from math import log
 from typing import Any, ClassVar, NamedTuple
 
@@ -31,13 +31,11 @@ import numpy as np
 from hydrosim.forces.contact.geometry import EARTH
 from hydrosim.forces.kind import Columns, Kept, Modes, Variable, capacity_of, elements_of
 from hydrosim.forces.layout import Layout
-from hydrosim.forces.mirroring import turned
-from hydrosim.forces.pair import line_between
+from hydrosim.forces.pair import Tie, line_between, pull_together
 from hydrosim.forces.postures import PRESSED, PosingKind, Posture, rest_at_first, with_one
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import CONTACT_MARGIN, MARGINS, MODE, SEGMENT, SEGMENT_MARGIN
-from hydrosim.rigid.kinematics import add_wrench
-from hydrosim.rigid.vectors import cross, scale, vector
+from hydrosim.rigid.vectors import vector
 from hydrosim.scene import ForceElement, Scene
 
 PULLING, CUT, GONE = range(3)
@@ -46,7 +44,7 @@ TENSION, STROKE, OBSERVED = range(3)  # see `observe`
 
 
 @dataclass(frozen=True)
-class Compensator(ForceElement):
+class Compensator(Tie):
     """From ``point`` of the body to ``anchor`` on the earth or in the frame of ``anchor_body``: the
     ``tension`` [N] at the ``length`` [m] in the middle of the ``stroke`` [m]; the ``gas_length``
     [m] there, the ``exponent``, the ``stiffness`` [N/m] on the stops, the ``damping`` [N s/m]."""
@@ -61,24 +59,6 @@ class Compensator(ForceElement):
     stiffness: float
     damping: float = 0.0
     anchor_body: str | None = None
-
-    def holds(self) -> Collection[str]:
-        return ("surge", "sway", "yaw") if self.anchor_body is None else ()
-
-    def others(self) -> Iterator[tuple[str, str | None]]:
-        yield "anchor_body", self.anchor_body
-
-    def unit_names(self, name: str) -> Sequence[str]:
-        return [name]
-
-    def parts(self, y: float) -> Sequence[ForceElement]:
-        """The compensator itself; an anchor on the earth is given relative to the plane."""
-        if self.anchor_body is not None:
-            return [self]
-        return [replace(self, anchor=tuple(np.subtract(self.anchor, (0.0, y, 0.0))))]
-
-    def image(self) -> ForceElement:
-        return replace(self, point=turned(self.point), anchor=turned(self.anchor))
 
 
 CYLINDER = np.dtype(
@@ -191,12 +171,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         r = reach(one, bodies, motion)
         T, f = pull(one, mode, r)
         rate[one.row] += (T - f) * r.rate
-        force = scale(T, r.direction)
-        add_wrench(one.body, force, cross(r.arm, force), wrench[one.row])
-        if one.anchor_body != EARTH:
-            reaction = scale(-1.0, force)
-            moment = cross(r.anchor_arm, reaction)
-            add_wrench(one.anchor_body, reaction, moment, wrench[one.row])
+        pull_together(one, r, T, wrench[one.row])
 
 
 @root

@@ -22,8 +22,8 @@ a snap load is depends on mass and damping of the wire: programs disagree on it 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from math import inf
 from typing import Any, NamedTuple
 
@@ -43,8 +43,7 @@ from hydrosim.forces.line.drum import (
     TENSION_CONTROL,
     Pull,
 )
-from hydrosim.forces.mirroring import turned
-from hydrosim.forces.pair import line_between
+from hydrosim.forces.pair import Tie, line_between, pull_together
 from hydrosim.forces.signal import (
     NOTHING,
     SIGNAL,
@@ -65,8 +64,8 @@ from hydrosim.modes import (
     SEGMENT,
     SEGMENT_MARGIN,
 )
-from hydrosim.rigid.kinematics import add_wrench, attachment, point_velocity
-from hydrosim.rigid.vectors import cross, scale, vector
+from hydrosim.rigid.kinematics import attachment, point_velocity
+from hydrosim.rigid.vectors import vector
 from hydrosim.scene import ForceElement
 
 SLACK, TAUT, CUT = range(3)  # of the wire; it is cut where damping alone would push
@@ -80,7 +79,7 @@ NOWHERE = -1
 
 
 @dataclass(frozen=True)
-class Winch(ForceElement):
+class Winch(Tie):
     """A wire of ``stiffness`` EA [N] and ``damping`` c [s] from ``point`` of the body to ``anchor``
     on the earth or in the frame of ``anchor_body``. Its ``length`` off the drum without load is a
     signal over time [m]. Or it is a number at the start [m], None for that at which the set tension
@@ -104,15 +103,9 @@ class Winch(ForceElement):
         if self.length is None and not isinstance(self.control, TensionControl):
             raise InputError(f"forces.{name}.length: found none; expected a length at the start.")
 
-    def holds(self) -> Collection[str]:
-        return ("surge", "sway", "yaw") if self.anchor_body is None else ()
-
     def may_give(self) -> bool:
         """A drum that heaves in gives energy."""
         return True
-
-    def others(self) -> Iterator[tuple[str, str | None]]:
-        yield "anchor_body", self.anchor_body
 
     def signals(self) -> Iterator[tuple[str, Any]]:
         if isinstance(self.length, Signal):
@@ -125,19 +118,10 @@ class Winch(ForceElement):
             size = self.stiffness * self.damping / float(self.length.value.min())
             yield "length", size * largest_corner(self.length)
 
-    def unit_names(self, name: str) -> Sequence[str]:
-        return [name]
-
-    def parts(self, y: float) -> Sequence[ForceElement]:
-        """The winch itself; an anchor on the earth is given relative to the plane."""
-        if self.anchor_body is not None:
-            return [self]
-        return [replace(self, anchor=tuple(np.subtract(self.anchor, (0.0, y, 0.0))))]
-
     def image(self) -> ForceElement | None:
         if isinstance(self.control, Compensation):  # its point is known by name alone
             return None
-        return replace(self, point=turned(self.point), anchor=turned(self.anchor))
+        return super().image()
 
 
 WINCH = np.dtype(
@@ -362,12 +346,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         strain = w.elastic / one.stiffness
         rate[one.row] += (w.tension - w.elastic) * w.rate
         rate[one.row] += w.elastic * (1.0 + 0.5 * strain) * w.speed
-        force = scale(w.tension, w.direction)
-        add_wrench(one.body, force, cross(w.arm, force), wrench[one.row])
-        if one.anchor_body != EARTH:
-            reaction = scale(-1.0, force)
-            moment = cross(w.anchor_arm, reaction)
-            add_wrench(one.anchor_body, reaction, moment, wrench[one.row])
+        pull_together(one, w, w.tension, wrench[one.row])
 
 
 @root
