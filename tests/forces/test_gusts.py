@@ -179,8 +179,8 @@ def test_spectrum_over_seeds() -> None:
         f = np.arange(lines.size) / period
         total += np.histogram(f, edges, weights=2.0 * np.abs(lines) ** 2)[0] / 60
     exact = [quad(npd_density, *band, args=(10.0,))[0] for band in pairwise(edges)]
-    assert total == pytest.approx(exact, rel=0.012)
-    assert total.sum() == pytest.approx(sum(exact), rel=0.012)
+    assert total == pytest.approx(exact, rel=0.01)
+    assert total.sum() == pytest.approx(sum(exact), rel=0.01)
 
 
 def test_series_against_the_sum_at_any_time() -> None:
