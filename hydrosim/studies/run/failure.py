@@ -86,9 +86,12 @@ def failure(compiled: Compiled, run: Run, time: float) -> str:
     else:
         where = _where(compiled, run.state)
     what = MESSAGES[int(counters[STATUS])].format(where=where)
+    remedy = REMEDIES.get(int(counters[STATUS]), REMEDY)
     for name, reason in lost_units(model, scene, run.state.modes):
         what = f"the force of {name} is lost: {reason}"
-    remedy = REMEDIES.get(int(counters[STATUS]), REMEDY)
+        remedy = (
+            "No step helps there: change the arrangement of that element, or end the run before."
+        )
     for name, error in function_errors(scene.forces):
         what = f"the function of {name} fails ({type(error).__name__}: {error})"
         remedy = "Correct the function: its traceback is the cause of this error."
