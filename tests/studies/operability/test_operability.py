@@ -239,6 +239,7 @@ def test_studies_of_limits_that_are_refused(
     assert all(word in result.err for word in words), result.err
 
 
+@pytest.mark.slow
 def test_a_search_that_is_interrupted_goes_on_to_the_same_limits(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

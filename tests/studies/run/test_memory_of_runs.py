@@ -36,6 +36,7 @@ print((peak() - before) / size)
 """
 
 
+@pytest.mark.slow
 def test_a_long_run_takes_few_times_its_dataset(tmp_path: Path) -> None:
     child = [sys.executable, "-c", CHILD, "cases/reverse_float_over/base.yaml", str(tmp_path)]
     found = subprocess.run(child, capture_output=True, text=True, check=True)

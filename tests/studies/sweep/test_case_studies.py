@@ -34,6 +34,7 @@ def reduced(folder: Path) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_friction_fenders_and_deballasting_are_explained_in_one_study(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
