@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 MOST = 3.4  # sizes of the dataset: its record is 1.3 of them, the tables of waves 0.4
 CHILD = """
 import resource
