@@ -45,17 +45,6 @@ def observed(elements: Elements) -> dict[str, tuple[int, int]]:
     }
 
 
-def wind_channels(elements: Elements) -> int:
-    """Number of wind speeds that a run records."""
-    return int(has_gusts(elements.stream_loads.gusts))
-
-
-@kernel
-def gusts_of(elements):
-    """The gusts that wind loads feel."""
-    return elements.stream_loads.gusts
-
-
 @kernel
 def joints_observed(elements):
     """Place of the loads of joints in the output of `observe`."""
@@ -110,6 +99,17 @@ def observe(t, y, modes, motion, bodies, elements, holds, wrench, out):
     behind += elements.joint_motions.each.size * motions.OBSERVED
     if elements.externals.delayed > 0:
         external.observe(y, elements.externals, out[behind:])
+
+
+def wind_channels(elements: Elements) -> int:
+    """Number of wind speeds that a run records."""
+    return int(has_gusts(elements.stream_loads.gusts))
+
+
+@kernel
+def gusts_of(elements):
+    """The gusts that wind loads feel."""
+    return elements.stream_loads.gusts
 
 
 @root
