@@ -19,6 +19,7 @@ from hydrosim.forces import spring
 from hydrosim.forces.contact.geometry import EARTH
 from hydrosim.forces.kind import Columns, Kept, Modes, States, Variable
 from hydrosim.forces.layout import Layout
+from hydrosim.forces.pair import pull_together
 from hydrosim.forces.postures import PosingKind, Posture, rest_at_first
 from hydrosim.forces.signal import NOTHING, PIECE
 from hydrosim.jit.kernels import kernel, root
@@ -88,7 +89,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
             T, s = pull_of(i, y, modes, motion, bodies, p)
             dy[p.state + i] = T / line.eta
             rate[line.row] += T * T / line.eta
-            spring.pull(line, s, T, wrench[line.row])
+            pull_together(line, s, T, wrench[line.row])
 
 
 @kernel
