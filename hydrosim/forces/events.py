@@ -101,17 +101,6 @@ def observe(t, y, modes, motion, bodies, elements, holds, wrench, out):
         external.observe(y, elements.externals, out[behind:])
 
 
-def wind_channels(elements: Elements) -> int:
-    """Number of wind speeds that a run records."""
-    return int(has_gusts(elements.stream_loads.gusts))
-
-
-@kernel
-def gusts_of(elements):
-    """The gusts that wind loads feel."""
-    return elements.stream_loads.gusts
-
-
 @root
 def settle(t, y, modes, motion, bodies, elements, tanks):
     """Fill ``modes`` for a start from ``y``."""
@@ -399,3 +388,14 @@ def break_loose(t, y, modes, motion, bodies, elements, reactions):
     if p.rows > 0 and motions.break_loose(modes, p, reactions):
         return True
     return transitions.break_loose(t, y, modes, motion, bodies, elements.fenders, reactions)
+
+
+def wind_channels(elements: Elements) -> int:
+    """Number of wind speeds that a run records."""
+    return int(has_gusts(elements.stream_loads.gusts))
+
+
+@kernel
+def gusts_of(elements):
+    """The gusts that wind loads feel."""
+    return elements.stream_loads.gusts
