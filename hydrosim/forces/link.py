@@ -41,8 +41,7 @@ from hydrosim.forces import curve
 from hydrosim.forces.contact.geometry import EARTH
 from hydrosim.forces.kind import Columns, Kept, Modes, Variable, capacity_of, elements_of
 from hydrosim.forces.layout import Layout, Resistance
-from hydrosim.forces.mirroring import turned
-from hydrosim.forces.pair import line_between, small_turn, turning
+from hydrosim.forces.pair import Tie, line_between, small_turn, turning
 from hydrosim.forces.postures import PosingKind, Posture, rest_at_first, steepest
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import (
@@ -88,7 +87,7 @@ class Link(ForceElement):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Strut(Link):
+class Strut(Tie, Link):
     """From ``point`` of the body to ``anchor`` on the earth or in the frame of ``anchor_body``.
     ``length`` [m] is the length without force of the spring; None: the length at rest."""
 
@@ -98,20 +97,7 @@ class Strut(Link):
     anchor_body: str | None = None
 
     def holds(self) -> Collection[str]:
-        held = self.anchor_body is None and self.carries()
-        return ("surge", "sway", "yaw") if held else ()
-
-    def others(self) -> Iterator[tuple[str, str | None]]:
-        yield "anchor_body", self.anchor_body
-
-    def parts(self, y: float) -> Sequence[ForceElement]:
-        """The strut itself; an anchor on the earth is given relative to the plane."""
-        if self.anchor_body is not None:
-            return [self]
-        return [replace(self, anchor=tuple(np.subtract(self.anchor, (0.0, y, 0.0))))]
-
-    def image(self) -> ForceElement:
-        return replace(self, point=turned(self.point), anchor=turned(self.anchor))
+        return super().holds() if self.carries() else ()
 
 
 @dataclass(frozen=True, kw_only=True)
