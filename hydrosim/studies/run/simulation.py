@@ -33,7 +33,9 @@ if TYPE_CHECKING:
 
 NAME = re.compile(r"\w+")
 Progress = Callable[[float, int], None]
-"""Function that is called at times with the simulated time [s] and the number of steps."""
+"""Function that is called at times with the simulated time [s] and the number of steps. While the
+error of a run is measured, it is called with those at the end. If the run is made again, the time
+begins anew."""
 
 
 def simulate(
@@ -150,9 +152,9 @@ def run_compiled(
     def solve(compiled: Compiled) -> Course:
         return advance(Course(compiled))
 
-    def watch(time: float) -> None:
+    def watch(_: float) -> None:
         if progress is not None:
-            progress(time, course.steps)
+            progress(course.time, course.steps)
 
     def measure(course: Course, looser: Course | None) -> ErrorEstimate:
         if looser is not None:
