@@ -44,7 +44,7 @@ from hydrosim.stepping.state import (
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
 
-LOOSER = 10.0
+LOOSER = 16.0
 """Ratio of the tolerance of a companion to that of its run."""
 COARSER_BY = 1.25
 """Ratio of the fixed step of a companion to that of its run, where nothing is against it."""
