@@ -55,7 +55,9 @@ class Clock(NamedTuple):
     """Grid of ``points`` steps up to ``end`` [s]; every ``every``-th and the last are recorded. It
     begins ``first`` steps after ``start``, so that a restart uses the grid of the run before it. A
     slow path in waves is renewed every ``block`` steps, if that is not 0. No step may cross the
-    ``breakpoints``; ``events`` false lets steps run past events.
+    ``breakpoints``; ``events`` false lets steps run past events. No step is longer than
+    ``signal_step`` [s], or than ``held_step`` [s] while a unit holds still until its load reaches a
+    limit; both are infinite if no load has a rate.
 
     With adaptive ``control`` the grid is that of the records, and steps are shorter: they begin
     with the ``solver_step`` [s].
@@ -70,6 +72,8 @@ class Clock(NamedTuple):
     block: int
     breakpoints: np.ndarray
     events: bool
+    signal_step: float
+    held_step: float
     control: Control
     solver_step: float
 
