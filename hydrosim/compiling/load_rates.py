@@ -42,8 +42,8 @@ PHASE = 0.5  # rad
 
 
 def signal_step(scene: Scene) -> float:
-    """Longest step [s] while nothing holds, for the signals that limits depend on directly; infinite
-    if there are none."""
+    """Longest step [s] while nothing holds, for signals that limits depend on directly; infinite if
+    there are none."""
     if not _looks_between(scene):
         return inf
     direct = {name: e for name, e in scene.forces.items() if not e.supplies}

@@ -321,6 +321,12 @@ def is_mirrored(parts: Parts, y: np.ndarray, modes: np.ndarray) -> bool:
     return all(kind.is_mirrored(kind.of(parts), y, modes) for kind in own)
 
 
+def names_of_modes(parts: Parts, scene: Scene) -> list[str]:
+    """The kind and the name of the unit of every row of modes."""
+    names = {kind: kind.unit_names(scene) for kind, _ in kinds_of(parts)}
+    return [f"{kind.unit.replace('_', ' ')} {name}" for kind in names for name in names[kind]]
+
+
 def lost_units(parts: Parts, scene: Scene, modes: np.ndarray) -> Iterator[tuple[str, str]]:
     """Names of the units whose force is not defined in these ``modes``, each with the reason."""
     for kind in KINDS:

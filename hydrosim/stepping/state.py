@@ -118,12 +118,14 @@ class Scratch(NamedTuple):
     """Scratch of a step: stage derivatives ``k`` (s, ny), ``states`` (5, ny), ``margins`` (6, nm),
     ``watched`` (2, rows) flags of rows of modes. ``pace`` (7,) holds the next adaptive step, the
     last error and the progress of the run; ``known`` (3,) flags of reusable values. ``headings``
-    (nf, 2) of slip at the start of the step, ``reactions`` (5, nf, 2) of held points."""
+    (nf, 2) of slip at the start of the step, ``reactions`` (5, nf, 2) of held points. ``switches``
+    (rows,) counts how often each row of modes has switched since the time `SINCE`."""
 
     k: np.ndarray
     states: np.ndarray
     margins: np.ndarray
     watched: np.ndarray
+    switches: np.ndarray
     pace: np.ndarray
     known: np.ndarray
     headings: np.ndarray
@@ -156,6 +158,7 @@ def new_scratch(model: Model, method: Method, step: float) -> Scratch:
         np.zeros((5, ny)),
         np.zeros((6, MARGINS * rows)),
         watched,
+        np.zeros(rows, dtype=np.int64),
         np.array([step, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
         np.zeros(3, dtype=np.int64),
         np.zeros((points, 2)),

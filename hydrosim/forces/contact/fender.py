@@ -173,8 +173,9 @@ POINT = np.dtype(
 """Constants of a contact point: its position on its body, its plane and its friction law. Its
 normal force has the pieces ``first`` to ``last`` of a curve, or a signal. ``reach`` [m] is the
 stretch of its node under a usual load; ``lag`` [s] is set by explicit methods; a friction slope
-``saturates`` at every evaluation if no event ends its branch. Further the unloading curve, its plane's ``edges`` from ``edge`` on and its ``extent`` about its point, and its
-``group`` among groups with memory."""
+``saturates`` at every evaluation if no event ends its branch. Further the unloading curve, its
+plane's ``edges`` from ``edge`` on and its ``extent`` about its point, and its ``group`` among
+groups with memory."""
 
 
 class Params(NamedTuple):
