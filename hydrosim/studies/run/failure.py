@@ -89,7 +89,7 @@ def failure(compiled: Compiled, run: Run, time: float) -> str:
     else:
         where = _where(compiled, run.state)
     what = MESSAGES[status].format(where=where)
-    remedy = REMEDIES.get(status) or _remedy(status, scene.solver.method)
+    remedy = REMEDIES.get(status) or choose_remedy(status, scene.solver.method)
     for name, reason in lost_units(model, scene, run.state.modes):
         what = f"the force of {name} is lost: {reason}"
         remedy = (
@@ -107,8 +107,8 @@ def failure(compiled: Compiled, run: Run, time: float) -> str:
     return "\n".join([message, *(f"Earlier warnings: {text}" for text in earlier)])
 
 
-def _remedy(status: int, method: Method) -> str:
-    """What to try. The method in use is not proposed."""
+def choose_remedy(status: int, method: Method) -> str:
+    """Text on what to try against a ``status``, with another method than the one in use."""
     tries = ["a smaller solver.tolerance" if method.adapts else "a smaller solver.step"]
     if status == STEP_TOO_SMALL:
         tries = ["a larger solver.tolerance"]
