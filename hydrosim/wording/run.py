@@ -108,7 +108,7 @@ def verdicts(run: xr.Dataset) -> Iterator[Node]:
     if "energy_residual_relative" in run.attrs and not is_part(run):
         yield _energy(float(run.attrs["energy_residual_relative"]))
     if RELATIVE in run.attrs and not is_part(run):
-        yield _error(run)
+        yield from _error(run)
     if "radiation_error" in run.attrs:
         yield radiation_verdict(float(run.attrs["radiation_error"]))
     yield from warnings(lines_of(run, "warnings"))
@@ -142,12 +142,12 @@ def _energy(residual: float) -> Verdict:
     return Verdict(outcome, text, [Value(residual, digits=2), Value(CLOSED, digits=2)])
 
 
-def _error(run: xr.Dataset) -> Verdict:
+def _error(run: xr.Dataset) -> Iterator[Verdict]:
     """The measured error of motions; what is too large is a warning of the run."""
     error = float(run.attrs[RELATIVE])
-    outcome = Outcome.GOOD if error <= reported_beyond(run) else Outcome.WARNING
-    text = "Errors of motions are {} of their range, measured against {}."
-    return Verdict(outcome, text, [Value(error, digits=1), str(run.attrs[COMPANION])])
+    if error <= reported_beyond(run):
+        text = "Errors of motions are {} of their range, measured against {}."
+        yield Verdict(Outcome.GOOD, text, [Value(error, digits=1), str(run.attrs[COMPANION])])
 
 
 def radiation_verdict(error: float) -> Verdict:

@@ -44,7 +44,7 @@ from hydrosim.stepping.state import (
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
 
-LOOSER = 10.0
+LOOSER = 16.0
 """Ratio of the tolerance of a companion to that of its run."""
 COARSER_BY = 1.25
 """Ratio of the fixed step of a companion to that of its run, where nothing is against it."""
@@ -121,7 +121,8 @@ class Companion:
         while run.counters[POINT] < self.clock.points and run.counters[STATUS] == RUNNING:
             advance(EVALUATIONS_AT_ONCE, self._held)
             count = int(run.counters[RECORDS])
-            yield self._take_samples(count)
+            if count > min(self._seen, 1):
+                yield self._take_samples(count)
             # the first record stays, because an empty record would begin the run anew
             run.counters[RECORDS] = min(count, 1)
             if watch is not None:

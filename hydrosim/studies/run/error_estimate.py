@@ -52,6 +52,11 @@ MIN_CHOSEN_RANGE = (1e-3, 1e-5)
 """The same for a method that is chosen for an accuracy [m], [rad]."""
 TOLERANCES_IN_RANGE = 2e4
 """Least range of a motion over the tolerance per second of an adaptive method [s]."""
+LINEAR = 0.1
+"""Distance relative to the range up to which it is proportional to errors of steps."""
+ONSET = 1e-4
+"""Error at the time from which growth is measured, over that at which it is proportional."""
+TINY = 1e-300
 MIN_SHARE = 0.5
 """Least ratio of the distance to the error of an adaptive run."""
 CHAOS = (
@@ -105,8 +110,9 @@ def _estimate(
 ) -> ErrorEstimate:
     """Estimate from the ``distances`` to a run that is described by ``beside``; their ratio to the
     errors is the ``share``."""
-    relative = distances.relative / share
-    errors = Distances(distances.time, relative, distances.largest / share, distances.force / share)
+    relative = errors_of_run(distances.time, distances.relative, share)
+    ratio = relative.max(initial=0.0) / max(distances.relative.max(initial=0.0), TINY)
+    errors = Distances(distances.time, relative, distances.largest * ratio, distances.force * ratio)
     parted = parting_time(errors.time, errors.relative)
     return ErrorEstimate(
         errors.largest,
@@ -164,6 +170,28 @@ def motion_ranges(scene: Scene, run: Run) -> np.ndarray:
     return np.maximum(np.ptp(coordinates, axis=0).reshape(-1, 2, 3).max(axis=2), least)
 
 
+def errors_of_run(time: np.ndarray, apart: np.ndarray, share: float) -> np.ndarray:
+    """Errors (nt, nb) of a run that is ``apart`` (nt, nb) from a companion, relative to ranges.
+
+    They are the distances over the ``share``, as long as these are small. A companion that is lost
+    says no more by its distance, but by the time of it: the run has the same distance from the
+    truth later, because its errors begin ``share`` times as small. If errors grow as any power of
+    the time, or exponentially, all times are longer by about the same factor.
+    """
+    worst = np.maximum.accumulate(apart.max(axis=1, initial=0.0))
+    errors = apart / share
+    if worst.size == 0 or worst[-1] < LINEAR:
+        return errors
+    levels = LINEAR / share * np.array([ONSET, 1.0, share])
+    onset, smaller, lost = np.searchsorted(worst, levels)
+    begin = time[max(onset - 1, 0)]
+    slower = (time[lost] - begin) / max(time[min(smaller, lost)] - begin, TINY)
+    earlier = np.searchsorted(time, begin + (time - begin) / slower, side="right") - 1
+    later = np.arange(time.size) >= lost
+    errors[later] = np.maximum(errors[later], apart[earlier[later]])
+    return errors
+
+
 def error_share(compiled: Compiled, run: Run, companion: Companion) -> float:
     """Ratio of the distance of a companion to the error of its run."""
     if not compiled.method.adapts:
@@ -173,7 +201,7 @@ def error_share(compiled: Compiled, run: Run, companion: Companion) -> float:
 
 def adaptive_share(theirs: float, ours: float) -> float:
     """`error_share` of adaptive runs with these integrals of local errors."""
-    return max(abs(theirs / max(ours, 1e-300) - 1.0), MIN_SHARE)
+    return max(abs(theirs / max(ours, TINY) - 1.0), MIN_SHARE)
 
 
 def reported_error(scene: Scene) -> float:
