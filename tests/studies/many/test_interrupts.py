@@ -131,7 +131,7 @@ def test_searches_for_events_are_part_of_what_a_call_may_cost() -> None:
     compiled = compile_scene(
         scene(body, {"foot": foot, "push": push}, 9.0, 0.1, method=Method.DOPRI5)
     )
-    may = 100
+    may = 50
     steps = np.array(_calls(compiled, 1))
     assert steps[:, LOOKS].max() > may  # of one step
     calls = np.array(_calls(compiled, may))
