@@ -47,7 +47,8 @@ from hydrosim.compiling.compiled import Compiled
 from hydrosim.errors import HydrosimError, InputError
 from hydrosim.linear.stability import smallest_step
 from hydrosim.scene import Kinematics, LinearScenes, Method, Scene, Solver, Tolerance
-from hydrosim.studies.run.resolution import fitting_step, scene_combinations
+from hydrosim.scene.solver import fitting_step
+from hydrosim.studies.run.resolution import scene_combinations
 from hydrosim.studies.run.simulation import run_compiled
 
 WAYS = ("default", "rk4", "automatic4", "automatic6")
@@ -149,14 +150,15 @@ def _in_way(scene: Scene, way: str) -> Scene:
 def _at_stable_step(scene: Scene) -> Scene:
     """The scene by rk4 at its own step, or at a smaller one that is stable."""
     solver = replace(scene.solver, method=Method.RK4, accuracy=None)
-    scene = replace(scene, solver=replace(solver, step=fitting_step(scene, solver.step)))
+    step = fitting_step(scene.output_step, solver.step)
+    scene = replace(scene, solver=replace(solver, step=step))
     compiled = compile_scene(scene, in_plane=True)
     if compiled.facts.exact:
         return scene
     limit = SAFE * smallest_step(scene_combinations(compiled), compiled.method)
     if scene.solver.step <= limit:
         return scene
-    return replace(scene, solver=replace(scene.solver, step=fitting_step(scene, limit)))
+    return replace(scene, solver=replace(scene.solver, step=fitting_step(scene.output_step, limit)))
 
 
 @lru_cache(maxsize=1)

@@ -28,6 +28,7 @@ from hydrosim.stepping.state import (
     CHATTERING,
     END,
     END_SLOPE,
+    ERROR_INTEGRAL,
     EVALUATIONS,
     EVENTS,
     EVENTS_THEN,
@@ -314,6 +315,7 @@ def _accepted(t, h, run):
         if h < 0.999 * planned:  # by the grid or a breakpoint: no reason for a shorter next step
             pace[NEXT_STEP] = max(factor * h, planned)
         pace[LAST_ERROR] = error
+        pace[ERROR_INTEGRAL] += h * error
         return True
     _shorten(t, factor * h, run)
     return False

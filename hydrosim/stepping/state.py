@@ -37,10 +37,11 @@ START_SLOPE, END_SLOPE, START_MARGINS = range(3)
 current state."""
 UNKNOWN, BUT_FOR_SLIP, KNOWN = range(3)
 """Values of ``known[START_MARGINS]``."""
-NEXT_STEP, LAST_ERROR, REACHED, SINCE, RANK, RANK_TIME = range(6)
+NEXT_STEP, LAST_ERROR, REACHED, SINCE, RANK, RANK_TIME, ERROR_INTEGRAL = range(7)
 """Entries of `Scratch.pace`: next step, last error, the time reached, the time since which events
 and steps are counted to detect a run without progress; the smallest sine between rows of
-constraints, and its time (`closing.watch`)."""
+constraints, and its time (`closing.watch`); the integral over time of the errors of steps, in units
+of their tolerance."""
 
 
 class State(NamedTuple):
@@ -111,7 +112,7 @@ class Record(NamedTuple):
 
 class Scratch(NamedTuple):
     """Scratch of a step: stage derivatives ``k`` (s, ny), ``states`` (5, ny), ``margins`` (6, nm),
-    ``watched`` (2, rows) flags of rows of modes. ``pace`` (6,) holds the next adaptive step, the
+    ``watched`` (2, rows) flags of rows of modes. ``pace`` (7,) holds the next adaptive step, the
     last error and the progress of the run; ``known`` (3,) flags of reusable values. ``headings``
     (nf, 2) of slip at the start of the step, ``reactions`` (5, nf, 2) of held points."""
 
@@ -151,7 +152,7 @@ def new_scratch(model: Model, method: Method, step: float) -> Scratch:
         np.zeros((5, ny)),
         np.zeros((6, MARGINS * rows)),
         watched,
-        np.array([step, 1.0, 0.0, 0.0, 0.0, 0.0]),
+        np.array([step, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
         np.zeros(3, dtype=np.int64),
         np.zeros((points, 2)),
         np.zeros((5, points, 2)),

@@ -100,7 +100,8 @@ def failure(compiled: Compiled, run: Run, time: float) -> str:
         f"at t = {time:.6g} s {what}. The largest force at the last record is that of {name},"
         f" {size:.3g} N. {remedy}"
     )
-    return "\n".join([message, *(f"Earlier warnings: {text}" for text in compiled.notes.warnings)])
+    earlier = (*compiled.notes.warnings, *compiled.step_warnings)
+    return "\n".join([message, *(f"Earlier warnings: {text}" for text in earlier)])
 
 
 def _where(compiled: Compiled, state: State) -> str:

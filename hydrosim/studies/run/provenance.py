@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.compiling.restart import ACCURACY, HEADINGS, MET, started_from
+from hydrosim.compiling.restart import HEADINGS, MET, started_from
 from hydrosim.program import program_version, versions
+from hydrosim.results.error_figures import ACCURACY
 from hydrosim.results.netcdf import FORMAT, LATEST
 
 if TYPE_CHECKING:
