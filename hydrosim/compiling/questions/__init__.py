@@ -53,6 +53,8 @@ QUESTIONS: Mapping[Question, Callable[[About], Iterator[Doubt]]] = {
     Question.RAMP: waters.ramp,
     Question.STEP: waters.step,
     Question.RANGE: ranges.ranges,
+    Question.BENDING: elements.bending,
+    Question.FILES: elements.files,
 }
 
 
