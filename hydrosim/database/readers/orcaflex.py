@@ -244,6 +244,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
         omega,
         heading,
         _symmetric(vessel, given),
+        used=given.frequencies,
         added_mass=added_mass,
         radiation_damping=damping,
         excitation=excitation[rows],
