@@ -37,6 +37,7 @@ from hydrosim.scene import (
     Scene,
     SecondOrder,
     SpectrumTable,
+    StateSpaceRadiation,
     Tma,
     Torsethaugen,
     WaveTrain,
@@ -83,6 +84,7 @@ def notes_of_sea(
     alone = facts.databases
     warnings = [text for group in wet for text in group.cut_lengths]
     warnings.extend(_fit_warnings(wet))
+    warnings.extend(_fallback_warnings(wet))
     warnings.extend(text for group in wet for text in group.doubts(seas))
     for body in scene.bodies:
         if body.name in alone and body.dofs:
@@ -120,6 +122,20 @@ def _fit_warnings(groups: Sequence[WetGroup]) -> Iterator[str]:
                     f" {fit.report.frequency_error:.1e}. Check the database with `hydrosim db"
                     " check`."
                 )
+
+
+def _fallback_warnings(groups: Sequence[WetGroup]) -> Iterator[str]:
+    """Warnings about memory that was to be in states, and is convolved because no fit is good."""
+    for wet in each_database(groups):
+        if not isinstance(wet.radiation, StateSpaceRadiation):
+            continue
+        for dofs, reason in wet.convolved:
+            yield (
+                f"radiation of {dofs_of(dofs, wet.names)}: found state_space, and no fit that"
+                f" serves ({reason}); the memory is computed by convolution. Use radiation:"
+                " convolution or automatic if this is meant, or check the database with `hydrosim"
+                " db check`."
+            )
 
 
 def range_warnings(seas: Seas, body: Body, db: HydroDatabase) -> Iterator[str]:
