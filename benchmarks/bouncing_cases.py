@@ -90,7 +90,7 @@ def _body(d: Draw, mass: float, size: float, dofs: list[str] | None, up: float =
     body: Case = {
         "mass": rounded(mass),
         "centre_of_gravity": [0.0, 0.0, 0.0],
-        "radii_of_gyration": [rounded(size * d.between(0.25, 0.4)) for _ in range(3)],
+        "radii_of_gyration": [rounded(size * d.between(0.28, 0.38)) for _ in range(3)],
         "initial": {"position": [0.0, 0.0, up, 0.0, 0.0, 0.0]},
     }
     return {**body, "dofs": dofs} if dofs else body

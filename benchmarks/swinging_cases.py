@@ -6,7 +6,7 @@ chaotic.
 
 from __future__ import annotations
 
-from math import cos, pi, sin, sqrt
+from math import cos, hypot, pi, sin, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -61,10 +61,11 @@ def _rail(d: Draw, mass: float) -> Case:
 
 
 def _body(d: Draw, mass: float, size: float, z: float) -> Case:
+    extent = [size * d.between(0.1, 0.5) for _ in range(3)]
     return {
         "mass": rounded(mass),
         "centre_of_gravity": [0.0, 0.0, rounded(z)],
-        "radii_of_gyration": [rounded(size * d.between(0.2, 0.7)) for _ in range(3)],
+        "radii_of_gyration": [rounded(hypot(extent[i - 1], extent[i - 2])) for i in range(3)],
         "weight": "carried",
     }
 
