@@ -61,6 +61,7 @@ PITCH = 4  # among a body's six coordinates
 STEEPEST = 1.48  # rad (85 deg): beyond it the angles' rates lose their meaning
 UPRIGHT = 0.087  # cosine of that angle
 PARTS = 3  # of a step, while a contact node relaxes fast after an event
+SAME_LENGTH = 1e-9  # relative difference of lengths of steps that is rounding
 SHORTEST = 1e-12  # s, or relative to the time: smallest step of an adaptive method
 PIECES = 200  # events in one step, per contact point or spring: more are chattering
 CRAWL = 200_000  # steps in the time of one: with more, no step is small enough
@@ -218,12 +219,20 @@ def _watch(t, run):
     pace = run.scratch.pace
     if t - pace[SINCE] > run.clock.solver_step:
         pace[SINCE] = t
+        clear_counts(run.scratch.switches)
         counters[EVENTS_THEN] = counters[EVENTS]
         counters[STEPS_THEN] = counters[STEPS] + counters[REJECTED]
     if counters[EVENTS] - counters[EVENTS_THEN] > PIECES * (1 + run.state.modes.shape[0]):
         counters[STATUS] = CHATTERING
     if counters[STEPS] + counters[REJECTED] - counters[STEPS_THEN] > CRAWL:
         counters[STATUS] = STEP_TOO_SMALL
+
+
+@kernel
+def clear_counts(counts):
+    """Set all ``counts`` to zero."""
+    for i in range(counts.size):
+        counts[i] = 0
 
 
 @root_giving(bool, float, bool)
@@ -276,7 +285,23 @@ def _find_clearances(y, run, out):
 
 
 @kernel
-def _pace(t, h, run):
+def _pace(t, whole, run):
+    """Length of the next step; beyond the ``whole`` time to the next stop, the step ends there.
+    Loads that no motion shows are followed by equal parts of that time."""
+    clock = run.clock
+    planned = _planned_step(t, whole, run)
+    h = min(planned, whole)
+    longest = clock.signal_step
+    if h > clock.held_step and events.waits_for_loads(run.state.modes, run.model.elements):
+        longest = clock.held_step
+    if h <= longest:
+        return planned
+    parts = np.ceil(whole / longest * (1.0 - SAME_LENGTH))
+    return whole / parts if parts > 1.0 else 2.0 * whole
+
+
+@kernel
+def _planned_step(t, h, run):
     """Length of the next step, if not the whole ``h``: from the control of an adaptive method, or a
     fraction of a step while a contact node settles after an event or a tank runs empty or full."""
     clock = run.clock

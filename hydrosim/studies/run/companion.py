@@ -178,6 +178,7 @@ def _with_stride(compiled: Compiled, run: Run, stride: Stride, looser: float) ->
     first = _phase(clock) * stride.short // stride.long
     begin = clock.start + clock.first * clock.step
     control = clock.control
+    longest = 1.0 if control.adaptive else stride.ratio  # equal steps stay in the same ratio
     wider = clock._replace(
         start=begin - first * step,
         first=first,
@@ -185,6 +186,8 @@ def _with_stride(compiled: Compiled, run: Run, stride: Stride, looser: float) ->
         points=-(-clock.points * stride.short // stride.long),
         every=lcm(stride.long, clock.every) * stride.short // stride.long,
         block=clock.block * stride.short // stride.long,
+        signal_step=longest * clock.signal_step,
+        held_step=longest * clock.held_step,
         control=control._replace(
             relative=looser * control.relative, absolute=looser * control.absolute
         ),
