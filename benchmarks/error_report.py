@@ -2,7 +2,8 @@
 
 A reference counts for a question if its own error is at most a tenth of what is judged. Warnings
 of the solution are told from those of what a scene stands for (databases, headings, angles), which
-no reference can judge.
+no reference can judge. Errors are relative to ranges of motions as the run counts them: it has
+least ranges, which `motion_errors.least_ranges` gives.
 """
 
 from __future__ import annotations
@@ -114,11 +115,14 @@ def unwarned_table(records: Records) -> list[Row]:
     def row(_: str, own: Records) -> Row | None:
         judged = [r for r in own if _counts(r, WITHIN) and not is_warned(r)]
         wrong = [r for r in judged if r["true"] > WITHIN]
+        strictly = [r for r in judged if r["true_strictly"] > WITHIN >= r["true"]]
+        strictly = [r for r in strictly if r["apart_strictly"] <= TENTH * WITHIN]
         return {
             "complete and unwarned": len(judged),
             "wrong": len(wrong),
             "share": _share(len(wrong), len(judged)),
             "which": _numbers(wrong, "true"),
+            "wrong if no range is too small": _numbers(strictly, "true_strictly"),
         }
 
     return _rows(records, row)

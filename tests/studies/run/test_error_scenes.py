@@ -47,7 +47,8 @@ def record(**values: object) -> dict[str, object]:
     """A run by default that is complete and unwarned."""
     usual = {"way": "default", "kind": "joints", "number": 1, "status": "complete", "cpu": 1.0}
     figures = {"evaluations": 100, "error_evaluations": 60, "stepped": True, "warnings": []}
-    return {**usual, **figures, "apart": 1e-9, "force_apart": 1e-9, **values}
+    apart = dict.fromkeys(("apart", "apart_strictly", "force_apart"), 1e-9)
+    return {**usual, **figures, **apart, "true_strictly": values.get("true"), **values}
 
 
 @pytest.mark.parametrize(
