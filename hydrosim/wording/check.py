@@ -64,6 +64,7 @@ def check_document(scene: Scene, times: Sequence[float] = (), watch: Watch = unw
     compiled = linearisable(own)
     whole = linearisable(own.whole) if own.whole else compiled
     nodes: list[Node] = [*_verdicts(own, compiled, watch)]
+    nodes += _lists({"Waves": own.notes.seas})
     nodes += _lists({"Wind and current": own.notes.streams, "Lines": own.notes.drag})
     nodes += _periods_of(whole, "at the start of the run")
     end = [compiled.begin + scene.duration] if own.model.tanks.each.size else []

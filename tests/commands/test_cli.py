@@ -100,6 +100,13 @@ class TestRun:
         assert " ".join(part.attrs["status_message"].split()) in result.err
         assert part.sizes["time"] > 0
 
+    def test_check_ends_with_1_where_a_verdict_failed(self, hydrosim: Command) -> None:
+        good = hydrosim("check", "free_floating.yaml")
+        assert (good.code, "failed" in good.out) == (0, False)
+        bad = hydrosim("check", "free_floating.yaml", *UNSTABLE)
+        assert bad.code == 1
+        assert "failed The step of 0.5 s is UNSTABLE" in bad.out
+
     @pytest.mark.parametrize("step", [0.2, 0.4])
     def test_a_step_above_the_limit_is_refused(
         self, hydrosim: Command, project: Path, step: float
