@@ -16,6 +16,7 @@ import numpy as np
 
 from hydrosim.errors import InputError
 from hydrosim.forces import externals_of, functions_at_stages
+from hydrosim.forces.given.external import KIND as EXTERNALS
 from hydrosim.forces.given.external import continued_beyond
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.stepping.dynamics import new_work
@@ -152,8 +153,7 @@ def changed(compiled: Compiled, run: Run) -> Iterator[str]:
 
 def warnings_of_delays(compiled: Compiled, run: Run) -> Iterator[str]:
     """Warnings about external forces that were continued far beyond what their functions gave."""
-    externals = run.model.elements.externals
-    for row, excess in continued_beyond(externals, run.state.y):
+    for row, excess in continued_beyond(EXTERNALS.of(run.model), run.state.y):
         if excess <= MAX_EXCESS:
             continue
         yield (
