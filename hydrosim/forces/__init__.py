@@ -321,7 +321,7 @@ def is_mirrored(parts: Parts, y: np.ndarray, modes: np.ndarray) -> bool:
     return all(kind.is_mirrored(kind.of(parts), y, modes) for kind in own)
 
 
-def names_of_modes(parts: Parts, scene: Scene) -> list[str]:
+def mode_row_names(parts: Parts, scene: Scene) -> list[str]:
     """The kind and the name of the unit of every row of modes."""
     names = {kind: kind.unit_names(scene) for kind, _ in kinds_of(parts)}
     return [f"{kind.unit.replace('_', ' ')} {name}" for kind in names for name in names[kind]]

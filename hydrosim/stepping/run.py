@@ -61,7 +61,7 @@ PITCH = 4  # among a body's six coordinates
 STEEPEST = 1.48  # rad (85 deg): beyond it the angles' rates lose their meaning
 UPRIGHT = 0.087  # cosine of that angle
 PARTS = 3  # of a step, while a contact node relaxes fast after an event
-SAME_LENGTH = 1e-9  # relative difference of lengths of steps that is rounding
+STEP_LENGTH_RTOL = 1e-9  # relative difference of lengths of steps that is rounding
 ROUNDING = 1e-13  # relative difference of times that is rounding
 SHORTEST = 1e-12  # s, or relative to the time: smallest step of an adaptive method
 PIECES = 200  # events in one step, per contact point or spring: more are chattering
@@ -305,11 +305,11 @@ def _pace(t, whole, run):
     planned = _planned_step(t, whole, run)
     h = min(planned, whole)
     longest = clock.signal_step
-    if h > clock.held_step and events.waits_for_loads(run.state.modes, run.model.elements):
+    if h > clock.held_step and events.has_load_limit(run.state.modes, run.model.elements):
         longest = clock.held_step
     if h <= longest:
         return planned
-    parts = np.ceil(whole / longest * (1.0 - SAME_LENGTH))
+    parts = np.ceil(whole / longest * (1.0 - STEP_LENGTH_RTOL))
     return whole / parts if parts > 1.0 else 2.0 * whole
 
 
