@@ -9,6 +9,7 @@ from __future__ import annotations
 import atexit
 import gc
 import os
+import signal
 import sys
 import warnings
 from collections.abc import Sequence
@@ -120,6 +121,14 @@ atexit.register(gc.freeze)
 def main() -> None:
     """Run the command line. An error meant for the user ends it with the exit code of that
     error."""
+    atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)  # the exit code is known by then
+    try:
+        _run_command()
+    except KeyboardInterrupt:  # raised while an error or the end of a command was told
+        raise SystemExit(130) from None
+
+
+def _run_command() -> None:
     taken_as_interrupts()
     make_streams_last()
     warnings.showwarning = lambda message, *_, **__: say(f"warning   {message}")

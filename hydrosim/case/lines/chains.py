@@ -22,6 +22,8 @@ Water = tuple[float, float]
 """Density [kg/m^3] and gravity [m/s^2]."""
 DEEPER = 1e-3  # of the depth: an anchor this little below the seabed is on it
 YAML = (".yaml", ".yml")
+MAX_PIECES = 1000
+"""Lines of a file; a wind farm has some hundreds."""
 
 
 def read_system(source: Source) -> System:
@@ -70,6 +72,8 @@ def mooring_lines(system: System, water: Water, source: Source) -> dict[str, Moo
 
 
 def _check_names(system: System, source: Source) -> None:
+    if len(system.pieces) > MAX_PIECES:
+        source.wrong(f"found {len(system.pieces):,} lines; expected at most {MAX_PIECES:,}")
     for name, piece in system.pieces.items():
         if piece.type not in system.types:
             source.unknown(f"line type of line {name},", piece.type, [*system.types])
