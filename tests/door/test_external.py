@@ -259,6 +259,11 @@ def test_an_interrupt_in_a_function_ends_the_run() -> None:
         ({"also": ("other",)}, "is no body of the scene"),
         ({"body": "other"}, "is no body of the scene"),
         ({"point": (1.0, 2.0)}, "expected 3 coordinates"),
+        ({"point": (1.0, float("nan"), 0.0)}, "found .*nan.*; expected 3 coordinates"),
+        ({"point": (1.0, None, 0.0)}, "expected 3 coordinates"),
+        ({"point": "bow"}, "found bow; expected 3 coordinates"),
+        ({"body": None}, "forces.*body: found None; expected the name of a body"),
+        ({"also": (None,)}, "also: found None; expected names of bodies"),
     ],
 )
 def test_forces_that_cannot_be_are_refused(changes: dict[str, Any], told: str) -> None:
@@ -378,3 +383,11 @@ def test_records_say_which_function_acted() -> None:
     assert "external force" in heads
     with pytest.raises(hs.InputError, match="functions of Python in run 0, it"):
         hs.simulate_many([with_function(spring)])
+
+
+@pytest.mark.parametrize("wrong", [spring, "spring", None, 3.0])
+def test_what_is_no_element_is_refused(wrong: Any) -> None:
+    with pytest.raises(hs.InputError) as caught:
+        hs.simulate(swinging(), forces={"it": wrong})
+    assert f"forces.it: found {type(wrong).__name__}; expected a force element" in str(caught.value)
+    assert ("hydrosim.External(BODY, FUNCTION)" in str(caught.value)) == callable(wrong)

@@ -61,6 +61,14 @@ ORDERS = {
 """Order of the error in the step."""
 
 
+def _is_point(value: object) -> bool:
+    try:
+        numbers = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        return False
+    return numbers.shape == (3,) and bool(np.isfinite(numbers).all())
+
+
 @dataclass(frozen=True)
 class External(ForceElement):
     """A force that a function gives: ``function(t, state)`` returns a wrench (6,) [N, N m] on
@@ -100,11 +108,14 @@ class External(ForceElement):
                 f"{key}.active: found a condition; a function itself knows the time and the"
                 " motions. Return zeros while it does not act."
             )
-        if self.point is not None and (np.shape(self.point) != (3,) or self.also):
+        if self.point is not None and (self.also or not _is_point(self.point)):
             raise InputError(
-                f"{key}.point: expected 3 coordinates [m], and one body. For several bodies, return"
-                " wrenches about their centres of gravity (`BodyState.wrench`)."
+                f"{key}.point: found {self.point}; expected 3 coordinates [m], and one body. For"
+                " several bodies, return wrenches about their centres of gravity"
+                " (`BodyState.wrench`)."
             )
+        if strangers := [each for each in self.also if not isinstance(each, str)]:
+            raise InputError(f"{key}.also: found {strangers[0]!r}; expected names of bodies.")
         if len({self.body, *self.also}) < 1 + len(self.also):
             raise InputError(f"{key}.also: found a body twice; expected different bodies.")
 
