@@ -36,7 +36,6 @@ HERE = __name__.rpartition(".")[0] + "."
 """Functions of this folder are known by name: the name of the cache folder holds its sources."""
 
 CONSTANTS = (int, float, bool, complex, str, bytes, type(None), type(Ellipsis))
-ABSENT = object()
 NAMED = (BuiltinFunctionType, np.ufunc)
 
 
@@ -140,7 +139,13 @@ class _Reading:
             self.words.append(value)
             return
         self.words.append(type(value).__name__)
-        if isinstance(value, Enum):
+        if isinstance(value, ModuleType):
+            self._add_module(value, names)
+        elif isinstance(value, type):
+            self._add_class(value)
+        elif hasattr(value, "py_func"):
+            self._add_kernel(value)
+        elif isinstance(value, Enum):
             self.words.append(f"{_name_of(type(value))}.{value.name}")
             self.add_value(value.value)
         elif isinstance(value, CONSTANTS):
@@ -153,10 +158,6 @@ class _Reading:
             self._add_sequence(sorted(value.items(), key=repr), names)
         elif isinstance(value, CodeType):
             self._add_code(value)
-        elif isinstance(value, ModuleType):
-            self._add_module(value, names)
-        elif isinstance(value, type):
-            self._add_class(value)
         elif isinstance(value, np.dtype):
             self.words += (repr(value), value.itemsize, value.alignment)
         elif isinstance(value, np.ndarray | np.generic):
@@ -177,8 +178,12 @@ class _Reading:
     def _add_module(self, module: ModuleType, names: tuple[str, ...]) -> None:
         self.words.append(module.__name__)
         if not _is_of_library(module.__name__):
-            read = {name: getattr(module, name, ABSENT) for name in names}
-            self._add_named({k: v for k, v in read.items() if v is not ABSENT}, names)
+            content = vars(module)
+            read = {name: content[name] for name in names if name in content}
+            if "__getattr__" in content:  # it may import what it has not
+                others = [name for name in names if name not in content and hasattr(module, name)]
+                read |= {name: getattr(module, name) for name in others}
+            self._add_named(read, names)
 
     def _add_class(self, kind: type) -> None:
         self.words.append(_name_of(kind))
@@ -190,19 +195,27 @@ class _Reading:
         elif not (_is_of_library(kind.__module__) or issubclass(kind, BaseException)):
             self._add_all_sources()
 
+    def _add_kernel(self, kernel: Any) -> None:
+        returns = getattr(kernel, "returns", None)
+        if returns is None:
+            self._add_part(kernel)
+        else:  # a whole
+            self.words += (_name_of(kernel.py_func), str(returns))
+            self._add_parameters(kernel.py_func)
+
+    def _add_part(self, part: Any) -> None:
+        self.words.append(f"part {len(self.parts)}")
+        self.parts.append(part)
+
     def _add_callable(self, value: Any) -> None:
         if isinstance(value, _Intrinsic):
             self._add_intrinsic(value._defn)
-        elif getattr(value, "returns", None) is not None:  # a whole
-            self.words += (_name_of(value.py_func), str(value.returns))
-            self._add_parameters(value.py_func)
-        elif isinstance(value, FunctionType) and not _is_compiled(value):
-            self.words.append(_name_of(value))
-        elif isinstance(value, FunctionType) or hasattr(value, "py_func"):
-            self.words.append(f"part {len(self.parts)}")
-            self.parts.append(value)
-        else:
+        elif not isinstance(value, FunctionType):
             self._add_all_sources()
+        elif _is_compiled(value):
+            self._add_part(value)
+        else:
+            self.words.append(_name_of(value))
 
     def _add_intrinsic(self, function: Any) -> None:
         self.words.append(_name_of(function))
