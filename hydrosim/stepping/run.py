@@ -62,6 +62,7 @@ STEEPEST = 1.48  # rad (85 deg): beyond it the angles' rates lose their meaning
 UPRIGHT = 0.087  # cosine of that angle
 PARTS = 3  # of a step, while a contact node relaxes fast after an event
 SAME_LENGTH = 1e-9  # relative difference of lengths of steps that is rounding
+ROUNDING = 1e-13  # relative difference of times that is rounding
 SHORTEST = 1e-12  # s, or relative to the time: smallest step of an adaptive method
 PIECES = 200  # events in one step, per contact point or spring: more are chattering
 CRAWL = 200_000  # steps in the time of one: with more, no step is small enough
@@ -86,7 +87,7 @@ def advance_until(evaluations, until, run):
     pace = run.scratch.pace
     enough = count_evaluations(counters) + evaluations
     if counters[RECORDS] == 0:
-        t = grid_time(0, clock)
+        t = end_of_interval(0, clock)
         pace[REACHED] = pace[SINCE] = t
         if clock.block > 0:
             _take_up_block(t, run)
@@ -96,7 +97,7 @@ def advance_until(evaluations, until, run):
         remember(t, run)
         keep(t, run)
     while counters[POINT] < clock.points and count_evaluations(counters) < enough:
-        goal = grid_time(counters[POINT] + 1, clock)
+        goal = end_of_interval(counters[POINT] + 1, clock)
         _cross(min(goal, until), enough, run)
         if counters[STATUS] != RUNNING or pace[REACHED] < goal:
             break
@@ -143,6 +144,18 @@ def _take_up_block(t, run):
 def grid_time(n, clock):
     """Time of grid point ``n``; the last one is the end of the run."""
     return min(clock.start + (clock.first + n) * clock.step, clock.end)
+
+
+@kernel
+def end_of_interval(n, clock):
+    """Time of grid point ``n``, or of a breakpoint that differs from it by rounding: no step is as
+    short as that."""
+    t = grid_time(n, clock)
+    near = ROUNDING * max(abs(t), clock.step)
+    first = _count_breakpoints(t - near, clock)
+    if first < clock.breakpoints.size and clock.breakpoints[first] <= t + near:
+        return clock.breakpoints[first]
+    return t
 
 
 @root

@@ -20,6 +20,7 @@ from hydrosim.results.error_figures import (
     PARTED,
     RELATIVE,
 )
+from hydrosim.results.memory import MEMORY
 from hydrosim.statistics.figures import Asked
 from hydrosim.statistics.results import Results
 from hydrosim.statistics.statistics import RECORDED, columns, of_contacts
@@ -87,7 +88,10 @@ def digested(
     kept = assembled(more, coords, attributes)
     if why:
         kept = xr.merge([kept, why], join="exact", compat="equals")
-    return xr.merge([run[variables], kept], join="outer", compat="equals") if variables else kept
+    if variables:
+        kept = xr.merge([run[variables], kept], join="outer", compat="equals")
+    # adaptive runs end their last steps at different times
+    return kept.drop_vars([name for name in kept.coords if str(name).startswith(MEMORY)])
 
 
 def _chosen(run: xr.Dataset, patterns: Sequence[str], lenient: bool) -> list[str]:
