@@ -28,6 +28,7 @@ version, below https://github.com/numba/numba/blob/0.61.0/numba/core/:
 * compiler.py: `compile_extra`, `Flags`, `Compiler.define_pipelines`, `CompileResult._rebuild`
 * typed_passes.py, untyped_passes.py: the passes in `NEEDLESS`
 * caching.py: `_Cache`
+* extending.py: `_Intrinsic`; typing/templates.py: `builtin_registry`
 * funcdesc.py: `ExternalFunctionDescriptor`
 
 `hydrosim.jit.plain` takes over if one of them differs.
@@ -52,6 +53,7 @@ from numba.core.untyped_passes import InlineClosureLikes
 
 from hydrosim.interrupts import raise_if_interrupted, undisturbed
 from hydrosim.jit.disk import Disk, Name
+from hydrosim.jit.ingredients import describe_type
 from hydrosim.jit.refs import hold
 from hydrosim.jit.waiting import Torn, waiting
 
@@ -149,7 +151,8 @@ class _Door:
         function = whole.py_func
         self.whole = whole
         self.args = args
-        types_digest = hashlib.sha256(str(args).encode()).hexdigest()[:16]
+        described = ", ".join(map(describe_type, args))
+        types_digest = hashlib.sha256(described.encode()).hexdigest()[:16]
         self.name = f"{function.__module__}.{function.__qualname__}.{types_digest}"
         self.code = ctypes.c_void_p(None)
         address = ctypes.addressof(self.code)
@@ -214,7 +217,8 @@ class _Kernel(CPUDispatcher):
     ) -> None:
         options = {**OPTIONS, "fastmath": set(fastmath)}
         super().__init__(function, targetoptions=options, pipeline_class=_WholeCompiler)
-        self._cache = Disk(function, folder, _called)
+        self.fastmath = fastmath
+        self._cache = Disk(self, folder, _called)
 
     def __call__(self, *args: Any) -> Any:
         try:
@@ -307,18 +311,18 @@ class Whole(_Kernel):
         super().__init__(function, folder)
         found = [NUMBERS[each] for each in returns]
         several = types.BaseTuple.from_types(found)
-        self._returns = several if len(found) > 1 else found[0] if found else types.none
+        self.returns = several if len(found) > 1 else found[0] if found else types.none
         self._doors: dict[Any, _Door] = {}
         self._callable: dict[Any, Any] = {}
 
     def compile(self, sig: Any) -> Any:
         args, _ = sigutils.normalize_signature(sig)
-        return super().compile(typing.signature(self._returns, *args))
+        return super().compile(typing.signature(self.returns, *args))
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
         pysig, args = self.fold_argument_types(args, kws)
         name = self.py_func.__name__
-        known = [typing.signature(self._returns, *args)]
+        known = [typing.signature(self.returns, *args)]
         return typing.make_concrete_template(name, name, known), pysig, args, {}
 
     def get_overload(self, sig: Any) -> Any:
@@ -337,7 +341,7 @@ class Whole(_Kernel):
         """The function that callers link in as a part: it calls through the ``door``."""
         context: Any = self.targetctx
         word = ir.IntType(8).as_pointer()
-        called = ExternalFunctionDescriptor(f"{door.name}.entrance", self._returns, door.args)
+        called = ExternalFunctionDescriptor(f"{door.name}.entrance", self.returns, door.args)
         code = _PartCode(context.codegen(), called.mangled_name)
         module = code.create_ir_module(called.mangled_name)
         function = context.declare_function(module, called)
