@@ -58,16 +58,21 @@ KINDS: Mapping[str, Callable[[int], Case]] = {
 }
 """Makers of the case of a number, by kind."""
 SPACINGS = {"held": 0.005}
-SPACING = 0.05
-"""Time between records of a reference [s], at most: it sees the peaks of what holds."""
+"""Time between records of a reference [s], at most, where peaks of loads are short."""
 
 
 @contextmanager
 def drawn_scene(kind: str, number: int) -> Iterator[Scene]:
     """The scene of a case, by way of its file. Its mesh is there while the context lasts."""
-    case = KINDS[kind](number)
+    mesh = mesh_of(number) if kind == "mixtures" else None
+    with written_scene(KINDS[kind](number), mesh) as scene:
+        yield scene
+
+
+@contextmanager
+def written_scene(case: Case, mesh: str | None = None) -> Iterator[Scene]:
+    """The scene of a case, by way of its file, with the ``mesh`` of its hull beside."""
     with TemporaryDirectory() as folder:
-        mesh = mesh_of(number) if kind == "mixtures" else None
         if mesh is not None:
             Path(folder, MESH).write_text(mesh)
         path = Path(folder, "case.yaml")

@@ -2,7 +2,8 @@
 
 A reference counts for a question if its own error is at most a tenth of what is judged. Warnings
 of the solution are told from those of what a scene stands for (databases, headings, angles), which
-no reference can judge.
+no reference can judge. Errors are relative to ranges of motions as the run counts them: it has
+least ranges, which `motion_errors.least_ranges` gives.
 """
 
 from __future__ import annotations
@@ -45,17 +46,17 @@ STATUSES = ("complete", "failed", "refused", "crash", "hang")
 def report(records: Records) -> str:
     """All tables."""
     tables = {
-        "How runs ended": _statuses,
-        f"Complete and unwarned: within {WITHIN:g} of the range?": _unwarned,
-        "automatic: within its tolerance, or told?": _automatic,
-        "Error said over true error of motions": lambda rows: _ratios(rows, ""),
-        "Error said over true error of the largest contact force": lambda rows: _ratios(
+        "How runs ended": status_table,
+        f"Complete and unwarned: within {WITHIN:g} of the range?": unwarned_table,
+        "automatic: within its tolerance, or told?": tolerance_table,
+        "Error said over true error of motions": lambda rows: ratio_table(rows, ""),
+        "Error said over true error of the largest contact force": lambda rows: ratio_table(
             rows, "_force"
         ),
-        "References that part: is it told?": _parted,
-        "Warned though right: true error within a tenth of the bound": _wolves,
-        "The same by kind of warning": _wolves_by_kind,
-        "Cost of the estimate: its evaluations over those of the run": _costs,
+        "References that part: is it told?": parting_table,
+        "Warned though right: true error within a tenth of the bound": false_alarm_table,
+        "The same by kind of warning": warning_table,
+        "Cost of the estimate: its evaluations over those of the run": cost_table,
     }
     return "\n\n".join(
         f"{title}\n\n{markdown(rows) if rows else 'none'}"
@@ -79,7 +80,7 @@ def _rows(records: Records, make: Callable[[str, Records], Row | None]) -> list[
     return [{"way": way, "kind": kind, **row} for way, kind, row in found if row]
 
 
-def _statuses(records: Records) -> list[Row]:
+def status_table(records: Records) -> list[Row]:
     def row(_: str, own: Records) -> Row:
         count = Counter(r["status"] for r in own)
         cpu = [r["cpu"] for r in own if r.get("cpu") is not None]
@@ -110,21 +111,24 @@ def is_warned(r: Record) -> bool:
     return any(map(is_of_solution, r["warnings"]))
 
 
-def _unwarned(records: Records) -> list[Row]:
+def unwarned_table(records: Records) -> list[Row]:
     def row(_: str, own: Records) -> Row | None:
         judged = [r for r in own if _counts(r, WITHIN) and not is_warned(r)]
         wrong = [r for r in judged if r["true"] > WITHIN]
+        strictly = [r for r in judged if r["true_strictly"] > WITHIN >= r["true"]]
+        strictly = [r for r in strictly if r["apart_strictly"] <= TENTH * WITHIN]
         return {
             "complete and unwarned": len(judged),
             "wrong": len(wrong),
             "share": _share(len(wrong), len(judged)),
             "which": _numbers(wrong, "true"),
+            "wrong if no range is too small": _numbers(strictly, "true_strictly"),
         }
 
     return _rows(records, row)
 
 
-def _automatic(records: Records) -> list[Row]:
+def tolerance_table(records: Records) -> list[Row]:
     def row(way: str, own: Records) -> Row | None:
         if way not in BOUNDS:
             return None
@@ -163,7 +167,7 @@ def ratio_of(r: Record, of: str = "") -> float | None:
     return min(said, LOST) / max(min(true, LOST), 1e-300)
 
 
-def _ratios(records: Records, of: str) -> list[Row]:
+def ratio_table(records: Records, of: str) -> list[Row]:
     def row(_: str, own: Records) -> Row | None:
         complete = [r for r in own if r["status"] == "complete" and "true" in r and r["stepped"]]
         silent = sum(r.get(f"said{of}") is None for r in complete)
@@ -186,7 +190,7 @@ def _ratios(records: Records, of: str) -> list[Row]:
     return _rows(records, row)
 
 
-def _parted(records: Records) -> list[Row]:
+def parting_table(records: Records) -> list[Row]:
     def row(_: str, own: Records) -> Row | None:
         parted = [r for r in own if not np.isnan(r.get("references_parted", np.nan))]
         silent = [r for r in parted if not is_told(r)]
@@ -207,7 +211,7 @@ def _is_right(r: Record) -> bool:
     return _counts(r, bound) and r["true"] <= TENTH * bound
 
 
-def _wolves(records: Records) -> list[Row]:
+def false_alarm_table(records: Records) -> list[Row]:
     def row(way: str, own: Records) -> Row:
         judged = [r for r in own if _counts(r, bound_of(way))]
         wolves = [r for r in judged if _is_right(r) and is_warned(r)]
@@ -223,7 +227,7 @@ def _wolves(records: Records) -> list[Row]:
     return _rows(records, row)
 
 
-def _wolves_by_kind(records: Records) -> list[Row]:
+def warning_table(records: Records) -> list[Row]:
     """Warnings by their first words: how many runs that are judged have them, and how many of these
     are right."""
     given: Counter[tuple[str, str]] = Counter()
@@ -246,7 +250,7 @@ def first_words(warning: str) -> str:
     return " ".join(words[:FIRST_WORDS]).replace("|", "/")
 
 
-def _costs(records: Records) -> list[Row]:
+def cost_table(records: Records) -> list[Row]:
     def row(_: str, own: Records) -> Row | None:
         stepped = [r for r in own if r["status"] == "complete" and r["stepped"]]
         if not stepped:

@@ -26,7 +26,7 @@ import warnings
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
-from math import ceil, nan
+from math import nan
 from pathlib import Path
 from time import process_time
 from traceback import format_exc
@@ -36,27 +36,28 @@ import numpy as np
 import xarray as xr
 
 import hydrosim as hs
-from benchmarks.error_cases import KINDS, SPACING, SPACINGS, drawn_scene
+from benchmarks.error_cases import KINDS, SPACINGS, drawn_scene
 from benchmarks.error_report import report
-from benchmarks.motion_errors import motion_errors
+from benchmarks.motion_errors import SMALLEST_RANGES, least_ranges, motion_errors
 from benchmarks.random_cases import text_of
+from benchmarks.references import (
+    COARSE,
+    FINE,
+    SPACING,
+    at_stable_step,
+    compile_reference,
+    run_reference,
+)
 from benchmarks.report import RESULTS
 from benchmarks.worker import Question, Worker
-from hydrosim.compiling.compile import compile_scene
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.errors import HydrosimError, InputError
-from hydrosim.linear.stability import smallest_step
-from hydrosim.scene import Kinematics, LinearScenes, Method, Scene, Solver, Tolerance
-from hydrosim.scene.solver import fitting_step
-from hydrosim.studies.run.resolution import scene_combinations
-from hydrosim.studies.run.simulation import run_compiled
+from hydrosim.scene import Kinematics, Method, Scene
 
 WAYS = ("default", "rk4", "automatic4", "automatic6")
 ACCURACIES = {"automatic4": 1e-4, "automatic6": 1e-6}
 LIMIT = 60.0  # s of CPU
 PATIENCE = 4.0  # times `LIMIT`, if kernels are compiled or radiation is fitted first
-COARSE, FINE = 1e-10, 1e-11  # tolerances of references
-SAFE = 0.9  # of the largest stable step
 PARTED = 0.3  # of the range of a motion: a run is lost
 
 Record = dict[str, Any]
@@ -64,24 +65,24 @@ Record = dict[str, Any]
 
 class Outcome(NamedTuple):
     """A run: what it says (`Record`), positions (nt, nb, 6), largest contact force of each group
-    (ng,), times (nt,), and whether rotations are exact."""
+    (ng,), times (nt,), whether rotations are exact, and the least ranges of its motions."""
 
     record: Record
     position: np.ndarray | None = None
     force: np.ndarray | None = None
     time: np.ndarray | None = None
     exact: bool = True
+    least: tuple[float, float] = SMALLEST_RANGES
 
 
 class Reference(NamedTuple):
-    """The finer reference: positions (nt, nb, 6) and contact forces (ng,); how far the coarser one
-    is from it, and the time [s] at which both have parted."""
+    """Positions (nt, nb, 6) and contact forces (ng,) of the finer reference, and of the coarser
+    one."""
 
     position: np.ndarray
     force: np.ndarray
-    apart: float
-    force_apart: float
-    parted: float
+    coarse_position: np.ndarray
+    coarse_force: np.ndarray
 
 
 def run_scene(question: tuple[str, int, str]) -> Outcome:
@@ -103,7 +104,9 @@ def run_scene(question: tuple[str, int, str]) -> Outcome:
         return Outcome({"status": "crash", "message": format_exc(limit=-4)})
     record = _said(run, process_time() - begin)
     exact = scene.solver.kinematics is Kinematics.EXACT
-    return Outcome(record, run.position.values, _contact_forces(run), run.time.values, exact)
+    least = least_ranges(solved.solver, run.attrs.get("solver_accuracy"))
+    motion = run.position.values, _contact_forces(run), run.time.values
+    return Outcome(record, *motion, exact, least)
 
 
 def _said(run: xr.Dataset, cpu: float) -> Record:
@@ -141,62 +144,34 @@ def _in_way(scene: Scene, way: str) -> Scene:
     if way == "default":
         return scene
     if way == "rk4":
-        return _at_stable_step(scene)
+        return at_stable_step(scene)
     accuracy = ACCURACIES[way]
     solver = replace(scene.solver, method=Method.AUTOMATIC, accuracy=accuracy)
     return replace(scene, solver=solver)
 
 
-def _at_stable_step(scene: Scene) -> Scene:
-    """The scene by rk4 at its own step, or at a smaller one that is stable."""
-    solver = replace(scene.solver, method=Method.RK4, accuracy=None)
-    step = fitting_step(scene.output_step, solver.step)
-    scene = replace(scene, solver=replace(solver, step=step))
-    compiled = compile_scene(scene, in_plane=True)
-    if compiled.facts.exact:
-        return scene
-    limit = SAFE * smallest_step(scene_combinations(compiled), compiled.method)
-    if scene.solver.step <= limit:
-        return scene
-    return replace(scene, solver=replace(scene.solver, step=fitting_step(scene.output_step, limit)))
-
-
 @lru_cache(maxsize=1)
 def _compiled_reference(kind: str, number: int) -> tuple[Compiled, int]:
-    """The scene compiled with the finer tolerance, and its records per record of the scene."""
     with drawn_scene(kind, number) as scene:
-        finer = ceil(scene.output_step / SPACINGS.get(kind, SPACING) - 1e-9)
-        solver = Solver(
-            Method.DOPRI5,
-            min(0.005, scene.output_step / finer),
-            Tolerance(FINE, FINE, FINE),
-            linear=LinearScenes.STEP,
-            kinematics=scene.solver.kinematics,
-        )
-        scene = replace(scene, solver=solver, output_step=scene.output_step / finer)
-        return compile_scene(scene, in_plane=True), finer
+        return compile_reference(scene, SPACINGS.get(kind, SPACING))
 
 
-def run_reference(question: tuple[str, int, float]) -> Outcome | None:
+def try_reference(question: tuple[str, int, float]) -> Outcome | None:
     """Run a scene of a kind and number with a tolerance; None if it does not reach its end."""
     kind, number, tolerance = question
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             compiled, finer = _compiled_reference(kind, number)
-            solver = replace(compiled.scene.solver, tolerance=Tolerance(*3 * (tolerance,)))
-            scene = replace(compiled.scene, solver=solver)
-            run = run_compiled(replace(compiled, scene=scene), estimates=False)
+            run = run_reference(compiled, tolerance)
     except HydrosimError:
         return None
-    exact = scene.solver.kinematics is Kinematics.EXACT
-    at = slice(None, None, finer)
-    return Outcome({}, run.position.values[at], _contact_forces(run), run.time.values[at], exact)
+    return Outcome({}, run.position.values[::finer], _contact_forces(run))
 
 
 QUESTIONS = {
     "run": Question(run_scene, LIMIT, Outcome({"status": "crash"}), PATIENCE),
-    "reference": Question(run_reference, LIMIT),
+    "reference": Question(try_reference, LIMIT),
 }
 
 
@@ -226,10 +201,7 @@ class Judge:
             np.savez_compressed(path, **made._asdict() if made else {})
         with np.load(path) as kept:
             values = {name: kept[name] for name in kept.files}
-        if not values:
-            return None
-        figures = (float(values[name]) for name in ("apart", "force_apart", "parted"))
-        return Reference(values["position"], values["force"], *figures)
+        return Reference(**values) if values else None
 
     def _new_reference(self, number: int) -> Reference | None:
         found = []
@@ -239,22 +211,28 @@ class Judge:
                 return None
             found.append(outcome)
         coarse, fine = found
-        errors = motion_errors(coarse.position, fine.position, fine.exact).max(axis=1)
-        force_apart = force_error(coarse.force, fine.force)
-        parted = _parting(fine.time, errors)
-        return Reference(fine.position, fine.force, float(errors.max()), force_apart, parted)
+        return Reference(fine.position, fine.force, coarse.position, coarse.force)
 
 
 def compared(outcome: Outcome, reference: Reference) -> Record:
-    """How far a run is from its reference, and how far references are apart."""
-    errors = motion_errors(outcome.position, reference.position, outcome.exact).max(axis=1)
+    """How far a run is from its reference, and how far references are apart; also with the
+    smallest of all least ranges, whatever the run counts."""
+    fine = reference.position
+
+    def errors_of(motion: np.ndarray, least: tuple[float, float]) -> np.ndarray:
+        return motion_errors(motion, fine, outcome.exact, least).max(axis=1)
+
+    errors = errors_of(outcome.position, outcome.least)
+    apart = errors_of(reference.coarse_position, outcome.least)
     return {
         "true": float(errors.max()),
+        "true_strictly": float(errors_of(outcome.position, SMALLEST_RANGES).max()),
         "true_parted": _parting(outcome.time, errors),
         "true_force": force_error(outcome.force, reference.force),
-        "apart": reference.apart,
-        "force_apart": reference.force_apart,
-        "references_parted": reference.parted,
+        "apart": float(apart.max()),
+        "apart_strictly": float(errors_of(reference.coarse_position, SMALLEST_RANGES).max()),
+        "force_apart": force_error(reference.coarse_force, reference.force),
+        "references_parted": _parting(outcome.time, apart),
     }
 
 

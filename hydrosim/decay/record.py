@@ -24,6 +24,9 @@ TAIL = 0.25  # of a record, whose mean over whole periods is that of the motion
 SMOOTHED = 0.1  # of a period: a moving mean, so that noise makes no crossings
 PADDED = 8  # lengths of a record in its periodogram
 COARSEST = 8.0  # samples in a period
+MAX_ROLL_RAD = np.pi  # a body that has turned over does not decay
+MAX_VALUES = 100_000
+"""Values of a decay; the fit of so many takes some seconds."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +86,13 @@ def decay_of(
     inside = (time >= (-inf if start is None else start)) & (time <= (inf if end is None else end))
     time = time[inside]
     angle = angle[inside]
+    if time.size > MAX_VALUES:
+        found = f"{time.size:,} values"
+        remedy = "take a part of the record, or every tenth of its values"
+        _refuse(found, f"at most {MAX_VALUES:,}", remedy)
+    if angle.size and (largest := float(np.abs(angle).max())) > MAX_ROLL_RAD:
+        found = f"a roll of {np.degrees(largest):.4g} deg"
+        _refuse(found, f"at most {np.degrees(MAX_ROLL_RAD):g} deg", "give its unit, deg or rad")
     if time.size < FEWEST:
         _refuse(f"{time.size} values", f"at least {FEWEST}", "take a longer part of the record")
     step = (time[-1] - time[0]) / (time.size - 1)

@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 
 CLOSED = 1e-4  # of the exchanged energy: larger residuals cause a warning
 DELAYED = 1e-2  # of the exchanged energy: delays of external forces that give more cause a warning
-OVERSHOT = 3.0  # of the largest value of an external force: a line through equal steps goes no further
 STRETCHES = 16  # of a run; intervals overlap by half
 FEWEST = 8  # output times in an interval
 LEAST = 1e-6  # J/kg of all bodies that can move, as at 1.4 mm/s: less counts as no motion
@@ -76,7 +75,7 @@ def guard(run: xr.Dataset, mass: float = 0.0) -> None:
     with np.errstate(over="ignore", invalid="ignore"):  # of a failed run
         worst = gap(run, LEAST * mass)
     run.attrs["energy_residual_relative"] = worst.relative
-    warn(run, [*_open(run, worst), *_giving(run), *_delays(run), *_overshoots(run)])
+    warn(run, [*_open(run, worst), *_giving(run), *_delays(run)])
 
 
 def warn(run: xr.Dataset, more: Iterable[str]) -> None:
@@ -123,37 +122,19 @@ def _delays(run: xr.Dataset) -> Iterator[str]:
         energy = run.external_delay_energy.sel(external=name).values
         most = float(energy[np.abs(energy).argmax()])
         if abs(most) > DELAYED * exchanged:
+            coupling = ", coupling extrapolated instead of held" if _is_held(run, name) else ""
             verb = "gives" if most > 0.0 else "takes"
             yield (
                 f"the delay of {name} {verb} {abs(most):.2g} J, {abs(most) / exchanged:.1g} of the"
-                f" energy exchanged; expected at most {DELAYED:g}. {_remedy(run)}"
-                f"{_other_coupling(run, name)}."
+                f" energy exchanged; expected at most {DELAYED:g}. {_remedy(run)}{coupling},"
+                " or coupling stage if the function does not remember."
             )
 
 
-def _overshoots(run: xr.Dataset) -> Iterator[str]:
-    """Warnings about external forces that were extrapolated far beyond what their functions had
-    returned."""
-    if "external" not in run.dims or run.time.size < 2:
-        return
-    for name in map(str, run.external.values):
-        ratio = run.external_overshoot.sel(external=name).values
-        if ratio[-1] > OVERSHOT:
-            at = float(run.time[int(ratio.argmax())])
-            yield (
-                f"{name} was extrapolated to {ratio[-1]:.2g} times the largest value that its"
-                f" function had returned until {at:g} s; expected at most {OVERSHOT:g}. Its"
-                " function jumps, or changes at each call. Choose coupling held."
-            )
-
-
-def _other_coupling(run: xr.Dataset, name: str) -> str:
-    """Couplings of an external force with a smaller error of the delay, as a part of a
-    sentence."""
-    described = str(run.attrs.get("external_forces", "")).splitlines()
-    held = any(line.startswith(f"{name}: ") and ", held (" in line for line in described)
-    better = ", coupling extrapolated instead of held" if held else ""
-    return f"{better}, or coupling stage if the function does not remember"
+def _is_held(run: xr.Dataset, name: str) -> bool:
+    """Whether an external force is kept over each step."""
+    lines = str(run.attrs.get("external_forces", "")).splitlines()
+    return any(line.startswith(f"{name}: ") and ", held (" in line for line in lines)
 
 
 def _remedy(run: xr.Dataset) -> str:

@@ -59,6 +59,8 @@ def summary(run: xr.Dataset) -> Iterator[Node]:
     if not is_part(run):
         yield from criteria_nodes(run)
     yield from verdicts(run)
+    if seas := lines_of(run, "seas"):
+        yield List(seas, "Waves")
     yield from tables_of(run)
 
 

@@ -172,14 +172,14 @@ def _differences(plan: Plan) -> list[Difference]:
 
 
 def _difference(plan: Plan, of: Difference) -> Sentence:
-    """A slope in words; its interval where there are seeds to have one of, what contacts did where
+    """A change in words; its interval where there are seeds to have one of, what contacts did where
     there are contacts."""
     axis = plan.axis(of.parameter)
     at = of.spread
     ends = [value_of(of.low, plan.unit(axis)), value_of(of.high, plan.unit(axis))]
     if not at.n:
         return Sentence("{}: no seed has a value at both ends of {}.", [of.figure, short(axis)])
-    text = "{} changes by {} of {}, from {} to {}"
+    text = "{} changes by {} from {} {} to {}"
     parts: list[Part] = [of.figure, Value(at.mean, of.unit), short(axis), *ends]
     if np.isfinite(at.low):
         text += " ({}; {} seeds, standard deviation {})"

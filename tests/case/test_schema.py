@@ -880,11 +880,11 @@ class TestSolver:
             ),
             ("solver: {kinematics: small}", 'solver.kinematics: found "small"'),
             (
-                "solver: {step: 0.1}\noutput: {step: 0.25}",
+                "output: {step: 0.25}\nsolver: {step: 0.1}",
                 "output.step: found 0.25 s; expected a multiple of solver.step",
             ),
             (
-                "solver: {step: 0.1}\noutput: {step: 0.05}",
+                "output: {step: 0.05}\nsolver: {step: 0.1}",
                 "output.step: found 0.05 s; expected a multiple of solver.step",
             ),
             ("output: {file: a.nc}", "output.file: found an unknown key; expected one of: step"),

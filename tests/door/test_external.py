@@ -6,7 +6,6 @@ import subprocess
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +16,7 @@ from moored_barge import CASES
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences
-from hydrosim.forces import AppliedForce, Frictionless, LinearDamping, LinearMooring, Spring
-from hydrosim.forces import Table as SignalTable
+from hydrosim.forces import Frictionless, LinearDamping, LinearMooring, Spring
 from hydrosim.forces.given.view import BodyState
 from hydrosim.presentation.document import Table
 from hydrosim.results.netcdf import write
@@ -115,39 +113,6 @@ def test_a_delay_that_makes_much_energy_is_told() -> None:
     assert "delay" not in fine.attrs.get("warnings", "")
 
 
-@dataclass
-class Filter:
-    """A sine that is smoothed by one part in ten at each call, as a digital filter does."""
-
-    value: float = 0.0
-
-    def __call__(self, t: float, state: States) -> list[float]:
-        self.value += 0.1 * (np.cos(3.0 * t) - self.value)
-        return [self.value, 0.0, 0.0, 0.0, 0.0, 0.0]
-
-
-@pytest.mark.parametrize("method", [Method.RK4, Method.DOPRI5])
-@pytest.mark.parametrize(("step", "corner"), [(0.07, 10.5), (0.00875, 10.5), (0.07, 10.5 + 1e-7)])
-def test_a_corner_near_the_end_of_a_step_is_no_line(
-    step: float, corner: float, method: Method
-) -> None:
-    """A push of 100 N until the corner, then less and less until 12 s, gives 1 t a speed of 1.125
-    m/s. A filter of 1 N changes it by less than 1e-3 m/s, though it is called twice within a
-    rounding of time, or within 1e-7 s."""
-    push = AppliedForce(
-        "block",
-        (0.0, 0.0, 0.0),
-        {"surge": SignalTable(np.array([0.0, corner, 12.0]), np.array([100.0, 100.0, 0.0]))},
-    )
-    end = step * round(14.0 / step)
-    pushed = scene(block(MASS, ("surge",)), {"push": push}, end, step, method=method)
-    run = hs.simulate(pushed, forces={"it": hs.External("block", Filter(), "extrapolated")})
-    expected = 100.0 * (corner + 0.5 * (12.0 - corner)) / MASS
-    assert abs(run.velocity.values[-1, 0, 0] - expected) < 1e-3
-    assert run.external_overshoot.values.max() < 1.5
-    assert "warnings" not in run.attrs
-
-
 def test_an_extrapolated_force_keeps_its_order_over_short_pieces(
     figure: Callable[[str, float], None],
 ) -> None:
@@ -165,26 +130,6 @@ def test_an_extrapolated_force_keeps_its_order_over_short_pieces(
     order = float(observed_orders(steps, np.array(found))[0])
     figure("order", order)
     assert order == pytest.approx(2.0, abs=0.2)
-
-
-def test_a_force_that_is_extrapolated_beyond_what_it_was_is_told() -> None:
-    """A function that alternates is called after a quarter of a step: the line goes on for three
-    quarters. It is told, and coupling held helps."""
-    corners = SignalTable(0.0125 + 0.05 * np.arange(20), np.zeros(20))
-    cut = {"cut": AppliedForce("block", (0.0, 0.0, 0.0), {"surge": corners})}
-
-    def alternating() -> Callable[..., list[float]]:
-        signs = cycle([1.0, -1.0])
-        return lambda t, state: [100.0 * next(signs), 0.0, 0.0, 1e-9 * next(signs), 0.0, 0.0]
-
-    for coupling in ("held", "extrapolated"):
-        force = hs.External("block", alternating(), coupling)
-        run = hs.simulate(replace(swinging(), forces=cut), forces={"it": force})
-        told = "it was extrapolated to 7 times" in run.attrs.get("warnings", "")
-        assert told == (coupling == "extrapolated")
-        overshoot = run.external_overshoot.values
-        assert overshoot.max() == pytest.approx(7.0 if told else 0.0)
-    assert "Choose coupling held." in run.attrs["warnings"]
 
 
 @dataclass

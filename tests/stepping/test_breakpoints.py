@@ -93,8 +93,8 @@ def paid_out(corner: float, end: float) -> np.ndarray:
         return [y[1], (pull + STEADY) / MASS]
 
     y = np.zeros(2)
-    begin = corner - 1.0
-    for begin, stop, speed in ((0.0, begin, 0.0), (begin, corner, -0.2), (corner, end, 0.3)):
+    heaved = corner - 1.0
+    for begin, stop, speed in ((0.0, heaved, 0.0), (heaved, corner, -0.2), (corner, end, 0.3)):
         span = (begin, stop)
         y = solve_ivp(motion, span, y, "DOP853", args=(speed,), rtol=1e-12, atol=1e-13).y[:, -1]
     return y

@@ -208,7 +208,7 @@ NO_VALUE, ONE_VALUE, DRAWN, TOO_SHORT = range(4)
 values; two values that are too close together, so that the last one is held."""
 SHORTEST_LINE = 0.25  # of the next step: shortest time between the two values of a line
 ROUNDING = 1e-9  # of a force, a moment per metre or a time: differences by less are rounding
-OBSERVED = 3  # calls, energy of the delay, overshoot
+OBSERVED = 2  # calls and energy of the delay
 
 
 class Params(NamedTuple):
@@ -432,15 +432,14 @@ def work_of_rest(e, step, y, motion, p, own):
 
 @root
 def observe(y, p, out):
-    """Write the number of calls, the energy of the delay [J] and the overshoot of each delayed
-    force to ``out``."""
+    """Write the number of calls and the energy of the delay [J] of each delayed force to
+    ``out``."""
     n = 0
     for e in p.each:
         if e.way != STAGE:
             scalar = p.state + e.state + 18 * e.bodies
             out[n] = y[scalar + CALLS]
             out[n + 1] = y[scalar + ENERGY]
-            out[n + 2] = y[scalar + OVERSHOOT]
             n += OBSERVED
 
 
@@ -450,11 +449,6 @@ class _Kind(ElementKind):
         "external_calls": Variable("calls of the function of an external force so far", "1"),
         "external_delay_energy": Variable(
             "energy that the delay of an external force has given to the bodies", "J"
-        ),
-        "external_overshoot": Variable(
-            "largest ratio so far of an extrapolated external force or moment to the largest that"
-            " its function had returned",
-            "1",
         ),
     }
 
@@ -468,13 +462,17 @@ class _Kind(ElementKind):
                 yield States("external", [name], [*each, *SCALAR_NAMES])
 
     def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
-        calls, energy, overshoot = np.moveaxis(kept.observed, -1, 0)
+        calls, energy = np.moveaxis(kept.observed, -1, 0)
         along = ("time", "external")
-        return {
-            "external_calls": (along, calls),
-            "external_delay_energy": (along, energy),
-            "external_overshoot": (along, overshoot),
-        }
+        return {"external_calls": (along, calls), "external_delay_energy": (along, energy)}
 
 
 KIND = _Kind("externals", (External,), compile_elements)
+
+
+def overshoots(p: Params, y: np.ndarray) -> Iterator[tuple[int, float]]:
+    """Rows of forces that are called once per step, each with the largest ratio of an extrapolated
+    force or moment to the largest that its function had returned."""
+    for e in p.each:
+        if e["way"] != STAGE:
+            yield int(e["row"]), float(y[p.state + e["state"] + 18 * e["bodies"] + OVERSHOOT])

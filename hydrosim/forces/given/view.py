@@ -19,7 +19,8 @@ class BodyState:
     axes; roll, pitch and yaw. ``velocity`` (6,) [m/s, rad/s]: of the centre of gravity, and the
     angular velocity, in the earth frame. ``rotation`` (3, 3) turns vectors of the body frame into
     the earth frame, heading included. ``reference`` (3,) [m]: the centre of gravity at rest, in the
-    earth frame; it cannot be changed. With small angles (``exact`` false) lever arms stay as they are at rest.
+    earth frame; it cannot be changed. With small angles (``exact`` false) lever arms stay as they
+    are at rest.
     """
 
     name: str

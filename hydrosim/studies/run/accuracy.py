@@ -25,11 +25,11 @@ if TYPE_CHECKING:
 
 MAX_COST = 3.0
 """Cost of all repeated runs over that of the first."""
-FREE_EVALUATIONS = 300_000
-"""Evaluations that repeated runs may take in any case, about a second."""
+FREE_EVALUATIONS = 1_000_000
+"""Evaluations that repeated runs may take in any case, a few seconds."""
 ERROR_MARGIN = 0.3
 """Error that a repeated run aims at, over the accuracy."""
-MAX_TIGHTENING = 1e-3
+MAX_TIGHTENING = 1e-4
 """Smallest factor on the tolerance from one run to the next."""
 STILL_NEAR = 0.05
 """Error relative to the range up to which a run can be the companion of the next."""

@@ -39,7 +39,7 @@ from hydrosim.studies.run.aftermath import noticed
 from hydrosim.studies.run.blow_up import blown_up
 from hydrosim.studies.run.checkpoint import Checkpoint, Keeper
 from hydrosim.studies.run.failure import failure
-from hydrosim.studies.run.functions import changed, record_of
+from hydrosim.studies.run.functions import changed, record_of, warnings_of_delays
 from hydrosim.studies.run.provenance import provenance
 from hydrosim.studies.run.resolution import unresolved
 
@@ -226,6 +226,7 @@ class Course:
             warnings += compiled.step_warnings
             warnings += unresolved(compiled, self.run.record, count)
         warnings += [] if self.failed else changed(compiled, self.run)
+        warnings += warnings_of_delays(compiled, self.run)
         kept = self._keeper
         return {
             **provenance(compiled),

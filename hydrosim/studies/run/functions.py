@@ -16,6 +16,8 @@ import numpy as np
 
 from hydrosim.errors import InputError
 from hydrosim.forces import externals_of, functions_at_stages
+from hydrosim.forces.given.external import KIND as EXTERNALS
+from hydrosim.forces.given.external import overshoots
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.stepping.dynamics import new_work
 from hydrosim.stepping.names import force_names
@@ -32,6 +34,9 @@ ACTED = "external_forces"
 STATES = "external_states"
 """Attribute: time and states of functions, as JSON."""
 SEPARATOR = ": "
+MAX_OVERSHOOT = 3.0
+"""Extrapolated force over the largest that its function had returned. A line through the ends of
+equal steps goes no further."""
 SAME = 1e-9  # of the largest component: wrenches this close are the same
 
 
@@ -144,6 +149,19 @@ def changed(compiled: Compiled, run: Run) -> Iterator[str]:
                 f" {time:g} s, when it is asked again after the run; expected the same, because it"
                 " is called at every stage, in no order of time. It remembers: choose coupling"
                 " held or extrapolated."
+            )
+
+
+def warnings_of_delays(compiled: Compiled, run: Run) -> Iterator[str]:
+    """Warnings about external forces that were continued far beyond what their functions had
+    returned."""
+    for row, overshoot in overshoots(EXTERNALS.of(run.model), run.state.y):
+        if overshoot > MAX_OVERSHOOT:
+            yield (
+                f"the force of {force_names(compiled.scene)[row]} was continued to"
+                f" {overshoot:.2g} times the largest that its function had returned; usual is up to"
+                f" {MAX_OVERSHOOT:g}. Its function jumps, or changes at each call. Choose coupling"
+                " held, or stage if it does not remember."
             )
 
 
