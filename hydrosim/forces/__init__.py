@@ -424,6 +424,15 @@ def externals_of(elements: Mapping[str, ForceElement]) -> dict[str, External]:
     return {name: e for name, e in elements.items() if isinstance(e, External)}
 
 
+def with_own_functions(elements: Mapping[str, ForceElement]) -> dict[str, ForceElement]:
+    """The elements with copies of their external forces, for one run: so runs that use the same
+    `External` share no errors."""
+    owner = object()
+    return {
+        name: e.copied_for(owner) if isinstance(e, External) else e for name, e in elements.items()
+    }
+
+
 def functions_at_stages(
     t: float, motion: Any, bodies: Any, elements: Elements, rows: int
 ) -> dict[int, np.ndarray]:

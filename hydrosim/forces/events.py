@@ -298,10 +298,11 @@ def samples(elements):
 
 
 @kernel
-def take_samples(t, jumped, y, motion, bodies, elements, wrench):
-    """Call these functions; motions may have ``jumped``. The rows of ``wrench`` are scratch.
-    Returns false if one of them fails."""
-    return external.take_samples(t, jumped, y, motion, bodies, elements.externals, wrench)
+def take_samples(t, jumped, ahead, y, motion, bodies, elements, wrench):
+    """Call these functions; motions may have ``jumped``, and the next step is at most ``ahead``
+    [s]. The rows of ``wrench`` are scratch. Returns false if one of them fails."""
+    p = elements.externals
+    return external.take_samples(t, jumped, ahead, y, motion, bodies, p, wrench)
 
 
 @kernel

@@ -51,7 +51,7 @@ from numba.core.registry import CPUDispatcher
 from numba.core.typed_passes import InlineOverloads, NopythonRewrites
 from numba.core.untyped_passes import InlineClosureLikes
 
-from hydrosim.interrupts import raise_if_interrupted, undisturbed
+from hydrosim.interrupts import called_by_machine_code, catching, raise_waiting, undisturbed
 from hydrosim.jit.disk import Disk, Name
 from hydrosim.jit.ingredients import describe_type
 from hydrosim.jit.refs import hold
@@ -174,15 +174,20 @@ def _called(library: Any) -> list[Name]:
     return [(d.whole.py_func.__module__, d.whole.py_func.__qualname__, d.args) for d in doors]
 
 
+@called_by_machine_code
 def _open(address: int) -> None:
     """Load or compile the whole of a door; machine code calls this where the door holds zero."""
     begin = perf_counter()
     door = _doors_at[address]
+    before = catching.catches
     try:
+        catching.catches = True
         door.open()
     except BaseException as error:  # also for an interrupt: machine code knows no exceptions
+        catching.catches = before
         door.code.value = None
         waiting.error = error
+    catching.catches = before
     waiting.seconds += perf_counter() - begin
 
 
@@ -222,9 +227,11 @@ class _Kernel(CPUDispatcher):
 
     def __call__(self, *args: Any) -> Any:
         try:
-            return super().__call__(*map(hold, args))
-        except SystemError as error:  # numba raises the same for a status that it does not know
-            raise _reason() or error from None
+            returned = super().__call__(*map(hold, args))
+        except SystemError:  # numba raises it for a status that it does not know
+            raise _reason() from None
+        raise_waiting()
+        return returned
 
     def __reduce__(self) -> str:  # type: ignore[override]
         return str(self.py_func.__qualname__)  # pickled by name, as functions are
@@ -361,12 +368,11 @@ class Whole(_Kernel):
         return called
 
 
-def _reason() -> BaseException | None:
-    """Error that kept a door closed to the kernel that this thread has just called."""
+def _reason() -> BaseException:
+    """Error that kept a door closed to the kernel that this thread has just called. `_open` keeps
+    all errors but one: the exception that a signal raised before it began."""
     error = waiting.error
     waiting.error = None
-    if isinstance(error, KeyboardInterrupt):
-        return Torn(*error.args)
-    if error is None:
-        raise_if_interrupted()  # a signal came so early that its exception was lost
+    if error is None or isinstance(error, KeyboardInterrupt):
+        return Torn(*getattr(error, "args", ()))
     return error

@@ -102,10 +102,34 @@ def test_the_energy_of_a_delay_is_booked(coupling: str, order: int) -> None:
 
 
 def test_a_delay_that_makes_much_energy_is_told() -> None:
+    """With couplings that are better than the one in use."""
     coarse = hs.simulate(with_function(spring, "held", step=0.05))
     assert "the delay of it" in coarse.attrs["warnings"]
+    assert "coupling extrapolated instead of held, or coupling stage" in coarse.attrs["warnings"]
+    extrapolated = hs.simulate(with_function(spring, "extrapolated", step=0.1))
+    assert "the delay of it" in extrapolated.attrs["warnings"]
+    assert "smaller solver.step, or coupling stage" in extrapolated.attrs["warnings"]
     fine = hs.simulate(with_function(spring, "extrapolated", step=0.005))
     assert "delay" not in fine.attrs.get("warnings", "")
+
+
+def test_an_extrapolated_force_keeps_its_order_over_short_pieces(
+    figure: Callable[[str, float], None],
+) -> None:
+    """Steps are cut in ten: by their caller, who steps to these times."""
+    steps = [0.02, 0.01]
+    found = []
+    for step in steps:
+        sim = hs.Simulation(with_function(spring, "extrapolated", step=step))
+        for n in range(1, 10 * round(END / step)):
+            sim.step(0.1 * step * n)
+        run = sim.run()
+        assert run.external_calls.values[-1, 0] == 10 * round(END / step) + 1
+        exact = np.sin(OMEGA * run.time.values) / OMEGA
+        found.append(np.abs(run.position.values[:, 0, 0] - exact).max())
+    order = float(observed_orders(steps, np.array(found))[0])
+    figure("order", order)
+    assert order == pytest.approx(2.0, abs=0.2)
 
 
 @dataclass
