@@ -44,7 +44,7 @@ Function = TypeVar("Function", bound="Callable[..., object]")
 def called_by_machine_code(function: Function) -> Function:
     """Mark a function that machine code calls. While it runs, interrupts are raised where
     ``catching.catches`` is true, and otherwise when the machine code has returned."""
-    _callbacks.add(function.__code__)  # type: ignore[attr-defined]
+    _callbacks.add(function.__code__)
     return function
 
 

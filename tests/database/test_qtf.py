@@ -254,7 +254,9 @@ def test_yaw_drift_by_pressures_and_by_momentum(water, figure):
         near = np.array([qtf.mean_load(water, wetted, flow)[:, 5] for flow in found])
         waves = [bem.solve(body, WATER, w, to).kochin_diffraction for w in frequencies]
         pairs = list(zip(waves, frequencies, strict=True))
-        far = np.array([drift.mean_drift(h, w, to, water, (1.0, 0.0)).force[:, 5] for h, w in pairs])
+        far = np.array(
+            [drift.mean_drift(h, w, to, water, (1.0, 0.0)).force[:, 5] for h, w in pairs]
+        )
         errors.append(np.abs(near - far).max() / np.abs(far).max())
     about_middle = drift.mean_drift(*pairs[-1], to, water).force[0, 5]
     assert far[-1, 0] * about_middle < 0
