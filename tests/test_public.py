@@ -10,6 +10,13 @@ import hydrosim as hs
 
 CASE = Path(__file__).parents[1] / "cases" / "reverse_float_over" / "base.yaml"
 SLOW = {"numba", "llvmlite", "scipy", "xarray", "pandas", "netCDF4", "h5py", "matplotlib"}
+RUN = """
+from contextlib import suppress
+from hydrosim.__main__ import main
+
+with suppress(SystemExit):
+    main()
+"""
 UNUSED = {"scipy.stats", "scipy.signal", "scipy.interpolate", "matplotlib"}
 """Of a run without criteria and pictures."""
 
@@ -31,7 +38,7 @@ def test_a_run_loads_no_statistics_and_no_pictures(tmp_path: Path) -> None:
     not."""
     output = tmp_path / "run.nc"
     arguments = f"['hydrosim', 'run', {{case!r}}, '-o', {str(output)!r}, '--set', 'duration=1']"
-    program = f"import sys; sys.argv = {arguments}; from hydrosim.__main__ import main; main()"
+    program = f"import sys; sys.argv = {arguments}\n{RUN}"
     loaded = loaded_after(program, UNUSED)
     assert output.is_file()
     assert loaded == set()
@@ -40,6 +47,6 @@ def test_a_run_loads_no_statistics_and_no_pictures(tmp_path: Path) -> None:
 def loaded_after(program: str, wanted: set[str] = SLOW) -> set[str]:
     """Those of the ``wanted`` packages that a new process has loaded after a program."""
     told = f"import sys; print(*set(sys.modules) & {wanted})"
-    text = f"{program.format(case=str(CASE))}; {told}"
+    text = f"{program.format(case=str(CASE))}\n{told}"
     done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=True)
     return set(done.stdout.split("\n")[-2].split())
