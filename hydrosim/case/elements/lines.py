@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from math import cos, isfinite, sin
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, cast
@@ -20,7 +20,7 @@ from hydrosim.documents.text import Source
 
 if TYPE_CHECKING:
     from hydrosim.forces.line.catenary import Catenary as Built
-    from hydrosim.scene import ForceElement, LeftOut
+    from hydrosim.scene import ForceElement
 
 NEARLY = 1e-6  # m: depths that are the same
 
@@ -64,8 +64,9 @@ class Lines(Breaking):
         for key, line in self.read_lines(system, where, vessel).items():
             placed = line.placed(Where(f"forces.{name}_{key}", where.path, where.water))
             found[f"{name}_{key}"] = cast("Built", placed)
+        left_out = tuple(each._replace(key=f"{where.key}.file") for each in system.left_out)
         first = next(iter(found))
-        found[first] = replace(found[first], left_out=_located(system.left_out, where))
+        found[first] = replace(found[first], left_out=left_out)
         return {**found}
 
     def read_lines(self, system: System, where: Where, vessel: Vessel) -> dict[str, Catenary]:
@@ -103,11 +104,6 @@ class Lines(Breaking):
             active=self.active,
             when=self.when,
         )
-
-
-def _located(left_out: Sequence[LeftOut], where: Where) -> tuple[LeftOut, ...]:
-    """What a file says and its lines have not, with the key of the case that names the file."""
-    return tuple(each._replace(key=f"{where.key}.file") for each in left_out)
 
 
 def earth_place(place: tuple[float, ...], vessel: Vessel) -> tuple[float, ...]:
