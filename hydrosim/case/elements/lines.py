@@ -60,14 +60,14 @@ class Lines(Breaking):
         """The elements of the scene by name: that of this element, and that of the line."""
         name = where.key.removeprefix("forces.")
         system = read_system(self.source(where))
-        found: dict[str, Built] = {}
-        for key, line in self.read_lines(system, where, vessel).items():
-            placed = line.placed(Where(f"forces.{name}_{key}", where.path, where.water))
-            found[f"{name}_{key}"] = cast("Built", placed)
+        elements = {
+            f"{name}_{key}": line.placed(Where(f"forces.{name}_{key}", where.path, where.water))
+            for key, line in self.read_lines(system, where, vessel).items()
+        }
         left_out = tuple(each._replace(key=f"{where.key}.file") for each in system.left_out)
-        first = next(iter(found))
-        found[first] = replace(found[first], left_out=left_out)
-        return {**found}
+        first, line = next(iter(elements.items()))
+        elements[first] = replace(cast("Built", line), left_out=left_out)
+        return elements
 
     def read_lines(self, system: System, where: Where, vessel: Vessel) -> dict[str, Catenary]:
         """The lines of the ``system`` in the file, by their names there. Raises InputError for a
