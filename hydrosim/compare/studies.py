@@ -14,8 +14,8 @@ from itertools import product
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 import xarray as xr
-from scipy import stats
 
 from hydrosim.compare.circumstances import codes_apart, durations_apart, is_code
 from hydrosim.documents.series import unit_of
@@ -160,7 +160,9 @@ def _tested(name: str, ours: xr.DataArray, theirs: xr.DataArray, paired: bool) -
         low = high = difference
         chance = 1.0 if difference == 0.0 else 0.0
     else:
-        test = stats.ttest_rel(a, b) if paired else stats.ttest_ind(a, b, equal_var=False)
+        test = (
+            scipy.stats.ttest_rel(a, b) if paired else scipy.stats.ttest_ind(a, b, equal_var=False)
+        )
         low, high = test.confidence_interval(INTERVAL)
         chance = float(test.pvalue)
     unit = str(ours.attrs.get("units", ""))

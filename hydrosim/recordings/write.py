@@ -12,8 +12,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
+import scipy
 import xarray as xr
-from scipy.interpolate import CubicSpline
 
 from hydrosim.documents.series import select
 from hydrosim.documents.text import Source, escape_unprintable
@@ -42,7 +42,7 @@ def write_recording(
     time, rows = run.time.values, np.stack([values for values, _ in columns], axis=1)
     if step is not None:
         at = time[0] + step * np.arange(int((time[-1] - time[0]) / step * (1.0 + 1e-12)) + 1)
-        time, rows = at, CubicSpline(time, rows)(at)
+        time, rows = at, scipy.interpolate.CubicSpline(time, rows)(at)
     names = ["time", *map(escape_unprintable, channels)]
     said = [unit for _, unit in columns]
     if shown is not None:
