@@ -41,7 +41,7 @@ def align_corners(model: Model, clock: Clock) -> Model:
     elements = {}
     for kind, constants in model.elements._asdict().items():
         pieces = {
-            name: _aligned(array, clock)
+            name: _align_pieces(array, clock)
             for name, array in zip(getattr(constants, "_fields", ()), constants, strict=False)
             if isinstance(array, np.ndarray) and array.dtype == PIECE
         }
@@ -50,20 +50,20 @@ def align_corners(model: Model, clock: Clock) -> Model:
     return model._replace(elements=model.elements._replace(**elements)) if elements else model
 
 
-def _aligned(pieces: np.ndarray, clock: Clock) -> np.ndarray:
+def _align_pieces(pieces: np.ndarray, clock: Clock) -> np.ndarray:
     """Pieces of signals that begin at the breakpoints, where they differ from these by rounding."""
     if clock.breakpoints.size == 0:
         return pieces
     start = pieces["start"]
-    before = np.maximum(np.searchsorted(clock.breakpoints, start) - 1, 0)
-    for index in (before, np.minimum(before + 1, clock.breakpoints.size - 1)):
-        times = clock.breakpoints[index]
-        near = np.abs(times - start) <= rounding_at(start, clock)
-        if np.any(near & (times != start)):
-            pieces = pieces.copy()
-            pieces["start"] = np.where(near, times, start)
-            start = pieces["start"]
-    return pieces
+    rounding = rounding_at(start, clock)
+    index = np.searchsorted(clock.breakpoints, start - rounding)
+    times = clock.breakpoints[np.minimum(index, clock.breakpoints.size - 1)]
+    moved = (np.abs(times - start) <= rounding) & (times != start)
+    if not moved.any():
+        return pieces
+    aligned = pieces.copy()
+    aligned["start"][moved] = times[moved]
+    return aligned
 
 
 def rounding_at(times: np.ndarray, clock: Clock) -> np.ndarray:

@@ -17,7 +17,7 @@ from recorded_runs import made_run
 from hydrosim.case.records import read_record
 from hydrosim.case.signals import Recorded
 from hydrosim.documents.series import read_series
-from hydrosim.documents.text import Source, escaped
+from hydrosim.documents.text import Source, escape_unprintable
 from hydrosim.errors import InputError
 from hydrosim.presentation.units import as_attribute
 from hydrosim.results.channels import series
@@ -135,7 +135,7 @@ def test_what_spreadsheets_run_is_text(text: str) -> None:
     """No cell, whatever parts the cells, begins with one of the signs that OWASP lists."""
     for cells in (harmless(text).split(part) for part in (",", ";", "\t", "\n", "\r")):
         assert not any(cell.strip().startswith(tuple("=+-@＝")) for cell in cells)
-    assert harmless(text).replace("'", "") == escaped(text)
+    assert harmless(text).replace("'", "") == escape_unprintable(text)
 
 
 @pytest.mark.parametrize(

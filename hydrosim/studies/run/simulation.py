@@ -166,7 +166,7 @@ def run_compiled(
     estimate = None
     try:
         advance(course)
-        if estimates and has_error_estimate(course):
+        if estimates and can_measure_error(course):
             if repeats:
                 course, estimate = repeat_until_accurate(course, solve, measure)
             else:
@@ -176,16 +176,9 @@ def run_compiled(
     return course.dataset(estimate)
 
 
-def has_error_estimate(course: Course) -> bool:
+def can_measure_error(course: Course) -> bool:
     """True if the error of a course can be measured: it is complete and stepped, and no function is
     called once per step, which may remember."""
     compiled = course.compiled
     once = any(external.delayed for external in externals_of(compiled.scene.forces).values())
     return course.complete and not once and not compiled.facts.exact
-
-
-def dataset_of(course: Course, estimates: bool) -> xr.Dataset:
-    """The dataset of a course until now, which may go on; with ``estimates`` of its error."""
-    measured = estimates and has_error_estimate(course)
-    estimate = estimate_error(course.compiled, course.run) if measured else None
-    return course.dataset(estimate, last=False)
