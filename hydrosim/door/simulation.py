@@ -20,7 +20,7 @@ from hydrosim.outputs import Output, as_output
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.rigid.tree import record_angles
 from hydrosim.scene import ForceElement, LinearScenes, Scene
-from hydrosim.stepping.breakpoints import rounding_at
+from hydrosim.stepping.clock import rounding_at
 from hydrosim.stepping.dynamics import new_work, rhs
 from hydrosim.stepping.names import force_names
 from hydrosim.stepping.run import grid_time

@@ -246,7 +246,7 @@ def _newton(q: np.ndarray, loads: _Loads, enough: float, held: Held | None) -> n
 def _relaxed(q: np.ndarray, loads: _Loads, enough: float, held: Held | None) -> np.ndarray:
     """Position by relaxation from ``q``, with loads below ``enough`` if it is found."""
     here = loads.at(q)
-    rate = np.nan  # u [1/s^2]
+    rate: Any = np.nan  # u [1/s^2]
     for _ in range(RELAXATIONS):
         now = loads.held(q, held)
         if np.abs(now.felt(here)).max(initial=0.0) <= enough:
