@@ -20,7 +20,7 @@ from hydrosim.studies.run.accuracy import repeat_until_accurate
 from hydrosim.studies.run.asked import check_criteria
 from hydrosim.studies.run.checkpoint import Checkpoint
 from hydrosim.studies.run.course import Course
-from hydrosim.studies.run.error_estimate import estimate_error, estimate_from_looser
+from hydrosim.studies.run.error_estimate import estimate_error
 from hydrosim.studies.run.functions import continued
 from hydrosim.studies.run.stages import complete
 from hydrosim.studies.run.step_limits import warned_of_steps
@@ -158,9 +158,7 @@ def run_compiled(
         if progress is not None:
             progress(course.time, course.steps)
 
-    def measure(course: Course, looser: Course | None) -> ErrorEstimate:
-        if looser is not None:
-            return estimate_from_looser(course.compiled, course.run, looser.run)
+    def measure(course: Course) -> ErrorEstimate:
         return estimate_error(course.compiled, course.run, watch)
 
     estimate = None
@@ -170,7 +168,7 @@ def run_compiled(
             if repeats:
                 course, estimate = repeat_until_accurate(course, solve, measure)
             else:
-                estimate = measure(course, None)
+                estimate = measure(course)
     except KeyboardInterrupt as interrupt:
         course.interrupt(interrupt)
     return course.dataset(estimate)
