@@ -21,7 +21,7 @@ from matplotlib.figure import Figure
 from benchmarks.error_report import GOOD, WITHIN, is_warned
 from benchmarks.evidence import with_block
 from benchmarks.motion_errors import least_ranges, motion_errors
-from benchmarks.precision_scenes import named_scene, scene_names
+from benchmarks.precision_scenes import named_scene, scene_names, shipped_cases
 from benchmarks.references import COARSE, FINE, at_stable_step, compile_reference, run_reference
 from benchmarks.report import ROOT, Answer, Row, page_table
 from benchmarks.timing import timed
@@ -31,6 +31,7 @@ from hydrosim.studies.run.simulation import compiled_to_run, run_compiled
 
 ASKED = (1e-3, 1e-4, 1e-5, 1e-6)  # of the range of a motion
 RK4 = "rk4"
+SEEDS = (1, 2, 3)
 SMALLEST = 1e-9  # of the range of a motion, for the picture
 TENTH = 0.1
 TOLERANCE_LABEL = "tolerance of automatic, of the range of a motion"
@@ -38,6 +39,8 @@ PAGE = ROOT / "docs" / "speed.md"
 PICTURE = ROOT / "benchmarks" / "work_precision.png"
 BEGIN = "<!-- scenes: python -m benchmarks --keep work_precision -->"
 END = "<!-- end of scenes -->"
+BEGIN_SEEDS = "<!-- seeds: python -m benchmarks --keep work_precision -->"
+END_SEEDS = "<!-- end of seeds -->"
 COLOURS = {RK4: "#D55E00", "1e-03": "#CC79A7", "1e-04": "#0072B2", "1e-05": "#56B4E9"}
 COLOURS |= {"1e-06": "#009E73"}
 
@@ -76,12 +79,15 @@ class Trial:
 def answer() -> Answer:
     """Errors and CPU times of all scenes."""
     trials = [trial for name in scene_names() for trial in trials_of(name)]
-    rows = list(scene_rows(trials))
-    summary = list(summary_rows(trials))
+    seeded = [trial for name in shipped_cases() for trial in trials_of_seeds(name)]
+    rows = [*scene_rows(trials), *scene_rows(seeded)]
+    summary = [*summary_rows(trials), *summary_rows(seeded)]
     page = with_block(PAGE.read_text("utf-8"), page_block(trials), BEGIN, END)
+    page = with_block(page, page_block(seeded), BEGIN_SEEDS, END_SEEDS)
+    silent = [(t.scene, t.way) for t in (*trials, *seeded) if is_silent(t)]
     return Answer(
         {"All scenes": rows, "By way": summary},
-        [f"not kept and not told: {[(t.scene, t.way) for t in trials if is_silent(t)]}"],
+        [f"not kept and not told: {silent}"],
         picture=draw(trials),
         kept={PAGE: page},
         kept_picture=PICTURE,
@@ -97,6 +103,17 @@ def trials_of(name: str, asked: Sequence[float] = ASKED) -> Iterator[Trial]:
         for accuracy in asked:
             solver = replace(scene.solver, method=Method.AUTOMATIC, accuracy=accuracy)
             yield _trial(name, replace(scene, solver=solver), accuracy, coarse, fine)
+
+
+def trials_of_seeds(name: str) -> Iterator[Trial]:
+    """A shipped case by its own solver, with several seeds if it has any."""
+    with named_scene(name) as scene, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        for seed in SEEDS if scene.environment.seeds else SEEDS[:1]:
+            sea = replace(scene, environment=scene.environment.with_seed(seed))
+            asked = nan if sea.solver.accuracy is None else sea.solver.accuracy
+            trial = _trial(name, sea, asked, *_references(sea))
+            yield replace(trial, way=f"seed {seed}")
 
 
 def _references(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
@@ -167,7 +184,7 @@ def summary_rows(trials: Sequence[Trial]) -> Iterator[Row]:
     for way in ways(trials):
         own = [t for t in trials if t.way == way and t.counts]
         ratios = [t.said / max(t.true, 1e-300) for t in own if max(t.said, t.true) > 1e-7]
-        cost = [x[way].seconds / x[RK4].seconds for x in scenes.values() if RK4 in x and way in x]
+        cost = [x[way].seconds / x[RK4].seconds for x in scenes.values() if {RK4, way} <= {*x}]
         cost = [x for x in cost if not isnan(x)]
         good = sum(GOOD[0] <= x <= GOOD[1] for x in ratios)
         yield {
@@ -201,7 +218,9 @@ def page_block(trials: Sequence[Trial]) -> str:
 
 
 def _cell(t: Trial | None) -> str:
-    if t is None or isnan(t.seconds):
+    if t is None:
+        return "-"
+    if isnan(t.seconds):
         return "failed"
     told = " (told)" if t.told else ""
     return f"{_text(t.said)} / {true_text(t)}{told} / {t.seconds:.2g}"

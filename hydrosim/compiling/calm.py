@@ -43,8 +43,8 @@ if TYPE_CHECKING:
 
 MEAN: dict[str, Any] = {"headings": Place.MEAN, "position": Place.MEAN}
 
-ROWS_FINER = 0.1
-"""Error of wave loads between rows, over the tolerance of adaptive steps."""
+SHARE_OF_WAVES = 0.1
+"""Error of wave loads between rows, over the accuracy of a method that is chosen for one."""
 
 
 def compile_calm(scene: Scene, wet: Sequence[WetGroup], known: Parts | None = None) -> Compiled:
@@ -97,10 +97,13 @@ def _met_at_rest(calm: Compiled, scene: Scene) -> list[WaveBody]:
 
 
 def wave_load_error(solver: Solver) -> float:
-    """Error of wave loads between rows, relative to the sea's standard deviation: far below the
-    tolerance of the steps that read them."""
-    finest = ROWS_FINER * solver.tolerance.relative
-    return min(MISSED, finest) if solver.method.adapts else MISSED
+    """Error of wave loads between rows, relative to the sea's standard deviation: at most the
+    tolerance of the steps that read them, and far below an accuracy that is asked for."""
+    if not solver.method.adapts:
+        return MISSED
+    if solver.accuracy is None:
+        return min(MISSED, solver.tolerance.relative)
+    return min(MISSED, solver.tolerance.relative, SHARE_OF_WAVES * solver.accuracy)
 
 
 def _at_draughts(bodies: Sequence[WaveBody], wet: Sequence[WetGroup]) -> Iterator[WaveBody]:
