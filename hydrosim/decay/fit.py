@@ -19,7 +19,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import combinations
 from pathlib import Path
 from typing import NamedTuple
 
@@ -27,18 +26,22 @@ import numpy as np
 from scipy.stats import f as fisher
 
 from hydrosim.decay.equation import CUBIC, OMEGA
-from hydrosim.decay.noise import density
-from hydrosim.decay.problem import Problem, Solution
+from hydrosim.decay.noise import Noise
+from hydrosim.decay.problem import TERMS, Problem, Solution
 from hydrosim.decay.record import Decay, read_decay
 from hydrosim.errors import InputError
 
-TERMS = (0, 1, 2)
+DAMPING = range(TERMS)
 EDDIES, CUBES = 8.0 / (3.0 * np.pi), 0.75  # of |p| p and p^3 in equivalent linear damping
-DOUBTED = 1e-3  # probability of a doubt about a fit that is right
-UNEVEN = 2.0  # ratio of squares of residuals of large and small roll
-PEAKED = 5.0  # ratio of densities of the noise at the frequency of roll and around it
+MAX_HALF_WIDTH = 0.15  # of the damping ratio in the middle of the recorded amplitudes
+AMPLITUDES = 20  # at which damping must not be negative
+DOUBT_PROBABILITY = 1e-3  # of a doubt about a fit that is right
+UNEVEN_RATIO = 2.0  # of squares of residuals of large and small roll
+PEAK_RATIO = 5.0  # of densities of the noise at the frequency of roll and around it
 ROUNDING = 1e-6  # of the largest roll
-SURE = 4.0  # standard deviations of a cubic restoring
+CUBIC_DEVIATIONS = 0.0
+MIN_FREQUENCY_CHANGE = 0.0
+MAX_SOFTENING = 0.9  # c A^2 beyond which the roll would not come back
 
 
 class Interval(NamedTuple):
@@ -67,7 +70,7 @@ class Terms:
 
     def interval(self, term: int) -> Interval:
         """p1, p2 or p3 with its interval."""
-        return self._around(np.eye(3)[term])
+        return self._around(np.eye(TERMS)[term])
 
     def damping_ratio(self, amplitude: float) -> Interval:
         """Equivalent damping, of critical, of a roll of this amplitude [rad]: the linear damping
@@ -96,8 +99,10 @@ class DecayFit:
     damping: tuple[float, ...]
     period: Interval
     restoring: Interval | None
+    amplitudes: tuple[float, float]
     modelled: Sequence[np.ndarray]
-    noise: Sequence[tuple[float, np.ndarray]]
+    deviations: Sequence[float]
+    noise: Sequence[Noise]
     doubts: Sequence[str]
 
     @property
@@ -125,122 +130,128 @@ def fit_files(
 
 
 def fit_decays(decays: Sequence[Decay], cubic: bool = False) -> DecayFit:
-    """Fit p1, p2, p3 and the natural period to all ``decays`` together, with ``cubic`` also a cubic
-    restoring. Raises InputError if they do not decay."""
+    """Fit p1, p2, p3 and the natural period to all ``decays`` together. A cubic restoring is fitted
+    where it is told from zero, and with ``cubic`` always. Raises InputError if they do not decay,
+    or do not tell their damping."""
     problem = Problem(decays)
-    others = [OMEGA, *([CUBIC] if cubic else [])]
-    full = problem.solve(problem.guess(), [*TERMS, *others])
+    law = [*DAMPING, OMEGA]
+    full = problem.solve(problem.guess(), law)
+    softened = problem.solve(full.parameters, [*law, CUBIC])
+    if cubic or _is_better(softened, full):
+        law.append(CUBIC)
+        full = softened
     terms = _terms(problem, full)
-    _require_decay(full, terms, problem.size)
-    used = _choose(terms)
-    found = full
-    if used != TERMS:
-        start = full.parameters.copy()
-        start[: len(TERMS)] = _without(terms, used) * problem.scales[: len(TERMS)]
-        found = problem.solve(start, [*used, *others], full.noise)
+    parameters = full.parameters
+    amplitudes = problem.amplitudes(parameters)
+    _require_decay(full, terms, amplitudes)
+    if parameters[DAMPING].min() < 0.0:
+        parameters = problem.minimise(parameters, law, 0.0)[0]
     frequency = _interval(problem, full, OMEGA)
     period = Interval(*(2.0 * np.pi / x for x in (frequency.value, frequency.high, frequency.low)))
-    pairs = list(zip(decays, found.residuals, strict=True))
+    modelled = problem.modelled(parameters)
+    residuals = [m - decay.angle for m, decay in zip(modelled, decays, strict=True)]
     return DecayFit(
         decays=decays,
         terms=terms,
-        damping=tuple(max(float(x), 0.0) for x in found.parameters[:3] / problem.scales[:3]),
+        damping=tuple((parameters[DAMPING] / problem.scales[DAMPING]).tolist()),
         period=period,
-        restoring=_interval(problem, full, CUBIC) if cubic else None,
-        modelled=[decay.angle + r for decay, r in pairs],
-        noise=[(float(np.std(r)), a) for (_, r), a in zip(pairs, full.noise, strict=True)],
-        doubts=tuple(_doubts(problem, full, cubic)),
+        restoring=_interval(problem, full, CUBIC) if CUBIC in law else None,
+        amplitudes=amplitudes,
+        modelled=modelled,
+        deviations=[float(np.std(r)) for r in residuals],
+        noise=full.noise,
+        doubts=tuple(_doubts(problem, full)),
     )
 
 
-def _terms(problem: Problem, found: Solution) -> Terms:
-    """The damping of a solution with all terms, in its units."""
-    scales = problem.scales[: len(TERMS)]
-    own = found.covariance[: len(TERMS), : len(TERMS)]
+def _is_better(softened: Solution, full: Solution) -> bool:
+    """True if the record tells a cubic restoring from zero, and the roll comes back with it."""
+    c = softened.parameters[CUBIC]
+    return bool(
+        softened.converged
+        and np.isfinite(softened.covariance).all()
+        and c > -MAX_SOFTENING
+        and abs(0.375 * c) > MIN_FREQUENCY_CHANGE
+        and softened.deviations_from_zero(CUBIC) > CUBIC_DEVIATIONS
+    )
+
+
+def _terms(problem: Problem, solution: Solution) -> Terms:
+    """The damping of a solution, in its units."""
+    scales = problem.scales[DAMPING]
+    covariance = solution.covariance[:TERMS, :TERMS]
     return Terms(
-        found.parameters[: len(TERMS)] / scales,
-        own / np.outer(scales, scales),
-        found.quantile,
-        float(found.parameters[OMEGA] / problem.scales[OMEGA]),
+        solution.parameters[DAMPING] / scales,
+        covariance / np.outer(scales, scales),
+        solution.quantile,
+        float(solution.parameters[OMEGA] / problem.scales[OMEGA]),
     )
 
 
-def _interval(problem: Problem, found: Solution, parameter: int) -> Interval:
-    at = found.free.tolist().index(parameter)
-    value = found.parameters[parameter] / problem.scales[parameter]
-    half = found.quantile * np.sqrt(found.covariance[at, at]) / problem.scales[parameter]
+def _interval(problem: Problem, solution: Solution, parameter: int) -> Interval:
+    at = solution.free.tolist().index(parameter)
+    value = solution.parameters[parameter] / problem.scales[parameter]
+    half = solution.quantile * np.sqrt(solution.covariance[at, at]) / problem.scales[parameter]
     return Interval(float(value), float(value - half), float(value + half))
 
 
-def _require_decay(found: Solution, terms: Terms, size: float) -> None:
-    if not found.converged or not np.isfinite(found.covariance).all():
+def _require_decay(solution: Solution, terms: Terms, amplitudes: tuple[float, float]) -> None:
+    """Raises InputError for a fit that is no decay, or that does not tell its damping."""
+    advice = "Give the part of the record that is a free decay, by its start and end."
+    if not solution.converged or not np.isfinite(solution.covariance).all():
         raise InputError(
             "found a record that no decay follows: the fit does not converge; expected the free"
-            " roll after a release. Give the part of the record that is one, by its start and end."
+            f" roll after a release. {advice}"
         )
-    ratio = terms.damping_ratio(0.5 * size)
+    for amplitude in np.linspace(*amplitudes, AMPLITUDES):
+        if (ratio := terms.damping_ratio(amplitude)).high < 0.0:
+            raise InputError(
+                f"found {_ratio_text(ratio, amplitude)}; expected a roll that loses energy at all"
+                f" recorded amplitudes. {advice}"
+            )
+    middle = 0.5 * sum(amplitudes)
+    ratio = terms.damping_ratio(middle)
     if ratio.low <= 0.0:
         raise InputError(
-            f"found a damping ratio of {ratio.value:.2g} ({ratio.low:.2g} to {ratio.high:.2g}) at"
-            f" half of the largest roll; expected a roll that decays, above 0. Give the part of the"
-            " record that is a free decay, by its start and end."
+            f"found {_ratio_text(ratio, middle)}; expected a roll that decays, above 0. {advice}"
+        )
+    if ratio.high - ratio.value > MAX_HALF_WIDTH * ratio.value:
+        raise InputError(
+            f"found {_ratio_text(ratio, middle)}; expected it to be known within"
+            f" {100.0 * MAX_HALF_WIDTH:g} %. Give a longer part of the record, or several records"
+            " of the same condition together."
         )
 
 
-def _choose(terms: Terms) -> tuple[int, ...]:
-    """Terms of the smallest squares with none below zero."""
-    best: tuple[int, ...] = (0,)
-    least = np.inf
-    for number in (3, 2, 1):
-        for used in combinations(TERMS, number):
-            left = [term for term in TERMS if term not in used]
-            q = terms.values[left]
-            C = terms.covariance[np.ix_(left, left)]
-            rise = float(q @ np.linalg.solve(C, q)) if left else 0.0
-            if _without(terms, used).min() >= 0.0 and rise < least:
-                best = used
-                least = rise
-    return best
+def _ratio_text(ratio: Interval, amplitude: float) -> str:
+    value, low, high = (100.0 * x for x in ratio)
+    return (
+        f"a damping of {value:.2g} % of critical (90 % interval {low:.2g} to {high:.2g}) at"
+        f" {np.degrees(amplitude):.2g} deg"
+    )
 
 
-def _without(terms: Terms, used: tuple[int, ...]) -> np.ndarray:
-    """Values (3,) of the smallest squares with the ``used`` terms alone."""
-    left = [term for term in TERMS if term not in used]
-    found = terms.values.copy()
-    if left:
-        C = terms.covariance
-        found -= C[:, left] @ np.linalg.solve(C[np.ix_(left, left)], terms.values[left])
-        found[left] = 0.0
-    return found
-
-
-def _doubts(problem: Problem, full: Solution, cubic: bool) -> Iterator[str]:
+def _doubts(problem: Problem, full: Solution) -> Iterator[str]:
     """In words, where residuals are no noise. Residuals of rounding are not asked."""
     if max(np.std(r) for r in full.residuals) < ROUNDING * problem.size:
         return
     for k, decay in enumerate(problem.decays):
-        called = f"{decay.called}: " if decay.called else ""
+        name = f"{decay.called}: " if decay.called else ""
         third = full.whitened[k].size // 3
         early, late = full.whitened[k][:third], full.whitened[k][-third:]
         ratio = float(early @ early) / max(float(late @ late), 1e-30)
-        if ratio > max(UNEVEN, float(fisher.isf(DOUBTED, third, third))):
+        if ratio > max(UNEVEN_RATIO, float(fisher.isf(DOUBT_PROBABILITY, third, third))):
             yield (
-                f"{called}the equation does not fit: residuals are {np.sqrt(ratio):.2g} times as"
+                f"{name}the equation does not fit: residuals are {np.sqrt(ratio):.2g} times as"
                 " large in the first third of the record, where the roll is large, as in the last."
                 " The intervals are too narrow. Fit large and small roll apart (--from, --to)."
             )
-        step = problem.times[k][1] * float(full.parameters[OMEGA])
-        at, below, above = density(full.noise[k], step * np.array([1.0, 0.5, 2.0]))
+        step = problem.steps[k] * problem.blocks[k] * float(full.parameters[OMEGA])
+        at, below, above = full.noise[k].density(step * np.array([1.0, 0.5, 2.0]))
         peak = float(at / np.sqrt(below * above))
-        if peak > PEAKED:
+        if peak > PEAK_RATIO:
             yield (
-                f"{called}the equation may not fit: residuals oscillate at the period of roll,"
+                f"{name}the equation may not fit: residuals oscillate at the period of roll,"
                 f" with {peak:.2g} times the density of those around. The intervals are widened for"
                 " that. Look for waves in the basin, or for another motion."
             )
-    if not cubic and (away := problem.score(full, CUBIC)) > SURE:
-        yield (
-            f"the period changes with the amplitude, by {away:.2g} standard deviations: the"
-            " restoring is not linear. Fit it as well (--cubic), or a part with smaller roll"
-            " (--from)."
-        )

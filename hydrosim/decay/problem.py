@@ -1,12 +1,23 @@
 """Least squares of recorded decays about the equation of a decay, in scaled numbers.
 
 Roll is scaled by the largest roll A of all records, time by the first guess W of the frequency:
-p1 / W, p2 A, p3 A^2 W, w / W and c A^2 are of order one or less.
+p1 / W, p2 A, p3 A^2 W, w / W and c A^2 are of order one or less. The mean of each record is a
+parabola over its time, so that it may drift.
+
+The estimate is plain least squares. The noise is no part of it: a filter that whitens residuals
+takes out the roll as well where they are large at its frequency. Noise counts in the covariance,
+
+    (J^T J)^-1 J^T S J (J^T J)^-1,
+
+with derivatives J and the covariance S of the noise (`noise`). Noise is fitted to means of
+neighbouring values, `NOISE_VALUES` in a period, which is enough for what acts at the frequency of
+roll.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -14,25 +25,27 @@ from scipy.optimize import least_squares
 from scipy.stats import t as student
 
 from hydrosim.decay.equation import LAW, OMEGA, P1, solve
-from hydrosim.decay.noise import find_noise, freedom, whiten
-from hydrosim.decay.record import Decay
+from hydrosim.decay.noise import Noise, fit_noise
+from hydrosim.decay.record import Decay, block_means
 
-OWN = 3  # parameters of each record: place and rate at its start, and its mean
-PASSES = 3  # fits: with white noise, then with the noise of the residuals before
-EVALUATIONS = 200
+TERMS = 3  # p1, p2 and p3 are the first parameters
+MIN_DEGREE, MAX_DEGREE = 2, 6  # of the polynomial that is the mean of a record
+NOISE_VALUES = 24.0
+MAX_EVALUATIONS = 200
 COVERED = 0.90
+WILD = 1e3  # scaled residual of a trial that is no decay
 
 
 class Solution(NamedTuple):
-    """Minimum of the squares: all ``parameters`` (5 + 3 nd,), scaled; the ``free`` ones (k,) and
-    their ``covariance`` (k, k); ``residuals`` and coefficients of the ``noise`` of each record;
+    """Minimum of the squares: all ``parameters`` (5 + 5 nd,), scaled; the ``free`` ones (k,) and
+    their ``covariance`` (k, k); ``residuals`` of each record (n,) [rad], and its ``noise``, with
     ``whitened`` residuals; ``degrees`` of freedom; whether the search ``converged``."""
 
     parameters: np.ndarray
     free: np.ndarray
     covariance: np.ndarray
     residuals: list[np.ndarray]
-    noise: list[np.ndarray]
+    noise: list[Noise]
     whitened: list[np.ndarray]
     degrees: float
     converged: bool
@@ -41,6 +54,12 @@ class Solution(NamedTuple):
     def quantile(self) -> float:
         """Half a 90 % interval, in standard deviations."""
         return float(student.ppf(0.5 + 0.5 * COVERED, self.degrees))
+
+    def deviations_from_zero(self, parameter: int) -> float:
+        """How many of its standard deviations a free parameter is away from zero."""
+        at = self.free.tolist().index(parameter)
+        deviation = max(float(np.sqrt(self.covariance[at, at])), 1e-300)
+        return float(abs(self.parameters[parameter])) / deviation
 
 
 class Problem:
@@ -54,144 +73,137 @@ class Problem:
         self.scales = np.array([1.0 / W, A, A * A * W, 1.0 / W, A * A])
         self.times = [W * (decay.time - decay.time[0]) for decay in decays]
         self.angles = [decay.angle / A for decay in decays]
-        self.count = sum(angle.size for angle in self.angles)
+        self.steps = [float(t[-1]) / (t.size - 1) for t in self.times]
+        self.blocks = [max(int(2.0 * np.pi / NOISE_VALUES / step), 1) for step in self.steps]
+        self.means = [_drifts(t) for t in self.times]
+        widths = [2 + mean.shape[1] for mean in self.means]
+        ends = LAW + np.cumsum([0, *widths])
+        self.own = [slice(*pair) for pair in pairwise(ends.tolist())]
 
     def guess(self) -> np.ndarray:
-        """First parameters (5 + 3 nd,): linear damping from how the motion shrinks, and for each
+        """First parameters (5 + 5 nd,): linear damping from how the motion shrinks, and for each
         record the harmonic motion next to it."""
-        found = np.zeros(LAW + OWN * len(self.decays))
-        found[OMEGA] = 1.0
-        found[P1] = np.mean(
-            [_shrinking(t, x) for t, x in zip(self.times, self.angles, strict=True)]
-        )
-        for k, (t, x) in enumerate(zip(self.times, self.angles, strict=True)):
-            envelope = np.exp(-0.5 * found[P1] * t)
-            columns = np.stack([envelope * np.cos(t), envelope * np.sin(t), np.ones(t.size)], 1)
-            a, b, mean = np.linalg.lstsq(columns, x, rcond=None)[0]
-            found[_own(k)] = a, b - 0.5 * found[P1] * a, mean
-        return found
+        parameters = np.zeros(self.own[-1].stop)
+        parameters[OMEGA] = 1.0
+        pairs = list(zip(self.times, self.angles, strict=True))
+        p1 = float(np.mean([_shrinking(t, x) for t, x in pairs]))
+        parameters[P1] = p1
+        for k, (t, x) in enumerate(pairs):
+            envelope = np.exp(-0.5 * p1 * t)
+            harmonics = np.stack([envelope * np.cos(t), envelope * np.sin(t)], 1)
+            columns = np.hstack([harmonics, self.means[k]])
+            a, b, *mean = np.linalg.lstsq(columns, x, rcond=None)[0]
+            parameters[self.own[k]] = a, b - 0.5 * p1 * a, *mean
+        return parameters
 
-    def solve(
-        self,
-        start: np.ndarray,
-        law: Sequence[int],
-        noise: Sequence[np.ndarray] | None = None,
-    ) -> Solution:
-        """The minimum near ``start`` (5 + 3 nd,) with the parameters ``law`` of the equation free.
-        The ``noise`` is that of the residuals, or the given one."""
+    def solve(self, start: np.ndarray, law: Sequence[int]) -> Solution:
+        """The minimum of the squares near ``start`` (5 + 5 nd,) with the parameters ``law`` of the
+        equation free."""
         free = np.array([*law, *range(LAW, start.size)])
-        known = noise is not None
-        filters = list(noise or [np.zeros(0)] * len(self.decays))
-        weights = [1.0] * len(self.decays)
-        parameters = start
-        for _ in range(1 if known and len(self.decays) == 1 else PASSES):
-            parameters, converged = self._search(parameters, free, filters, weights)
-            misfits = self._misfits(parameters)
-            residuals = [r for r, _ in misfits]
-            if not known:
-                filters = [
-                    find_noise(r, J[:, [*law, *range(*_own(k).indices(J.shape[1]))]])
-                    for k, (r, J) in enumerate(misfits)
-                ]
-            white = [whiten(r, a) for r, a in zip(residuals, filters, strict=True)]
-            weights = [1.0 / _deviation(w, free.size / len(white)) for w in white]
-        jacobian = self._weighted(parameters, free, filters, weights)[1]
-        covariance = np.linalg.pinv(jacobian.T @ jacobian)
-        degrees = self._degrees(white, filters, free.size)
-        sized = [self.size * r for r in residuals]
-        return Solution(parameters, free, covariance, sized, filters, white, degrees, converged)
+        parameters, weights, converged = self.minimise(start, law)
+        misfits = list(self._misfits(parameters))
+        normal = np.zeros((free.size, free.size))
+        spread = np.zeros((free.size, free.size))
+        noises = []
+        whitened = []
+        degrees = 0.0
+        for k, (r, J) in enumerate(misfits):
+            count = self.blocks[k]
+            residual = block_means(r, count)
+            slopes = block_means(J[:, free], count)
+            here = np.flatnonzero(np.any(J[:, free] != 0.0, axis=0))
+            noise = fit_noise(residual, slopes[:, here])
+            normal += weights[k] ** 2 * J[:, free].T @ J[:, free]
+            spread += weights[k] ** 4 * count**2 * noise.covariance_of(slopes)
+            told = residual.size - free.size / len(self.decays)
+            degrees += noise.freedom(told, count * self.steps[k] * parameters[OMEGA])
+            noises.append(noise)
+            whitened.append(noise.whiten(residual))
+        inverse = np.linalg.pinv(normal)
+        covariance = inverse @ spread @ inverse
+        residuals = [self.size * r for r, _ in misfits]
+        return Solution(
+            parameters, free, covariance, residuals, noises, whitened, degrees, converged
+        )
 
-    def _degrees(
-        self, white: Sequence[np.ndarray], filters: Sequence[np.ndarray], fitted: int
-    ) -> float:
-        """Degrees of freedom of the noise at the frequency of roll, of all records together."""
-        total = 0.0
-        for w, a, time in zip(white, filters, self.times, strict=True):
-            total += freedom(a, w.size - fitted / len(white), time[1] - time[0])
-        return total
-
-    def score(self, found: Solution, term: int) -> float:
-        """How many standard deviations a parameter of the equation that is zero would be away from
-        it, by one step of Gauss and Newton."""
-        free = np.append(found.free, term)
-        weights = [
-            1.0 / _deviation(w, found.free.size / len(found.whitened)) for w in found.whitened
-        ]
-        r, J = self._weighted(found.parameters, free, found.noise, weights)
-        covariance = np.linalg.pinv(J.T @ J)
-        step = -covariance @ (J.T @ r)
-        return float(abs(step[-1]) / np.sqrt(covariance[-1, -1]))
+    def minimise(
+        self, start: np.ndarray, law: Sequence[int], least: float = -np.inf
+    ) -> tuple[np.ndarray, np.ndarray, bool]:
+        """Parameters of the smallest squares near ``start``, the weight of each record, by its
+        residuals, and whether the search converged. No damping term is below ``least``."""
+        free = np.array([*law, *range(LAW, start.size)])
+        weights = np.ones(len(self.decays))
+        for _ in range(min(len(self.decays), 2)):
+            start, converged = self._search(start, free, weights, least)
+            squares = [float(r @ r) / r.size for r, _ in self._misfits(start)]
+            weights = 1.0 / np.sqrt(np.maximum(squares, 1e-30))
+        return start, weights, converged
 
     def _search(
-        self,
-        start: np.ndarray,
-        free: np.ndarray,
-        filters: Sequence[np.ndarray],
-        weights: Sequence[float],
+        self, start: np.ndarray, free: np.ndarray, weights: np.ndarray, least: float
     ) -> tuple[np.ndarray, bool]:
-        """Parameters of the smallest squares near ``start``, and whether the search converged."""
         parameters = start.copy()
-        kept: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
+        latest: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
 
-        def at(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        def weighted(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             key = values.tobytes()
-            if key not in kept:
-                kept.clear()
+            if key not in latest:
+                latest.clear()
                 parameters[free] = values
-                kept[key] = self._weighted(parameters, free, filters, weights)
-            return kept[key]
+                rows = zip(weights, self._misfits(parameters), strict=True)
+                residuals, slopes = zip(*((w * r, w * J[:, free]) for w, (r, J) in rows), strict=True)
+                latest[key] = np.concatenate(residuals), np.concatenate(slopes)
+            return latest[key]
 
+        bounds = np.where(free < TERMS, least, -np.inf)
         done = least_squares(
-            lambda values: at(values)[0],
-            start[free],
-            lambda values: at(values)[1],
-            method="lm",
+            lambda values: weighted(values)[0],
+            np.maximum(start[free], bounds),
+            lambda values: weighted(values)[1],
+            bounds=(bounds, np.inf),
+            method="dogbox" if least > -np.inf else "lm",
             xtol=1e-9,
             ftol=1e-11,
             gtol=1e-11,
-            max_nfev=EVALUATIONS,
+            max_nfev=MAX_EVALUATIONS,
         )
         parameters[free] = done.x
         return parameters, bool(done.success)
 
-    def _weighted(
-        self,
-        parameters: np.ndarray,
-        free: np.ndarray,
-        filters: Sequence[np.ndarray],
-        weights: Sequence[float],
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Filtered and weighted residuals of all records, and their derivatives by the free
-        parameters."""
-        rows = []
-        slopes = []
-        for (r, J), a, weight in zip(self._misfits(parameters), filters, weights, strict=True):
-            rows.append(weight * whiten(r, a))
-            slopes.append(weight * whiten(J[:, free], a))
-        return np.concatenate(rows), np.concatenate(slopes)
+    def amplitudes(self, parameters: np.ndarray) -> tuple[float, float]:
+        """The smallest amplitude [rad] of the last period of any record, and the largest roll."""
+        ends = []
+        for (r, _), angle, step in zip(
+            self._misfits(parameters), self.angles, self.steps, strict=True
+        ):
+            last = (angle + r)[-round(2.0 * np.pi / step) :]
+            ends.append(0.5 * float(np.ptp(last)))
+        return self.size * min(ends), self.size
 
-    def _misfits(self, parameters: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+    def modelled(self, parameters: np.ndarray) -> list[np.ndarray]:
+        """Roll (n,) [rad] of each record with these parameters, about its recorded mean."""
+        misfits = self._misfits(parameters)
+        pairs = zip(self.decays, misfits, strict=True)
+        return [decay.angle + self.size * r for decay, (r, _) in pairs]
+
+    def _misfits(self, parameters: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Modelled less recorded roll (n,) of each record, and its derivatives by all
         parameters."""
-        found = []
         for k, (t, angle) in enumerate(zip(self.times, self.angles, strict=True)):
-            own = parameters[_own(k)]
+            own = parameters[self.own[k]]
             x, slopes = solve(t, parameters[:LAW], own[:2])
             J = np.zeros((t.size, parameters.size))
             J[:, :LAW] = slopes[:, :LAW]
-            J[:, _own(k)] = np.column_stack([slopes[:, LAW:], np.ones(t.size)])
-            found.append((x + own[2] - angle, J))
-        return found
+            J[:, self.own[k]] = np.hstack([slopes[:, LAW:], self.means[k]])
+            residual = x + self.means[k] @ own[2:] - angle
+            yield np.nan_to_num(residual, nan=WILD, posinf=WILD, neginf=-WILD), np.nan_to_num(J)
 
 
-def _own(k: int) -> slice:
-    """Parameters of record ``k``."""
-    return slice(LAW + OWN * k, LAW + OWN * (k + 1))
-
-
-def _deviation(white: np.ndarray, fitted: float) -> float:
-    """Standard deviation of white residuals of a fit with that many parameters."""
-    return float(np.sqrt(max(white @ white, 1e-30) / max(white.size - fitted, 1.0)))
+def _drifts(t: np.ndarray) -> np.ndarray:
+    """Legendre polynomials (n, m) of a record at scaled times (n,), with half as many waves as the
+    roll has at most."""
+    degree = int(np.clip(t[-1] / (2.0 * np.pi), MIN_DEGREE, MAX_DEGREE))
+    return np.polynomial.legendre.legvander(2.0 * t / t[-1] - 1.0, degree)
 
 
 def _shrinking(t: np.ndarray, x: np.ndarray) -> float:
