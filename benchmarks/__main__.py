@@ -1,5 +1,6 @@
 """Answer the questions named on the command line, or all but the long ones: a table each here, and
-JSON and pictures in benchmarks/results/. With --keep, evidence writes its page, too.
+JSON and pictures in benchmarks/results/. With --keep, evidence and work_precision write their
+pages, too.
 ``thesis`` has options of its own: ``python -m benchmarks thesis --help``."""
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from benchmarks.report import keep, machine, save
 from benchmarks.thesis.command import main as make_tables_of_thesis
 
 QUESTIONS = (
-    *("start_up", "steps_per_second", "work_precision", "error_against_step", "stability_map"),
+    *("start_up", "steps_per_second", "method_costs", "error_against_step", "stability_map"),
     "step_limits",
     *("cost", "skips", "linear_scene", "radiation_fits", "radiation_motions", "memory"),
     *("synthesis", "headings", "many_runs", "set_up", "long_runs"),
@@ -24,6 +25,7 @@ QUESTIONS = (
 LONG = (
     "evidence",
     "automatic",
+    "work_precision",
     "catenaries",
     "short_waves",
     "draughts",

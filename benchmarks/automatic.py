@@ -19,9 +19,9 @@ import xarray as xr
 
 from benchmarks.base_case import SHORT, short_case
 from benchmarks.compiled import compiled
+from benchmarks.method_costs import stiff_case
 from benchmarks.report import ROOT, Answer, Row
 from benchmarks.timing import time_loop
-from benchmarks.work_precision import stiff_case
 from hydrosim import SimulationError, load_case
 from hydrosim.scene import LinearScenes, Method, Scene, Tolerance, Unstable
 

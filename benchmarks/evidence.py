@@ -130,9 +130,9 @@ def readme_block(lines: Sequence[Line]) -> str:
     return page_table(("claim", "against", "error", "others"), rows)
 
 
-def with_block(text: str, block: str) -> str:
+def with_block(text: str, block: str, begin: str = BEGIN, end: str = END) -> str:
     """The page with another block between its marks."""
-    found = re.compile(f"({re.escape(BEGIN)}).*({re.escape(END)})", re.S)
+    found = re.compile(f"({re.escape(begin)}).*({re.escape(end)})", re.S)
     return found.sub(lambda marks: f"{marks[1]}\n\n{block}\n\n{marks[2]}", text)
 
 

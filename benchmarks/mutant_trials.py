@@ -30,7 +30,7 @@ import xarray as xr
 
 from benchmarks.mutants import CASES, SHORT, Mutant, mutants, text_of
 from benchmarks.random_trial import Outcome
-from benchmarks.worker import Question, Worker
+from benchmarks.worker import COMPILING, Question, Worker
 from hydrosim.__main__ import app
 from hydrosim.errors import HydrosimError
 from hydrosim.results.stages import FIGURES, TIME
@@ -130,7 +130,7 @@ def main() -> int:
     with TemporaryDirectory() as name:
         prepare(Path(name))
         died = Outcome("crash", "the process died")
-        worker = Worker({"try": Question(tried_in_little_memory, LIMIT, died, patient=True)})
+        worker = Worker({"try": Question(tried_in_little_memory, LIMIT, died, patience=COMPILING)})
         for number, mutant in enumerate(chosen):
             command = "check" if number < given.check else "run"
             outcome = worker.ask("try", (command, mutant, name)) or Outcome("hang")

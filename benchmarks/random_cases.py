@@ -339,10 +339,11 @@ def with_solver(s: Sketch, seed: int) -> Case:
     }
 
 
-def read_arguments(description: str, number: int) -> argparse.Namespace:
-    """Arguments of a command that tries random cases: how many (by default ``number``), the
-    ``first``, and the folder to write those to that are wrong."""
+def read_arguments(description: str, number: int, kinds: Sequence[str]) -> argparse.Namespace:
+    """Arguments of a command that tries random cases: their kind, how many (by default ``number``),
+    the ``first``, and the folder to write those to that are wrong."""
     parser = argparse.ArgumentParser(description=description.split("\n")[0])
+    parser.add_argument("--kind", choices=kinds, default=kinds[0])
     parser.add_argument("--number", type=int, default=number, help="how many cases")
     parser.add_argument("--from", type=int, default=0, dest="first", help="number of the first")
     parser.add_argument("--write", type=Path, help="folder for case files of those that are wrong")

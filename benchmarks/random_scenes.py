@@ -23,7 +23,7 @@ from typing import NamedTuple
 from benchmarks.random_cases import random_case, text_of
 from benchmarks.random_trial import OPEN, WITHIN, Convergence, Outcome, compared, tried
 from benchmarks.report import Row, markdown
-from benchmarks.worker import Question, Worker
+from benchmarks.worker import COMPILING, Question, Worker
 
 SEEDS = 1_000_000  # scenes of a seed
 KINDS = ("complete", "failed", "refused", "crash", "hang")
@@ -61,7 +61,7 @@ def _compare(number: int) -> Convergence:
 
 
 QUESTIONS = {
-    "try": Question(_try, 30.0, Outcome("crash", "the process died"), patient=True),
+    "try": Question(_try, 30.0, Outcome("crash", "the process died"), patience=COMPILING),
     "compare": Question(_compare, 90.0),
 }
 

@@ -23,12 +23,13 @@ Row = Mapping[str, str | float]
 @dataclass(frozen=True)
 class Answer:
     """Tables by their titles, each a row per case with the same keys; remarks; a picture; texts of
-    files of the repository to be ``kept``."""
+    files of the repository to be ``kept``, and the path of the picture there."""
 
     tables: Mapping[str, Sequence[Row]]
     remarks: Sequence[str] = ()
     picture: Figure | None = field(default=None, compare=False)
     kept: Mapping[Path, str] = field(default_factory=dict, repr=False)
+    kept_picture: Path | None = None
 
     def __str__(self) -> str:
         parts = [f"{title}\n\n{markdown(rows)}" for title, rows in self.tables.items()]
@@ -67,7 +68,10 @@ def keep(answer: Answer) -> list[Path]:
     """Write the files of the repository that the answer is kept in; returns their paths."""
     for path, text in answer.kept.items():
         path.write_text(text, "utf-8")
-    return list(answer.kept)
+    if answer.picture is None or answer.kept_picture is None:
+        return list(answer.kept)
+    answer.picture.savefig(answer.kept_picture)
+    return [*answer.kept, answer.kept_picture]
 
 
 def machine() -> dict[str, str]:

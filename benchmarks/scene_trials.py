@@ -1,9 +1,11 @@
-"""Are random scenes right where they are complete and unwarned?
+"""Do random scenes turn as a whole, go on from a state on the way, and keep their energy?
+
+    python -m benchmarks.scene_trials --kind joints --number 300 [--from 0] [--write FOLDER]
 
 A `Maker` draws a case from a number, and turns it about the vertical. Each case is run in a worker
-that is killed after 60 s of CPU time. Its references are runs by dopri5 at tolerances 1e-10 and
-1e-11. They count where they agree to 1e-4 of the range of each point. The scene is run again turned
-about the vertical, and from a state on the way: with a fixed step it must go on to the bit.
+that is killed after 60 s of CPU time. The scene is run again turned about the vertical, and from a
+state on the way: with a fixed step it must go on to the bit. Whether it is right, `error_scenes`
+tells.
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import warnings
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from math import cos, sin
@@ -23,35 +25,31 @@ from tempfile import TemporaryDirectory
 from time import process_time
 from traceback import format_exc
 from typing import NamedTuple
-from unittest.mock import patch
 
 import numpy as np
 import xarray as xr
 
 import hydrosim as hs
+from benchmarks.articulated_cases import articulated_case
+from benchmarks.moored_cases import moored_case
 from benchmarks.random_cases import Case, read_arguments, text_of
 from benchmarks.random_trial import LEAST, OPEN, WITHIN
-from benchmarks.worker import Question, Worker
+from benchmarks.worker import COMPILING, Question, Worker
 from hydrosim.errors import HydrosimError, InputError
-from hydrosim.scene import Kinematics, LinearScenes, Method, Scene, Solver, Start, Tolerance
-from hydrosim.studies.run import simulation
-from hydrosim.studies.run.twin import Estimate
+from hydrosim.scene import Kinematics, Scene, Start
 
 LIMIT = 60.0  # s of CPU
-FIRM = 1e-4  # of the range of a point: what references agree to
-REFERENCES = (1e-10, 1e-11)
 TURN = 0.7  # rad
 TURNED = 1e-7  # of the range of a point, with a fixed step: rounding that grows
-ROUNDING = 10.0  # times as far apart as the references a turned scene may be
 
 Maker = Callable[[int, float], Case]
 """Draws the case of a number, turned by an angle [rad]."""
+MAKERS: Mapping[str, Maker] = {"joints": articulated_case, "lines": moored_case}
 
 
 class Trial(NamedTuple):
     """How a run ended, what was said, and what was wrong with it; its CPU time [s], evaluations and
-    events; how far it is from the reference, references from each other, and the turned scene, with
-    the limit of that where rounding does not grow."""
+    events; how far the turned scene is from it, and the limit of that."""
 
     status: str
     said: str = ""
@@ -59,20 +57,8 @@ class Trial(NamedTuple):
     cpu: float = 0.0
     evaluations: int = 0
     events: int = 0
-    apart: float = float("nan")
-    references_apart: float = float("nan")
     turned: float = float("nan")
     turns_within: float = WITHIN
-
-    @property
-    def firm(self) -> bool:
-        """Whether the references agree."""
-        return self.references_apart <= FIRM
-
-    @property
-    def right(self) -> bool:
-        """Whether the run agrees with a reference that counts."""
-        return self.firm and self.apart <= WITHIN
 
 
 def scene_of(case_of: Maker, number: int, turn: float = 0.0) -> Scene:
@@ -165,41 +151,12 @@ def distance(ours: np.ndarray, theirs: np.ndarray) -> float:
     return float((differences / np.maximum(ranges, LEAST)).max())
 
 
-def referenced(case_of: Maker, number: int) -> tuple[float, float]:
-    """How far the run is from the finest reference, and references from each other."""
-    scene = scene_of(case_of, number)
-    ours = _points(_run(scene))
-    with patch.object(simulation, "estimated", lambda *_: Estimate()):
-        coarse, fine = (_points(_run(_reference(scene, x))) for x in REFERENCES)
-    return distance(ours, fine), distance(coarse, fine)
-
-
-def _reference(scene: Scene, tolerance: float) -> Scene:
-    solver = Solver(
-        Method.DOPRI5,
-        0.005,
-        Tolerance(tolerance, tolerance, tolerance),
-        linear=LinearScenes.STEP,
-        kinematics=scene.solver.kinematics,
-    )
-    return replace(scene, solver=solver)
-
-
 def trials(case_of: Maker, first: int, count: int) -> Iterator[tuple[int, Trial]]:
-    """Run ``count`` cases from ``first`` on, and their references."""
+    """Run ``count`` cases from ``first`` on."""
     died = Trial("crash", "the process died")
-    questions = {
-        "try": Question(partial(tried, case_of), LIMIT, died, patient=True),
-        "reference": Question(partial(referenced, case_of), 3.0 * LIMIT),
-    }
-    worker = Worker(questions)
+    worker = Worker({"try": Question(partial(tried, case_of), LIMIT, died, COMPILING)})
     for number in range(first, first + count):
-        trial = worker.ask("try", number) or Trial("hang", cpu=LIMIT)
-        if trial.status == "complete":
-            distances = worker.ask("reference", number)
-            if distances is not None:
-                trial = trial._replace(apart=distances[0], references_apart=distances[1])
-        yield number, trial
+        yield number, worker.ask("try", number) or Trial("hang", cpu=LIMIT)
 
 
 def offences(trial: Trial) -> Iterator[str]:
@@ -207,44 +164,34 @@ def offences(trial: Trial) -> Iterator[str]:
     yield from trial.wrong
     if trial.status in ("crash", "hang"):
         yield trial.status
-    # references that are apart tell that rounding grows
-    if trial.turned > max(trial.turns_within, ROUNDING * np.nan_to_num(trial.references_apart)):
+    if trial.turned > trial.turns_within:
         yield f"turned, {trial.turned:.1e} apart"
-    if trial.firm and not trial.right and not trial.said:
-        yield f"{trial.apart:.1e} from the reference, no warning"
 
 
-def report(found: dict[int, Trial]) -> None:
-    """Print how many there are of each kind."""
-    print(dict(Counter(trial.status for trial in found.values())))
-    firm = [trial for trial in found.values() if trial.firm]
-    right = [trial for trial in firm if trial.right]
-    warned = [trial for trial in right if trial.said]
-    print(f"complete, and references agree to {FIRM:g}: {len(firm)}")
-    print(f"unwarned: {sum(not trial.said for trial in firm)}")
-    print(f"right: {len(right)}, of those warned: {len(warned)}")
-    for number, trial in found.items():
-        for offence in offences(trial):
-            print(f"{number}: {offence}")
-
-
-def run_trials(case_of: Maker, description: str, count: int) -> None:
-    """The command line of a study of ``count`` random cases."""
-    given = read_arguments(description, count)
+def main() -> None:
+    """The command line."""
+    given = read_arguments(__doc__, 300, tuple(MAKERS))
+    case_of = MAKERS[given.kind]
     found = {}
     for number, trial in trials(case_of, given.first, given.number):
         found[number] = trial
         print(_line(case_of, number, trial), flush=True)
         if given.write and any(offences(trial)):
             (given.write / f"{number}.yaml").write_text(text_of(case_of(number, 0.0)))
-    report(found)
+    print(dict(Counter(trial.status for trial in found.values())))
+    for number, trial in found.items():
+        for offence in offences(trial):
+            print(f"{number}: {offence}")
 
 
 def _line(case_of: Maker, number: int, t: Trial) -> str:
     said = t.said.replace("\n", " | ")
     method = case_of(number, 0.0)["solver"]["method"]
     return (
-        f"{number} {method} {t.status} apart {t.apart:.1e} references {t.references_apart:.1e}"
-        f" turned {t.turned:.1e} cpu {t.cpu:.1f} evaluations {t.evaluations} events {t.events}"
-        f" {'; '.join(t.wrong)}: {said[:300]}"
+        f"{number} {method} {t.status} turned {t.turned:.1e} cpu {t.cpu:.1f}"
+        f" evaluations {t.evaluations} events {t.events} {'; '.join(t.wrong)}: {said[:300]}"
     )
+
+
+if __name__ == "__main__":
+    main()

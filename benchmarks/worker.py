@@ -9,17 +9,17 @@ from typing import Any, NamedTuple
 
 import psutil
 
-PATIENCE = 10.0  # times as long an answer may take if something is compiled or fitted first
+COMPILING = 10.0  # times as long an answer may take if kernels are compiled or radiation is fitted
 
 
 class Question(NamedTuple):
     """Whom to ask, how much CPU time the answer may take [s], what it is if the process dies, and
-    whether it may take longer the first time."""
+    how many times as long it may take the first time."""
 
     answer: Callable[[Any], Any]
     limit: float
     died: Any = None
-    patient: bool = False
+    patience: float = 1.0
 
 
 class Worker:
@@ -32,8 +32,8 @@ class Worker:
     def ask(self, what: str, about: Any) -> Any:
         """The answer; None if it takes too long even when all is compiled and fitted."""
         usual = self._questions[what].limit
-        patient = self._questions[what].patient
-        for limit in (usual, PATIENCE * usual, usual) if patient else (usual,):
+        patience = self._questions[what].patience
+        for limit in (usual, patience * usual, usual) if patience > 1.0 else (usual,):
             answer = self._answer(what, about, limit)
             if answer is not None and limit == usual:
                 return answer
@@ -68,7 +68,10 @@ class Worker:
 
 
 def _serve(pipe: Connection, answers: Mapping[str, Callable[[Any], Any]]) -> None:
-    """Answer what is asked, in the worker's process."""
+    """Answer what is asked, in the worker's process, until nobody asks any more."""
     while True:
-        what, about = pipe.recv()
+        try:
+            what, about = pipe.recv()
+        except EOFError:
+            return
         pipe.send(answers[what](about))

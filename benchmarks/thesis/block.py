@@ -1,7 +1,7 @@
 """Section 4.2: the block on a floor with friction slopes, and with the exact law.
 
 ``explicit`` is a plain rk2 at 0.1 s that takes the smaller of mu N and b |v| at every evaluation,
-as aNySIM does. It uses nothing of hydrosim, whose runs without events keep one branch over a step.
+as aNySIM does. It uses nothing of hydrosim.
 """
 
 from __future__ import annotations

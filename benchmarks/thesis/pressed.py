@@ -4,9 +4,8 @@ The lift at the end is lost. So it is varied: 0.5 to 1.1 of 132,105 kN, which li
 gap of 1 m, and 264,210 kN (``crawl.yaml``), the thesis' number for 1.5 m. The lift at 2000 s is
 132,105 kN, or that at the end where it is less. Exact runs are rk4 at 0.1 s with steps cut at
 events. Others are rk2 at 0.1 s without events, beyond the limit of that method. They resemble the
-thesis' program, but keep one branch of min(mu N, b |v|) over a step, where it takes the smaller at
-every evaluation. The last variant has the contact node of chapter 5 in place of the slope, with 0.2
-for both frictions.
+thesis' program, which also takes the smaller of mu N and b |v| at every evaluation. The last
+variant has the contact node of chapter 5 in place of the slope, with 0.2 for both frictions.
 """
 
 from __future__ import annotations

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hydrosim.documents.directions import check_spectral_units, goes_to, without_repeats
 from hydrosim.documents.text import Source
 from hydrosim.scene import DirectionalTable
 
@@ -21,12 +22,15 @@ def read_directional(source: Source, select: Mapping[str, int], x_axis: float) -
     """The spectrum in a netCDF file, at the indices ``select`` of its other dimensions.
 
     In the file: efth [m^2/Hz/degree] over freq [Hz] and dir [degrees], the direction that waves
-    come from, clockwise from north. ``x_axis`` [rad] is the compass bearing of +x, pi / 2 if +x is
-    east, so that waves from dir go to the heading x_axis - dir - pi. Raises InputError where the
-    file has another layout, or values that are negative or not numbers.
+    come from, clockwise from north, or go to, if the attributes of dir say so. ``x_axis`` [rad] is
+    the compass bearing of +x, pi / 2 if +x is east, so that waves from dir go to the heading
+    x_axis - dir - pi. A circle may be closed (0 and 360). Raises InputError where the file has
+    another layout, or values that are negative or not numbers.
     """
-    efth = _read(source, select)
+    efth = without_repeats(source, _read(source, select))
     bearing = np.radians(efth["dir"].values.astype(float))
+    if goes_to(source, "dir", efth["dir"].attrs):
+        bearing += np.pi
     frequency = _TURN * efth["freq"].values.astype(float)
     density = efth.transpose("freq", "dir").values.astype(float) * np.degrees(1.0) / _TURN
     if not np.all(density >= 0.0):
@@ -47,6 +51,9 @@ def _read(source: Source, select: Mapping[str, int]) -> xr.DataArray:
     if "efth" not in data or not {"freq", "dir"} <= {*data["efth"].dims}:
         source.wrong(f"found the variables {', '.join(map(str, data))}; expected {LAYOUT}")
     efth = data["efth"]
+    if not {"freq", "dir"} <= {*efth.coords}:
+        source.wrong(f"found no values of freq or dir; expected {LAYOUT}")
+    check_spectral_units(source, efth)
     if "rad" in (units := str(efth.attrs.get("units", ""))):
         source.wrong(f"found efth in {units}; expected m^2/Hz/degree")
     others = {str(dim): efth.sizes[dim] for dim in efth.dims if dim not in ("freq", "dir")}
@@ -69,5 +76,7 @@ def _in_order(source: Source, heading: np.ndarray) -> tuple[np.ndarray, np.ndarr
     order, angle = np.roll(order, -first), np.unwrap(np.roll(angle, -first))
     steps = np.diff(angle)
     if steps.size == 0 or np.ptp(steps) > 1e-6 or steps.min() <= 0.0:
-        source.wrong("found directions unequally far apart; expected equal steps of two or more")
+        apart = ", ".join(f"{step:.4g}" for step in np.unique(np.degrees(steps).round(4))[:4])
+        found = f"directions unequally far apart ({apart} deg)" if apart else "one direction alone"
+        source.wrong(f"found {found}; expected equal steps of two or more")
     return angle, order

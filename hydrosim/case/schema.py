@@ -348,11 +348,12 @@ class Solver(Strict):
 
     model_config = ConfigDict(json_schema_extra=_OF_STEPS)
 
-    method: Method = Method.RK4
-    """Time integration method. The methods automatic, dopri5 and esdirk4 choose their own steps."""
+    method: Method = Method.AUTOMATIC
+    """Time integration method. The methods automatic, dopri5 and esdirk4 choose their own steps.
+    If a step is given and no method, the method is rk4."""
     step: of.Period = 0.1
     """Time step. A method that chooses its own steps begins with it."""
-    tolerance: EitherTolerance = Tolerance()
+    tolerance: EitherTolerance = ACCURACY
     """Error of motions relative to their range, of method automatic; a mapping of errors of each
     step, of dopri5 and esdirk4."""
     kinematics: Kinematics = Kinematics.EXACT
@@ -367,12 +368,16 @@ class Solver(Strict):
     symmetry: Symmetry = Symmetry.USE
     """Whether a scene that is its own mirror image is solved in its plane of symmetry."""
 
-    @model_validator(mode="before")
-    @classmethod
-    def _default_tolerance(cls, data: Any) -> Any:
-        if isinstance(data, dict) and data.get("method") == Method.AUTOMATIC:
-            return {"tolerance": ACCURACY, **data}
-        return data
+    @model_validator(mode="after")
+    def _set_defaults(self) -> Self:
+        given = {*self.model_fields_set}
+        defaults: dict[str, Any] = {}
+        if "step" in given and "method" not in given:
+            defaults["method"] = Method.RK4
+        if {**vars(self), **defaults}["method"] != Method.AUTOMATIC and "tolerance" not in given:
+            defaults["tolerance"] = Tolerance()
+        vars(self).update(defaults)  # the keys that are given stay those of the file
+        return self
 
     @model_validator(mode="after")
     def _check_tolerance(self) -> Self:

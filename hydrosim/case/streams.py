@@ -38,7 +38,7 @@ class CurrentTable(Strict):
 class CurrentPower(Strict):
     """Power law of the height above the sea bed."""
 
-    exponent: of.Sharpness
+    exponent: of.ProfileExponent
     """Exponent of the power law, such as 1/7 of tidal currents. Example: 0.143."""
     depth: Annotated[float, of.Quantity("depth", "m", "100 m", above=0)] | None = None
     """Depth at which the current ends. Without it, that of the water."""
@@ -83,7 +83,7 @@ class Current(Strict):
 class WindPower(Strict):
     """Power law of the height above the water."""
 
-    exponent: of.Sharpness
+    exponent: of.ProfileExponent
     """Exponent of the power law over the height. Example: 0.11."""
 
 

@@ -28,9 +28,11 @@ def check(
 
     --verbose adds the data that the scene uses and the data that it ignores. If the contents of
     tanks change, limits and periods are printed for the start and the end. If the case needs
-    results of other cases that were not run yet, the command names them and stops.
+    results of other cases that were not run yet, the command names them and stops. It ends with
+    exit code 1 if a verdict is "failed", such as a step that is unstable.
     """
     from hydrosim.case.load import load_case
+    from hydrosim.presentation.document import Outcome, Verdict
     from hydrosim.studies.run.stages import outdated
     from hydrosim.wording.check import check_document
 
@@ -51,3 +53,5 @@ def check(
 
         document = check_document(case.scene(), times, watch)
     show_document(document, verbose)
+    if any(isinstance(node, Verdict) and node.outcome is Outcome.BAD for node in document.nodes):
+        raise typer.Exit(1)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
@@ -64,28 +64,44 @@ def line(
         raise InputError(f"--offset: found {largest:g} m; expected a length above 0.")
     page = placed(output, f"{file.stem}_line", "line", file, overwrite=overwrite, suffix=".png")
     with page.held(), announced(err), progress("lines"):
-        title, lines, units = _of_file(file) if of_others else _of_case(file, settings)
-    chosen = _chosen(file, lines, name)
-    _show(title, chosen, [chosen] if name else lines, largest, page, units, verbose)
+        found = _of_file(file) if of_others else _of_case(file, settings)
+    chosen = _chosen(file, found.lines, name)
+    shown = found._replace(lines=[chosen] if name else found.lines)
+    _show(shown, chosen, largest, page, verbose)
 
 
-def _of_file(file: Path) -> tuple[str, list[StillLine], Units]:
-    """Title, lines and units of a file of another program."""
+class LinesToShow(NamedTuple):
+    """The ``lines`` of a case or file with its ``title``, the ``units`` to show them in, and what
+    of the file is ``left_out``."""
+
+    title: str
+    lines: list[StillLine]
+    units: Units
+    left_out: list[str]
+
+
+def _of_file(file: Path) -> LinesToShow:
+    """The lines of a file of another program."""
+    from hydrosim.case.lines.chains import read_system
+    from hydrosim.documents.text import Source
     from hydrosim.presentation.units import DEFAULT
-    from hydrosim.studies.line import lines_of_file
+    from hydrosim.studies.line import lines_of_system
 
-    return file.name, lines_of_file(file), DEFAULT
+    system = read_system(Source(file))
+    left_out = [each.message for each in system.left_out]
+    return LinesToShow(file.name, lines_of_system(system), DEFAULT, left_out)
 
 
-def _of_case(file: Path, settings: list[str]) -> tuple[str, list[StillLine], Units]:
-    """The same of a case, with its bodies as they are at the start."""
+def _of_case(file: Path, settings: list[str]) -> LinesToShow:
+    """Those of a case, with its bodies as they are at the start."""
     from hydrosim.case.load import load_case
     from hydrosim.compiling.compile import compile_in_calm
     from hydrosim.presentation.units import units_of
     from hydrosim.studies.line import lines_of_case
 
     scene = load_case(file, settings).scene()
-    return scene.title, lines_of_case(compile_in_calm(scene)), units_of(scene.source)
+    lines = lines_of_case(compile_in_calm(scene))
+    return LinesToShow(scene.title, lines, units_of(scene.source), [])
 
 
 def _chosen(file: Path, lines: list[StillLine], name: str | None) -> StillLine:
@@ -99,13 +115,7 @@ def _chosen(file: Path, lines: list[StillLine], name: str | None) -> StillLine:
 
 
 def _show(
-    title: str,
-    chosen: StillLine,
-    lines: list[StillLine],
-    largest: float | None,
-    page: Output,
-    units: Units,
-    verbose: bool,
+    found: LinesToShow, chosen: StillLine, largest: float | None, page: Output, verbose: bool
 ) -> None:
     from hydrosim.plot.line import draw_line
     from hydrosim.studies.line import offsets_to, response
@@ -113,9 +123,10 @@ def _show(
 
     offsets = offsets_to(largest or chosen.usual_offset())
     along, up = (response(chosen, offsets, way) for way in (False, True))
-    draw_line(f"{title}: line {chosen.name}", chosen, (along, up), page, units)
-    named = f"{title}: line {chosen.name}"
-    show_document(line_document(named, lines, (along, up), units), verbose)
+    named = f"{found.title}: line {chosen.name}"
+    draw_line(named, chosen, (along, up), page, found.units)
+    document = line_document(named, found.lines, (along, up), found.units, found.left_out)
+    show_document(document, verbose)
     show(f"picture   {page.path}")
 
 

@@ -43,7 +43,7 @@ To = Annotated[
     typer.Option(
         "--to",
         metavar="TIME",
-        help="Replace any existing file of that name; do not keep an earlier result.",
+        help='Ignore everything after this time: "1 hour", or a number in seconds.',
     ),
 ]
 Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Also print the details.")]

@@ -65,10 +65,14 @@ def simulate_with_progress(
     scene = opened(case.scene())
     start = begin(scene)
     begun = perf_counter()
+    reached = start
     with announced(err), progress("simulating", "s") as report:
 
         def tell(time: float, steps: int) -> None:
+            nonlocal reached
             speed = f"{steps / max(perf_counter() - begun, 1e-3):,.0f} steps/s"
-            report(time - start, scene.duration, speed)
+            done = "measuring its error" if time == reached else speed
+            report(time - start, scene.duration, done)
+            reached = time
 
         return simulate(scene, tell, kept)

@@ -107,22 +107,31 @@ def _named(time: np.ndarray, pair: Pair, found: Figures, fitted: Fit, most: floa
         return
     if sign < 0.0 or unit:
         fitted = fit(time, pair.ours, mended, most)
-    causes = list(_causes(fitted, pair.unit, before))
-    yield from causes
     std = found.std / size
+    causes = list(_causes(fitted, pair.unit, before, std))
+    yield from causes
     if causes and fitted.rest > max(EQUAL * std, CLEAR * before):
         yield f"{100.0 * fitted.rest / std:.3g} % of the std left"
     if not causes and before > EQUAL * std:
         yield f"differs by {100.0 * before / std:.3g} % of the std{_where(found)}"
 
 
-def _causes(fitted: Fit, unit: str, before: float) -> Iterator[str]:
-    """Gain, lag and offset, if they matter."""
-    if fitted.gain_effect > CLEAR * before:
+def _causes(fitted: Fit, unit: str, before: float, std: float) -> Iterator[str]:
+    """Gain, lag and offset, if they matter.
+
+    A gain of a series with a large mean is almost an offset. Each alone mends most of the
+    difference, so that neither has an effect on it. Then effects are held against what the fit
+    leaves, or against the ``std`` that counts as equal.
+    """
+    effects = (fitted.gain_effect, fitted.lag_effect, fitted.offset_effect)
+    clear = CLEAR * before
+    if max(effects) <= clear and fitted.rest < clear:
+        clear = max(CLEAR * fitted.rest, EQUAL * std)
+    if fitted.gain_effect > clear:
         yield f"gain {fitted.gain:.4g}"
-    if fitted.lag_effect > CLEAR * before:
+    if fitted.lag_effect > clear:
         yield f"{'late' if fitted.lag > 0.0 else 'early'} by {abs(fitted.lag):.3f} s"
-    if fitted.offset_effect > CLEAR * before:
+    if fitted.offset_effect > clear:
         yield f"offset {_amount(fitted.offset, unit)}"
 
 

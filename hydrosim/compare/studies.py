@@ -28,6 +28,7 @@ FEWEST = 3  # runs that a test needs
 KINDS = {True: "pairs in the same waves", False: "independent runs"}
 STATISTICS = ("mean", "std", "smallest", "largest")
 APART = {"seed", "solver_steps", "solver_events", "energy_residual_relative", "contact_sequence"}
+APART |= {"error_relative"}
 
 
 class Found(NamedTuple):

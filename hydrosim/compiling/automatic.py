@@ -8,14 +8,14 @@ esdirk4 is below 10 r. Therefore
     r = E / g for dopri5, E / (10 g) for esdirk4,
     both at most `ROUGH` where contacts or springs change,
 
-because a coarser step misses whether a point sticks. Contacts that rattle make larger errors than
-this rule says. Then the run itself reports its error (`studies.run.twin`).
+because a coarser step misses whether a point sticks. Contacts that rattle and motions that nothing
+damps make larger errors than this rule says. Each run measures its error, and is made again with
+smaller tolerances if it is too large (`studies.run.accuracy`).
 
 g = 1 if all motions are restored, because errors then decay. Errors of a motion that nothing
 restores, such as the yaw of a moored sphere, grow with the time T of the run: as T^1.5 to T^1.7 of
-its range, measured beyond `MEASURED`. Then g = (T / `MEASURED`)^1.5, at least 1. Such a run also
-reports its error. Bodies whose weight contacts carry count as restored, although they are free if
-all contacts are open.
+its range, measured beyond `MEASURED`. Then g = (T / `MEASURED`)^1.5, at least 1. Bodies whose
+weight contacts carry count as restored, although they are free if all contacts are open.
 
 An explicit method costs 6 evaluations for each step of the largest stable size h_s, however large E
 is. An implicit method costs 40 evaluations for each step h_i = 4.3 r^(1/4) / w (both measured, w is
@@ -52,7 +52,6 @@ if TYPE_CHECKING:
 
     from hydrosim.compiling.compiled import Compiled
     from hydrosim.linear.stability import Combination
-    from hydrosim.scene import Solver
 
 # upper bound of the error of motions over the tolerance of each step [1/s]
 OF_DOPRI5 = 1.0
@@ -62,7 +61,7 @@ OF_ESDIRK4 = 10.0
 SMOOTH = 1e-3
 ROUGH = 1e-5
 ROUGH_IMPLICIT = 1e-6
-FINEST = 1e-12
+MIN_TOLERANCE = 1e-12  # of a step, per second: rounding is larger than smaller ones
 ARM = 100.0  # m, for angles
 # cost of a step in evaluations, and factor of the length of an implicit step
 EXPLICIT = 6.0
@@ -111,12 +110,6 @@ def with_tolerance(compiled: Compiled) -> Compiled:
     return replace(compiled, scene=replace(compiled.scene, solver=solver), growth=growth)
 
 
-def accuracy_of(solver: Solver, growth: float) -> float:
-    """Error of motions, relative to their range, for which the tolerance of a ``solver`` is chosen
-    in a scene whose errors have this ``growth``."""
-    return growth * _ratio(solver.method) * solver.tolerance.relative
-
-
 def _ratio(method: Method) -> float:
     """Error of motions over the tolerance of each step [s]."""
     return OF_ESDIRK4 if method == Method.ESDIRK4 else OF_DOPRI5
@@ -125,7 +118,7 @@ def _ratio(method: Method) -> float:
 def _rate(method: Method, accuracy: float, changing: bool) -> float:
     """Tolerance of each step [1/s]; ``changing`` says that contacts or springs change."""
     rough = ROUGH_IMPLICIT if method == Method.ESDIRK4 else ROUGH
-    return max(min(accuracy / _ratio(method), rough if changing else SMOOTH), FINEST)
+    return max(min(accuracy / _ratio(method), rough if changing else SMOOTH), MIN_TOLERANCE)
 
 
 @one_thread

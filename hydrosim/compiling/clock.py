@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hydrosim.compiling.load_rates import held_step, signal_step
 from hydrosim.forces import signals_of
 from hydrosim.forces.contact import fender
 from hydrosim.forces.line import delay, winch
@@ -47,6 +48,8 @@ def compile_clock(compiled: Compiled) -> Clock:
         block=steps_per_block(scene) if compiled.model.following.slow.any() else 0,
         breakpoints=breakpoints[(breakpoints > begin) & (breakpoints < begin + scene.duration)],
         events=solver.events,
+        signal_step=signal_step(scene),
+        held_step=held_step(compiled),
         control=Control(
             solver.method.adapts, solver.tolerance.relative, _tolerances(scene, compiled.model)
         ),

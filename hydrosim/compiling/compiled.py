@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from copy import deepcopy
 from dataclasses import dataclass, field
 from functools import cached_property
+from math import inf
 from typing import TYPE_CHECKING
 
 from hydrosim.compiling.memory_errors import MemoryErrors, memory_errors
@@ -33,7 +34,9 @@ class Compiled:
     excites them. ``wet`` are the databases of the scene. ``facts`` hold its ``model`` (the
     constants) and derived data. ``state`` is the state at the start. ``sea`` holds its drawn waves
     (empty in calm water). ``notes`` are messages. ``growth`` is the factor on errors of motions
-    that nothing restores, if the method is chosen (`automatic`). It unpacks as model and state.
+    that nothing restores, if the method is chosen (`automatic`). ``stable_step`` is the largest
+    stable step [s] of a method with fixed steps, if it is known, and ``step_warnings`` are about a
+    step above it. It unpacks as model and state.
     """
 
     scene: Scene
@@ -45,6 +48,8 @@ class Compiled:
     whole: Compiled | None = None
     vibrations: tuple[Vibration, ...] = ()
     growth: float = 1.0
+    stable_step: float = inf
+    step_warnings: tuple[str, ...] = ()
 
     def __iter__(self) -> Iterator[Model | State]:
         return iter((self.model, self.state))

@@ -35,7 +35,8 @@ def opened(source: Source, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     Raises InputError if it cannot be read or changed, or if its frequencies or headings are out of
     order."""
     if isinstance(source, ChangedDatabase):
-        return changed(opened(source.source, source.given), source.changes)
+        given = replace(source.given, frequencies=source.changes.frequencies)
+        return changed(opened(source.source, given), source.changes)
     if isinstance(source, Path):
         return in_order(_unmistaken(read(source, given), given))
     if isinstance(source, HydroDatabase):

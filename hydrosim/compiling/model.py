@@ -213,6 +213,7 @@ def _layout(
         tuple(body.heading for body in scene.bodies),
         tuple(body.mass * scene.environment.gravity for body in scene.bodies),
         0.0 if scene.solver.method.adapts else scene.solver.step,
+        scene.solver.events,
         tanks.row,
         tuple(tank_names(scene)),
         tuple(triggered_pumps(scene)),

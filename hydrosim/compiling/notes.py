@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Notes:
     """Messages and data from compiling: ``skipped`` parts; ``warnings``; ``records`` that are
-    interpolated; the ``meetings`` of bodies with waves and current; figures of
-    the ``streams``, wind and current. ``symmetry`` is a text on the
+    interpolated; the ``seas``, a line for each wave train; the ``meetings`` of bodies with waves
+    and current; figures of the ``streams``, wind and current. ``symmetry`` is a text on the
     use of symmetry, and ``zero`` has the names of coordinates that are zero by it. ``memory`` holds
     the errors of the radiation memory. ``radiation_error`` is the largest change of motions by
     them, NaN if unknown. ``method`` is the chosen method, and the reason. ``drag`` is about
@@ -25,6 +25,7 @@ class Notes:
     skipped: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     records: tuple[str, ...] = ()
+    seas: tuple[str, ...] = ()
     meetings: tuple[str, ...] = ()
     streams: tuple[str, ...] = ()
     symmetry: str = ""

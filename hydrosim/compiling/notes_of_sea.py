@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from math import isfinite
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,13 +22,33 @@ from hydrosim.compiling.wet import WetGroup, each_database
 from hydrosim.dofs import DOFS
 from hydrosim.forces import signals_of
 from hydrosim.forces.signal import Recorded
+from hydrosim.presentation.layout import text_of
+from hydrosim.presentation.nodes import Value
+from hydrosim.presentation.units import Units, units_of
 from hydrosim.rigid.free import moving_dofs
-from hydrosim.scene import Body, RecordedElevation, Scene, SecondOrder
+from hydrosim.scene import (
+    Body,
+    DirectionalTable,
+    GivenComponents,
+    Jonswap,
+    OchiHubble,
+    RecordedElevation,
+    RegularWave,
+    Scene,
+    SecondOrder,
+    SpectrumTable,
+    StateSpaceRadiation,
+    Tma,
+    Torsethaugen,
+    WaveTrain,
+    WhiteNoise,
+)
 from hydrosim.scene.trees import arrangement
 from hydrosim.stepping.names import dofs_of
 from hydrosim.waves import components, outside
 from hydrosim.waves.components import Components
 from hydrosim.waves.quadratic import separate_headings
+from hydrosim.waves.sea_state import SeaState, energy_outside_band, sea_state
 
 if TYPE_CHECKING:
     from hydrosim.compiling.facts import Facts
@@ -39,6 +60,20 @@ if TYPE_CHECKING:
 Seas = Sequence[Components]
 # fraction of a sea's energy, or of its loads, outside a database's frequencies
 OUTSIDE_WARNED = 1e-3
+MIN_SPREADING = 1e-6
+"""Spreading [rad] below which crests are long: what rounding leaves of it."""
+SPECTRUM_NAMES = {
+    Jonswap: "JONSWAP",
+    Tma: "TMA",
+    Torsethaugen: "Torsethaugen",
+    OchiHubble: "Ochi-Hubble",
+    WhiteNoise: "white noise",
+    SpectrumTable: "table",
+    DirectionalTable: "table over directions",
+    RegularWave: "regular wave",
+    GivenComponents: "components",
+    RecordedElevation: "recorded elevation",
+}
 
 
 def notes_of_sea(
@@ -49,6 +84,7 @@ def notes_of_sea(
     alone = facts.databases
     warnings = [text for group in wet for text in group.cut_lengths]
     warnings.extend(_fit_warnings(wet))
+    warnings.extend(_fallback_warnings(wet))
     warnings.extend(text for group in wet for text in group.doubts(seas))
     for body in scene.bodies:
         if body.name in alone and body.dofs:
@@ -67,6 +103,7 @@ def notes_of_sea(
             *(() if shared else dropped),
         ),
         records=(*_records(scene), *_jumps(scene)),
+        seas=tuple(_describe_trains(scene, alone)),
         meetings=(*said, *said_of_current(scene, facts.model)),
         streams=tuple(said_of_streams(scene, facts.model)),
         warnings=(*warnings, *notes.warnings),
@@ -85,6 +122,20 @@ def _fit_warnings(groups: Sequence[WetGroup]) -> Iterator[str]:
                     f" {fit.report.frequency_error:.1e}. Check the database with `hydrosim db"
                     " check`."
                 )
+
+
+def _fallback_warnings(groups: Sequence[WetGroup]) -> Iterator[str]:
+    """Warnings about memory that was to be in states, and is convolved because no fit is good."""
+    for wet in each_database(groups):
+        if not isinstance(wet.radiation, StateSpaceRadiation):
+            continue
+        for dofs, reason in wet.convolved:
+            yield (
+                f"radiation of {dofs_of(dofs, wet.names)}: found state_space, and no fit that"
+                f" serves ({reason}); the memory is computed by convolution. Use radiation:"
+                " convolution or automatic if this is meant, or check the database with `hydrosim"
+                " db check`."
+            )
 
 
 def range_warnings(seas: Seas, body: Body, db: HydroDatabase) -> Iterator[str]:
@@ -108,6 +159,52 @@ def _heading_warnings(seas: Seas, body: Body, db: HydroDatabase) -> Iterator[str
                 f"{db.source} has QTFs for pairs of waves of one heading only: pairs of waves of"
                 f" different headings give {body.name} no second-order load."
             )
+
+
+def _describe_trains(scene: Scene, wet: Mapping[str, HydroDatabase]) -> Iterator[str]:
+    """Height, period and directions of each wave train, and the largest share of its energy for
+    which a database has no loads."""
+    water = scene.environment
+    loaded = [body.name for body in scene.bodies if body.dofs and body.wave_forces.first_order]
+    bands = {name: wet[name].frequency[[0, -1]] for name in loaded if name in wet}
+    for train in water.waves:
+        figures = _figures_of_train(train, sea_state(train, water), units_of(scene.source))
+        outside_share = {
+            name: energy_outside_band(train, water, *band) for name, band in bands.items()
+        }
+        text = ", ".join(figures)
+        if outside_share:
+            name = max(outside_share, key=lambda body: outside_share[body])
+            share = outside_share[name]
+            text += f"; {share:.2%} of its energy outside the frequencies of {name}"
+        yield text
+
+
+def _figures_of_train(train: WaveTrain, state: SeaState, units: Units) -> Iterator[str]:
+    """Name, height, period, heading and spreading of a wave train, in this order."""
+
+    def shown(label: str, value: float, unit: str, digits: int = 3) -> str:
+        return f"{label} {text_of(Value(value, unit, digits), units)}"
+
+    spectrum = train.spectrum
+    yield SPECTRUM_NAMES[type(spectrum)]
+    if isinstance(spectrum, RegularWave):
+        yield shown("amplitude", spectrum.amplitude, "m")
+        yield shown("period", spectrum.period, "s")
+    else:
+        yield shown("Hs", state.significant_height, "m")
+    if isinstance(spectrum, WhiteNoise):
+        yield f"{spectrum.lowest_frequency:.3g} to {spectrum.highest_frequency:.3g} rad/s"
+    elif not isinstance(spectrum, RegularWave) and isfinite(state.peak_period):
+        yield shown("Tp", state.peak_period, "s")
+    if isfinite(state.heading):
+        yield shown("goes to", state.heading, "rad")
+    else:
+        yield "without a mean direction"
+    if state.spreading > MIN_SPREADING:
+        yield shown("spreading", state.spreading, "rad", 2)
+    else:
+        yield "long-crested"
 
 
 def _records(scene: Scene) -> Iterator[str]:

@@ -22,6 +22,7 @@ from hydrosim.forces.events import settle
 from hydrosim.forces.kind import Kind, Modes, Renewing
 from hydrosim.modes import CONTACT_MARGIN, MARGINS, MODE, RISING, SEGMENT, SEGMENT_MARGIN
 from hydrosim.radiation import VelocityHistory
+from hydrosim.results.error_figures import ACCURACY
 from hydrosim.results.memory import push_again, take_over
 from hydrosim.results.netcdf import read
 from hydrosim.rigid.kinematics import Motion, place_bodies
@@ -44,7 +45,6 @@ NEAR = 1e-6  # m or s: a stored mode may exceed its end by this; it then ends as
 SAME_FIT = 1e-6  # of the largest entry: fits of one database agree to this rounding
 HEADINGS = "initial_heading"  # variable: heading of each body at the start of the first run [rad]
 MET = "waves_meet"  # variable, with a body's name: position and headings of its wave forces
-ACCURACY = "solver_accuracy"  # attribute: error of motions for which the method was chosen
 SHOWN = 5  # names in a message
 
 

@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from hydrosim.waves.components import Components
 
 HARDLY = 0.01  # also the fraction of a sea's energy that a database may lack
+UNKNOWN = "?"
+UNKNOWN_POINT = ["?", "?", "?"]
+"""Values of a remedy that nobody but the user knows."""
 _WATER = ("water_density", "gravity", "water_depth")
 
 
@@ -165,24 +168,55 @@ def _gaps(db: HydroDatabase, bodies: Sequence[Body], water: Environment) -> Iter
             (f"reference_point: {_example(points)}",),
         )
     if tilting and db.centre_of_gravity is None:
-        points = [[float(x) for x in body.centre_of_gravity] for body in bodies]
-        yield Fault(
-            "It does not state the centres of gravity of its stiffness, and its bodies roll or"
-            " pitch.",
-            (f"centre_of_gravity: {_example(points)}",),
-        )
+        yield _lacking_centres(db, bodies)
     if (tilting or weighed) and db.volume is None:
-        volumes = [float(f"{body.mass / density:.6g}") for body in bodies]
-        yield Fault(
-            "It does not state the displaced volumes, and its bodies roll or pitch, have tanks"
-            " or carry their weight.",
-            (f"volume: {_example(volumes)}",),
+        yield _lacking_volumes(bodies, density)
+
+
+def _lacking_centres(db: HydroDatabase, bodies: Sequence[Body]) -> Fault:
+    """Fault: nobody says with which centres of gravity the stiffness was made. It may be those of
+    the case, or the weight is left out, which is a centre at the waterline. A stiffness that
+    capsizes in roll or pitch was made without weight."""
+    own = [[float(x) for x in body.centre_of_gravity] for body in bodies]
+    at_waterline = [[x, y, 0.0] for x, y, _ in own]
+    reason = (
+        "It does not state the centres of gravity with which its stiffness was made, and its"
+        f" bodies roll or pitch. They are those of the bodies, {_example(own)}, if the weight is in"
+        f" the stiffness, and {_example(at_waterline)} if it was made without weight, as OpenFAST's"
+        " .hst is."
+    )
+    stiffness = db.hydrostatic_stiffness
+    turns = np.zeros(1) if stiffness is None else np.diag(stiffness).reshape(-1, 6)[:, 3:5]
+    if own == at_waterline:
+        return Fault(reason, (f"centre_of_gravity: {_example(own)}",))
+    if np.any(turns < 0.0):
+        weightless = " Its roll or pitch stiffness is negative, so it was made without weight."
+        return Fault(reason + weightless, (f"centre_of_gravity: {_example(at_waterline)}",))
+    return Fault(reason, (f"centre_of_gravity: {_example([UNKNOWN_POINT] * len(bodies))}",))
+
+
+def _lacking_volumes(bodies: Sequence[Body], density: float) -> Fault:
+    """Fault: displaced volumes, which follow from the mass only of bodies that float by
+    themselves."""
+    volumes: list[Any] = [float(f"{body.mass / density:.6g}") for body in bodies]
+    reason = (
+        "It does not state the displaced volumes, and its bodies roll or pitch, have tanks or"
+        " carry their weight."
+    )
+    carried = [body.weight == Weight.CARRIED for body in bodies]
+    if any(carried):
+        names = ", ".join(body.name for body, own in zip(bodies, carried, strict=True) if own)
+        reason += (
+            f" The weight of {names} is carried, not balanced, so the volume does not follow from"
+            " the mass: give that of the hull below the water at rest."
         )
+        volumes = [UNKNOWN if own else v for v, own in zip(volumes, carried, strict=True)]
+    return Fault(reason, (f"volume: {_example(volumes)}",))
 
 
 def _example(values: list[Any]) -> str:
     """One value for each body, as in a case."""
-    return str(values[0] if len(values) == 1 else values)
+    return str(values[0] if len(values) == 1 else values).replace("'", "")
 
 
 def _unproven(names: list[str], findings: Sequence[object]) -> Fault:

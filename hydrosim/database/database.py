@@ -100,7 +100,7 @@ class HydroDatabase:
                 raise InputError(
                     f"{self.source}: {name} has {np.count_nonzero(~np.isfinite(value))} values of"
                     f" {value.size} that are not numbers. The solver probably failed there:"
-                    " compute them again."
+                    f" compute them again{self._remedy_for_gaps(name, value)}."
                 )
 
         for name in ("water_depth", "water_density", "gravity"):
@@ -108,6 +108,13 @@ class HydroDatabase:
                 raise InputError(
                     f"{self.source}: {name} is {getattr(self, name)}, expected a positive number."
                 )
+
+    def _remedy_for_gaps(self, name: str, value: Any) -> str:
+        """How to leave out frequencies without numbers, if those with numbers are neighbours."""
+        if name not in _BY_FREQUENCY[1:] or not np.isfinite(self.frequency).all():
+            return ""
+        bad = ~np.isfinite(value).reshape(self.frequency.size, -1).all(axis=1)
+        return remedy_for_gaps(self.frequency, bad)
 
     def _shapes(self) -> dict[str, tuple[int, ...]]:
         bodies, n = self.bodies, 6 * self.bodies
@@ -157,6 +164,21 @@ class HydroDatabase:
                 digest.update(array.tobytes())
         digest.update(f"symmetric {self.port_starboard_symmetric}".encode())
         return digest.hexdigest()
+
+
+def remedy_for_gaps(frequency: Real, bad: NDArray[np.bool_]) -> str:
+    """How to leave out the ``bad`` rows of rising frequencies (nw,) [rad/s]: the longest range
+    without them, or nothing if it has fewer than two."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[True], bad, [True]]).astype(int)))
+    starts, ends = edges[::2], edges[1::2]
+    if starts.size == 0 or (ends - starts).max() < 2:
+        return ""
+    longest = int(np.argmax(ends - starts))
+    low, high = frequency[starts[longest]], frequency[ends[longest] - 1]
+    return (
+        f", or leave them out by `hydrodynamics: {{file: ..., frequencies: [{low:.6g} rad/s,"
+        f" {high:.6g} rad/s]}}`, or --given"
+    )
 
 
 GIVABLE = {"volume", "centre_of_buoyancy", "centre_of_gravity"}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import fields
+from dataclasses import fields, replace
 from glob import escape
 from pathlib import Path
 
@@ -37,6 +37,7 @@ def load(
     Raises `InputError` if the file is missing, no database, incomplete, or so inconsistent that a
     sign, unit or convention must be wrong. Milder findings are warnings.
     """
+    given = replace(given, frequencies=changes.frequencies)
     db = changed(in_order(read(path, given)), changes)
     if POINTS_UNKNOWN in db.attributes.get("assumed", ""):
         raise InputError(

@@ -57,6 +57,7 @@ Tolerance = Annotated[float, Quantity("relative tolerance", "", "1e-6", above=0)
 SmallLength = Annotated[float, Quantity("tolerance of positions", "m", "1e-6 m", above=0)]
 SmallAngle = Annotated[float, Quantity("tolerance of angles", "rad", "1e-8 rad", above=0)]
 Factor = Annotated[float, Quantity("number", "", "20 %", at_least=0)]
+ProfileExponent = Annotated[float, Quantity("exponent", "", "0.11", above=0, at_most=2)]
 GasExponent = Annotated[float, Quantity("exponent", "", "1.3", at_least=1, at_most=2)]
 Peak = Annotated[float, Quantity("peak enhancement factor", "", "3.3", at_least=1)]
 Component = Annotated[float, Quantity("number", "", "-1")]

@@ -114,10 +114,10 @@ class Simulation:
 
     def result(self) -> xr.Dataset:
         """The dataset of the run until now, as `simulate` returns it. Before the end, its status is
-        "interrupted", and it ends with the last output time. At the end, a twin run may estimate
-        the error."""
+        "interrupted", and it ends with the last output time. At the end, a companion run
+        measures the error."""
         self._check()
-        return dataset_of(self._course, estimates=self.ended, last=False)
+        return dataset_of(self._course, estimates=self.ended)
 
     def save(self, path: str | Path) -> Path:
         """Write a checkpoint, from which `Simulation` goes on; returns its path. An earlier

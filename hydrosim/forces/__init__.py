@@ -262,9 +262,16 @@ def placed(parts: Parts, scene: Scene, state: int, losses: int) -> Placed:
         found[kind] = p._replace(**own) if own else p
         state += _state_count(kind, p, scene)
         mode += kind.modes(p).size
-        reaction += len(p.each) if "reaction" in own else 0
+        reaction += _reaction_count(kind, p)
     own = {kind.field: found[kind] for kind in KINDS if isinstance(kind, ElementKind)}
     return Placed(Elements(**own), found[tanks.KIND])
+
+
+def _reaction_count(kind: Kind, p: Any) -> int:
+    """Number of reactions of a kind. The loads of joints share the constants of their locks, and
+    have no reactions of their own."""
+    has_reactions = isinstance(kind, ElementKind) and "reaction" in getattr(p, "_fields", ())
+    return len(p.each) if has_reactions else 0
 
 
 def state_count(parts: Parts, scene: Scene) -> int:
@@ -312,6 +319,12 @@ def is_mirrored(parts: Parts, y: np.ndarray, modes: np.ndarray) -> bool:
     """True if the states and modes of all kinds are mirror symmetric about y = 0."""
     own = [kind for kind in KINDS if isinstance(kind, Mirrored)]
     return all(kind.is_mirrored(kind.of(parts), y, modes) for kind in own)
+
+
+def names_of_modes(parts: Parts, scene: Scene) -> list[str]:
+    """The kind and the name of the unit of every row of modes."""
+    names = {kind: kind.unit_names(scene) for kind, _ in kinds_of(parts)}
+    return [f"{kind.unit.replace('_', ' ')} {name}" for kind in names for name in names[kind]]
 
 
 def lost_units(parts: Parts, scene: Scene, modes: np.ndarray) -> Iterator[tuple[str, str]]:

@@ -17,7 +17,7 @@ from hydrosim.forces.given import external
 from hydrosim.forces.joint import locks, motions
 from hydrosim.forces.joint.rows import REFERENCE
 from hydrosim.forces.line import catenary, compensator, winch
-from hydrosim.jit.kernels import kernel, root
+from hydrosim.jit.kernels import kernel, root, root_giving
 from hydrosim.streams.gusts import has_gusts
 from hydrosim.tanks import pumping
 
@@ -308,6 +308,17 @@ def take_samples(t, jumped, y, motion, bodies, elements, wrench):
 def settling(t, y, elements):
     """True if any unit still relaxes fast after an event."""
     return transitions.settling(t, y, elements.fenders)
+
+
+@root_giving(bool)
+def waits_for_loads(modes, elements):
+    """True if a mode may end by a load that the motion does not show, because a unit holds still
+    until its load reaches a limit."""
+    if transitions.waits_for_loads(modes, elements.fenders):
+        return True
+    if locks.waits_for_loads(modes, elements.locks):
+        return True
+    return motions.waits_for_loads(modes, elements.joint_motions)
 
 
 def held_directions(elements: Elements) -> int:

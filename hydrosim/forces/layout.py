@@ -120,7 +120,7 @@ class Layout:
     stiffness along its axes at rest; ``roll_mode`` (body, stiffness (6, 6)) returns its `RollMode`.
     ``heading`` [rad] is the heading of each body at rest,
     ``weight`` [N] its weight. ``step`` [s] is the step of a method with equal steps, which cannot
-    follow faster processes; 0 for other methods.
+    follow faster processes; 0 for other methods. ``events`` is true if steps end at events.
 
     ``tank_names`` names the tanks that change, ``flow`` is the row of forces of flows, ``pumps``
     begin or end by events. ``carried`` [N] is the weight of bodies without water that carry their
@@ -140,6 +140,7 @@ class Layout:
     heading: tuple[float, ...]
     weight: tuple[float, ...] = ()
     step: float = 0.0
+    events: bool = True
     flow: int = 0
     tank_names: tuple[str, ...] = ()
     pumps: tuple[TriggeredPump, ...] = ()

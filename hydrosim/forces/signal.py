@@ -89,6 +89,25 @@ def corners(signal: Signal) -> np.ndarray:
     return signal.time if isinstance(signal, Table) else np.zeros(0)
 
 
+def signal_rate(signal: Signal) -> float:
+    """Frequency [rad/s] of the sine that changes as fast as a ``signal``. A table has none: steps
+    end at its corners, and it is straight between them.
+
+    A record is judged by its third derivative, which is constant between its values. So this is the
+    frequency at which cubic interpolation of the record and of the sine have the same error.
+    """
+    if isinstance(signal, Harmonic):
+        return 2.0 * pi / signal.period if signal.amplitude != 0.0 else 0.0
+    if isinstance(signal, Table):
+        return 0.0
+    size = float(np.std(signal.value))
+    if size == 0.0:
+        return 0.0
+    spline = _spline(np.asarray(signal.time, float), np.asarray(signal.value, float))
+    third = np.sqrt(np.average((6.0 * spline.c[0]) ** 2, weights=np.diff(spline.x)))
+    return float((third / size) ** (1.0 / 3.0))
+
+
 def largest_corner(table: Table) -> float:
     """Largest jump of the rate of a table [1/s times its unit]; it is constant outside."""
     slopes = np.diff(table.value) / np.diff(table.time)

@@ -32,7 +32,6 @@ CYCLES = " of cycles"
 """Ends the unit of a frequency of waves, or of a density over it. Its radians are of a phase, not
 of an angle that a case may write in degrees, so it is read as it is."""
 SHORT = {"tonne": "t", "tonne_force": "tf", "degree": "deg", "metre": "m", "meter": "m"}
-SLOPE = " / ("
 BASES = ("N", "m", "rad", "kg")
 """What a case can choose a unit for."""
 ATTRIBUTE = "units_read"
@@ -65,19 +64,13 @@ class Units:
             return self._known[unit]
         if unit in WHOLE:
             return Shown(*WHOLE[unit])
-        found = self._slope(unit) if SLOPE in unit else self._composed(unit)
+        found = self._composed(unit)
         self._known[unit] = found
         return found
 
     def _base(self, base: str) -> Shown:
         unit = self.chosen.get(base, USUAL.get(base, base))
         return Shown(_short(unit), _factor(base, unit))
-
-    def _slope(self, unit: str) -> Shown:
-        """Of a unit over another in brackets: "m / (N/m)"."""
-        top, _, bottom = unit.removesuffix(")").partition(SLOPE)
-        over, under = self.shown(top), self.shown(bottom)
-        return Shown(f"{over.unit or 1} / ({under.unit})", over.factor / under.factor)
 
     def _composed(self, unit: str) -> Shown:
         numerator, *denominators = unit.split("/")

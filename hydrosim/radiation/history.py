@@ -21,6 +21,8 @@ from hydrosim.jit.kernels import assign, kernel, root
 EVEN = 1e-9  # of an interval: times this close to a point of the grid are at it
 TWICE, ONCE, BEFORE, AFTER = range(4)
 """Rows of the grid: Y, X, and v before and after a jump."""
+LONGEST_REMEMBERED = 1.5
+"""Longest step that a history has room for, over the step of its run."""
 VELOCITY, ACCELERATION = 2, 3  # rows of a node, after Y and X
 NOW, THEN = range(2)  # the newest node, and the newest node at an earlier time
 
@@ -54,8 +56,9 @@ def velocity_history(
     dofs: int, step: float, points: int, longest: float, entries: int
 ) -> VelocityHistory:
     """An empty history of ``dofs`` velocities: ``points`` of a grid, one ``step`` [s] apart, filled
-    in steps of ``longest`` [s] at most, for sums over ``entries`` entries."""
-    ahead = ceil(longest / step) + 2 if dofs else 0
+    in steps of ``longest`` [s] at most, for sums over ``entries`` entries. There is room for steps
+    that are `LONGEST_REMEMBERED` times as long."""
+    ahead = ceil(LONGEST_REMEMBERED * longest / step) + 2 if dofs else 0
     kept = points + ahead
     return VelocityHistory(
         step=step,

@@ -122,12 +122,19 @@ def _delays(run: xr.Dataset) -> Iterator[str]:
         energy = run.external_delay_energy.sel(external=name).values
         most = float(energy[np.abs(energy).argmax()])
         if abs(most) > DELAYED * exchanged:
+            coupling = ", coupling extrapolated instead of held" if _is_held(run, name) else ""
             verb = "gives" if most > 0.0 else "takes"
             yield (
                 f"the delay of {name} {verb} {abs(most):.2g} J, {abs(most) / exchanged:.1g} of the"
-                f" energy exchanged; expected at most {DELAYED:g}. {_remedy(run)}, coupling"
-                " extrapolated instead of held, or stage if the function does not remember."
+                f" energy exchanged; expected at most {DELAYED:g}. {_remedy(run)}{coupling},"
+                " or coupling stage if the function does not remember."
             )
+
+
+def _is_held(run: xr.Dataset, name: str) -> bool:
+    """Whether an external force is kept over each step."""
+    lines = str(run.attrs.get("external_forces", "")).splitlines()
+    return any(line.startswith(f"{name}: ") and ", held (" in line for line in lines)
 
 
 def _remedy(run: xr.Dataset) -> str:

@@ -37,6 +37,12 @@ OWN = {
         "time integral of a force and of its moment since the start", "N s or N m s", EARTH
     ),
     "work": Variable("work of a force by degree of freedom since the start", "J", EARTH),
+    "position_error": Variable(
+        "largest error of a motion over the run, by a companion run; of angles about axes that"
+        " turn with the yaw of the body",
+        "m or rad",
+        HEADING,
+    ),
     "reference_position": Variable("position of the centre of gravity at rest", "m", EARTH),
     "slow_draught": Variable("slow draught, at which the coefficients of a family are taken", "m"),
     "wave_elevation": Variable("undisturbed wave elevation at the origin", "m", EARTH),

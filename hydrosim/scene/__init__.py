@@ -60,6 +60,7 @@ from hydrosim.scene.radiation import (
     StateSpaceRadiation,
 )
 from hydrosim.scene.scene import (
+    LeftOut,
     Question,
     Scene,
     Start,
@@ -138,6 +139,7 @@ __all__ = [
     "JointType",
     "Jonswap",
     "Kinematics",
+    "LeftOut",
     "LevelReached",
     "LinearScenes",
     "Method",

@@ -25,7 +25,8 @@ class Given:
 
     ``length`` is the length by which a program divides (WAMIT's ULEN). Points are of one body or,
     for several bodies, one after the other. ``draught`` is the name of one of several draughts in a
-    file. Readers use the values that they need.
+    file. ``frequencies`` [rad/s] are the lowest and highest that are used: others need no numbers.
+    Readers use the values that they need.
     """
 
     length: float | None = None
@@ -39,6 +40,7 @@ class Given:
     frequency_column: FrequencyColumn | None = None
     port_starboard_symmetric: bool | None = None
     draught: str | None = None
+    frequencies: tuple[float, float] | None = None
 
 
 NOTHING_GIVEN = Given()

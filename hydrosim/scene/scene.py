@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hydrosim.scene.body import Body, Clearance
 from hydrosim.scene.environment import Environment
@@ -47,6 +47,26 @@ class Question(StrEnum):
     RAMP = "ramp"
     STEP = "step"
     RANGE = "range"
+    BENDING = "bending"
+    FILES = "files"
+
+
+class LeftOut(NamedTuple):
+    """What a file of another program says and the scene has not: the ``question`` that it is asked
+    by, what was ``found``, what ``becomes`` of it, and ``advice`` (whole sentences). It is
+    ``refused`` unless the question is accepted, or else told. ``key`` of the case has the file."""
+
+    question: Question
+    found: str
+    becomes: str
+    advice: str = ""
+    refused: bool = False
+    key: str = ""
+
+    @property
+    def message(self) -> str:
+        """What is left out, where no question is asked."""
+        return f"found {self.found}; {self.becomes}. {self.advice}".rstrip()
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import StrEnum
+from math import ceil, isclose
 
 
 class Method(StrEnum):
@@ -90,3 +91,11 @@ class Solver:
     unstable: Unstable = Unstable.WARN
     linear: LinearScenes = LinearScenes.EXACT
     symmetry: Symmetry = Symmetry.USE
+
+
+def fitting_step(output_step: float, limit: float) -> float:
+    """A step [s] of few digits that is at most ``limit`` [s], and fits the ``output_step`` [s]."""
+    fewest = ceil(output_step / limit * (1.0 - 1e-9))
+    parts = (output_step / n for n in range(fewest, 10 * fewest))
+    few = (part for part in parts if isclose(part, float(f"{part:.2g}")))
+    return next(few, output_step / fewest)

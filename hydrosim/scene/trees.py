@@ -98,6 +98,19 @@ def _stays(motion: JointMotion, joint: Joint) -> bool:
     return up < LEVEL if motion.kind == MotionKind.TURN else up > 1.0 - LEVEL
 
 
+def floating_roots(scene: Scene) -> dict[str, tuple[str, ...]]:
+    """Roots of trees that do not touch the earth, each with the bodies that the tree carries."""
+    carried: dict[str, list[str]] = {}
+    root_of: dict[str, str | None] = {}
+    for branch in arrangement(scene).branches:  # parents before children
+        parent = branch.parent
+        root = parent if parent is None else root_of.get(parent, parent)
+        root_of[branch.child] = root
+        if root is not None:
+            carried.setdefault(root, []).append(branch.child)
+    return {root: tuple(children) for root, children in carried.items()}
+
+
 def tree_joints(scene: Scene) -> dict[str, Joint]:
     """The joints whose motions are coordinates, in the order of the scene."""
     found = arrangement(scene).branches

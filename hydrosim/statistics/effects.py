@@ -94,9 +94,9 @@ class Row(NamedTuple):
 
 
 class Difference(NamedTuple):
-    """Change of a figure with a parameter, from a ``low`` to a ``high`` value, per unit of the
-    parameter: mean over seeds and its standard deviation. The last field is the fraction of seeds
-    in which contacts changed mode differently."""
+    """Change of a figure from a ``low`` to a ``high`` value of a parameter: mean over seeds and its
+    standard deviation. The last field is the fraction of seeds in which contacts changed mode
+    differently."""
 
     parameter: str
     figure: str
@@ -205,10 +205,8 @@ def differences(plan: Plan) -> Iterator[Difference]:
         pairs = np.array([[end[seed] for seed in seeds] for end in ends], dtype=np.int64)
         for figure in plan.figures:
             first, last = runs[figure].values[pairs]
-            change = (last - first) / (high - low)
-            of = plan.unit(keys[0])
+            change = last - first
             unit = str(runs[figure].attrs.get("units", ""))
-            unit += f" / ({of})" if of else ""
             found = change[np.isfinite(change)]
             std = float(np.std(found, ddof=1)) if found.size > 1 else np.nan
             changed = _changed(runs, pairs)

@@ -551,6 +551,7 @@ def _switch(i, which, size, t, run):
     tanks = model.tanks
     reactions = run.scratch.reactions[AT_END]
     events.switch(i, which, size, step, t, y, modes, motion, bodies, elements, tanks, reactions)
+    run.scratch.switches[i] += 1
     if triggered:
         _book_stored(i, -1.0, t, run)
 

@@ -15,7 +15,16 @@ from hydrosim.rigid.kinematics import accelerations
 from hydrosim.rigid.tree import record_angles
 from hydrosim.stepping.dynamics import Model, momentum, rhs, stored_energies
 from hydrosim.stepping.joint_loads import find_joint_loads
-from hydrosim.stepping.state import EVENTS, RECORDS, START_SLOPE, Clock, Places, Record
+from hydrosim.stepping.state import (
+    AT_START,
+    EVENTS,
+    RECORDS,
+    START_SLOPE,
+    Clock,
+    Places,
+    Record,
+)
+from hydrosim.stepping.stepper import keep_reactions
 from hydrosim.streams.gusts import gust_at, has_gusts
 from hydrosim.waves.loads import any_waves, wave_loads
 
@@ -118,6 +127,7 @@ def keep(t, run):
         momentum(work, row[at.momentum :])
     rhs(t, y, modes, run.state.history, model, work, scratch.k[0])
     scratch.known[START_SLOPE] = 1
+    keep_reactions(AT_START, run)
     if run.record.accelerations.size > 0:
         n = model.bodies.active.size
         changes = run.record.accelerations[counters[RECORDS]]

@@ -28,6 +28,7 @@ from hydrosim.stepping.state import (
     CHATTERING,
     END,
     END_SLOPE,
+    ERROR_INTEGRAL,
     EVALUATIONS,
     EVENTS,
     EVENTS_THEN,
@@ -60,6 +61,8 @@ PITCH = 4  # among a body's six coordinates
 STEEPEST = 1.48  # rad (85 deg): beyond it the angles' rates lose their meaning
 UPRIGHT = 0.087  # cosine of that angle
 PARTS = 3  # of a step, while a contact node relaxes fast after an event
+SAME_LENGTH = 1e-9  # relative difference of lengths of steps that is rounding
+ROUNDING = 1e-13  # relative difference of times that is rounding
 SHORTEST = 1e-12  # s, or relative to the time: smallest step of an adaptive method
 PIECES = 200  # events in one step, per contact point or spring: more are chattering
 CRAWL = 200_000  # steps in the time of one: with more, no step is small enough
@@ -84,7 +87,7 @@ def advance_until(evaluations, until, run):
     pace = run.scratch.pace
     enough = count_evaluations(counters) + evaluations
     if counters[RECORDS] == 0:
-        t = grid_time(0, clock)
+        t = end_of_interval(0, clock)
         pace[REACHED] = pace[SINCE] = t
         if clock.block > 0:
             _take_up_block(t, run)
@@ -94,7 +97,7 @@ def advance_until(evaluations, until, run):
         remember(t, run)
         keep(t, run)
     while counters[POINT] < clock.points and count_evaluations(counters) < enough:
-        goal = grid_time(counters[POINT] + 1, clock)
+        goal = end_of_interval(counters[POINT] + 1, clock)
         _cross(min(goal, until), enough, run)
         if counters[STATUS] != RUNNING or pace[REACHED] < goal:
             break
@@ -141,6 +144,18 @@ def _take_up_block(t, run):
 def grid_time(n, clock):
     """Time of grid point ``n``; the last one is the end of the run."""
     return min(clock.start + (clock.first + n) * clock.step, clock.end)
+
+
+@kernel
+def end_of_interval(n, clock):
+    """Time of grid point ``n``, or of a breakpoint that differs from it by rounding: no step is as
+    short as that."""
+    t = grid_time(n, clock)
+    near = ROUNDING * max(abs(t), clock.step)
+    first = _count_breakpoints(t - near, clock)
+    if first < clock.breakpoints.size and clock.breakpoints[first] <= t + near:
+        return clock.breakpoints[first]
+    return t
 
 
 @root
@@ -217,12 +232,20 @@ def _watch(t, run):
     pace = run.scratch.pace
     if t - pace[SINCE] > run.clock.solver_step:
         pace[SINCE] = t
+        clear_counts(run.scratch.switches)
         counters[EVENTS_THEN] = counters[EVENTS]
         counters[STEPS_THEN] = counters[STEPS] + counters[REJECTED]
     if counters[EVENTS] - counters[EVENTS_THEN] > PIECES * (1 + run.state.modes.shape[0]):
         counters[STATUS] = CHATTERING
     if counters[STEPS] + counters[REJECTED] - counters[STEPS_THEN] > CRAWL:
         counters[STATUS] = STEP_TOO_SMALL
+
+
+@kernel
+def clear_counts(counts):
+    """Set all ``counts`` to zero."""
+    for i in range(counts.size):
+        counts[i] = 0
 
 
 @root_giving(bool, float, bool)
@@ -275,7 +298,23 @@ def _find_clearances(y, run, out):
 
 
 @kernel
-def _pace(t, h, run):
+def _pace(t, whole, run):
+    """Length of the next step; beyond the ``whole`` time to the next stop, the step ends there.
+    Loads that no motion shows are followed by equal parts of that time."""
+    clock = run.clock
+    planned = _planned_step(t, whole, run)
+    h = min(planned, whole)
+    longest = clock.signal_step
+    if h > clock.held_step and events.waits_for_loads(run.state.modes, run.model.elements):
+        longest = clock.held_step
+    if h <= longest:
+        return planned
+    parts = np.ceil(whole / longest * (1.0 - SAME_LENGTH))
+    return whole / parts if parts > 1.0 else 2.0 * whole
+
+
+@kernel
+def _planned_step(t, h, run):
     """Length of the next step, if not the whole ``h``: from the control of an adaptive method, or a
     fraction of a step while a contact node settles after an event or a tank runs empty or full."""
     clock = run.clock
@@ -314,6 +353,7 @@ def _accepted(t, h, run):
         if h < 0.999 * planned:  # by the grid or a breakpoint: no reason for a shorter next step
             pace[NEXT_STEP] = max(factor * h, planned)
         pace[LAST_ERROR] = error
+        pace[ERROR_INTEGRAL] += h * error
         return True
     _shorten(t, factor * h, run)
     return False

@@ -37,10 +37,11 @@ START_SLOPE, END_SLOPE, START_MARGINS = range(3)
 current state."""
 UNKNOWN, BUT_FOR_SLIP, KNOWN = range(3)
 """Values of ``known[START_MARGINS]``."""
-NEXT_STEP, LAST_ERROR, REACHED, SINCE, RANK, RANK_TIME = range(6)
+NEXT_STEP, LAST_ERROR, REACHED, SINCE, RANK, RANK_TIME, ERROR_INTEGRAL = range(7)
 """Entries of `Scratch.pace`: next step, last error, the time reached, the time since which events
 and steps are counted to detect a run without progress; the smallest sine between rows of
-constraints, and its time (`closing.watch`)."""
+constraints, and its time (`closing.watch`); the integral over time of the errors of steps, in units
+of their tolerance."""
 
 
 class State(NamedTuple):
@@ -55,7 +56,9 @@ class Clock(NamedTuple):
     """Grid of ``points`` steps up to ``end`` [s]; every ``every``-th and the last are recorded. It
     begins ``first`` steps after ``start``, so that a restart uses the grid of the run before it. A
     slow path in waves is renewed every ``block`` steps, if that is not 0. No step may cross the
-    ``breakpoints``; ``events`` false lets steps run past events.
+    ``breakpoints``; ``events`` false lets steps run past events. No step is longer than
+    ``signal_step`` [s], or than ``held_step`` [s] while a unit holds still until its load reaches a
+    limit; both are infinite if no load has a rate.
 
     With adaptive ``control`` the grid is that of the records, and steps are shorter: they begin
     with the ``solver_step`` [s].
@@ -70,6 +73,8 @@ class Clock(NamedTuple):
     block: int
     breakpoints: np.ndarray
     events: bool
+    signal_step: float
+    held_step: float
     control: Control
     solver_step: float
 
@@ -111,14 +116,16 @@ class Record(NamedTuple):
 
 class Scratch(NamedTuple):
     """Scratch of a step: stage derivatives ``k`` (s, ny), ``states`` (5, ny), ``margins`` (6, nm),
-    ``watched`` (2, rows) flags of rows of modes. ``pace`` (6,) holds the next adaptive step, the
+    ``watched`` (2, rows) flags of rows of modes. ``pace`` (7,) holds the next adaptive step, the
     last error and the progress of the run; ``known`` (3,) flags of reusable values. ``headings``
-    (nf, 2) of slip at the start of the step, ``reactions`` (5, nf, 2) of held points."""
+    (nf, 2) of slip at the start of the step, ``reactions`` (5, nf, 2) of held points. ``switches``
+    (rows,) counts how often each row of modes has switched since the time `SINCE`."""
 
     k: np.ndarray
     states: np.ndarray
     margins: np.ndarray
     watched: np.ndarray
+    switches: np.ndarray
     pace: np.ndarray
     known: np.ndarray
     headings: np.ndarray
@@ -151,7 +158,8 @@ def new_scratch(model: Model, method: Method, step: float) -> Scratch:
         np.zeros((5, ny)),
         np.zeros((6, MARGINS * rows)),
         watched,
-        np.array([step, 1.0, 0.0, 0.0, 0.0, 0.0]),
+        np.zeros(rows, dtype=np.int64),
+        np.array([step, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
         np.zeros(3, dtype=np.int64),
         np.zeros((points, 2)),
         np.zeros((5, points, 2)),

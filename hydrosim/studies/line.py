@@ -26,6 +26,7 @@ from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.stepping.dynamics import new_work
 
 if TYPE_CHECKING:
+    from hydrosim.case.lines.system import System
     from hydrosim.compiling.compiled import Compiled
 
 ROWS = 21
@@ -166,8 +167,12 @@ def lines_of_case(compiled: Compiled) -> list[StillLine]:
 def lines_of_file(file: Path) -> list[StillLine]:
     """The lines in a file of MoorDyn or MoorPy, with the vessel where the file has it. Raises
     InputError."""
-    source = Source(file)
-    system = read_system(source)
+    return lines_of_system(read_system(Source(file)))
+
+
+def lines_of_system(system: System) -> list[StillLine]:
+    """The lines of a mooring system, with the vessel where its file has it. Raises InputError."""
+    source = Source(system.file)
     found = []
     for name, line in mooring_lines(system, water_of(system, WATER), source).items():
         rows = [(s.length, s.weight, s.stiffness, s.hung) for s in line.segments]

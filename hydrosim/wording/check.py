@@ -37,6 +37,7 @@ from hydrosim.presentation.document import (
 )
 from hydrosim.presentation.units import units_of
 from hydrosim.scene import Scene
+from hydrosim.scene.trees import floating_roots
 from hydrosim.stepping.names import coordinate_at
 from hydrosim.studies.ballast.loading import as_at
 from hydrosim.studies.run.asked import check_criteria
@@ -64,6 +65,8 @@ def check_document(scene: Scene, times: Sequence[float] = (), watch: Watch = unw
     compiled = linearisable(own)
     whole = linearisable(own.whole) if own.whole else compiled
     nodes: list[Node] = [*_verdicts(own, compiled, watch)]
+    nodes += _lists({"Waves": own.notes.seas})
+    nodes += _lists({"Trees of joints": list(_describe_roots(own.scene))})
     nodes += _lists({"Wind and current": own.notes.streams, "Lines": own.notes.drag})
     nodes += _periods_of(whole, "at the start of the run")
     end = [compiled.begin + scene.duration] if own.model.tanks.each.size else []
@@ -112,6 +115,18 @@ def _of_limit(limit: StepLimit, step: float) -> Verdict:
     )
     parts: list[Part] = [Value(step, "s", 3), Value(limit.step, "s", 3), limit.what, limit.contact]
     return Verdict(Outcome.GOOD if stable else Outcome.BAD, text, parts)
+
+
+def _describe_roots(scene: Scene) -> Iterator[str]:
+    """Roots of floating trees of bodies in water: their choice matters at second order."""
+    wet = {body.name for body in scene.bodies if body.hydrodynamics is not None}
+    for root, carried in floating_roots(scene).items():
+        if len(wet & {root, *carried}) > 1:
+            yield (
+                f"{root} is the root of the floating tree with {', '.join(carried)}. Heading and"
+                " restoring of the others are defined along the tree, so another root changes roll"
+                " and pitch at second order. A joint makes its `to` the root"
+            )
 
 
 def _begun(text: str) -> str:

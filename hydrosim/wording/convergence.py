@@ -11,6 +11,12 @@ import xarray as xr
 
 from hydrosim.presentation.document import Cell, Document, List, Node, Sentence, Table, Value
 from hydrosim.presentation.units import DEFAULT, Units
+from hydrosim.results.error_figures import (
+    COMPANION,
+    CONTACT_FORCE,
+    RELATIVE,
+    reported_beyond,
+)
 from hydrosim.results.ledger import CLOSED
 from hydrosim.wording.parts import lines_of
 
@@ -21,23 +27,46 @@ if TYPE_CHECKING:
 def convergence(run: xr.Dataset) -> Iterator[Node]:
     """The residual of energy, errors of radiation; what was not assessed is said to be so."""
     name = Path(str(run.attrs.get("case_file", "CASE.yaml"))).name
+    yield from _step_errors(run)
     yield Sentence(
-        "This run does not assess how motions, crawl and extremes change with the solver's step and"
-        " with the seeds. hydrosim converge {} compares steps and methods. hydrosim sweep"
-        " compares seeds.",
+        "This run does not assess how motions, crawl and extremes change with the seeds. hydrosim"
+        " sweep compares seeds. hydrosim converge {} compares steps and methods.",
         [name],
     )
-    if "energy_residual_relative" in run.attrs:
-        found = Value(float(run.attrs["energy_residual_relative"]), digits=2)
-        rows = [("residual of the energy balance", found, Value(CLOSED, digits=2))]
+    if rows := list(_evidence(run)):
         yield Table(("evidence", "found", "warned of beyond"), rows)
         yield Sentence(
             "The residual is relative to the energy exchanged, over the worst stretch of time. A"
-            " small residual shows that the integration keeps energy. It does not show that a finer"
-            " step gives the same motions."
+            " small residual shows that the integration keeps energy."
         )
     if lines := lines_of(run, "radiation_errors"):
         yield List(lines, "Radiation")
+
+
+def _step_errors(run: xr.Dataset) -> Iterator[Node]:
+    """What the errors by the steps of the solver were measured against."""
+    if COMPANION in run.attrs:
+        yield Sentence(
+            "Errors by the steps of the solver were measured: the run was compared with {}.",
+            [str(run.attrs[COMPANION])],
+        )
+    elif "solver_linear" in run.attrs and str(run.attrs["solver_linear"]).startswith("stepped"):
+        yield Sentence("Errors by the steps of the solver were not measured.")
+
+
+def _evidence(run: xr.Dataset) -> Iterator[tuple[str, Value, Value | str]]:
+    """Measured errors and the residual of the energy balance, each with its limit."""
+    limit = Value(reported_beyond(run), digits=2)
+    for text, figure in (
+        ("error of motions, relative to their range", RELATIVE),
+        ("error of the largest contact force, relative to it", CONTACT_FORCE),
+    ):
+        if figure in run.attrs:
+            beyond = limit if figure == RELATIVE else ""
+            yield text, Value(float(run.attrs[figure]), digits=2), beyond
+    if "energy_residual_relative" in run.attrs:
+        found = Value(float(run.attrs["energy_residual_relative"]), digits=2)
+        yield "residual of the energy balance", found, Value(CLOSED, digits=2)
 
 
 def study_document(study: Study, title: str, units: Units = DEFAULT) -> Document:

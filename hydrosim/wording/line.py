@@ -16,6 +16,7 @@ from hydrosim.presentation.document import (
     Table,
     Value,
     Verdict,
+    warnings,
 )
 from hydrosim.presentation.units import DEFAULT, Units
 from hydrosim.studies.line import Response, StillLine, angle_at_fairlead
@@ -35,9 +36,11 @@ def line_document(
     lines: Sequence[StillLine],
     responses: Sequence[Response],
     units: Units = DEFAULT,
+    left_out: Sequence[str] = (),
 ) -> Document:
-    """The lines at rest, and the ``responses`` of one of them."""
-    nodes: list[Node] = [*_refused(lines), _at_rest(lines)]
+    """The lines at rest, and the ``responses`` of one of them; before them what is ``left_out`` of
+    their file."""
+    nodes: list[Node] = [*warnings(left_out), *_refused(lines), _at_rest(lines)]
     if any(line.friction > 0.0 for line in lines):
         nodes.append(Sentence(FRICTION, detail=True))
     for found in responses:

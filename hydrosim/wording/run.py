@@ -24,6 +24,7 @@ from hydrosim.presentation.document import (
     warnings,
 )
 from hydrosim.presentation.units import unit_of_dof, units_of
+from hydrosim.results.error_figures import COMPANION, EVALUATIONS, RELATIVE, reported_beyond
 from hydrosim.results.ledger import CLOSED
 from hydrosim.results.netcdf import is_part
 from hydrosim.wording.criteria import criteria_nodes
@@ -42,7 +43,8 @@ SOLVER = {
     "solver_rejected": "rejected steps",
     "solver_events": "events",
     "solver_evaluations": "evaluations of the equation of motion",
-    "twin_evaluations": "evaluations more, to estimate the error",
+    EVALUATIONS: "evaluations more, to measure the error",
+    COMPANION: "compared with, to measure the error",
     "wall_time": "computing time [s]",
 }
 
@@ -57,12 +59,16 @@ def summary(run: xr.Dataset) -> Iterator[Node]:
     if not is_part(run):
         yield from criteria_nodes(run)
     yield from verdicts(run)
+    if seas := lines_of(run, "seas"):
+        yield List(seas, "Waves")
     yield from tables_of(run)
 
 
 def tables_of(run: xr.Dataset) -> Iterator[Node]:
     """Motions, contacts, lines and clearances; how the run was solved."""
-    yield Table(("motion", "mean", "std", "smallest", "largest", "at the end"), list(_motions(run)))
+    head = ("motion", "mean", "std", "smallest", "largest", "at the end")
+    measured = "position_error" in run and not is_part(run)
+    yield Table((*head, "error") if measured else head, list(_motions(run, measured)))
     if "joint_motion" in run.dims:
         moved = ("joint", "mean", "std", "smallest", "largest", "at the end")
         yield Table(moved, list(_joint_motions(run)))
@@ -103,6 +109,8 @@ def verdicts(run: xr.Dataset) -> Iterator[Node]:
     yield _status(run)
     if "energy_residual_relative" in run.attrs and not is_part(run):
         yield _energy(float(run.attrs["energy_residual_relative"]))
+    if RELATIVE in run.attrs and not is_part(run):
+        yield from _error(run)
     if "radiation_error" in run.attrs:
         yield radiation_verdict(float(run.attrs["radiation_error"]))
     yield from warnings(lines_of(run, "warnings"))
@@ -136,6 +144,14 @@ def _energy(residual: float) -> Verdict:
     return Verdict(outcome, text, [Value(residual, digits=2), Value(CLOSED, digits=2)])
 
 
+def _error(run: xr.Dataset) -> Iterator[Verdict]:
+    """The measured error of motions; what is too large is a warning of the run."""
+    error = float(run.attrs[RELATIVE])
+    if error <= reported_beyond(run):
+        text = "Errors of motions are {} of their range, measured against {}."
+        yield Verdict(Outcome.GOOD, text, [Value(error, digits=1), str(run.attrs[COMPANION])])
+
+
 def radiation_verdict(error: float) -> Verdict:
     """How good radiation is, by the largest change of motions that its fits and cut make."""
     outcome = Outcome.GOOD if error <= RADIATION_GOOD else Outcome.WARNING
@@ -159,15 +175,19 @@ def _never_closed(run: xr.Dataset) -> Iterator[Node]:
             yield Verdict(Outcome.WARNING, text, [name])
 
 
-def _motions(run: xr.Dataset) -> Iterator[list[Cell]]:
-    """How bodies move about their place at rest, where they do."""
+def _motions(run: xr.Dataset, measured: bool) -> Iterator[list[Cell]]:
+    """How bodies move about their place at rest, where they do; with their ``measured`` errors."""
     for body in map(str, run.body.values):
         for dof in map(str, run.dof.values):
             x = run.position.sel(body=body, dof=dof).values
             if x.size and x.any():
                 figures = (x.mean(), x.std(), x.min(), x.max(), x[-1])
                 unit = unit_of_dof(dof)
-                yield [f"{body} {dof}", *(Value(float(figure), unit) for figure in figures)]
+                cells = [Value(float(figure), unit) for figure in figures]
+                if measured:
+                    error = float(run.position_error.sel(body=body, dof=dof))
+                    cells.append(Value(error, unit, digits=1))
+                yield [f"{body} {dof}", *cells]
 
 
 def _joint_motions(run: xr.Dataset) -> Iterator[list[Cell]]:

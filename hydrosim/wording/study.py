@@ -25,6 +25,7 @@ from hydrosim.presentation.document import (
 from hydrosim.presentation.figures import Curve, Curves
 from hydrosim.presentation.layout import text_of
 from hydrosim.presentation.units import units_of
+from hydrosim.results.error_figures import RELATIVE, reported_beyond
 from hydrosim.results.growing import GATHERED
 from hydrosim.results.ledger import CLOSED
 from hydrosim.results.runs_file import COMPLETE, DIFFER
@@ -171,14 +172,14 @@ def _differences(plan: Plan) -> list[Difference]:
 
 
 def _difference(plan: Plan, of: Difference) -> Sentence:
-    """A slope in words; its interval where there are seeds to have one of, what contacts did where
+    """A change in words; its interval where there are seeds to have one of, what contacts did where
     there are contacts."""
     axis = plan.axis(of.parameter)
     at = of.spread
     ends = [value_of(of.low, plan.unit(axis)), value_of(of.high, plan.unit(axis))]
     if not at.n:
         return Sentence("{}: no seed has a value at both ends of {}.", [of.figure, short(axis)])
-    text = "{} changes by {} of {}, from {} to {}"
+    text = "{} changes by {} from {} {} to {}"
     parts: list[Part] = [of.figure, Value(at.mean, of.unit), short(axis), *ends]
     if np.isfinite(at.low):
         text += " ({}; {} seeds, standard deviation {})"
@@ -281,13 +282,31 @@ def _warned(runs: xr.Dataset, most: int) -> Iterator[Node]:
 
 def _convergence(runs: xr.Dataset) -> Iterator[Node]:
     yield Sentence(
-        "This study does not assess how its figures change with the step of the solver. Intervals"
-        " are over seeds alone. hydrosim converge compares steps and methods for its case."
+        "Intervals are over seeds alone. hydrosim converge compares steps and methods for the case."
     )
+    yield from _measured_errors(runs)
     if "energy_residual_relative" in runs:
         worst = Value(float(runs.energy_residual_relative.max()), digits=2)
         rows = [("largest residual of an energy balance", worst, Value(CLOSED, digits=2))]
         yield Table(("evidence", "found", "warned of beyond"), rows)
+
+
+def _measured_errors(runs: xr.Dataset) -> Iterator[Node]:
+    """Errors of motions by the steps of the solver, with the values of the runs that measured
+    them."""
+    measured = np.flatnonzero(runs[RELATIVE].notnull()) if RELATIVE in runs else np.zeros(0, int)
+    if measured.size == 0:
+        yield Sentence("No run measured the error by the steps of the solver.")
+        return
+    axes = [plan.axis(p) for plan in effects.plans(runs) for p in plan.parameters]
+    names = [name for name in ("seed", *dict.fromkeys(axes)) if runs[name].dims == ("run",)]
+    rows: list[list[Cell]] = []
+    for run in measured:
+        values = [str(runs[name].values[run]) for name in names]
+        rows.append([str(run), *values, Value(float(runs[RELATIVE].values[run]), digits=1)])
+    head = ("run", *map(short, names), "error of motions, of their range")
+    yield Table(head, rows, "Errors by the steps of the solver, in runs that measured them")
+    yield Sentence("A run has a warning beyond {}.", [Value(reported_beyond(runs), digits=1)])
 
 
 def _at_most(items: list[Sentence]) -> list[Sentence]:

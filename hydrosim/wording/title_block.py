@@ -11,6 +11,7 @@ from hydrosim.case.criteria import TITLE_BLOCK
 from hydrosim.case.tables import plain, seas
 from hydrosim.presentation.document import Cell, Node, Sentence, Table
 from hydrosim.presentation.units import units_of
+from hydrosim.wording.parts import lines_of
 
 LABELS = {
     "project": "Project",
@@ -24,7 +25,7 @@ LABELS = {
 
 
 def title_block(result: xr.Dataset) -> Iterator[Node]:
-    """Project, client, author and revision as the case gives them; remarks; the sea."""
+    """Project, client, author and revision as the case gives them; remarks; the seas."""
     block = json.loads(str(result.attrs.get(TITLE_BLOCK, "{}")))
     rows: list[list[Cell]] = [[label, block[key]] for key, label in LABELS.items() if key in block]
     rows += [["Sea", sea] for sea in _seas(result)]
@@ -35,5 +36,7 @@ def title_block(result: xr.Dataset) -> Iterator[Node]:
 
 
 def _seas(result: xr.Dataset) -> list[str]:
+    if told := lines_of(result, "seas"):
+        return told
     data = plain(str(result.attrs.get("case_resolved", "")))
     return seas(data, units_of(result.attrs)) if data else []

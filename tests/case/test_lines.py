@@ -236,7 +236,6 @@ FailurePoint Line(s) FailTime FailTen
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (version_2(EI=1e5), "lines.txt:5: found EI 100000.0; expected 0"),
         (version_2(force=3), "lines.txt:11: found a force on point 2; expected 0"),
         (version_2().replace("1e9", "table.txt"), 'found "table.txt"; expected a number for EA'),
         (version_2().replace("100 WtrDpth", "bed.txt WtrDpth"), 'found "bed.txt"; expected a numb'),
@@ -257,16 +256,19 @@ FailurePoint Line(s) FailTime FailTen
         ),
         (version_2().replace("2 rope 2 3", "2 hemp 2 3"), 'no line type of line 2, "hemp"'),
         (version_2().replace("2 rope 2 3", "2 rope 2 R1A"), "found the end R1A of a rod"),
-        (version_2().replace("190", "0"), "found length 0 m of line 2; expected one above 0"),
-        (version_2().replace("Connect", "Pinned"), "found a point of type pinned; expected Fixed"),
+        (
+            version_2().replace("190", "0"),
+            "found 0 for the unstretched length of line 2; expected length in m; it must be above",
+        ),
+        (version_2().replace("Connect", "Pinned"), "found a point of type Pinned; expected Fixed"),
         (version_2().replace(OPTIONS, RODS + OPTIONS), "lines.txt:22: found a rod; expected lines"),
         (
-            version_2().replace(OPTIONS, BODIES + OPTIONS),
-            "found a body that is free; expected coupl",
+            version_2().replace(OPTIONS, BODIES.replace("Free", "CoupledPinned") + OPTIONS),
+            "lines.txt:22: found a body that is CoupledPinned; expected coupled, fixed or free",
         ),
         (
             version_2().replace(OPTIONS, FAILURE + OPTIONS),
-            "found entries in FAILURE; expected none",
+            "lines.txt:22: found a failure; expected none; the case has breaks_at",
         ),
         ("nothing\n", "found no section LINE TYPES; expected an input file of MoorDyn or MoorPy"),
     ],

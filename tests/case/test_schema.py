@@ -843,8 +843,12 @@ class TestBushing:
 class TestSolver:
     def test_defaults(self, load: Load) -> None:
         made = load(DRY).scene()
-        assert made.solver == scene.Solver()
+        assert made.solver == scene.Solver(method=scene.Method.AUTOMATIC, accuracy=1e-4)
         assert made.output_step == 0.5
+
+    def test_a_step_alone_is_that_of_rk4(self, load: Load) -> None:
+        made = load(DRY + "solver: {step: 0.2}").scene()
+        assert made.solver == scene.Solver(method=scene.Method.RK4, step=0.2)
 
     def test_all_keys(self, load: Load) -> None:
         text = DRY + "solver: {method: heun, step: 50 ms, kinematics: linear, events: false}"
@@ -876,11 +880,11 @@ class TestSolver:
             ),
             ("solver: {kinematics: small}", 'solver.kinematics: found "small"'),
             (
-                "output: {step: 0.25}",
+                "output: {step: 0.25}\nsolver: {step: 0.1}",
                 "output.step: found 0.25 s; expected a multiple of solver.step",
             ),
             (
-                "output: {step: 0.05}",
+                "output: {step: 0.05}\nsolver: {step: 0.1}",
                 "output.step: found 0.05 s; expected a multiple of solver.step",
             ),
             ("output: {file: a.nc}", "output.file: found an unknown key; expected one of: step"),

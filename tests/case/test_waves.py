@@ -221,6 +221,38 @@ def test_wavespectra(load: Load, tmp_path: Path, x_axis: str, heading: float) ->
     assert energy(table) == pytest.approx(m0, rel=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("attributes", "turned"),
+    [
+        ({}, 0.0),
+        ({"standard_name": "sea_surface_wave_from_direction"}, 0.0),
+        ({"standard_name": "sea_surface_wave_to_direction"}, 180.0),
+        ({"long_name": "direction from which waves come, relative to north"}, 0.0),
+        ({"long_name": "mean wave direction, towards"}, 180.0),
+    ],
+)
+def test_directions_that_waves_go_to(
+    load: Load, tmp_path: Path, attributes: dict[str, str], turned: float
+) -> None:
+    """What the file says of its directions, and a circle that is closed, change no energy."""
+    efth = wavespectra_file(tmp_path / "sea.nc").isel(time=0, drop=True)
+    closed = xr.concat([efth, efth.isel(dir=[0]).assign_coords(dir=[360.0])], "dir")
+    closed["dir"].attrs.update(attributes)
+    closed.to_dataset(name="efth").to_netcdf(tmp_path / "closed.nc")
+    keys = "spectrum: directional_table, x_axis: 90 deg, file:"
+    first = train(load, f"{keys} sea.nc, select: {{time: 0}}").spectrum
+    again = train(load, f"{keys} closed.nc").spectrum
+    assert isinstance(first, scene.DirectionalTable)
+    assert isinstance(again, scene.DirectionalTable)
+    assert energy(again) == pytest.approx(energy(first), rel=1e-12)
+    means = [
+        np.angle(np.sum(table.density.sum(axis=0) * np.exp(1j * table.heading)))
+        for table in (first, again)
+    ]
+    away = np.mod(np.degrees(means[1] - means[0]) - turned + 180.0, 360.0) - 180.0
+    assert away == pytest.approx(0.0, abs=1e-9)
+
+
 def test_probes(load: Load) -> None:
     text = case("spectrum: none") + "output: {wave_probes: {bow: [70 m, 0], stern: [-7e1, 1 km]}}"
     assert load(text).scene().wave_probes == {"bow": (70.0, 0.0), "stern": (-70.0, 1000.0)}
@@ -293,7 +325,30 @@ def test_refused(load: Load, tmp_path: Path, text: str, found: str) -> None:
     ("change", "found"),
     [
         (lambda efth: efth.where(efth.dir != 30), "found densities that are negative or missing"),
-        (lambda efth: efth.isel(dir=[0, 1, 5]), "found directions unequally far apart"),
+        (
+            lambda efth: efth.isel(dir=[0, 1, 5]),
+            r"found directions unequally far apart \(10, 40 deg\); expected equal steps",
+        ),
+        (lambda efth: efth.isel(dir=[0]), "found one direction alone; expected equal steps"),
+        (
+            lambda efth: xr.concat([efth, efth.isel(dir=[24]).assign_coords(dir=[360.0])], "dir"),
+            "found 0 and 360 deg, one direction, with different densities; expected each",
+        ),
+        (lambda efth: efth.drop_vars("dir"), "found no values of freq or dir; expected efth over"),
+        (
+            lambda efth: efth.assign_coords(dir=efth.dir.assign_attrs(units="rad")),
+            "found dir in rad; expected deg, as wavespectra has it",
+        ),
+        (
+            lambda efth: efth.assign_coords(freq=efth.freq.assign_attrs(units="rad/s")),
+            "found freq in rad/s; expected Hz, as wavespectra has it",
+        ),
+        (
+            lambda efth: efth.assign_coords(
+                dir=efth.dir.assign_attrs(long_name="to direction, from direction")
+            ),
+            'found dir with long_name "to direction, from direction"; expected either from or to',
+        ),
         (lambda efth: efth.isel(freq=[0]), "found frequencies that do not rise"),
         (lambda efth: efth.isel(freq=slice(None, None, -1)), "found frequencies that do not rise"),
         (lambda efth: efth.assign_attrs(units="m2 s/rad"), "found efth in m2 s/rad; expected"),

@@ -16,10 +16,12 @@ import pytest
 from command_line import Command, command, files
 
 from hydrosim.database import HydroDatabase, netcdf
+from hydrosim.database.build import command as build_command
 from hydrosim.database.checks import CHECKS
 from hydrosim.database.convert import WRITERS
 from hydrosim.database.load import read
 from hydrosim.errors import InputError
+from hydrosim.outputs import Output
 
 ROOT = Path(__file__).parents[2]
 
@@ -384,3 +386,12 @@ class TestChanges:
         assert db("check", "bare.nc", "-o", "bare.png").code == 0
         refused = db("convert", "bare.nc", "bare.h5")
         assert (refused.code, "has no wave loads" in refused.err) == (2, True)
+
+
+def test_all_modules_that_are_absent_are_named_at_once(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(build_command, "find_spec", lambda name: None)
+    output = Output(tmp_path / "db.nc", "database", tmp_path / "recipe.yaml", (), False)
+    with pytest.raises(InputError, match="found no module capytaine and no joblib; expected"):
+        build_command.build_database(output, 1, picture=False)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import ast
 import os
 import pty
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -155,6 +157,29 @@ def test_no_help_has_brackets_which_rich_would_take_for_markup() -> None:
     assert len(each) > 100
     assert [name for name, text in each.items() if "[" in text] == []
     assert [name for name, text in each.items() if text and not text.rstrip().endswith(".")] == []
+
+
+def options(command: Any) -> Iterator[str]:
+    """The long names of the options of a command and of those below it."""
+    for parameter in command.params:
+        names = (*parameter.opts, *parameter.secondary_opts)
+        yield from (name for name in names if name.startswith("--"))
+    for below in getattr(command, "commands", {}).values():
+        yield from options(below)
+
+
+def test_options_that_messages_name_exist() -> None:
+    """Those in all texts of the package; --keep is of the benchmarks."""
+    known = {*options(get_command(app)), "--help", "--keep"}
+    named = {
+        (path.name, option)
+        for path in sorted((ROOT / "hydrosim").rglob("*.py"))
+        for node in ast.walk(ast.parse(path.read_text("utf-8")))
+        if isinstance(node, ast.Constant) and isinstance(node.value, str)
+        for option in re.findall(r"(?<![\w-])--[a-z][a-z-]+", node.value)
+    }
+    assert len(named) > 30
+    assert {(file, option) for file, option in named if option not in known} == set()
 
 
 def test_a_terminal_may_be_closed_before_all_is_printed() -> None:

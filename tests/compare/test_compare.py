@@ -119,6 +119,40 @@ def test_pairs_of_causes_are_not_seen_in_each_other(against: Against) -> None:
     assert gain.verdict == "gain 1.02"
 
 
+@pytest.mark.parametrize("mapped", [True, False])
+@pytest.mark.parametrize(
+    ("gain", "offset", "noise", "verdict"),
+    [
+        (1.05, 0.0, 0.0, "gain 1.05"),
+        (0.97, 0.0, 0.1, "gain 0.97"),
+        (1.0, 5e4, 0.0, "offset 5e+04 N"),
+        (1.0, 5e4, 0.1, "offset 5e+04 N"),
+        (1.05, -2e5, 0.0, "gain 1.05, offset -2e+05 N"),
+    ],
+)
+def test_a_gain_on_a_tension_with_a_large_mean(
+    against: Against, mapped: bool, gain: float, offset: float, noise: float, verdict: str
+) -> None:
+    """A pretension of 1 MN and waves of 10 kN; noise is in tenths of what the gain adds."""
+    tension = 1e6 + 1e4 * sea(TIME, 3)
+    run = RUN.assign(fender_normal_force=RUN.fender_normal_force.copy(deep=True))
+    run.fender_normal_force[:, 0] = tension
+    scatter = noise * abs(gain - 1.0 or 0.03) * 1e4 * NOISE
+    recorded = gain * tension + offset + scatter
+    channel = f"fender_normal_force.{run.fender.values[0]}"
+    columns, channels = (
+        ({"TEN-1": recorded}, {channel: "TEN-1"})
+        if mapped
+        else (
+            {channel: recorded},
+            None,
+        )
+    )
+    (result,) = against(columns, channels, run=run).results.values()
+    said = [part for part in result.verdict.split(", ") if "left" not in part]
+    assert ", ".join(said) == verdict
+
+
 @pytest.mark.parametrize("digits", [4, 6, 12])
 def test_print_precision(against: Against, digits: int) -> None:
     """Half a unit of the last digit of the largest value, whatever the numbers are printed as."""

@@ -7,11 +7,24 @@ from types import SimpleNamespace
 
 import numpy as np
 from dry_scenes import block
+from moored_barge import hull, scene_of
 
+from hydrosim import check, simulate
+from hydrosim.compiling.compile import compile_scene
 from hydrosim.compiling.notes_of_sea import OUTSIDE_WARNED, range_warnings
 from hydrosim.compiling.questions.ranges import OUTSIDE_REFUSED, ranges
-from hydrosim.scene import Environment, WaveForces, WaveTrain, WhiteNoise
+from hydrosim.report.run import run_document as report_document
+from hydrosim.scene import (
+    Environment,
+    Question,
+    RegularWave,
+    SpectrumTable,
+    WaveForces,
+    WaveTrain,
+    WhiteNoise,
+)
 from hydrosim.waves import sea
+from hydrosim.wording.run import run_document
 
 NOISE = WaveTrain(WhiteNoise(1.0, 0.5, 1.5))  # a band of 1 rad/s: shares of it are frequencies
 
@@ -59,3 +72,29 @@ def test_loads_outside_a_database() -> None:
     (warning,), refused = said(0.1, -2.0)
     assert not refused
     assert warning.endswith("these waves have no first-order loads.")
+
+
+def test_each_sea_is_in_one_line_of_check_run_and_report() -> None:
+    """Of a triangle from 0.5 to 2.5 around 1.5 times the lowest frequency of the database, the
+    eighth (0.5^2 / 2) is below it."""
+    base = scene_of("base")
+    low = float(hull().frequency[0])
+    triangle = SpectrumTable(low * np.array([0.5, 1.5, 2.5]), np.array([0.0, 1e-2, 0.0]) / low)
+    swell = WaveTrain(triangle, np.pi / 2.0, spreading=4.0, repeat_period=36000.0)
+    waves = (swell, WaveTrain(RegularWave(0.5, 9.0), 0.25))
+    scene = replace(
+        base,
+        environment=replace(base.environment, waves=waves),
+        duration=2.0,
+        accept=tuple(Question),
+    )
+    table, regular = compile_scene(scene).notes.seas
+    peak = f"table, Hs 0.4 m, Tp {2.0 * np.pi / (1.5 * low):.3g} s, goes to 90 deg, spreading"
+    assert table.startswith(f"{peak} {np.degrees(np.sqrt(0.4)):.2g} deg; 12.50% of its energy")
+    assert table.endswith(f"outside the frequencies of {scene.bodies[0].name}")
+    assert regular.startswith("regular wave, amplitude 0.5 m, period 9 s, goes to 14.3 deg, long")
+    run = simulate(scene)
+    for document in (check(scene), run_document(run), report_document(run)):
+        text = str(document)
+        assert table in " ".join(text.split())
+        assert regular in " ".join(text.split())

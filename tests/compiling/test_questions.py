@@ -208,6 +208,10 @@ ODD = {
 }
 
 
+BY_OTHER_TESTS = {Question.RANGE, Question.BENDING, Question.FILES}
+"""Refusals; what files of other programs say is in tests/case/test_mooring_files.py."""
+
+
 def test_a_lightship_without_inertia_is_asked_about() -> None:
     """A moment of 1e9 kg m^2, and 2000 t at 30 m from the middle: m y^2 = 1.8e9 kg m^2."""
     wings = [Tank(f"{y:g}", Box((-1, y - 1, -5), (1, y + 1, 0)), 2.5, 1e5) for y in (-30.0, 30.0)]
@@ -229,7 +233,7 @@ def test_an_odd_value_is_asked_about_once_and_not_if_it_is_accepted(question: Qu
 
 
 def test_every_question_has_a_function_and_an_example() -> None:
-    assert set(QUESTIONS) == set(Question) == {*ODD, Question.RANGE}
+    assert set(QUESTIONS) == set(Question) == {*ODD, *BY_OTHER_TESTS}
 
 
 @pytest.mark.parametrize("path", few(CASES, 8), ids=lambda path: f"{path.parent.name}/{path.stem}")

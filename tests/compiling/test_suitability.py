@@ -13,9 +13,10 @@ from moored_barge import ROOT
 
 import hydrosim as hs
 from hydrosim.compiling.compile import compile_scene
-from hydrosim.database import HydroDatabase, load
+from hydrosim.database import HydroDatabase, load, netcdf
 from hydrosim.database.readers import wamit
 from hydrosim.errors import InputError
+from hydrosim.linear.linearise import linearise
 
 CASE = """
 title: Two barges side by side
@@ -174,3 +175,85 @@ def test_points_of_one_body_and_of_several_are_read_alike(tmp_path) -> None:
     )
     assert one.given.reference_point == (1.0, 2.0, -0.3)
     assert several.given.reference_point == (1.0, 2.0, -0.3, 4.0, 5.0, 6.0)
+
+
+SPAR = """
+title: A deep hull
+duration: 5 s
+environment: {{water_depth: infinite, water_density: 1000 kg/m^3, gravity: 9.81 m/s^2}}
+bodies:
+  spar:
+    hydrodynamics: {{file: spar.nc{keys}}}
+    mass: 1200 tonne
+    centre_of_gravity: [0 m, 0 m, {height} m]
+    radii_of_gyration: [20 m, 20 m, 10 m]
+    dofs: [heave, roll]
+    weight: {weight}
+    radiation: {{model: constant, period: 12 s}}
+"""
+
+
+@pytest.fixture(scope="module")
+def weightless(two) -> HydroDatabase:
+    """One body with a stiffness of buoyancy alone, (I - V d) rho g, of which the lever is the
+    larger, as OpenFAST's files have it."""
+    own = slice(0, 6)
+    stiffness = np.diag([0.0, 0.0, 1e6, -2e7, -2e7, 0.0])
+    return replace(
+        two,
+        added_mass=two.added_mass[:, own, own],
+        radiation_damping=two.radiation_damping[:, own, own],
+        excitation=two.excitation[..., own],
+        added_mass_zero=None,
+        added_mass_infinite=None,
+        froude_krylov=None,
+        hydrostatic_stiffness=stiffness,
+        reference_point=np.zeros((1, 3)),
+        inertia_matrix=None,
+        drift_imbalance=None,
+        mean_drift_held=None,
+    )
+
+
+def spar_of(
+    db: HydroDatabase, folder: Path, keys: str = "", weight: str = "balanced", height: float = -8.0
+) -> hs.Scene:
+    netcdf.write(db, folder / "spar.nc")
+    path = folder / "case.yaml"
+    path.write_text(SPAR.format(keys=keys, weight=weight, height=height))
+    return hs.load_case(path).scene()
+
+
+def test_a_stiffness_without_weight_asks_for_a_centre_at_the_waterline(
+    weightless, tmp_path
+) -> None:
+    """With the proposed keys roll is stiff by -2e7 N m + m g 8 m."""
+    with pytest.raises(InputError) as caught:
+        compile_scene(spar_of(weightless, tmp_path))
+    text = str(caught.value)
+    assert "negative, so it was made without weight" in text
+    assert "[0.0, 0.0, -8.0], if the weight is in the stiffness" in text
+    keys = re.search(r"hydrodynamics: \{file: \.\.\.(, .*)\}`", text)
+    assert keys is not None
+    assert keys.group(1) == ", centre_of_gravity: [0.0, 0.0, 0.0], volume: 1200.0"
+    model = compile_scene(spar_of(weightless, tmp_path, keys.group(1)))
+    found = linearise(model.model, model.state).dynamic_stiffness(0.0).real
+    assert found[1, 1] == pytest.approx(-2e7 + 1.2e6 * 9.81 * 8.0, rel=1e-9)
+
+
+def test_a_centre_that_could_be_either_is_left_to_the_user(weightless, tmp_path) -> None:
+    """A wide hull is stiff with and without its weight."""
+    wide = replace(weightless, hydrostatic_stiffness=np.diag([0.0, 0.0, 1e6, 3e7, 3e7, 0.0]))
+    with pytest.raises(InputError, match=r"centre_of_gravity: \[\?, \?, \?\], volume: 1200\.0\}"):
+        compile_scene(spar_of(wide, tmp_path))
+    with pytest.raises(InputError, match=r"centre_of_gravity: \[0\.0, 0\.0, 0\.0\], volume"):
+        compile_scene(spar_of(wide, tmp_path, height=0.0))
+
+
+def test_the_volume_of_a_body_that_carries_its_weight_is_asked_for(weightless, tmp_path) -> None:
+    with pytest.raises(InputError) as caught:
+        compile_scene(spar_of(weightless, tmp_path, weight="carried"))
+    assert "The weight of spar is carried, not balanced, so the volume does not" in str(
+        caught.value
+    )
+    assert "volume: ?}" in str(caught.value)

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from dry_scenes import block, on_floor, scene
 from moored_barge import in_contact
 
 import hydrosim
 import hydrosim as hs
-from hydrosim.forces import KINDS, Elements, own_modes
+from hydrosim.forces import KINDS, Elements, Frictionless, own_modes
+from hydrosim.forces.events import held_points
 from hydrosim.forces.kind import ElementKind, Kind, Mirrored, Renewing, Tallying
+from hydrosim.scene import Active, Joint, JointFriction, JointResistance, JointType, When
 
 PACKAGE = Path(hydrosim.__file__).parent
 NAMING = 8 + 2  # files outside `forces` that may name a kind; two are about constraints alone
@@ -73,6 +77,26 @@ def test_states_and_modes_are_where_their_kinds_say() -> None:
     assert len(names) == model.slow - model.own
     felt = np.concatenate([kind.felt_states(kind.of(model)) for kind in KINDS])
     assert np.all((felt >= model.own) & (felt < model.slow))
+
+
+def test_reactions_are_of_one_unit_each() -> None:
+    """Contact points, joints that are constraints, and dry friction in joints."""
+    friction = JointResistance(friction=JointFriction(2.0, 1.0))
+    joints = {
+        "hinge": Joint(JointType.HINGE, "block", resistances=(friction,)),
+        "pin": Joint(JointType.FIXED, "block", active=Active(When(1.0))),
+        "other pin": Joint(JointType.FIXED, "block", active=Active(When(2.0))),
+    }
+    feet = on_floor(1e6, Frictionless(), [(1.0, 0.0, 0.0), (-1.0, 0.0, 0.0)])
+    made = replace(scene(block(1e3), {"feet": feet}, 1.0, 0.1), joints=joints)
+    elements = hs.compile_scene(made).model.elements
+    locks, motions = elements.locks, elements.joint_motions
+    places = [
+        *range(elements.fenders.points.size),
+        *range(locks.reaction, locks.reaction + locks.each.size),
+        *range(motions.reaction, motions.reaction + motions.each.size),
+    ]
+    assert places == [*range(held_points(elements))]
 
 
 def test_what_few_kinds_have_is_asked_by_protocols() -> None:

@@ -18,6 +18,7 @@ from hydrosim.results.channels import series
 from hydrosim.scene import Joint, JointType, Ratchet, When, Window
 from hydrosim.wording.run import run_document
 
+SHIPPED = Path(hs.__file__).parents[1] / "cases"
 CASE = """
     title: two masses
     duration: 2 s
@@ -159,3 +160,10 @@ def test_unknown_bodies_of_a_scene_are_named() -> None:
     ):
         with pytest.raises(InputError, match=text):
             hs.simulate(replace(base, joints={"pin": joint}))
+
+
+def test_check_names_the_root_of_bodies_in_water() -> None:
+    """Heading and restoring are defined along the tree; a body on the earth has no such choice."""
+    told = str(hs.check(SHIPPED / "hinged_barges" / "regular.yaml"))
+    assert "is the root of the floating tree with" in told
+    assert "root of the floating tree" not in str(hs.check(SHIPPED / "flap" / "decay.yaml"))

@@ -18,12 +18,13 @@ from scipy.spatial.transform import Rotation
 import hydrosim as hs
 from hydrosim.compiling.compile import compile_scene
 from hydrosim.dofs import about_z
-from hydrosim.forces import AppliedForce, Coulomb, LinearMooring, StickSlip
+from hydrosim.forces import AppliedForce, Coulomb, Harmonic, LinearMooring, StickSlip
 from hydrosim.scene import (
     Active,
     Body,
     Environment,
     Joint,
+    JointFriction,
     JointResistance,
     JointType,
     Kinematics,
@@ -449,6 +450,33 @@ def test_a_joint_breaks_at_its_force() -> None:
     assert run.joint_force.values[held, 0, 0] == pytest.approx(-5.0 * run.time.values[held])
     assert not run.joint_force.values[~held][1:].any()
     assert run.energy_dissipated_joints.values[-1] < 1e-30
+
+
+@pytest.mark.parametrize("method", [Method.RK4, Method.DOPRI5, Method.ESDIRK4])
+def test_a_pin_takes_the_load_of_the_hinge_that_it_locks(method: Method) -> None:
+    """Dry friction in the hinge holds less than the moment. It slides to and fro, until a pin finds
+    it slow enough; from then on the pin bears the whole moment, and nothing changes."""
+    friction = JointFriction(2.0, 1.5)
+    resistances = (JointResistance(friction=friction),)
+    hinge = Joint(JointType.HINGE, "a", axis=(0.0, 1.0, 0.0), resistances=resistances)
+    pin = Joint(JointType.FIXED, "a", active=Active(When(2.0)), window=Window(gap=1.0, speed=0.01))
+    pin = replace(pin, point=(1.0, 0.0, 0.0))
+    moment = {"pitch": Harmonic(6.0, 1.0)}
+    load = AppliedForce("a", (0.0, 0.0, 0.0), moment)
+    found = scene([block(2.0, name="a")], {"load": load}, 6.0, 0.1, method=method, step=0.02)
+    run = hs.simulate(replace(found, joints={"hinge": hinge, "pin": pin}))
+    closed = run.lock_mode.values[:, 0] == 3
+    assert 20 <= closed.argmax() < 30
+    assert run.attrs["solver_events"] < 20
+    pitch = run.position.values[closed, 0, 4]
+    assert np.ptp(pitch) < 1e-12
+    applied = 6.0 * np.sin(2.0 * np.pi * run.time.values[closed])
+    about = run.joint_force.sel(joint="pin").values[closed]
+    arm = np.cos(run.position.values[closed, 0, 4])
+    own = about[:, 4] - arm * about[:, 2] + 0.0 * arm
+    sunk = np.sin(run.position.values[closed, 0, 4])
+    assert own - sunk * about[:, 0] == pytest.approx(-applied, abs=1e-9)
+    assert run.joint_motion_force.values[closed, 0] == pytest.approx(0.0, abs=1e-12)
 
 
 def test_a_lock_between_jointed_bodies() -> None:

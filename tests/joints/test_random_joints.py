@@ -1,4 +1,4 @@
-"""Random articulated scenes, a few of those that `python -m benchmarks.articulated_scenes` runs."""
+"""Random articulated scenes, a few of those that `benchmarks.scene_trials` runs."""
 
 from __future__ import annotations
 

@@ -105,7 +105,13 @@ def test_what_is_locked_blocks_no_fit() -> None:
     states = StateSpaceRadiation(3e-4, LENGTH, STEP)
     free = hs.compile_scene(scene(states))
     assert [of.dofs.tolist() for wet in free.wet for of in wet.convolved] == [[SURGE]]
+    (told,) = [text for text in free.notes.warnings if "found state_space" in text]
+    assert "radiation of surge of buoy" in told
+    assert "the memory is computed by convolution" in told
     compiled = hs.compile_scene(scene(states, ("heave",)))
+    assert not [text for text in compiled.notes.warnings if "state_space" in text]
+    automatic = hs.compile_scene(scene(AUTOMATIC))
+    assert not [text for text in automatic.notes.warnings if "state_space" in text]
     assert [list(fit.dofs) for wet in compiled.wet for fit in wet.fits] == [[HEAVE]]
 
 

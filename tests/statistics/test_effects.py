@@ -52,14 +52,14 @@ def test_intervals_hold_as_often_as_they_promise() -> None:
 
 
 def test_differences_are_taken_seed_by_seed() -> None:
-    """y = 2 a + seed: the slope is 2 in each seed, whatever these do."""
+    """y = 2 a + 10 seed: from a = 0 to 3 the change is 6 in each seed, whatever these do."""
     a, seed = np.repeat([0.0, 1.0, 3.0], 5), np.tile(np.arange(5), 3)
     sequence = np.where(a == 3.0, 7, 1) * (seed > 1)
     runs = file_of("grid", {"a": a}, 2.0 * a + 10.0 * seed, seed)
     runs["contact_sequence"] = "run", sequence
     (plan,) = effects.plans(runs)
     (found,) = effects.differences(plan)
-    assert found.spread.mean == pytest.approx(2.0, rel=1e-14)
+    assert found.spread.mean == pytest.approx(6.0, rel=1e-14)
     assert found.std == pytest.approx(0.0, abs=1e-14)
     assert (found.low, found.high, found.changed) == (0.0, 3.0, 0.6)
 
@@ -95,14 +95,14 @@ def test_one_at_a_time_and_what_is_missing() -> None:
     b = np.array([5.0, 5.0, 5.0, 6.0])
     runs = file_of("one_at_a_time", {"a": a, "b": b}, a + 10.0 * b, varied=varied)
     found = {each.parameter: each for each in effects.differences(effects.plans(runs)[0])}
-    assert found["a"].spread.mean == pytest.approx(1.0)
+    assert found["a"].spread.mean == pytest.approx(2.0)
     assert found["b"].spread.mean == pytest.approx(10.0)
     assert as_csv(runs).splitlines()[1].startswith(",1,5,,y,m,1,51,nan")
     document = study_tables(runs)
     each = rows(document.nodes, "figure")
     assert [row["varied"] for row in each] == ["", "a", "a", "b"]
     assert [number(row["mean"], "m") for row in each] == [51.0, 50.0, 52.0, 61.0]
-    assert "y changes by 1 m of a, from 0 to 2 (one run at each end)." in texts(document.nodes)
+    assert "y changes by 2 m from a 0 to 2 (one run at each end)." in texts(document.nodes)
 
 
 def test_tables_say_what_there_is_and_nothing_else() -> None:
@@ -126,7 +126,7 @@ def test_tables_say_what_there_is_and_nothing_else() -> None:
     alone = study_tables(file_of("grid", {"a": a[1:3]}, np.array([12.5, 22.5])))
     first, _ = rows(alone.nodes, "figure")
     assert (number(first["mean"], "m"), first["runs"]) == (12.5, "1")
-    assert "y changes by 10 m of a, from 1 to 2 (one run at each end)." in texts(alone.nodes)
+    assert "y changes by 10 m from a 1 to 2 (one run at each end)." in texts(alone.nodes)
     assert "nan" not in str(alone)
 
 

@@ -200,6 +200,15 @@ def test_directions_in_netcdf(tmp_path: Path) -> None:
     found = read_hindcast(Source(path))
     assert np.mod(found.coming, 2 * np.pi) == pytest.approx(np.radians([330.0, 330.0]))
     assert found.date == np.datetime64("2020-01-01")
+    closed = np.append(direction, 360.0)
+    round_again = np.concatenate([efth, efth[..., :1]], axis=-1)
+    name = {"standard_name": "sea_surface_wave_to_direction", "units": "degree"}
+    at = {"time": time, "freq": freq, "dir": ("dir", closed, name)}
+    path = tmp_path / "closed.nc"
+    xr.Dataset({"efth": (("time", "freq", "dir"), round_again)}, at).to_netcdf(path)
+    going_to = read_hindcast(Source(path))
+    assert np.mod(going_to.coming, 2 * np.pi) == pytest.approx(np.radians([150.0, 150.0]))
+    assert going_to.height == pytest.approx(found.height, rel=1e-12)
     states = {"hs": ("time", [1.0, 2.0]), "tp": ("time", [7.0, 8.0])}
     name = {"standard_name": "sea_surface_wave_to_direction", "units": "degrees"}
     going = {"mdir": ("time", [10.0, 20.0], name)}

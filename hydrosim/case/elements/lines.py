@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from math import cos, isfinite, sin
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, cast
 
 import numpy as np
 from pydantic import StrictStr
@@ -18,7 +19,8 @@ from hydrosim.documents import quantities as of
 from hydrosim.documents.text import Source
 
 if TYPE_CHECKING:
-    from hydrosim.scene import ForceElement
+    from hydrosim.forces.line.catenary import Catenary as Built
+    from hydrosim.scene import ForceElement, LeftOut
 
 NEARLY = 1e-6  # m: depths that are the same
 
@@ -57,16 +59,19 @@ class Lines(Breaking):
     def elements(self, where: Where, vessel: Vessel) -> dict[str, ForceElement]:
         """The elements of the scene by name: that of this element, and that of the line."""
         name = where.key.removeprefix("forces.")
-        return {
-            f"{name}_{key}": line.placed(Where(f"forces.{name}_{key}", where.path, where.water))
-            for key, line in self.read_lines(where, vessel).items()
-        }
+        system = read_system(self.source(where))
+        found: dict[str, Built] = {}
+        for key, line in self.read_lines(system, where, vessel).items():
+            placed = line.placed(Where(f"forces.{name}_{key}", where.path, where.water))
+            found[f"{name}_{key}"] = cast("Built", placed)
+        first = next(iter(found))
+        found[first] = replace(found[first], left_out=_located(system.left_out, where))
+        return {**found}
 
-    def read_lines(self, where: Where, vessel: Vessel) -> dict[str, Catenary]:
-        """The lines of the file by their names there. Raises InputError for a file that does not
-        fit the case."""
+    def read_lines(self, system: System, where: Where, vessel: Vessel) -> dict[str, Catenary]:
+        """The lines of the ``system`` in the file, by their names there. Raises InputError for a
+        file that does not fit the case."""
         source = self.source(where)
-        system = read_system(source)
         _check_water(system, where.water, vessel.depth, source)
         lines = mooring_lines(system, water_of(system, where.water), source)
         depth = system.depth if system.depth is not None else vessel.depth
@@ -98,6 +103,11 @@ class Lines(Breaking):
             active=self.active,
             when=self.when,
         )
+
+
+def _located(left_out: Sequence[LeftOut], where: Where) -> tuple[LeftOut, ...]:
+    """What a file says and its lines have not, with the key of the case that names the file."""
+    return tuple(each._replace(key=f"{where.key}.file") for each in left_out)
 
 
 def earth_place(place: tuple[float, ...], vessel: Vessel) -> tuple[float, ...]:

@@ -76,13 +76,6 @@ def _check_names(system: System, source: Source) -> None:
         for end in piece.ends:
             if end not in system.points:
                 source.unknown(f"point at an end of line {name},", end, [*system.points])
-        if not piece.length > 0.0:
-            source.wrong(f"found length {piece.length:g} m of line {name}; expected one above 0")
-        kind = system.types[piece.type]
-        if not kind.stiffness > 0.0:
-            source.wrong(f"found EA {kind.stiffness:g} N of {piece.type}; expected one above 0")
-        if kind.diameter < 0.0 or kind.mass < 0.0:
-            source.wrong(f"found a negative diameter or mass of {piece.type}; expected 0 or more")
     _check_depths(system, source)
 
 

@@ -30,7 +30,9 @@ def case_keys(file: Path) -> str:
         keys["environment"] = {"water_depth": _with_unit(system.depth, "m")}
     keys["forces"] = {f"line_{name}": _line(line, system) for name, line in lines.items()}
     text = yaml.dump(keys, sort_keys=False, default_flow_style=None, width=100)
-    return HEAD.format(file=file.name, density=water[0], gravity=water[1]) + text
+    head = HEAD.format(file=file.name, density=water[0], gravity=water[1])
+    left_out = "".join(f"# Left out: {each.message}\n" for each in system.left_out)
+    return head + left_out + text
 
 
 def _line(line: MooringLine, system: System) -> dict[str, object]:

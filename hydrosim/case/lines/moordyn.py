@@ -1,248 +1,283 @@
 """Reader of MoorDyn's input files, versions 1 and 2, which MoorPy reads and writes too.
 
-A section begins with a line of dashes that names it. A table has two lines of heading: names of its
-columns and their units. Columns are found by their names, which differ between versions (Hall, M.,
-MoorDyn's documentation, "Inputs").
+Columns are found by their names, which differ between versions. Rotations of a body are about its x
+axis, its turned y axis, and its turned z axis; MoorPy has another order, so one of them alone is
+read. Places of coupled points are in the axes of the vessel; those of points of a body are in the
+axes of that body, which has a place of its own (Hall, M., MoorDyn's documentation, "Inputs").
 
-Refused, because a line in static balance cannot follow them: rods, free bodies, control, failures,
-loads on points, tables of tension over strain, bending stiffness, a seabed that is not level.
+Refused, because a line in static balance cannot follow them: rods, pinned bodies, control,
+failures, loads on points, tables of tension over strain, a seabed that is not level. What is left
+out (bending stiffness, the mass of a free body, options that are not known) is told.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from math import isfinite
-from typing import NoReturn
+from dataclasses import dataclass
+from math import cos, radians, sin
 
-from hydrosim.case.lines.system import Held, LineType, Piece, Point, System
+import numpy as np
+
+from hydrosim.case.lines.options import read_options
+from hydrosim.case.lines.sections import (
+    WITHOUT_TABLE,
+    Rows,
+    Section,
+    read_sections,
+    table_of,
+)
+from hydrosim.case.lines.system import (
+    ANY_FORCE,
+    AXIAL_STIFFNESS,
+    BENDING_STIFFNESS,
+    DIAMETER,
+    DRAG_COEFFICIENT,
+    LENGTH,
+    MASS,
+    MASS_PER_LENGTH,
+    PLACE,
+    VOLUME,
+    Held,
+    LeftOut,
+    LineType,
+    Piece,
+    Place,
+    Point,
+    System,
+    left_out_bending,
+    left_out_body,
+)
 from hydrosim.documents.text import Source
+from hydrosim.documents.units import Quantity
 
-SECTIONS = {  # words in the title of a section
-    "types": ("LINE DICTIONARY", "LINE TYPES"),
-    "rod types": ("ROD DICTIONARY", "ROD TYPES"),
-    "bodies": ("BODIES", "BODY LIST", "BODY PROPERTIES"),
-    "rods": ("RODS", "ROD LIST", "ROD PROPERTIES"),
-    "points": (
-        *("POINTS", "POINT LIST", "POINT PROPERTIES"),
-        *("CONNECTIONS", "CONNECTION PROPERTIES", "NODE PROPERTIES"),
-    ),
-    "lines": ("LINES", "LINE LIST", "LINE PROPERTIES"),
-    "options": ("OPTIONS",),
-    "outputs": ("OUTPUTS",),
-    "end": ("NEED THIS LINE",),
-}
-HARMLESS = {"rod types", "outputs", "end"}
-COLUMNS = {  # names of columns, or their beginnings
-    "diameter": ("diam",),
-    "mass": ("mass", "m"),
-    "stiffness": ("ea",),
-    "bending": ("ei",),
-    "drag": ("cdn", "cd"),
-    "volume": ("vol", "v"),
-    "length": ("unstr", "len"),
-    "first": ("attacha", "nodeanch", "enda"),
-    "second": ("attachb", "nodefair", "endb"),
-}
+ANGLE_DEG = Quantity("angle in degrees", "", "90")
+NEEDED = {"types": "LINE TYPES", "points": "POINTS", "lines": "LINES"}
 WORDS = {  # what holds a point, by what its type begins with
     **dict.fromkeys(("fix", "anch", "ground"), Held.EARTH),
     **dict.fromkeys(("vess", "fair", "coupl", "cpld", "body", "turb"), Held.BODY),
     **dict.fromkeys(("con", "free", "point"), Held.LINES),
 }
-DENSITY = ("wtrdnsty", "rho", "rhow")
-GRAVITY = ("g", "gravity")
-DEPTH = ("wtrdpth", "depth", "wtrdepth")
-FRICTION = ("frictioncoefficient", "mu_kt")  # cb is a damping
+PLACE_OF_BODY = ("x", "y", "z", "r", "p", "y")
+"""What the names of the columns of a body begin with, from the third on: places and angles."""
+REFUSED = {
+    "rods": "found a rod; expected lines and points alone; model it as a body of the case",
+    "failures": "found a failure; expected none; the case has breaks_at for its lines",
+    "control": "found lines under control; expected none; the case has winches",
+    "loads": "found a load on a body or point; expected none; the case has forces",
+    "ropes": "found a rope of the Syrope model; expected EA as a number",
+}
+MAP_REMEDY = (
+    "expected one of MoorDyn or MoorPy, which differs: a number in place of each # and depth, a"
+    " column NumSegs in LINE PROPERTIES, each option behind its value, and each line of repeat"
+    " written out"
+)
 
 
-@dataclass(frozen=True)
-class Section:
-    """A section: its ``kind`` ("" if unknown), ``title``, and the words of its lines by number."""
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A body of a file in a ``line``: what holds its points, its ``place`` (3,) [m] and its
+    ``rotation`` (3, 3); whether it is ``free``, so that it has a mass there."""
 
-    kind: str
-    title: str
-    rows: dict[int, list[str]] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class Rows:
-    """The table of a section, read from a ``source``."""
-
-    source: Source
-    section: Section
-
-    def __iter__(self) -> Iterator[tuple[int, list[str]]]:
-        return iter([*self.section.rows.items()][2:])
-
-    @property
-    def names(self) -> list[str]:
-        """Names of the columns, in small letters."""
-        return [name.lower() for name in next(iter(self.section.rows.values()), [])]
-
-    def column(self, what: str) -> int | None:
-        """Number of a column of `COLUMNS`; None if there is none."""
-        for begins in COLUMNS[what]:
-            for i, name in enumerate(self.names):
-                if name == begins or (len(begins) > 2 and name.startswith(begins)):
-                    return i
-        return None
-
-    def number(self, line: int, words: Sequence[str], column: int | None, what: str) -> float:
-        """The number in a column of a line; of several, such as 1e8|2e8, the first."""
-        if column is None:
-            self.source.wrong(f"{self.section.title}: found no column for {what}", line)
-        if column >= len(words):
-            text = f"found {len(words)} words; expected {what} in column {column + 1}"
-            self.source.wrong(text, line)
-        return number(self.source, line, words[column].split("|")[0], what)
+    held: Held
+    place: np.ndarray
+    rotation: np.ndarray
+    free: bool
+    line: int
 
 
 def read_moordyn(source: Source) -> System:
     """The mooring system of a file. Raises InputError with the line of what is wrong."""
-    sections = {s.kind: s for s in _sections(source)}
-    for kind, what in (("types", "LINE TYPES"), ("points", "POINTS"), ("lines", "LINES")):
+    sections = read_sections(source)
+    for kind, what in NEEDED.items():
         if kind not in sections:
             source.wrong(f"found no section {what}; expected an input file of MoorDyn or MoorPy")
-    for section in sections.values():
-        _refuse(source, section)
-    options = _options(source, sections.get("options", Section("", "")))
-    depth = _first(options, DEPTH)
+    _refuse_map(source, sections)
+    tables = {
+        kind: table_of(source, section)
+        for kind, section in sections.items()
+        if section.kind not in WITHOUT_TABLE
+    }
+    _refuse_sections(source, sections, tables)
+    options = read_options(source, sections.get("options", Section("options", "", 0)))
+    bodies = dict(_bodies(tables["bodies"])) if "bodies" in tables else None
+    bending = tuple(_bending(tables["types"]))
     return System(
         source.file,
-        _types(Rows(source, sections["types"])),
-        _points(Rows(source, sections["points"]), depth),
-        _pieces(Rows(source, sections["lines"])),
-        density=_first(options, DENSITY),
-        gravity=_first(options, GRAVITY),
-        depth=depth,
-        friction=_first(options, FRICTION) or 0.0,
+        _types(tables["types"]),
+        _points(tables["points"], options.depth, bodies),
+        _pieces(tables["lines"]),
+        density=options.density,
+        gravity=options.gravity,
+        depth=options.depth,
+        friction=options.friction,
+        left_out=(*bending, *_free_bodies(bodies or {}), *options.left_out),
     )
 
 
-def _sections(source: Source) -> Iterator[Section]:
-    """The sections of a file; lines before the first one are remarks."""
-    section = None
-    for number, line in enumerate(_lines(source), 1):
-        if "---" in line:
-            if section is not None:
-                yield section
-            section = Section(_kind(line), line.strip("- \t\r\n"))
-        elif section is not None and line.strip():
-            section.rows[number] = line.split()
-    if section is not None:
-        yield section
+def _refuse_map(source: Source, sections: Mapping[str, Section]) -> None:
+    """Refuse an input file of MAP++, from which MoorDyn's format comes."""
+    rows = [
+        (line, words)
+        for kind in ("types", "points", "lines")
+        for line, words in sections[kind].rows.items()
+    ]
+    for line, words in rows:
+        names = [word.lower() for word in words]
+        is_line = "unstrlen" in names and "numsegs" not in names
+        iterated = any(re.fullmatch(r"#[-+.\d]*", word) for word in words[2:])
+        if "cintdamp" in names and "cb" in names:
+            text = "found the column CB"
+        elif is_line:
+            text = "found no column NumSegs"
+        elif iterated or "depth" in names[4:5]:
+            text = f"found {next(w for w in words[2:] if w[0] == '#' or w.lower() == 'depth')}"
+        else:
+            continue
+        source.wrong(f"{text}, so this is an input file of MAP++; {MAP_REMEDY}", line)
 
 
-def _lines(source: Source) -> list[str]:
-    source.head(1)
-    return source.file.read_text("utf-8-sig", errors="replace").splitlines()
-
-
-def _kind(line: str) -> str:
-    title = line.upper()
-    words = re.split(r"[^A-Z ]+", title)
-    for kind, names in SECTIONS.items():
-        if any(name in word for word in words for name in names):
-            return kind
-    return ""
-
-
-def _refuse(source: Source, section: Section) -> None:
+def _refuse_sections(
+    source: Source, sections: Mapping[str, Section], tables: Mapping[str, Rows]
+) -> None:
     """Refuse what no `catenary` can be."""
-    rows = [*section.rows.items()][2:]
-    if section.kind in HARMLESS or not rows:
-        return
-    line, words = rows[0]
-    if section.kind == "rods":
-        text = "found a rod; expected lines and points alone; model it as a body of the case"
-        source.wrong(text, line)
-    if section.kind == "bodies":
-        for line, words in rows:
-            kind = words[1].lower() if len(words) > 1 else ""
-            if _held(kind) is not Held.BODY:
-                text = f"found a body that is {kind}; expected coupled; model it in the case"
-                source.wrong(text, line)
-    if section.kind == "" and "INPUT FILE" not in section.title.upper():
-        text = f"found entries in {section.title}; expected none; hydrosim does not know it"
-        source.wrong(text, line)
+    for kind, rows in tables.items():
+        line = next(iter(rows.rows), None)
+        if kind in REFUSED and line is not None:
+            source.wrong(REFUSED[kind], line)
+        if not sections[kind].kind and line is not None:
+            text = f"found entries in {rows.title}; expected none; hydrosim does not know it"
+            source.wrong(text, line)
 
 
 def _types(rows: Rows) -> dict[str, LineType]:
     """Types of lines by name."""
-    found = {}
+    diameter, mass, stiffness = (rows.required(w) for w in ("diameter", "mass", "stiffness"))
+    found: dict[str, LineType] = {}
     for line, words in rows:
-        bending = rows.column("bending")
-        if bending is not None and rows.number(line, words, bending, "EI") > 0.0:
-            text = f"found EI {words[bending]}; expected 0; lines have no bending stiffness here"
-            rows.source.wrong(text, line)
-        drag = rows.column("drag")
+        _refuse_repeated(rows.source, found, words[0], "line type", line)
         found[words[0]] = LineType(
-            rows.number(line, words, rows.column("diameter"), "the diameter"),
-            rows.number(line, words, rows.column("mass"), "the mass per length"),
-            rows.number(line, words, rows.column("stiffness"), "EA"),
-            0.0 if drag is None else rows.number(line, words, drag, "the drag coefficient"),
+            rows.number(line, words, diameter, DIAMETER, "the diameter"),
+            rows.number(line, words, mass, MASS_PER_LENGTH, "the mass per length"),
+            rows.number(line, words, stiffness, AXIAL_STIFFNESS, "EA"),
+            rows.optional(line, words, "drag", DRAG_COEFFICIENT),
         )
     return found
 
 
-def _points(rows: Rows, depth: float | None) -> dict[str, Point]:
-    """Points by number."""
-    found = {}
-    columns = [rows.names.index(name) if name in rows.names else None for name in "xyz"]
+def _bending(rows: Rows) -> Iterator[LeftOut]:
     for line, words in rows:
-        if len(words) < 5:
-            text = f"found {len(words)} words; expected number, type, x, y, z"
-            rows.source.wrong(text, line)
+        stiffness = rows.optional(line, words, "bending", BENDING_STIFFNESS)
+        if stiffness > 0.0:
+            yield left_out_bending(stiffness, words[0], f"line {line}")
+
+
+def _refuse_repeated(
+    source: Source, found: Mapping[str, object], name: str, what: str, line: int
+) -> None:
+    if name in found:
+        source.wrong(f"found {what} {name} twice; expected each once", line)
+
+
+def _bodies(rows: Rows) -> Iterator[tuple[str, Body]]:
+    """Bodies by number."""
+    names = rows.names[2:8]
+    if len(rows.rows) > 0 and [name[:1] for name in names] != list(PLACE_OF_BODY):
+        expected = "ID, Attachment, X0, Y0, Z0, r0, p0, y0"
+        rows.source.wrong(f"{rows.title}: found {' '.join(rows.names)}; expected {expected}")
+    seen: dict[str, Body] = {}
+    for line, words in rows:
+        kind = words[1].lower()
+        held = _held(kind)
+        if held is None or "pin" in kind:
+            text = f"found a body that is {words[1]}; expected coupled, fixed or free"
+            rows.source.wrong(f"{text}; model its joint in the case", line)
+        place = [rows.number(line, words, c, PLACE) for c in (2, 3, 4)]
+        angles = [rows.number(line, words, c, ANGLE_DEG) for c in (5, 6, 7)]
+        if np.count_nonzero(angles) > 1:
+            text = "found rotations about several axes; expected one of r0, p0, y0"
+            rows.source.wrong(f"{text}: MoorDyn and MoorPy differ in their order", line)
+        number = _identity(rows.source, line, words[0])
+        _refuse_repeated(rows.source, seen, number, "body", line)
+        fixed = held is Held.EARTH
+        own = held if fixed else Held.BODY
+        seen[number] = Body(own, np.array(place), _rotation(angles), held is Held.LINES, line)
+        yield number, seen[number]
+
+
+def _free_bodies(bodies: Mapping[str, Body]) -> Iterator[LeftOut]:
+    for number, body in bodies.items():
+        if body.free:
+            yield left_out_body(number, body.line)
+
+
+def _rotation(angles: Sequence[float]) -> np.ndarray:
+    """Matrix (3, 3) of a rotation about one of the axes by an angle [deg]."""
+    axis = int(np.argmax(np.abs(angles)))
+    c, s = cos(radians(angles[axis])), sin(radians(angles[axis]))
+    j, k = (axis + 1) % 3, (axis + 2) % 3
+    matrix = np.eye(3)
+    matrix[[j, j, k, k], [j, k, j, k]] = c, -s, s, c
+    return matrix
+
+
+def _points(rows: Rows, depth: float | None, bodies: Mapping[str, Body] | None) -> dict[str, Point]:
+    """Points by number."""
+    columns = [rows.required(name) for name in "xyz"]
+    found: dict[str, Point] = {}
+    for line, words in rows:
         for name in ("fx", "fy", "fz"):
-            at = rows.names.index(name) if name in rows.names else None
-            if at is not None and rows.number(line, words, at, "the force") != 0.0:
+            if rows.optional(line, words, name, ANY_FORCE) != 0.0:
                 text = f"found a force on point {words[0]}; expected 0"
                 rows.source.wrong(f"{text}; give mass and volume, or a load in the case", line)
-        if words[4].lower() == "seabed" and depth is not None:
-            words = [*words[:4], str(-depth), *words[5:]]
-        x, y, z = (rows.number(line, words, c, "the place") for c in columns)
-        mass, volume = (rows.column(name) for name in ("mass", "volume"))
-        number_ = _identity(rows.source, line, words[0])
-        found[number_] = Point(
-            _held_by(rows.source, line, words[1].lower()),
-            (x, y, z),
-            0.0 if mass is None else rows.number(line, words, mass, "the mass"),
-            0.0 if volume is None else rows.number(line, words, volume, "the volume"),
-            _body(words[1]),
-        )
+        if words[columns[2]].lower() == "seabed" and depth is not None:
+            words[columns[2]] = str(-depth)
+        x, y, z = (rows.number(line, words, c, PLACE) for c in columns)
+        number = _identity(rows.source, line, words[0])
+        _refuse_repeated(rows.source, found, number, "point", line)
+        held, body, place = _hold(rows.source, line, words[1], (x, y, z), bodies)
+        mass = rows.optional(line, words, "mass", MASS)
+        found[number] = Point(held, place, mass, rows.optional(line, words, "volume", VOLUME), body)
     return found
 
 
-def _body(kind: str) -> str:
-    """Name of the body that a point says it is on; "" for the vessel."""
+def _hold(
+    source: Source, line: int, kind: str, place: Place, bodies: Mapping[str, Body] | None
+) -> tuple[Held, str, Place]:
+    """What holds a point, the name of the body that does so, and its place in the axes of the file.
+    A body that the file does not list has its own axes there."""
+    held = _held(kind.lower())
+    if held is None:
+        source.wrong(f"found a point of type {kind}; expected Fixed, Coupled, BodyN or Free", line)
     digits = re.sub(r"\D", "", kind)
-    return f"Body{digits}" if kind.lower().startswith(("body", "turb")) else ""
+    if not kind.lower().startswith(("body", "turb")):
+        return held, "", place
+    if kind.lower().startswith("turb") or bodies is None:
+        return held, f"Body{digits}", place
+    if digits not in bodies:
+        known = ", ".join(f"Body{number}" for number in bodies) or "none"
+        source.wrong(f"found a point on {kind}; expected one of the bodies: {known}", line)
+    body = bodies[digits]
+    x, y, z = map(float, body.place + body.rotation @ place)
+    name = f"Body{digits}" if body.held is Held.BODY else ""
+    return body.held, name, (x, y, z)
 
 
 def _held(kind: str) -> Held | None:
     return next((held for word, held in WORDS.items() if kind.startswith(word)), None)
 
 
-def _held_by(source: Source, line: int, kind: str) -> Held:
-    held = _held(kind)
-    if held is None:
-        source.wrong(f"found a point of type {kind}; expected Fixed, Coupled, BodyN or Free", line)
-    return held
-
-
 def _pieces(rows: Rows) -> dict[str, Piece]:
     """Lines by number."""
-    found = {}
-    first, second = rows.column("first"), rows.column("second")
-    if first is None or second is None:
-        rows.source.wrong(f"{rows.section.title}: found no columns AttachA and AttachB")
+    first, second, length = (rows.required(what) for what in ("first", "second", "length"))
+    found: dict[str, Piece] = {}
     for line, words in rows:
-        if len(words) <= max(first, second):
-            rows.source.wrong(f"found {len(words)} words; expected type, ends and length", line)
         ends = tuple(_identity(rows.source, line, words[c]) for c in (first, second))
-        length = rows.number(line, words, rows.column("length"), "the unstretched length")
-        found[words[0]] = Piece(words[1], (ends[0], ends[1]), length)
+        _refuse_repeated(rows.source, found, words[0], "line", line)
+        size = rows.number(
+            line, words, length, LENGTH, f"the unstretched length of line {words[0]}"
+        )
+        found[words[0]] = Piece(words[1], (ends[0], ends[1]), size)
     return found
 
 
@@ -254,35 +289,3 @@ def _identity(source: Source, line: int, word: str) -> str:
     if not digits:
         source.wrong(f"found the point {word}; expected a number", line)
     return str(int(digits))
-
-
-def _options(source: Source, section: Section) -> dict[str, float]:
-    """Options that are numbers, by their names in small letters. A depth must be one."""
-    found = {}
-    for line, words in section.rows.items():
-        if len(words) < 2:
-            continue
-        name = words[1].lower()
-        if name in (*DENSITY, *GRAVITY, *DEPTH, *FRICTION):
-            found[name] = number(source, line, words[0], name)
-    return found
-
-
-def _first(options: Mapping[str, float], names: Sequence[str]) -> float | None:
-    return next((options[name] for name in names if name in options), None)
-
-
-def number(source: Source, line: int | None, word: object, what: str) -> float:
-    """A finite number. Raises InputError that says what was expected."""
-    try:
-        value = float(str(word).replace("D", "e").replace("d", "e"))
-    except ValueError:
-        _no_number(source, line, word, what)
-    if not isfinite(value):
-        _no_number(source, line, word, what)
-    return value
-
-
-def _no_number(source: Source, line: int | None, word: object, what: str) -> NoReturn:
-    remedy = "tables in files of their own are not read"
-    source.wrong(f'found "{word}"; expected a number for {what}; {remedy}', line)

@@ -1,88 +1,217 @@
 """Reader of MoorPy's YAML files: line types, points and lines (MoorPy 1.3, `System.parseYAML`).
+RAFT has the same below its key mooring.
 
 Files of MoorPy in MoorDyn's format are read by `hydrosim.case.lines.moordyn`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, NoReturn
 
-from hydrosim.case.lines.moordyn import number
-from hydrosim.case.lines.system import Held, LineType, Piece, Point, System
-from hydrosim.documents.nodes import compose, plain
+from yaml.nodes import Node
+
+from hydrosim.case.lines.sections import read_number
+from hydrosim.case.lines.system import (
+    AXIAL_STIFFNESS,
+    DENSITY,
+    DEPTH,
+    DIAMETER,
+    DRAG_COEFFICIENT,
+    LENGTH,
+    MASS,
+    MASS_PER_LENGTH,
+    PLACE,
+    VOLUME,
+    Held,
+    LeftOut,
+    LineType,
+    Piece,
+    Point,
+    System,
+    left_out_key,
+)
+from hydrosim.documents.nodes import compose, locate, plain
 from hydrosim.documents.text import Source
+from hydrosim.documents.units import Quantity, shown
 
-HELD = {"fix": Held.EARTH, "anch": Held.EARTH, "con": Held.LINES, "free": Held.LINES}
-ON_BODY = ("fair", "ves", "coupl", "body")
+NEEDED = ("line_types", "points", "lines")
+HELD = (  # what holds a point, by what its type contains; the first that does so counts
+    ("anch", Held.EARTH),
+    ("fix", Held.EARTH),
+    ("body", Held.BODY),
+    ("fair", Held.BODY),
+    ("ves", Held.BODY),
+    ("coupl", Held.BODY),
+    ("con", Held.LINES),
+    ("free", Held.LINES),
+)
+KNOWN = {  # keys that are read, or that a line in static balance does not have
+    "": {*NEEDED, "water_depth", "rho", "water_density", "bodies", "anchor_types", "name"},
+    "line_types": {
+        *("name", "diameter", "mass_density", "stiffness", "transverse_drag", "material"),
+        *("breaking_load", "cost", "tangential_drag"),
+        *("transverse_added_mass", "tangential_added_mass"),
+    },
+    "points": {"name", "type", "location", "mass", "volume", "anchor_type"},
+    "lines": {"name", "endA", "endB", "type", "lineType", "length"},
+}
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A mapping of a file: its ``values``, the ``keys`` that lead to it from the ``node`` of the
+    file."""
+
+    source: Source
+    node: Node
+    keys: tuple[str | int, ...]
+    values: Mapping[str, Any]
+
+    def refuse(self, text: str, *keys: str | int) -> NoReturn:
+        """Raises InputError with key and line."""
+        name, mark = locate(self.node, (*self.keys, *keys))
+        self.source.wrong(f"{name}: {text}" if name else text, mark.line + 1)
+
+    def of(self, *keys: str) -> Any:
+        """The value of the first of these keys that is there."""
+        for key in keys:
+            if self.values.get(key) is not None:
+                return self.values[key]
+        found = ", ".join(key for key, value in self.values.items() if value is not None)
+        self.refuse(f"found {found or 'nothing'}; expected a value of {keys[0]} too")
+
+    def text(self, *keys: str) -> str:
+        """A name: a text or a number."""
+        value = self.of(*keys)
+        if isinstance(value, bool) or not isinstance(value, str | int | float):
+            self.refuse(f"found {shown(value)}; expected a name", keys[0])
+        return str(value)
+
+    def number(self, key: str, quantity: Quantity) -> float:
+        """A number that must be there."""
+        return self._number(self.of(key), quantity, key)
+
+    def optional(self, key: str, quantity: Quantity) -> float | None:
+        """A number that may be missing."""
+        value = self.values.get(key)
+        return None if value is None else self._number(value, quantity, key)
+
+    def place(self, key: str) -> tuple[float, float, float]:
+        """Three coordinates."""
+        value = self.of(key)
+        if not isinstance(value, list) or len(value) != 3:
+            self.refuse(f"found {shown(value)}; expected three coordinates", key)
+        x, y, z = (self._number(each, PLACE, key, k) for k, each in enumerate(value))
+        return x, y, z
+
+    def _number(self, value: object, quantity: Quantity, *keys: str | int) -> float:
+        name, mark = locate(self.node, (*self.keys, *keys))
+        return read_number(self.source, mark.line + 1, value, quantity, name)
+
+    def listed(self, key: str) -> Iterator[Entry]:
+        """The mappings in a list."""
+        value = self.of(key)
+        if not isinstance(value, list):
+            self.refuse(f"found {shown(value)}; expected a list", key)
+        for k, each in enumerate(value):
+            if not isinstance(each, Mapping):
+                self.refuse(f"found {shown(each)}; expected a mapping", key, k)
+            yield Entry(self.source, self.node, (*self.keys, key, k), each)
+
+    def unknown(self, kind: str) -> Iterator[LeftOut]:
+        """Keys that are not read."""
+        for key in self.values:
+            if key not in KNOWN[kind]:
+                name, mark = locate(self.node, (*self.keys, key))
+                yield left_out_key(name, mark.line + 1)
 
 
 def is_moorpy(values: object) -> bool:
-    """Whether values of a YAML file are a mooring system of MoorPy."""
-    return isinstance(values, Mapping) and {"line_types", "points", "lines"} <= set(values)
+    """Whether values of a YAML file are a mooring system of MoorPy, or hold one."""
+    if not isinstance(values, Mapping):
+        return False
+    return any(
+        isinstance(each, Mapping) and {*NEEDED} <= {*each}
+        for each in (values, values.get("mooring"))
+    )
 
 
 def read_moorpy(source: Source) -> System:
     """The mooring system of a YAML file. Raises InputError about what is wrong."""
     source.head(1)
-    node = compose(source.file.read_text("utf-8-sig"), str(source.file))
-    values: dict[str, Any] = plain(node) if node else {}
-    if not is_moorpy(values):
-        source.wrong("found no keys line_types, points and lines; expected a system of MoorPy")
-    if values.get("bodies"):
-        source.wrong("found bodies; expected points of type fairlead; bodies are in the case")
-    density = values.get("rho", values.get("water_density"))
+    try:
+        text = source.file.read_text("utf-8-sig")
+    except UnicodeDecodeError:
+        source.wrong("found bytes that are no text; expected YAML in UTF-8")
+    node = compose(text, str(source.file))
+    values = plain(node) if node else None
+    if node is None or not isinstance(values, Mapping) or not is_moorpy(values):
+        source.wrong(
+            f"found no keys {', '.join(NEEDED[:-1])} and {NEEDED[-1]}; expected a system of MoorPy"
+        )
+    if {*NEEDED} <= {*values}:
+        return _system(Entry(source, node, (), values))
+    return _system(Entry(source, node, ("mooring",), values["mooring"]))
+
+
+def _system(system: Entry) -> System:
+    if system.values.get("bodies"):
+        text = "found bodies; expected points of type fairlead; bodies are in the case"
+        system.refuse(text, "bodies")
+    parts = {kind: list(system.listed(kind)) for kind in NEEDED}
+    unknown = [*system.unknown("")]
+    unknown += [each for kind, of in parts.items() for entry in of for each in entry.unknown(kind)]
+    density = system.optional("rho", DENSITY)
+    lines = {str(entry.values.get("name", k)): entry for k, entry in enumerate(parts["lines"], 1)}
+    if len(lines) < len(parts["lines"]):
+        system.refuse("found one name of two lines; expected each once", "lines")
     return System(
-        source.file,
-        {str(_of(source, d, "name")): _type(source, d) for d in values["line_types"]},
-        {str(_of(source, d, "name")): _point(source, d) for d in values["points"]},
-        {str(d.get("name", i)): _piece(source, d) for i, d in enumerate(values["lines"], 1)},
-        density=None if density is None else number(source, None, density, "rho"),
-        depth=_optional(source, values, "water_depth"),
+        system.source.file,
+        {name: _type(entry) for name, entry in _named(parts["line_types"])},
+        {name: _point(entry) for name, entry in _named(parts["points"])},
+        {name: _piece(entry) for name, entry in lines.items()},
+        density=system.optional("water_density", DENSITY) if density is None else density,
+        depth=system.optional("water_depth", DEPTH),
+        left_out=tuple(unknown),
     )
 
 
-def _of(source: Source, values: Mapping[str, Any], *keys: str) -> Any:
-    """The value of the first of these keys that is there."""
-    for key in keys:
-        if key in values:
-            return values[key]
-    source.wrong(f"found no {keys[0]} in {dict(values)}; expected it")
+def _named(parts: list[Entry]) -> Iterator[tuple[str, Entry]]:
+    """Each with its name, which no other may have."""
+    seen = set()
+    for entry in parts:
+        name = entry.text("name")
+        if name in seen:
+            entry.refuse(f"found {name} twice; expected each name once", "name")
+        seen.add(name)
+        yield name, entry
 
 
-def _optional(source: Source, values: Mapping[str, Any], key: str) -> float | None:
-    return number(source, None, values[key], key) if key in values else None
-
-
-def _type(source: Source, values: Mapping[str, Any]) -> LineType:
+def _type(entry: Entry) -> LineType:
     return LineType(
-        number(source, None, _of(source, values, "diameter"), "diameter"),
-        number(source, None, _of(source, values, "mass_density"), "mass_density"),
-        number(source, None, _of(source, values, "stiffness"), "stiffness"),
-        _optional(source, values, "transverse_drag") or 0.0,
+        entry.number("diameter", DIAMETER),
+        entry.number("mass_density", MASS_PER_LENGTH),
+        entry.number("stiffness", AXIAL_STIFFNESS),
+        entry.optional("transverse_drag", DRAG_COEFFICIENT) or 0.0,
     )
 
 
-def _point(source: Source, values: Mapping[str, Any]) -> Point:
-    kind = str(_of(source, values, "type")).lower()
-    held = next((h for word, h in HELD.items() if word in kind), None)
-    if any(word in kind for word in ON_BODY):
-        held = Held.BODY
+def _point(entry: Entry) -> Point:
+    kind = entry.text("type").lower()
+    held = next((held for word, held in HELD if word in kind), None)
     if held is None:
-        source.wrong(f"found a point of type {kind}; expected fixed, fairlead or free")
-    place = [number(source, None, x, "location") for x in _of(source, values, "location")]
-    if len(place) != 3:
-        source.wrong(f"found location {place}; expected three numbers")
+        entry.refuse(f"found {shown(kind)}; expected fixed, fairlead or free", "type")
     return Point(
         held,
-        (place[0], place[1], place[2]),
-        _optional(source, values, "mass") or 0.0,
-        _optional(source, values, "volume") or 0.0,
+        entry.place("location"),
+        entry.optional("mass", MASS) or 0.0,
+        entry.optional("volume", VOLUME) or 0.0,
         kind if "body" in kind else "",
     )
 
 
-def _piece(source: Source, values: Mapping[str, Any]) -> Piece:
-    ends = (str(_of(source, values, "endA")), str(_of(source, values, "endB")))
-    length = number(source, None, _of(source, values, "length"), "length")
-    return Piece(str(_of(source, values, "type", "lineType")), ends, length)
+def _piece(entry: Entry) -> Piece:
+    ends = (entry.text("endA"), entry.text("endB"))
+    return Piece(entry.text("type", "lineType"), ends, entry.number("length", LENGTH))

@@ -8,7 +8,7 @@ question under ``accept`` in the case file, and are not asked again.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from hydrosim.compiling.questions import (
@@ -53,22 +53,33 @@ QUESTIONS: Mapping[Question, Callable[[About], Iterator[Doubt]]] = {
     Question.RAMP: waters.ramp,
     Question.STEP: waters.step,
     Question.RANGE: ranges.ranges,
+    Question.BENDING: elements.bending,
+    Question.FILES: elements.files,
 }
 
 
 def asked(about: About) -> list[str]:
     """Messages of all doubts about a scene except accepted ones. Raises InputError for doubts that
     are refusals."""
-    found = [
-        (doubt, question)
-        for question, ask in QUESTIONS.items()
-        if question not in about.scene.accept
-        for doubt in ask(about)
-    ]
+    found = list(_doubts(about))
     refused = [_said(doubt, question) for doubt, question in found if doubt.refused]
     if refused:
         raise InputError("\n".join(refused))
     return [_said(doubt, question) for doubt, question in found]
+
+
+def describe_doubts(about: About, apart: Collection[Question]) -> list[str]:
+    """Messages of all doubts except accepted ones and those of the questions ``apart``. What would
+    refuse a run is among them."""
+    return [_said(doubt, question) for doubt, question in _doubts(about, apart)]
+
+
+def _doubts(
+    about: About, apart: Collection[Question] = frozenset()
+) -> Iterator[tuple[Doubt, Question]]:
+    for question, ask in QUESTIONS.items():
+        if question not in about.scene.accept and question not in apart:
+            yield from ((doubt, question) for doubt in ask(about))
 
 
 def _said(doubt: Doubt, question: Question) -> str:

@@ -16,14 +16,32 @@ from hydrosim.forces.contact.stick_slip import StickSlip
 from hydrosim.forces.damping.linear_damping import LinearDamping
 from hydrosim.forces.damping.viscous_roll import KIND as ROLLS
 from hydrosim.forces.damping.viscous_roll import ViscousRoll
+from hydrosim.forces.line.catenary import Catenary
 from hydrosim.forces.linear_mooring import LinearMooring
-from hydrosim.scene import Weight
+from hydrosim.scene import Question, Weight
 
 ROUGHEST = 1.0
 BERTHING = 0.1  # m/s: berthing speed of a large ship (PIANC WG 33, 2002)
 SOFTEST = 3.0  # m: hardly any fender is more than twice as thick
 SAME_PERIOD = 0.1
 TOGETHER = 0.7  # cosine of the largest angle between normals of fenders that share a load
+
+
+def bending(about: About) -> Iterator[Doubt]:
+    """Ask about the bending stiffness of lines in files of other programs."""
+    yield from _left_out(about, Question.BENDING)
+
+
+def files(about: About) -> Iterator[Doubt]:
+    """Tell what else files of other programs say and the scene has not."""
+    yield from _left_out(about, Question.FILES)
+
+
+def _left_out(about: About, question: Question) -> Iterator[Doubt]:
+    for element in about.scene.forces.values():
+        for each in element.left_out if isinstance(element, Catenary) else ():
+            if each.question is question:
+                yield Doubt(each.key, each.found, each.becomes, each.advice, each.refused)
 
 
 def softness(about: About) -> Iterator[Doubt]:

@@ -5,13 +5,15 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 
 from hydrosim.errors import InputError
 from hydrosim.outputs import Output, settings_text
 
 Progress = Callable[[int, int], None]
-NEEDED = "hydrosim db build needs Capytaine; install it with: pip install hydrosim[bem]"
+MODULES = ("capytaine", "joblib")
+"""What the extra bem installs."""
 
 
 def build_database(
@@ -25,13 +27,11 @@ def build_database(
     KEY=VALUE that override it. ``jobs`` processes share the work, with a progress bar. With
     ``picture``, draw pages about it, too. Returns the paths of the files."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # processes share the work, not threads
-    try:
-        from hydrosim.database.build.afloat import afloat
-        from hydrosim.database.build.build import build
-        from hydrosim.database.build.recipe import load_recipe
-    except ModuleNotFoundError as error:
-        raise InputError(f"{NEEDED} (there is no module {error.name}).") from error
+    _require_modules()
+    from hydrosim.database.build.afloat import afloat
+    from hydrosim.database.build.build import build
     from hydrosim.database.build.picture import draw, draw_qtf
+    from hydrosim.database.build.recipe import load_recipe
     from hydrosim.database.convert import format_of, write
 
     format_of(output.path)
@@ -54,3 +54,13 @@ def build_database(
         files.append(transfer.path)
         draw_qtf(db, transfer)
     return files
+
+
+def _require_modules() -> None:
+    """Raises InputError that names all modules which are not installed."""
+    absent = [name for name in MODULES if find_spec(name) is None]
+    if absent:
+        raise InputError(
+            f"hydrosim db build: found no module {' and no '.join(absent)}; expected"
+            f" {' and '.join(MODULES)}. Install the extra: pip install 'hydrosim[bem]'."
+        )

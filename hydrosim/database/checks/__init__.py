@@ -83,9 +83,13 @@ def refuse(db: HydroDatabase, findings: Sequence[Finding]) -> None:
         return
     reasons = "\n".join(f"  {finding}" for finding in bad)
     names = ", ".join(finding.name for finding in bad)
-    noise = " If the asymmetry is noise, remove it with `symmetrise: true` or `--symmetrise`."
+    noise = (
+        " If the asymmetry is noise, remove it with `symmetrise: true` or"
+        " `--given symmetrise=true`."
+    )
+    remedy = noise if SYMMETRIES & {finding.name for finding in bad} else ""
     raise InputError(
         f"{db.source}: the database cannot be right:\n{reasons}\nIf you know that it is, set"
-        f" `hydrodynamics: {{file: ..., accept: [{names}]}}` in the case, or `--accept` in"
-        f" `hydrosim db convert`.{noise if SYMMETRIES & {f.name for f in bad} else ''}"
+        f" `hydrodynamics: {{file: ..., accept: [{names}]}}` in the case, or"
+        f" `--given 'accept=[{names}]'` in `hydrosim db convert`.{remedy}"
     )

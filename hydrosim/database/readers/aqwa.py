@@ -87,6 +87,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
         head.omega,
         head.heading,
         given.port_starboard_symmetric,
+        used=given.frequencies,
         added_mass=_by_frequency(text, sections, "ADDEDMASS", head, bodies),
         radiation_damping=_by_frequency(text, sections, "DAMPING", head, bodies),
         added_mass_zero=_limit(text, sections, "ADDEDMASS_LF", bodies),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from enum import Enum
 from pathlib import Path
@@ -84,11 +84,18 @@ def with_fore_aft_headings(heading: Real, loads: Any) -> tuple[Real, Any]:
 
 
 def assembled(
-    path: Path, omega: Real, heading: Real, symmetric: bool | None, **fields: Any
+    path: Path,
+    omega: Real,
+    heading: Real,
+    symmetric: bool | None,
+    used: tuple[float, float] | None = None,
+    **fields: Any,
 ) -> HydroDatabase:
     """Database with frequencies and headings in ascending order, and with the matrices at zero and
-    infinite frequency separated. If ``symmetric`` is not given, port-starboard symmetry is
+    infinite frequency separated. Frequencies outside those that are ``used``, see `Given`, are left
+    out if they have no numbers. If ``symmetric`` is not given, port-starboard symmetry is
     determined from the coefficients. Other fields are passed on unchanged."""
+    omega, fields = without_unused(omega, fields, used)
     rows, columns = np.argsort(omega, kind="stable"), np.argsort(heading, kind="stable")
     rows = rows[np.isfinite(omega[rows]) & (omega[rows] > 0)]
     if rows.size == 0:
@@ -117,6 +124,26 @@ def assembled(
     with np.errstate(all="ignore"):  # without added mass
         seen = mirror_image(db.added_mass, db.heading, db.excitation)
     return replace(db, port_starboard_symmetric=seen)
+
+
+def without_unused(
+    omega: Real, fields: Mapping[str, Any], used: tuple[float, float] | None
+) -> tuple[Real, dict[str, Any]]:
+    """Frequencies (nw,) and fields without the rows outside the ``used`` frequencies that have no
+    numbers. Zero and infinite frequency stay: they need no loads and no damping."""
+    given = {
+        name: np.asarray(fields[name])
+        for name in (*_BY_FREQUENCY, *_BY_WAVE)
+        if fields.get(name) is not None and len(fields[name]) == omega.size
+    }
+    if used is None:
+        return omega, dict(fields)
+    outside = ((omega < used[0]) | (omega > used[1])) & (omega > 0) & np.isfinite(omega)
+    finite = [np.isfinite(value).reshape(omega.size, -1).all(axis=1) for value in given.values()]
+    keep = ~outside | np.all(finite, axis=0)
+    if np.count_nonzero(keep) < 2:  # too few frequencies: the message is about them
+        return omega, dict(fields)
+    return omega[keep], {**fields, **{name: value[keep] for name, value in given.items()}}
 
 
 def points(

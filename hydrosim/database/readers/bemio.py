@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hydrosim.database.database import Complex, HydroDatabase, Real
+from hydrosim.database.readers.assembly import without_unused
 from hydrosim.database.readers.bemio_writer import write as write
 from hydrosim.database.readers.common import mirror_image, preferred_drift
 from hydrosim.errors import InputError
@@ -173,16 +174,20 @@ def _database(source: _Source, given: Given) -> HydroDatabase:
             " reference_point under `hydrodynamics` in the case."
         )
     remarks = {"assumed": assumed, "mean_drift_method": method, "program": _code(source)}
+    by_frequency: dict[str, Any] = {
+        "added_mass": added_mass,
+        "radiation_damping": damping,
+        "excitation": excitation,
+        "froude_krylov": _loads(source, layout, "excitation/froude-krylov"),
+        "mean_drift": drift,
+    }
+    frequency, by_frequency = without_unused(layout.frequency, by_frequency, given.frequencies)
     return HydroDatabase(
         source=str(source.path),
-        frequency=layout.frequency,
+        frequency=frequency,
         heading=layout.heading,
-        added_mass=added_mass,
-        radiation_damping=damping,
         added_mass_infinite=_infinite(source, layout),
-        excitation=excitation,
-        froude_krylov=_loads(source, layout, "excitation/froude-krylov"),
-        mean_drift=drift,
+        **by_frequency,
         **_quadratic(source, layout.bodies),
         hydrostatic_stiffness=_stiffness(source, layout),
         **points,

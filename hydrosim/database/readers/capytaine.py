@@ -5,8 +5,10 @@ wavelength. Real and imaginary parts are along ``complex``, in any position. Cap
 t), so loads are conjugated. Its headings are directions that waves go to, and its phases refer to
 the origin. Rows at zero and infinite frequency become the limits of the added mass. Every body must
 have exactly the six rigid DOFs, because zeros for uncomputed ones would pass for coefficients.
-Version 2 writes files of several bodies without ``rotation_center``. Their reference points are
-unknown, and the attribute ``assumed`` says so. Only bodies that do not turn can use them.
+Dimensions of points and bodies have other names in version 2 (point_coordinates,
+rigid_body_component) than in version 3 (space_coordinate, body). Version 2 may write files of
+several bodies without ``rotation_center``. Their reference points are then unknown, and the
+attribute ``assumed`` says so. Only bodies that do not turn can use them.
 
 Verified with files of Capytaine 3.0, for one and two bodies. The layout of version 2 has other
 names for hydrostatics, which are read if present.
@@ -21,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from hydrosim.database.database import Complex, HydroDatabase, Real
+from hydrosim.database.database import Complex, HydroDatabase, Real, remedy_for_gaps
 from hydrosim.database.readers.assembly import (
     Abscissa,
     assembled,
@@ -52,7 +54,8 @@ _UNREADABLE = (
 )
 _MATRIX = ("influenced_dof", "radiating_dof")
 _LOADS = ("wave_direction", "influenced_dof")
-_POINT = ("body", "space_coordinate")
+_BODY = ("body", "rigid_body_component", "body_name")
+_COORDINATE = ("space_coordinate", "point_coordinates", "xyz")
 
 # angular frequency from each of the abscissae, with depth and gravity
 _TO_OMEGA: dict[str, Callable[[Real, float, float], Real]] = {
@@ -111,8 +114,9 @@ class _File:
     def __init__(self, path: Path, file: Any) -> None:
         self.path, self.file = path, file
         self.abscissa = next((name for name in _TO_OMEGA if name in file.dimensions), "omega")
-        self.dofs, self.bodies = self._rigid(self.labels("influenced_dof"))
-        self.motions, _ = self._rigid(self.labels("radiating_dof"))
+        self.dofs, self.names = self._rigid(self.labels("influenced_dof"))
+        self.motions, _ = self._rigid(self.labels("radiating_dof"), self.names)
+        self.bodies = len(self.names)
 
     def database(self, given: Given) -> HydroDatabase:
         """All variables of the file."""
@@ -123,17 +127,19 @@ class _File:
         if self.scalar("forward_speed"):
             raise self.wrong("forward_speed", "a ship under way", "a body at rest")
         omega = self.omega(depth, gravity)
-        centre = self.optional("rotation_center", _POINT)
+        centre = self.of_bodies("rotation_center", 3)
         reference = points(path, "rotation_center", given.reference_point, centre, nb)
         unknown = {} if reference is not None else {"assumed": POINTS_UNKNOWN}
+        used = given.frequencies
         heading, total, froude_krylov = self.loads(omega.size)
         return assembled(
             path,
             omega,
             heading,
             given.port_starboard_symmetric,
-            added_mass=self.matrices("added_mass", omega),
-            radiation_damping=self.matrices("radiation_damping", omega),
+            used=used,
+            added_mass=self.matrices("added_mass", omega, used),
+            radiation_damping=self.matrices("radiation_damping", omega, used),
             excitation=total,
             froude_krylov=froude_krylov,
             hydrostatic_stiffness=self.square("hydrostatic_stiffness"),
@@ -143,14 +149,14 @@ class _File:
                 path,
                 "center_of_buoyancy",
                 given.centre_of_buoyancy,
-                self.optional("center_of_buoyancy", _POINT),
+                self.of_bodies("center_of_buoyancy", 3),
                 nb,
             ),
             centre_of_gravity=points(
                 path,
                 "center_of_mass",
                 given.centre_of_gravity,
-                self.optional("center_of_mass", _POINT),
+                self.of_bodies("center_of_mass", 3),
                 nb,
             ),
             reference_point=np.zeros((nb, 3)) if reference is None else reference,
@@ -210,6 +216,22 @@ class _File:
         array = self.real(name, *[d for d in dimensions if d in present])
         return None if np.isnan(array).all() else array
 
+    def of_bodies(self, name: str, count: int) -> Real | None:
+        """Numbers of each body, if present: (nb,), or (nb, 3) for a ``count`` of three coordinates.
+        They are in the order of the bodies of the DOFs, where the file names the bodies."""
+        if name not in self.file.variables:
+            return None
+        present = self.variable(name).dimensions
+        body = next((dim for dim in _BODY if dim in present), None)
+        along = next((dim for dim in _COORDINATE if dim in present), None) if count == 3 else None
+        array = self.optional(name, tuple(filter(None, (body, along))))
+        if array is None or body is None or body not in self.file.variables:
+            return array
+        names = self.labels(body)
+        if len(names) == self.bodies > 1 and {*names} == {*self.names}:
+            return np.asarray(array[[names.index(each) for each in self.names]])
+        return array
+
     def labels(self, name: str) -> list[str]:
         """Names along a dimension."""
         values = np.asarray(self.variable(name)[...])
@@ -219,17 +241,21 @@ class _File:
             values = chartostring(values)
         return [str(value) for value in np.atleast_1d(values)]
 
-    def _rigid(self, names: list[str]) -> tuple[list[int], int]:
-        """Positions of the six DOFs among the names, body by body, and the number of bodies."""
+    def _rigid(
+        self, names: list[str], bodies: list[str] | None = None
+    ) -> tuple[list[int], list[str]]:
+        """Positions of the six DOFs among the names, body by body, and the names of the bodies, in
+        their own order or in that of the ``bodies``."""
         wanted = [name.rpartition("__") for name in names]
-        prefixes = list(dict.fromkeys(prefix for prefix, _, _ in wanted))
+        own = list(dict.fromkeys(prefix for prefix, _, _ in wanted))
+        prefixes = own if bodies is None or {*bodies} != {*own} else bodies
         at = {(prefix, dof.lower()): i for i, (prefix, _, dof) in enumerate(wanted)}
         missing = [f"{p} {dof}" for p in prefixes for dof in DOFS if (p, dof) not in at]
         if missing or len(at) != 6 * len(prefixes) or len(names) != len(at):
             raise self.wrong(
                 "influenced_dof", ", ".join(names)[:200], "the six rigid DOFs of each body"
             )
-        return [at[prefix, dof] for prefix in prefixes for dof in DOFS], len(prefixes)
+        return [at[prefix, dof] for prefix in prefixes for dof in DOFS], prefixes
 
     def omega(self, depth: float, gravity: float) -> Real:
         """Angular frequencies, as stored beside the abscissa or computed from it."""
@@ -242,15 +268,20 @@ class _File:
                 value = _TO_OMEGA[self.abscissa](own, depth, gravity)
         return frequencies(self.path, value, Abscissa.RADIANS_PER_SECOND)
 
-    def matrices(self, name: str, omega: Real) -> Real:
-        """Matrices (nw, n, n) in the order of the DOFs; damping at the limits is not needed."""
+    def matrices(self, name: str, omega: Real, used: tuple[float, float] | None) -> Real:
+        """Matrices (nw, n, n) in the order of the DOFs; damping at the limits is not needed, nor
+        are numbers outside the frequencies that are ``used``."""
         array = self.real(name, self.abscissa, *_MATRIX)[:, self.dofs][:, :, self.motions]
-        bad = np.isnan(array).any(axis=(1, 2)) & np.isfinite(omega) & (omega > 0)
+        waves = np.isfinite(omega) & (omega > 0)
+        lowest, highest = used or (0.0, np.inf)
+        bad = np.isnan(array).any(axis=(1, 2)) & waves & (omega >= lowest) & (omega <= highest)
         if bad.any():
+            order = np.argsort(omega[waves], kind="stable")
+            remedy = remedy_for_gaps(omega[waves][order], bad[waves][order])
             raise self.wrong(
                 name,
                 f"no numbers at {', '.join(f'{w:g}' for w in omega[bad][:8])} rad/s",
-                "radiation at the frequencies of the diffraction",
+                f"radiation at the frequencies of the diffraction{remedy}",
             )
         return array
 
@@ -285,7 +316,7 @@ class _File:
 
     def volume(self, density: float) -> Real | None:
         """Displaced volumes, computed from masses or read directly."""
-        mass = self.optional("disp_mass", ("body",))
+        mass = self.of_bodies("disp_mass", 1)
         if mass is not None:
             return mass / density if density > 0 else None
-        return self.optional("disp_volume", ("body",))
+        return self.of_bodies("disp_volume", 1)

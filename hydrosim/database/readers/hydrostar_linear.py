@@ -82,6 +82,7 @@ def read(paths: Sequence[Path], given: Given) -> HydroDatabase:
         omega,
         start.heading,
         given.port_starboard_symmetric,
+        used=given.frequencies,
         added_mass=_matrix(entries, _MASS),
         radiation_damping=_matrix(entries, _DAMPING),
         excitation=loads * waves[..., None],

@@ -143,6 +143,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
         tables.omega,
         tables.heading,
         tables.symmetry > 0 if symmetric is None else symmetric,
+        used=given.frequencies,
         added_mass=tables.added_mass,
         radiation_damping=tables.damping,
         excitation=tables.loads,

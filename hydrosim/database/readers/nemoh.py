@@ -93,6 +93,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
         omega,
         project.headings(),
         given.port_starboard_symmetric,
+        used=given.frequencies,
         added_mass=matrices[..., 0].transpose(1, 2, 0),
         radiation_damping=matrices[..., 1].transpose(1, 2, 0),
         **loads,

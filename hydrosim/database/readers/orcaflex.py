@@ -2,10 +2,12 @@
 
 Verified with a file of OrcaFlex 11.0 with a diffraction result. It shows the layout of all
 first-order tables, of hydrostatics and of the (empty) table of sum-frequency transfer functions.
-Units are te, kN, m. Phases lag the crest at the phase origin (~ for the RAO origin), as the loads
-in long waves confirm. Period 0 is infinite frequency. Headings are directions that waves go to. By
-the program's help, the stiffness includes the weight, as from diffraction programs. The sign
-conventions apply to stiffness, added mass and damping, too, but not to the positions of origins.
+Units are te, kN, m (SI), kips, kips, ft (US), or those that the file names (User). The centre of
+gravity is CentreOfMass in files of 11.0 to 11.4, and CentreOfGravity in others. Phases lag the
+crest at the phase origin (~ for the RAO origin), as the loads in long waves confirm. Period 0 is
+infinite frequency. Headings are directions that waves go to. By the program's help, the stiffness
+includes the weight, as from diffraction programs. The sign conventions apply to stiffness, added
+mass and damping, too, but not to the positions of origins.
 
 Not verified with a file: the other phase conventions, wave drift and sum-frequency rows. A
 difference-frequency load is read as the amplitude of cos((w_1 - w_2) t - lag). Data of several
@@ -46,7 +48,6 @@ from hydrosim.scene.given import NOTHING_GIVEN, Given
 NAME = "OrcaFlex vessel type"
 
 _GRAVITY = 9.80665  # OrcaFlex's own, m/s^2
-_KILO = 1e3  # te to kg, kN to N
 _SAME = 1e-6  # relative difference of equal frequencies
 _HEAVE_ROLL_PITCH = [2, 3, 4]
 _DOFS = ("Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw")
@@ -65,6 +66,26 @@ _ABSCISSA = {
     "frequency (rad/s)": Abscissa.RADIANS_PER_SECOND,
     "frequency (Hz)": Abscissa.HERTZ,
 }
+_CENTRES = ("CentreOfMass", "CentreOfGravity")
+_LENGTHS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "ft": 0.3048, "in": 0.0254}
+_POUND = 0.45359237  # kg
+_MASSES = {
+    "te": 1e3,
+    "kg": 1.0,
+    "slug": _POUND * _GRAVITY / 0.3048,
+    **dict.fromkeys(("lb", "lbm"), _POUND),
+    **dict.fromkeys(("kip", "kips"), 1e3 * _POUND),
+}
+_FORCES = {
+    "kN": 1e3,
+    "N": 1.0,
+    "MN": 1e6,
+    **dict.fromkeys(("te", "tef"), 1e3 * _GRAVITY),
+    **dict.fromkeys(("kg", "kgf"), _GRAVITY),
+    **dict.fromkeys(("lb", "lbf"), _POUND * _GRAVITY),
+    **dict.fromkeys(("kip", "kips", "kipf"), 1e3 * _POUND * _GRAVITY),
+}
+_NAMED_UNITS = {"SI": ("m", "te", "kN"), "US": ("ft", "kips", "kips")}
 # reference of the phases, as a lag behind the crest
 _REFERENCE = {
     "crest": 0.0,
@@ -156,10 +177,38 @@ class _Conventions(NamedTuple):
         return np.asarray(lag + waves * self.reference)
 
 
+class _Units(NamedTuple):
+    """Units of length [m], mass [kg] and force [N] of a file."""
+
+    length: float
+    mass: float
+    force: float
+
+    @property
+    def arms(self) -> Real:
+        """Units (6,) of a motion: 1 for a length, and the unit of length of an arm per radian."""
+        return np.array([1.0, 1.0, 1.0, self.length, self.length, self.length])
+
+    @property
+    def stiffness(self) -> Real:
+        """Units (6, 6) of stiffness, and of damping over seconds."""
+        return self.force / self.length * np.outer(self.arms, self.arms)
+
+    @property
+    def inertia(self) -> Real:
+        """Units (6, 6) of mass and added mass."""
+        return self.mass * np.outer(self.arms, self.arms)
+
+    def loads(self, waves: int) -> Real:
+        """Units (6,) of loads over so many wave amplitudes."""
+        return self.force / self.length**waves * self.arms
+
+
 class _Vessel(NamedTuple):
-    """One draught of one type."""
+    """One draught of one type; its ``reference`` and ``waterline`` are in m."""
 
     draught: _Node
+    units: _Units
     conventions: _Conventions
     symmetry: str
     reference: Real  # origin of the matrices in vessel axes
@@ -179,34 +228,36 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     """Database in an OrcaFlex file with one vessel type and draught. Raises `InputError` for data
     that are missing or do not fit."""
     model = _Node(path, "", _content(path))
-    model.node("General").choice("UnitsSystem", ["SI"])
     vessel = _vessel(model, given)
     draught = vessel.draught
+    units = vessel.units
     lift = np.array([0.0, 0.0, vessel.waterline])
     omega, added_mass, damping = _matrices(vessel)
     waves, heading, excitation = _first_order(vessel)
     rows = _matching(draught, omega, waves)
-    centre = draught.numbers("CentreOfGravity", (3,)) - lift
-    buoyancy = draught.numbers("CentreOfBuoyancy", (3,)) - lift
+    centre = units.length * draught.numbers(_centre_key(draught), (3,)) - lift
+    buoyancy = units.length * draught.numbers("CentreOfBuoyancy", (3,)) - lift
+    volume = units.length**3 * draught.numbers("DisplacedVolume", ())
     reference = vessel.reference - lift
     return assembled(
         path,
         omega,
         heading,
         _symmetric(vessel, given),
+        used=given.frequencies,
         added_mass=added_mass,
         radiation_damping=damping,
         excitation=excitation[rows],
         mean_drift=_mean_drift(vessel, waves, heading, rows),
         **_second_order(vessel),
         hydrostatic_stiffness=_stiffness(vessel),
-        inertia_matrix=_inertia(draught, centre - reference),
-        volume=volumes(path, given.volume, draught.numbers("DisplacedVolume", ())),
-        centre_of_gravity=points(path, "CentreOfGravity", given.centre_of_gravity, centre, 1),
+        inertia_matrix=_inertia(draught, centre - reference, units),
+        volume=volumes(path, given.volume, volume),
+        centre_of_gravity=points(path, "CentreOfMass", given.centre_of_gravity, centre, 1),
         centre_of_buoyancy=points(path, "CentreOfBuoyancy", given.centre_of_buoyancy, buoyancy, 1),
         reference_point=reference[None],
         water_depth=vessel.depth,
-        water_density=_density(model, given),
+        water_density=_density(model, given, units),
         gravity=vessel.gravity,
         attributes={"solver": "OrcaFlex vessel type"},
     )
@@ -278,20 +329,46 @@ def _vessel(model: _Node, given: Given) -> _Vessel:
         )
     kind, draught = candidates[0]
     draught.choice("AMDMethod", ["Frequency dependent"])
-    reference = draught.numbers("ReferenceOrigin", (3,))
+    units, gravity = _units(model.node("General"))
+    reference = units.length * draught.numbers("ReferenceOrigin", (3,))
     height, heel, trim = draught.numbers("ReferenceOriginDatumPosition", (3,))
     if heel or trim:
         raise draught.wrong("ReferenceOriginDatumPosition", "heel or trim", "an upright vessel")
-    depth = model.node("Environment").number("WaterDepth")
+    depth = units.length * model.node("Environment").number("WaterDepth")
     return _Vessel(
         draught,
+        units,
         _conventions(kind),
         kind.choice("Symmetry", _SYMMETRY),
         reference,
-        reference[2] - height,
+        reference[2] - units.length * height,
         told(model.path, "water depth", given.water_depth, depth),
-        _GRAVITY if given.gravity is None else given.gravity,
+        gravity if given.gravity is None else given.gravity,
     )
+
+
+def _units(general: _Node) -> tuple[_Units, float]:
+    """Units of the file, and gravity [m/s^2]."""
+    system = general.choice("UnitsSystem", ["SI", "US", "User"])
+    if system in _NAMED_UNITS:
+        names = _NAMED_UNITS[system]
+        return _Units(_LENGTHS[names[0]], _MASSES[names[1]], _FORCES[names[2]]), _GRAVITY
+    length = _LENGTHS[general.choice("LengthUnits", [*_LENGTHS])]
+    mass = _MASSES[general.choice("MassUnits", [*_MASSES])]
+    force = _FORCES[general.choice("ForceUnits", [*_FORCES])]
+    if "TimeUnits" in general.content:
+        general.choice("TimeUnits", ["s"])
+    gravity = length * general.number("g") if "g" in general.content else _GRAVITY
+    return _Units(length, mass, force), gravity
+
+
+def _centre_key(draught: _Node) -> str:
+    """Key of the centre of gravity."""
+    known = [key for key in _CENTRES if key in draught.content]
+    if len(known) != 1:
+        found = " and ".join(known) or "nothing"
+        raise draught.wrong(_CENTRES[0], found, f"one of {' and '.join(_CENTRES)}")
+    return known[0]
 
 
 def _label(kind: _Node, draught: _Node) -> str:
@@ -316,12 +393,12 @@ def _conventions(kind: _Node) -> _Conventions:
     )
 
 
-def _density(model: _Node, given: Given) -> float:
+def _density(model: _Node, given: Given, units: _Units) -> float:
     environment = model.node("Environment")
-    file = environment.number("Density") if "Density" in environment.content else None
-    return told(
-        model.path, "water density", given.water_density, None if file is None else _KILO * file
-    )
+    density = None
+    if "Density" in environment.content:
+        density = units.mass / units.length**3 * environment.number("Density")
+    return told(model.path, "water density", given.water_density, density)
 
 
 def _matrices(vessel: _Vessel) -> tuple[Real, Real, Real]:
@@ -334,9 +411,10 @@ def _matrices(vessel: _Vessel) -> tuple[Real, Real, Real]:
         np.array([item.numbers(_key(item, first), (6, 6)) for item in items])
         for first in ("AddedMassMatrixX", "DampingX")
     )
-    sign = _KILO * np.outer(vessel.conventions.sign, vessel.conventions.sign)
+    sign = np.outer(vessel.conventions.sign, vessel.conventions.sign)
     omega = frequencies(vessel.draught.path, value, vessel.conventions.abscissa)
-    return omega, added_mass * sign, damping * sign
+    units = vessel.units
+    return omega, added_mass * sign * units.inertia, damping * sign * units.stiffness
 
 
 def _key(node: _Node, first: str) -> str:
@@ -352,8 +430,9 @@ def _first_order(vessel: _Vessel) -> tuple[Real, Real, Complex]:
     node = vessel.draught.node("LoadRAOs")
     waves, heading, table = _by_direction(vessel, node)
     size, phase = _sizes_and_phases(*table)
-    loads = polar(size, vessel.conventions.lag(phase, 1)) * _KILO * vessel.conventions.sign
-    origin, phase_origin = _origins(node)
+    scale = vessel.units.loads(1) * vessel.conventions.sign
+    loads = polar(size, vessel.conventions.lag(phase, 1)) * scale
+    origin, phase_origin = _origins(node, vessel.units)
     loads = _at(vessel, loads, waves, heading, phase_origin - origin)
     heading, loads = _mirrored(vessel, heading, loads)
     loads = _at(vessel, loads, waves, heading, origin)
@@ -407,13 +486,13 @@ def _sizes_and_phases(columns: list[str], rows: Real) -> tuple[Real, Real]:
     return size, phase
 
 
-def _origins(node: _Node) -> tuple[Real, Real]:
-    """References of loads and of phases, in vessel axes; ~ means the former."""
-    origin = node.numbers("RAOOrigin", (3,))
+def _origins(node: _Node, units: _Units) -> tuple[Real, Real]:
+    """References of loads and of phases [m], in vessel axes; ~ means the former."""
+    origin = units.length * node.numbers("RAOOrigin", (3,))
     words = node.content.get("PhaseOrigin", ["~"] * 3)
     if isinstance(words, list) and len(words) == 3 and set(words) == {"~"}:
         return origin, origin
-    return origin, node.numbers("PhaseOrigin", (3,))
+    return origin, units.length * node.numbers("PhaseOrigin", (3,))
 
 
 def _matching(draught: _Node, omega: Real, waves: Real) -> list[int]:
@@ -440,11 +519,12 @@ def _mean_drift(vessel: _Vessel, waves: Real, heading: Real, rows: list[int]) ->
         return None
     own_waves, directions, table = _by_direction(vessel, node)
     size, phase = _sizes_and_phases(*table)
-    drift = size * np.cos(phase * vessel.conventions.phase_unit) * _KILO * vessel.conventions.sign
+    scale = vessel.units.loads(2) * vessel.conventions.sign
+    drift = size * np.cos(phase * vessel.conventions.phase_unit) * scale
     own_heading, drift = _mirrored(vessel, directions, drift)
     if not np.array_equal(own_waves, waves) or not np.array_equal(own_heading, heading):
         raise node.wrong("RAOs", "other waves", "the frequencies and directions of the load RAOs")
-    origin = node.numbers("RAOOrigin", (3,))
+    origin, _ = _origins(node, vessel.units)
     return np.asarray(drift @ velocity_transfer((origin - vessel.reference)[None]))[rows]
 
 
@@ -469,8 +549,8 @@ def _pairs(vessel: _Vessel, key: str, difference: bool) -> Pairs | None:
         return None
     size, phase = _sizes_and_phases(columns, rows)
     lag = vessel.conventions.lag(phase, 0 if difference else 2)
-    origin, phase_origin = _origins(node)
-    loads = polar(size, lag) * _KILO * vessel.conventions.sign
+    origin, phase_origin = _origins(node, vessel.units)
+    loads = polar(size, lag) * vessel.units.loads(2) * vessel.conventions.sign
     loads = loads @ velocity_transfer((origin - vessel.reference)[None])
     pairs = Pairs(
         np.repeat(frequencies(node.path, rows[:, :2], vessel.conventions.abscissa), 6, axis=0),
@@ -487,14 +567,14 @@ def _stiffness(vessel: _Vessel) -> Real:
     sign = vessel.conventions.sign[_HEAVE_ROLL_PITCH]
     stiffness = np.zeros((6, 6))
     part = vessel.draught.numbers(key, (3, 3)) * np.outer(sign, sign)
-    stiffness[np.ix_(_HEAVE_ROLL_PITCH, _HEAVE_ROLL_PITCH)] = _KILO * part
-    return stiffness
+    stiffness[np.ix_(_HEAVE_ROLL_PITCH, _HEAVE_ROLL_PITCH)] = part
+    return np.asarray(stiffness * vessel.units.stiffness)
 
 
-def _inertia(draught: _Node, offset: Real) -> Real:
-    """Stiffness (6, 6) about a point from which the centre of gravity is at ``offset``."""
+def _inertia(draught: _Node, offset: Real, units: _Units) -> Real:
+    """Inertia (6, 6) about a point from which the centre of gravity is at ``offset``."""
     mass = draught.number("Mass")
     own = np.diag([mass, mass, mass, 0.0, 0.0, 0.0])
     own[3:, 3:] = draught.numbers(_key(draught, "MomentOfInertiaTensorX"), (3, 3))
     move = velocity_transfer(offset[None])
-    return np.asarray(_KILO * move.T @ own @ move)
+    return np.asarray(move.T @ (own * units.inertia) @ move)

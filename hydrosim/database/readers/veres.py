@@ -91,6 +91,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
         found.frequency,
         heading,
         given.port_starboard_symmetric is not False,
+        used=given.frequencies,
         added_mass=found.added_mass,
         radiation_damping=found.damping,
         excitation=excitation,

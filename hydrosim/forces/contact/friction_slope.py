@@ -5,7 +5,8 @@ fender.
 
 v: velocity of the body's point relative to the plane; b: friction slope [N s/m]. Below |v| = mu N/b
 ("stick") the point creeps; above it ("slip") mu N opposes the velocity. The corner between is an
-event. Dissipation f v; nothing is stored. Source: Plasterk (2017), section 4.2.
+event, and each mode has one branch. If steps do not end at events, the smaller of both is taken at
+every evaluation. Dissipation f v; nothing is stored. Source: Plasterk (2017), section 4.2.
 """
 
 from __future__ import annotations
@@ -40,9 +41,12 @@ def friction(mode, load, v1, s, p):
     speed = length(v1)
     if mode == OPEN or speed == 0.0:
         return Friction((0.0, 0.0), (0.0, 0.0), 0.0, 0.0, 0.0, 0.0)
+    along = (v1[0] / speed, v1[1] / speed)
     size, d = p.kinetic * load.N, direction(v1, s, AT_REST)
-    if mode == STICK:
-        size, d = p.damping * speed, (v1[0] / speed, v1[1] / speed)
+    if p.saturates:
+        size, d = min(max(size, 0.0), p.damping * speed), along
+    elif mode == STICK:
+        size, d = p.damping * speed, along
     power = size * (d[0] * v1[0] + d[1] * v1[1])
     return Friction((-size * d[0], -size * d[1]), (0.0, 0.0), speed, power, 0.0, 0.0)
 

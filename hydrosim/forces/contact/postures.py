@@ -61,8 +61,9 @@ class ContactPostures(PosingKind):
         return np.reshape([(each.rate, *each.velocity) for each in touches], (-1, 3))
 
     def pressed(self, p: Params, modes: np.ndarray, bodies: Any, motion: Any) -> Params:
-        """Constants in which each plane presses its point."""
+        """Constants in which each plane presses its point, and each mode keeps its branch."""
         points = p.points.copy()
+        points["saturates"] = False
         for point, (mode, segment, _) in zip(points, modes, strict=True):
             if mode != OPEN:
                 start = p.segments[segment]["start"]

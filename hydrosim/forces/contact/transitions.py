@@ -31,7 +31,7 @@ from hydrosim.forces.contact.fender import (
     stored_along_normal,
 )
 from hydrosim.forces.contact.law import AT_REST
-from hydrosim.forces.contact.laws import COULOMB
+from hydrosim.forces.contact.laws import COULOMB, FRICTION_SLOPE
 from hydrosim.forces.contact.modes import ABSENT, OPEN, PASSED, SLIP, STICK
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import (
@@ -313,6 +313,16 @@ def strike(t, y, modes, motion, bodies, headings, reactions, p):
                 _break_away(i, t, y, modes, c, reactions, p)
             else:
                 _grip(i, 0.0, t, y, modes, c, p)
+
+
+@kernel
+def waits_for_loads(modes, p):
+    """True if any point sticks so firmly that its motion does not show its load."""
+    for i in range(p.points.size):
+        firm = p.points[i].law in (COULOMB, FRICTION_SLOPE)
+        if firm and modes[p.mode + i, MODE] == STICK:
+            return True
+    return False
 
 
 @kernel

@@ -11,7 +11,9 @@
 
 F: force and moment about the centre of gravity, earth frame; f with a point gives them about that
 point. Work is F v. The values of the last two calls are states. Where a mode switches, motions may
-jump, so the line begins anew with one value. A step that is cut there is two steps.
+jump, so the line begins anew with one value. A step that is cut there is two steps. Calls that
+follow each other faster than `MIN_INTERVAL` of the interval before count as one, because a short
+interval would be continued over a long one.
 
 A delay makes energy (Colgate & Schenkel 1997, of the sampled spring): the integral of (F - f) v is
 booked apart, as a part of the work. f is known where steps end, and F is equal to it where a step
@@ -179,10 +181,20 @@ of all, and its bodies: ``bodies`` of them, from ``body`` on in ``members``."""
 VECTORS = ("value", "value before", "velocity at")
 """States of each external force with a delay, six for every body: the values of the last two calls,
 and the velocity at the last one."""
-TIME, TIME_BEFORE, KNOWN, CALLS, ENERGY, SCALARS = range(6)
+TIME, TIME_BEFORE, KNOWN, CALLS, ENERGY, LARGEST, EXCESS, SCALARS = range(8)
 """States that follow: times of the last two calls [s], how many of them are known, the number of
 all calls, the energy of the delay [J]."""
-SCALAR_NAMES = ("time of call", "time of call before", "known values", "calls", "energy of delay")
+SCALAR_NAMES = (
+    "time of call",
+    "time of call before",
+    "known values",
+    "calls",
+    "energy of delay",
+    "largest component",
+    "continued over largest",
+)
+MIN_INTERVAL = 0.1
+"""Time between two calls, over that between the two before, below which they count as one."""
 OBSERVED = 2  # calls and energy of the delay
 
 
@@ -299,26 +311,44 @@ def take_sample(e, t, jumped, y, motion, bodies, p, own):
     if calls > 0.0 and step <= 0.0:
         return True
     passed = 0.0
+    continued = 0.0
     if calls > 0.0:
         clear(own)
         predict(e, t, y, p, own)
+        continued = largest_component(own)
         passed = work_of_rest(e, step, y, motion, p, own)
     if ask_function(e, t, motion, bodies, own) == 0:
         return False
     if calls > 0.0:
         y[scalar + ENERGY] += passed - work_of_rest(e, step, y, motion, p, own)
+    known = y[scalar + KNOWN] > 1.0
+    apart = step >= MIN_INTERVAL * (y[scalar + TIME] - y[scalar + TIME_BEFORE])
     for k in range(e.bodies):
         b = p.members[e.body + k]
         for i in range(6):
             j = 6 * k + i
-            y[before + j] = y[value + j]
+            if apart or not known:
+                y[before + j] = y[value + j]
             y[value + j] = own[6 * b + i]
             y[speed + j] = motion.velocity[6 * b + i]
-    y[scalar + TIME_BEFORE] = y[scalar + TIME]
+    if apart or not known:
+        y[scalar + TIME_BEFORE] = y[scalar + TIME]
+    y[scalar + LARGEST] = max(y[scalar + LARGEST], largest_component(own))
+    if y[scalar + LARGEST] > 0.0:
+        y[scalar + EXCESS] = max(y[scalar + EXCESS], continued / y[scalar + LARGEST])
     y[scalar + TIME] = t
     y[scalar + CALLS] = calls + 1.0
     y[scalar + KNOWN] = 1.0 if jumped or calls == 0.0 else 2.0
     return True
+
+
+@kernel
+def largest_component(own):
+    """Size of the largest component of wrenches (6 nb,)."""
+    largest = 0.0
+    for i in range(own.size):
+        largest = max(largest, abs(own[i]))
+    return largest
 
 
 @kernel
@@ -380,3 +410,11 @@ class _Kind(ElementKind):
 
 
 KIND = _Kind("externals", (External,), compile_elements)
+
+
+def continued_beyond(p: Params, y: np.ndarray) -> Iterator[tuple[int, float]]:
+    """Rows of forces that are called once per step, each with the largest component that it was
+    continued to, over the largest that its function ever gave."""
+    for e in p.each:
+        if e["way"] != STAGE:
+            yield int(e["row"]), float(y[p.state + e["state"] + 18 * e["bodies"] + EXCESS])

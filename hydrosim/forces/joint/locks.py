@@ -164,6 +164,16 @@ def any_closed(modes, p):
     return False
 
 
+@kernel
+def waits_for_loads(modes, p):
+    """True if any closed joint opens by its load: a ratchet, or a joint that may break."""
+    for i in range(p.each.size):
+        opens = p.each[i].ratchet != NO_RATCHET or p.each[i].strength < inf
+        if opens and is_closed(i, modes, p):
+            return True
+    return False
+
+
 @root
 def hold(y, modes, motion, bodies, p, wrench, constraints, holds):
     """Add the constraints of all closed joints; ``wrench`` (6 nb,) is scratch."""

@@ -293,6 +293,15 @@ def break_loose(modes, p, reactions):
     return False
 
 
+@kernel
+def waits_for_loads(modes, p):
+    """True if any motion is stuck."""
+    for i in range(p.each.size):
+        if modes[p.mode + i, MODE] == STUCK:
+            return True
+    return False
+
+
 @root
 def strike(y, modes, bodies, p):
     """Test dry friction again, after velocities have jumped. It bears no impulse, because it is

@@ -27,7 +27,7 @@ the line lies in one vertical plane. With small angles lever arms stay as they a
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import inf, nan, sqrt
 from typing import NamedTuple
 
@@ -44,7 +44,7 @@ from hydrosim.jit.kernels import clear, kernel, root, root_giving
 from hydrosim.modes import MARGINS, MODE, RISING, SEGMENT, SEGMENT_MARGIN
 from hydrosim.rigid.kinematics import add_wrench, attachment, point_velocity
 from hydrosim.rigid.vectors import cross, dot, scale, sub, vector
-from hydrosim.scene import ForceElement
+from hydrosim.scene import ForceElement, LeftOut
 from hydrosim.streams.current import current_at, mean_current
 
 ACTING, GONE, LOST, TAUT = range(4)
@@ -77,7 +77,7 @@ class Catenary(Tie):
     [N/m], ``stiffness`` EA [N], ``hung`` [N] at the lower end (weight of a clump above 0, lift of a
     buoy below 0), ``drag_width`` [m], drag coefficient times diameter. ``friction`` is the
     coefficient of the seabed, None without a seabed. ``paid`` is the length of segment ``paying``
-    over time [m].
+    over time [m]. ``left_out`` is what its file says and the line has not.
     """
 
     point: tuple[float, ...]
@@ -91,6 +91,7 @@ class Catenary(Tie):
     anchor_body: str | None = None
     paid: Signal | None = None
     paying: int = STEADY
+    left_out: tuple[LeftOut, ...] = field(default=(), kw_only=True)
 
     def feels(self) -> Collection[str]:
         return ("current",) if np.any(self.drag_width) else ()

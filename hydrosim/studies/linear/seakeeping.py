@@ -15,6 +15,8 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.compiling.compile import Radiation, compile_for_linear
+from hydrosim.compiling.questions import describe_doubts
+from hydrosim.compiling.questions.doubt import describe_start
 from hydrosim.dofs import DOFS
 from hydrosim.forces.line.kind import KIND as LINES
 from hydrosim.linear.contacts import Contacts
@@ -23,7 +25,7 @@ from hydrosim.linear.modes import Kind, NaturalMode
 from hydrosim.radiation.threads import one_thread
 from hydrosim.results.variables import units_of
 from hydrosim.rigid.free import are_lengths, own_coordinates
-from hydrosim.scene import FreeSurface
+from hydrosim.scene import FreeSurface, Question
 from hydrosim.statistics.excursions import find_excursions
 from hydrosim.stepping.names import coordinate_at, coordinate_names, coordinates, dofs_of
 from hydrosim.streams.gusts import band
@@ -44,6 +46,8 @@ if TYPE_CHECKING:
 BINS = 200  # of a response spectrum
 EXPOSURE = 10800.0  # s
 MOTION = ("body", "dof")
+OF_RUNS = frozenset({Question.STEP, Question.RAMP, Question.FALL, Question.SPEED})
+"""Questions about a run over time."""
 ROUGH = 1e-3  # error of radiation above which RAOs may show it
 
 
@@ -93,7 +97,9 @@ def linear_analysis(scene: Scene, wanted: Wanted) -> xr.Dataset:
             _in_gusts(scene, about),
         ]
     )
+    start = describe_start(scene, compiled.facts, compiled.state, compiled.sea, scene.duration)
     remarks = [
+        *describe_doubts(start, OF_RUNS),
         *(text for group in compiled.wet for text in group.cut_lengths),
         *_rough_memory(compiled),
         *_unloaded(compiled),

@@ -45,8 +45,8 @@ if TYPE_CHECKING:
     from hydrosim.statistics.figures import Asked
 
 COLLECTING = 0.05  # of the time, at most, is spent on collecting garbage
-EVERY = 50  # runs, of which the first estimates its error: 2 % where a twin costs what a run does
-ESTIMATES = f"errors are estimated in run 0 and in every {EVERY}th run after it"
+EVERY = 50  # runs, of which the first measures its error: at most 2 % of the cost of all
+ESTIMATES = f"errors are measured in run 0 and in every {EVERY}th run after it"
 TOLD = 5  # messages of runs that are refused
 FEWEST = 4  # output times, to have statistics of
 
@@ -91,9 +91,10 @@ def simulate_many(
     asked; else it is in memory. Each run is kept in a folder, ``output``.partial, once it is done:
     a set that was killed or interrupted goes on from there with ``resume``, to the same result.
 
-    Run 0 and every 50th after it estimate their errors; the ``warnings`` of others say nothing of
-    that. `simulate` estimates that of any run. Runs of a part of a longer set count from ``first``,
-    their place in it.
+    Run 0 and every 50th after it measure their errors: ``error_relative`` is NaN in others, and
+    their ``warnings`` say nothing of it. `simulate` measures that of any run, and makes one by
+    ``automatic`` again if it misses its tolerance; here that is told alone. Runs of a part of a
+    longer set count from ``first``, their place in it.
 
     All runs have one duration and one output step. Names that not all runs have, of contacts,
     elements or bodies, are padded (`hydrosim.studies.many.form`); the attribute ``runs_differ``

@@ -13,6 +13,14 @@ import xarray as xr
 from hydrosim.errors import InputError
 from hydrosim.results.assembled import assembled
 from hydrosim.results.channels import chosen, names
+from hydrosim.results.error_figures import (
+    COMPANION,
+    CONTACT_FORCE,
+    EVALUATIONS,
+    PARTED,
+    RELATIVE,
+)
+from hydrosim.results.memory import LAST_NODE
 from hydrosim.statistics.figures import Asked
 from hydrosim.statistics.results import Results
 from hydrosim.statistics.statistics import RECORDED, columns, of_contacts
@@ -22,8 +30,8 @@ if TYPE_CHECKING:
 
 COUNTS = ("solver_steps", "solver_events", "energy_residual_relative")
 OWN = {*COUNTS, "solver_rejected", "solver_evaluations", "wall_time", "seeds", "warnings"}
+OWN |= {RELATIVE, CONTACT_FORCE, PARTED, COMPANION, EVALUATIONS}
 OWN |= {
-    "twin_evaluations",
     "status",
     "status_message",
     "format",
@@ -63,6 +71,7 @@ def digested(
     if "fender" in run.dims:
         more |= {"first_contact": _first_contact(run), "contact_sequence": _sequence(run)}
     more |= {name: xr.Variable((), run.attrs[name]) for name in COUNTS}
+    more[RELATIVE] = _error(run)
     results = Results(run)
     why = results.why if "impulse" in run else xr.Dataset()
     for figure in figures:
@@ -79,7 +88,9 @@ def digested(
     kept = assembled(more, coords, attributes)
     if why:
         kept = xr.merge([kept, why], join="exact", compat="equals")
-    return xr.merge([run[variables], kept], join="outer", compat="equals") if variables else kept
+    if variables:
+        kept = xr.merge([run[variables], kept], join="outer", compat="equals")
+    return kept.drop_vars(LAST_NODE, errors="ignore")  # adaptive runs have it at different times
 
 
 def _chosen(run: xr.Dataset, patterns: Sequence[str], lenient: bool) -> list[str]:
@@ -101,6 +112,12 @@ def _end(run: xr.Dataset) -> xr.Variable:
     end = run.variables["position"].isel(time=-1)
     end.attrs["long_name"] = "displacement and angles at the end of the run"
     return end
+
+
+def _error(run: xr.Dataset) -> xr.Variable:
+    """The measured error of motions, NaN where a run did not measure it."""
+    said = {"units": "1", "long_name": "largest error of a motion, relative to its range"}
+    return xr.Variable((), float(run.attrs.get(RELATIVE, np.nan)), said)
 
 
 def _sequence(run: xr.Dataset) -> xr.Variable:

@@ -47,7 +47,7 @@ def outcome_of(work: Work | Exception, digest: Digest, stop: Stop) -> Outcome:
     try:
         with locating(work.scene.places):
             compiled = in_waves(work.calm, work.scene, work.sea)
-        run = run_compiled(compiled, watch, estimates=work.estimates)
+        run = run_compiled(compiled, watch, estimates=work.estimates, repeats=False)
     except KeyboardInterrupt:
         return Outcome("interrupted")
     except Exception as error:

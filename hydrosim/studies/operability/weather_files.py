@@ -6,7 +6,7 @@ the middle of their classes. A hindcast is a text
 with columns time [s] or dates (2020-01-31T12:00), hs [m] and tp [s] (other units in brackets, "time
 [h]"), and, where it is known, direction [deg], the bearing that waves come from; or netCDF with
 these over time, or with spectra, efth over time, freq [Hz] and dir, as wavespectra has them: of
-those the direction is that of the mean of the energy.
+those the direction is that of the mean of the energy. Attributes may say that waves go to it.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hydrosim.documents.directions import check_spectral_units, goes_to, without_repeats
 from hydrosim.documents.series import NETCDF
 from hydrosim.documents.text import (
     EPOCH,
@@ -199,7 +200,7 @@ def _converted(source: Source, values: xr.DataArray, what: str) -> np.ndarray:
         scale = factor(unit, UNITS[what])
     except ValueError as error:
         source.wrong(f"{values.name or what}: {error}; expected {USUAL[what]}")
-    going = what == "direction" and "to_direction" in str(values.attrs.get("standard_name", ""))
+    going = what == "direction" and goes_to(source, str(values.name or what), values.attrs)
     return np.asarray(values.values.astype(float) * scale + (np.pi if going else 0.0))
 
 
@@ -216,11 +217,8 @@ def _of_spectra(source: Source, efth: xr.DataArray) -> dict[str, xr.DataArray | 
 
     if not {"freq", "dir"} <= {*efth.dims} or not {"freq", "dir"} <= {*efth.coords}:
         source.wrong("found efth without freq or dir; expected both, as wavespectra has them")
-    for name, units in (("freq", ("Hz", "1/s", "s-1")), ("dir", ("deg",))):
-        said = str(efth[name].attrs.get("units", units[0]))
-        if not said.lower().startswith(tuple(unit.lower() for unit in units)):
-            source.wrong(f"found {name} in {said}; expected {units[0]}, as wavespectra has it")
-    efth = efth.sortby("freq")
+    check_spectral_units(source, efth)
+    efth = without_repeats(source, efth.sortby("freq"))
     bearing = efth["dir"].astype(float)
     around = np.sort(bearing.values % 360.0)
     step = 360.0 / around.size
@@ -233,6 +231,8 @@ def _of_spectra(source: Source, efth: xr.DataArray) -> dict[str, xr.DataArray | 
     peak = density["freq"][density.argmax("freq")].drop_vars("freq").drop_attrs()
     over = efth.integrate("freq").squeeze(drop=True)
     parts = [(over * turned(np.deg2rad(bearing))).sum("dir") for turned in (np.cos, np.sin)]
-    mean = xr.apply_ufunc(np.arctan2, parts[1], parts[0]).drop_attrs().assign_attrs(units="rad")
+    told = {key: text for key, text in bearing.attrs.items() if key != "units"}
+    mean = xr.apply_ufunc(np.arctan2, parts[1], parts[0]).drop_attrs()
+    mean = mean.rename("dir").assign_attrs(told, units="rad")
     height = 4.0 * density.integrate("freq").drop_attrs() ** 0.5
     return {"hs": height, "tp": 1.0 / peak, "direction": mean}

@@ -15,6 +15,7 @@ from hydrosim.errors import SimulationError
 from hydrosim.forces import function_errors
 from hydrosim.jit.refs import Held, forget
 from hydrosim.jit.waiting import Torn, running_time
+from hydrosim.results.error_figures import ErrorEstimate, add_error_estimate
 from hydrosim.results.ledger import warn
 from hydrosim.results.output import to_dataset
 from hydrosim.stepping.record import SPACING, new_record, unpack
@@ -37,7 +38,7 @@ from hydrosim.studies.run.aftermath import noticed
 from hydrosim.studies.run.blow_up import blown_up
 from hydrosim.studies.run.checkpoint import Checkpoint, Keeper
 from hydrosim.studies.run.failure import failure
-from hydrosim.studies.run.functions import changed, record_of
+from hydrosim.studies.run.functions import changed, record_of, warnings_of_delays
 from hydrosim.studies.run.provenance import provenance
 from hydrosim.studies.run.resolution import unresolved
 
@@ -45,7 +46,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from hydrosim.compiling.compiled import Compiled
-    from hydrosim.studies.run.twin import Estimate
 
 CHUNK = 0.1  # s of processor time between reports of progress
 
@@ -168,7 +168,7 @@ class Course:
         """Whether the run has ended as it should."""
         return self._status == "complete" and not self.failed
 
-    def dataset(self, estimate: Estimate | None = None, last: bool = True) -> xr.Dataset:
+    def dataset(self, estimate: ErrorEstimate | None = None, last: bool = True) -> xr.Dataset:
         """The dataset of the run until now, with the ``estimate`` of its error. After the ``last``
         dataset the course is of no use: it lets go of the waves over time. Raises SimulationError
         with the dataset if the run cannot continue."""
@@ -176,7 +176,7 @@ class Course:
         run = self.run
         message = failure(compiled, run, self.time) if self.failed else None
         status = self._status if last or self.ended else "interrupted"
-        attributes = self._attributes("failed" if message else status, message)
+        attributes = self._attributes("failed" if message else status, message, estimate)
         record = run.record
         count = int(run.counters[RECORDS])
         history = run.state.history if last else deepcopy(run.state.history)
@@ -189,21 +189,27 @@ class Course:
         scene = compiled.scene
         dataset = to_dataset(scene, compiled.model, layout, sea, record, count, history, attributes)
         warn(dataset, noticed(compiled, dataset))
-        if estimate:
-            dataset.attrs["twin_evaluations"] = estimate.evaluations
-            warn(dataset, estimate.warnings)
+        if estimate is not None:
+            add_error_estimate(dataset, estimate)
         if message:
             errors = (error for _, error in function_errors(scene.forces))
             raise SimulationError(message, dataset) from next(errors, None)
         return dataset
 
-    def _attributes(self, status: str, message: str | None) -> dict[str, object]:
-        """Attributes of the dataset."""
+    def _attributes(
+        self, status: str, message: str | None, estimate: ErrorEstimate | None
+    ) -> dict[str, object]:
+        """Attributes of the dataset. Doubts about the step are left out if the ``estimate`` of the
+        error shows that they do not matter."""
         compiled = self.compiled
         counters = self.run.counters
         count = int(counters[RECORDS])
-        warnings = [*compiled.notes.warnings, *unresolved(compiled, self.run.record, count)]
+        warnings = [*compiled.notes.warnings]
+        if estimate is None or estimate.warnings:
+            warnings += compiled.step_warnings
+            warnings += unresolved(compiled, self.run.record, count)
         warnings += [] if self.failed else changed(compiled, self.run)
+        warnings += warnings_of_delays(compiled, self.run)
         kept = self._keeper
         return {
             **provenance(compiled),

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hydrosim.compiling.joints.closed import singular_joints
-from hydrosim.forces import function_errors, lost_units
+from hydrosim.forces import function_errors, lost_units, names_of_modes
 from hydrosim.rigid.free import owners
+from hydrosim.scene import Method
 from hydrosim.stepping.names import force_names
 from hydrosim.stepping.record import unpack
 from hydrosim.stepping.run import PITCH
@@ -39,7 +40,7 @@ MESSAGES = {
     NOT_FINITE: "{where} is no longer finite",
     CAPSIZED: "the pitch of body {where} is beyond 85 deg, or the heel of its hull or tanks,"
     " where angles are no longer defined",
-    CHATTERING: "a contact or spring changes its mode endlessly (more than 200 times in one step)",
+    CHATTERING: "{where} changes its mode endlessly (more than 200 times in one step)",
     STEP_TOO_SMALL: "no step is small enough to continue (200,000 steps were taken within one"
     " solver.step, or the last was 1e-12 of the time)",
     NO_SOLUTION: "the implicit method finds no solution for a step",
@@ -50,17 +51,16 @@ MESSAGES = {
     BLOWN_UP: "the solution blows up: it holds more than ten times the energy that all sources"
     " can have given, most of it in {where}",
 }
-REMEDY = "Try a smaller solver.step, or check the stiffness and damping of that element."
 REMEDIES = {
-    CHATTERING: "Try a smaller solver.step, solver.method: esdirk4, which is stable at any step, or"
-    " check the stiffness and damping of that element.",
-    STEP_TOO_SMALL: "Try solver.method: esdirk4, which is stable at any step, or a larger"
-    " solver.tolerance, or check the stiffness and damping of that element.",
     NO_SAMPLE: "Run it in the process in which the function was made.",
     SINGULAR: "End the run before, or keep the joints away from that place.",
     NO_SOLUTION: "Try solver.method: dopri5, or check the stiffness and damping of that element.",
 }
-"""Remedies for a status if another one is better than `REMEDY`."""
+"""Remedies for a status that do not depend on the method."""
+ALTERNATING = 0.5
+"""Least switches of a unit that is named, as a share of those of the one that switches most."""
+MAX_NAMES = 4
+"""Most units that a message names."""
 
 NAMED = {
     StateKind.SLOW_PLACE: "the slow position in waves, {entry.name}",
@@ -79,14 +79,17 @@ def failure(compiled: Compiled, run: Run, time: float) -> str:
     model = compiled.model
     counters = run.counters
     count = int(counters[RECORDS])
-    if counters[STATUS] == BLOWN_UP:
+    status = int(counters[STATUS])
+    if status == BLOWN_UP:
         where = holder(scene, model, run.record, count)
-    elif counters[STATUS] == SINGULAR:
+    elif status == SINGULAR:
         where = singular_joints(scene, model, run.state)
+    elif status == CHATTERING:
+        where = _alternating_units(compiled, run)
     else:
         where = _where(compiled, run.state)
-    what = MESSAGES[int(counters[STATUS])].format(where=where)
-    remedy = REMEDIES.get(int(counters[STATUS]), REMEDY)
+    what = MESSAGES[status].format(where=where)
+    remedy = REMEDIES.get(status) or choose_remedy(status, scene.solver.method)
     for name, reason in lost_units(model, scene, run.state.modes):
         what = f"the force of {name} is lost: {reason}"
         remedy = (
@@ -95,12 +98,32 @@ def failure(compiled: Compiled, run: Run, time: float) -> str:
     for name, error in function_errors(scene.forces):
         what = f"the function of {name} fails ({type(error).__name__}: {error})"
         remedy = "Correct the function: its traceback is the cause of this error."
-    name, size = _largest_force(scene, model, run.record, count)
-    message = (
-        f"at t = {time:.6g} s {what}. The largest force at the last record is that of {name},"
-        f" {size:.3g} N. {remedy}"
-    )
-    return "\n".join([message, *(f"Earlier warnings: {text}" for text in compiled.notes.warnings)])
+    message = f"at t = {time:.6g} s {what}."
+    if status != CHATTERING:  # which names the units that it is about
+        name, size = _largest_force(scene, model, run.record, count)
+        message += f" The largest force at the last record is that of {name}, {size:.3g} N."
+    message += f" {remedy}"
+    earlier = (*compiled.notes.warnings, *compiled.step_warnings)
+    return "\n".join([message, *(f"Earlier warnings: {text}" for text in earlier)])
+
+
+def choose_remedy(status: int, method: Method) -> str:
+    """Text on what to try against a ``status``, with another method than the one in use."""
+    tries = ["a smaller solver.tolerance" if method.adapts else "a smaller solver.step"]
+    if status == STEP_TOO_SMALL:
+        tries = ["a larger solver.tolerance"]
+    if status in (STEP_TOO_SMALL, CHATTERING) and method != Method.ESDIRK4:
+        tries.append("solver.method: esdirk4, which is stable at any step")
+    return f"Try {', or '.join(tries)}, or check the stiffness and damping of that element."
+
+
+def _alternating_units(compiled: Compiled, run: Run) -> str:
+    """Names of the units whose modes alternate in the present step."""
+    switches = run.scratch.switches
+    names = names_of_modes(compiled.model, compiled.scene)
+    often = np.flatnonzero(switches > ALTERNATING * switches.max(initial=0))
+    more = f" and {often.size - MAX_NAMES} more" if often.size > MAX_NAMES else ""
+    return ", with ".join(names[i] for i in often[:MAX_NAMES]) + more or "a contact or spring"
 
 
 def _where(compiled: Compiled, state: State) -> str:

@@ -16,6 +16,8 @@ import numpy as np
 
 from hydrosim.errors import InputError
 from hydrosim.forces import externals_of, functions_at_stages
+from hydrosim.forces.given.external import KIND as EXTERNALS
+from hydrosim.forces.given.external import continued_beyond
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.stepping.dynamics import new_work
 from hydrosim.stepping.names import force_names
@@ -32,6 +34,8 @@ ACTED = "external_forces"
 STATES = "external_states"
 """Attribute: time and states of functions, as JSON."""
 SEPARATOR = ": "
+MAX_EXCESS = 3.0
+"""Force that is continued between two calls, over the largest that its function ever gave."""
 SAME = 1e-9  # of the largest component: wrenches this close are the same
 
 
@@ -145,6 +149,19 @@ def changed(compiled: Compiled, run: Run) -> Iterator[str]:
                 " is called at every stage, in no order of time. It remembers: choose coupling"
                 " held or extrapolated."
             )
+
+
+def warnings_of_delays(compiled: Compiled, run: Run) -> Iterator[str]:
+    """Warnings about external forces that were continued far beyond what their functions gave."""
+    for row, excess in continued_beyond(EXTERNALS.of(run.model), run.state.y):
+        if excess <= MAX_EXCESS:
+            continue
+        yield (
+            f"the force of {force_names(compiled.scene)[row]} was continued to {excess:.3g} times"
+            " the largest that its function ever gave, from the last two calls; usual is up to"
+            f" {MAX_EXCESS:g}. Choose a smaller solver.step, coupling held, or stage if the"
+            " function does not remember."
+        )
 
 
 def _remembering(scene: Scene) -> dict[str, Any]:

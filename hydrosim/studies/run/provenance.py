@@ -8,13 +8,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.compiling.restart import ACCURACY, HEADINGS, MET, started_from
+from hydrosim.compiling.restart import HEADINGS, MET, started_from
 from hydrosim.program import program_version, versions
+from hydrosim.results.error_figures import ACCURACY
 from hydrosim.results.netcdf import FORMAT, LATEST
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
     from hydrosim.scene import Scene
+
+
+SEAS = "seas"
+"""The attribute with a line for each wave train."""
 
 
 def _longest_ramp(scene: Scene) -> float:
@@ -47,6 +52,7 @@ def provenance(compiled: Compiled) -> dict[str, object]:
         "zero_by_symmetry": "\n".join(notes.zero) or None,
         **started_from(scene),
         HEADINGS: compiled.facts.headings if np.any(compiled.model.headings.stream) else None,
+        SEAS: "\n".join(notes.seas) or None,
         "records": "\n".join(notes.records) or None,
         "meetings": "\n".join(notes.meetings) or None,
         "line_drag": "\n".join(notes.drag) or None,

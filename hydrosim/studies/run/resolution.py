@@ -4,7 +4,6 @@ resolve."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from math import ceil, isclose
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -13,11 +12,11 @@ from hydrosim.linear.accuracy import WRONG, Vibration, vibrations
 from hydrosim.linear.stability import Combination, Watch, combinations, unwatched
 from hydrosim.radiation.threads import one_thread
 from hydrosim.rigid.free import groups
+from hydrosim.scene.solver import fitting_step
 from hydrosim.stepping.record import unpack
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
-    from hydrosim.scene import Scene
     from hydrosim.stepping.state import Record
 
 ACCURATE = 1e-3  # of the range of a motion: an error that is worth a warning
@@ -78,7 +77,7 @@ def accuracy_limit(compiled: Compiled, found: Sequence[Combination]) -> str:
 def unresolved(compiled: Compiled, record: Record, count: int) -> Iterator[str]:
     """Warning if a vibration that a run with ``count`` records excited has an error above
     `ACCURATE` of the range of a motion. The error is that of one vibration alone. If contacts
-    change often, errors are several times as large, see `hydrosim.studies.run.twin`."""
+    change often, errors are several times as large, see `hydrosim.studies.run.error_estimate`."""
     needs = list(_needs(compiled, record, count))
     if needs:
         step = min(need.step for need in needs)
@@ -88,7 +87,7 @@ def unresolved(compiled: Compiled, record: Record, count: int) -> Iterator[str]:
             f"solver.step {scene.solver.step:g} s does not resolve"
             f" {described(worst.vibration, compiled)}. The run excites it, and motions may be"
             f" wrong by {worst.error:.1g} of their range. Choose solver.step:"
-            f" {fitting_step(scene, step):.6g} s, or solver.method: dopri5."
+            f" {fitting_step(scene.output_step, step):.6g} s, or solver.method: dopri5."
         )
 
 
@@ -130,11 +129,3 @@ def _ranges(motion: np.ndarray, kind: np.ndarray) -> np.ndarray:
     largest range, or about the axis of its largest range."""
     own = np.ptp(motion, axis=0)
     return np.maximum([own[kind == k].max() for k in kind], STILL)
-
-
-def fitting_step(scene: Scene, limit: float) -> float:
-    """A step [s] of few digits that is at most ``limit`` [s], and fits the output."""
-    fewest = ceil(scene.output_step / limit * (1.0 - 1e-9))
-    parts = (scene.output_step / n for n in range(fewest, 10 * fewest))
-    few = (part for part in parts if isclose(part, float(f"{part:.2g}")))
-    return next(few, scene.output_step / fewest)

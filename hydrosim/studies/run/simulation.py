@@ -16,22 +16,26 @@ from hydrosim.errors import InputError
 from hydrosim.forces import externals_of, function_errors
 from hydrosim.linear.propagate import propagate
 from hydrosim.scene import ForceElement, Scene
+from hydrosim.studies.run.accuracy import repeat_until_accurate
 from hydrosim.studies.run.asked import check_criteria
 from hydrosim.studies.run.checkpoint import Checkpoint
 from hydrosim.studies.run.course import Course
+from hydrosim.studies.run.error_estimate import estimate_error, estimate_from_looser
 from hydrosim.studies.run.functions import continued
 from hydrosim.studies.run.stages import complete
 from hydrosim.studies.run.step_limits import warned_of_steps
-from hydrosim.studies.run.twin import estimated
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from hydrosim.case import Case
+    from hydrosim.results.error_figures import ErrorEstimate
 
 NAME = re.compile(r"\w+")
 Progress = Callable[[float, int], None]
-"""Function that is called at times with the simulated time [s] and the number of steps."""
+"""Function that is called at times with the simulated time [s] and the number of steps. While the
+error of a run is measured, it is called with those at the end. If the run is made again, the time
+begins anew."""
 
 
 def simulate(
@@ -131,34 +135,55 @@ def run_compiled(
     progress: Progress | None = None,
     kept: Checkpoint | None = None,
     estimates: bool = True,
+    repeats: bool = True,
 ) -> xr.Dataset:
-    """`simulate` for a compiled scene whose step limits are known. With ``estimates``, a twin run
-    estimates its error."""
+    """`simulate` for a compiled scene whose step limits are known. With ``estimates``, a companion
+    measures the error of the run. With ``repeats``, a run that misses the accuracy of its scene is
+    then made again."""
     course = Course(compiled, kept, propagate if compiled.facts.exact else None)
     del compiled  # the course lets go of its waves
-    return run_to_end(course, progress, estimates)
 
-
-def run_to_end(
-    course: Course, progress: Progress | None = None, estimates: bool = True
-) -> xr.Dataset:
-    """Advance a course to its end, or to an interrupt; its dataset."""
-    try:
+    def advance(course: Course) -> Course:
         for time in course.chunks():
             if progress is not None:
                 progress(time, course.steps)
+        return course
+
+    def solve(compiled: Compiled) -> Course:
+        return advance(Course(compiled))
+
+    def watch(_: float) -> None:
+        if progress is not None:
+            progress(course.time, course.steps)
+
+    def measure(course: Course, looser: Course | None) -> ErrorEstimate:
+        if looser is not None:
+            return estimate_from_looser(course.compiled, course.run, looser.run)
+        return estimate_error(course.compiled, course.run, watch)
+
+    estimate = None
+    try:
+        advance(course)
+        if estimates and has_error_estimate(course):
+            if repeats:
+                course, estimate = repeat_until_accurate(course, solve, measure)
+            else:
+                estimate = measure(course, None)
     except KeyboardInterrupt as interrupt:
         course.interrupt(interrupt)
-    return dataset_of(course, estimates)
+    return course.dataset(estimate)
 
 
-def dataset_of(course: Course, estimates: bool = True, last: bool = True) -> xr.Dataset:
-    """The dataset of a course until now, see `Course.dataset`. With ``estimates``, a twin run
-    estimates the error of a complete run, unless functions are called once per step: these may
-    remember."""
+def has_error_estimate(course: Course) -> bool:
+    """True if the error of a course can be measured: it is complete and stepped, and no function is
+    called once per step, which may remember."""
     compiled = course.compiled
-    once = any(e.delayed for e in externals_of(compiled.scene.forces).values())
-    wanted = estimates and course.complete and not once
-    estimate = estimated(compiled, course.run) if wanted else None
-    del compiled  # the course lets go of its waves
-    return course.dataset(estimate, last)
+    once = any(external.delayed for external in externals_of(compiled.scene.forces).values())
+    return course.complete and not once and not compiled.facts.exact
+
+
+def dataset_of(course: Course, estimates: bool) -> xr.Dataset:
+    """The dataset of a course until now, which may go on; with ``estimates`` of its error."""
+    measured = estimates and has_error_estimate(course)
+    estimate = estimate_error(course.compiled, course.run) if measured else None
+    return course.dataset(estimate, last=False)

@@ -11,9 +11,9 @@ from hydrosim.integrate import methods_for_any_step
 from hydrosim.linear.stability import smallest_step, step_limits
 from hydrosim.radiation.threads import one_thread
 from hydrosim.scene import Unstable
+from hydrosim.scene.solver import fitting_step
 from hydrosim.studies.ballast.loading import as_at
 from hydrosim.studies.run.resolution import (
-    fitting_step,
     scene_combinations,
     scene_vibrations,
 )
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
 @one_thread
 def warned_of_steps(compiled: Compiled) -> Compiled:
-    """Compiled scene with a warning about a step above the stable limit, and with the modes that
-    the step does not resolve. Raises InputError if the scene refuses a step above the limit."""
+    """Compiled scene with its largest stable step, with warnings about a step above it, and with
+    the modes that the step does not resolve. Raises InputError if the scene refuses such a step."""
     scene = compiled.scene
     step = scene.solver.step
     if compiled.method.adapts or compiled.facts.exact:
@@ -43,10 +43,12 @@ def warned_of_steps(compiled: Compiled) -> Compiled:
         found = [limit.describe(step) + now for limit in limits]
     if found and scene.solver.unstable == Unstable.ERROR:
         raise InputError(f"solver.step {step:g} s: {'. '.join(found)}. {_advice(scene, limits[0])}")
-    texts = [f"solver.step {step:g} s: {text}" for text in found]
-    notes = compiled.notes.warned(texts)
-    unresolved = scene_vibrations(compiled, looked_at)
-    return replace(compiled, notes=notes, vibrations=unresolved)
+    return replace(
+        compiled,
+        stable_step=smallest_step(looked_at, compiled.method),
+        step_warnings=tuple(f"solver.step {step:g} s: {text}" for text in found),
+        vibrations=scene_vibrations(compiled, looked_at),
+    )
 
 
 def _limits_below(step: float, compiled: Compiled, found: Sequence[Combination]) -> list[StepLimit]:
@@ -61,7 +63,7 @@ def _limits_below(step: float, compiled: Compiled, found: Sequence[Combination])
 def _advice(scene: Scene, limit: StepLimit) -> str:
     """Alternatives to a step above its limit: a step of few digits that fits the output, or another
     method."""
-    step = fitting_step(scene, limit.step)
+    step = fitting_step(scene.output_step, limit.step)
     others = ", ".join(
         f"solver.method: {method.name} ({method.why_any_step})" for method in methods_for_any_step()
     )

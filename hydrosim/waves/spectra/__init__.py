@@ -44,7 +44,12 @@ def density(spectrum: scene.Density, omega: ArrayLike) -> np.ndarray:
 
 def energy(spectrum: scene.Density) -> float:
     """Variance of the elevation [m^2]: the integral of the density."""
-    return _curve(spectrum).above(0.0)
+    return energy_above(spectrum, 0.0)
+
+
+def energy_above(spectrum: scene.Density, omega: float) -> float:
+    """Variance of the elevation [m^2] by waves above ``omega`` [rad/s]."""
+    return _curve(spectrum).above(omega)
 
 
 def width(spectrum: scene.Density) -> float:

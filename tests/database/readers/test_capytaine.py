@@ -9,9 +9,13 @@ import numpy as np
 import pytest
 import xarray
 
+from hydrosim.compiling.databases import opened
 from hydrosim.database import HydroDatabase, all_headings, netcdf
+from hydrosim.database.changes import changed
 from hydrosim.database.load import load, read
 from hydrosim.errors import InputError
+from hydrosim.scene import ChangedDatabase, Changes
+from hydrosim.scene.given import Given
 
 RIGID = ["Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw"]
 USED = slice(0, 60, 10)
@@ -120,6 +124,53 @@ def test_two_bodies(made_up, tmp_path):
     db = made_up(2)
     names = [f"{body}__{dof}" for body in ("stern", "bow") for dof in RIGID]
     same(read(stored(dataset(db, names), tmp_path / "two.nc")), db)
+
+
+NAMES = [f"{body}__{dof}" for body in ("stern", "bow") for dof in RIGID]
+
+
+def test_two_bodies_of_version_2(made_up, tmp_path):
+    """Bodies along rigid_body_component and points along point_coordinates, in an order of their
+    own; DOFs of motions in another order than those of loads."""
+    db = made_up(2)
+    data = dataset(db, NAMES).rename(
+        body="rigid_body_component", space_coordinate="point_coordinates"
+    )
+    plain = read(stored(data, tmp_path / "plain.nc"))
+    same(plain, db)
+    named = data.assign_coords(rigid_body_component=["stern", "bow"]).isel(
+        rigid_body_component=[1, 0], radiating_dof=[*range(6, 12), *range(6)]
+    )
+    found = read(stored(named, tmp_path / "named.nc"))
+    same(found, db)
+    assert found.checksum == plain.checksum
+    # the remedy for files without points of rotation
+    given = Given(reference_point=tuple(float(x) for x in db.reference_point.ravel()))
+    bare = data.drop_vars("rotation_center")
+    same(read(stored(bare, tmp_path / "bare.nc"), given), db)
+
+
+@pytest.mark.parametrize("name", ["radiation_damping", "excitation_force"])
+def test_frequencies_without_numbers_can_be_left_out(barge_set, barge, tmp_path, name):
+    """The solver failed at the two lowest of six frequencies."""
+    gaps = barge_set.copy(deep=True)
+    gaps[name][{"omega": slice(0, 2)}] = np.nan
+    path = stored(gaps, tmp_path / "gaps.nc")
+    omega = barge.frequency[USED]
+    range_said = rf"frequencies: \[{omega[2]:.6g} rad/s, {omega[-1]:.6g} rad/s\]"
+    with pytest.raises(InputError, match=range_said):
+        read(path)
+    used = (float(omega[2]), float(omega[-1]))
+    whole = changed(read(stored(barge_set, tmp_path / "whole.nc")), Changes(frequencies=used))
+    for db in (
+        opened(ChangedDatabase(path, Changes(frequencies=used))),
+        changed(read(path, Given(frequencies=used)), Changes(frequencies=used)),
+    ):
+        assert db.checksum == whole.checksum
+    with pytest.raises(InputError, match=range_said):
+        opened(ChangedDatabase(path, Changes(frequencies=(float(omega[1]), used[1]))))
+    with pytest.raises(InputError):
+        opened(ChangedDatabase(path, Changes(frequencies=(1e-9, 2e-9))))
 
 
 def test_limits_of_frequency(barge, barge_set, tmp_path):

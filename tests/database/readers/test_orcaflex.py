@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import copy
 from pathlib import Path
 from typing import Any
 
@@ -176,6 +177,111 @@ def test_all_conventions_give_the_barge(barge, tmp_path, other):
     assert db.port_starboard_symmetric
 
 
+def columns_scaled(table: Any, first: int, force: float, moment: float) -> list[list[float]]:
+    """Rows with the amplitudes of three forces and three moments over their units."""
+    values = np.array(table)
+    values[:, first : first + 6 : 2] /= force
+    values[:, first + 6 :: 2] /= moment
+    return values.tolist()
+
+
+def in_units(model: dict[str, Any], general: dict[str, Any], *units: float) -> dict[str, Any]:
+    """A model in m, te and kN, written in other units of length [m], mass [te] and force [kN]."""
+    length, mass, force = units
+    six = np.array([1.0, 1.0, 1.0, length, length, length])
+    other = copy.deepcopy(model)
+    other["General"] = general
+    other["Environment"]["Density"] *= length**3 / mass
+    draught = draught_of(other)
+    draught["CentreOfMass"] = draught.pop("CentreOfGravity")
+    for key in ("CentreOfMass", "ReferenceOrigin", "CentreOfBuoyancy"):
+        draught[key] = (np.array(draught[key]) / length).tolist()
+    draught["ReferenceOriginDatumPosition"][0] /= length
+    draught["DisplacedVolume"] /= length**3
+    draught["Mass"] /= mass
+    for key, value in draught.items():
+        if key.startswith("MomentOfInertia"):
+            draught[key] = (np.array(value) / (mass * length**2)).tolist()
+        if key.startswith("HydrostaticStiffness"):
+            arms = np.array([1.0, length, length])
+            draught[key] = (np.array(value) * length / force / np.outer(arms, arms)).tolist()
+    for item in draught["FrequencyDependentAddedMassAndDamping"]:
+        for key, value in item.items():
+            if key.startswith("Added"):
+                item[key] = (np.array(value) / mass / np.outer(six, six)).tolist()
+            if key.startswith("Damping"):
+                item[key] = (np.array(value) * length / force / np.outer(six, six)).tolist()
+    for name, waves in (("LoadRAOs", 1), ("WaveDrift", 2)):
+        table = draught[name]
+        for key in ("RAOOrigin", "PhaseOrigin"):
+            if key in table:
+                table[key] = (np.array(table[key]) / length).tolist()
+        over = length**waves
+        for direction in table["RAOs"]:
+            (key,) = (key for key in direction if key.startswith("RAOPeriod"))
+            scaled = columns_scaled(direction[key], 1, force / over, force * length / over)
+            direction[key] = scaled
+    return other
+
+
+LB = 0.45359237e-3  # te
+USER = {"UnitsSystem": "User", "LengthUnits": "ft", "MassUnits": "lbm", "ForceUnits": "lbf"}
+
+
+@pytest.mark.parametrize(
+    ("general", "units"),
+    [
+        ({"UnitsSystem": "SI"}, (1.0, 1.0, 1.0)),
+        ({"UnitsSystem": "US"}, (0.3048, 1e3 * LB, 1e3 * LB * 9.80665)),
+        (USER | {"g": 32.17404855643044}, (0.3048, LB, LB * 9.80665)),
+        (
+            {"UnitsSystem": "User", "LengthUnits": "mm", "MassUnits": "kg", "ForceUnits": "te"},
+            (1e-3, 1e-3, 9.80665),
+        ),
+        (
+            {
+                "UnitsSystem": "User",
+                "LengthUnits": "m",
+                "MassUnits": "te",
+                "ForceUnits": "kN",
+                "TimeUnits": "s",
+                "g": 9.80665,
+            },
+            (1.0, 1.0, 1.0),
+        ),
+    ],
+)
+def test_files_of_later_versions_in_any_units(model, tmp_path, general, units):
+    """From 11.0 to 11.4 the centre of gravity is CentreOfMass."""
+    expected = read(write(tmp_path / "si.yml", model))
+    found = read(write(tmp_path / "other.yml", in_units(model, general, *units)))
+    for name in (
+        *("added_mass", "added_mass_infinite", "radiation_damping", "excitation", "mean_drift"),
+        *("hydrostatic_stiffness", "inertia_matrix", "volume", "centre_of_gravity"),
+        *("centre_of_buoyancy", "reference_point", "water_density", "gravity", "frequency"),
+    ):
+        value = np.asarray(getattr(expected, name))
+        error = np.abs(np.asarray(getattr(found, name)) - value).max()
+        assert error <= 1e-9 * np.abs(value).max(), name
+
+
+def test_units_that_are_not_known_and_two_centres_are_refused(model, tmp_path):
+    path = tmp_path / "barge.yml"
+    wrong = USER | {"LengthUnits": "furlong"}
+    with pytest.raises(
+        InputError, match=r"General\.LengthUnits: found furlong, expected one of m,"
+    ):
+        read(write(path, model | {"General": wrong}))
+    with pytest.raises(InputError, match=r"General\.MassUnits: found nothing, expected an entry"):
+        read(write(path, model | {"General": {k: v for k, v in USER.items() if k != "MassUnits"}}))
+    with pytest.raises(InputError, match=r"General\.TimeUnits: found min, expected one of s"):
+        read(write(path, model | {"General": USER | {"TimeUnits": "min"}}))
+    kind = model["VesselTypes"][0]
+    both = draught_of(model) | {"CentreOfMass": [0, 0, 0]}
+    with pytest.raises(InputError, match="found CentreOfMass and CentreOfGravity, expected one"):
+        read(write(path, model | {"VesselTypes": [kind | {"Draughts": [both]}]}))
+
+
 def test_hydrostatics_do_not_depend_on_phases(barge, model, tmp_path):
     db = read(write(tmp_path / "barge.yml", model))
     for name in ("hydrostatic_stiffness", "inertia_matrix"):
@@ -299,8 +405,8 @@ def test_quadratic_transfer_functions(barge, model, tmp_path):
 def test_messages_name_the_key(model, tmp_path):
     path = tmp_path / "barge.yml"
     kind = model["VesselTypes"][0]
-    with pytest.raises(InputError, match=r"General\.UnitsSystem: found US, expected one of SI"):
-        read(write(path, model | {"General": {"UnitsSystem": "US"}}))
+    with pytest.raises(InputError, match=r"General\.UnitsSystem: found cgs, expected one of SI"):
+        read(write(path, model | {"General": {"UnitsSystem": "cgs"}}))
     with pytest.raises(InputError, match=r"RAOWaveUnit: found steepness, expected one of amp"):
         read(write(path, model | {"VesselTypes": [kind | {"RAOWaveUnit": "steepness"}]}))
     with pytest.raises(InputError, match=r"draughts with load RAOs: .* and .*, expected one"):

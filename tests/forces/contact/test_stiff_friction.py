@@ -144,3 +144,30 @@ def test_a_node_hundreds_of_times_as_stiff(figure: Figure) -> None:
         assert run.solver_events == fine.solver_events
         assert error < 1e-4
     assert fine.solver_events == 6
+
+
+def test_without_events_a_slope_saturates_at_every_evaluation() -> None:
+    """By rk2 with long steps a block enters and leaves the slope within a step. Its motion is that
+    of a plain loop which takes the smaller of both forces."""
+    mass, grip, slope, push, h = 1e6, 2e5, 1e6, 4e5, 0.5
+    normal = PrescribedNormal(constant(grip / 0.2))
+    forces = {
+        "push": AppliedForce("block", (0, 0, 0), {"surge": Harmonic(push, 10.0)}),
+        "floor": Fender("block", np.zeros((1, 3)), FLOOR, normal, FrictionSlope(0.2, slope)),
+    }
+    made = scene(block(mass, ("surge",)), forces, 60.0, h, step=h, method=Method.RK2, events=False)
+    run = hs.simulate(made)
+
+    def rates(t: float, y: np.ndarray) -> np.ndarray:
+        friction = np.clip(slope * y[1], -grip, grip)
+        return np.array([y[1], (push * np.sin(0.2 * np.pi * t) - friction) / mass])
+
+    plain = [np.zeros(2)]
+    for t in run.time.values[:-1]:
+        middle = plain[-1] + 0.5 * h * rates(t, plain[-1])
+        plain.append(plain[-1] + h * rates(t + 0.5 * h, middle))
+    motion = np.array(plain)
+    np.testing.assert_allclose(surge(run), motion[:, 0], atol=1e-12 * np.ptp(motion[:, 0]))
+    assert np.abs(run.force_floor.values[:, 0, 0]).max() <= grip * (1.0 + 1e-12)
+    fast = np.abs(motion[:, 1]) > 1.1 * grip / slope
+    assert 10 < fast.sum() < fast.size - 10

@@ -1,4 +1,4 @@
-"""Random moored scenes, a few of those that `python -m benchmarks.moored_scenes` runs."""
+"""Random moored scenes, a few of those that `benchmarks.scene_trials` runs."""
 
 from __future__ import annotations
 

@@ -24,6 +24,7 @@ from hydrosim.scene import (
     Coefficients,
     Kinematics,
     Place,
+    Question,
     RegularWave,
     Scene,
     SecondOrder,
@@ -248,3 +249,17 @@ def test_coefficients_alone_have_modes_and_are_said_to_feel_no_waves(tmp_path) -
         in found.attrs["remarks"]
     )
     draw_response(found, tmp_path / "rao.png")
+
+
+def test_what_check_asks_is_told() -> None:
+    """A wave of 40 s is unusual."""
+    scene = scene_of("free_floating")
+    water = replace(
+        scene.environment,
+        waves=(replace(scene.environment.waves[0], spectrum=RegularWave(0.1, 40.0)),),
+    )
+    odd = replace(scene, environment=water)
+    remarks = linear_analysis(odd, Wanted()).remarks
+    assert "a period of 40 s" in remarks
+    accepted = linear_analysis(replace(odd, accept=(Question.WAVES,)), Wanted()).remarks
+    assert "a period of 40 s" not in accepted

@@ -83,7 +83,10 @@ def creeping(damping: float, law: FrictionSlope, method: Method) -> Scene:
 
 @pytest.mark.parametrize(
     ("damping", "slope", "found"),
-    [(1e15, 1e6, "no step is small enough"), (0.0, 1e15, "changes its mode endlessly")],
+    [
+        (1e15, 1e6, "no step is small enough"),
+        (0.0, 1e15, "fender floor 1 changes its mode endlessly"),
+    ],
 )
 def test_steps_that_would_never_end(damping: float, slope: float, found: str) -> None:
     """Explicit steps could be 3e-7 s at most; that is said in seconds, with what can do it."""
@@ -128,7 +131,7 @@ def test_searches_for_events_are_part_of_what_a_call_may_cost() -> None:
     compiled = compile_scene(
         scene(body, {"foot": foot, "push": push}, 9.0, 0.1, method=Method.DOPRI5)
     )
-    may = 100
+    may = 50
     steps = np.array(_calls(compiled, 1))
     assert steps[:, LOOKS].max() > may  # of one step
     calls = np.array(_calls(compiled, may))

@@ -23,7 +23,6 @@ from hydrosim.scene import Scene, Solver, Start, Unstable, WaveTrain
 from hydrosim.statistics.statistics import statistics
 from hydrosim.studies.many import shared
 from hydrosim.studies.many.alike import alike
-from hydrosim.studies.run.twin import Estimate
 
 SHORT = 60.0  # s: with contact from the start
 
@@ -271,23 +270,21 @@ def test_what_every_run_is_refused_for_is_told_once_and_at_once(tmp_path: Path) 
     assert not list(tmp_path.iterdir())
 
 
-def test_some_runs_estimate_their_errors_by_their_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_some_runs_measure_their_errors_by_their_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
     """The first of so many runs does, and the dataset says so."""
-    told = Estimate(("estimated",))
-    monkeypatch.setattr("hydrosim.studies.run.simulation.estimated", lambda *_: told)
     monkeypatch.setattr("hydrosim.studies.many.many.EVERY", 2)
     runs = hs.simulate_many(seeds(1, 2, 3), workers=2)
-    assert ["estimated" in str(said) for said in runs.warnings.values] == [True, False, True]
+    assert [*np.isfinite(runs.error_relative.values)] == [True, False, True]
+    single = hs.simulate(seeds(1)[0])
+    assert float(runs.error_relative[0]) == single.attrs["error_relative"] > 0.0
     assert "in run 0" in runs.attrs["error_estimates"]
     later = hs.simulate_many(seeds(4, 5), workers=2, first=3)
-    assert ["estimated" in str(said) for said in later.warnings.values] == [False, True]
+    assert [*np.isfinite(later.error_relative.values)] == [False, True]
 
 
-def test_one_run_of_fifty_estimates_its_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    """That is 2 % of a sweep where a twin takes what its run does."""
-    told = Estimate(("estimated",))
-    monkeypatch.setattr("hydrosim.studies.run.simulation.estimated", lambda *_: told)
-    for first, estimated in ((0, [True, False]), (20, [False, False]), (49, [False, True])):
+def test_one_run_of_fifty_measures_its_error() -> None:
+    """That is 2 % of a sweep where a companion takes what its run does."""
+    for first, measured in ((0, [True, False]), (20, [False, False]), (49, [False, True])):
         runs = hs.simulate_many(seeds(1, 2), workers=2, first=first)
-        assert ["estimated" in str(said) for said in runs.warnings.values] == estimated
+        assert [*np.isfinite(runs.error_relative.values)] == measured
         assert "every 50th" in runs.attrs["error_estimates"]

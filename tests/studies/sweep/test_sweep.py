@@ -391,4 +391,3 @@ def test_a_frequency_of_waves_is_read_in_radians_per_second_and_a_turn_in_degree
     degrees = Units({"rad": "deg"})
     assert degrees.shown(plan.unit("lowest")) == ("rad/s", 1.0)
     assert degrees.shown(plan.unit("rate")).unit == "deg/s"
-    assert degrees.shown(f"m / ({plan.unit('lowest')})") == ("m / (rad/s)", 1.0)

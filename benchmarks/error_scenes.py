@@ -1,0 +1,312 @@
+"""Does every run know its error? Random scenes, run and judged by references.
+
+    python -m benchmarks.error_scenes --kind joints --number 150 --way default rk4 automatic4
+    python -m benchmarks.error_scenes --report
+
+A scene of a kind (`error_cases`) is run in one way or in several: ``default`` with the solver that
+was drawn, ``rk4`` at a fixed step that is stable, ``automatic4`` and ``automatic6`` with tolerances
+of 1e-4 and 1e-6. A worker runs it and is killed after 60 s of CPU time. References are runs by
+dopri5 at tolerances 1e-10 and 1e-11 without an estimate of their errors. `motion_errors` says how
+far a run is from them; the range of a motion is that of the reference.
+
+Each run is a line of JSON in FOLDER/KIND-WAY.jsonl. A second call goes on where the first has
+ended, and several calls may share the folder. References are kept in FOLDER/references, or where
+--references says; remove them after a change of physics. `error_report` says what is made of it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import warnings
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import lru_cache
+from math import nan
+from pathlib import Path
+from time import process_time
+from traceback import format_exc
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+import hydrosim as hs
+from benchmarks.error_cases import KINDS, SPACINGS, drawn_scene
+from benchmarks.error_report import report
+from benchmarks.motion_errors import SMALLEST_RANGES, least_ranges, motion_errors
+from benchmarks.random_cases import text_of
+from benchmarks.references import (
+    COARSE,
+    FINE,
+    SPACING,
+    at_stable_step,
+    compile_reference,
+    run_reference,
+)
+from benchmarks.report import RESULTS
+from benchmarks.worker import Question, Worker
+from hydrosim.compiling.compiled import Compiled
+from hydrosim.errors import HydrosimError, InputError
+from hydrosim.scene import Kinematics, Method, Scene
+
+WAYS = ("default", "rk4", "automatic4", "automatic6")
+ACCURACIES = {"automatic4": 1e-4, "automatic6": 1e-6}
+LIMIT = 60.0  # s of CPU
+PATIENCE = 4.0  # times `LIMIT`, if kernels are compiled or radiation is fitted first
+PARTED = 0.3  # of the range of a motion: a run is lost
+
+Record = dict[str, Any]
+
+
+class Outcome(NamedTuple):
+    """A run: what it says (`Record`), positions (nt, nb, 6), largest contact force of each group
+    (ng,), times (nt,), whether rotations are exact, and the least ranges of its motions."""
+
+    record: Record
+    position: np.ndarray | None = None
+    force: np.ndarray | None = None
+    time: np.ndarray | None = None
+    exact: bool = True
+    least: tuple[float, float] = SMALLEST_RANGES
+
+
+class Reference(NamedTuple):
+    """Positions (nt, nb, 6) and contact forces (ng,) of the finer reference, and of the coarser
+    one."""
+
+    position: np.ndarray
+    force: np.ndarray
+    coarse_position: np.ndarray
+    coarse_force: np.ndarray
+
+
+def run_scene(question: tuple[str, int, str]) -> Outcome:
+    """Run a scene of a kind and number in a way."""
+    kind, number, way = question
+    begin = process_time()
+    try:
+        with drawn_scene(kind, number) as scene, warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            solved = _in_way(scene, way)
+            begin = process_time()
+            run = hs.simulate(solved)
+    except InputError as error:
+        return Outcome({"status": "refused", "message": str(error)})
+    except HydrosimError as error:
+        spent = process_time() - begin
+        return Outcome({"status": "failed", "message": str(error), "cpu": spent})
+    except Exception:
+        return Outcome({"status": "crash", "message": format_exc(limit=-4)})
+    record = _said(run, process_time() - begin)
+    exact = scene.solver.kinematics is Kinematics.EXACT
+    least = least_ranges(solved.solver, run.attrs.get("solver_accuracy"))
+    motion = run.position.values, _contact_forces(run), run.time.values
+    return Outcome(record, *motion, exact, least)
+
+
+def _said(run: xr.Dataset, cpu: float) -> Record:
+    """What a run says of itself."""
+    a = run.attrs
+    spent = a.get("error_evaluations", a.get("twin_evaluations", 0))
+    return {
+        "status": str(a["status"]),
+        "method": str(a["solver_method"]),
+        "step": float(a.get("solver_step", nan)),
+        "duration": float(run.time[-1] - run.time[0]),
+        "stepped": str(a["solver_linear"]).startswith("stepped"),
+        "cpu": cpu,
+        "evaluations": int(a["solver_evaluations"]),
+        "error_evaluations": int(spent),
+        "events": int(a["solver_events"]),
+        "warnings": str(a.get("warnings") or "").splitlines(),
+        "said": _number(a.get("error_relative")),
+        "said_parted": _number(a.get("error_parted")),
+        "said_force": _number(a.get("error_contact_force")),
+    }
+
+
+def _number(value: Any) -> float | None:
+    return None if value is None else float(value)
+
+
+def _contact_forces(run: xr.Dataset) -> np.ndarray:
+    """Largest contact force (ng,) of each group of contacts."""
+    found = run.get("largest_contact_force")
+    return np.zeros(0) if found is None else np.atleast_1d(found.values)
+
+
+def _in_way(scene: Scene, way: str) -> Scene:
+    if way == "default":
+        return scene
+    if way == "rk4":
+        return at_stable_step(scene)
+    accuracy = ACCURACIES[way]
+    solver = replace(scene.solver, method=Method.AUTOMATIC, accuracy=accuracy)
+    return replace(scene, solver=solver)
+
+
+@lru_cache(maxsize=1)
+def _compiled_reference(kind: str, number: int) -> tuple[Compiled, int]:
+    with drawn_scene(kind, number) as scene:
+        return compile_reference(scene, SPACINGS.get(kind, SPACING))
+
+
+def try_reference(question: tuple[str, int, float]) -> Outcome | None:
+    """Run a scene of a kind and number with a tolerance; None if it does not reach its end."""
+    kind, number, tolerance = question
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            compiled, finer = _compiled_reference(kind, number)
+            run = run_reference(compiled, tolerance)
+    except HydrosimError:
+        return None
+    return Outcome({}, run.position.values[::finer], _contact_forces(run))
+
+
+QUESTIONS = {
+    "run": Question(run_scene, LIMIT, Outcome({"status": "crash"}), PATIENCE),
+    "reference": Question(try_reference, LIMIT),
+}
+
+
+class Judge:
+    """A worker that runs scenes of a ``kind``, and a folder that keeps its ``references``."""
+
+    def __init__(self, kind: str, references: Path) -> None:
+        self._worker = Worker(QUESTIONS)
+        self._kind = kind
+        self._folder = references
+
+    def record_of(self, number: int, way: str) -> Record:
+        """The record of a run."""
+        found = self._worker.ask("run", (self._kind, number, way))
+        outcome = found or Outcome({"status": "hang", "cpu": LIMIT})
+        record = {"number": number, "kind": self._kind, "way": way, **outcome.record}
+        if record["status"] == "complete":
+            reference = self._reference(number)
+            record |= compared(outcome, reference) if reference else {}
+        return record
+
+    def _reference(self, number: int) -> Reference | None:
+        """The reference of a number, made or kept; None if there is none in time."""
+        path = self._folder / f"{self._kind}-{number}.npz"
+        if not path.exists():
+            made = self._new_reference(number)
+            np.savez_compressed(path, **made._asdict() if made else {})
+        with np.load(path) as kept:
+            values = {name: kept[name] for name in kept.files}
+        return Reference(**values) if values else None
+
+    def _new_reference(self, number: int) -> Reference | None:
+        found = []
+        for tolerance in (COARSE, FINE):
+            outcome = self._worker.ask("reference", (self._kind, number, tolerance))
+            if outcome is None:
+                return None
+            found.append(outcome)
+        coarse, fine = found
+        return Reference(fine.position, fine.force, coarse.position, coarse.force)
+
+
+def compared(outcome: Outcome, reference: Reference) -> Record:
+    """How far a run is from its reference, and how far references are apart; also with the
+    smallest of all least ranges, whatever the run counts."""
+    fine = reference.position
+
+    def errors_of(motion: np.ndarray, least: tuple[float, float]) -> np.ndarray:
+        return motion_errors(motion, fine, outcome.exact, least).max(axis=1)
+
+    errors = errors_of(outcome.position, outcome.least)
+    apart = errors_of(reference.coarse_position, outcome.least)
+    return {
+        "true": float(errors.max()),
+        "true_strictly": float(errors_of(outcome.position, SMALLEST_RANGES).max()),
+        "true_parted": _parting(outcome.time, errors),
+        "true_force": force_error(outcome.force, reference.force),
+        "apart": float(apart.max()),
+        "apart_strictly": float(errors_of(reference.coarse_position, SMALLEST_RANGES).max()),
+        "force_apart": force_error(reference.coarse_force, reference.force),
+        "references_parted": _parting(outcome.time, apart),
+    }
+
+
+def force_error(ours: np.ndarray, theirs: np.ndarray) -> float:
+    """Largest relative error of contact forces (ng,); NaN without any."""
+    known = theirs > 0.0
+    if not known.any():
+        return nan
+    return float((np.abs(ours - theirs)[known] / theirs[known]).max())
+
+
+def _parting(time: np.ndarray, errors: np.ndarray) -> float:
+    """Time [s] at which errors (nt,) first exceed `PARTED`; NaN if they do not."""
+    lost = np.flatnonzero(errors > PARTED)
+    return float(time[lost[0]]) if lost.size else nan
+
+
+def judge_scenes(kind: str, ways: list[str], numbers: range, folder: Path, kept: Path) -> None:
+    """Judge scenes that FOLDER does not hold yet."""
+    kept.mkdir(parents=True, exist_ok=True)
+    judge = Judge(kind, kept)
+    known = {(r["number"], r["way"]) for r in read_records(folder) if r["kind"] == kind}
+    for number in numbers:
+        for way in ways:
+            if (number, way) in known:
+                continue
+            record = judge.record_of(number, way)
+            with (folder / f"{kind}-{way}.jsonl").open("a") as file:
+                file.write(json.dumps(record) + "\n")
+            print(_line(record), flush=True)
+
+
+def read_records(folder: Path) -> Iterator[Record]:
+    """All records of a folder."""
+    for path in sorted(folder.glob("*.jsonl")):
+        yield from map(json.loads, path.read_text().splitlines())
+
+
+def _line(r: Record) -> str:
+    figures = " ".join(f"{key} {r[key]:.1e}" for key in ("said", "true", "apart") if r.get(key))
+    told = "; ".join(r.get("warnings", [])) or r.get("message", "")
+    cost = f"cpu {r.get('cpu', nan):.1f} evaluations {r.get('evaluations', 0)}"
+    spent = f"for errors {r.get('error_evaluations', 0)} events {r.get('events', 0)}"
+    head = f"{r['kind']} {r['number']} {r['way']} {r.get('method', '')} {r['status']}"
+    return f"{head} {figures} {cost} {spent}: {told[:200]}"
+
+
+def read_arguments() -> argparse.Namespace:
+    """The command line."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--kind", choices=tuple(KINDS), default="contacts")
+    parser.add_argument("--number", type=int, default=150, help="how many scenes")
+    parser.add_argument("--first", type=int, default=0, help="number of the first")
+    parser.add_argument("--way", nargs="+", choices=WAYS, default=["default"])
+    parser.add_argument("--folder", type=Path, default=RESULTS / "error_scenes")
+    parser.add_argument("--references", type=Path, help="folder of references")
+    parser.add_argument("--report", action="store_true", help="of what the folder holds alone")
+    parser.add_argument("--show", action="store_true", help="print the cases, and run nothing")
+    return parser.parse_args()
+
+
+def main() -> None:
+    """Judge scenes and report on all that the folder holds."""
+    given = read_arguments()
+    numbers = range(given.first, given.first + given.number)
+    if given.show:
+        print("---\n".join(text_of(KINDS[given.kind](number)) for number in numbers))
+        return
+    if not given.report:
+        given.folder.mkdir(parents=True, exist_ok=True)
+        kept = given.references or given.folder / "references"
+        judge_scenes(given.kind, given.way, numbers, given.folder, kept)
+    print(report(list(read_records(given.folder))))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,240 @@
+"""Text of MoorDyn's input files: sections, their tables, and numbers within bounds.
+
+A section begins with a line of dashes that names it. A table has two lines of heading: names of its
+columns and their units. Files of version 1 for FAST 8 have the count of rows above them. Remarks
+begin with !, # or % (Hall, M., MoorDyn's documentation, "Inputs").
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import NoReturn
+
+from pydantic_core import PydanticCustomError
+
+from hydrosim.documents.nodes import joined
+from hydrosim.documents.text import Source
+from hydrosim.documents.units import Quantity, shown
+
+SECTIONS = {  # what the title of a section holds; the first that does so counts
+    "front": "INPUT FILE",
+    "end": "NEED THIS LINE|^END",
+    "rod types": "ROD DICTIONARY|ROD TYPE",
+    "types": "LINE DICTIONARY|LINE TYPE",
+    "failures": "FAILURE",
+    "control": "CONTROL",
+    "loads": "EXTERNAL LOAD",
+    "ropes": "SYROPE",
+    "options": "OPTIONS",
+    "outputs": "OUTPUT",
+    "bodies": "BODIES|BODY LIST|BODY PROPERTIES",
+    "rods": "RODS|ROD LIST|ROD PROPERTIES",
+    "points": "POINTS|POINT LIST|POINT PROPERTIES|CONNECTION|NODES|NODE LIST|NODE PROPERTIES",
+    "lines": "LINES|LINE LIST|LINE PROPERTIES",
+}
+WITHOUT_TABLE = ("front", "end", "options", "outputs")
+COLUMNS = {  # names of columns, or their beginnings
+    "diameter": ("diam", "d"),
+    "mass": ("mass", "m"),
+    "stiffness": ("ea",),
+    "bending": ("ei",),
+    "drag": ("cdn", "cd"),
+    "volume": ("vol", "v"),
+    "length": ("unstr", "len"),
+    "first": ("attacha", "nodeanch", "nodea", "enda", "node1", "anchor"),
+    "second": ("attachb", "nodefair", "nodeb", "endb", "node2", "fairlead"),
+    "x": ("x",),
+    "y": ("y",),
+    "z": ("z",),
+    "fx": ("fx",),
+    "fy": ("fy",),
+    "fz": ("fz",),
+}
+OPTIONAL = ("cl", "df", "cf")
+"""Columns that a row may lack: of vibration by vortices."""
+LETTERS = ("output", "flag")
+"""Parts of the name of a column with letters for outputs, which a row may lack."""
+REMARKS = ("!", "#", "%")
+MAX_FILE_BYTES = 5_000_000
+"""Size of a file; one of 1000 lines has a twentieth of it."""
+MIN_NUMBERS_OF_DATA = 2
+"""Numbers in a line of heading from which it is taken for a row of the table."""
+
+
+@dataclass(frozen=True)
+class Section:
+    """A section: its ``kind`` ("" if unknown), its ``title`` in ``line``, and the words of its
+    lines by number."""
+
+    kind: str
+    title: str
+    line: int
+    rows: dict[int, list[str]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Rows:
+    """The table of a section: ``names`` of columns in small letters, and words by line."""
+
+    source: Source
+    title: str
+    names: list[str]
+    rows: dict[int, list[str]]
+
+    def __iter__(self) -> Iterator[tuple[int, list[str]]]:
+        return iter(self.rows.items())
+
+    def column(self, what: str) -> int | None:
+        """Number of a column of `COLUMNS`; None if there is none."""
+        for begins in COLUMNS[what]:
+            for i, name in enumerate(self.names):
+                if name == begins or (len(begins) > 2 and name.startswith(begins)):
+                    return i
+        return None
+
+    def required(self, what: str) -> int:
+        """Number of a column that must be there."""
+        column = self.column(what)
+        if column is None:
+            expected = " or ".join(name.upper() for name in COLUMNS[what])
+            found = " ".join(self.names) or "no columns"
+            self.source.wrong(f"{self.title}: found {found}; expected a column {expected}")
+        return column
+
+    def number(
+        self, line: int, words: Sequence[str], column: int, quantity: Quantity, what: str = ""
+    ) -> float:
+        """The number in a column of a line; of several, such as 1e8|2e8, the first."""
+        if column >= len(words):
+            text = f"found {len(words)} words; expected {quantity.what} in column {column + 1}"
+            self.source.wrong(text, line)
+        return read_number(self.source, line, words[column].split("|")[0], quantity, what)
+
+    def optional(
+        self, line: int, words: Sequence[str], what: str, quantity: Quantity, absent: float = 0.0
+    ) -> float:
+        """The number in a column that a file may lack."""
+        column = self.column(what)
+        return absent if column is None else self.number(line, words, column, quantity)
+
+
+def read_sections(source: Source) -> dict[str, Section]:
+    """The sections of a file by their kind, with those that are not known by their titles. What is
+    behind the end of the file is left out. Raises InputError for two sections of a kind."""
+    found: dict[str, Section] = {}
+    for section in _sections(source):
+        if section.kind == "end":
+            break
+        name = section.kind or section.title
+        if name in found and section.kind not in ("front", "outputs") and section.rows:
+            source.wrong(
+                f"found a second section {section.title}; expected one, as in line"
+                f" {found[name].line}; join the tables",
+                section.line,
+            )
+        found.setdefault(name, section)
+    return found
+
+
+def _sections(source: Source) -> Iterator[Section]:
+    """The sections in their order; lines before the first one are remarks."""
+    section = None
+    for number, line in enumerate(_lines(source), 1):
+        if "---" in line:
+            if section is not None:
+                yield section
+            title = line.strip("- \t\r\n")
+            kind = _kind_of(title)
+            section = Section("front" if section is None and not kind else kind, title, number)
+        elif section is not None and line.split() and not line.lstrip().startswith(REMARKS):
+            section.rows[number] = line.split()
+    if section is not None:
+        yield section
+
+
+def _lines(source: Source) -> list[str]:
+    source.head(1)
+    size = source.file.stat().st_size
+    if size > MAX_FILE_BYTES:
+        source.wrong(
+            f"found {size:,} bytes; expected at most {MAX_FILE_BYTES:,} in an input file of MoorDyn"
+        )
+    return source.file.read_text("utf-8-sig", errors="replace").splitlines()
+
+
+def _kind_of(title: str) -> str:
+    words = re.sub(r"[^A-Z ]+", "  ", title.upper()).strip()
+    return next((kind for kind, names in SECTIONS.items() if re.search(names, words)), "")
+
+
+def table_of(source: Source, section: Section) -> Rows:
+    """The table of a section. Raises InputError if its count is not that of its rows, if a line of
+    heading is missing, or if a row has fewer words than columns."""
+    rows = {**section.rows}
+    count = _take_count(rows)
+    heading = [rows.pop(line) for line in [*rows][:2]]
+    names = [name.lower() for name in (heading[0] if heading else [])]
+    units = heading[1] if len(heading) > 1 else []
+    if sum(map(_is_number, units)) >= MIN_NUMBERS_OF_DATA:
+        line = [*section.rows][2 if count is not None else 1]
+        source.wrong("found numbers; expected the units of the columns", line)
+    whole = [name for name in names if name not in OPTIONAL]
+    whole = [name for name in whole if not any(part in name for part in LETTERS)]
+    data: dict[int, list[str]] = {}
+    for line, words in rows.items():
+        remark = next((k for k, word in enumerate(words) if word.startswith(REMARKS)), None)
+        data[line] = words[:remark]
+        if len(data[line]) < len(whole):
+            text = f"found {len(data[line])} values under {len(names)} names of columns"
+            source.wrong(f"{text}; expected a value in each", line)
+    if count is not None and count != len(data):
+        source.wrong(
+            f"{section.title}: found {len(data)} rows and the count {count}; expected the same",
+            next(iter(section.rows)),
+        )
+    return Rows(source, section.title, names, data)
+
+
+def _take_count(rows: dict[int, list[str]]) -> int | None:
+    """Removes the count of rows above a table, such as "1  NTypes - number of line types"."""
+    line, words = next(iter(rows.items()), (0, [""]))
+    if not re.fullmatch(r"\d{1,6}", words[0]):
+        return None
+    del rows[line]
+    return int(words[0])
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
+def read_number(
+    source: Source, line: int | None, word: object, quantity: Quantity, what: str = ""
+) -> float:
+    """A number within the bounds of a quantity, which messages call ``what``. Raises InputError."""
+    value: object = word
+    if isinstance(word, str):
+        try:
+            value = float(re.sub("[dD]", "e", word))
+        except ValueError:
+            _refuse_text(source, line, word, what or quantity.what)
+    try:
+        return quantity.read(value)
+    except PydanticCustomError as error:
+        _, _, remedy = error.message().partition("; expected ")[2].partition("; ")
+        name = f" for {what}" if what else ""
+        unit = f" in {quantity.unit}" if quantity.unit else ""
+        found = word if isinstance(word, str) else shown(word)
+        text = f"found {found}{name}; expected {quantity.what}{unit}"
+        source.wrong(joined(text, remedy), line)
+
+
+def _refuse_text(source: Source, line: int | None, word: str, what: str) -> NoReturn:
+    remedy = "tables in files of their own are not read"
+    source.wrong(f"found {shown(word)}; expected a number for {what}; {remedy}", line)

@@ -1,0 +1,278 @@
+"""One line in all documented layouts of mooring files; what is not read is told or refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mooring_files as files
+import numpy as np
+import pytest
+
+from hydrosim.case.lines.chains import mooring_lines, read_system, water_of
+from hydrosim.case.lines.keys import case_keys
+from hydrosim.case.lines.system import MooringLine, System
+from hydrosim.case.load import load_case
+from hydrosim.compiling.compile import compile_scene
+from hydrosim.documents.text import Source
+from hydrosim.errors import InputError
+
+CASE = """\
+title: moored
+duration: 1 s
+environment: {water_depth: 100 m}
+bodies:
+  float:
+    mass: 1e6 kg
+    radii_of_gyration: [5 m, 5 m, 5 m]
+forces:
+  spring:
+    {type: linear_mooring, body: float, stiffness: {surge: 10 kN/m, sway: 10 kN/m, heave: 1 MN/m,
+     roll: 1 GN*m/rad, pitch: 1 GN*m/rad, yaw: 1 GN*m/rad}}
+  mooring: {type: lines, file: lines.txt, body: float}
+"""
+
+
+def system_of(folder: Path, text: str, name: str = "lines.txt") -> System:
+    """The mooring system in a text."""
+    path = folder / name
+    path.write_text(text)
+    return read_system(Source(path))
+
+
+def only_line(system: System) -> MooringLine:
+    """The one line of a system."""
+    water = water_of(system, (1025.0, 9.81))
+    (line,) = mooring_lines(system, water, Source(system.file)).values()
+    return line
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        (files.version_2(), "lines.txt"),
+        (files.version_2(options="depth = 100"), "lines.txt"),
+        (files.version_2(options="WtrDpth=100"), "lines.txt"),
+        (files.version_2(options="depth 100 m"), "lines.txt"),
+        (files.version_2(options="100 WtrDpth ! of water\n# 50 WtrDpth"), "lines.txt"),
+        (files.version_2(fairlead="Body1 5 0 -10"), "lines.txt"),
+        (files.version_2(fairlead="Turbine1 5 0 -10"), "lines.txt"),
+        (files.DOCUMENTED_1, "lines.dat"),
+        (files.COUNTED_1.format(ends="NodeAnch NodeFair"), "lines.dat"),
+        (files.COUNTED_1.format(ends="NodeA NodeB"), "lines.dat"),
+        (files.MOORPY_YAML, "lines.yaml"),
+        (files.RAFT_YAML, "lines.yaml"),
+    ],
+)
+def test_layouts(tmp_path: Path, text: str, name: str) -> None:
+    system = system_of(tmp_path, text, name)
+    line = only_line(system)
+    assert line.fairlead == (5.0, 0.0, -10.0)
+    assert line.anchor == (500.0, 0.0, -100.0)
+    (segment,) = line.segments
+    weight = (80.0 - 1025.0 * np.pi / 4.0 * 0.1**2) * 9.81
+    assert segment.weight == pytest.approx(weight, rel=1e-12)
+    assert (segment.length, segment.stiffness) == (530.0, 400e6)
+    assert (segment.drag, segment.diameter, segment.hung) == (1.6, 0.1, 0.0)
+    assert system.depth == 100.0
+    assert system.left_out == ()
+
+
+@pytest.mark.parametrize(
+    ("body", "fairlead", "expected"),
+    [
+        ("coupled 50 -3 -0.5 0 0 0", (5.0, 0.0, -10.0), (55.0, -3.0, -10.5)),
+        ("vessel 1 0 0 0 0 90", (0.0, -4.0, -10.0), (5.0, 0.0, -10.0)),
+        ("coupled 0 0 0 0 -90 0", (10.0, 2.0, 5.0), (-5.0, 2.0, 10.0)),
+        ("coupled 0 0 0 90 0 0", (1.0, 2.0, 3.0), (1.0, -3.0, 2.0)),
+    ],
+)
+def test_the_place_of_a_coupled_body(
+    tmp_path: Path,
+    body: str,
+    fairlead: tuple[float, float, float],
+    expected: tuple[float, float, float],
+) -> None:
+    """Yaw turns +x to +y; a positive pitch lowers the bow; a positive roll lowers starboard."""
+    point = "Body1 " + " ".join(map(str, fairlead))
+    system = system_of(tmp_path, files.version_2(point, f"{body} 0 0 0 0 0 0"))
+    assert only_line(system).fairlead == pytest.approx(expected, abs=1e-12)
+
+
+def test_points_of_a_fixed_body_are_on_the_earth(tmp_path: Path) -> None:
+    text = files.version_2(body="fixed 400 0 0 0 0 0 0 0 0 0 0 0")
+    system = system_of(tmp_path, text.replace("1     Fixed      500", "1     Body1  100"))
+    assert only_line(system).anchor == (500.0, 0.0, -100.0)
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ("3 stiffening", ["the option stiffening 3 in line 32"]),
+        ("onlyname", ["the option onlyname in line 32"]),
+        ("7 WaveKin", ["the option wavekin 7 in line 32"]),
+        ("0 WaveKin", []),
+        ("0.3 MU_KT", ["the option mu_kt 0.3 in line 32"]),
+        ("0 SeafloorFile", []),
+    ],
+)
+def test_options_that_are_not_read_are_told(tmp_path: Path, options: str, told: list[str]) -> None:
+    text = files.version_2(options=f"{options}\n{files.DEPTH}")
+    system = system_of(tmp_path, text)
+    assert [each.found for each in system.left_out] == told
+    (tmp_path / "case.yaml").write_text(CASE)
+    warned = compile_scene(load_case(tmp_path / "case.yaml").scene()).notes.warnings
+    assert [f"forces.mooring.file: found {each}" in "".join(warned) for each in told] == [
+        True
+    ] * len(told)
+    if told:
+        assert f"# Left out: found {told[0]}; it is left out." in case_keys(tmp_path / "lines.txt")
+        assert "accept: [files]" in "".join(warned)
+        (tmp_path / "case.yaml").write_text(CASE + "accept: [files]\n")
+        quiet = compile_scene(load_case(tmp_path / "case.yaml").scene()).notes.warnings
+        assert "option" not in "".join(quiet)
+
+
+def test_friction_is_that_along_the_line(tmp_path: Path) -> None:
+    """MU_KA is axial, MU_KT transverse (MoorDyn-F)."""
+    options = f"0.7 MU_KT\n0.4 MU_KA\n{files.DEPTH}"
+    assert system_of(tmp_path, files.version_2(options=options)).friction == 0.4
+
+
+def test_bending_stiffness_is_left_out_if_it_is_accepted(tmp_path: Path) -> None:
+    system = system_of(tmp_path, files.version_2(EI="2e4"))
+    assert only_line(system).segments[0].stiffness == 400e6
+    (tmp_path / "case.yaml").write_text(CASE)
+    with pytest.raises(InputError) as caught:
+        compile_scene(load_case(tmp_path / "case.yaml").scene())
+    assert "forces.mooring.file: found EI of 20000 N m^2 for main in line 6" in str(caught.value)
+    assert "accept: [bending]" in str(caught.value)
+    (tmp_path / "case.yaml").write_text(CASE + "accept: [bending]\n")
+    compile_scene(load_case(tmp_path / "case.yaml").scene())
+
+
+def test_a_free_body_is_that_of_the_case(tmp_path: Path) -> None:
+    """As MoorPy's page on input files has it."""
+    text = files.version_2("Body1 5 0 -10", "free 0 0 0 0 0 0 1e6 0 0 1e3 0 0")
+    system = system_of(tmp_path, text)
+    assert only_line(system).fairlead == (5.0, 0.0, -10.0)
+    assert [each.found for each in system.left_out] == ["the free body 1 in line 14"]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (
+            files.MAP,
+            "lines.txt:2: found the column CB, so this is an input file of MAP++; expected",
+        ),
+        (
+            files.MAP.replace("CB ", "BA "),
+            "lines.txt:8: found depth, so this is an input file of MAP++; expected one of MoorDyn",
+        ),
+        (
+            files.MAP.replace("CB ", "BA ").replace("depth", "-100").replace("#", "0"),
+            "lines.txt:11: found no column NumSegs, so this is an input file of MAP++",
+        ),
+        (
+            files.version_2(options="seabed.txt SeafloorFile"),
+            "lines.txt:32: found seafloorfile seabed.txt; expected a level seabed, by WtrDpth",
+        ),
+        (
+            files.version_2(options=f"{files.DEPTH}\n90 depth"),
+            "lines.txt:33: found depth 90; expected 100 again, as in line 32, or one of both",
+        ),
+        (
+            files.version_2(options="-1 FrictionCoefficient"),
+            "lines.txt:32: found -1 for frictioncoefficient; expected coefficient of friction; it",
+        ),
+        (
+            files.version_2(options="nan rho"),
+            "lines.txt:32: found nan for rho; expected density in kg/m^3; give a finite number",
+        ),
+        (
+            files.version_2().replace("0.1     80.0", "1e200   80.0"),
+            "lines.txt:6: found 1e200 for the diameter; expected diameter in m; it must be 1e+07",
+        ),
+        (
+            files.version_2(fairlead="Body2 5 0 -10"),
+            "lines.txt:22: found a point on Body2; expected one of the bodies: Body1",
+        ),
+        (
+            files.version_2(body="coupled 0 0 0 5 0 10 0 0 0 0 0 0"),
+            "lines.txt:14: found rotations about several axes; expected one of r0, p0, y0",
+        ),
+        (
+            files.version_2().replace("1.6    1      1.0     0.5", "1.6    1      1.0"),
+            "lines.txt:6: found 9 values under 12 names of columns; expected a value in each",
+        ),
+        (
+            files.DOCUMENTED_1.replace(
+                "(-)      (-)       (m)         (-)       (-) ", "1 2 3 4 5 "
+            ),
+            "lines.txt:15: found numbers; expected the units of the columns",
+        ),
+        (
+            files.COUNTED_1.format(ends="NodeA NodeB").replace("2       NConnects", "3 NConnects"),
+            "lines.txt:10: CONNECTION PROPERTIES: found 2 rows and the count 3; expected the same",
+        ),
+        (
+            files.COUNTED_1.format(ends="Start End"),
+            "found line linetype unstrlen numsegs start end flags/outputs; expected a column",
+        ),
+        (
+            files.DOCUMENTED_1.replace("2         Vessel", "1         Vessel"),
+            "lines.txt:12: found point 1 twice; expected each once",
+        ),
+        (
+            files.DOCUMENTED_1.replace("-- LINE PROPERTIES", "-- POINT PROPERTIES"),
+            "lines.txt:13: found a second section POINT PROPERTIES; expected one, as in line 8",
+        ),
+    ],
+)
+def test_refused(tmp_path: Path, text: str, said: str) -> None:
+    with pytest.raises(InputError) as caught:
+        only_line(system_of(tmp_path, text))
+    assert said in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (
+            ("- {name: anchor1", "- [anchor1]\n  - {name: anchor1"),
+            ":8: points.0: found a list of 1; expected a mapping",
+        ),
+        (
+            ("location: [5, 0, -10]", "location: 5"),
+            ":9: points.1.location: found 5; expected three",
+        ),
+        (("[5, 0, -10]", "[5, 0, true]"), ":9: found true for points.1.location.2; expected"),
+        (("diameter: 0.1", "diameter: 1e200"), ":4: found 1e+200 for line_types.0.diameter; expe"),
+        (("stiffness: 400e6", "stiffness: ~"), ":4: line_types.0: found name, diameter, mass_dens"),
+        (("name: main", "name: {a: 1}"), ":4: line_types.0.name: found"),
+        (
+            ("length: 530", "length: [1]"),
+            ":11: found a list of 1 for lines.0.length; expected length",
+        ),
+        (("type: vessel", "type: 3"), ":9: points.1.type: found "),
+        (
+            ("water_depth: 100", "water_depth: [1]"),
+            ":1: found a list of 1 for water_depth; expected depth",
+        ),
+        (("name: fairlead1", "name: anchor1"), ":9: points.1.name: found anchor1 twice; expected"),
+        (("endA: anchor1", "endA: 2"), 'found no point at an end of line 1, "2"'),
+    ],
+)
+def test_yaml_refused(tmp_path: Path, change: tuple[str, str], said: str) -> None:
+    assert change[0] in files.MOORPY_YAML
+    with pytest.raises(InputError) as caught:
+        only_line(system_of(tmp_path, files.MOORPY_YAML.replace(*change), "lines.yaml"))
+    assert said in str(caught.value).replace(str(tmp_path), "")
+
+
+def test_unknown_keys_of_yaml_are_told(tmp_path: Path) -> None:
+    text = files.MOORPY_YAML.replace("length: 530", "length: 530, EI: 3").replace(
+        "rho: 1025.0", "rho: 1025.0\nbathymetry: bed.txt"
+    )
+    told = [each.found for each in system_of(tmp_path, text, "lines.yaml").left_out]
+    assert told == ["the key bathymetry in line 3", "the key lines.0.EI in line 12"]

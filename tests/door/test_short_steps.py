@@ -1,0 +1,72 @@
+"""Corners of tables at the ends of steps, but for rounding, beside forces that are extrapolated."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import cos
+
+import numpy as np
+import pytest
+from dry_scenes import block, scene, table
+
+import hydrosim as hs
+from hydrosim.forces import AppliedForce
+from hydrosim.scene import Method, Scene, Solver
+
+PUSH, END = 100.0, 12.0
+
+
+class SmoothedForce:
+    """A force of one newton at most that follows a cosine by a tenth at each call."""
+
+    def __init__(self) -> None:
+        self.value = 0.0
+
+    def __call__(self, t: float, state: object) -> list[float]:
+        self.value += 0.1 * (cos(3.0 * t) - self.value)
+        return [self.value, 0.0, 0.0, 0.0, 0.0, 0.0]
+
+
+def pushed(step: float, corner: float, method: Method = Method.RK4) -> Scene:
+    """A body that is pushed by a force with a corner at this time [s]; it ends at 12 s."""
+    force = np.zeros((3, 6))
+    force[:2, 0] = PUSH
+    push = AppliedForce("block", (0.0, 0.0, 0.0), table([0.0, corner, END], force))
+    drawn = scene(block(1000.0, ("surge",)), {"push": push}, 2000 * 0.01, step)
+    duration = step * round(20.0 / step)
+    return replace(drawn, duration=duration, solver=Solver(method=method, step=step))
+
+
+@pytest.mark.parametrize("method", [Method.RK4, Method.DOPRI5])
+@pytest.mark.parametrize("coupling", ["extrapolated", "held"])
+@pytest.mark.parametrize(
+    ("step", "corner"),
+    [(0.00875, 10.5), (0.0125, 10.5), (0.07, 10.5), (0.07, 10.51), (0.1, 10.3), (0.05, 10.5)],
+)
+def test_a_corner_at_the_end_of_a_step_makes_no_short_step(
+    step: float, corner: float, coupling: str, method: Method
+) -> None:
+    """The speed is the impulse of the push over the mass; the smoothed force has about a
+    thousandth of it."""
+    force = hs.External("block", SmoothedForce(), coupling=coupling)
+    run = hs.simulate(pushed(step, corner, method), forces={"smoothed": force})
+    speed = PUSH * (corner + 0.5 * (END - corner)) / 1000.0
+    assert float(run.velocity[-1, 0, 0]) == pytest.approx(speed, rel=1e-3)
+    assert "was continued to" not in run.attrs.get("warnings", "")
+
+
+@pytest.mark.parametrize("corner", [10.5, 10.3])
+@pytest.mark.parametrize("step", [0.1, 0.07, 0.05, 0.0125])
+def test_the_times_of_records_are_those_of_the_grid(step: float, corner: float) -> None:
+    run = hs.simulate(pushed(step, corner))
+    assert run.time.values == pytest.approx(step * np.arange(run.time.size), rel=1e-12)
+    assert run.attrs["solver_steps"] <= round(20.0 / step) + 1
+
+
+def test_a_force_that_is_continued_too_far_is_told() -> None:
+    """A corner cuts a step of 2 s after 0.4 s, in which the force has jumped from 0 to 1 N. It is
+    continued for 1.6 s, to 5 N."""
+    force = hs.External("block", lambda t, _: [float(t > 10.2), 0, 0, 0, 0, 0], "extrapolated")
+    run = hs.simulate(pushed(2.0, 10.4), forces={"jumping": force})
+    assert "the force of jumping was continued to 5 times" in run.attrs["warnings"]
+    assert "coupling held" in run.attrs["warnings"]

@@ -1,0 +1,21 @@
+"""Messages of runs that cannot continue."""
+
+from __future__ import annotations
+
+import pytest
+
+from hydrosim.scene import Method
+from hydrosim.stepping.state import CHATTERING, NOT_FINITE, STEP_TOO_SMALL
+from hydrosim.studies.run.failure import choose_remedy
+
+STEPPED = [method for method in Method if method != Method.AUTOMATIC]
+
+
+@pytest.mark.parametrize("status", [CHATTERING, STEP_TOO_SMALL, NOT_FINITE])
+@pytest.mark.parametrize("method", STEPPED)
+def test_no_remedy_proposes_the_method_in_use(status: int, method: Method) -> None:
+    """Nor does it propose a smaller first step to a method that chooses its steps."""
+    remedy = choose_remedy(status, method)
+    assert f"solver.method: {method}" not in remedy
+    assert ("solver.step" in remedy) == (not method.adapts and status != STEP_TOO_SMALL)
+    assert ("solver.tolerance" in remedy) == (method.adapts or status == STEP_TOO_SMALL)
