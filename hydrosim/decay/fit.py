@@ -75,9 +75,15 @@ class Terms:
     def damping_ratio(self, amplitude: float) -> Interval:
         """Equivalent damping, of critical, of a roll of this amplitude [rad]: the linear damping
         that takes the same energy in a cycle (Himeno 1981, section 2.4)."""
-        w = self.frequency
-        rate = w * amplitude
-        return self._around(np.array([1.0, EDDIES * rate, CUBES * rate**2]) / (2.0 * w))
+        return self._around(self._ratio_weights(amplitude))
+
+    def ratio_of(self, damping: Sequence[float], amplitude: float) -> float:
+        """The same ratio for other values of p1, p2 and p3."""
+        return float(self._ratio_weights(amplitude) @ damping)
+
+    def _ratio_weights(self, amplitude: float) -> np.ndarray:
+        rate = self.frequency * amplitude
+        return np.array([1.0, EDDIES * rate, CUBES * rate**2]) / (2.0 * self.frequency)
 
     def _around(self, weights: np.ndarray) -> Interval:
         value = float(weights @ self.values)
@@ -108,7 +114,11 @@ class DecayFit:
     @property
     def size(self) -> float:
         """Largest roll from the mean [rad]."""
-        return max(decay.size for decay in self.decays)
+        return self.amplitudes[1]
+
+    def used_ratio(self, amplitude: float) -> float:
+        """Equivalent damping, of critical, of the damping for use, see `Terms.damping_ratio`."""
+        return self.terms.ratio_of(self.damping, amplitude)
 
 
 def fit_files(

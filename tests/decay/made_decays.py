@@ -175,13 +175,13 @@ def draw_no_decay(seed: int) -> Made:
 
 class Outcome(NamedTuple):
     """What became of a made decay: the message of its refusal, if any; of a fit, whether the 90 %
-    intervals of p1, p2, p3, the natural period, and the damping ratio at half of the largest roll
-    hold the truth, the relative error of the ratio of the terms for use there, and the half width
-    of its interval, relative."""
+    intervals of p1, p2, p3, the natural period and the damping ratio in the middle of the recorded
+    amplitudes hold the truth; the relative errors of the ratio for use in the middle, at half of
+    the largest roll, and at the largest; the half width of the interval of the ratio, relative."""
 
     refusal: str
     holds: list[bool]
-    error: float
+    errors: list[float]
     width: float
 
 
@@ -190,23 +190,25 @@ def try_fit(made: Made) -> Outcome:
     try:
         return compare(made, fit_decays([decay_of(made.time, made.angle)]))
     except InputError as error:
-        return Outcome(str(error), [], 0.0, 0.0)
+        return Outcome(str(error), [], [], 0.0)
 
 
-def compare(made: Made, found: DecayFit) -> Outcome:
-    """A fit beside the truth."""
+def compare(made: Made, fit: DecayFit) -> Outcome:
+    """A fit beside the truth. One without noise may be off by `TOLERANCE`."""
     law = made.law or Law(0.0, 0.0, 0.0, 1.0)
-    half = 0.5 * made.size
-    truth = [*law[:4], law.damping_ratio(half)]
-    ratio = found.terms.damping_ratio(half)
-    intervals = [*map(found.terms.interval, range(3)), found.period, ratio]
+    middle = 0.5 * sum(fit.amplitudes)
+    truth = [*law[:4], law.damping_ratio(middle)]
+    ratio = fit.terms.damping_ratio(middle)
+    intervals = [*map(fit.terms.interval, range(3)), fit.period, ratio]
     w = 2.0 * np.pi / law.period
-    scales = [2.0 * w, 1.0 / made.size, 1.0 / (made.size**2 * w), law.period, 1.0]
+    scales = [2.0 * w, 2.0 / made.size, 2.0 / (made.size**2 * w), law.period, 1.0]
     slack = TOLERANCE if made.disturbance == "none" else 0.0
     holds = [
         i.low - slack * scale <= x <= i.high + slack * scale
         for i, x, scale in zip(intervals, truth, scales, strict=True)
     ]
-    used = Law(*found.damping, found.period.value).damping_ratio(half)
-    width = 0.5 * (ratio.high - ratio.low) / ratio.value
-    return Outcome("", holds, used / truth[-1] - 1.0 if truth[-1] else np.inf, width)
+    errors = [
+        fit.used_ratio(amplitude) / max(law.damping_ratio(amplitude), 1e-9) - 1.0
+        for amplitude in (middle, 0.5 * made.size, made.size)
+    ]
+    return Outcome("", holds, errors, 0.5 * (ratio.high - ratio.low) / ratio.value)
