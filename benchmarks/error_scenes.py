@@ -156,22 +156,22 @@ def _compiled_reference(kind: str, number: int) -> tuple[Compiled, int]:
         return compile_reference(scene, SPACINGS.get(kind, SPACING))
 
 
-def try_reference(question: tuple[str, int, float]) -> Outcome | None:
-    """Run a scene of a kind and number with a tolerance; None if it does not reach its end."""
+def try_reference(question: tuple[str, int, float]) -> Outcome:
+    """Run a scene of a kind and number with a tolerance, or say why that fails."""
     kind, number, tolerance = question
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             compiled, finer = _compiled_reference(kind, number)
             run = run_reference(compiled, tolerance)
-    except HydrosimError:
-        return None
-    return Outcome({}, run.position.values[::finer], _contact_forces(run))
+    except HydrosimError as error:
+        return Outcome({"status": "failed", "message": str(error)})
+    return Outcome({"status": "complete"}, run.position.values[::finer], _contact_forces(run))
 
 
 QUESTIONS = {
     "run": Question(run_scene, LIMIT, Outcome({"status": "crash"}), PATIENCE),
-    "reference": Question(try_reference, LIMIT),
+    "reference": Question(try_reference, LIMIT, Outcome({"status": "crash"})),
 }
 
 
@@ -190,25 +190,31 @@ class Judge:
         record = {"number": number, "kind": self._kind, "way": way, **outcome.record}
         if record["status"] == "complete":
             reference = self._reference(number)
-            record |= compared(outcome, reference) if reference else {}
+            if isinstance(reference, Reference):
+                record |= compared(outcome, reference)
+            else:
+                record["no_reference"] = reference
         return record
 
-    def _reference(self, number: int) -> Reference | None:
-        """The reference of a number, made or kept; None if there is none in time."""
+    def _reference(self, number: int) -> Reference | str:
+        """The reference of a number, made or kept, or why there is none."""
         path = self._folder / f"{self._kind}-{number}.npz"
         if not path.exists():
             made = self._new_reference(number)
-            np.savez_compressed(path, **made._asdict() if made else {})
+            if isinstance(made, str):
+                return made  # another time it may be quicker
+            np.savez_compressed(path, **made._asdict())
         with np.load(path) as kept:
-            values = {name: kept[name] for name in kept.files}
-        return Reference(**values) if values else None
+            return Reference(**kept)
 
-    def _new_reference(self, number: int) -> Reference | None:
+    def _new_reference(self, number: int) -> Reference | str:
         found = []
         for tolerance in (COARSE, FINE):
             outcome = self._worker.ask("reference", (self._kind, number, tolerance))
             if outcome is None:
-                return None
+                return f"more than {LIMIT:g} s of CPU at {tolerance:g}"
+            if outcome.position is None:
+                return f"{outcome.record['status']}: {outcome.record.get('message', '')}"
             found.append(outcome)
         coarse, fine = found
         return Reference(fine.position, fine.force, coarse.position, coarse.force)

@@ -9,8 +9,10 @@ from __future__ import annotations
 import atexit
 import gc
 import os
+import signal
 import sys
 import warnings
+from collections.abc import Sequence
 from typing import Annotated, Any
 
 if sys.excepthook is sys.__excepthook__:
@@ -50,7 +52,7 @@ from hydrosim.commands.statistics import statistics
 from hydrosim.commands.streams import make_streams_last
 from hydrosim.commands.sweep import sweep
 from hydrosim.commands.terminal import say, show
-from hydrosim.errors import HydrosimError
+from hydrosim.errors import HydrosimError, InputError
 from hydrosim.interrupts import taken_as_interrupts
 from hydrosim.presentation.terminal import printable
 
@@ -119,12 +121,21 @@ atexit.register(gc.freeze)
 def main() -> None:
     """Run the command line. An error meant for the user ends it with the exit code of that
     error."""
+    atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)  # the exit code is known by then
+    try:
+        _run_command()
+    except KeyboardInterrupt:  # raised while an error or the end of a command was told
+        raise SystemExit(130) from None
+
+
+def _run_command() -> None:
     taken_as_interrupts()
     make_streams_last()
     warnings.showwarning = lambda message, *_, **__: say(f"warning   {message}")
     try:
         try:
             _require_memory()
+            _require_text([*sys.argv[1:], os.getcwd()])
             app(prog_name="hydrosim")
         finally:
             sys.stdout.flush()
@@ -141,6 +152,19 @@ def main() -> None:
             raise
         err.print(f"[bold red]error[/] {_plain(error)}", highlight=False, soft_wrap=True)
         os._exit(3)  # the remaining output cannot be printed
+
+
+def _require_text(arguments: Sequence[str]) -> None:
+    """Raises InputError for an argument, or a folder to work in, that is no UTF-8: libraries cannot
+    open such a file, and no result can name it."""
+    for argument in arguments:
+        try:
+            argument.encode()
+        except UnicodeEncodeError:
+            name = os.fsencode(argument).decode(errors="backslashreplace")
+            raise InputError(
+                f"{name}: found a name whose bytes are no UTF-8; expected UTF-8. Rename it."
+            ) from None
 
 
 def _require_memory() -> None:

@@ -15,6 +15,7 @@ import os
 import shutil
 import stat
 import tempfile
+import time
 import warnings
 from contextlib import suppress
 from functools import lru_cache
@@ -22,6 +23,8 @@ from pathlib import Path
 
 OWNER_ONLY = 0o700
 DIGEST = hashlib.sha256
+USE_RESOLUTION_S = 3600.0
+"""The time of last use of an entry is known to within this."""
 
 
 def cache_root() -> Path:
@@ -60,8 +63,34 @@ def stored(name: str) -> bytes | None:
         found = path.read_bytes() if trusted else b""
     except OSError:
         return None
+    _mark_used(path)
     size = DIGEST().digest_size
     return found[size:] if found[:size] == _digest(name, found[size:]) else None
+
+
+def limit_size(pattern: str, limit: int) -> None:
+    """Remove entries with names of a ``pattern``, as in a shell, until the others take at most
+    ``limit`` bytes. Those whose last use is longest ago go first. Processes that still want one
+    make it again."""
+    files = []
+    for path in cache_root().glob(pattern):
+        with suppress(OSError):  # another process may have removed it
+            about = path.stat()
+            files.append((about.st_mtime, about.st_size, path))
+    total = 0
+    for _, size, path in sorted(files, reverse=True):
+        total += size
+        if total > limit:
+            with suppress(OSError):
+                path.unlink()
+                path.parent.rmdir()  # fails unless it is empty
+
+
+def _mark_used(path: Path) -> None:
+    """Set the file's time to now, for `limit_size`."""
+    with suppress(OSError):
+        if time.time() - path.stat().st_mtime > USE_RESOLUTION_S:
+            os.utime(path)
 
 
 def _path(name: str) -> Path:

@@ -1,13 +1,19 @@
-"""Signals that end a program: all raise KeyboardInterrupt, and all wait while a file is written."""
+"""Signals that end a program: all raise KeyboardInterrupt, and all wait while a file is written.
+
+Machine code knows no exceptions. Python serves a signal where a function begins that machine code
+has called, before a ``try`` of that function could catch an exception. So the signal waits there
+until the machine code has returned, see `called_by_machine_code`.
+"""
 
 from __future__ import annotations
 
 import os
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from types import FrameType
+from types import CodeType, FrameType
+from typing import TypeVar
 
 ENDING = [
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
@@ -17,18 +23,46 @@ HANG_UP = getattr(signal, "SIGHUP", None)
 _received: list[int] = []
 """Signals of this process that raised KeyboardInterrupt."""
 
+_waiting: list[int] = []
+"""Signals that wait until machine code has returned."""
+
+_callbacks: set[CodeType] = set()
+"""Functions that machine code calls."""
+
+
+class Catching(threading.local):
+    """Whether a function that machine code has called ``catches`` exceptions now."""
+
+    catches: bool = False
+
+
+catching = Catching()
+
+Function = TypeVar("Function", bound="Callable[..., object]")
+
+
+def called_by_machine_code(function: Function) -> Function:
+    """Mark a function that machine code calls. While it runs, interrupts are raised where
+    ``catching.catches`` is true, and otherwise when the machine code has returned."""
+    _callbacks.add(function.__code__)
+    return function
+
 
 def taken_as_interrupts() -> None:
     """Let SIGTERM and SIGHUP raise KeyboardInterrupt as Ctrl-C does, unless they have other
     handlers, as under `nohup`. `raise_if_interrupted` knows all three."""
     terminals = [stream for stream in (0, 1, 2) if os.isatty(stream)]
     _received.clear()
+    _waiting.clear()
 
-    def interrupt(number: int, _: FrameType | None) -> None:
+    def interrupt(number: int, frame: FrameType | None) -> None:
         _received.append(number)
         if number == HANG_UP:
             _leave(terminals)
-        raise KeyboardInterrupt
+        if _must_wait(frame):
+            _waiting.append(number)
+        else:
+            raise KeyboardInterrupt
 
     for number in ENDING:
         if signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):
@@ -40,6 +74,22 @@ def raise_if_interrupted() -> None:
     first exception may have ended one part only, or a library may have swallowed it."""
     if _received:
         raise KeyboardInterrupt
+
+
+def raise_waiting() -> None:
+    """Raise KeyboardInterrupt if a signal has waited for machine code that has returned now."""
+    if _waiting and threading.current_thread() is threading.main_thread():
+        _waiting.clear()
+        raise KeyboardInterrupt
+
+
+def _must_wait(frame: FrameType | None) -> bool:
+    """True if an exception in this frame would pass into machine code."""
+    if catching.catches:
+        return False
+    while frame is not None and frame.f_code not in _callbacks:
+        frame = frame.f_back
+    return frame is not None
 
 
 def _leave(terminals: list[int]) -> None:

@@ -63,7 +63,7 @@ def _locked(path: Path, what: Path) -> Iterator[None]:
             if not _lock(file):
                 raise InputError(
                     f"{what}: is being written by another process, {file.read(100).strip()}. Wait"
-                    " until it ends, or give another name."
+                    f" until it ends, or give another name. If it no longer exists, remove {path}."
                 )
             if _is_at(file, path):
                 _sign(file, path, what)
@@ -112,15 +112,23 @@ def _no_lock(path: Path, reason: str) -> InputError:
 
 
 def _lock(file: TextIO) -> bool:
-    """Try to lock the file. True if no other process has it, or if the system has no locks."""
+    """Try to lock the file. True if no other process has it. Where the file system has no locks
+    (ENOLCK, ENOSYS, ESTALE), the owner that the file names has it while it lives."""
     if sys.platform != "win32":
         try:
             flock(file, LOCK_EX | LOCK_NB)
         except BlockingIOError:
             return False
         except OSError:
-            pass
+            return not _has_owner(file)
     return True
+
+
+def _has_owner(file: TextIO) -> bool:
+    """Whether the file names another process that may live: one of another machine may."""
+    name = file.read(300).strip()
+    file.seek(0)
+    return name not in ("", owner()) and not is_gone(name)
 
 
 def _is_at(file: TextIO, path: Path) -> bool:

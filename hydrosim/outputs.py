@@ -251,7 +251,10 @@ def _differences(before: str, now: str) -> str:
     """Differences between the settings of two files, as text; empty if either is unknown."""
     if not before or not now or before == now:
         return ""
-    one = json.loads(before)
+    try:
+        one = dict(json.loads(before))
+    except (ValueError, TypeError):  # the file was changed after it was written
+        return "settings that cannot be read"
     other = json.loads(now)
     keys = [key for key in {**one, **other} if one.get(key) != other.get(key)]
     told = [f"{key} {_shown(one, key)}, now {_shown(other, key)}" for key in keys[:SHOWN]]

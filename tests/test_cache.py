@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from benchmarks.cache_corruptions import KINDS, damage
-from hydrosim.cache import _usable, cache_root, store, stored
+from hydrosim.cache import _usable, cache_root, limit_size, store, stored
 
 CONTENTS = {"units-1.json": b'{"km in m": 1000.0}', "fits/a.npz": b"numbers" * 40, "k/b.nbc": b""}
 ROOT = hasattr(os, "geteuid") and os.geteuid() == 0
@@ -40,6 +40,22 @@ def test_what_is_stored_is_there(cache: Path) -> None:
     store("fits/a.npz", b"new")
     assert stored("fits/a.npz") == b"new"
     assert [path for path in cache.rglob("*") if path.suffix == ".partial"] == []
+
+
+def test_entries_beyond_a_size_go_those_unused_longest_first(cache: Path) -> None:
+    """Reading an entry is a use; entries with other names and folders in use stay."""
+    for age, name in enumerate(("k-2/d", "k-2/c", "k-1/b", "k-1/a")):
+        store(name, b"0" * 1000)
+        os.utime(cache / name, (1e9 + age, 1e9 + age))
+    size = (cache / "k-2/d").stat().st_size
+    assert stored("k-2/d")
+    limit_size("k-*/*", 4 * size)
+    assert len(list(cache.glob("k-*/*"))) == 4
+    limit_size("k-*/*", 3 * size - 1)
+    assert {path.name for path in cache.glob("k-*/*")} == {"d", "a"}
+    limit_size("k-*/*", size)
+    assert {path.name for path in cache.glob("k-*")} == {"k-2"}
+    assert {name: stored(name) for name in CONTENTS} == CONTENTS
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)

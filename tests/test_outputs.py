@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 import signal
 from collections.abc import Callable
 from contextlib import suppress
@@ -18,6 +19,8 @@ from hydrosim.errors import WritingError, unwritable
 from hydrosim.interrupts import ENDING, raise_if_interrupted, taken_as_interrupts
 from hydrosim.outputs import Output, content, save_picture
 from hydrosim.results.netcdf import write
+
+ROOT = Path(__file__).parents[1]
 
 CASE = "sub/a case (\u00fc).yaml"
 
@@ -216,3 +219,15 @@ def test_a_permission_that_is_there_is_not_blamed(tmp_path: Path) -> None:
 def test_names_of_a_thousand_characters_are_cut() -> None:
     said = str(hs.InputError(f"case.yaml: found no file {'x' * 5000}; expected one"))
     assert said == f"case.yaml: found no file {'x' * 300}...; expected one"
+
+
+def test_shipped_pictures_name_no_folder_of_their_maker() -> None:
+    """A picture names its origin; at most from the folder above."""
+    pictures = [
+        path for folder in ("cases", "hydro_db", "docs") for path in (ROOT / folder).rglob("*.png")
+    ]
+    assert len(pictures) > 10
+    texts = {path: path.read_bytes() for path in pictures}
+    assert [
+        path.name for path, text in texts.items() if re.search(rb"of \[(\.\./\.\.|/)", text)
+    ] == []

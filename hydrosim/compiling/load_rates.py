@@ -4,7 +4,7 @@ A motion shows how fast its loads change, and the step follows. What holds still
 reaches a limit shows nothing: a point or joint in dry friction, a joint that may break. So while
 anything holds, a step is at most
 
-    h = PHASE / w
+    h = MAX_PHASE / w
 
 where w [rad/s] is the fastest rate of all loads over time: waves, gusts and signals. Its ends and
 two points between them make a cubic of the load. Between these it is wrong by (w h)^4 / 1944 of the
@@ -38,38 +38,38 @@ if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
     from hydrosim.scene import Environment, Scene
 
-PHASE = 0.5  # rad
+MAX_PHASE = 0.5  # rad
 
 
 def signal_step(scene: Scene) -> float:
     """Longest step [s] while nothing holds, for signals that limits depend on directly; infinite if
     there are none."""
-    if not _looks_between(scene):
+    if not _can_shorten_steps(scene):
         return inf
-    direct = {name: e for name, e in scene.forces.items() if not e.supplies}
-    return _step(max((signal_rate(s) for _, s in signals_of(direct)), default=0.0))
+    guarding = {name: e for name, e in scene.forces.items() if not e.supplies}
+    return _longest_step(max((signal_rate(s) for _, s in signals_of(guarding)), default=0.0))
 
 
 def held_step(compiled: Compiled) -> float:
     """Longest step [s] while anything holds; infinite if no load changes over time."""
     scene = compiled.scene
-    if not _looks_between(scene):
+    if not _can_shorten_steps(scene):
         return inf
     rates = [signal_rate(signal) for _, signal in signals_of(scene.forces)]
     rates += _wave_rates(compiled)
     rates += _gust_rates(scene.environment)
-    asked = scene.solver.step if externals_of(scene.forces) else inf
-    return min(_step(max(rates, default=0.0)), asked)
+    function_step = scene.solver.step if externals_of(scene.forces) else inf
+    return min(_longest_step(max(rates, default=0.0)), function_step)
 
 
-def _looks_between(scene: Scene) -> bool:
+def _can_shorten_steps(scene: Scene) -> bool:
     """True if steps are cut at events, or may have any length. Equal steps without events are those
     that the scene asks for."""
     return scene.solver.events or scene.solver.method.adapts
 
 
-def _step(rate: float) -> float:
-    return PHASE / rate if rate > 0.0 else inf
+def _longest_step(rate: float) -> float:
+    return MAX_PHASE / rate if rate > 0.0 else inf
 
 
 def _wave_rates(compiled: Compiled) -> Iterator[float]:

@@ -62,13 +62,17 @@ def check_scene(scene: Scene) -> None:
         "output_step: must be a whole multiple of solver.step": not (whole and round(steps) >= 1),
     }
     for name, element in scene.forces.items():
+        if not is_known(element):
+            hint = "; wrap a function as hydrosim.External(BODY, FUNCTION)"
+            text = f"found {type(element).__name__}; expected a force element of hydrosim"
+            problems[f"forces.{name}: {text}{hint if callable(element) else ''}"] = True
+            continue
+        if not isinstance(element.body, str):
+            text = f"found {element.body!r}; expected the name of a body"
+            problems[f"forces.{name}.body: {text}"] = True
         for key, body in [("body", element.body), *element.others()]:
-            lacks = body is not None and body not in names
+            lacks = isinstance(body, str) and body not in names
             problems[f"forces.{name}.{key}: found {body}, which is no body of the scene"] = lacks
-        text = (
-            f"forces.{name}: found {type(element).__name__}; expected a force element of hydrosim"
-        )
-        problems[text] = not is_known(element)
     found = [problem for problem, there in problems.items() if there]
     found += check_joints(scene)
     found += [] if found else check_trees(scene)  # only of joints between known bodies

@@ -88,6 +88,14 @@ class Table:
     dated: bool = False
 
 
+def escaped(text: str) -> str:
+    """The text in one line, with characters that print nothing as their numbers: names in results
+    of others may hold anything."""
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else f"\\u{ord(c):04x}" for c in text)
+
+
 def parse(source: Source, dates: bool = False, first: str = "the time [s]") -> Table:
     """The table in a text file. Lines have the kind of quantity ``first`` in their first column. If
     ``dates`` is true, dates (2020-01-31T12:00, UTC unless they give another zone) count as seconds

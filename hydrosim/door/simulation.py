@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from math import inf, isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING
+from threading import Lock
+from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 
 from hydrosim.errors import InputError
 from hydrosim.forces import externals_of
-from hydrosim.forces.given.view import BodyState, body_states
+from hydrosim.forces.given.view import BodyState, body_states, read_only
 from hydrosim.jit.waiting import Torn
 from hydrosim.outputs import Output, as_output
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.rigid.tree import record_angles
 from hydrosim.scene import ForceElement, LinearScenes, Scene
+from hydrosim.stepping.breakpoints import rounding_at
 from hydrosim.stepping.dynamics import new_work, rhs
 from hydrosim.stepping.names import force_names
 from hydrosim.stepping.run import grid_time
@@ -31,8 +34,6 @@ if TYPE_CHECKING:
 
     from hydrosim.case import Case
 
-ON_GRID = 1e-9  # of a step: times this close to a point of the grid are that point
-
 
 class Simulation:
     """A run of a case, a file or a scene, which its caller advances.
@@ -43,6 +44,9 @@ class Simulation:
     step``.
 
     With the file of a ``checkpoint`` that `save` has written, it goes on from there, to the bit.
+
+    One thread at a time may use it, and no function of its own forces: anything else is refused
+    with InputError. It cannot be copied.
     """
 
     def __init__(
@@ -60,6 +64,7 @@ class Simulation:
         self._course = Course(compiled, kept)
         self._work = new_work(self._course.run.model)
         self._torn = False
+        self._using = Lock()
         self._check()
 
     @property
@@ -88,6 +93,12 @@ class Simulation:
         Raises InputError for a time that has passed or is beyond the end, and SimulationError as
         `simulate` does.
         """
+        with self._alone("step"):
+            self._step(until)
+            return self.time
+
+    def _step(self, until: float | None) -> None:
+        """`step` for the only user."""
         self._check()
         course = self._course
         if course.ended:
@@ -104,7 +115,6 @@ class Simulation:
             raise
         if course.failed:
             course.dataset(last=False)  # raises
-        return self.time
 
     def run(self) -> xr.Dataset:
         """Advance to the end; returns the dataset."""
@@ -116,13 +126,19 @@ class Simulation:
         """The dataset of the run until now, as `simulate` returns it. Before the end, its status is
         "interrupted", and it ends with the last output time. At the end, a companion run
         measures the error."""
-        self._check()
-        return dataset_of(self._course, estimates=self.ended)
+        with self._alone("result"):
+            self._check()
+            return dataset_of(self._course, estimates=self.ended)
 
     def save(self, path: str | Path) -> Path:
         """Write a checkpoint, from which `Simulation` goes on; returns its path. An earlier
         checkpoint there is replaced. Raises InputError if another file is there, or if a function
         may remember and gives no state, and WritingError if it cannot be written."""
+        with self._alone("save"):
+            return self._save(path)
+
+    def _save(self, path: str | Path) -> Path:
+        """`save` for the only user."""
         self._check()
         course = self._course
         scene = course.compiled.scene
@@ -140,37 +156,59 @@ class Simulation:
     @property
     def state(self) -> Mapping[str, BodyState]:
         """The motion of every body, by name."""
-        course = self._course
-        run = course.run
-        bodies = run.model.bodies
-        n = bodies.active.size
-        motion = self._work.motion
-        place_bodies(run.state.y[:n], run.state.y[n : 2 * n], bodies, motion)
-        coordinates = motion.coordinates.copy()
-        record_angles(bodies, motion, coordinates)
-        names = [body.name for body in course.compiled.scene.bodies]
-        references = bodies.each["origin"]
-        turned = motion.rotation.reshape(-1)
-        return body_states(
-            names, references, coordinates, motion.velocity, turned, bool(bodies.exact)
-        )
+        with self._alone("state"):
+            run = self._course.run
+            bodies = run.model.bodies
+            n = bodies.active.size
+            motion = self._work.motion
+            place_bodies(run.state.y[:n], run.state.y[n : 2 * n], bodies, motion)
+            coordinates = motion.coordinates.copy()
+            record_angles(bodies, motion, coordinates)
+            names = [body.name for body in self._course.compiled.scene.bodies]
+            references = [read_only(origin) for origin in bodies.each["origin"]]
+            turned = motion.rotation.reshape(-1)
+            return body_states(
+                names, references, coordinates, motion.velocity, turned, bool(bodies.exact)
+            )
 
     @property
     def forces(self) -> dict[str, dict[str, np.ndarray]]:
         """Wrench (6,) [N, N m] of every force on every body, by the names of both: in the earth
         frame, about the centre of gravity. The names are those of ``force_...`` in the dataset."""
-        course = self._course
-        run = course.run
-        work = self._work
-        rates = np.zeros(run.model.size)
-        state = run.state
-        rhs(self.time, state.y, state.modes, state.history, run.model, work, rates)
-        wrench = work.wrench.reshape(run.model.rows, -1, 6)
-        bodies = [body.name for body in course.compiled.scene.bodies]
-        return {
-            name: dict(zip(bodies, wrench[row].copy(), strict=True))
-            for row, name in enumerate(force_names(course.compiled.scene))
-        }
+        with self._alone("forces"):
+            course = self._course
+            run = course.run
+            work = self._work
+            rates = np.zeros(run.model.size)
+            state = run.state
+            rhs(self.time, state.y, state.modes, state.history, run.model, work, rates)
+            wrench = work.wrench.reshape(run.model.rows, -1, 6)
+            bodies = [body.name for body in course.compiled.scene.bodies]
+            return {
+                name: dict(zip(bodies, wrench[row].copy(), strict=True))
+                for row, name in enumerate(force_names(course.compiled.scene))
+            }
+
+    def __reduce_ex__(self, _: object) -> NoReturn:
+        raise InputError(
+            "Simulation: it cannot be copied or pickled, because its kernels know the place of its"
+            " numbers in memory. Write a checkpoint with save, and begin others from it:"
+            " Simulation(case, checkpoint=path)."
+        )
+
+    @contextmanager
+    def _alone(self, action: str) -> Iterator[None]:
+        """A context for an ``action`` of one user. Raises InputError if there is another."""
+        if not self._using.acquire(blocking=False):
+            raise InputError(
+                f"{action}: the simulation is in use, by another thread or by the function of a"
+                " force that it calls; expected one user at a time. Threads share a lock of their"
+                " own around it; a function is given time and motions as arguments."
+            )
+        try:
+            yield
+        finally:
+            self._using.release()
 
     def _check(self) -> None:
         """Raises SimulationError if the run cannot continue."""
@@ -188,10 +226,11 @@ class Simulation:
         return float(grid_time(int(run.counters[POINT]) + 1, run.clock))
 
     def _target(self, until: float) -> float:
-        """The time ``until``, exactly on the grid if it is there but for rounding."""
+        """The time ``until``, exactly on the grid or at a breakpoint if it is there but for
+        rounding."""
         until = float(until)
         clock = self._course.run.clock
-        close = ON_GRID * clock.step
+        close = float(rounding_at(np.array(until), clock))
         if not (isfinite(until) and self.time < until <= self.end + close):
             raise InputError(
                 f"step: found until = {until:g} s; expected a time after {self.time:g} s, which is"
@@ -201,7 +240,8 @@ class Simulation:
         for n in (first - 1, first, first + 1):
             if n <= clock.points and abs(grid_time(n, clock) - until) <= close:
                 return float(grid_time(n, clock))
-        return until
+        near = clock.breakpoints[np.abs(clock.breakpoints - until) <= close]
+        return float(near[0]) if near.size else until
 
 
 def _continued_from(path: Path) -> Checkpoint:

@@ -321,7 +321,7 @@ def is_mirrored(parts: Parts, y: np.ndarray, modes: np.ndarray) -> bool:
     return all(kind.is_mirrored(kind.of(parts), y, modes) for kind in own)
 
 
-def names_of_modes(parts: Parts, scene: Scene) -> list[str]:
+def mode_row_names(parts: Parts, scene: Scene) -> list[str]:
     """The kind and the name of the unit of every row of modes."""
     names = {kind: kind.unit_names(scene) for kind, _ in kinds_of(parts)}
     return [f"{kind.unit.replace('_', ' ')} {name}" for kind in names for name in names[kind]]
@@ -422,6 +422,15 @@ def function_errors(
 def externals_of(elements: Mapping[str, ForceElement]) -> dict[str, External]:
     """The external forces among ``elements``."""
     return {name: e for name, e in elements.items() if isinstance(e, External)}
+
+
+def with_own_functions(elements: Mapping[str, ForceElement]) -> dict[str, ForceElement]:
+    """The elements with copies of their external forces, for one run: so runs that use the same
+    `External` share no errors."""
+    owner = object()
+    return {
+        name: e.copied_for(owner) if isinstance(e, External) else e for name, e in elements.items()
+    }
 
 
 def functions_at_stages(

@@ -298,10 +298,11 @@ def samples(elements):
 
 
 @kernel
-def take_samples(t, jumped, y, motion, bodies, elements, wrench):
-    """Call these functions; motions may have ``jumped``. The rows of ``wrench`` are scratch.
-    Returns false if one of them fails."""
-    return external.take_samples(t, jumped, y, motion, bodies, elements.externals, wrench)
+def take_samples(t, jumped, ahead, y, motion, bodies, elements, wrench):
+    """Call these functions; motions may have ``jumped``, and the next step is at most ``ahead``
+    [s]. The rows of ``wrench`` are scratch. Returns false if one of them fails."""
+    p = elements.externals
+    return external.take_samples(t, jumped, ahead, y, motion, bodies, p, wrench)
 
 
 @kernel
@@ -311,14 +312,14 @@ def settling(t, y, elements):
 
 
 @root_giving(bool)
-def waits_for_loads(modes, elements):
+def has_load_limit(modes, elements):
     """True if a mode may end by a load that the motion does not show, because a unit holds still
     until its load reaches a limit."""
-    if transitions.waits_for_loads(modes, elements.fenders):
+    if transitions.has_load_limit(modes, elements.fenders):
         return True
-    if locks.waits_for_loads(modes, elements.locks):
+    if locks.has_load_limit(modes, elements.locks):
         return True
-    return motions.waits_for_loads(modes, elements.joint_motions)
+    return motions.has_load_limit(modes, elements.joint_motions)
 
 
 def held_directions(elements: Elements) -> int:

@@ -4,28 +4,31 @@ numba's own disk cache trusts every file that it finds. It notices an edit of th
 a kernel, but not of the files that this kernel calls into. It identifies a file by its path and
 time.
 
-Here every name begins with a hash of all sources that may hold kernels, so any edit gives new
-names. A damaged file is compiled again (`hydrosim.cache`).
+Here the name of a file holds a hash of all that its code is made of (`hydrosim.jit.ingredients`).
+So an edit gives new names to the kernels that it changes, and to no others. A damaged file is
+compiled again (`hydrosim.cache`).
 """
 
 from __future__ import annotations
 
 import hashlib
-import os
 import pickle
 from collections.abc import Callable
 from importlib import import_module
-from pathlib import Path
 from typing import Any
 
+from numba.core import sigutils
 from numba.core.caching import _Cache
 from numba.core.compiler import CompileResult
 from numba.core.runtime import rtsys
 from numba.core.serialize import dumps
 
-from hydrosim.cache import store, stored
+from hydrosim.cache import limit_size, store, stored
+from hydrosim.jit.ingredients import describe_type, digest_of_kernel
 from hydrosim.jit.shipped import NO_MORE_FEATURES, PROCESSOR, shipped, shipped_files
-from hydrosim.program import digest_of_sources
+
+MAX_STORED_BYTES = 500_000_000
+"""Size of all stored kernels, also those of other versions: some ten times what all cases need."""
 
 Name = tuple[str, str, Any]
 """Module and name of a `Whole`, and the types of its arguments."""
@@ -38,13 +41,15 @@ class Disk(_Cache):
     """The files of one kernel. ``folder`` returns the name of their common folder. ``calls``
     returns the wholes that compiled code calls: their doors are made first."""
 
+    _limited = False  # whether this process has removed files beyond the size
+
     def __init__(
         self,
-        function: Callable[..., Any],
+        kernel: Any,
         folder: Callable[[], str],
         calls: Callable[[Any], list[Name]],
     ) -> None:
-        self._function = function
+        self._kernel = kernel
         self._folder = folder
         self._calls = calls
 
@@ -70,12 +75,18 @@ class Disk(_Cache):
             content = dumps((self._calls(data.library), _lean(data._reduce())))
             name = self._name(sig, data.codegen.magic_tuple())
             store(f"{self._folder()}/{name}", content)
+            self._limit()
 
     def enable(self) -> None: ...
 
     def disable(self) -> None: ...
 
     def flush(self) -> None: ...
+
+    def _limit(self) -> None:
+        if not Disk._limited:
+            Disk._limited = True
+            limit_size("kernels-*/*", MAX_STORED_BYTES)
 
     def _content(self, sig: Any, machine: Machine) -> bytes | None:
         """Content of the file shipped with the package, or else of the file compiled here
@@ -90,9 +101,11 @@ class Disk(_Cache):
         return stored(f"{folder}/{self._name(sig, machine)}")
 
     def _name(self, sig: Any, machine: Machine) -> str:
-        function = self._function
-        what = repr((sig, machine, _source(function.__code__.co_filename)))
-        digest = hashlib.sha256(what.encode() + function.__code__.co_code).hexdigest()[:32]
+        function = self._kernel.py_func
+        args, returns = sigutils.normalize_signature(sig)
+        described = [*map(describe_type, args), "" if returns is None else describe_type(returns)]
+        made_of = repr((digest_of_kernel(self._kernel), described, machine))
+        digest = hashlib.sha256(made_of.encode()).hexdigest()[:32]
         return f"{function.__module__}.{function.__qualname__}-{digest}.nbc"
 
 
@@ -102,9 +115,3 @@ def _lean(reduced: tuple[Any, ...]) -> tuple[Any, ...]:
     them takes longer than reading the code, and loads modules that only the compiler needs."""
     *code, _types, reload_init, _environments = reduced
     return (*code, "", reload_init, ())
-
-
-def _source(file: str) -> str:
-    """Digest of the source of a kernel, which may lie outside this package."""
-    home, name = os.path.split(file)
-    return digest_of_sources(Path(home), name)

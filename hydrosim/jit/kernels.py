@@ -2,8 +2,9 @@
 `hydrosim.jit.disk` stores them. The environment variable ``HYDROSIM_JIT`` selects another way:
 ``plain``, or ``python`` without machine code.
 
-The name of the cache folder holds a hash of all sources that may hold kernels (`SOURCES`). Any edit
-there gives a new folder, so no kernel can be stale.
+The name of each file there holds a hash of all that its machine code is made of
+(`hydrosim.jit.ingredients`). The name of the folder holds what all kernels share: versions, and the
+sources that compile.
 """
 
 from __future__ import annotations
@@ -80,14 +81,17 @@ WAY = next(way for way, name in WAYS.items() if name == _ways.__name__)
 
 
 def kernel_folder() -> str:
-    """Name of the folder with the compiled kernels of exactly these sources, numba and LLVM.
-    Interpreters that load the same extension modules share it, wherever the sources lie."""
-    made = f"{EXTENSION_SUFFIXES[0]}{numba.__version__}{llvmlite.__version__}{sources_digest()}"
+    """Name of the folder with the kernels compiled by this numba, LLVM and `hydrosim.jit`.
+    Interpreters that load the same extension modules share it, wherever the sources lie. In the
+    plain way numba trusts every file in it, so the name holds all sources."""
+    sources = digest_of_sources(PACKAGE, "jit") if WAY == "linked" else sources_digest()
+    made = f"{EXTENSION_SUFFIXES[0]}{numba.__version__}{llvmlite.__version__}{sources}"
     return f"kernels-{hashlib.sha256(made.encode()).hexdigest()[:16]}"
 
 
 def sources_digest() -> str:
-    """Digest of the sources of all kernels, independent of where they are installed."""
+    """Digest of the sources of all kernels, independent of where they are installed. Checkpoints
+    hold it."""
     return digest_of_sources(PACKAGE, *sorted(SOURCES))
 
 

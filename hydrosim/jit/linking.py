@@ -28,6 +28,7 @@ version, below https://github.com/numba/numba/blob/0.61.0/numba/core/:
 * compiler.py: `compile_extra`, `Flags`, `Compiler.define_pipelines`, `CompileResult._rebuild`
 * typed_passes.py, untyped_passes.py: the passes in `NEEDLESS`
 * caching.py: `_Cache`
+* extending.py: `_Intrinsic`; typing/templates.py: `builtin_registry`
 * funcdesc.py: `ExternalFunctionDescriptor`
 
 `hydrosim.jit.plain` takes over if one of them differs.
@@ -50,8 +51,9 @@ from numba.core.registry import CPUDispatcher
 from numba.core.typed_passes import InlineOverloads, NopythonRewrites
 from numba.core.untyped_passes import InlineClosureLikes
 
-from hydrosim.interrupts import raise_if_interrupted, undisturbed
+from hydrosim.interrupts import called_by_machine_code, catching, raise_waiting, undisturbed
 from hydrosim.jit.disk import Disk, Name
+from hydrosim.jit.ingredients import describe_type
 from hydrosim.jit.refs import hold
 from hydrosim.jit.waiting import Torn, waiting
 
@@ -149,7 +151,8 @@ class _Door:
         function = whole.py_func
         self.whole = whole
         self.args = args
-        types_digest = hashlib.sha256(str(args).encode()).hexdigest()[:16]
+        described = ", ".join(map(describe_type, args))
+        types_digest = hashlib.sha256(described.encode()).hexdigest()[:16]
         self.name = f"{function.__module__}.{function.__qualname__}.{types_digest}"
         self.code = ctypes.c_void_p(None)
         address = ctypes.addressof(self.code)
@@ -171,15 +174,20 @@ def _called(library: Any) -> list[Name]:
     return [(d.whole.py_func.__module__, d.whole.py_func.__qualname__, d.args) for d in doors]
 
 
+@called_by_machine_code
 def _open(address: int) -> None:
     """Load or compile the whole of a door; machine code calls this where the door holds zero."""
     begin = perf_counter()
     door = _doors_at[address]
+    before = catching.catches
     try:
+        catching.catches = True
         door.open()
     except BaseException as error:  # also for an interrupt: machine code knows no exceptions
+        catching.catches = before
         door.code.value = None
         waiting.error = error
+    catching.catches = before
     waiting.seconds += perf_counter() - begin
 
 
@@ -214,13 +222,16 @@ class _Kernel(CPUDispatcher):
     ) -> None:
         options = {**OPTIONS, "fastmath": set(fastmath)}
         super().__init__(function, targetoptions=options, pipeline_class=_WholeCompiler)
-        self._cache = Disk(function, folder, _called)
+        self.fastmath = fastmath
+        self._cache = Disk(self, folder, _called)
 
     def __call__(self, *args: Any) -> Any:
         try:
-            return super().__call__(*map(hold, args))
-        except SystemError as error:  # numba raises the same for a status that it does not know
-            raise _reason() or error from None
+            returned = super().__call__(*map(hold, args))
+        except SystemError:  # numba raises it for a status that it does not know
+            raise _reason() from None
+        raise_waiting()
+        return returned
 
     def __reduce__(self) -> str:  # type: ignore[override]
         return str(self.py_func.__qualname__)  # pickled by name, as functions are
@@ -307,18 +318,18 @@ class Whole(_Kernel):
         super().__init__(function, folder)
         found = [NUMBERS[each] for each in returns]
         several = types.BaseTuple.from_types(found)
-        self._returns = several if len(found) > 1 else found[0] if found else types.none
+        self.returns = several if len(found) > 1 else found[0] if found else types.none
         self._doors: dict[Any, _Door] = {}
         self._callable: dict[Any, Any] = {}
 
     def compile(self, sig: Any) -> Any:
         args, _ = sigutils.normalize_signature(sig)
-        return super().compile(typing.signature(self._returns, *args))
+        return super().compile(typing.signature(self.returns, *args))
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
         pysig, args = self.fold_argument_types(args, kws)
         name = self.py_func.__name__
-        known = [typing.signature(self._returns, *args)]
+        known = [typing.signature(self.returns, *args)]
         return typing.make_concrete_template(name, name, known), pysig, args, {}
 
     def get_overload(self, sig: Any) -> Any:
@@ -337,7 +348,7 @@ class Whole(_Kernel):
         """The function that callers link in as a part: it calls through the ``door``."""
         context: Any = self.targetctx
         word = ir.IntType(8).as_pointer()
-        called = ExternalFunctionDescriptor(f"{door.name}.entrance", self._returns, door.args)
+        called = ExternalFunctionDescriptor(f"{door.name}.entrance", self.returns, door.args)
         code = _PartCode(context.codegen(), called.mangled_name)
         module = code.create_ir_module(called.mangled_name)
         function = context.declare_function(module, called)
@@ -357,12 +368,11 @@ class Whole(_Kernel):
         return called
 
 
-def _reason() -> BaseException | None:
-    """Error that kept a door closed to the kernel that this thread has just called."""
+def _reason() -> BaseException:
+    """Error that kept a door closed to the kernel that this thread has just called. `_open` keeps
+    all errors but one: the exception that a signal raised before it began."""
     error = waiting.error
     waiting.error = None
-    if isinstance(error, KeyboardInterrupt):
-        return Torn(*error.args)
-    if error is None:
-        raise_if_interrupted()  # a signal came so early that its exception was lost
+    if error is None or isinstance(error, KeyboardInterrupt):
+        return Torn(*getattr(error, "args", ()))
     return error

@@ -21,6 +21,7 @@ from llvmlite import binding, ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic
 
+from hydrosim.interrupts import called_by_machine_code
 from hydrosim.jit.kernels import WAY
 
 if TYPE_CHECKING:
@@ -50,6 +51,7 @@ def register(answer: Answer) -> int:
     return number
 
 
+@called_by_machine_code
 def _ask(
     number: int, t: float, size: int, exact: int, own: int, velocity: int, rotation: int
 ) -> int:

@@ -15,6 +15,7 @@ from numba.core import config, types
 from numba.extending import typeof_impl
 
 from hydrosim.cache import cache_folder
+from hydrosim.interrupts import raise_waiting
 from hydrosim.jit.refs import hold
 
 settings: Any = config
@@ -48,7 +49,9 @@ class Part:
         return self._made
 
     def __call__(self, *args: Any) -> Any:
-        return self.compiled(*map(hold, args))
+        returned = self.compiled(*map(hold, args))
+        raise_waiting()
+        return returned
 
     def __reduce__(self) -> str:
         return str(self.py_func.__qualname__)  # pickled by name, as functions are

@@ -41,6 +41,8 @@ from numba.extending import (
     unbox,
 )
 
+from hydrosim.jit.ingredients import describe_type
+
 
 class Ref(types.Type):
     """Type of a reference to a tuple of type ``target``."""
@@ -48,7 +50,8 @@ class Ref(types.Type):
     def __init__(self, target: Any) -> None:
         self.target = target
         # short: type names are part of all kernel names, and are compared all the time
-        super().__init__(name=f"Ref({hashlib.sha256(str(target).encode()).hexdigest()[:16]})")
+        digest = hashlib.sha256(describe_type(target).encode()).hexdigest()
+        super().__init__(name=f"Ref({digest[:16]})")
 
 
 class Held:

@@ -12,8 +12,8 @@ from numba.core import event
 
 
 class Torn(KeyboardInterrupt):
-    """An interrupt or a signal during the compilation of a kernel that running kernels waited for.
-    These left their work half done; their output must not be used."""
+    """An interrupt or a signal while running kernels waited for another kernel or for a function of
+    Python. These left their work half done; their output must not be used."""
 
 
 class Waiting(threading.local):

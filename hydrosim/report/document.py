@@ -14,6 +14,7 @@ from hydrosim.report.replay import replay_document
 from hydrosim.report.run import run_document
 from hydrosim.results.netcdf import read
 from hydrosim.results.runs_file import RUN, is_of_runs, open_runs
+from hydrosim.results.validation import check_attributes
 from hydrosim.wording.compared_studies import is_of_studies, studies_document
 from hydrosim.wording.comparison import comparison_document, is_comparison
 from hydrosim.wording.limits import is_limits, limits_document
@@ -56,4 +57,8 @@ def _other(path: Path) -> Document | None:
     except (OSError, ValueError, RuntimeError):
         return None
     with found:
-        return next((made(found) for is_one, made in KINDS if is_one(found)), None)
+        for is_one, made in KINDS:
+            if is_one(found):
+                check_attributes(path, found.attrs)
+                return made(found)
+    return None

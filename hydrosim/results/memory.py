@@ -24,8 +24,8 @@ ROWS = ("double integral", "integral", "velocity before", "velocity")
 NODE = ("double integral", "integral", "velocity", "acceleration")
 SHORTEST = 1e-6  # of a step of the grid: smaller distances from a point of the grid count as zero
 
-LAST_NODE = "memory_node_time"
-"""Coordinate: time of the last step but one [s]."""
+MEMORY = "memory_"
+"""Begins the names of all that a run keeps of a convolution."""
 
 
 def packed(
@@ -44,7 +44,7 @@ def packed(
         "memory_dof": ("memory_dof", memory_names(scene, model), {"long_name": "coordinate"}),
         "memory_time": ("memory_time", time, {"units": "s", "long_name": "time"}),
         "memory_node_row": ("memory_node_row", list(NODE), {"long_name": "remembered quantity"}),
-        LAST_NODE: ((), history.time[THEN], {"units": "s", "long_name": "time"}),
+        "memory_node_time": ((), history.time[THEN], {"units": "s", "long_name": "time"}),
         "memory_begin": ((), history.begin[0], {"units": "s", "long_name": "time of point 0"}),
         "memory_origin": (
             (),

@@ -55,6 +55,9 @@ def read(path: Path, expected: str = REMEDY) -> xr.Dataset:
             )
         raise InputError(f"{path}: {found}; {expected}.")
     _require_known(path, str(run.attrs.get("format", "")))
+    from hydrosim.results.validation import check_run  # loads the models of cases
+
+    check_run(path, run)
     return run
 
 

@@ -40,6 +40,9 @@ def open_runs(path: Path) -> xr.Dataset | None:
     except (OSError, ValueError, RuntimeError):
         return None
     if is_of_runs(runs):
+        from hydrosim.results.validation import check_attributes  # loads the models of cases
+
+        check_attributes(path, runs.attrs)
         return runs
     runs.close()
     return None

@@ -16,6 +16,7 @@ from hydrosim.radiation.history import count_anew, drop, push
 from hydrosim.rigid.heading import accelerations_along
 from hydrosim.rigid.kinematics import accelerations, place_bodies
 from hydrosim.rigid.tree import rechart
+from hydrosim.stepping.breakpoints import STEP_ROUNDING, TIME_ROUNDING
 from hydrosim.stepping.closing import keep_closed
 from hydrosim.stepping.crossing import cut, make_consistent, note_headings, switch_modes
 from hydrosim.stepping.dynamics import may_hold, project_velocities, update_contents
@@ -61,8 +62,6 @@ PITCH = 4  # among a body's six coordinates
 STEEPEST = 1.48  # rad (85 deg): beyond it the angles' rates lose their meaning
 UPRIGHT = 0.087  # cosine of that angle
 PARTS = 3  # of a step, while a contact node relaxes fast after an event
-SAME_LENGTH = 1e-9  # relative difference of lengths of steps that is rounding
-ROUNDING = 1e-13  # relative difference of times that is rounding
 SHORTEST = 1e-12  # s, or relative to the time: smallest step of an adaptive method
 PIECES = 200  # events in one step, per contact point or spring: more are chattering
 CRAWL = 200_000  # steps in the time of one: with more, no step is small enough
@@ -87,7 +86,7 @@ def advance_until(evaluations, until, run):
     pace = run.scratch.pace
     enough = count_evaluations(counters) + evaluations
     if counters[RECORDS] == 0:
-        t = end_of_interval(0, clock)
+        t = grid_time(0, clock)
         pace[REACHED] = pace[SINCE] = t
         if clock.block > 0:
             _take_up_block(t, run)
@@ -97,7 +96,7 @@ def advance_until(evaluations, until, run):
         remember(t, run)
         keep(t, run)
     while counters[POINT] < clock.points and count_evaluations(counters) < enough:
-        goal = end_of_interval(counters[POINT] + 1, clock)
+        goal = grid_time(counters[POINT] + 1, clock)
         _cross(min(goal, until), enough, run)
         if counters[STATUS] != RUNNING or pace[REACHED] < goal:
             break
@@ -146,18 +145,6 @@ def grid_time(n, clock):
     return min(clock.start + (clock.first + n) * clock.step, clock.end)
 
 
-@kernel
-def end_of_interval(n, clock):
-    """Time of grid point ``n``, or of a breakpoint that differs from it by rounding: no step is as
-    short as that."""
-    t = grid_time(n, clock)
-    near = ROUNDING * max(abs(t), clock.step)
-    first = _count_breakpoints(t - near, clock)
-    if first < clock.breakpoints.size and clock.breakpoints[first] <= t + near:
-        return clock.breakpoints[first]
-    return t
-
-
 @root
 def _cross(goal, enough, run):
     """Advance to the time ``goal``, piece by piece, but not beyond ``enough`` evaluations."""
@@ -168,13 +155,15 @@ def _cross(goal, enough, run):
     t = scratch.pace[REACHED]
     while t < goal and count_evaluations(counters) < enough and counters[STATUS] == RUNNING:
         stop = _breakpoint_after(t, goal, clock)
-        stop = min(stop, t + _pace(t, stop - t, run))
+        paced = t + _pace(t, stop - t, run)
+        if stop - paced > rounding_of_step(t, stop):
+            stop = paced
         count_anew(state.history)
         accepted, reached, left = _try(t, stop, run)
         if not accepted:
             counters[REJECTED] += 1
             continue
-        t = reached
+        t = _round_event(t, reached, stop) if left else reached
         counters[STEPS] += 1
         assign(state.y, scratch.states[END])
         if events.remembers(run.model.elements):
@@ -198,6 +187,22 @@ def _cross(goal, enough, run):
     scratch.pace[REACHED] = t
 
 
+@kernel
+def rounding_of_step(t, stop):
+    """Time [s] that is rounding beside a step from ``t`` to ``stop``: no step is that short."""
+    return max(STEP_ROUNDING * (stop - t), TIME_ROUNDING * abs(stop))
+
+
+@kernel
+def _round_event(t, reached, stop):
+    """The time ``reached`` by a step that an event has cut. Within rounding of its start or its
+    ``stop`` it is that time."""
+    near = rounding_of_step(t, stop)
+    if stop - reached <= near:
+        return stop
+    return reached if reached - t > near else t
+
+
 @root
 def _record_largest(t, run):
     """Store values that a record would miss between output times."""
@@ -219,7 +224,9 @@ def take_samples(t, jumped, run):
     n = model.bodies.active.size
     place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
     wrench = run.work.wrench
-    if not events.take_samples(t, jumped, y, motion, model.bodies, model.elements, wrench):
+    ahead = min(_pace(t, run.clock.step, run), run.clock.step)
+    elements = model.elements
+    if not events.take_samples(t, jumped, ahead, y, motion, model.bodies, elements, wrench):
         run.counters[STATUS] = NO_SAMPLE
     run.scratch.known[START_SLOPE] = 0
 
@@ -305,11 +312,11 @@ def _pace(t, whole, run):
     planned = _planned_step(t, whole, run)
     h = min(planned, whole)
     longest = clock.signal_step
-    if h > clock.held_step and events.waits_for_loads(run.state.modes, run.model.elements):
+    if h > clock.held_step and events.has_load_limit(run.state.modes, run.model.elements):
         longest = clock.held_step
     if h <= longest:
         return planned
-    parts = np.ceil(whole / longest * (1.0 - SAME_LENGTH))
+    parts = np.ceil(whole / longest * (1.0 - STEP_ROUNDING))
     return whole / parts if parts > 1.0 else 2.0 * whole
 
 

@@ -13,6 +13,7 @@ from hydrosim.forces import events, new_modes
 from hydrosim.integrate import Control, Method, Newton, Tableau
 from hydrosim.modes import MARGINS
 from hydrosim.radiation.history import VelocityHistory
+from hydrosim.stepping.breakpoints import align_corners, merge_breakpoints
 from hydrosim.stepping.dynamics import Model, Work, dynamic_states, new_work, radiation_filters
 
 RUNNING, NOT_FINITE, CAPSIZED, CHATTERING, STEP_TOO_SMALL, NO_SOLUTION, BLOWN_UP = range(7)
@@ -169,6 +170,8 @@ def new_scratch(model: Model, method: Method, step: float) -> Scratch:
 
 def new_run(clock: Clock, model: Model, method: Method, state: State, record: Record) -> Run:
     """A run that begins with ``state``, which it advances, and writes to ``record``."""
+    clock = clock._replace(breakpoints=merge_breakpoints(clock))
+    model = align_corners(model, clock)
     scratch = new_scratch(model, method, clock.solver_step)
     counters = np.zeros(COUNTERS, dtype=np.int64)
     work = new_work(model)

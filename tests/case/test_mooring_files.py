@@ -276,3 +276,33 @@ def test_unknown_keys_of_yaml_are_told(tmp_path: Path) -> None:
     )
     told = [each.found for each in system_of(tmp_path, text, "lines.yaml").left_out]
     assert told == ["the key bathymetry in line 3", "the key lines.0.EI in line 12"]
+
+
+def chain_of(count: int) -> str:
+    """A line of so many pieces in series, from the anchor to the vessel."""
+    head, _, rest = files.DOCUMENTED_1.partition("1         Fixed")
+    _, middle, tail = rest.partition("-------------------------- LINE PROPERTIES")
+    points = ["1 Fixed 500 0 -100 0 0 0 0 0 0 0", f"{count + 1} Vessel 5 0 -10 0 0 0 0 0 0 0"]
+    points += [f"{k} Connect 100 0 -50 0 0 0 0 0 0 0" for k in range(2, count + 1)]
+    titles = tail.splitlines()[:3]
+    lines = [f"{k} main {530 / count} 5 {k} {k + 1} p" for k in range(1, count + 1)]
+    return "\n".join([head + points[0], *points[1:], middle + titles[0], *titles[1:], *lines, ""])
+
+
+@pytest.mark.parametrize(
+    ("count", "said"),
+    [
+        (100, ""),
+        (101, "found 101 lines in series from line 101; expected at most 100; join those"),
+        (1001, "found 1,001 lines; expected at most 1,000"),
+        (100_000, "bytes; expected at most 5,000,000 in an input file of MoorDyn"),
+    ],
+)
+def test_sizes_are_bounded(tmp_path: Path, count: int, said: str) -> None:
+    text = chain_of(count)
+    if not said:
+        assert len(only_line(system_of(tmp_path, text)).segments) == count
+        return
+    with pytest.raises(InputError) as caught:
+        only_line(system_of(tmp_path, text))
+    assert said in str(caught.value)

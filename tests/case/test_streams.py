@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
+from hydrosim.errors import InputError
 from hydrosim.forces import CurrentLoad, LinearDamping, QuadraticDamping, WindLoad
 from hydrosim.scene import (
     CurrentProfile,
@@ -140,6 +141,18 @@ def test_gusts_and_profile_of_the_wind(load: Callable) -> None:
     assert case.scene().forces["element"].height == 12.0
     power = with_keys(LOADS).replace(WIND, "wind: {speed: 9, profile: {exponent: 0.12}}")
     assert load(power).scene().environment.wind_profile.exponent == 0.12
+
+
+@pytest.mark.parametrize("stream", ["wind", "current"])
+def test_exponents_of_profiles_are_bounded(load: Callable, stream: str) -> None:
+    """With 1000 the speed overflows at twice the height."""
+    keys = "{speed: 9, heading: 0, profile: {exponent: 1e3}}"
+    body = "bodies:\n  b: {mass: 1, dofs: [surge]}\n"
+    text = f"title: t\nduration: 1 s\n{body}environment: {{{stream}: {keys}}}\n"
+    with pytest.raises(
+        InputError, match=r"exponent: found 1000.0; expected an exponent.*2 or less"
+    ):
+        load(text)
 
 
 def test_profiles_of_the_current(load: Callable) -> None:

@@ -159,6 +159,17 @@ def test_no_help_has_brackets_which_rich_would_take_for_markup() -> None:
     assert [name for name, text in each.items() if text and not text.rstrip().endswith(".")] == []
 
 
+def test_names_that_are_no_text_are_refused(tmp_path: Path) -> None:
+    name = os.fsencode(tmp_path) + b"/b\xff.yaml"
+    Path(os.fsdecode(name)).write_text(BLOCK)
+    (tmp_path / "b.yaml").write_text(BLOCK)
+    good = os.fsencode(tmp_path / "b.yaml")
+    for arguments in ([b"run", name], [b"run", good, b"-o", name], [b"plot", name]):
+        done = subprocess.run([sys.executable, "-m", "hydrosim", *arguments], capture_output=True)
+        assert done.returncode == 2
+        assert b"b\\xff.yaml: found a name whose bytes are no UTF-8; expected" in done.stderr
+
+
 def options(command: Any) -> Iterator[str]:
     """The long names of the options of a command and of those below it."""
     for parameter in command.params:

@@ -307,6 +307,21 @@ def test_drift_variants(tmp_path):
     assert none.drift_imbalance is None
 
 
+def test_drift_is_that_of_the_hull_wherever_it_is(tmp_path):
+    """The place of a hull in the frame of its database changes no drift, because the yaw moment is
+    about its centre of gravity. About the origin, the sway drift of a hull 30 m before it would
+    have an arm of 30 m."""
+    a_box(tmp_path, frequencies="[1.2]")
+    here = build(load_recipe(_with(tmp_path, "drift: [free, held]")))
+    there = build(load_recipe(_with(tmp_path, "position: [30 m, -20 m]")))
+    np.testing.assert_array_equal(there.reference_point, [[30.0, -20.0, 0.0]])
+    for name in ("mean_drift", "mean_drift_held"):
+        expected = getattr(here, name)
+        error = np.abs(getattr(there, name) - expected).max(axis=(0, 1))
+        size = np.abs(expected).max(axis=(0, 1))
+        assert (error[[0, 1, 5]] < 1e-4 * np.maximum(size, size[1])[[0, 1, 5]]).all()
+
+
 def test_hemisphere_is_wamits(tmp_path, validated):
     """From a mesh file. WAMIT's mean drift by momentum, rho g a^2 L: 3 per cent of the largest.
 

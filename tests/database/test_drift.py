@@ -91,10 +91,15 @@ def test_far_field_is_the_pressure_on_the_wall(w, depth, validated):
 @pytest.mark.parametrize("w", [0.4, 0.8, 1.4])
 def test_yaw_moment_is_the_force_times_its_arm(w, depth):
     """A cylinder feels no moment about its own axis."""
-    x, y = 35.0, -20.0
-    force = computed(w, (x, y), Water(RHO, G, depth)).force
+    place = x, y = 35.0, -20.0
+    water = Water(RHO, G, depth)
+    waves = kochin(w, place, water)
+    force = drift.mean_drift(waves, w, HEADINGS, water).force
     arm = x * force[:, 1] - y * force[:, 0]
     np.testing.assert_allclose(force[:, 5], arm, atol=1e-9 * np.abs(arm).max())
+    own = drift.mean_drift(waves, w, HEADINGS, water, place).force
+    np.testing.assert_allclose(own[:, 5], 0.0, atol=1e-9 * np.abs(arm).max())
+    np.testing.assert_allclose(own[:, :2], force[:, :2], rtol=1e-9, atol=1e-9 * force.max())
 
 
 def test_short_waves_are_reflected():

@@ -203,6 +203,22 @@ def test_short_waves_are_reflected(barge):
     assert barge.mean_drift[head] == pytest.approx(HALF_RHO_G * 63, rel=0.02)
 
 
+def test_yaw_drift_is_about_the_centre_of_gravity(barge):
+    """In waves at 45 deg of 1.2 rad/s and more, the moment is that of reflection within 14 per cent
+    of the largest of all headings. Amidships is 11.4 m before the centre of gravity. About
+    amidships, sway drift leaves less than a tenth of the largest moment, and can turn it round."""
+    short, oblique = barge.frequency > 1.19, beta(barge, 45)
+    _, sway, yaw = reflected(barge, np.pi / 4)
+    drift = barge.mean_drift[short, oblique]
+    largest = max(abs(reflected(barge, b)[2]) for b in barge.heading)
+    assert np.abs(drift[:, 5] - yaw).max() < 0.14 * largest
+    h = hull.Barge(**json.loads(barge.attributes["hull"]))
+    amidships = h.length / 2 - hull.hydrostatics(h).centre_of_buoyancy[0]
+    assert amidships == pytest.approx(11.4, abs=0.1)
+    assert yaw - amidships * sway == pytest.approx(0.7e6, abs=0.1e6)
+    assert np.abs(drift[:, 5] - amidships * drift[:, 1]).max() < 0.1 * largest
+
+
 def test_energy_balance_of_the_drift(barge, validated):
     """0.5 to 2.0 rad/s: within 2.5 per cent for all headings (the study's database has 3.6, just
     below the roll period)."""

@@ -3,6 +3,7 @@ a vertical cylinder, WAMIT's hemisphere, limits of short and long waves, symmetr
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -226,6 +227,42 @@ def test_near_field_comes_to_the_far_field(water, figure):
     figure("near field against far field, 280 panels", errors[1])
     assert errors[1] < 0.06
     assert errors[1] < 0.7 * errors[0]
+
+
+def egg(down: int, around: int) -> bem.Hull:
+    """A hemisphere four times as long before its middle and twice as long behind it, with its
+    centre of gravity 1 m before the middle."""
+    round_hull = hemisphere(down, around)
+
+    def lengthened(panels):
+        stretch = np.where(panels[..., :1] > 0, 4.0, 2.0)
+        return np.concatenate([panels[..., :1] * stretch, panels[..., 1:]], axis=-1)
+
+    panels, lid = lengthened(round_hull.panels), lengthened(round_hull.lid)
+    return replace(round_hull, panels=panels, lid=lid, centres=((1.0, 0.0, 0.0),))
+
+
+def test_yaw_drift_by_pressures_and_by_momentum(water, figure):
+    """Both are about the centre of gravity of a held hull that is not the same fore and aft. About
+    the middle, sway drift would turn the moment round at 45 deg. The error of the
+    pressures falls with the size of the panels."""
+    to, frequencies = np.radians([45.0, 90.0, 135.0]), (2.0, 2.5, 3.0)
+    errors = []
+    for panels in ((6, 10), (10, 16)):
+        body = egg(*panels)
+        wetted, found = flows(body, None, frequencies, to)
+        near = np.array([qtf.mean_load(water, wetted, flow)[:, 5] for flow in found])
+        waves = [bem.solve(body, WATER, w, to).kochin_diffraction for w in frequencies]
+        pairs = list(zip(waves, frequencies, strict=True))
+        far = np.array(
+            [drift.mean_drift(h, w, to, water, (1.0, 0.0)).force[:, 5] for h, w in pairs]
+        )
+        errors.append(np.abs(near - far).max() / np.abs(far).max())
+    about_middle = drift.mean_drift(*pairs[-1], to, water).force[0, 5]
+    assert far[-1, 0] * about_middle < 0
+    assert errors[1] < 0.6 * errors[0]
+    figure("yaw drift by pressures against the far field, of the largest", errors[1])
+    assert errors[1] < 0.1
 
 
 def test_hemisphere_against_wamit(water, validated):

@@ -135,6 +135,7 @@ GROWING = np.exp(0.02 * TIME) * 0.01 * np.cos(0.5 * TIME)
         ("time [s], roll [m]", ROLL, "column roll \\[m\\] in m; expected an angle"),
         ("time [min], roll [rad]", ROLL, "times in min; expected the time in s"),
         ("time [s], roll [rad]", 0.1 - 1e-5 * TIME, "expected a roll that oscillates|periods"),
+        ("time [s], roll [deg]", 1e301 * ROLL, "found a roll of .*deg; expected at most 180 deg"),
         ("time [s], roll [rad]", GROWING, "expected a roll that decays|at least 2 periods"),
     ],
 )
@@ -165,3 +166,11 @@ def test_undamped_roll_is_refused() -> None:
 def test_what_is_too_short_or_coarse_is_refused(kept: np.ndarray, said: str) -> None:
     with pytest.raises(InputError, match=said):
         decay_of(TIME[kept], ROLL[kept])
+
+
+def test_more_values_than_a_fit_needs_are_refused() -> None:
+    time = np.linspace(0.0, 1000.0, 100_001)
+    with pytest.raises(
+        InputError, match="found 100,001 values; expected at most 100,000; take a p"
+    ):
+        decay_of(time, 0.1 * np.cos(time))

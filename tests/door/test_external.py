@@ -102,10 +102,34 @@ def test_the_energy_of_a_delay_is_booked(coupling: str, order: int) -> None:
 
 
 def test_a_delay_that_makes_much_energy_is_told() -> None:
+    """With couplings that are better than the one in use."""
     coarse = hs.simulate(with_function(spring, "held", step=0.05))
     assert "the delay of it" in coarse.attrs["warnings"]
+    assert "coupling extrapolated instead of held, or coupling stage" in coarse.attrs["warnings"]
+    extrapolated = hs.simulate(with_function(spring, "extrapolated", step=0.1))
+    assert "the delay of it" in extrapolated.attrs["warnings"]
+    assert "smaller solver.step, or coupling stage" in extrapolated.attrs["warnings"]
     fine = hs.simulate(with_function(spring, "extrapolated", step=0.005))
     assert "delay" not in fine.attrs.get("warnings", "")
+
+
+def test_an_extrapolated_force_keeps_its_order_over_short_pieces(
+    figure: Callable[[str, float], None],
+) -> None:
+    """Steps are cut in ten: by their caller, who steps to these times."""
+    steps = [0.02, 0.01]
+    found = []
+    for step in steps:
+        sim = hs.Simulation(with_function(spring, "extrapolated", step=step))
+        for n in range(1, 10 * round(END / step)):
+            sim.step(0.1 * step * n)
+        run = sim.run()
+        assert run.external_calls.values[-1, 0] == 10 * round(END / step) + 1
+        exact = np.sin(OMEGA * run.time.values) / OMEGA
+        found.append(np.abs(run.position.values[:, 0, 0] - exact).max())
+    order = float(observed_orders(steps, np.array(found))[0])
+    figure("order", order)
+    assert order == pytest.approx(2.0, abs=0.2)
 
 
 @dataclass
@@ -259,6 +283,11 @@ def test_an_interrupt_in_a_function_ends_the_run() -> None:
         ({"also": ("other",)}, "is no body of the scene"),
         ({"body": "other"}, "is no body of the scene"),
         ({"point": (1.0, 2.0)}, "expected 3 coordinates"),
+        ({"point": (1.0, float("nan"), 0.0)}, "found .*nan.*; expected 3 coordinates"),
+        ({"point": (1.0, None, 0.0)}, "expected 3 coordinates"),
+        ({"point": "bow"}, "found bow; expected 3 coordinates"),
+        ({"body": None}, "forces.*body: found None; expected the name of a body"),
+        ({"also": (None,)}, "also: found None; expected names of bodies"),
     ],
 )
 def test_forces_that_cannot_be_are_refused(changes: dict[str, Any], told: str) -> None:
@@ -378,3 +407,11 @@ def test_records_say_which_function_acted() -> None:
     assert "external force" in heads
     with pytest.raises(hs.InputError, match="functions of Python in run 0, it"):
         hs.simulate_many([with_function(spring)])
+
+
+@pytest.mark.parametrize("wrong", [spring, "spring", None, 3.0])
+def test_what_is_no_element_is_refused(wrong: Any) -> None:
+    with pytest.raises(hs.InputError) as caught:
+        hs.simulate(swinging(), forces={"it": wrong})
+    assert f"forces.it: found {type(wrong).__name__}; expected a force element" in str(caught.value)
+    assert ("hydrosim.External(BODY, FUNCTION)" in str(caught.value)) == callable(wrong)

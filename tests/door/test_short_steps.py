@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import cycle
 from math import cos
 
 import numpy as np
@@ -10,8 +11,8 @@ import pytest
 from dry_scenes import block, scene, table
 
 import hydrosim as hs
-from hydrosim.forces import AppliedForce
-from hydrosim.scene import Method, Scene, Solver
+from hydrosim.forces import AppliedForce, LinearMooring, Table
+from hydrosim.scene import Active, Method, Scene, Solver, When
 
 PUSH, END = 100.0, 12.0
 
@@ -65,8 +66,39 @@ def test_the_times_of_records_are_those_of_the_grid(step: float, corner: float) 
 
 def test_a_force_that_is_continued_too_far_is_told() -> None:
     """A corner cuts a step of 2 s after 0.4 s, in which the force has jumped from 0 to 1 N. It is
-    continued for 1.6 s, to 5 N."""
+    continued for 1.6 s, with the slope over a quarter of a step, 0.5 s: to 4.2 N."""
     force = hs.External("block", lambda t, _: [float(t > 10.2), 0, 0, 0, 0, 0], "extrapolated")
     run = hs.simulate(pushed(2.0, 10.4), forces={"jumping": force})
-    assert "the force of jumping was continued to 5 times" in run.attrs["warnings"]
+    assert "the force of jumping was continued to 4.2 times" in run.attrs["warnings"]
     assert "coupling held" in run.attrs["warnings"]
+
+
+def test_alternating_forces_are_told_and_held_ones_are_not() -> None:
+    """A force that alternates between 1 and -1 N is called after a quarter of a step: the line goes
+    on for three quarters, to 7 N. Its moment of 1e-10 N m is rounding."""
+    corners = 0.0125 + 0.05 * np.arange(20)
+    push = AppliedForce("block", (0.0, 0.0, 0.0), {"surge": Table(corners, 0.0 * corners)})
+    cut = scene(block(1000.0, ("surge",)), {"push": push}, 1.0, 0.05)
+    for coupling, told in (("held", False), ("extrapolated", True)):
+        signs = cycle([1.0, -1.0])
+
+        def alternate(t: float, _: object) -> list[float]:
+            sign = next(signs)  # noqa: B023 - called in this turn of the loop
+            return [sign, 0.0, 0.0, 1e-10 * (sign > 0.0) * t**9, 0.0, 0.0]
+
+        run = hs.simulate(cut, forces={"it": hs.External("block", alternate, coupling)})
+        assert ("it was continued to 7 times" in run.attrs.get("warnings", "")) == told
+
+
+@pytest.mark.parametrize("before", [1e-7, 1e-13])
+def test_an_event_just_before_the_end_of_a_step_is_no_line(before: float) -> None:
+    """Where a mooring without stiffness begins to act, motions may jump, and the line begins anew:
+    with the value there and that at the end of the step, 1e-7 s later. It is too short."""
+    active = Active(When(time=10.5 - before))
+    nothing = LinearMooring("block", np.diag([1e-9, *[0.0] * 5]), active=active)
+    whole = pushed(0.07, 10.5)
+    whole = replace(whole, forces={**whole.forces, "nothing": nothing})
+    run = hs.simulate(whole, forces={"it": hs.External("block", SmoothedForce(), "extrapolated")})
+    assert run.attrs["solver_events"] == 1
+    assert float(run.velocity[-1, 0, 0]) == pytest.approx(1.125, rel=1e-3)
+    assert "warnings" not in run.attrs

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import pickle
+import threading
+from collections.abc import Callable
+from copy import copy, deepcopy
 from dataclasses import replace
 from math import nan
 from pathlib import Path
@@ -14,6 +18,7 @@ from moored_barge import in_contact, scene_of, with_body
 import hydrosim as hs
 from hydrosim.compare.exact import differences
 from hydrosim.forces import LinearMooring
+from hydrosim.forces.given.view import BodyState
 from hydrosim.scene import ConvolutionRadiation, LinearScenes, Method, Scene, Solver
 
 SPRING = LinearMooring("block", np.diag([1e4, 0.0, 0.0, 0.0, 0.0, 0.0]))
@@ -126,3 +131,106 @@ def test_a_run_that_fails_says_what_simulate_says() -> None:
     assert found.value.dataset.attrs["status"] == "failed"
     with pytest.raises(hs.SimulationError):
         sim.step()
+
+
+def test_a_thread_besides_is_refused() -> None:
+    """It would step the same state at the same time; the run goes on as without it."""
+    is_called = threading.Event()
+    may_return = threading.Event()
+    may_return.set()
+
+    def wait(t: float, state: object) -> list[float]:
+        is_called.set()
+        may_return.wait(60.0)
+        return [0.0] * 6
+
+    sim = hs.Simulation(on_spring(), forces={"it": hs.External("block", wait, "held")})
+    may_return.clear()
+    thread = threading.Thread(target=sim.run)
+    is_called.clear()
+    thread.start()
+    assert is_called.wait(60.0)
+    for use in (sim.step, sim.result, lambda: sim.state, lambda: sim.forces, lambda: sim.save("x")):
+        with pytest.raises(hs.InputError, match="in use, by another thread"):
+            use()
+    may_return.set()
+    thread.join(60.0)
+    expected = hs.simulate(on_spring(linear=LinearScenes.STEP))
+    np.testing.assert_array_equal(sim.result().position, expected.position)
+
+
+def test_a_simulation_that_its_own_function_steps_is_refused() -> None:
+    owner: list[hs.Simulation] = []
+
+    def steps(t: float, state: object) -> list[float]:
+        if t > 0.5:
+            owner[0].step(t + 0.5)
+        return [0.0] * 6
+
+    owner.append(hs.Simulation(on_spring(), forces={"it": hs.External("block", steps)}))
+    with pytest.raises(hs.SimulationError, match="the simulation is in use"):
+        owner[0].run()
+
+
+@pytest.mark.parametrize("copied", [copy, deepcopy, pickle.dumps])
+def test_a_simulation_cannot_be_copied(copied: Callable[[object], object]) -> None:
+    with pytest.raises(hs.InputError, match="Write a checkpoint with save"):
+        copied(hs.Simulation(on_spring()))
+
+
+def test_an_error_is_that_of_its_run_alone() -> None:
+    """Two runs share an `External`: one fails, the other goes on, and a third begins."""
+    failing = False
+
+    def fails(t: float, state: object) -> list[float]:
+        if failing:
+            raise ZeroDivisionError("of one run")
+        return [0.0] * 6
+
+    for coupling in ("stage", "held"):
+        force = {"it": hs.External("block", fails, coupling, repeatable=True)}
+        one = hs.Simulation(on_spring(), forces=force)
+        other = hs.Simulation(on_spring(), forces=force)
+        one.step(1.0)
+        failing = True
+        with pytest.raises(hs.SimulationError, match="of one run"):
+            one.step()
+        failing = False
+        assert other.run().attrs["status"] == "complete"
+        assert hs.simulate(on_spring(), forces=force).attrs["status"] == "complete"
+        with pytest.raises(hs.SimulationError, match="of one run"):
+            one.step()
+
+
+def test_a_function_that_may_remember_serves_one_run_at_a_time() -> None:
+    """One run after the other may have it, and several forces of one run."""
+
+    def push(t: float, state: object) -> list[float]:
+        return [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+
+    shared = {name: hs.External("block", push, "held") for name in ("one", "other")}
+    assert hs.simulate(on_spring(), forces=shared).attrs["status"] == "complete"
+    first = hs.Simulation(on_spring(), forces=shared)
+    second = hs.Simulation(on_spring(), forces=shared)
+    second.step()
+    with pytest.raises(hs.SimulationError, match="another run has called the same function"):
+        first.step()
+    assert second.run().attrs["status"] == "complete"
+    repeatable = {"it": hs.External("block", push, "held", repeatable=True)}
+    first = hs.Simulation(on_spring(), forces=repeatable)
+    second = hs.Simulation(on_spring(), forces=repeatable)
+    second.step()
+    first.step()
+    np.testing.assert_array_equal(first.run().position, second.run().position)
+
+
+def test_the_reference_of_a_body_cannot_be_changed() -> None:
+    def moves(t: float, state: dict[str, BodyState]) -> list[float]:
+        state["block"].reference[0] += 1.0
+        return [0.0] * 6
+
+    with pytest.raises(hs.InputError, match="read-only"):
+        hs.simulate(on_spring(), forces={"it": hs.External("block", moves)})
+    sim = hs.Simulation(on_spring())
+    with pytest.raises(ValueError, match="read-only"):
+        sim.state["block"].reference[0] = 1.0

@@ -133,12 +133,23 @@ def test_a_caller_whose_callee_is_gone_from_the_cache_has_it_compiled_again(tmp_
     assert again == [f"{EXPECTED} 16.0", "1 0", "0 1"]
 
 
+def test_an_edit_recompiles_what_it_touches(tmp_path: Path) -> None:
+    """A part of `summed` is edited, which `twice_summed` calls through its door."""
+    here, cache = Path(linked_kernels.__file__), tmp_path / "cache"
+    run(cache)
+    edited = here.read_text().replace("scale.factor * x +", "-scale.factor * x +")
+    (tmp_path / here.name).write_text(f"# a comment\n{edited}")
+    result = 4.0 - 2.0 * 6.0
+    assert run(cache, first=tmp_path) == [f"{result + 3.0 - 2.0 * 6.0} {result}", "1 0", "0 1"]
+    assert run(cache) == [f"{EXPECTED} 16.0", "1 0", "1 0"]
+
+
 def test_kernels_are_pickled_by_name() -> None:
     for one in (linked_kernels.scaled, linked_kernels.summed):
         assert pickle.loads(pickle.dumps(one)) is one
 
 
-def test_any_edit_of_a_source_of_kernels_makes_a_new_cache(
+def test_any_edit_of_a_source_of_kernels_changes_the_digest_of_checkpoints(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(kernels, "PACKAGE", tmp_path)
@@ -197,10 +208,12 @@ def doubled(x):
     return 2.0 * x
 
 
-def run(cache: Path, program: str = PROGRAM) -> list[str]:
-    """What a program prints in a new process with this cache folder."""
+def run(cache: Path, program: str = PROGRAM, first: Path | None = None) -> list[str]:
+    """What a program prints in a new process with this cache folder. Modules in the folder
+    ``first`` replace those here."""
     here = Path(__file__).parent
-    paths = {"PYTHONPATH": f"{here.parents[1]}:{here}", "HYDROSIM_CACHE_DIR": str(cache)}
+    folders = [*([first] if first else []), here.parents[1], here]
+    paths = {"PYTHONPATH": ":".join(map(str, folders)), "HYDROSIM_CACHE_DIR": str(cache)}
     done = subprocess.run(
         [sys.executable, "-c", program], env=paths, capture_output=True, text=True, check=True
     )

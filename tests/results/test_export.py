@@ -17,7 +17,7 @@ from recorded_runs import made_run
 from hydrosim.case.records import read_record
 from hydrosim.case.signals import Recorded
 from hydrosim.documents.series import read_series
-from hydrosim.documents.text import Source
+from hydrosim.documents.text import Source, escaped
 from hydrosim.errors import InputError
 from hydrosim.presentation.units import as_attribute
 from hydrosim.results.channels import series
@@ -135,7 +135,20 @@ def test_what_spreadsheets_run_is_text(text: str) -> None:
     """No cell, whatever parts the cells, begins with one of the signs that OWASP lists."""
     for cells in (harmless(text).split(part) for part in (",", ";", "\t", "\n", "\r")):
         assert not any(cell.strip().startswith(tuple("=+-@＝")) for cell in cells)
-    assert harmless(text).replace("'", "") == text
+    assert harmless(text).replace("'", "") == escaped(text)
+
+
+@pytest.mark.parametrize(
+    ("name", "shown"),
+    [
+        ("line\x1b[31m 1", "line\\u001b[31m 1"),
+        ("two\nlines", "two\\u000alines"),
+        ("zero\u200bwidth", "zero\\u200bwidth"),
+        ("Größe 1", "Größe 1"),
+    ],
+)
+def test_names_steer_no_terminal_and_end_no_line(name: str, shown: str) -> None:
+    assert harmless(name) == shown
 
 
 def test_names_that_are_harmless_stay() -> None:

@@ -11,6 +11,7 @@ from pydantic import AfterValidator, StrictStr, model_validator
 from hydrosim.case.elements.breaking import Breaking
 from hydrosim.case.elements.element import Where
 from hydrosim.case.elements.paid import LengthOverTime, length_signal
+from hydrosim.case.lines.system import MAX_SEGMENTS
 from hydrosim.case.signals import Recorded
 from hydrosim.documents import quantities as of
 from hydrosim.documents.messages import Keys
@@ -163,6 +164,9 @@ class Catenary(Breaking):
 
     @model_validator(mode="after")
     def _check_lengths(self) -> Self:
+        if len(self.segments) > MAX_SEGMENTS:
+            found = f"{len(self.segments)} segments"
+            raise problem(found, f"at most {MAX_SEGMENTS}", "join those that are alike")
         changing = [i for i, s in enumerate(self.segments) if not isinstance(s.length, float)]
         if any(changing):
             found = f"a length over time in segment {max(changing) + 1}"

@@ -13,7 +13,7 @@ from typing import NoReturn
 
 from hydrosim.case.lines.moordyn import read_moordyn
 from hydrosim.case.lines.moorpy import is_moorpy, read_moorpy
-from hydrosim.case.lines.system import Held, LineType, MooringLine, Segment, System
+from hydrosim.case.lines.system import MAX_SEGMENTS, Held, LineType, MooringLine, Segment, System
 from hydrosim.documents.nodes import compose, plain
 from hydrosim.documents.text import Source
 from hydrosim.errors import InputError
@@ -22,6 +22,8 @@ Water = tuple[float, float]
 """Density [kg/m^3] and gravity [m/s^2]."""
 DEEPER = 1e-3  # of the depth: an anchor this little below the seabed is on it
 YAML = (".yaml", ".yml")
+MAX_PIECES = 1000
+"""Lines of a file; a wind farm has some hundreds."""
 
 
 def read_system(source: Source) -> System:
@@ -58,6 +60,9 @@ def mooring_lines(system: System, water: Water, source: Source) -> dict[str, Moo
             continue
         for first in at[name]:
             pieces, end = _follow(system, at, name, first, source)
+            if len(pieces) > MAX_SEGMENTS:
+                text = f"found {len(pieces)} lines in series from line {first}"
+                source.wrong(f"{text}; expected at most {MAX_SEGMENTS}; join those that are alike")
             used.update(pieces)
             found[first] = _line(system, name, end, pieces, water)
     left = [name for name in system.pieces if name not in used]
@@ -70,6 +75,8 @@ def mooring_lines(system: System, water: Water, source: Source) -> dict[str, Moo
 
 
 def _check_names(system: System, source: Source) -> None:
+    if len(system.pieces) > MAX_PIECES:
+        source.wrong(f"found {len(system.pieces):,} lines; expected at most {MAX_PIECES:,}")
     for name, piece in system.pieces.items():
         if piece.type not in system.types:
             source.unknown(f"line type of line {name},", piece.type, [*system.types])

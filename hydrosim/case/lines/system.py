@@ -25,6 +25,9 @@ GRAVITY = Quantity("acceleration", "m/s^2", "9.81", above=0)
 DEPTH = Quantity("depth", "m", "150", above=0)
 FRICTION = Quantity("coefficient of friction", "", "0.5", at_least=0, at_most=3)
 
+MAX_SEGMENTS = 100
+"""Segments of one line. With 300 the touch-down passes more of their ends in a step than a run
+follows."""
 Place = tuple[float, float, float]
 
 

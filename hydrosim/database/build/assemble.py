@@ -45,8 +45,8 @@ def assemble(
     ``limits`` are the added masses at zero frequency, if known, and at infinite frequency. Added
     mass and damping are made symmetric. For a ``symmetric`` hull, all entries that port-starboard
     symmetry forbids are set to zero. The solver satisfies both except for its error. The mean drift
-    is that of the free body, without viscous damping, and of the held body. If requested, its
-    energy imbalance is that of the free body.
+    is that of the free body, without viscous damping, and of the held body, with its yaw moment
+    about the centre of gravity. If requested, its energy imbalance is that of the free body.
     """
     rules = Rules(symmetric, headings)
     added_mass = rules.matrices(np.array([s.added_mass for s in solutions]))
@@ -57,7 +57,8 @@ def assemble(
         Drifting.FREE: [floating_waves(body, s, A, B, X) for s, A, B, X in moved],
         Drifting.HELD: [s.kochin_diffraction for s in solutions],
     }
-    drifts = {kind: _drifts(waves[kind], solutions, headings, water) for kind in drift}
+    x, y, _ = body.centre_of_gravity[0].tolist()
+    drifts = {kind: _drifts(waves[kind], solutions, headings, water, (x, y)) for kind in drift}
     force = {kind: rules.loads([d.force for d in found]) for kind, found in drifts.items()}
     imbalance = [[d.imbalance for d in found] for _, found in sorted(drifts.items())]
     zero, infinite = limits
@@ -97,10 +98,14 @@ def asymmetry(matrices: Real) -> Real:
 
 
 def _drifts(
-    waves: Sequence[Complex], solutions: Sequence[Solution], headings: Real, water: Water
+    waves: Sequence[Complex],
+    solutions: Sequence[Solution],
+    headings: Real,
+    water: Water,
+    about: tuple[float, float],
 ) -> list[Drift]:
     pairs = zip(waves, solutions, strict=True)
-    return [mean_drift(kochin, s.frequency, headings, water) for kochin, s in pairs]
+    return [mean_drift(kochin, s.frequency, headings, water, about) for kochin, s in pairs]
 
 
 def floating_waves(body: Floating, s: Solution, A: Real, B: Real, X: Complex) -> Complex:

@@ -40,9 +40,16 @@ class Drift(NamedTuple):
     imbalance: Real
 
 
-def mean_drift(kochin: Complex, frequency: float, headings: Real, water: Water) -> Drift:
+def mean_drift(
+    kochin: Complex,
+    frequency: float,
+    headings: Real,
+    water: Water,
+    about: tuple[float, float] = (0.0, 0.0),
+) -> Drift:
     """Drift in surge, sway and yaw in waves of unit amplitude, from ``kochin`` (headings,
-    directions). Headings are multiples of half a degree.
+    directions). Headings are multiples of half a degree. The moment is about the vertical through
+    the point ``about`` [m].
 
     With the wavenumber k, the heading b and the factors c of `_factors`,
 
@@ -52,12 +59,11 @@ def mean_drift(kochin: Complex, frequency: float, headings: Real, water: Water) 
     In Newman's own form of the force, the first cosine has the factor -c1 Im H(b) instead of c2 int
     |H|^2. These factors are the energy taken from the incident wave and the energy radiated, which
     are equal without viscous damping. The second one leads to less cancellation. The imbalance is
-    their ratio minus one. The moment is about the vertical through the origin. Heave, roll and
-    pitch do not appear in the far field and are zero.
+    their ratio minus one. Heave, roll and pitch do not appear in the far field and are zero.
     """
     k = water.wavenumber(frequency)
     c1, c2 = _factors(k, frequency, water)
-    kochin = 1j * kochin
+    kochin = 1j * kochin * _from_origin(k, headings, about)
     slope = _derivative(kochin)
     ahead = np.arange(len(headings)), np.rint(headings / STEP).astype(int) % DIRECTIONS.size
     energy = np.abs(kochin) ** 2 * STEP
@@ -69,6 +75,14 @@ def mean_drift(kochin: Complex, frequency: float, headings: Real, water: Water) 
     force[:, 5] = c1 / k * np.real(slope[ahead]) - c2 / k * spin
     taken = -c1 * np.imag(kochin[ahead])
     return Drift(force, taken / (c2 * np.sum(energy, axis=1)) - 1)
+
+
+def _from_origin(k: float, headings: Real, point: tuple[float, float]) -> Complex:
+    """Factors (headings, directions) that turn Kochin functions about the origin into those about a
+    ``point``. The incident wave has its phase there."""
+    x, y = point
+    incident, outgoing = (x * np.cos(to) + y * np.sin(to) for to in (headings, DIRECTIONS))
+    return np.asarray(np.exp(1j * k * (outgoing - incident[:, None])))
 
 
 def _factors(k: float, frequency: float, water: Water) -> tuple[float, float]:

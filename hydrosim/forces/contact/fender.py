@@ -165,17 +165,18 @@ POINT = np.dtype(
         *(("first", int), ("last", int), ("steepest", float)),
         *(("normal_damping", float), ("prescribed", bool), ("least", float), ("signal", SIGNAL)),
         *LAW,
-        *(("reach", float), ("lag", float), ("saturates", bool)),
+        *(("reach", float), ("lag", float)),
         *loop.LOOP,
         *(("edge", int), ("edges", int), ("extent", float), ("group", int)),
+        ("saturates", bool),
     ]
 )
 """Constants of a contact point: its position on its body, its plane and its friction law. Its
 normal force has the pieces ``first`` to ``last`` of a curve, or a signal. ``reach`` [m] is the
-stretch of its node under a usual load; ``lag`` [s] is set by explicit methods; a friction slope
-``saturates`` at every evaluation if no event ends its branch. Further the unloading curve, its
-plane's ``edges`` from ``edge`` on and its ``extent`` about its point, and its ``group`` among
-groups with memory."""
+stretch of its node under a usual load; ``lag`` [s] is set by explicit methods. Further the
+unloading curve, its plane's ``edges`` from ``edge`` on and its ``extent`` about its point, and its
+``group`` among groups with memory. A friction slope ``saturates`` at every evaluation if no event
+ends its branch."""
 
 
 class Params(NamedTuple):
@@ -213,8 +214,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
         segments.append(loop.segments(FLAT if isinstance(e.normal, PrescribedNormal) else e.normal))
         curve_ = loop.pieces(e.normal, first, segments[-1])
         law = laws.constants(e.friction)
-        reach = laws.reach(e.friction, _usual_load(e, signal, pieces, layout))
-        usual = reach, layout.step, not layout.events
+        usual = laws.reach(e.friction, _usual_load(e, signal, pieces, layout)), layout.step
         place = (layout.body[e.body], layout.row[name])
         keeps = e.remembers or isinstance(e.normal, NormalLoop)
         for point, plane in zip(e.points, e.planes(), strict=True):
@@ -222,7 +222,8 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
             back = loop.back(e.normal, first, segments[-1], remembering if keeps else loop.NONE)
             end = (sum(map(len, ends)), len(sides), inf if plane.extent is None else plane.extent)
             each = (*curve_, *signal, *law, *usual, *back, *end)
-            rows.append((*place, point, *_plane(plane, layout), *each, group.NONE))
+            own = (*place, point, *_plane(plane, layout), *each, group.NONE, not layout.events)
+            rows.append(own)
             names.append(e.group or name)
             ends.append(sides)
             remembering += keeps

@@ -316,7 +316,7 @@ def strike(t, y, modes, motion, bodies, headings, reactions, p):
 
 
 @kernel
-def waits_for_loads(modes, p):
+def has_load_limit(modes, p):
     """True if any point sticks so firmly that its motion does not show its load."""
     for i in range(p.points.size):
         firm = p.points[i].law in (COULOMB, FRICTION_SLOPE)

@@ -4,22 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
+from weakref import WeakValueDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hydrosim.forces.given.view import BodyState, body_states
+from hydrosim.forces.given.view import BodyState, body_states, read_only
+from hydrosim.interrupts import catching
 from hydrosim.jit.outside import register
 
 Function = Callable[[float, Mapping[str, BodyState]], ArrayLike]
 """f(t, state): wrench (6,) [N, N m], or (k, 6) for k bodies, at the time t [s]."""
 
 
+_last_callers: WeakValueDictionary[int, Caller] = WeakValueDictionary()
+"""The last caller of each function that may remember, by the function's identity."""
+
+
 class Caller:
     """Calls a ``function`` with the states of all bodies, called ``names``. Its wrenches act on the
     ``bodies`` (their numbers), about their centres of gravity or about the ``point`` of the first.
 
-    After an ``error`` the function is not called again.
+    After an ``error`` the function is not called again. A function that ``remembers`` may not be
+    called by two runs in turn; ``owner`` is an object of its run.
     """
 
     def __init__(
@@ -29,14 +36,19 @@ class Caller:
         references: Sequence[np.ndarray],
         bodies: Sequence[int],
         point: Sequence[float] | None,
+        remembers: bool = False,
+        owner: object | None = None,
     ) -> None:
         self.error: BaseException | None = None
         self.number = register(self)
         self._function = function
         self._names = names
-        self._references = references
+        self._references = [read_only(reference) for reference in references]
         self._bodies = bodies
         self._point = point
+        self._remembers = remembers
+        self._owner = owner
+        self._has_called = False
 
     def answer(
         self, t: float, exact: bool, own: np.ndarray, velocity: np.ndarray, rotation: np.ndarray
@@ -45,18 +57,37 @@ class Caller:
         false, and keeps the error, if the function raises or returns no wrench."""
         if self.error is not None:
             return False
+        before = catching.catches
         try:
+            catching.catches = True
+            if self._remembers:
+                self._check_owner()
             each = body_states(self._names, self._references, own, velocity, rotation, exact)
             wrench = self._wrench(self._function(t, each))
             if self._point is not None:
                 first = each[self._names[self._bodies[0]]]
                 wrench[0, 3:] += first.wrench(wrench[0, :3], self._point)[3:]
         except BaseException as error:  # also an interrupt: machine code knows no exceptions
+            catching.catches = before
             self.error = error
             return False
+        catching.catches = before
         own[:] = 0.0
         own.reshape(-1, 6)[self._bodies] = wrench
         return True
+
+    def _check_owner(self) -> None:
+        """Raises ValueError if another run has called the function since this one did."""
+        key = id(self._function)  # valid while a caller keeps the function
+        last = _last_callers.get(key)
+        if self._has_called and last is not None and last._owner is not self._owner:
+            raise ValueError(
+                "another run has called the same function since, and it may remember; give each run"
+                " an object of its own, or say External(..., repeatable=True) if it depends on its"
+                " arguments alone"
+            )
+        self._has_called = True
+        _last_callers[key] = self
 
     def _wrench(self, returned: Any) -> np.ndarray:
         """Wrenches (k, 6) that the function has returned. Raises ValueError if they are none."""

@@ -7,17 +7,19 @@
     held          f is called once where each accepted step ends; F is that value: order 1
     extrapolated  the same, F is the line through the last two values: order 2
 
-    F(s) = F_n + (s - t_n) / (t_n - t_{n-1}) (F_n - F_{n-1}),   t_n <= s <= t_{n+1}
+    F(s) = F_n + (s - t_n) / (t_n - t_m) (F_n - F_m),   t_n <= s <= t_{n+1}
 
 F: force and moment about the centre of gravity, earth frame; f with a point gives them about that
-point. Work is F v. The values of the last two calls are states. Where a mode switches, motions may
-jump, so the line begins anew with one value. A step that is cut there is two steps. Calls that
-follow each other faster than `MIN_INTERVAL` of the interval before count as one, because a short
-interval would be continued over a long one.
+point. Work is F v. F_n, the value of the last call, and F_m are states. F_m is the value of the
+call before, if that is at least `SHORTEST_LINE` of the next step earlier. Otherwise F_m is the
+value so much earlier on the line through the two calls before. A line through values that are
+closer together would make a large force of a small difference. Where no such line is known, F_n is
+held. Where a mode switches, motions may jump, so the line begins anew with one value. A step that
+is cut there is two steps.
 
 A delay makes energy (Colgate & Schenkel 1997, of the sampled spring): the integral of (F - f) v is
 booked apart, as a part of the work. f is known where steps end, and F is equal to it where a step
-of length h begins; r h is the step before, v linear, and F - f over the step is
+of length h begins; r h = t_n - t_m, v is linear, and F - f over the step is
 
     (F - f)(t_n + x h) = x (F - f)(t_{n+1}),  or  x (x + r) / (1 + r) (F - f)(t_{n+1})
 
@@ -27,9 +29,9 @@ if F is held, or extrapolated. Limits: the estimate has a relative error of the 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import IntEnum, StrEnum
-from math import nan
+from math import nan, sqrt
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -61,6 +63,14 @@ ORDERS = {
 """Order of the error in the step."""
 
 
+def _is_point(value: object) -> bool:
+    try:
+        numbers = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        return False
+    return numbers.shape == (3,) and bool(np.isfinite(numbers).all())
+
+
 @dataclass(frozen=True)
 class External(ForceElement):
     """A force that a function gives: ``function(t, state)`` returns a wrench (6,) [N, N m] on
@@ -86,6 +96,7 @@ class External(ForceElement):
     _callers: dict[Any, Caller] = field(
         default_factory=dict, init=False, repr=False, compare=False, hash=False
     )
+    _owner: object | None = field(default=None, init=False, repr=False, compare=False, hash=False)
 
     def check(self, name: str) -> None:
         key = f"forces.{name}"
@@ -100,11 +111,14 @@ class External(ForceElement):
                 f"{key}.active: found a condition; a function itself knows the time and the"
                 " motions. Return zeros while it does not act."
             )
-        if self.point is not None and (np.shape(self.point) != (3,) or self.also):
+        if self.point is not None and (self.also or not _is_point(self.point)):
             raise InputError(
-                f"{key}.point: expected 3 coordinates [m], and one body. For several bodies, return"
-                " wrenches about their centres of gravity (`BodyState.wrench`)."
+                f"{key}.point: found {self.point}; expected 3 coordinates [m], and one body. For"
+                " several bodies, return wrenches about their centres of gravity"
+                " (`BodyState.wrench`)."
             )
+        if strangers := [each for each in self.also if not isinstance(each, str)]:
+            raise InputError(f"{key}.also: found {strangers[0]!r}; expected names of bodies.")
         if len({self.body, *self.also}) < 1 + len(self.also):
             raise InputError(f"{key}.also: found a body twice; expected different bodies.")
 
@@ -140,10 +154,19 @@ class External(ForceElement):
         key = names, tuple(tuple(map(float, origin)) for origin in layout.origin)
         if key not in self._callers:
             bodies = [layout.body[name] for name in (self.body, *self.also)]
-            made = Caller(self.function, names, layout.origin, bodies, self.point)
-            self._callers[key] = made
+            remembers = self.delayed and not self.repeatable
+            self._callers[key] = Caller(
+                self.function, names, layout.origin, bodies, self.point, remembers, self._owner
+            )
         self._callers[key].error = None
         return self._callers[key]
+
+    def copied_for(self, owner: object) -> External:
+        """The same force for one run, with errors of its own. ``owner`` is an object of the
+        run."""
+        copied = replace(self)
+        object.__setattr__(copied, "_owner", owner)
+        return copied
 
     def forgive(self) -> None:
         """Forget the error of the last call."""
@@ -151,7 +174,7 @@ class External(ForceElement):
             caller.error = None
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "_callers": {}}  # their numbers belong to this process
+        return {**self.__dict__, "_callers": {}, "_owner": None}  # they belong to this process
 
     def others(self) -> Iterator[tuple[str, str | None]]:
         yield from (("also", name) for name in self.also)
@@ -179,22 +202,23 @@ EXTERNAL = np.dtype(
 """An external force: number of its `Caller`, row of forces, `Way`, place of its states among those
 of all, and its bodies: ``bodies`` of them, from ``body`` on in ``members``."""
 VECTORS = ("value", "value before", "velocity at")
-"""States of each external force with a delay, six for every body: the values of the last two calls,
-and the velocity at the last one."""
-TIME, TIME_BEFORE, KNOWN, CALLS, ENERGY, LARGEST, EXCESS, SCALARS = range(8)
-"""States that follow: times of the last two calls [s], how many of them are known, the number of
-all calls, the energy of the delay [J]."""
+"""States of each external force with a delay, six for every body: the value of the last call and
+the earlier one of the line, and the velocity at the last call."""
+TIME, TIME_BEFORE, LINE, CALLS, ENERGY = range(5)
+"""States that follow: times of both values [s], the kind of the line, the number of all calls, the
+energy of the delay [J]."""
+LARGEST_FORCE, LARGEST_MOMENT, OVERSHOOT, SCALARS = range(5, 9)
+"""The largest force [N] and moment [N m] that the function has returned for a body, and the largest
+ratio of a continued force or moment to that. Their number."""
 SCALAR_NAMES = (
-    "time of call",
-    "time of call before",
-    "known values",
-    "calls",
-    "energy of delay",
-    "largest component",
-    "continued over largest",
+    *("time of call", "time of call before", "line", "calls", "energy of delay"),
+    *("largest force", "largest moment", "overshoot"),
 )
-MIN_INTERVAL = 0.1
-"""Time between two calls, over that between the two before, below which they count as one."""
+NO_VALUE, ONE_VALUE, DRAWN, TOO_SHORT = range(4)
+"""Kinds of lines: the last value is of before a jump; there is one value; the line through two
+values; two values that are too close together, so that the last one is held."""
+SHORTEST_LINE = 0.25  # of the next step: shortest time between the two values of a line
+ROUNDING = 1e-9  # of a force, a moment per metre or a time: differences by less are rounding
 OBSERVED = 2  # calls and energy of the delay
 
 
@@ -278,7 +302,7 @@ def predict(e, t, y, p, own):
     before = value + 6 * e.bodies
     scalar = value + 18 * e.bodies
     ahead = 0.0
-    if e.way == EXTRAPOLATED and y[scalar + KNOWN] > 1.0:
+    if follows_line(e, y, p):
         ahead = (t - y[scalar + TIME]) / (y[scalar + TIME] - y[scalar + TIME_BEFORE])
     for k in range(e.bodies):
         b = p.members[e.body + k]
@@ -287,68 +311,113 @@ def predict(e, t, y, p, own):
             own[6 * b + i] = last + ahead * (last - y[before + 6 * k + i])
 
 
+@kernel
+def follows_line(e, y, p):
+    """True if the force follows a line now; otherwise it is held."""
+    return e.way == EXTRAPOLATED and y[p.state + e.state + 18 * e.bodies + LINE] == DRAWN
+
+
 @root_giving(bool)
-def take_samples(t, jumped, y, motion, bodies, p, wrench):
+def take_samples(t, jumped, ahead, y, motion, bodies, p, wrench):
     """Call each function that is called once per step, at the end of a step, and keep its value in
-    ``y``. Motions may have ``jumped`` there. The rows of ``wrench`` are scratch. Returns false if
-    one of them fails."""
+    ``y``. Motions may have ``jumped`` there; the next step is at most ``ahead`` [s]. The rows of
+    ``wrench`` are scratch. Returns false if one of them fails."""
     good = True
     for e in p.each:
-        if e.way != STAGE and not take_sample(e, t, jumped, y, motion, bodies, p, wrench[e.row]):
-            good = False
+        if e.way != STAGE:
+            own = wrench[e.row]
+            if not take_sample(e, t, jumped, ahead, y, motion, bodies, p, own):
+                good = False
     return good
 
 
 @kernel
-def take_sample(e, t, jumped, y, motion, bodies, p, own):
+def take_sample(e, t, jumped, ahead, y, motion, bodies, p, own):
     """Call a function, unless it was called at this time; returns false if it fails."""
-    value = p.state + e.state
-    before = value + 6 * e.bodies
-    speed = value + 12 * e.bodies
-    scalar = value + 18 * e.bodies
+    scalar = p.state + e.state + 18 * e.bodies
     calls = y[scalar + CALLS]
     step = t - y[scalar + TIME]
     if calls > 0.0 and step <= 0.0:
+        if jumped:
+            y[scalar + LINE] = NO_VALUE
         return True
     passed = 0.0
-    continued = 0.0
+    force = 0.0
+    moment = 0.0
     if calls > 0.0:
         clear(own)
         predict(e, t, y, p, own)
-        continued = largest_component(own)
         passed = work_of_rest(e, step, y, motion, p, own)
+        if follows_line(e, y, p):
+            force, moment = largest_of(e, p, own)
     if ask_function(e, t, motion, bodies, own) == 0:
         return False
     if calls > 0.0:
         y[scalar + ENERGY] += passed - work_of_rest(e, step, y, motion, p, own)
-    known = y[scalar + KNOWN] > 1.0
-    apart = step >= MIN_INTERVAL * (y[scalar + TIME] - y[scalar + TIME_BEFORE])
-    for k in range(e.bodies):
-        b = p.members[e.body + k]
-        for i in range(6):
-            j = 6 * k + i
-            if apart or not known:
-                y[before + j] = y[value + j]
-            y[value + j] = own[6 * b + i]
-            y[speed + j] = motion.velocity[6 * b + i]
-    if apart or not known:
-        y[scalar + TIME_BEFORE] = y[scalar + TIME]
-    y[scalar + LARGEST] = max(y[scalar + LARGEST], largest_component(own))
-    if y[scalar + LARGEST] > 0.0:
-        y[scalar + EXCESS] = max(y[scalar + EXCESS], continued / y[scalar + LARGEST])
-    y[scalar + TIME] = t
+    compare_sizes(e, force, moment, y, p, own)
+    keep_value(e, t, jumped, SHORTEST_LINE * ahead, y, motion, p, own)
     y[scalar + CALLS] = calls + 1.0
-    y[scalar + KNOWN] = 1.0 if jumped or calls == 0.0 else 2.0
     return True
 
 
 @kernel
-def largest_component(own):
-    """Size of the largest component of wrenches (6 nb,)."""
-    largest = 0.0
-    for i in range(own.size):
-        largest = max(largest, abs(own[i]))
-    return largest
+def keep_value(e, t, jumped, shortest, y, motion, p, own):
+    """Keep the value ``own`` (6 nb,) of a call at ``t``, and the earlier value of its line, which
+    is the ``shortest`` [s] or longer."""
+    value = p.state + e.state
+    before = value + 6 * e.bodies
+    speed = value + 12 * e.bodies
+    scalar = value + 18 * e.bodies
+    time = y[scalar + TIME]
+    time_before = y[scalar + TIME_BEFORE]
+    latest = t - shortest * (1.0 - ROUNDING)
+    x = 1.0  # on the line so far, from the earlier value to the last one
+    if y[scalar + LINE] >= DRAWN and time > latest:
+        x = max(latest - time_before, 0.0) / (time - time_before)
+    for k in range(e.bodies):
+        b = p.members[e.body + k]
+        for i in range(6):
+            j = 6 * k + i
+            y[before + j] = (1.0 - x) * y[before + j] + x * y[value + j]
+            y[value + j] = own[6 * b + i]
+            y[speed + j] = motion.velocity[6 * b + i]
+    y[scalar + TIME_BEFORE] = (1.0 - x) * time_before + x * time
+    y[scalar + TIME] = t
+    if jumped or y[scalar + CALLS] == 0.0 or y[scalar + LINE] == NO_VALUE:
+        y[scalar + LINE] = ONE_VALUE
+    else:
+        earlier = time if x == 1.0 else time_before
+        y[scalar + LINE] = DRAWN if earlier <= latest else TOO_SHORT
+
+
+@kernel
+def largest_of(e, p, own):
+    """The largest force [N] and the largest moment [N m] on a body among the wrenches ``own``
+    (6 nb,)."""
+    force = 0.0
+    moment = 0.0
+    for k in range(e.bodies):
+        b = 6 * p.members[e.body + k]
+        force = max(force, sqrt(own[b] ** 2 + own[b + 1] ** 2 + own[b + 2] ** 2))
+        moment = max(moment, sqrt(own[b + 3] ** 2 + own[b + 4] ** 2 + own[b + 5] ** 2))
+    return force, moment
+
+
+@kernel
+def compare_sizes(e, force, moment, y, p, own):
+    """Compare the largest continued ``force`` [N] and ``moment`` [N m] with the largest that the
+    function has returned, ``own`` (6 nb,) included. Parts of a wrench that are rounding of the
+    other do not count."""
+    scalar = p.state + e.state + 18 * e.bodies
+    returned_force, returned_moment = largest_of(e, p, own)
+    largest_force = max(returned_force, y[scalar + LARGEST_FORCE])
+    largest_moment = max(returned_moment, y[scalar + LARGEST_MOMENT])
+    y[scalar + LARGEST_FORCE] = largest_force
+    y[scalar + LARGEST_MOMENT] = largest_moment
+    if largest_force > ROUNDING * largest_moment:
+        y[scalar + OVERSHOOT] = max(y[scalar + OVERSHOOT], force / largest_force)
+    if largest_moment > ROUNDING * largest_force:
+        y[scalar + OVERSHOOT] = max(y[scalar + OVERSHOOT], moment / largest_moment)
 
 
 @kernel
@@ -359,7 +428,7 @@ def work_of_rest(e, step, y, motion, p, own):
     scalar = p.state + e.state + 18 * e.bodies
     at_start = 1.0 / 6.0
     at_end = 1.0 / 3.0
-    if e.way == EXTRAPOLATED and y[scalar + KNOWN] > 1.0:
+    if follows_line(e, y, p):
         r = (y[scalar + TIME] - y[scalar + TIME_BEFORE]) / step
         at_start = (1.0 / 12.0 + r / 6.0) / (1.0 + r)
         at_end = (0.25 + r / 3.0) / (1.0 + r)
@@ -412,9 +481,9 @@ class _Kind(ElementKind):
 KIND = _Kind("externals", (External,), compile_elements)
 
 
-def continued_beyond(p: Params, y: np.ndarray) -> Iterator[tuple[int, float]]:
-    """Rows of forces that are called once per step, each with the largest component that it was
-    continued to, over the largest that its function ever gave."""
+def overshoots(p: Params, y: np.ndarray) -> Iterator[tuple[int, float]]:
+    """Rows of forces that are called once per step, each with the largest ratio of an extrapolated
+    force or moment to the largest that its function had returned."""
     for e in p.each:
         if e["way"] != STAGE:
-            yield int(e["row"]), float(y[p.state + e["state"] + 18 * e["bodies"] + EXCESS])
+            yield int(e["row"]), float(y[p.state + e["state"] + 18 * e["bodies"] + OVERSHOOT])

@@ -19,7 +19,8 @@ class BodyState:
     axes; roll, pitch and yaw. ``velocity`` (6,) [m/s, rad/s]: of the centre of gravity, and the
     angular velocity, in the earth frame. ``rotation`` (3, 3) turns vectors of the body frame into
     the earth frame, heading included. ``reference`` (3,) [m]: the centre of gravity at rest, in the
-    earth frame. With small angles (``exact`` false) lever arms stay as they are at rest.
+    earth frame; it cannot be changed. With small angles (``exact`` false) lever arms stay as they
+    are at rest.
     """
 
     name: str
@@ -53,16 +54,23 @@ class BodyState:
         return np.asarray(self.rotation @ arm) if self.exact else arm
 
 
+def read_only(values: np.ndarray) -> np.ndarray:
+    """A copy of an array that cannot be changed."""
+    copied = np.array(values, float)
+    copied.flags.writeable = False
+    return copied
+
+
 def body_states(
     names: Sequence[str],
-    references: Sequence[np.ndarray] | np.ndarray,
+    references: Sequence[np.ndarray],
     coordinates: np.ndarray,
     velocity: np.ndarray,
     rotation: np.ndarray,
     exact: bool,
 ) -> Mapping[str, BodyState]:
     """The state of each body by name. ``coordinates`` and ``velocity`` (6 nb,), ``rotation``
-    (9 nb,) are copied."""
+    (9 nb,) are copied; ``references`` (3,) are not."""
     place = coordinates.reshape(-1, 6).copy()
     speed = velocity.reshape(-1, 6).copy()
     turn = rotation.reshape(-1, 3, 3).copy()

@@ -165,7 +165,7 @@ def any_closed(modes, p):
 
 
 @kernel
-def waits_for_loads(modes, p):
+def has_load_limit(modes, p):
     """True if any closed joint opens by its load: a ratchet, or a joint that may break."""
     for i in range(p.each.size):
         opens = p.each[i].ratchet != NO_RATCHET or p.each[i].strength < inf

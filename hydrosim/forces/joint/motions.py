@@ -294,7 +294,7 @@ def break_loose(modes, p, reactions):
 
 
 @kernel
-def waits_for_loads(modes, p):
+def has_load_limit(modes, p):
     """True if any motion is stuck."""
     for i in range(p.each.size):
         if modes[p.mode + i, MODE] == STUCK:

@@ -20,7 +20,7 @@ from hydrosim.results.error_figures import (
     PARTED,
     RELATIVE,
 )
-from hydrosim.results.memory import LAST_NODE
+from hydrosim.results.memory import MEMORY
 from hydrosim.statistics.figures import Asked
 from hydrosim.statistics.results import Results
 from hydrosim.statistics.statistics import RECORDED, columns, of_contacts
@@ -90,7 +90,8 @@ def digested(
         kept = xr.merge([kept, why], join="exact", compat="equals")
     if variables:
         kept = xr.merge([run[variables], kept], join="outer", compat="equals")
-    return kept.drop_vars(LAST_NODE, errors="ignore")  # adaptive runs have it at different times
+    # adaptive runs end their last steps at different times
+    return kept.drop_vars([name for name in kept.coords if str(name).startswith(MEMORY)])
 
 
 def _chosen(run: xr.Dataset, patterns: Sequence[str], lenient: bool) -> list[str]:

@@ -27,6 +27,8 @@ MAX_COST = 3.0
 """Cost of all repeated runs over that of the first."""
 FREE_EVALUATIONS = 1_000_000
 """Evaluations that repeated runs may take in any case, a few seconds."""
+SAFE_SHARE = 0.5
+"""Measured error up to which a run is kept, over the accuracy: the measure has an error too."""
 ERROR_MARGIN = 0.3
 """Error that a repeated run aims at, over the accuracy."""
 MAX_TIGHTENING = 1e-4
@@ -50,7 +52,7 @@ def repeat_until_accurate(
     first = int(course.run.counters[EVALUATIONS])
     allowed = max(MAX_COST * first, FREE_EVALUATIONS)
     spent = estimate.evaluations
-    while accuracy is not None and estimate.relative > accuracy:
+    while accuracy is not None and estimate.relative > SAFE_SHARE * accuracy:
         factor = max(ERROR_MARGIN * accuracy / estimate.relative, MAX_TIGHTENING)
         cost = int(course.run.counters[EVALUATIONS])
         expected = cost * factor ** (-1.0 / (course.compiled.method.order - 1))

@@ -4,8 +4,9 @@ A companion shares the model, the waves and the checks of its run. Only its cloc
 
 * With a fixed step it makes ``short`` steps in the time of ``long`` steps of the run. It is coarser
   where a coarser step is stable, and finer elsewhere.
-* With an adaptive method its tolerance is `LOOSER` times that of the run. If the output times
-  limit the steps of the run, they limit those of the companion less.
+* With an adaptive method its tolerance is `LOOSER` times that of the run. What else limits the
+  steps of the run limits those of the companion less: output times by a wider grid (`WIDER_GRIDS`),
+  rates of loads and signals by `WIDER_LIMITS`.
 
 Run and companion are compared at the output times that both have.
 """
@@ -51,7 +52,9 @@ COARSER_BY = 1.25
 COARSER_STRIDES = ((5, 4), (4, 3), (6, 5), (7, 6), (8, 7), (10, 9))
 FINER_STRIDES = ((4, 5), (3, 4), (1, 2))
 WIDER_GRIDS = ((4, 1), (3, 1), (2, 1))
-"""Strides for adaptive steps that the output times limit."""
+"""Strides for adaptive steps."""
+WIDER_LIMITS = 2.0
+"""Ratio of the longest steps that loads and signals allow, for adaptive steps."""
 LIMITED_STEPS = 1.5
 """Steps from one output time to the next, in the mean, below which output times limit them."""
 STABLE_SHARE = 0.98
@@ -162,13 +165,15 @@ def new_companion(compiled: Compiled, run: Run, finer: bool = False) -> Companio
     clock = run.clock
     if not clock.control.adaptive:
         return _with_stride(compiled, run, _fixed_stride(compiled, run, finer), 1.0)
+    if finer:
+        return _with_stride(compiled, run, Stride(1, 2), 1.0 / LOOSER)
+    for stride in map(Stride._make, WIDER_GRIDS):
+        if _fits(stride, run):
+            return _with_stride(compiled, run, stride, LOOSER)
     limited = run.counters[STEPS] < LIMITED_STEPS * clock.points
-    if not limited:
-        return _with_stride(compiled, run, Stride(1, 1), 1.0 / LOOSER if finer else LOOSER)
-    wider = [] if finer else list(map(Stride._make, WIDER_GRIDS))
-    fitting = [stride for stride in wider if _fits(stride, run)]
-    stride = fitting[0] if fitting else Stride(1, 2)
-    return _with_stride(compiled, run, stride, LOOSER if fitting else 1.0)
+    if limited:
+        return _with_stride(compiled, run, Stride(1, 2), 1.0)
+    return _with_stride(compiled, run, Stride(1, 1), LOOSER)
 
 
 def _with_stride(compiled: Compiled, run: Run, stride: Stride, looser: float) -> Companion:
@@ -178,7 +183,7 @@ def _with_stride(compiled: Compiled, run: Run, stride: Stride, looser: float) ->
     first = _phase(clock) * stride.short // stride.long
     begin = clock.start + clock.first * clock.step
     control = clock.control
-    longest = 1.0 if control.adaptive else stride.ratio  # equal steps stay in the same ratio
+    longest = WIDER_LIMITS if control.adaptive and looser > 1.0 else stride.ratio
     wider = clock._replace(
         start=begin - first * step,
         first=first,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from copy import deepcopy
 from dataclasses import replace
-from math import inf
+from math import inf, nan
 from time import thread_time
 from typing import TYPE_CHECKING
 
@@ -24,6 +24,7 @@ from hydrosim.stepping.state import (
     BLOWN_UP,
     EVALUATIONS,
     EVENTS,
+    NO_SAMPLE,
     POINT,
     REACHED,
     RECORDS,
@@ -72,6 +73,7 @@ class Course:
         self._evaluations = 1
         self._seen = 0
         self._status = "complete"
+        self._torn = False
         stepped = propagate is None  # otherwise computed at once: no checkpoint
         self._keeper = Keeper(kept, compiled, self.run) if kept and stepped else None
         if self._keeper:
@@ -117,14 +119,15 @@ class Course:
         """Advance by one step of an adaptive method."""
         before = self.time
         while self.time == before and not self.ended:
-            self.time = advance_until(1, inf, self._held)
+            self.time = self._advance(1, inf)
         self._look_at_functions()
         self._look_for_blow_up()
 
     def interrupt(self, reason: KeyboardInterrupt) -> None:
         """End the run early."""
         self._status = "interrupted"
-        if self._keeper and not isinstance(reason, Torn):
+        self._torn = isinstance(reason, Torn)
+        if self._keeper and not self._torn:
             self._keeper.save()
 
     def _stepped(self, until: float) -> Iterator[float]:
@@ -137,19 +140,33 @@ class Course:
         while not self.ended and self.run.scratch.pace[REACHED] < until:
             begin = thread_time()
             before = int(count_evaluations(counters))
-            reached = advance_until(self._evaluations, until, self._held)
+            reached = self._advance(self._evaluations, until)
             spent = int(count_evaluations(counters)) - before
             pace = spent / max(thread_time() - begin, 1e-6)
             self._evaluations = int(min(max(CHUNK * pace, 1), 100 * self._evaluations))
             yield reached
 
+    def _advance(self, evaluations: int, until: float) -> float:
+        """Advance for so many evaluations, or to the time ``until``; returns the time reached. That
+        is the time of the run too if an interrupt has waited for it."""
+        try:
+            return float(advance_until(evaluations, until, self._held))
+        except Torn:
+            raise
+        except KeyboardInterrupt:
+            self.time = float(self.run.scratch.pace[REACHED])
+            raise
+
     def _look_at_functions(self) -> None:
         """Raises an interrupt that came while a function of the user was called: the step is not
-        finished."""
-        for _, error in function_errors(self.compiled.scene.forces):
-            if isinstance(error, KeyboardInterrupt):
-                self.run.counters[STATUS] = RUNNING
-                raise Torn from error
+        finished. An exception of a signal that came where its call began is lost, and so is the
+        call."""
+        errors = [error for _, error in function_errors(self.compiled.scene.forces)]
+        lost = not errors and self.run.counters[STATUS] == NO_SAMPLE
+        interrupts = [error for error in errors if isinstance(error, KeyboardInterrupt)]
+        if lost or interrupts:
+            self.run.counters[STATUS] = RUNNING
+            raise Torn from next(iter(interrupts), None)
 
     def _look_for_blow_up(self) -> None:
         """Stop at the record at which the run blows up, if it does."""
@@ -213,7 +230,8 @@ class Course:
         kept = self._keeper
         return {
             **provenance(compiled),
-            **record_of(compiled.scene, self.time),
+            # functions are further than the last complete step of a torn run
+            **record_of(compiled.scene, nan if self._torn else self.time),
             "solver_linear": solution(compiled.scene, compiled.facts),
             "solver_steps": int(counters[STEPS]),
             "solver_rejected": int(counters[REJECTED]),

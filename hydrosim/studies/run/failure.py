@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hydrosim.compiling.joints.closed import singular_joints
-from hydrosim.forces import function_errors, lost_units, names_of_modes
+from hydrosim.forces import function_errors, lost_units, mode_row_names
 from hydrosim.rigid.free import owners
 from hydrosim.scene import Method
 from hydrosim.stepping.names import force_names
@@ -57,9 +57,9 @@ REMEDIES = {
     NO_SOLUTION: "Try solver.method: dopri5, or check the stiffness and damping of that element.",
 }
 """Remedies for a status that do not depend on the method."""
-ALTERNATING = 0.5
+MIN_SWITCH_SHARE = 0.5
 """Least switches of a unit that is named, as a share of those of the one that switches most."""
-MAX_NAMES = 4
+MAX_NAMED_UNITS = 4
 """Most units that a message names."""
 
 NAMED = {
@@ -120,10 +120,10 @@ def choose_remedy(status: int, method: Method) -> str:
 def _alternating_units(compiled: Compiled, run: Run) -> str:
     """Names of the units whose modes alternate in the present step."""
     switches = run.scratch.switches
-    names = names_of_modes(compiled.model, compiled.scene)
-    often = np.flatnonzero(switches > ALTERNATING * switches.max(initial=0))
-    more = f" and {often.size - MAX_NAMES} more" if often.size > MAX_NAMES else ""
-    return ", with ".join(names[i] for i in often[:MAX_NAMES]) + more or "a contact or spring"
+    names = mode_row_names(compiled.model, compiled.scene)
+    often = np.flatnonzero(switches > MIN_SWITCH_SHARE * switches.max(initial=0))
+    more = f" and {often.size - MAX_NAMED_UNITS} more" if often.size > MAX_NAMED_UNITS else ""
+    return ", with ".join(names[i] for i in often[:MAX_NAMED_UNITS]) + more or "a contact or spring"
 
 
 def _where(compiled: Compiled, state: State) -> str:

@@ -17,7 +17,7 @@ import numpy as np
 from hydrosim.errors import InputError
 from hydrosim.forces import externals_of, functions_at_stages
 from hydrosim.forces.given.external import KIND as EXTERNALS
-from hydrosim.forces.given.external import continued_beyond
+from hydrosim.forces.given.external import overshoots
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.stepping.dynamics import new_work
 from hydrosim.stepping.names import force_names
@@ -34,8 +34,9 @@ ACTED = "external_forces"
 STATES = "external_states"
 """Attribute: time and states of functions, as JSON."""
 SEPARATOR = ": "
-MAX_EXCESS = 3.0
-"""Force that is continued between two calls, over the largest that its function ever gave."""
+MAX_OVERSHOOT = 3.0
+"""Extrapolated force over the largest that its function had returned. A line through the ends of
+equal steps goes no further."""
 SAME = 1e-9  # of the largest component: wrenches this close are the same
 
 
@@ -152,16 +153,16 @@ def changed(compiled: Compiled, run: Run) -> Iterator[str]:
 
 
 def warnings_of_delays(compiled: Compiled, run: Run) -> Iterator[str]:
-    """Warnings about external forces that were continued far beyond what their functions gave."""
-    for row, excess in continued_beyond(EXTERNALS.of(run.model), run.state.y):
-        if excess <= MAX_EXCESS:
-            continue
-        yield (
-            f"the force of {force_names(compiled.scene)[row]} was continued to {excess:.3g} times"
-            " the largest that its function ever gave, from the last two calls; usual is up to"
-            f" {MAX_EXCESS:g}. Choose a smaller solver.step, coupling held, or stage if the"
-            " function does not remember."
-        )
+    """Warnings about external forces that were continued far beyond what their functions had
+    returned."""
+    for row, overshoot in overshoots(EXTERNALS.of(run.model), run.state.y):
+        if overshoot > MAX_OVERSHOOT:
+            yield (
+                f"the force of {force_names(compiled.scene)[row]} was continued to"
+                f" {overshoot:.2g} times the largest that its function had returned; usual is up to"
+                f" {MAX_OVERSHOOT:g}. Its function jumps, or changes at each call. Choose coupling"
+                " held, or stage if it does not remember."
+            )
 
 
 def _remembering(scene: Scene) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from hydrosim.compiling.compile import compile_scene
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.documents.places import locating
 from hydrosim.errors import InputError
-from hydrosim.forces import externals_of, function_errors
+from hydrosim.forces import externals_of, function_errors, with_own_functions
 from hydrosim.linear.propagate import propagate
 from hydrosim.scene import ForceElement, Scene
 from hydrosim.studies.run.accuracy import repeat_until_accurate
@@ -71,6 +71,8 @@ def simulate(
 def compiled_to_run(scene: Scene) -> Compiled:
     """The scene compiled to run, with warnings of its step. Raises InputError if that cannot be,
     or if the function of an external force fails."""
+    if externals_of(scene.forces):
+        scene = replace(scene, forces=with_own_functions(scene.forces))
     with locating(scene.places):
         try:
             compiled = checked(compile_scene(scene, in_plane=True))

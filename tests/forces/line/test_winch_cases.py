@@ -126,7 +126,8 @@ def test_a_winch_at_rest_is_stuck_with_the_weight(tmp_path: Path) -> None:
     weight."""
     path = tmp_path / "case.yaml"
     line = {**TUGGER, "tension": "981 kN", "friction": {"in": 0.1, "out": 0.1}}
-    path.write_text(yaml.safe_dump({**case(line=line), "initial": "at_rest"}))
+    solver = {"method": "rk4", "step": "0.05 s"}
+    path.write_text(yaml.safe_dump({**case(line=line), "initial": "at_rest", "solver": solver}))
     run = hs.simulate(hs.load_case(path))
     np.testing.assert_allclose(run.winch_tension, 981e3, rtol=1e-9)
     assert not run.winch_mode.values.any()

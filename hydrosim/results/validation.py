@@ -1,0 +1,128 @@
+"""Checks of a result that was read: attributes that are JSON, units, and numbers that can be.
+
+Results are files that people pass on and change. What no run writes is refused with its name,
+before a picture, a page or a table of it fails.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hydrosim.case.criteria import CRITERIA, TITLE_BLOCK
+from hydrosim.errors import InputError
+from hydrosim.presentation.units import ATTRIBUTE, BASES, Units
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MAX_NUMBER = 1e100
+"""Size of a number whose square is still finite."""
+REMEDY = "The file was changed after it was written: make the result again."
+DESIGN = "design"
+FUNCTION_STATES = "external_states"
+MOVING = ("position", "velocity")
+"""Variables of a run that are known at every recorded time."""
+
+
+def check_attributes(path: Path, attributes: Mapping[Any, Any]) -> None:
+    """Raises InputError for an attribute that holds no JSON of its kind."""
+    for name, (expected, is_right) in JSON_ATTRIBUTES.items():
+        if name not in attributes:
+            continue
+        text = str(attributes[name])
+        try:
+            right = is_right(json.loads(text))
+        except (ValueError, RecursionError):
+            right = False
+        if not right:
+            raise InputError(
+                f"{path}: attribute {name}: found {text[:60]!r}; expected {expected}. {REMEDY}"
+            )
+
+
+def check_run(path: Path, run: xr.Dataset) -> None:
+    """Raises InputError for attributes, units or numbers that no run has."""
+    check_attributes(path, run.attrs)
+    for problem in (*_wrong_units(run), *_wrong_time(run), *_wrong_numbers(run)):
+        raise InputError(f"{path}: {problem}. {REMEDY}")
+
+
+def _wrong_units(run: xr.Dataset) -> Iterator[str]:
+    """Units of degrees of freedom that are not one for each."""
+    for name, variable in run.variables.items():
+        units = str(variable.attrs.get("dof_units", "")).split(", ")
+        if "dof_units" in variable.attrs and "dof" in run.dims and len(units) != run.sizes["dof"]:
+            found = f"found {len(units)} units; expected {run.sizes['dof']}"
+            yield f"attribute dof_units of {name}: {found}, one for each degree of freedom"
+
+
+def _wrong_time(run: xr.Dataset) -> Iterator[str]:
+    time = run["time"].values
+    if time.dtype.kind not in "fiu":
+        yield f"time: found {time.dtype}; expected seconds"
+    elif not np.isfinite(time).all() or np.abs(time).max(initial=0.0) > MAX_NUMBER:
+        yield "time: found values that are no times; expected seconds"
+    elif np.any(np.diff(time) <= 0.0):
+        k = int(np.argmax(np.diff(time) <= 0.0))
+        yield f"time: found {time[k + 1]:g} s after {time[k]:g} s; expected times that rise"
+
+
+def _wrong_numbers(run: xr.Dataset) -> Iterator[str]:
+    for name, variable in run.variables.items():
+        values = variable.values
+        if values.dtype.kind != "f":
+            continue
+        finite = np.isfinite(values)
+        if name in MOVING and not finite.all():
+            yield f"{name}: found {np.count_nonzero(~finite)} values that are no numbers"
+        elif np.abs(values, where=finite, out=np.zeros(values.shape)).max(initial=0.0) > MAX_NUMBER:
+            yield f"{name}: found a value above {MAX_NUMBER:g}; expected one that can be squared"
+
+
+def _is_texts(value: object) -> bool:
+    return isinstance(value, dict) and all(isinstance(text, str) for text in value.values())
+
+
+def _is_units(value: object) -> bool:
+    """Whether all units are known."""
+    if not isinstance(value, dict) or not _is_texts(value) or not {*value} <= {*BASES}:
+        return False
+    try:
+        units = Units(value)
+        return all(np.isfinite(units.shown(base).factor) for base in BASES)
+    except (ValueError, LookupError, ArithmeticError):
+        return False
+
+
+def _is_mapping(value: object) -> bool:
+    return isinstance(value, dict)
+
+
+def _is_design(value: object) -> bool:
+    if not isinstance(value, dict) or not isinstance(value.get("figures"), list):
+        return False
+    plans = value.get("plans")
+    return isinstance(plans, dict) and all(
+        isinstance(plan, dict) and {"design", "parameters", "samples"} <= {*plan}
+        for plan in plans.values()
+    )
+
+
+def _is_criteria(value: object) -> bool:
+    return isinstance(value, list) and all(
+        isinstance(each, dict) and {"name", "limit"} <= {*each} for each in value
+    )
+
+
+JSON_ATTRIBUTES: Mapping[str, tuple[str, Callable[[object], bool]]] = {
+    ATTRIBUTE: ("units by their SI unit, as JSON", _is_units),
+    TITLE_BLOCK: ("texts by their names, as JSON", _is_texts),
+    CRITERIA: ("a list of criteria, as JSON", _is_criteria),
+    FUNCTION_STATES: ("states of functions, as JSON", _is_mapping),
+    DESIGN: ("the plans of a study, as JSON", _is_design),
+}
