@@ -30,7 +30,9 @@ TAIL = 0.25  # of a record, whose mean is about that of the motion
 LARGE = 0.98  # of the largest roll
 PADDING = 8  # lengths of a record in its periodogram
 REGROWTH = 1.5  # ratio of swings that no decay has
-REGROWN = 0.25  # of the largest roll: swings that are no noise
+REGROWN = 0.25  # of the largest swing: swings that are no noise
+SMALL = 0.05  # of the largest swing: swings that waves in the basin hide
+SMALL_TEXT = f"the roll is below {100.0 * SMALL:g} % of the largest"
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,21 +103,18 @@ def decay_of(
         time = block_means(time, count)
         angle = block_means(angle, count)
         step *= count
-    swing = _smoothed(_about_end(angle), int(SMOOTHED * period / step))
-    first = _release(swing, period / step) if start is None else 0
-    last = _regrowth(swing[first:], 0.5 * period / step) + first
-    if last < time.size:
-        notes.append(f"the roll grows again at {time[last]:.4g} s, where the fit ends")
-    if last - first > MAX_PERIODS * period / step:
-        last = first + int(MAX_PERIODS * period / step)
-        notes.append(f"the fit ends after {MAX_PERIODS:g} periods, at {time[last]:.4g} s")
-    last = max(last, first + 2)
+    values = period / step
+    first = _release(angle, values) if start is None else 0
+    last, reason = _end(_smoothed(angle, int(SMOOTHED * values))[first:], values)
+    last += first
+    if reason:
+        notes.append(f"the fit ends at {time[last]:.4g} s, where {reason}")
+    duration = (last - 1 - first) * step
+    if duration < MIN_PERIODS * period or last - first < MIN_VALUES:
+        found = f"{duration:.4g} s, {duration / period:.2g} periods, from {time[first]:.4g} s on"
+        _refuse(found, f"at least {MIN_PERIODS:g} periods", "take a longer part of the record")
     time = time[first:last]
     angle = angle[first:last]
-    duration = (last - 1 - first) * step
-    if duration < MIN_PERIODS * period or time.size < MIN_VALUES:
-        found = f"{duration:.4g} s, {duration / period:.2g} periods, from {time[0]:.4g} s on"
-        _refuse(found, f"at least {MIN_PERIODS:g} periods", "take a longer part of the record")
     size = float(np.abs(_detrended(angle)).max())
     return Decay(called, time, angle, size, frequency, tuple(notes))
 
@@ -179,9 +178,10 @@ def _smoothed(x: np.ndarray, count: int) -> np.ndarray:
     return np.convolve(x, np.ones(count) / count, "same") if count > 1 else x
 
 
-def _release(swing: np.ndarray, period: float) -> int:
-    """Index a fifth of a ``period`` [values] before ``swing`` first changes its sign after its
+def _release(angle: np.ndarray, period: float) -> int:
+    """Index a fifth of a ``period`` [values] before the roll first crosses its mean after its
     largest value."""
+    swing = _smoothed(_about_end(angle), int(SMOOTHED * period))
     largest = _latest_large(swing)
     crossings = np.flatnonzero(swing[largest:-1] * swing[largest + 1 :] < 0.0)
     if not crossings.size:
@@ -190,14 +190,20 @@ def _release(swing: np.ndarray, period: float) -> int:
     return max(largest + int(crossings[0]) - int(LEAD * period), 0)
 
 
-def _regrowth(swing: np.ndarray, half: float) -> int:
-    """Index of the half period [``half`` values] in which the swings grow again as no decay does;
-    the number of values if they do not."""
-    edges = np.arange(0.0, swing.size - half + 1.0, half).astype(int)
-    peaks = np.array([np.abs(swing[k : k + int(half)]).max() for k in edges])
-    least = np.minimum.accumulate(peaks)
-    grown = (peaks > REGROWTH * least) & (peaks > REGROWN * peaks.max())
-    return int(edges[np.argmax(grown)]) if grown.any() else swing.size
+def _end(swing: np.ndarray, period: float) -> tuple[int, str]:
+    """Index at which a decay ends, and why: the number of values and no reason, or the half period
+    after which the swings grow as no decay does, or are small."""
+    edges = np.arange(0.0, max(swing.size - period, 1.0), 0.5 * period).astype(int)
+    sizes = np.array([np.ptp(swing[k : k + int(period)]) for k in edges])
+    shares = sizes / sizes.max()
+    grown = (sizes > REGROWTH * np.minimum.accumulate(sizes)) & (shares > REGROWN)
+    ends = [
+        (edges[np.argmax(grown)] if grown.any() else swing.size, "the roll grows again"),
+        (edges[np.argmax(shares < SMALL)] if shares.min() < SMALL else swing.size, SMALL_TEXT),
+        (int(MAX_PERIODS * period), f"{MAX_PERIODS:g} periods are over"),
+    ]
+    last, reason = min(ends)
+    return (int(last), reason) if last < swing.size else (swing.size, "")
 
 
 def _column(recording: Recording, name: str) -> Column:

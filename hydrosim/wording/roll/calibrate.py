@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from hydrosim.decay.fit import DecayFit, Interval
 from hydrosim.presentation.document import (
     Cell,
@@ -15,8 +17,8 @@ from hydrosim.presentation.document import (
 )
 
 TERMS = (("p1", "1/s"), ("p2", "1/rad"), ("p3", "s/rad^2"))
-SHARES = (0.25, 0.5, 0.75, 1.0)
-"""Of the largest roll: amplitudes in the table."""
+AMPLITUDES = 5
+"""Rows of damping ratios, from the smallest to the largest recorded roll."""
 DIGITS = 5
 KEYS = ("s^-1", "rad^-1", "s/rad^2")
 """Units in a case file."""
@@ -49,8 +51,7 @@ def _terms(fit: DecayFit) -> Table:
         for k, (name, unit) in enumerate(TERMS)
     ]
     rows.append(_row("natural period [s]", fit.period, fit.period.value))
-    if fit.restoring:
-        rows.append(_row("cubic restoring [1/rad^2]", fit.restoring, fit.restoring.value))
+    rows.append(_row("cubic restoring [1/rad^2]", fit.restoring, fit.restoring.value))
     return Table(("", "fitted", "90 % from", "to", "for use"), rows, "Fit")
 
 
@@ -72,8 +73,7 @@ def _untold(fit: DecayFit) -> Node:
 
 def _ratios(fit: DecayFit) -> Table:
     rows: list[list[Cell]] = []
-    for share in SHARES:
-        amplitude = share * fit.size
+    for amplitude in np.linspace(*fit.amplitudes, AMPLITUDES):
         ratio = fit.terms.damping_ratio(amplitude)
         used = fit.used_ratio(amplitude)
         cells: list[Cell] = [Value(x, "share", 3) for x in (*ratio, used)]
@@ -84,11 +84,10 @@ def _ratios(fit: DecayFit) -> Table:
 
 def _records(fit: DecayFit) -> Table:
     rows: list[list[Cell]] = []
-    for decay, deviation, noise in zip(fit.decays, fit.deviations, fit.noise, strict=True):
-        kind = f"correlated, order {noise.order}" if noise.order else "white"
+    for decay, deviation in zip(fit.decays, fit.deviations, strict=True):
         begin, end = decay.time[0], decay.time[-1]
         size = Value(decay.size, "rad", 3)
         residual = Value(deviation, "rad", 3)
-        rows.append([decay.called, Value(begin, "s"), Value(end, "s"), size, residual, kind])
-    head = ("record", "from", "to", "largest roll", "std of residuals", "noise")
+        rows.append([decay.called, Value(begin, "s"), Value(end, "s"), size, residual])
+    head = ("record", "from", "to", "largest roll", "std of residuals")
     return Table(head, rows, "Records")
