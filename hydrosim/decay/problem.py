@@ -33,7 +33,7 @@ from hydrosim.decay.record import Decay
 TERMS = 3  # p1, p2 and p3 are the first parameters
 FIRST_P1 = 0.08  # a damping ratio of 4 %
 MIN_DEGREE, MAX_DEGREE = 2, 6  # of the polynomial that is the mean of a record
-BAND = 13  # frequencies of the cosine transform, which are half a wave of a record apart
+BAND = 11  # frequencies of the cosine transform, which are half a wave of a record apart
 MAX_EVALUATIONS = 200
 COVERED = 0.90
 MIN_REST = 0.05  # of a band, that the fit leaves

@@ -26,7 +26,7 @@ MAX_ROLL_RAD = pi
 MIN_ROLL_RAD = 1e-6
 LEAD = 0.2  # of a period: the fit begins so long before the first crossing of the mean
 SMOOTHED = 0.1  # of a period: a moving mean, so that noise makes no crossings
-TAIL = 0.25  # of a record, whose mean is about that of the motion
+TAIL = 0.25  # of a record: the mean of its whole periods is about that of the motion
 LARGE = 0.98  # of the largest roll
 PADDING = 8  # lengths of a record in its periodogram
 REGROWTH = 1.5  # ratio of swings that no decay has
@@ -151,24 +151,18 @@ def _detrended(x: np.ndarray) -> np.ndarray:
     return np.asarray(x - columns @ np.linalg.lstsq(columns, x, rcond=None)[0])
 
 
-def _about_end(x: np.ndarray) -> np.ndarray:
-    """``x`` (n,) less the mean of its end."""
-    return np.asarray(x - x[-int(TAIL * x.size) :].mean())
-
-
-def _latest_large(x: np.ndarray) -> int:
-    """Last index at which ``x`` is about as large as anywhere: after a model was held, and after
-    swings that were clipped."""
+def _first_large(x: np.ndarray) -> int:
+    """First index at which ``x`` is about as large as anywhere."""
     size = np.abs(x)
-    return int(np.flatnonzero(size >= LARGE * size.max())[-1])
+    return int(np.argmax(size >= LARGE * size.max()))
 
 
 def _frequency(angle: np.ndarray, step: float) -> float:
     """Frequency [rad/s] of the peak of the periodogram from the largest roll on, of at least one
     and a half cycles."""
-    x = _detrended(angle[min(_latest_large(_about_end(angle)), angle.size // 2) :])
+    x = angle[min(_first_large(angle - angle.mean()), angle.size // 2) :]
     size = PADDING * x.size
-    power = np.abs(np.fft.rfft(x, size))
+    power = np.abs(np.fft.rfft(x - x.mean(), size))
     first = int(1.5 * PADDING)
     return float(2.0 * np.pi * (first + np.argmax(power[first:])) / (size * step))
 
@@ -181,8 +175,9 @@ def _smoothed(x: np.ndarray, count: int) -> np.ndarray:
 def _release(angle: np.ndarray, period: float) -> int:
     """Index a fifth of a ``period`` [values] before the roll first crosses its mean after its
     largest value."""
-    swing = _smoothed(_about_end(angle), int(SMOOTHED * period))
-    largest = _latest_large(swing)
+    whole = int(max(TAIL * angle.size // period, 1.0) * period)
+    swing = _smoothed(angle - angle[-whole:].mean(), int(SMOOTHED * period))
+    largest = _first_large(swing)
     crossings = np.flatnonzero(swing[largest:-1] * swing[largest + 1 :] < 0.0)
     if not crossings.size:
         found = "no crossing of the mean after the largest roll"
