@@ -29,7 +29,7 @@ DAMPING = slice(TERMS)
 EDDIES, CUBES = 8.0 / (3.0 * np.pi), 0.75  # of |p| p and p^3 in equivalent linear damping
 MAX_HALF_WIDTH = 0.12  # of the damping ratio in the middle of the recorded amplitudes
 MAX_PEAK = 10.0  # ratio of densities of residuals at the frequency of roll and around it
-ROUNDING = 1e-6  # of the largest roll
+ROUNDING = 1e-5  # of the largest roll
 
 
 class Interval(NamedTuple):

@@ -36,7 +36,7 @@ MIN_DEGREE, MAX_DEGREE = 2, 6  # of the polynomial that is the mean of a record
 BAND = 11  # frequencies of the cosine transform, which are half a wave of a record apart
 MAX_EVALUATIONS = 200
 COVERED = 0.90
-MIN_REST = 0.05  # of a band, that the fit leaves
+MIN_REST = 0.05  # of the noise in a band, that the fit leaves
 NEIGHBOURS = np.array([0.5, 1.0, 2.0])  # of the frequency of roll
 WILD = 1e3  # scaled residual of a trial that is no decay
 
@@ -128,7 +128,6 @@ class Problem:
             np.maximum(start, bounds),
             lambda values: weighted(values)[1],
             bounds=(bounds, np.inf),
-            method="dogbox" if least > -np.inf else "lm",
             xtol=1e-9,
             ftol=1e-11,
             gtol=1e-11,
@@ -178,7 +177,7 @@ class Problem:
             J[:, :LAW] = slopes[:, :LAW]
             J[:, self.own[k]] = np.hstack([slopes[:, LAW:], self.means[k]])
             residual = x + self.means[k] @ own[2:] - angle
-            yield np.nan_to_num(residual, nan=WILD, posinf=WILD, neginf=-WILD), np.nan_to_num(J)
+            yield np.clip(np.nan_to_num(residual, nan=WILD), -WILD, WILD), np.nan_to_num(J)
 
 
 def _drifts(t: np.ndarray) -> np.ndarray:
