@@ -104,8 +104,8 @@ def decay_of(
         angle = block_means(angle, count)
         step *= count
     values = period / step
-    first = _release(angle, values) if start is None else 0
-    last, reason = _end(_smoothed(angle, int(SMOOTHED * values))[first:], values)
+    first = _find_release(angle, values) if start is None else 0
+    last, reason = _find_end(_smoothed(angle, int(SMOOTHED * values))[first:], values)
     last += first
     if reason:
         notes.append(f"the fit ends at {time[last]:.4g} s, where {reason}")
@@ -172,7 +172,7 @@ def _smoothed(x: np.ndarray, count: int) -> np.ndarray:
     return np.convolve(x, np.ones(count) / count, "same") if count > 1 else x
 
 
-def _release(angle: np.ndarray, period: float) -> int:
+def _find_release(angle: np.ndarray, period: float) -> int:
     """Index a fifth of a ``period`` [values] before the roll first crosses its mean after its
     largest value."""
     whole = int(max(TAIL * angle.size // period, 1.0) * period)
@@ -185,7 +185,7 @@ def _release(angle: np.ndarray, period: float) -> int:
     return max(largest + int(crossings[0]) - int(LEAD * period), 0)
 
 
-def _end(swing: np.ndarray, period: float) -> tuple[int, str]:
+def _find_end(swing: np.ndarray, period: float) -> tuple[int, str]:
     """Index at which a decay ends, and why: the number of values and no reason, or the half period
     after which the swings grow as no decay does, or are small."""
     edges = np.arange(0.0, max(swing.size - period, 1.0), 0.5 * period).astype(int)
