@@ -112,7 +112,6 @@ def run_scene(question: tuple[str, int, str]) -> Outcome:
 def _said(run: xr.Dataset, cpu: float) -> Record:
     """What a run says of itself."""
     a = run.attrs
-    spent = a.get("error_evaluations", a.get("twin_evaluations", 0))
     return {
         "status": str(a["status"]),
         "method": str(a["solver_method"]),
@@ -121,7 +120,7 @@ def _said(run: xr.Dataset, cpu: float) -> Record:
         "stepped": str(a["solver_linear"]).startswith("stepped"),
         "cpu": cpu,
         "evaluations": int(a["solver_evaluations"]),
-        "error_evaluations": int(spent),
+        "error_evaluations": int(a.get("error_evaluations", 0)),
         "events": int(a["solver_events"]),
         "warnings": str(a.get("warnings") or "").splitlines(),
         "said": _number(a.get("error_relative")),

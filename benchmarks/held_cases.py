@@ -103,29 +103,29 @@ def _dip(d: Draw, seed: int, period: float) -> Case:
 
 
 def _slider(d: Draw, seed: int, period: float) -> Case:
-    """A body on a rail with friction."""
-    mass = _mass(d)
-    static = rounded(mass * d.order(0.1, 5.0))
-    friction = {"law": "coulomb", "static_force": static}
-    friction["kinetic_force"] = rounded(static * d.between(0.2, 1.0))
-    rail: Case = {"type": "slider", "body": "body", "axis": [1, 0, 0], "friction": friction}
-    if d.chance(0.5):
-        rail["stiffness"] = rounded(mass * (0.3 * 2.0 * pi / period) ** 2)
-    forces = {"push": _push(d, "surge", _beyond(d) * static, period)}
-    parts: Case = {"bodies": {"body": _body(mass)}, "joints": {"rail": rail}, "forces": forces}
-    return long_case(d, seed, 2.0 * pi / period, long_duration(d), **parts)
+    """A body on a rail with friction, and often a spring."""
+    rail = {"type": "slider", "body": "body", "axis": [1, 0, 0]}
+    return _rubbing(d, seed, period, {"rail": rail}, "force", "surge")
 
 
 def _hinge(d: Draw, seed: int, period: float) -> Case:
-    """A body on an upright hinge with friction."""
+    """A body on an upright hinge with friction and a spring."""
+    pin = {"type": "hinge", "body": "body", "axis": [0, 0, 1]}
+    return _rubbing(d, seed, period, {"pin": pin}, "moment", "yaw")
+
+
+def _rubbing(d: Draw, seed: int, period: float, joints: Case, load: str, dof: str) -> Case:
+    """A body on one of ``joints`` with friction, and a push along it."""
     mass = _mass(d)
     static = rounded(mass * d.order(0.1, 5.0))
-    friction = {"law": "coulomb", "static_moment": static}
-    friction["kinetic_moment"] = rounded(static * d.between(0.2, 1.0))
-    pin: Case = {"type": "hinge", "body": "body", "axis": [0, 0, 1], "friction": friction}
-    pin["stiffness"] = rounded(mass * (0.3 * 2.0 * pi / period) ** 2)
-    forces = {"push": _push(d, "yaw", _beyond(d) * static, period)}
-    parts: Case = {"bodies": {"body": _body(mass)}, "joints": {"pin": pin}, "forces": forces}
+    friction = {"law": "coulomb", f"static_{load}": static}
+    friction[f"kinetic_{load}"] = rounded(static * d.between(0.2, 1.0))
+    (joint,) = joints.values()
+    joint["friction"] = friction
+    if joint["type"] == "hinge" or d.chance(0.5):
+        joint["stiffness"] = rounded(mass * (0.3 * 2.0 * pi / period) ** 2)
+    forces = {"push": _push(d, dof, _beyond(d) * static, period)}
+    parts: Case = {"bodies": {"body": _body(mass)}, "joints": joints, "forces": forces}
     return long_case(d, seed, 2.0 * pi / period, long_duration(d), **parts)
 
 

@@ -3,7 +3,7 @@
 Positions and angles of a body are judged apart. Of positions it is the largest difference of the
 three coordinates over their largest range. Of angles it is the largest component of the rotation
 vector between both attitudes over the largest range of the three angles. Ranges are at least
-`LEAST_RANGE`.
+those of `least_ranges`.
 """
 
 from __future__ import annotations

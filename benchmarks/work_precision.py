@@ -33,6 +33,7 @@ ASKED = (1e-3, 1e-4, 1e-5, 1e-6)  # of the range of a motion
 RK4 = "rk4"
 SMALLEST = 1e-9  # of the range of a motion, for the picture
 TENTH = 0.1
+TOLERANCE_LABEL = "tolerance of automatic, of the range of a motion"
 PAGE = ROOT / "docs" / "speed.md"
 PICTURE = ROOT / "benchmarks" / "work_precision.png"
 BEGIN = "<!-- scenes: python -m benchmarks --keep work_precision -->"
@@ -229,11 +230,8 @@ def _draw_kept(axis: Axes, trials: Sequence[Trial]) -> None:
         asked = np.array([t.asked for t in own]) * spread
         axis.loglog(asked, _shown([t.true for t in own]), style, markersize=4, label=label)
     axis.plot(ASKED, ASKED, color="0.5", linewidth=0.8)
-    axis.set_title("Is the tolerance kept? Below the line it is")
-    axis.set_xlabel("tolerance of automatic, of the range of a motion")
-    axis.set_ylabel("true error, of the range")
-    axis.legend(frameon=False, loc="upper left", fontsize="small")
-    _clear(axis)
+    title = "Is the tolerance kept? Below the line it is"
+    _label(axis, title, TOLERANCE_LABEL, "true error, of the range")
 
 
 def _draw_known(axis: Axes, trials: Sequence[Trial]) -> None:
@@ -245,11 +243,8 @@ def _draw_known(axis: Axes, trials: Sequence[Trial]) -> None:
         axis.loglog(true, said, "o", color=COLOURS[way], markersize=4, label=label)
     axis.fill_between(ends, GOOD[0] * ends, GOOD[1] * ends, color="0.9", zorder=0)
     axis.plot(ends, ends, color="0.5", linewidth=0.8)
-    axis.set_title("Does a run know its error? On the line it is exact")
-    axis.set_xlabel("true error, of the range")
-    axis.set_ylabel("error that the run says")
-    axis.legend(frameon=False, loc="upper left", fontsize="small")
-    _clear(axis)
+    title = "Does a run know its error? On the line it is exact"
+    _label(axis, title, "true error, of the range", "error that the run says")
 
 
 def _draw_cost(axis: Axes, trials: Sequence[Trial]) -> None:
@@ -263,13 +258,14 @@ def _draw_cost(axis: Axes, trials: Sequence[Trial]) -> None:
     if costs:
         axis.loglog(ASKED, np.median(costs, axis=0), "o-", color="#0072B2", label="median")
     axis.invert_xaxis()
-    axis.set_title("What does it cost? CPU time over that of rk4")
-    axis.set_xlabel("tolerance of automatic, of the range of a motion")
-    axis.set_ylabel("CPU time over that of rk4 at its step")
+    title = "What does it cost? CPU time over that of rk4"
+    _label(axis, title, TOLERANCE_LABEL, "CPU time over that of rk4 at its step")
+
+
+def _label(axis: Axes, title: str, x: str, y: str) -> None:
+    axis.set_title(title)
+    axis.set_xlabel(x)
+    axis.set_ylabel(y)
     axis.legend(frameon=False, loc="upper left", fontsize="small")
-    _clear(axis)
-
-
-def _clear(axis: Axes) -> None:
     axis.grid(alpha=0.3)
     axis.spines[["top", "right"]].set_visible(False)

@@ -53,7 +53,7 @@ from hydrosim.commands.streams import make_streams_last
 from hydrosim.commands.sweep import sweep
 from hydrosim.commands.terminal import say, show
 from hydrosim.errors import HydrosimError, InputError
-from hydrosim.interrupts import taken_as_interrupts
+from hydrosim.interrupts import install_signal_handlers
 from hydrosim.presentation.terminal import printable
 
 # in the order of `hydrosim --help`: commands on cases, then on runs, then on files
@@ -129,7 +129,7 @@ def main() -> None:
 
 
 def _run_command() -> None:
-    taken_as_interrupts()
+    install_signal_handlers()
     make_streams_last()
     warnings.showwarning = lambda message, *_, **__: say(f"warning   {message}")
     try:

@@ -48,7 +48,7 @@ def called_by_machine_code(function: Function) -> Function:
     return function
 
 
-def taken_as_interrupts() -> None:
+def install_signal_handlers() -> None:
     """Let SIGTERM and SIGHUP raise KeyboardInterrupt as Ctrl-C does, unless they have other
     handlers, as under `nohup`. `raise_if_interrupted` knows all three."""
     terminals = [stream for stream in (0, 1, 2) if os.isatty(stream)]

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 
 import hydrosim as hs
 from hydrosim.errors import WritingError, unwritable
-from hydrosim.interrupts import ENDING, raise_if_interrupted, taken_as_interrupts
+from hydrosim.interrupts import ENDING, install_signal_handlers, raise_if_interrupted
 from hydrosim.outputs import Output, content, save_picture
 from hydrosim.results.netcdf import write
 
@@ -162,13 +162,13 @@ def test_an_interrupt_that_was_lost_is_remembered() -> None:
     before = {number: signal.getsignal(number) for number in ENDING}
     try:
         signal.signal(signal.SIGINT, signal.default_int_handler)  # it may be ignored
-        taken_as_interrupts()
+        install_signal_handlers()
         raise_if_interrupted()
         with suppress(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)
         with pytest.raises(KeyboardInterrupt):
             raise_if_interrupted()
-        taken_as_interrupts()
+        install_signal_handlers()
         raise_if_interrupted()
     finally:
         for number, handler in before.items():

@@ -10,6 +10,15 @@ import hydrosim as hs
 
 CASE = Path(__file__).parents[1] / "cases" / "reverse_float_over" / "base.yaml"
 SLOW = {"numba", "llvmlite", "scipy", "xarray", "pandas", "netCDF4", "h5py", "matplotlib"}
+RUN = """
+from contextlib import suppress
+from hydrosim.__main__ import main
+
+with suppress(SystemExit):
+    main()
+"""
+UNUSED = {"scipy.stats", "scipy.signal", "scipy.interpolate", "matplotlib"}
+"""Of a run without criteria and pictures."""
 
 
 def test_names_are_listed_and_there() -> None:
@@ -24,9 +33,20 @@ def test_a_case_is_loaded_without_compilers_and_libraries_of_files() -> None:
     assert loaded_after("from hydrosim import load_case; load_case({case!r})") == set()
 
 
-def loaded_after(program: str) -> set[str]:
-    """Those of the ``SLOW`` packages that a new process has loaded after a program."""
-    told = f"import sys; print(*{{name.split('.')[0] for name in sys.modules}} & {SLOW})"
-    text = f"{program.format(case=str(CASE))}; {told}"
+def test_a_run_loads_no_statistics_and_no_pictures(tmp_path: Path) -> None:
+    """scipy loads its parts when they are used: criteria and comparisons need them, a run does
+    not."""
+    output = tmp_path / "run.nc"
+    arguments = f"['hydrosim', 'run', {{case!r}}, '-o', {str(output)!r}, '--set', 'duration=1']"
+    program = f"import sys; sys.argv = {arguments}\n{RUN}"
+    loaded = loaded_after(program, UNUSED)
+    assert output.is_file()
+    assert loaded == set()
+
+
+def loaded_after(program: str, wanted: set[str] = SLOW) -> set[str]:
+    """Those of the ``wanted`` packages that a new process has loaded after a program."""
+    told = f"import sys; print(*set(sys.modules) & {wanted})"
+    text = f"{program.format(case=str(CASE))}\n{told}"
     done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=True)
-    return set(done.stdout.split())
+    return set(done.stdout.split("\n")[-2].split())

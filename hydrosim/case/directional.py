@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.documents.directions import check_spectral_units, goes_to, without_repeats
+from hydrosim.documents.directions import check_spectral_units, is_heading, without_repeats
 from hydrosim.documents.text import Source
 from hydrosim.scene import DirectionalTable
 
@@ -29,7 +29,7 @@ def read_directional(source: Source, select: Mapping[str, int], x_axis: float) -
     """
     efth = without_repeats(source, _read(source, select))
     bearing = np.radians(efth["dir"].values.astype(float))
-    if goes_to(source, "dir", efth["dir"].attrs):
+    if is_heading(source, "dir", efth["dir"].attrs):
         bearing += np.pi
     frequency = _TURN * efth["freq"].values.astype(float)
     density = efth.transpose("freq", "dir").values.astype(float) * np.degrees(1.0) / _TURN

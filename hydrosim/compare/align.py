@@ -14,9 +14,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import scipy
 import xarray as xr
-from scipy.interpolate import CubicSpline, PchipInterpolator
-from scipy.spatial.transform import Rotation
 
 from hydrosim.compare.mapping import Place, TimeColumn
 from hydrosim.documents.series import select
@@ -76,7 +75,11 @@ def align(
     overlap = _overlap(run.time.values, stamps, between, recording.source, recording.lines)
     pairs = []
     for channel, place in places.items():
-        interpolate = PchipInterpolator if channel.startswith(MONOTONE) else CubicSpline
+        interpolate = (
+            scipy.interpolate.PchipInterpolator
+            if channel.startswith(MONOTONE)
+            else scipy.interpolate.CubicSpline
+        )
         with _naming(place):
             ours, unit = _ours(run, channel, place)
             values, said, precision = _recorded(recording, channel, place, unit, overlap.recorded)
@@ -259,7 +262,7 @@ def _moved(body: xr.Dataset, point: np.ndarray, variable: str) -> np.ndarray:
     """Motion of a point of a body (nt, 6) minus that of its centre of gravity: (R - 1) r for the
     position, omega x R r for the velocity."""
     angles = body.position.values[:, 3:]
-    arm = Rotation.from_euler("ZYX", angles[:, ::-1]).apply(point)
+    arm = scipy.spatial.transform.Rotation.from_euler("ZYX", angles[:, ::-1]).apply(point)
     more = np.zeros((len(arm), 6))
     turning = body.velocity.values[:, 3:]
     more[:, :3] = arm - point if variable == "position" else np.cross(turning, arm)

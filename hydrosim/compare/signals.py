@@ -6,9 +6,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.optimize import minimize_scalar
-from scipy.signal import correlate
+import scipy
 
 EVEN = 1e-6  # of a step
 CLOSE = 0.002  # correlations that differ by less: the smaller lag is chosen
@@ -47,7 +45,7 @@ def evenly(time: np.ndarray, values: np.ndarray) -> np.ndarray:
     steps = np.diff(time)
     if np.ptp(steps) <= EVEN * steps.mean():
         return values
-    return CubicSpline(time, values)(np.linspace(time[0], time[-1], time.size))
+    return scipy.interpolate.CubicSpline(time, values)(np.linspace(time[0], time[-1], time.size))
 
 
 def split_bands(
@@ -86,14 +84,16 @@ def best_lag(time: np.ndarray, ours: np.ndarray, recorded: np.ndarray, most: flo
     good = peaks[heights >= heights.max() - CLOSE]
     start = step * float(good[np.argmin(np.abs(good - count))] - count)
     even = np.linspace(time[0], time[-1], time.size)
-    curve = CubicSpline(even, a)
+    curve = scipy.interpolate.CubicSpline(even, a)
 
     def miss(lag: float) -> float:
         inside = _inside(even, lag)
         return -abs(correlation(curve(even[inside] - lag), r[inside]))
 
     bounds = (start - step, start + step)
-    found = float(minimize_scalar(miss, bounds=bounds, options={"xatol": 1e-4 * step}).x)
+    found = float(
+        scipy.optimize.minimize_scalar(miss, bounds=bounds, options={"xatol": 1e-4 * step}).x
+    )
     return found if miss(found) < miss(0.0) else 0.0
 
 
@@ -102,7 +102,7 @@ def fit(time: np.ndarray, ours: np.ndarray, recorded: np.ndarray, most: float) -
     lag = best_lag(time, ours, recorded, most)
     inside = _inside(time, lag)
     now, r = ours[inside], recorded[inside]
-    late = now if lag == 0.0 else CubicSpline(time, ours)(time[inside] - lag)
+    late = now if lag == 0.0 else scipy.interpolate.CubicSpline(time, ours)(time[inside] - lag)
     gain, offset, rest = _line(late, r)
     through_zero = float(late @ r / (late @ late)) if late.any() else 0.0
     without = (
@@ -137,7 +137,7 @@ def _correlations(a: np.ndarray, r: np.ndarray, count: int) -> np.ndarray:
     in_r, in_a = np.maximum(k, 0), np.maximum(-k, 0)
     r1, r2 = _sums(r, in_r, both), _sums(r**2, in_r, both)
     a1, a2 = _sums(a, in_a, both), _sums(a**2, in_a, both)
-    product = correlate(r, a, method="fft")[a.size - 1 - count : a.size + count]
+    product = scipy.signal.correlate(r, a, method="fft")[a.size - 1 - count : a.size + count]
     spread = (r2 - r1**2 / both) * (a2 - a1**2 / both)
     least = 1e-12 * float((r @ r) * (a @ a))
     size = np.sqrt(np.where(spread > least, spread, np.inf))

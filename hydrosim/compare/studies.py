@@ -14,12 +14,13 @@ from itertools import product
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 import xarray as xr
-from scipy import stats
 
 from hydrosim.compare.circumstances import codes_apart, durations_apart, is_code
 from hydrosim.documents.series import unit_of
 from hydrosim.errors import InputError
+from hydrosim.results.error_figures import RELATIVE
 from hydrosim.results.runs_file import RUN
 from hydrosim.statistics.gumbel import INTERVAL
 
@@ -27,8 +28,10 @@ LEVEL = 0.05
 FEWEST = 3  # runs that a test needs
 KINDS = {True: "pairs in the same waves", False: "independent runs"}
 STATISTICS = ("mean", "std", "smallest", "largest")
-APART = {"seed", "solver_steps", "solver_events", "energy_residual_relative", "contact_sequence"}
-APART |= {"error_relative"}
+IGNORED_FIELDS = {
+    *("seed", "solver_steps", "solver_events", "energy_residual_relative", "contact_sequence"),
+    RELATIVE,
+}
 
 
 class Found(NamedTuple):
@@ -130,7 +133,7 @@ def _channels(runs: xr.Dataset) -> Iterator[tuple[str, xr.DataArray]]:
     """All numbers of a run by name, such as "crawl" and "motion.barge.surge.largest"."""
     for name, variable in runs.data_vars.items():
         others = [str(dim) for dim in variable.dims if dim != RUN]
-        kept = RUN in variable.dims and variable.dtype.kind == "f" and name not in APART
+        kept = RUN in variable.dims and variable.dtype.kind == "f" and name not in IGNORED_FIELDS
         if not kept or is_code(variable) or {"time", "frequency", "extreme"} & {*others}:
             continue
         values = variable
@@ -157,7 +160,9 @@ def _tested(name: str, ours: xr.DataArray, theirs: xr.DataArray, paired: bool) -
         low = high = difference
         chance = 1.0 if difference == 0.0 else 0.0
     else:
-        test = stats.ttest_rel(a, b) if paired else stats.ttest_ind(a, b, equal_var=False)
+        test = (
+            scipy.stats.ttest_rel(a, b) if paired else scipy.stats.ttest_ind(a, b, equal_var=False)
+        )
         low, high = test.confidence_interval(INTERVAL)
         chance = float(test.pvalue)
     unit = str(ours.attrs.get("units", ""))

@@ -103,11 +103,10 @@ def with_tolerance(compiled: Compiled) -> Compiled:
     solver = compiled.scene.solver
     if solver.accuracy is None:
         return compiled
-    growth = _growth(compiled)
     changing = len(new_modes(compiled.model)) > 0
-    rate = _rate(solver.method, solver.accuracy / growth, changing)
+    rate = _rate(solver.method, solver.accuracy / _growth(compiled), changing)
     solver = replace(solver, tolerance=Tolerance(rate, rate, rate / ARM))
-    return replace(compiled, scene=replace(compiled.scene, solver=solver), growth=growth)
+    return replace(compiled, scene=replace(compiled.scene, solver=solver))
 
 
 def _ratio(method: Method) -> float:

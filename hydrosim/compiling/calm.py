@@ -43,6 +43,9 @@ if TYPE_CHECKING:
 
 MEAN: dict[str, Any] = {"headings": Place.MEAN, "position": Place.MEAN}
 
+ROWS_FINER = 0.1
+"""Error of wave loads between rows, over the tolerance of adaptive steps."""
+
 
 def compile_calm(scene: Scene, wet: Sequence[WetGroup], known: Parts | None = None) -> Compiled:
     """Compile an `opened` scene in calm water with its databases ``wet``, and with its elements and
@@ -70,7 +73,7 @@ def in_waves(calm: Compiled, scene: Scene, sea: Sequence[Components]) -> Compile
     bodies = list(_at_draughts(bodies, calm.wet))
     loads = wave_loads_model(sea, bodies, 0.0, scene.solver.step / 2, end)
     block = steps_per_block(scene) * grid_step(scene)
-    following = following_model(sea, bodies, block, _missed(calm.scene.solver))
+    following = following_model(sea, bodies, block, wave_load_error(calm.scene.solver))
     heights = heights_of_wind(calm.model.elements)
     gusts = gust_table(scene.environment, heights, scene.solver.step / 2, end)
     elements = in_gusts(calm.model.elements, gusts)
@@ -93,10 +96,11 @@ def _met_at_rest(calm: Compiled, scene: Scene) -> list[WaveBody]:
     return wave_bodies(scene, calm.facts.databases, met)
 
 
-def _missed(solver: Solver) -> float:
-    """Error of wave loads between rows, relative to the sea's standard deviation: at most the
+def wave_load_error(solver: Solver) -> float:
+    """Error of wave loads between rows, relative to the sea's standard deviation: far below the
     tolerance of the steps that read them."""
-    return min(MISSED, solver.tolerance.relative) if solver.method.adapts else MISSED
+    finest = ROWS_FINER * solver.tolerance.relative
+    return min(MISSED, finest) if solver.method.adapts else MISSED
 
 
 def _at_draughts(bodies: Sequence[WaveBody], wet: Sequence[WetGroup]) -> Iterator[WaveBody]:

@@ -14,7 +14,7 @@ from hydrosim.forces.line import delay, winch
 from hydrosim.forces.signal import corners
 from hydrosim.integrate import Control
 from hydrosim.rigid.free import are_lengths
-from hydrosim.stepping.state import Clock
+from hydrosim.stepping.clock import Clock
 from hydrosim.waves.following import STATES
 from hydrosim.waves.places import grid_step, slow_bodies, steps_per_block
 

@@ -33,10 +33,9 @@ class Compiled:
     of freedom. ``vibrations`` are modes that the step does not resolve; they matter if a run
     excites them. ``wet`` are the databases of the scene. ``facts`` hold its ``model`` (the
     constants) and derived data. ``state`` is the state at the start. ``sea`` holds its drawn waves
-    (empty in calm water). ``notes`` are messages. ``growth`` is the factor on errors of motions
-    that nothing restores, if the method is chosen (`automatic`). ``stable_step`` is the largest
-    stable step [s] of a method with fixed steps, if it is known, and ``step_warnings`` are about a
-    step above it. It unpacks as model and state.
+    (empty in calm water). ``notes`` are messages. ``stable_step`` is the largest stable step [s] of
+    a method with fixed steps, if it is known, and ``step_warnings`` are about a step above it. It
+    unpacks as model and state.
     """
 
     scene: Scene
@@ -47,7 +46,6 @@ class Compiled:
     notes: Notes = field(default_factory=Notes)
     whole: Compiled | None = None
     vibrations: tuple[Vibration, ...] = ()
-    growth: float = 1.0
     stable_step: float = inf
     step_warnings: tuple[str, ...] = ()
 

@@ -4,7 +4,7 @@ A motion shows how fast its loads change, and the step follows. What holds still
 reaches a limit shows nothing: a point or joint in dry friction, a joint that may break. So while
 anything holds, a step is at most
 
-    h = MAX_PHASE / w
+    h = MAX_PHASE_RAD / w
 
 where w [rad/s] is the fastest rate of all loads over time: waves, gusts and signals. Its ends and
 two points between them make a cubic of the load. Between these it is wrong by (w h)^4 / 1944 of the
@@ -38,7 +38,8 @@ if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
     from hydrosim.scene import Environment, Scene
 
-MAX_PHASE = 0.5  # rad
+MAX_PHASE_RAD = 0.5
+"""Phase of the fastest rate of loads in a step."""
 
 
 def signal_step(scene: Scene) -> float:
@@ -69,7 +70,7 @@ def _can_shorten_steps(scene: Scene) -> bool:
 
 
 def _longest_step(rate: float) -> float:
-    return MAX_PHASE / rate if rate > 0.0 else inf
+    return MAX_PHASE_RAD / rate if rate > 0.0 else inf
 
 
 def _wave_rates(compiled: Compiled) -> Iterator[float]:

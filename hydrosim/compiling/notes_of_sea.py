@@ -60,8 +60,8 @@ if TYPE_CHECKING:
 Seas = Sequence[Components]
 # fraction of a sea's energy, or of its loads, outside a database's frequencies
 OUTSIDE_WARNED = 1e-3
-MIN_SPREADING = 1e-6
-"""Spreading [rad] below which crests are long: what rounding leaves of it."""
+MIN_SPREADING_RAD = 1e-6
+"""Spreading below which crests are long: what rounding leaves of it."""
 SPECTRUM_NAMES = {
     Jonswap: "JONSWAP",
     Tma: "TMA",
@@ -183,26 +183,26 @@ def _describe_trains(scene: Scene, wet: Mapping[str, HydroDatabase]) -> Iterator
 def _figures_of_train(train: WaveTrain, state: SeaState, units: Units) -> Iterator[str]:
     """Name, height, period, heading and spreading of a wave train, in this order."""
 
-    def shown(label: str, value: float, unit: str, digits: int = 3) -> str:
+    def label_value(label: str, value: float, unit: str, digits: int = 3) -> str:
         return f"{label} {text_of(Value(value, unit, digits), units)}"
 
     spectrum = train.spectrum
     yield SPECTRUM_NAMES[type(spectrum)]
     if isinstance(spectrum, RegularWave):
-        yield shown("amplitude", spectrum.amplitude, "m")
-        yield shown("period", spectrum.period, "s")
+        yield label_value("amplitude", spectrum.amplitude, "m")
+        yield label_value("period", spectrum.period, "s")
     else:
-        yield shown("Hs", state.significant_height, "m")
+        yield label_value("Hs", state.significant_height, "m")
     if isinstance(spectrum, WhiteNoise):
         yield f"{spectrum.lowest_frequency:.3g} to {spectrum.highest_frequency:.3g} rad/s"
     elif not isinstance(spectrum, RegularWave) and isfinite(state.peak_period):
-        yield shown("Tp", state.peak_period, "s")
+        yield label_value("Tp", state.peak_period, "s")
     if isfinite(state.heading):
-        yield shown("goes to", state.heading, "rad")
+        yield label_value("goes to", state.heading, "rad")
     else:
         yield "without a mean direction"
-    if state.spreading > MIN_SPREADING:
-        yield shown("spreading", state.spreading, "rad", 2)
+    if state.spreading > MIN_SPREADING_RAD:
+        yield label_value("spreading", state.spreading, "rad", 2)
     else:
         yield "long-crested"
 

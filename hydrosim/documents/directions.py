@@ -14,22 +14,22 @@ if TYPE_CHECKING:
 
     from hydrosim.documents.text import Source
 
-GOING = re.compile("to direction|going to|go to|towards?|to which|propagation|oceanographic")
-COMING = re.compile("from direction|coming from|come from|from which|meteorological|nautical")
-NAMES = ("standard_name", "long_name", "convention")
+GOING_WORDS = re.compile("to direction|going to|go to|towards?|to which|propagation|oceanographic")
+COMING_WORDS = re.compile("from direction|coming from|come from|from which|meteorological|nautical")
+DIRECTION_ATTRIBUTES = ("standard_name", "long_name", "convention")
 """Attributes that tell, the first that does so first."""
 SPECTRAL_UNITS = {"freq": ("Hz", "1/s", "s-1", "s^-1"), "dir": ("deg",)}
 SAME_DIRECTION_DEG = 1e-6
 SAME_DENSITY_RTOL = 1e-6
 
 
-def goes_to(source: Source, name: str, attributes: Mapping[Any, Any]) -> bool:
-    """Whether the directions ``name`` are those that waves go to, by their ``attributes``, such as
-    the standard name sea_surface_wave_to_direction of CF. Without a word they are those that waves
-    come from. Raises InputError if one attribute says both."""
-    for key in NAMES:
+def is_heading(source: Source, name: str, attributes: Mapping[Any, Any]) -> bool:
+    """Whether the directions ``name`` are headings, which waves go to, by their ``attributes``,
+    such as the standard name sea_surface_wave_to_direction of CF. Without a word they are those
+    that waves come from. Raises InputError if one attribute says both."""
+    for key in DIRECTION_ATTRIBUTES:
         text = str(attributes.get(key, "")).lower().replace("_", " ")
-        going, coming = GOING.search(text), COMING.search(text)
+        going, coming = GOING_WORDS.search(text), COMING_WORDS.search(text)
         if going and coming:
             source.wrong(
                 f'found {name} with {key} "{attributes[key]}"; expected either from or to: the'

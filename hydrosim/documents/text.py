@@ -88,7 +88,7 @@ class Table:
     dated: bool = False
 
 
-def escaped(text: str) -> str:
+def escape_unprintable(text: str) -> str:
     """The text in one line, with characters that print nothing as their numbers: names in results
     of others may hold anything."""
     if text.isprintable():

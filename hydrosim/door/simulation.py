@@ -20,14 +20,20 @@ from hydrosim.outputs import Output, as_output
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.rigid.tree import record_angles
 from hydrosim.scene import ForceElement, LinearScenes, Scene
-from hydrosim.stepping.breakpoints import rounding_at
+from hydrosim.stepping.clock import rounding_at
 from hydrosim.stepping.dynamics import new_work, rhs
 from hydrosim.stepping.names import force_names
 from hydrosim.stepping.run import grid_time
 from hydrosim.stepping.state import POINT
 from hydrosim.studies.run.checkpoint import Checkpoint, Keeper
 from hydrosim.studies.run.course import Course
-from hydrosim.studies.run.simulation import compiled_to_run, dataset_of, prepared, with_forces
+from hydrosim.studies.run.error_estimate import estimate_error
+from hydrosim.studies.run.simulation import (
+    can_measure_error,
+    compiled_to_run,
+    prepared,
+    with_forces,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -93,7 +99,7 @@ class Simulation:
         Raises InputError for a time that has passed or is beyond the end, and SimulationError as
         `simulate` does.
         """
-        with self._alone("step"):
+        with self._exclusive_use("step"):
             self._step(until)
             return self.time
 
@@ -126,15 +132,18 @@ class Simulation:
         """The dataset of the run until now, as `simulate` returns it. Before the end, its status is
         "interrupted", and it ends with the last output time. At the end, a companion run
         measures the error."""
-        with self._alone("result"):
+        with self._exclusive_use("result"):
             self._check()
-            return dataset_of(self._course, estimates=self.ended)
+            course = self._course
+            measured = self.ended and can_measure_error(course)
+            estimate = estimate_error(course.compiled, course.run) if measured else None
+            return course.dataset(estimate, last=False)
 
     def save(self, path: str | Path) -> Path:
         """Write a checkpoint, from which `Simulation` goes on; returns its path. An earlier
         checkpoint there is replaced. Raises InputError if another file is there, or if a function
         may remember and gives no state, and WritingError if it cannot be written."""
-        with self._alone("save"):
+        with self._exclusive_use("save"):
             return self._save(path)
 
     def _save(self, path: str | Path) -> Path:
@@ -156,7 +165,7 @@ class Simulation:
     @property
     def state(self) -> Mapping[str, BodyState]:
         """The motion of every body, by name."""
-        with self._alone("state"):
+        with self._exclusive_use("state"):
             run = self._course.run
             bodies = run.model.bodies
             n = bodies.active.size
@@ -175,7 +184,7 @@ class Simulation:
     def forces(self) -> dict[str, dict[str, np.ndarray]]:
         """Wrench (6,) [N, N m] of every force on every body, by the names of both: in the earth
         frame, about the centre of gravity. The names are those of ``force_...`` in the dataset."""
-        with self._alone("forces"):
+        with self._exclusive_use("forces"):
             course = self._course
             run = course.run
             work = self._work
@@ -197,7 +206,7 @@ class Simulation:
         )
 
     @contextmanager
-    def _alone(self, action: str) -> Iterator[None]:
+    def _exclusive_use(self, action: str) -> Iterator[None]:
         """A context for an ``action`` of one user. Raises InputError if there is another."""
         if not self._using.acquire(blocking=False):
             raise InputError(

@@ -11,6 +11,10 @@ These follow from the singular values of K over the inertia of each coordinate, 
 directions stay unchanged, and the loads along them make the bodies drift. The modes of contacts and
 lines are updated in every iteration.
 
+Where Newton's method gets stuck, as with slack lines, the bodies relax from the start without
+inertia: p' = Q / m with the inertia m of each coordinate, in implicit steps 1/u that grow as the
+loads fall (pseudo-transient continuation, Kelley & Keyes 1998, SIAM J. Numer. Anal. 35).
+
 Constraints J q' = 0 other than friction hold with reactions: N^T Q = 0 in the directions N that
 they allow, and K = -d(Q + J^T lambda)/dq with the reactions lambda at that position. Steps
 integrate q' = N p, so that every position satisfies the constraints.
@@ -44,6 +48,9 @@ from hydrosim.stepping.dynamics import (
 from hydrosim.stepping.state import State
 
 ITERATIONS = 100
+RELAXATIONS = 300
+MAX_RELAXATION = 1.0  # m, rad: longest step of a relaxation
+RATE_CHANGES = (0.2, 2.0)  # of u, from one relaxation to the next
 SMALL = 1e-5  # m, rad: of the central differences
 WIDE = 1e-3  # of those of fourth order
 ENOUGH = 1e-9  # of the weight: residual below which the scene is at rest
@@ -203,19 +210,17 @@ def equilibrium(
     Raises InputError with the residual loads if there is no equilibrium in the other directions.
     """
     loads = _Loads(model, state, time)
-    q = state.y[: model.bodies.active.size].copy()
-    here = loads.at(q)
-    now = held
-    for _ in range(ITERATIONS):
+    start = state.y[: model.bodies.active.size]
+    first_modes = state.modes.copy()
+    for approach in (_newton, _relaxed):
+        state.modes[:] = first_modes
+        q = approach(start.copy(), loads, 1e-3 * ENOUGH * weight, held)
+        here = loads.at(q)
         now = loads.held(q, held)
-        if np.abs(now.felt(here)).max(initial=0.0) <= 1e-3 * ENOUGH * weight:
+        residual = float(np.abs(now.felt(here)).max(initial=0.0) / weight)
+        if residual <= ENOUGH:
             break
-        stiffness = now.loads @ loads.stiffness(q) @ now.moves
-        step = now.moves @ np.linalg.lstsq(stiffness, now.loads @ here, rcond=FLAT)[0]
-        q, here = _shortened(q, step, here, loads, now)
-    now = loads.held(q, held)
     drift = now.left @ here
-    residual = float(np.abs(now.felt(here)).max(initial=0.0) / weight)
     if not residual <= ENOUGH:
         raise InputError(
             f"equilibrium at {time:g} s: none found; the smallest residual load is"
@@ -223,6 +228,39 @@ def equilibrium(
             " equilibrium (initial.position)."
         )
     return Rest(model, state._replace(y=_at(q, state, model)), time, residual, drift, now)
+
+
+def _newton(q: np.ndarray, loads: _Loads, enough: float, held: Held | None) -> np.ndarray:
+    """Position by Newton's method from ``q``, with loads below ``enough`` if it is found."""
+    here = loads.at(q)
+    for _ in range(ITERATIONS):
+        now = loads.held(q, held)
+        if np.abs(now.felt(here)).max(initial=0.0) <= enough:
+            break
+        stiffness = now.loads @ loads.stiffness(q) @ now.moves
+        step = now.moves @ np.linalg.lstsq(stiffness, now.loads @ here, rcond=FLAT)[0]
+        q, here = _shortened(q, step, here, loads, now)
+    return q
+
+
+def _relaxed(q: np.ndarray, loads: _Loads, enough: float, held: Held | None) -> np.ndarray:
+    """Position by relaxation from ``q``, with loads below ``enough`` if it is found."""
+    here = loads.at(q)
+    rate: Any = np.nan  # u [1/s^2]
+    for _ in range(RELAXATIONS):
+        now = loads.held(q, held)
+        if np.abs(now.felt(here)).max(initial=0.0) <= enough:
+            break
+        stiffness = (now.moves.T @ loads.stiffness(q)) @ now.moves
+        pull = now.moves.T @ now.felt(here)
+        if np.isnan(rate):
+            rate = np.linalg.norm(stiffness, 2)
+        step = now.moves @ np.linalg.solve(stiffness + rate * np.eye(len(pull)), pull)
+        q = loads.move(q, step / max(np.abs(step).max() / MAX_RELAXATION, 1.0))
+        here = loads.at(q)
+        change = np.linalg.norm(now.moves.T @ now.felt(here)) / np.linalg.norm(pull)
+        rate *= np.clip(change, *RATE_CHANGES) if change <= 1.0 else RATE_CHANGES[1]
+    return q
 
 
 def stiffness_of(rest: Rest, rows: Sequence[int], step: float = WIDE) -> np.ndarray:

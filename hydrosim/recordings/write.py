@@ -12,11 +12,11 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
+import scipy
 import xarray as xr
-from scipy.interpolate import CubicSpline
 
 from hydrosim.documents.series import select
-from hydrosim.documents.text import Source, escaped
+from hydrosim.documents.text import Source, escape_unprintable
 from hydrosim.outputs import Output, as_output
 
 EXACT = 17  # significant digits that distinguish any two float64
@@ -42,20 +42,20 @@ def write_recording(
     time, rows = run.time.values, np.stack([values for values, _ in columns], axis=1)
     if step is not None:
         at = time[0] + step * np.arange(int((time[-1] - time[0]) / step * (1.0 + 1e-12)) + 1)
-        time, rows = at, CubicSpline(time, rows)(at)
-    names = ["time", *map(escaped, channels)]
+        time, rows = at, scipy.interpolate.CubicSpline(time, rows)(at)
+    names = ["time", *map(escape_unprintable, channels)]
     said = [unit for _, unit in columns]
     if shown is not None:
         rows = rows * np.array([shown(unit)[1] for unit in said])
         said = [shown(unit)[0] for unit in said]
-    units = [f"[{escaped(unit)}]" for unit in ("s", *said)]
+    units = [f"[{escape_unprintable(unit)}]" for unit in ("s", *said)]
     kept = "SI and radians" if shown is None else "units of the case"
     number = digits + 7  # sign, point and exponent are 7 at most
     widths = [
         GAP + max(number, len(name), len(unit)) for name, unit in zip(names, units, strict=True)
     ]
     heading = [
-        f"# {escaped(str(run.attrs.get('title', '')))}".rstrip(),
+        f"# {escape_unprintable(str(run.attrs.get('title', '')))}".rstrip(),
         f"# {output.mark}; {kept}; {digits} significant digits",
         *("".join(map(str.rjust, row, widths)) for row in (names, units)),
     ]

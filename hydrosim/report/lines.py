@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
+import scipy
 import xarray as xr
-from scipy.spatial.transform import Rotation
 
 from hydrosim.dofs import about_z
 from hydrosim.forces.kind import elements_of
@@ -65,7 +65,7 @@ def _placed(frames: xr.Dataset, scene: Scene) -> Iterator[Mapping[str, Placed]]:
         yield {
             body.name: Placed(
                 rest[b] + now[b, :3],
-                Rotation.from_euler(
+                scipy.spatial.transform.Rotation.from_euler(
                     "ZYX", [now[b, 5] + body.heading, now[b, 4], now[b, 3]]
                 ).as_matrix(),
             )

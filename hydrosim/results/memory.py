@@ -24,7 +24,7 @@ ROWS = ("double integral", "integral", "velocity before", "velocity")
 NODE = ("double integral", "integral", "velocity", "acceleration")
 SHORTEST = 1e-6  # of a step of the grid: smaller distances from a point of the grid count as zero
 
-MEMORY = "memory_"
+MEMORY_PREFIX = "memory_"
 """Begins the names of all that a run keeps of a convolution."""
 
 

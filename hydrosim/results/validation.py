@@ -25,7 +25,7 @@ MAX_NUMBER = 1e100
 REMEDY = "The file was changed after it was written: make the result again."
 DESIGN = "design"
 FUNCTION_STATES = "external_states"
-MOVING = ("position", "velocity")
+MOVING = {"position", "velocity"}
 """Variables of a run that are known at every recorded time."""
 
 
@@ -62,6 +62,8 @@ def _wrong_units(run: xr.Dataset) -> Iterator[str]:
 
 
 def _wrong_time(run: xr.Dataset) -> Iterator[str]:
+    if "time" not in run.variables:
+        return
     time = run["time"].values
     if time.dtype.kind not in "fiu":
         yield f"time: found {time.dtype}; expected seconds"
@@ -73,24 +75,23 @@ def _wrong_time(run: xr.Dataset) -> Iterator[str]:
 
 
 def _wrong_numbers(run: xr.Dataset) -> Iterator[str]:
-    for name, variable in run.variables.items():
-        values = variable.values
-        if values.dtype.kind != "f":
-            continue
+    """Motions that are not known at every time, or not finite when they are squared."""
+    for name in run.variables.keys() & MOVING:
+        values = run[name].values
         finite = np.isfinite(values)
-        if name in MOVING and not finite.all():
+        if not finite.all():
             yield f"{name}: found {np.count_nonzero(~finite)} values that are no numbers"
-        elif np.abs(values, where=finite, out=np.zeros(values.shape)).max(initial=0.0) > MAX_NUMBER:
+        elif np.abs(values).max(initial=0.0) > MAX_NUMBER:
             yield f"{name}: found a value above {MAX_NUMBER:g}; expected one that can be squared"
 
 
-def _is_texts(value: object) -> bool:
+def _is_texts(value: Any) -> bool:
     return isinstance(value, dict) and all(isinstance(text, str) for text in value.values())
 
 
-def _is_units(value: object) -> bool:
+def _is_units(value: Any) -> bool:
     """Whether all units are known."""
-    if not isinstance(value, dict) or not _is_texts(value) or not {*value} <= {*BASES}:
+    if not _is_texts(value) or not {*value} <= {*BASES}:
         return False
     try:
         units = Units(value)
@@ -99,27 +100,23 @@ def _is_units(value: object) -> bool:
         return False
 
 
-def _is_mapping(value: object) -> bool:
-    return isinstance(value, dict)
+def _is_mapping(value: Any, *keys: str) -> bool:
+    return isinstance(value, dict) and {*keys} <= {*value}
 
 
-def _is_design(value: object) -> bool:
-    if not isinstance(value, dict) or not isinstance(value.get("figures"), list):
+def _is_design(value: Any) -> bool:
+    if not _is_mapping(value, "figures", "plans") or not isinstance(value["figures"], list):
         return False
-    plans = value.get("plans")
-    return isinstance(plans, dict) and all(
-        isinstance(plan, dict) and {"design", "parameters", "samples"} <= {*plan}
-        for plan in plans.values()
-    )
+    plans = value["plans"]
+    keys = ("design", "parameters", "samples")
+    return _is_mapping(plans) and all(_is_mapping(plan, *keys) for plan in plans.values())
 
 
-def _is_criteria(value: object) -> bool:
-    return isinstance(value, list) and all(
-        isinstance(each, dict) and {"name", "limit"} <= {*each} for each in value
-    )
+def _is_criteria(value: Any) -> bool:
+    return isinstance(value, list) and all(_is_mapping(each, "name", "limit") for each in value)
 
 
-JSON_ATTRIBUTES: Mapping[str, tuple[str, Callable[[object], bool]]] = {
+JSON_ATTRIBUTES: Mapping[str, tuple[str, Callable[[Any], bool]]] = {
     ATTRIBUTE: ("units by their SI unit, as JSON", _is_units),
     TITLE_BLOCK: ("texts by their names, as JSON", _is_texts),
     CRITERIA: ("a list of criteria, as JSON", _is_criteria),

@@ -60,7 +60,7 @@ from hydrosim.scene.radiation import (
     StateSpaceRadiation,
 )
 from hydrosim.scene.scene import (
-    LeftOut,
+    OmittedEntry,
     Question,
     Scene,
     Start,
@@ -139,12 +139,12 @@ __all__ = [
     "JointType",
     "Jonswap",
     "Kinematics",
-    "LeftOut",
     "LevelReached",
     "LinearScenes",
     "Method",
     "OchiHubble",
     "OchiHubblePeak",
+    "OmittedEntry",
     "Place",
     "Plan",
     "Pump",

@@ -51,7 +51,7 @@ class Question(StrEnum):
     FILES = "files"
 
 
-class LeftOut(NamedTuple):
+class OmittedEntry(NamedTuple):
     """What a file of another program says and the scene has not: the ``question`` that it is asked
     by, what was ``found``, what ``becomes`` of it, and ``advice`` (whole sentences). It is
     ``refused`` unless the question is accepted, or else told. ``key`` of the case has the file."""

@@ -20,7 +20,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 from scipy.special import owens_t
 
 LOWEST = 0.5  # lower bound of levels
@@ -73,4 +73,6 @@ def _steepness(rate: float, at: float) -> float:
     """The a for which a process rises above a level at this rate."""
     if not 2.0 * owens_t(at, STEEP) > rate:
         return STEEP
-    return float(brentq(lambda a: 2.0 * owens_t(at, a) - rate, 0.0, STEEP, rtol=1e-12))
+    return float(
+        scipy.optimize.brentq(lambda a: 2.0 * owens_t(at, a) - rate, 0.0, STEEP, rtol=1e-12)
+    )

@@ -8,7 +8,7 @@ from collections.abc import Hashable, Iterator, Mapping
 
 import xarray as xr
 
-from hydrosim.documents.text import escaped
+from hydrosim.documents.text import escape_unprintable
 from hydrosim.presentation.units import Units, units_of
 from hydrosim.statistics import effects
 from hydrosim.statistics.criteria import Judged, judge_plan
@@ -39,13 +39,13 @@ def as_csv(runs: xr.Dataset) -> str:
     table = csv.writer(text, lineterminator="\n")
     heads = (_head(name, plan, units) for name, plan in names.items())
     table.writerow(
-        ["study", *map(escaped, heads), "figure", "unit", *COLUMNS, *EXTREMES, *CRITERIA]
+        ["study", *map(escape_unprintable, heads), "figure", "unit", *COLUMNS, *EXTREMES, *CRITERIA]
     )
     for plan, row in each:
         cells = _cells(plan, row, list(names), units)
         found = judged.get(_key(plan, row.figure, row.values))
         row_cells = [*cells, *_criterion(found, units)]
-        table.writerow([escaped(x) if isinstance(x, str) else x for x in row_cells])
+        table.writerow([escape_unprintable(x) if isinstance(x, str) else x for x in row_cells])
     return text.getvalue()
 
 

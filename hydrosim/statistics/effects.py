@@ -25,9 +25,8 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
+import scipy
 import xarray as xr
-from scipy.stats import sobol_indices, spearmanr
-from scipy.stats import t as student
 
 from hydrosim.errors import InputError
 from hydrosim.presentation.units import CYCLES
@@ -154,7 +153,7 @@ def spread(values: np.ndarray, lowest: float = -np.inf) -> Spread:
 
 def _student(x: np.ndarray) -> float:
     """Standard deviation (n,) times Student's t."""
-    return float(student.ppf(0.5 + 0.5 * INTERVAL, x.size - 1) * x.std(ddof=1))
+    return float(scipy.stats.t.ppf(0.5 + 0.5 * INTERVAL, x.size - 1) * x.std(ddof=1))
 
 
 def _of_another(x: np.ndarray) -> tuple[float, float]:
@@ -252,7 +251,7 @@ def indices(plan: Plan) -> Iterator[Index]:
             "f_B": values[None, n : 2 * n],
             "f_AB": values[2 * n :].reshape(d, 1, n),
         }
-        found = sobol_indices(func=sets, n=n)
+        found = scipy.stats.sobol_indices(func=sets, n=n)
         sure = found.bootstrap(INTERVAL)
         for k, parameter in enumerate(plan.parameters):
             first, total = (
@@ -276,4 +275,4 @@ def correlations(plan: Plan) -> Iterator[tuple[str, str, float]]:
         known = np.isfinite(y)
         for parameter in plan.parameters:
             x = plan.runs[plan.axis(parameter)].values
-            yield figure, parameter, float(spearmanr(x[known], y[known]).statistic)
+            yield figure, parameter, float(scipy.stats.spearmanr(x[known], y[known]).statistic)

@@ -21,7 +21,7 @@ from collections.abc import Sequence
 from math import exp, expm1, log, pi, sqrt
 from typing import NamedTuple
 
-from scipy.optimize import brentq
+import scipy
 
 LEVELS = (1e-2, 1e2)  # standard deviations between which a level is searched
 
@@ -50,7 +50,7 @@ class Excursions(NamedTuple):
         def excess(level: float) -> float:
             return self.log_inside([level]) - log(probability)
 
-        return float(brentq(excess, *LEVELS, xtol=1e-12))
+        return float(scipy.optimize.brentq(excess, *LEVELS, xtol=1e-12))
 
 
 def find_excursions(m0: float, m1: float, m2: float, duration: float) -> Excursions:

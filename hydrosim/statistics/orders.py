@@ -11,7 +11,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import quantile_test
+import scipy
 
 from hydrosim.statistics.gumbel import INTERVAL
 
@@ -41,7 +41,7 @@ def find_prediction(values: np.ndarray) -> Held:
 def find_confidence(values: np.ndarray, probability: float) -> tuple[float, float]:
     """Confidence interval of a quantile: the value below which another one is with a
     ``probability``. An end is infinite if there are too few values for it."""
-    found = quantile_test(values, p=probability).confidence_interval(INTERVAL)
+    found = scipy.stats.quantile_test(values, p=probability).confidence_interval(INTERVAL)
     low = -np.inf if np.isnan(found.low) else float(found.low)
     high = np.inf if np.isnan(found.high) else float(found.high)
     return low, high

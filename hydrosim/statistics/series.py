@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from scipy.linalg import solve_toeplitz
-from scipy.signal import lfilter
 
 SMOOTHED = 4  # neighbours in the spectrum
 BINS = 1024  # of a series whose slow parts are computed
@@ -45,7 +45,7 @@ def prediction_errors(x: np.ndarray) -> tuple[np.ndarray, int]:
     covariance = np.fft.irfft(power)[: PREDICTED_BY + 1]
     covariance[0] *= 1.0 + NOISE
     weights = solve_toeplitz(covariance[:-1], covariance[1:])
-    errors = lfilter(np.concatenate([[1.0], -weights]), 1.0, z)
+    errors = scipy.signal.lfilter(np.concatenate([[1.0], -weights]), 1.0, z)
     errors[:PREDICTED_BY] = 0.0
     return np.asarray(errors), stride
 

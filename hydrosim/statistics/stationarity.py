@@ -10,8 +10,7 @@ logarithm of the variance of short intervals, which is nearly normal.
 from __future__ import annotations
 
 import numpy as np
-from scipy.stats import f as fisher
-from scipy.stats import ttest_ind
+import scipy
 
 from hydrosim.statistics.series import binned, prediction_errors, slow_parts
 
@@ -44,7 +43,9 @@ def begins_larger(x: np.ndarray, independent: float) -> bool:
         first = variance[: variance.size // part]
         if first.size < FEWEST or not np.ptp(first) > ALIKE:
             continue
-        found = ttest_ind(first, variance[first.size :], equal_var=False, alternative="greater")
+        found = scipy.stats.ttest_ind(
+            first, variance[first.size :], equal_var=False, alternative="greater"
+        )
         if found.pvalue < LARGER:
             return True
     return False
@@ -76,4 +77,4 @@ def _is_larger(first: np.ndarray, rest: np.ndarray) -> bool:
     """Whether the mean of the first squares is larger than that of the rest, by Fisher's test."""
     if rest.size == 0:
         return False
-    return bool(first.mean() > fisher.isf(ALARM, first.size, rest.size) * rest.mean())
+    return bool(first.mean() > scipy.stats.f.isf(ALARM, first.size, rest.size) * rest.mean())

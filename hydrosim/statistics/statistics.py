@@ -11,9 +11,9 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import scipy
 import xarray as xr
 from numpy.lib.stride_tricks import sliding_window_view
-from scipy import signal
 
 from hydrosim.documents.series import APART
 from hydrosim.results.assembled import assembled
@@ -323,8 +323,8 @@ def _spectrum(x: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
     by half are detrended and tapered, and their spectra are averaged."""
     size = max(2 * x.shape[-1] // (SEGMENTS + 1), 2)
     segments = sliding_window_view(x, size, axis=-1)[..., :: size - size // 2, :]
-    straight = signal.detrend(segments, type="linear")
-    frequency, density = signal.periodogram(straight, 1.0 / step, "hann", detrend=False)
+    straight = scipy.signal.detrend(segments, type="linear")
+    frequency, density = scipy.signal.periodogram(straight, 1.0 / step, "hann", detrend=False)
     return 2.0 * np.pi * frequency, density.mean(axis=-2) / (2.0 * np.pi)
 
 

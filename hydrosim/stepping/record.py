@@ -13,6 +13,7 @@ from hydrosim.forces.kind import RecordedStates
 from hydrosim.jit.kernels import assign, kernel, root
 from hydrosim.rigid.kinematics import accelerations
 from hydrosim.rigid.tree import record_angles
+from hydrosim.stepping.clock import Clock
 from hydrosim.stepping.dynamics import Model, momentum, rhs, stored_energies
 from hydrosim.stepping.joint_loads import find_joint_loads
 from hydrosim.stepping.state import (
@@ -20,7 +21,6 @@ from hydrosim.stepping.state import (
     EVENTS,
     RECORDS,
     START_SLOPE,
-    Clock,
     Places,
     Record,
 )

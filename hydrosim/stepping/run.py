@@ -11,12 +11,12 @@ import numpy as np
 
 from hydrosim.forces import events
 from hydrosim.integrate import error_norm, step_factor
-from hydrosim.jit.kernels import assign, kernel, root, root_giving, summing
+from hydrosim.jit.kernels import assign, clear, kernel, root, root_giving, summing
 from hydrosim.radiation.history import count_anew, drop, push
 from hydrosim.rigid.heading import accelerations_along
 from hydrosim.rigid.kinematics import accelerations, place_bodies
 from hydrosim.rigid.tree import rechart
-from hydrosim.stepping.breakpoints import STEP_ROUNDING, TIME_ROUNDING
+from hydrosim.stepping.clock import STEP_ROUNDING, TIME_ROUNDING
 from hydrosim.stepping.closing import keep_closed
 from hydrosim.stepping.crossing import cut, make_consistent, note_headings, switch_modes
 from hydrosim.stepping.dynamics import may_hold, project_velocities, update_contents
@@ -239,20 +239,13 @@ def _watch(t, run):
     pace = run.scratch.pace
     if t - pace[SINCE] > run.clock.solver_step:
         pace[SINCE] = t
-        clear_counts(run.scratch.switches)
+        clear(run.scratch.switches)
         counters[EVENTS_THEN] = counters[EVENTS]
         counters[STEPS_THEN] = counters[STEPS] + counters[REJECTED]
     if counters[EVENTS] - counters[EVENTS_THEN] > PIECES * (1 + run.state.modes.shape[0]):
         counters[STATUS] = CHATTERING
     if counters[STEPS] + counters[REJECTED] - counters[STEPS_THEN] > CRAWL:
         counters[STATUS] = STEP_TOO_SMALL
-
-
-@kernel
-def clear_counts(counts):
-    """Set all ``counts`` to zero."""
-    for i in range(counts.size):
-        counts[i] = 0
 
 
 @root_giving(bool, float, bool)

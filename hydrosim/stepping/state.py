@@ -10,10 +10,10 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.forces import events, new_modes
-from hydrosim.integrate import Control, Method, Newton, Tableau
+from hydrosim.integrate import Method, Newton, Tableau
 from hydrosim.modes import MARGINS
 from hydrosim.radiation.history import VelocityHistory
-from hydrosim.stepping.breakpoints import align_corners, merge_breakpoints
+from hydrosim.stepping.clock import Clock, align_corners, merge_breakpoints
 from hydrosim.stepping.dynamics import Model, Work, dynamic_states, new_work, radiation_filters
 
 RUNNING, NOT_FINITE, CAPSIZED, CHATTERING, STEP_TOO_SMALL, NO_SOLUTION, BLOWN_UP = range(7)
@@ -51,33 +51,6 @@ class State(NamedTuple):
     y: np.ndarray
     modes: np.ndarray
     history: VelocityHistory
-
-
-class Clock(NamedTuple):
-    """Grid of ``points`` steps up to ``end`` [s]; every ``every``-th and the last are recorded. It
-    begins ``first`` steps after ``start``, so that a restart uses the grid of the run before it. A
-    slow path in waves is renewed every ``block`` steps, if that is not 0. No step may cross the
-    ``breakpoints``; ``events`` false lets steps run past events. No step is longer than
-    ``signal_step`` [s], or than ``held_step`` [s] while a unit holds still until its load reaches a
-    limit; both are infinite if no load has a rate.
-
-    With adaptive ``control`` the grid is that of the records, and steps are shorter: they begin
-    with the ``solver_step`` [s].
-    """
-
-    start: float
-    first: int
-    step: float
-    end: float
-    points: int
-    every: int
-    block: int
-    breakpoints: np.ndarray
-    events: bool
-    signal_step: float
-    held_step: float
-    control: Control
-    solver_step: float
 
 
 class Places(NamedTuple):

@@ -10,12 +10,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import inf, nan
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.case.lines.chains import mooring_lines, read_system, water_of
+from hydrosim.case.lines.chains import mooring_lines, water_of
 from hydrosim.compiling.refusals import STRAINED
 from hydrosim.documents.text import Source
 from hydrosim.forces.line.hang import find_touch
@@ -162,12 +161,6 @@ def lines_of_case(compiled: Compiled) -> list[StillLine]:
         )
         for line in found
     ]
-
-
-def lines_of_file(file: Path) -> list[StillLine]:
-    """The lines in a file of MoorDyn or MoorPy, with the vessel where the file has it. Raises
-    InputError."""
-    return lines_of_system(read_system(Source(file)))
 
 
 def lines_of_system(system: System) -> list[StillLine]:

@@ -20,7 +20,7 @@ from hydrosim.documents.text import Source
 from hydrosim.errors import InputError
 from hydrosim.evidence import Feature, Kind
 from hydrosim.forces.line.catenary import Catenary
-from hydrosim.studies.line import lines_of_file
+from hydrosim.studies.line import lines_of_system
 
 SEMI_TAUT = unpacked("lines/semi_taut.txt")
 TYPES = """\
@@ -156,7 +156,7 @@ def test_formats(tmp_path: Path, text: str, name: str) -> None:
 
 def test_equilibrium_of_moorpy(validated: Callable[..., None]) -> None:
     """Lines in series: MoorPy 1.3.0 finds the free points of its own file by iteration."""
-    found = {line.name: line.pull() for line in lines_of_file(SEMI_TAUT)}
+    found = {line.name: line.pull() for line in lines_of_system(read_system(Source(SEMI_TAUT)))}
     error = max(
         max(abs(found[name].H / H - 1.0), abs(found[name].V / V - 1.0))
         for name, H, V in (
@@ -171,7 +171,7 @@ def test_equilibrium_of_moorpy(validated: Callable[..., None]) -> None:
 
 def test_chain_of_moordyn() -> None:
     """A chain in water 50 m deep: 991.6 kN at the fairlead by OrcaFlex, without friction."""
-    (line,) = lines_of_file(unpacked("lines/chain_50m.txt"))
+    (line,) = lines_of_system(read_system(Source(unpacked("lines/chain_50m.txt"))))
     assert line.friction == 0.5
     pull = replace(line, friction=0.0).pull()
     assert np.hypot(pull.H, pull.V) == pytest.approx(991.6e3, rel=0.015)

@@ -138,7 +138,6 @@ def test_duration_counts_where_nothing_restores_a_motion() -> None:
         for each, in_plane in ((scene, False), (hour, False), (hour, True))
     )
     assert len(plane.scene.bodies[0].dofs) < len(long.scene.bodies[0].dofs)
-    assert [each.growth for each in (short, long, plane)] == [1.0, pytest.approx(6.0**1.5), 1.0]
     tolerances = [each.scene.solver.tolerance.relative for each in (short, long, plane)]
     assert tolerances == pytest.approx([1e-6, 1e-6 / 6.0**1.5, 1e-6])
 

@@ -13,7 +13,7 @@ from scipy.interpolate import CubicSpline
 
 import hydrosim as hs
 from hydrosim.compiling.compile import compile_scene
-from hydrosim.compiling.load_rates import MAX_PHASE, held_step, signal_step
+from hydrosim.compiling.load_rates import MAX_PHASE_RAD, held_step, signal_step
 from hydrosim.forces import (
     AppliedForce,
     External,
@@ -33,7 +33,7 @@ from hydrosim.streams.gusts import gust_components
 from hydrosim.streams.wind import mean_wind
 
 SPHERE = Path(__file__).parents[2] / "cases" / "sphere"
-MISSED = 3.3e-5  # of the amplitude: MAX_PHASE^4 / 1944
+MISSED = 3.3e-5  # of the amplitude: MAX_PHASE_RAD^4 / 1944
 TIME = np.linspace(0.0, 30.0, 301)
 
 
@@ -67,8 +67,8 @@ def test_the_rate_of_a_signal_is_that_of_its_sine(signal: Signal, rate: float) -
 def test_only_signals_that_limits_depend_on_shorten_every_step() -> None:
     sine = Harmonic(1.0, 2.0, mean=3.0)
     assert signal_step(pushed(sine)) == inf
-    assert signal_step(pressed(sine)) == pytest.approx(MAX_PHASE / pi)
-    assert held_step(compile_scene(pushed(sine))) == pytest.approx(MAX_PHASE / pi)
+    assert signal_step(pressed(sine)) == pytest.approx(MAX_PHASE_RAD / pi)
+    assert held_step(compile_scene(pushed(sine))) == pytest.approx(MAX_PHASE_RAD / pi)
     assert held_step(compile_scene(pushed(constant(1.0)))) == inf
 
 
@@ -76,7 +76,7 @@ def test_equal_steps_without_events_are_those_of_the_scene() -> None:
     sine = Harmonic(1.0, 2.0)
     assert held_step(compile_scene(pushed(sine, events=False))) == inf
     adaptive = pushed(sine, events=False, method=Method.DOPRI5)
-    assert held_step(compile_scene(adaptive)) == pytest.approx(MAX_PHASE / pi)
+    assert held_step(compile_scene(adaptive)) == pytest.approx(MAX_PHASE_RAD / pi)
 
 
 def test_a_function_of_the_user_is_asked_at_the_step_of_the_solver() -> None:

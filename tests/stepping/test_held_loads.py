@@ -128,6 +128,14 @@ def largest_error(found: np.ndarray, exact: np.ndarray, size: float) -> float:
     return float(np.abs(found - exact).max() / size)
 
 
+def sliding_error(run: xr.Dataset, period: float, excess: float) -> float:
+    """Largest error of a run of `slider`, whose every change of mode is an event."""
+    exact, changes = slid(period, excess * STATIC, run.time.values)
+    fine, _ = slid(period, excess * STATIC, np.linspace(0.0, period, 1001))
+    assert run.attrs["solver_events"] == changes
+    return largest_error(surge(run), exact, np.ptp(fine))
+
+
 @pytest.mark.parametrize("output_step", OUTPUT_STEPS)
 @pytest.mark.parametrize("excess", EXCESS)
 @pytest.mark.parametrize("period", few(PERIODS, 5))
@@ -136,11 +144,8 @@ def test_dry_friction_of_a_joint_gives_way_at_every_peak(
 ) -> None:
     duration = duration_of(period, output_step)
     run = hs.simulate(slider(Harmonic(excess * STATIC, period), duration, output_step, **ACCURATE))
-    exact, changes = slid(period, excess * STATIC, run.time.values)
-    fine, _ = slid(period, excess * STATIC, np.linspace(0.0, period, 1001))
-    error = largest_error(surge(run), exact, np.ptp(fine))
+    error = sliding_error(run, period, excess)
     figure("error", error)
-    assert run.attrs["solver_events"] == changes
     assert error <= ACCURACY
 
 
@@ -155,11 +160,8 @@ def test_a_fixed_step_meets_every_peak(
     settings = {"method": Method.RK4, "step": 0.1}
     force = Harmonic(excess * STATIC, period)
     run = hs.simulate(slider(force, duration_of(period, output_step), output_step, **settings))
-    exact, changes = slid(period, excess * STATIC, run.time.values)
-    fine, _ = slid(period, excess * STATIC, np.linspace(0.0, period, 1001))
-    error = largest_error(surge(run), exact, np.ptp(fine))
+    error = sliding_error(run, period, excess)
     figure("error", error)
-    assert run.attrs["solver_events"] == changes
     assert error <= (2.0 * np.pi * 0.1 / period) ** 4 / 150.0
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from math import cos, isfinite, sin
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, cast
@@ -20,7 +20,7 @@ from hydrosim.documents.text import Source
 
 if TYPE_CHECKING:
     from hydrosim.forces.line.catenary import Catenary as Built
-    from hydrosim.scene import ForceElement, LeftOut
+    from hydrosim.scene import ForceElement
 
 NEARLY = 1e-6  # m: depths that are the same
 
@@ -60,13 +60,14 @@ class Lines(Breaking):
         """The elements of the scene by name: that of this element, and that of the line."""
         name = where.key.removeprefix("forces.")
         system = read_system(self.source(where))
-        found: dict[str, Built] = {}
-        for key, line in self.read_lines(system, where, vessel).items():
-            placed = line.placed(Where(f"forces.{name}_{key}", where.path, where.water))
-            found[f"{name}_{key}"] = cast("Built", placed)
-        first = next(iter(found))
-        found[first] = replace(found[first], left_out=_located(system.left_out, where))
-        return {**found}
+        elements = {
+            f"{name}_{key}": line.placed(Where(f"forces.{name}_{key}", where.path, where.water))
+            for key, line in self.read_lines(system, where, vessel).items()
+        }
+        left_out = tuple(each._replace(key=f"{where.key}.file") for each in system.left_out)
+        first, line = next(iter(elements.items()))
+        elements[first] = replace(cast("Built", line), left_out=left_out)
+        return elements
 
     def read_lines(self, system: System, where: Where, vessel: Vessel) -> dict[str, Catenary]:
         """The lines of the ``system`` in the file, by their names there. Raises InputError for a
@@ -103,11 +104,6 @@ class Lines(Breaking):
             active=self.active,
             when=self.when,
         )
-
-
-def _located(left_out: Sequence[LeftOut], where: Where) -> tuple[LeftOut, ...]:
-    """What a file says and its lines have not, with the key of the case that names the file."""
-    return tuple(each._replace(key=f"{where.key}.file") for each in left_out)
 
 
 def earth_place(place: tuple[float, ...], vessel: Vessel) -> tuple[float, ...]:

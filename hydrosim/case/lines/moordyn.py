@@ -19,48 +19,28 @@ from math import cos, radians, sin
 
 import numpy as np
 
+from hydrosim.case.lines import quantities
 from hydrosim.case.lines.options import read_options
 from hydrosim.case.lines.sections import (
     WITHOUT_TABLE,
-    Rows,
-    Section,
+    FileSection,
+    SectionTable,
     read_sections,
-    table_of,
+    read_table,
 )
-from hydrosim.case.lines.system import (
-    ANY_FORCE,
-    AXIAL_STIFFNESS,
-    BENDING_STIFFNESS,
-    DIAMETER,
-    DRAG_COEFFICIENT,
-    LENGTH,
-    MASS,
-    MASS_PER_LENGTH,
-    PLACE,
-    VOLUME,
-    Held,
-    LeftOut,
-    LineType,
-    Piece,
-    Place,
-    Point,
-    System,
-    left_out_bending,
-    left_out_body,
-)
+from hydrosim.case.lines.system import Held, LineType, Piece, Place, Point, System
 from hydrosim.documents.text import Source
-from hydrosim.documents.units import Quantity
+from hydrosim.scene import OmittedEntry, Question
 
-ANGLE_DEG = Quantity("angle in degrees", "", "90")
-NEEDED = {"types": "LINE TYPES", "points": "POINTS", "lines": "LINES"}
+REQUIRED_SECTIONS = {"types": "LINE TYPES", "points": "POINTS", "lines": "LINES"}
 WORDS = {  # what holds a point, by what its type begins with
     **dict.fromkeys(("fix", "anch", "ground"), Held.EARTH),
     **dict.fromkeys(("vess", "fair", "coupl", "cpld", "body", "turb"), Held.BODY),
     **dict.fromkeys(("con", "free", "point"), Held.LINES),
 }
-PLACE_OF_BODY = ("x", "y", "z", "r", "p", "y")
+BODY_COLUMN_INITIALS = ("x", "y", "z", "r", "p", "y")
 """What the names of the columns of a body begin with, from the third on: places and angles."""
-REFUSED = {
+REFUSED_SECTIONS = {
     "rods": "found a rod; expected lines and points alone; model it as a body of the case",
     "failures": "found a failure; expected none; the case has breaks_at for its lines",
     "control": "found lines under control; expected none; the case has winches",
@@ -75,7 +55,7 @@ MAP_REMEDY = (
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class FileBody:
     """A body of a file in a ``line``: what holds its points, its ``place`` (3,) [m] and its
     ``rotation`` (3, 3); whether it is ``free``, so that it has a mass there."""
 
@@ -86,22 +66,25 @@ class Body:
     line: int
 
 
+Bodies = Mapping[str, FileBody]
+
+
 def read_moordyn(source: Source) -> System:
     """The mooring system of a file. Raises InputError with the line of what is wrong."""
     sections = read_sections(source)
-    for kind, what in NEEDED.items():
+    for kind, what in REQUIRED_SECTIONS.items():
         if kind not in sections:
             source.wrong(f"found no section {what}; expected an input file of MoorDyn or MoorPy")
     _refuse_map(source, sections)
     tables = {
-        kind: table_of(source, section)
+        kind: read_table(source, section)
         for kind, section in sections.items()
         if section.kind not in WITHOUT_TABLE
     }
     _refuse_sections(source, sections, tables)
-    options = read_options(source, sections.get("options", Section("options", "", 0)))
-    bodies = dict(_bodies(tables["bodies"])) if "bodies" in tables else None
-    bending = tuple(_bending(tables["types"]))
+    options = read_options(source, sections.get("options", FileSection("options", "", 0)))
+    bodies = dict(_read_bodies(tables["bodies"])) if "bodies" in tables else None
+    bending = tuple(_find_bending(tables["types"]))
     return System(
         source.file,
         _types(tables["types"]),
@@ -115,7 +98,7 @@ def read_moordyn(source: Source) -> System:
     )
 
 
-def _refuse_map(source: Source, sections: Mapping[str, Section]) -> None:
+def _refuse_map(source: Source, sections: Mapping[str, FileSection]) -> None:
     """Refuse an input file of MAP++, from which MoorDyn's format comes."""
     rows = [
         (line, words)
@@ -138,38 +121,45 @@ def _refuse_map(source: Source, sections: Mapping[str, Section]) -> None:
 
 
 def _refuse_sections(
-    source: Source, sections: Mapping[str, Section], tables: Mapping[str, Rows]
+    source: Source, sections: Mapping[str, FileSection], tables: Mapping[str, SectionTable]
 ) -> None:
     """Refuse what no `catenary` can be."""
     for kind, rows in tables.items():
         line = next(iter(rows.rows), None)
-        if kind in REFUSED and line is not None:
-            source.wrong(REFUSED[kind], line)
+        if kind in REFUSED_SECTIONS and line is not None:
+            source.wrong(REFUSED_SECTIONS[kind], line)
         if not sections[kind].kind and line is not None:
             text = f"found entries in {rows.title}; expected none; hydrosim does not know it"
             source.wrong(text, line)
 
 
-def _types(rows: Rows) -> dict[str, LineType]:
+def _types(rows: SectionTable) -> dict[str, LineType]:
     """Types of lines by name."""
-    diameter, mass, stiffness = (rows.required(w) for w in ("diameter", "mass", "stiffness"))
+    diameter, mass, stiffness = (rows.required_column(w) for w in ("diameter", "mass", "stiffness"))
     found: dict[str, LineType] = {}
     for line, words in rows:
         _refuse_repeated(rows.source, found, words[0], "line type", line)
         found[words[0]] = LineType(
-            rows.number(line, words, diameter, DIAMETER, "the diameter"),
-            rows.number(line, words, mass, MASS_PER_LENGTH, "the mass per length"),
-            rows.number(line, words, stiffness, AXIAL_STIFFNESS, "EA"),
-            rows.optional(line, words, "drag", DRAG_COEFFICIENT),
+            rows.number(line, words, diameter, quantities.DIAMETER, "the diameter"),
+            rows.number(line, words, mass, quantities.MASS_PER_LENGTH, "the mass per length"),
+            rows.number(line, words, stiffness, quantities.AXIAL_STIFFNESS, "EA"),
+            rows.optional_number(line, words, "drag", quantities.DRAG_COEFFICIENT),
         )
     return found
 
 
-def _bending(rows: Rows) -> Iterator[LeftOut]:
+def _find_bending(rows: SectionTable) -> Iterator[OmittedEntry]:
     for line, words in rows:
-        stiffness = rows.optional(line, words, "bending", BENDING_STIFFNESS)
+        stiffness = rows.optional_number(line, words, "bending", quantities.BENDING_STIFFNESS)
         if stiffness > 0.0:
-            yield left_out_bending(stiffness, words[0], f"line {line}")
+            yield OmittedEntry(
+                Question.BENDING,
+                f"EI of {stiffness:g} N m^2 for {words[0]} in line {line}",
+                "lines in static balance have no bending stiffness here",
+                "The shape is wrong near ends and touch-down, within some sqrt(EI / tension) of"
+                " them.",
+                refused=True,
+            )
 
 
 def _refuse_repeated(
@@ -179,21 +169,21 @@ def _refuse_repeated(
         source.wrong(f"found {what} {name} twice; expected each once", line)
 
 
-def _bodies(rows: Rows) -> Iterator[tuple[str, Body]]:
+def _read_bodies(rows: SectionTable) -> Iterator[tuple[str, FileBody]]:
     """Bodies by number."""
     names = rows.names[2:8]
-    if len(rows.rows) > 0 and [name[:1] for name in names] != list(PLACE_OF_BODY):
+    if len(rows.rows) > 0 and [name[:1] for name in names] != list(BODY_COLUMN_INITIALS):
         expected = "ID, Attachment, X0, Y0, Z0, r0, p0, y0"
         rows.source.wrong(f"{rows.title}: found {' '.join(rows.names)}; expected {expected}")
-    seen: dict[str, Body] = {}
+    seen: dict[str, FileBody] = {}
     for line, words in rows:
         kind = words[1].lower()
         held = _held(kind)
         if held is None or "pin" in kind:
             text = f"found a body that is {words[1]}; expected coupled, fixed or free"
             rows.source.wrong(f"{text}; model its joint in the case", line)
-        place = [rows.number(line, words, c, PLACE) for c in (2, 3, 4)]
-        angles = [rows.number(line, words, c, ANGLE_DEG) for c in (5, 6, 7)]
+        place = [rows.number(line, words, c, quantities.PLACE) for c in (2, 3, 4)]
+        angles = [rows.number(line, words, c, quantities.ANGLE_DEG) for c in (5, 6, 7)]
         if np.count_nonzero(angles) > 1:
             text = "found rotations about several axes; expected one of r0, p0, y0"
             rows.source.wrong(f"{text}: MoorDyn and MoorPy differ in their order", line)
@@ -201,14 +191,19 @@ def _bodies(rows: Rows) -> Iterator[tuple[str, Body]]:
         _refuse_repeated(rows.source, seen, number, "body", line)
         fixed = held is Held.EARTH
         own = held if fixed else Held.BODY
-        seen[number] = Body(own, np.array(place), _rotation(angles), held is Held.LINES, line)
+        seen[number] = FileBody(own, np.array(place), _rotation(angles), held is Held.LINES, line)
         yield number, seen[number]
 
 
-def _free_bodies(bodies: Mapping[str, Body]) -> Iterator[LeftOut]:
+def _free_bodies(bodies: Bodies) -> Iterator[OmittedEntry]:
     for number, body in bodies.items():
         if body.free:
-            yield left_out_body(number, body.line)
+            yield OmittedEntry(
+                Question.FILES,
+                f"the free body {number} in line {body.line}",
+                "its mass and its loads are left out",
+                "The body of the case has its place, with its own mass and buoyancy.",
+            )
 
 
 def _rotation(angles: Sequence[float]) -> np.ndarray:
@@ -221,28 +216,29 @@ def _rotation(angles: Sequence[float]) -> np.ndarray:
     return matrix
 
 
-def _points(rows: Rows, depth: float | None, bodies: Mapping[str, Body] | None) -> dict[str, Point]:
+def _points(rows: SectionTable, depth: float | None, bodies: Bodies | None) -> dict[str, Point]:
     """Points by number."""
-    columns = [rows.required(name) for name in "xyz"]
+    columns = [rows.required_column(name) for name in "xyz"]
     found: dict[str, Point] = {}
     for line, words in rows:
         for name in ("fx", "fy", "fz"):
-            if rows.optional(line, words, name, ANY_FORCE) != 0.0:
+            if rows.optional_number(line, words, name, quantities.ANY_FORCE) != 0.0:
                 text = f"found a force on point {words[0]}; expected 0"
                 rows.source.wrong(f"{text}; give mass and volume, or a load in the case", line)
         if words[columns[2]].lower() == "seabed" and depth is not None:
             words[columns[2]] = str(-depth)
-        x, y, z = (rows.number(line, words, c, PLACE) for c in columns)
+        x, y, z = (rows.number(line, words, c, quantities.PLACE) for c in columns)
         number = _identity(rows.source, line, words[0])
         _refuse_repeated(rows.source, found, number, "point", line)
-        held, body, place = _hold(rows.source, line, words[1], (x, y, z), bodies)
-        mass = rows.optional(line, words, "mass", MASS)
-        found[number] = Point(held, place, mass, rows.optional(line, words, "volume", VOLUME), body)
+        held, body, place = _locate_point(rows.source, line, words[1], (x, y, z), bodies)
+        mass = rows.optional_number(line, words, "mass", quantities.MASS)
+        volume = rows.optional_number(line, words, "volume", quantities.VOLUME)
+        found[number] = Point(held, place, mass, volume, body)
     return found
 
 
-def _hold(
-    source: Source, line: int, kind: str, place: Place, bodies: Mapping[str, Body] | None
+def _locate_point(
+    source: Source, line: int, kind: str, place: Place, bodies: Bodies | None
 ) -> tuple[Held, str, Place]:
     """What holds a point, the name of the body that does so, and its place in the axes of the file.
     A body that the file does not list has its own axes there."""
@@ -267,15 +263,15 @@ def _held(kind: str) -> Held | None:
     return next((held for word, held in WORDS.items() if kind.startswith(word)), None)
 
 
-def _pieces(rows: Rows) -> dict[str, Piece]:
+def _pieces(rows: SectionTable) -> dict[str, Piece]:
     """Lines by number."""
-    first, second, length = (rows.required(what) for what in ("first", "second", "length"))
+    first, second, length = (rows.required_column(what) for what in ("first", "second", "length"))
     found: dict[str, Piece] = {}
     for line, words in rows:
         ends = tuple(_identity(rows.source, line, words[c]) for c in (first, second))
         _refuse_repeated(rows.source, found, words[0], "line", line)
         size = rows.number(
-            line, words, length, LENGTH, f"the unstretched length of line {words[0]}"
+            line, words, length, quantities.LENGTH, f"the unstretched length of line {words[0]}"
         )
         found[words[0]] = Piece(words[1], (ends[0], ends[1]), size)
     return found

@@ -12,31 +12,15 @@ from typing import Any, NoReturn
 
 from yaml.nodes import Node
 
+from hydrosim.case.lines import quantities
 from hydrosim.case.lines.sections import read_number
-from hydrosim.case.lines.system import (
-    AXIAL_STIFFNESS,
-    DENSITY,
-    DEPTH,
-    DIAMETER,
-    DRAG_COEFFICIENT,
-    LENGTH,
-    MASS,
-    MASS_PER_LENGTH,
-    PLACE,
-    VOLUME,
-    Held,
-    LeftOut,
-    LineType,
-    Piece,
-    Point,
-    System,
-    left_out_key,
-)
+from hydrosim.case.lines.system import Held, LineType, Piece, Point, System
 from hydrosim.documents.nodes import compose, locate, plain
 from hydrosim.documents.text import Source
 from hydrosim.documents.units import Quantity, shown
+from hydrosim.scene import OmittedEntry, Question
 
-NEEDED = ("line_types", "points", "lines")
+REQUIRED_KEYS = ("line_types", "points", "lines")
 HELD = (  # what holds a point, by what its type contains; the first that does so counts
     ("anch", Held.EARTH),
     ("fix", Held.EARTH),
@@ -47,8 +31,8 @@ HELD = (  # what holds a point, by what its type contains; the first that does s
     ("con", Held.LINES),
     ("free", Held.LINES),
 )
-KNOWN = {  # keys that are read, or that a line in static balance does not have
-    "": {*NEEDED, "water_depth", "rho", "water_density", "bodies", "anchor_types", "name"},
+KNOWN_KEYS = {  # keys that are read, or that a line in static balance does not have
+    "": {*REQUIRED_KEYS, "water_depth", "rho", "water_density", "bodies", "anchor_types", "name"},
     "line_types": {
         *("name", "diameter", "mass_density", "stiffness", "transverse_drag", "material"),
         *("breaking_load", "cost", "tangential_drag"),
@@ -57,10 +41,11 @@ KNOWN = {  # keys that are read, or that a line in static balance does not have
     "points": {"name", "type", "location", "mass", "volume", "anchor_type"},
     "lines": {"name", "endA", "endB", "type", "lineType", "length"},
 }
+UNKNOWN_KEY = "No key of this name is known here; see that the line is as you mean it."
 
 
 @dataclass(frozen=True)
-class Entry:
+class MappingEntry:
     """A mapping of a file: its ``values``, the ``keys`` that lead to it from the ``node`` of the
     file."""
 
@@ -74,7 +59,7 @@ class Entry:
         name, mark = locate(self.node, (*self.keys, *keys))
         self.source.wrong(f"{name}: {text}" if name else text, mark.line + 1)
 
-    def of(self, *keys: str) -> Any:
+    def find_value(self, *keys: str) -> Any:
         """The value of the first of these keys that is there."""
         for key in keys:
             if self.values.get(key) is not None:
@@ -82,50 +67,51 @@ class Entry:
         found = ", ".join(key for key, value in self.values.items() if value is not None)
         self.refuse(f"found {found or 'nothing'}; expected a value of {keys[0]} too")
 
-    def text(self, *keys: str) -> str:
+    def read_name(self, *keys: str) -> str:
         """A name: a text or a number."""
-        value = self.of(*keys)
+        value = self.find_value(*keys)
         if isinstance(value, bool) or not isinstance(value, str | int | float):
             self.refuse(f"found {shown(value)}; expected a name", keys[0])
         return str(value)
 
     def number(self, key: str, quantity: Quantity) -> float:
         """A number that must be there."""
-        return self._number(self.of(key), quantity, key)
+        return self._number(self.find_value(key), quantity, key)
 
-    def optional(self, key: str, quantity: Quantity) -> float | None:
+    def optional_number(self, key: str, quantity: Quantity) -> float | None:
         """A number that may be missing."""
         value = self.values.get(key)
         return None if value is None else self._number(value, quantity, key)
 
     def place(self, key: str) -> tuple[float, float, float]:
         """Three coordinates."""
-        value = self.of(key)
+        value = self.find_value(key)
         if not isinstance(value, list) or len(value) != 3:
             self.refuse(f"found {shown(value)}; expected three coordinates", key)
-        x, y, z = (self._number(each, PLACE, key, k) for k, each in enumerate(value))
+        x, y, z = (self._number(each, quantities.PLACE, key, k) for k, each in enumerate(value))
         return x, y, z
 
     def _number(self, value: object, quantity: Quantity, *keys: str | int) -> float:
         name, mark = locate(self.node, (*self.keys, *keys))
         return read_number(self.source, mark.line + 1, value, quantity, name)
 
-    def listed(self, key: str) -> Iterator[Entry]:
+    def entries(self, key: str) -> Iterator[MappingEntry]:
         """The mappings in a list."""
-        value = self.of(key)
+        value = self.find_value(key)
         if not isinstance(value, list):
             self.refuse(f"found {shown(value)}; expected a list", key)
         for k, each in enumerate(value):
             if not isinstance(each, Mapping):
                 self.refuse(f"found {shown(each)}; expected a mapping", key, k)
-            yield Entry(self.source, self.node, (*self.keys, key, k), each)
+            yield MappingEntry(self.source, self.node, (*self.keys, key, k), each)
 
-    def unknown(self, kind: str) -> Iterator[LeftOut]:
+    def unknown_keys(self, kind: str) -> Iterator[OmittedEntry]:
         """Keys that are not read."""
         for key in self.values:
-            if key not in KNOWN[kind]:
+            if key not in KNOWN_KEYS[kind]:
                 name, mark = locate(self.node, (*self.keys, key))
-                yield left_out_key(name, mark.line + 1)
+                found = f"the key {name} in line {mark.line + 1}"
+                yield OmittedEntry(Question.FILES, found, "it is left out", UNKNOWN_KEY)
 
 
 def is_moorpy(values: object) -> bool:
@@ -133,7 +119,7 @@ def is_moorpy(values: object) -> bool:
     if not isinstance(values, Mapping):
         return False
     return any(
-        isinstance(each, Mapping) and {*NEEDED} <= {*each}
+        isinstance(each, Mapping) and {*REQUIRED_KEYS} <= {*each}
         for each in (values, values.get("mooring"))
     )
 
@@ -148,70 +134,74 @@ def read_moorpy(source: Source) -> System:
     node = compose(text, str(source.file))
     values = plain(node) if node else None
     if node is None or not isinstance(values, Mapping) or not is_moorpy(values):
-        source.wrong(
-            f"found no keys {', '.join(NEEDED[:-1])} and {NEEDED[-1]}; expected a system of MoorPy"
-        )
-    if {*NEEDED} <= {*values}:
-        return _system(Entry(source, node, (), values))
-    return _system(Entry(source, node, ("mooring",), values["mooring"]))
+        keys = f"{', '.join(REQUIRED_KEYS[:-1])} and {REQUIRED_KEYS[-1]}"
+        source.wrong(f"found no keys {keys}; expected a system of MoorPy")
+    if {*REQUIRED_KEYS} <= {*values}:
+        return _system(MappingEntry(source, node, (), values))
+    return _system(MappingEntry(source, node, ("mooring",), values["mooring"]))
 
 
-def _system(system: Entry) -> System:
+def _system(system: MappingEntry) -> System:
     if system.values.get("bodies"):
         text = "found bodies; expected points of type fairlead; bodies are in the case"
         system.refuse(text, "bodies")
-    parts = {kind: list(system.listed(kind)) for kind in NEEDED}
-    unknown = [*system.unknown("")]
-    unknown += [each for kind, of in parts.items() for entry in of for each in entry.unknown(kind)]
-    density = system.optional("rho", DENSITY)
+    parts = {kind: list(system.entries(kind)) for kind in REQUIRED_KEYS}
+    unknown = [*system.unknown_keys("")]
+    for kind, entries in parts.items():
+        for entry in entries:
+            unknown += entry.unknown_keys(kind)
+    density = system.optional_number("rho", quantities.DENSITY)
+    if density is None:
+        density = system.optional_number("water_density", quantities.DENSITY)
     lines = {str(entry.values.get("name", k)): entry for k, entry in enumerate(parts["lines"], 1)}
     if len(lines) < len(parts["lines"]):
         system.refuse("found one name of two lines; expected each once", "lines")
     return System(
         system.source.file,
-        {name: _type(entry) for name, entry in _named(parts["line_types"])},
-        {name: _point(entry) for name, entry in _named(parts["points"])},
+        {name: _type(entry) for name, entry in _named_entries(parts["line_types"])},
+        {name: _point(entry) for name, entry in _named_entries(parts["points"])},
         {name: _piece(entry) for name, entry in lines.items()},
-        density=system.optional("water_density", DENSITY) if density is None else density,
-        depth=system.optional("water_depth", DEPTH),
+        density=density,
+        depth=system.optional_number("water_depth", quantities.DEPTH),
         left_out=tuple(unknown),
     )
 
 
-def _named(parts: list[Entry]) -> Iterator[tuple[str, Entry]]:
+def _named_entries(parts: list[MappingEntry]) -> Iterator[tuple[str, MappingEntry]]:
     """Each with its name, which no other may have."""
     seen = set()
     for entry in parts:
-        name = entry.text("name")
+        name = entry.read_name("name")
         if name in seen:
             entry.refuse(f"found {name} twice; expected each name once", "name")
         seen.add(name)
         yield name, entry
 
 
-def _type(entry: Entry) -> LineType:
+def _type(entry: MappingEntry) -> LineType:
     return LineType(
-        entry.number("diameter", DIAMETER),
-        entry.number("mass_density", MASS_PER_LENGTH),
-        entry.number("stiffness", AXIAL_STIFFNESS),
-        entry.optional("transverse_drag", DRAG_COEFFICIENT) or 0.0,
+        entry.number("diameter", quantities.DIAMETER),
+        entry.number("mass_density", quantities.MASS_PER_LENGTH),
+        entry.number("stiffness", quantities.AXIAL_STIFFNESS),
+        entry.optional_number("transverse_drag", quantities.DRAG_COEFFICIENT) or 0.0,
     )
 
 
-def _point(entry: Entry) -> Point:
-    kind = entry.text("type").lower()
+def _point(entry: MappingEntry) -> Point:
+    kind = entry.read_name("type").lower()
     held = next((held for word, held in HELD if word in kind), None)
     if held is None:
         entry.refuse(f"found {shown(kind)}; expected fixed, fairlead or free", "type")
     return Point(
         held,
         entry.place("location"),
-        entry.optional("mass", MASS) or 0.0,
-        entry.optional("volume", VOLUME) or 0.0,
+        entry.optional_number("mass", quantities.MASS) or 0.0,
+        entry.optional_number("volume", quantities.VOLUME) or 0.0,
         kind if "body" in kind else "",
     )
 
 
-def _piece(entry: Entry) -> Piece:
-    ends = (entry.text("endA"), entry.text("endB"))
-    return Piece(entry.text("type", "lineType"), ends, entry.number("length", LENGTH))
+def _piece(entry: MappingEntry) -> Piece:
+    ends = (entry.read_name("endA"), entry.read_name("endB"))
+    kind = entry.read_name("type", "lineType")
+    return Piece(kind, ends, entry.number("length", quantities.LENGTH))

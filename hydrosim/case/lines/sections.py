@@ -18,7 +18,7 @@ from hydrosim.documents.nodes import joined
 from hydrosim.documents.text import Source
 from hydrosim.documents.units import Quantity, shown
 
-SECTIONS = {  # what the title of a section holds; the first that does so counts
+SECTION_TITLES = {  # what the title of a section holds; the first that does so counts
     "front": "INPUT FILE",
     "end": "NEED THIS LINE|^END",
     "rod types": "ROD DICTIONARY|ROD TYPE",
@@ -35,7 +35,7 @@ SECTIONS = {  # what the title of a section holds; the first that does so counts
     "lines": "LINES|LINE LIST|LINE PROPERTIES",
 }
 WITHOUT_TABLE = ("front", "end", "options", "outputs")
-COLUMNS = {  # names of columns, or their beginnings
+COLUMN_NAMES = {  # names of columns, or their beginnings
     "diameter": ("diam", "d"),
     "mass": ("mass", "m"),
     "stiffness": ("ea",),
@@ -52,11 +52,11 @@ COLUMNS = {  # names of columns, or their beginnings
     "fy": ("fy",),
     "fz": ("fz",),
 }
-OPTIONAL = ("cl", "df", "cf")
+OPTIONAL_COLUMNS = ("cl", "df", "cf")
 """Columns that a row may lack: of vibration by vortices."""
-LETTERS = ("output", "flag")
+OUTPUT_COLUMNS = ("output", "flag")
 """Parts of the name of a column with letters for outputs, which a row may lack."""
-REMARKS = ("!", "#", "%")
+REMARK_MARKS = ("!", "#", "%")
 MAX_FILE_BYTES = 5_000_000
 """Size of a file; one of 1000 lines has a twentieth of it."""
 MIN_NUMBERS_OF_DATA = 2
@@ -64,7 +64,7 @@ MIN_NUMBERS_OF_DATA = 2
 
 
 @dataclass(frozen=True)
-class Section:
+class FileSection:
     """A section: its ``kind`` ("" if unknown), its ``title`` in ``line``, and the words of its
     lines by number."""
 
@@ -75,7 +75,7 @@ class Section:
 
 
 @dataclass(frozen=True)
-class Rows:
+class SectionTable:
     """The table of a section: ``names`` of columns in small letters, and words by line."""
 
     source: Source
@@ -87,18 +87,18 @@ class Rows:
         return iter(self.rows.items())
 
     def column(self, what: str) -> int | None:
-        """Number of a column of `COLUMNS`; None if there is none."""
-        for begins in COLUMNS[what]:
+        """Number of a column of `COLUMN_NAMES`; None if there is none."""
+        for begins in COLUMN_NAMES[what]:
             for i, name in enumerate(self.names):
                 if name == begins or (len(begins) > 2 and name.startswith(begins)):
                     return i
         return None
 
-    def required(self, what: str) -> int:
+    def required_column(self, what: str) -> int:
         """Number of a column that must be there."""
         column = self.column(what)
         if column is None:
-            expected = " or ".join(name.upper() for name in COLUMNS[what])
+            expected = " or ".join(name.upper() for name in COLUMN_NAMES[what])
             found = " ".join(self.names) or "no columns"
             self.source.wrong(f"{self.title}: found {found}; expected a column {expected}")
         return column
@@ -112,18 +112,18 @@ class Rows:
             self.source.wrong(text, line)
         return read_number(self.source, line, words[column].split("|")[0], quantity, what)
 
-    def optional(
-        self, line: int, words: Sequence[str], what: str, quantity: Quantity, absent: float = 0.0
+    def optional_number(
+        self, line: int, words: Sequence[str], what: str, quantity: Quantity
     ) -> float:
-        """The number in a column that a file may lack."""
+        """The number in a column, 0 in a file that lacks it."""
         column = self.column(what)
-        return absent if column is None else self.number(line, words, column, quantity)
+        return 0.0 if column is None else self.number(line, words, column, quantity)
 
 
-def read_sections(source: Source) -> dict[str, Section]:
+def read_sections(source: Source) -> dict[str, FileSection]:
     """The sections of a file by their kind, with those that are not known by their titles. What is
     behind the end of the file is left out. Raises InputError for two sections of a kind."""
-    found: dict[str, Section] = {}
+    found: dict[str, FileSection] = {}
     for section in _sections(source):
         if section.kind == "end":
             break
@@ -138,7 +138,7 @@ def read_sections(source: Source) -> dict[str, Section]:
     return found
 
 
-def _sections(source: Source) -> Iterator[Section]:
+def _sections(source: Source) -> Iterator[FileSection]:
     """The sections in their order; lines before the first one are remarks."""
     section = None
     for number, line in enumerate(_lines(source), 1):
@@ -147,8 +147,8 @@ def _sections(source: Source) -> Iterator[Section]:
                 yield section
             title = line.strip("- \t\r\n")
             kind = _kind_of(title)
-            section = Section("front" if section is None and not kind else kind, title, number)
-        elif section is not None and line.split() and not line.lstrip().startswith(REMARKS):
+            section = FileSection("front" if section is None and not kind else kind, title, number)
+        elif section is not None and line.split() and not line.lstrip().startswith(REMARK_MARKS):
             section.rows[number] = line.split()
     if section is not None:
         yield section
@@ -166,10 +166,10 @@ def _lines(source: Source) -> list[str]:
 
 def _kind_of(title: str) -> str:
     words = re.sub(r"[^A-Z ]+", "  ", title.upper()).strip()
-    return next((kind for kind, names in SECTIONS.items() if re.search(names, words)), "")
+    return next((kind for kind, names in SECTION_TITLES.items() if re.search(names, words)), "")
 
 
-def table_of(source: Source, section: Section) -> Rows:
+def read_table(source: Source, section: FileSection) -> SectionTable:
     """The table of a section. Raises InputError if its count is not that of its rows, if a line of
     heading is missing, or if a row has fewer words than columns."""
     rows = {**section.rows}
@@ -180,11 +180,11 @@ def table_of(source: Source, section: Section) -> Rows:
     if sum(map(_is_number, units)) >= MIN_NUMBERS_OF_DATA:
         line = [*section.rows][2 if count is not None else 1]
         source.wrong("found numbers; expected the units of the columns", line)
-    whole = [name for name in names if name not in OPTIONAL]
-    whole = [name for name in whole if not any(part in name for part in LETTERS)]
+    whole = [name for name in names if name not in OPTIONAL_COLUMNS]
+    whole = [name for name in whole if not any(part in name for part in OUTPUT_COLUMNS)]
     data: dict[int, list[str]] = {}
     for line, words in rows.items():
-        remark = next((k for k, word in enumerate(words) if word.startswith(REMARKS)), None)
+        remark = next((k for k, word in enumerate(words) if word.startswith(REMARK_MARKS)), None)
         data[line] = words[:remark]
         if len(data[line]) < len(whole):
             text = f"found {len(data[line])} values under {len(names)} names of columns"
@@ -194,7 +194,7 @@ def table_of(source: Source, section: Section) -> Rows:
             f"{section.title}: found {len(data)} rows and the count {count}; expected the same",
             next(iter(section.rows)),
         )
-    return Rows(source, section.title, names, data)
+    return SectionTable(source, section.title, names, data)
 
 
 def _take_count(rows: dict[int, list[str]]) -> int | None:

@@ -7,23 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 
-from hydrosim.documents.units import Quantity
-from hydrosim.scene import LeftOut, Question
-
-DIAMETER = Quantity("diameter", "m", "0.1", at_least=0)
-MASS_PER_LENGTH = Quantity("mass per length", "kg/m", "150", at_least=0)
-AXIAL_STIFFNESS = Quantity("axial stiffness EA", "N", "1e8", above=0)
-BENDING_STIFFNESS = Quantity("bending stiffness", "N*m^2", "0", at_least=0)
-DRAG_COEFFICIENT = Quantity("drag coefficient", "", "1.2", at_least=0)
-MASS = Quantity("mass", "kg", "0", at_least=0)
-VOLUME = Quantity("volume", "m^3", "0", at_least=0)
-PLACE = Quantity("coordinate", "m", "-150")
-LENGTH = Quantity("length", "m", "300", above=0)
-ANY_FORCE = Quantity("force", "N", "0")
-DENSITY = Quantity("density", "kg/m^3", "1025", above=0)
-GRAVITY = Quantity("acceleration", "m/s^2", "9.81", above=0)
-DEPTH = Quantity("depth", "m", "150", above=0)
-FRICTION = Quantity("coefficient of friction", "", "0.5", at_least=0, at_most=3)
+from hydrosim.scene import OmittedEntry
 
 MAX_SEGMENTS = 100
 """Segments of one line. With 300 the touch-down passes more of their ends in a step than a run
@@ -86,7 +70,7 @@ class System:
     gravity: float | None = None
     depth: float | None = None
     friction: float = 0.0
-    left_out: tuple[LeftOut, ...] = ()
+    left_out: tuple[OmittedEntry, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -110,34 +94,3 @@ class MooringLine:
     fairlead: tuple[float, float, float]
     anchor: tuple[float, float, float]
     segments: Sequence[Segment]
-
-
-def left_out_bending(stiffness: float, name: str, place: str) -> LeftOut:
-    """The bending stiffness [N m^2] of a type of line."""
-    return LeftOut(
-        Question.BENDING,
-        f"EI of {stiffness:g} N m^2 for {name} in {place}",
-        "lines in static balance have no bending stiffness here",
-        "The shape is wrong near ends and touch-down, within some sqrt(EI / tension) of them.",
-        refused=True,
-    )
-
-
-def left_out_option(name: str, value: str, line: int, advice: str) -> LeftOut:
-    """An option of a file."""
-    found = f"the option {name} {value}".strip()
-    return LeftOut(Question.FILES, f"{found} in line {line}", "it is left out", advice)
-
-
-def left_out_key(key: str, line: int) -> LeftOut:
-    """A key of a YAML file."""
-    advice = "No key of this name is known here; see that the line is as you mean it."
-    found = f"the key {key} in line {line}"
-    return LeftOut(Question.FILES, found, "it is left out", advice)
-
-
-def left_out_body(number: str, line: int) -> LeftOut:
-    """The mass and the loads of a free body, which the case has."""
-    found = f"the free body {number} in line {line}"
-    advice = "The body of the case has its place, with its own mass and buoyancy."
-    return LeftOut(Question.FILES, found, "its mass and its loads are left out", advice)

@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 from scipy.linalg import block_diag, eigh
 
 from hydrosim.database import database
@@ -94,8 +94,10 @@ def _coefficients(db: HydroDatabase | None) -> Matrices:
     if db is None:
         none = np.zeros((6, 6))
         return lambda w: (none, none)
-    A = CubicSpline(db.frequency, 0.5 * (db.added_mass + db.added_mass.transpose(0, 2, 1)))
-    B = CubicSpline(db.frequency, db.radiation_damping)
+    A = scipy.interpolate.CubicSpline(
+        db.frequency, 0.5 * (db.added_mass + db.added_mass.transpose(0, 2, 1))
+    )
+    B = scipy.interpolate.CubicSpline(db.frequency, db.radiation_damping)
     least, most = db.frequency[0], db.frequency[-1]
 
     def at(w: float) -> tuple[np.ndarray, np.ndarray]:

@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
+import scipy
 from scipy.linalg import block_diag
-from scipy.spatial import cKDTree
 
 from hydrosim.database.build import barge, mesh, sphere
 from hydrosim.database.build.assemble import Floating
@@ -121,7 +121,7 @@ def _together(panels: list[Panels], lids: list[Panels], halve: bool) -> tuple[Hu
         return Hull(every, lid, False, none, owner=tuple(owner.tolist())), False
     centres = mesh.centres(every)
     port = centres[:, 1] > 0
-    _, image = cKDTree(centres).query(centres[port] * [1, -1, 1])
+    _, image = scipy.spatial.cKDTree(centres).query(centres[port] * [1, -1, 1])
     both = np.concatenate([owner[port], owner[image]])
     lid = lid[mesh.centres(lid)[:, 1] > 0] if len(lid) else lid
     alike = bool((owner[port] == owner[image]).all())

@@ -12,7 +12,7 @@ from hydrosim.errors import InputError
 from hydrosim.outputs import Output, settings_text
 
 Progress = Callable[[int, int], None]
-MODULES = ("capytaine", "joblib")
+REQUIRED_MODULES = ("capytaine", "joblib")
 """What the extra bem installs."""
 
 
@@ -58,9 +58,9 @@ def build_database(
 
 def _require_modules() -> None:
     """Raises InputError that names all modules which are not installed."""
-    absent = [name for name in MODULES if find_spec(name) is None]
+    absent = [name for name in REQUIRED_MODULES if find_spec(name) is None]
     if absent:
         raise InputError(
             f"hydrosim db build: found no module {' and no '.join(absent)}; expected"
-            f" {' and '.join(MODULES)}. Install the extra: pip install 'hydrosim[bem]'."
+            f" {' and '.join(REQUIRED_MODULES)}. Install the extra: pip install 'hydrosim[bem]'."
         )

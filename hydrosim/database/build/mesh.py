@@ -7,7 +7,7 @@ from pathlib import Path
 
 import capytaine as cpt
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from hydrosim.database import hull
 from hydrosim.database.build.barge import Panels
@@ -47,7 +47,7 @@ def integrals(panels: Panels) -> Hydrostatics:
 def is_symmetric(panels: Panels) -> bool:
     """Whether every panel has its mirror image in y = 0."""
     middles = centres(panels)
-    apart, _ = cKDTree(middles).query(middles * [1, -1, 1])
+    apart, _ = scipy.spatial.cKDTree(middles).query(middles * [1, -1, 1])
     return bool(apart.max() < _SAME * np.ptp(middles, axis=0).max())
 
 

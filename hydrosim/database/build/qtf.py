@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from hydrosim.database import HydroDatabase, all_headings, needed
 from hydrosim.database.build.assemble import LATERAL
@@ -220,7 +220,9 @@ def _excitation(db: HydroDatabase, frequency: Real, direction: Real) -> Complex:
     full = all_headings(db)
     static = np.broadcast_to(needed(db, "hydrostatic_stiffness")[:, 2], full.excitation.shape[1:])
     knots = np.concatenate([[0.0], full.frequency])
-    X = CubicSpline(knots, np.concatenate([static[None], full.excitation]))(frequency)
+    X = scipy.interpolate.CubicSpline(knots, np.concatenate([static[None], full.excitation]))(
+        frequency
+    )
     start, count = full.heading[0], len(full.heading)
     turned = start + np.mod(direction - start, TURN)
     place = np.interp(turned, [*full.heading, start + TURN], np.arange(count + 1))

@@ -44,7 +44,7 @@ from hydrosim.jit.kernels import clear, kernel, root, root_giving
 from hydrosim.modes import MARGINS, MODE, RISING, SEGMENT, SEGMENT_MARGIN
 from hydrosim.rigid.kinematics import add_wrench, attachment, point_velocity
 from hydrosim.rigid.vectors import cross, dot, scale, sub, vector
-from hydrosim.scene import ForceElement, LeftOut
+from hydrosim.scene import ForceElement, OmittedEntry
 from hydrosim.streams.current import current_at, mean_current
 
 ACTING, GONE, LOST, TAUT = range(4)
@@ -91,7 +91,7 @@ class Catenary(Tie):
     anchor_body: str | None = None
     paid: Signal | None = None
     paying: int = STEADY
-    left_out: tuple[LeftOut, ...] = field(default=(), kw_only=True)
+    left_out: tuple[OmittedEntry, ...] = field(default=(), kw_only=True)
 
     def feels(self) -> Collection[str]:
         return ("current",) if np.any(self.drag_width) else ()

@@ -13,7 +13,7 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hydrosim.documents.text import escaped
+from hydrosim.documents.text import escape_unprintable
 
 if TYPE_CHECKING:
     from hydrosim.results.export.table import Table
@@ -24,7 +24,7 @@ FORMULA = re.compile(r"(^|[,;\t\r\n])(?=\s*[=+\-@＝＋－＠])")
 def write(table: Table, path: Path, mark: str) -> None:
     """Write the columns of a table as text."""
     with path.open("w", encoding="utf-8", newline="") as file:
-        file.write(f"# {escaped(mark)}\n")
+        file.write(f"# {escape_unprintable(mark)}\n")
         rows = csv.writer(file, lineterminator="\n")
         rows.writerow(["time", *(harmless(column.name) for column in table.columns)])
         rows.writerow(["s", *(harmless(column.unit) for column in table.columns)])
@@ -34,4 +34,4 @@ def write(table: Table, path: Path, mark: str) -> None:
 
 def harmless(text: str) -> str:
     """Text in one line that no spreadsheet takes for a formula."""
-    return escaped(FORMULA.sub(r"\1'", text))
+    return escape_unprintable(FORMULA.sub(r"\1'", text))

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 BINS = 200  # of a response spectrum
 EXPOSURE = 10800.0  # s
 MOTION = ("body", "dof")
-OF_RUNS = frozenset({Question.STEP, Question.RAMP, Question.FALL, Question.SPEED})
+QUESTIONS_OF_RUNS = frozenset({Question.STEP, Question.RAMP, Question.FALL, Question.SPEED})
 """Questions about a run over time."""
 ROUGH = 1e-3  # error of radiation above which RAOs may show it
 
@@ -99,7 +99,7 @@ def linear_analysis(scene: Scene, wanted: Wanted) -> xr.Dataset:
     )
     start = describe_start(scene, compiled.facts, compiled.state, compiled.sea, scene.duration)
     remarks = [
-        *describe_doubts(start, OF_RUNS),
+        *describe_doubts(start, QUESTIONS_OF_RUNS),
         *(text for group in compiled.wet for text in group.cut_lengths),
         *_rough_memory(compiled),
         *_unloaded(compiled),

@@ -20,7 +20,7 @@ from hydrosim.results.error_figures import (
     PARTED,
     RELATIVE,
 )
-from hydrosim.results.memory import MEMORY
+from hydrosim.results.memory import MEMORY_PREFIX
 from hydrosim.statistics.figures import Asked
 from hydrosim.statistics.results import Results
 from hydrosim.statistics.statistics import RECORDED, columns, of_contacts
@@ -29,14 +29,12 @@ if TYPE_CHECKING:
     from hydrosim.studies.many.form import Form
 
 COUNTS = ("solver_steps", "solver_events", "energy_residual_relative")
-OWN = {*COUNTS, "solver_rejected", "solver_evaluations", "wall_time", "seeds", "warnings"}
-OWN |= {RELATIVE, CONTACT_FORCE, PARTED, COMPANION, EVALUATIONS}
-OWN |= {
-    "status",
-    "status_message",
-    "format",
-    "date_created",
-}  # attributes of a run that are no attributes of the set
+PER_RUN_ATTRIBUTES = {
+    *(*COUNTS, "solver_rejected", "solver_evaluations", "wall_time", "seeds", "warnings"),
+    *(RELATIVE, CONTACT_FORCE, PARTED, COMPANION, EVALUATIONS),
+    *("status", "status_message", "format", "date_created"),
+}
+"""Attributes of a run that are no attributes of the set."""
 
 
 class Outcome(NamedTuple):
@@ -91,7 +89,7 @@ def digested(
     if variables:
         kept = xr.merge([run[variables], kept], join="outer", compat="equals")
     # adaptive runs end their last steps at different times
-    return kept.drop_vars([name for name in kept.coords if str(name).startswith(MEMORY)])
+    return kept.drop_vars([name for name in kept.coords if str(name).startswith(MEMORY_PREFIX)])
 
 
 def _chosen(run: xr.Dataset, patterns: Sequence[str], lenient: bool) -> list[str]:

@@ -14,7 +14,7 @@ from hydrosim.compiling.calm import in_waves
 from hydrosim.documents.places import locating
 from hydrosim.errors import HydrosimError, InputError
 from hydrosim.results.runs_file import COMPLETE, NOT_RUN
-from hydrosim.studies.many.outcome import OWN, Outcome
+from hydrosim.studies.many.outcome import PER_RUN_ATTRIBUTES, Outcome
 from hydrosim.studies.run.simulation import run_compiled
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ def outcome_of(work: Work | Exception, digest: Digest, stop: Stop) -> Outcome:
     status = str(run.attrs["status"])
     if status != COMPLETE:
         return Outcome(status)
-    common = {name: value for name, value in run.attrs.items() if name not in OWN}
+    common = {name: value for name, value in run.attrs.items() if name not in PER_RUN_ATTRIBUTES}
     try:
         found = digest(run)
     except InputError:

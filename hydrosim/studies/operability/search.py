@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import binom
+import scipy
 
 from hydrosim.errors import InputError
 
@@ -43,7 +43,7 @@ class Bound(NamedTuple):
 def fewest_seeds(probability: float) -> int:
     """How many seeds bound a limit from below with this confidence."""
     n = 1
-    while binom.ppf(0.5 * (1.0 - CONFIDENCE), n, 1.0 - probability) < 1:
+    while scipy.stats.binom.ppf(0.5 * (1.0 - CONFIDENCE), n, 1.0 - probability) < 1:
         n += 1
     return n
 
@@ -51,7 +51,7 @@ def fewest_seeds(probability: float) -> int:
 def allowed(count: int, probability: float) -> tuple[int, int, int]:
     """How many of so many seeds may fail: at the limit, and at the ends of its interval."""
     tail = 0.5 * (1.0 - CONFIDENCE)
-    low, high = binom.ppf([tail, 1.0 - tail], count, 1.0 - probability)
+    low, high = scipy.stats.binom.ppf([tail, 1.0 - tail], count, 1.0 - probability)
     if low < 1:
         raise InputError(
             f"seeds: found {count}; expected {fewest_seeds(probability)} or more. With fewer"

@@ -13,7 +13,7 @@ from math import inf, log, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from hydrosim.compiling.compile import Radiation, compile_for_linear
 from hydrosim.dofs import DOFS
@@ -102,4 +102,4 @@ def _deviation(rooms: list[float], motion: Excursions, probability: float) -> fl
     def excess(part: float) -> float:
         return motion.log_inside([each / (part * room) for each in rooms]) - log(probability)
 
-    return room * float(brentq(excess, *LEVELS, xtol=1e-12))
+    return room * float(scipy.optimize.brentq(excess, *LEVELS, xtol=1e-12))

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.documents.directions import check_spectral_units, goes_to, without_repeats
+from hydrosim.documents.directions import check_spectral_units, is_heading, without_repeats
 from hydrosim.documents.series import NETCDF
 from hydrosim.documents.text import (
     EPOCH,
@@ -200,7 +200,7 @@ def _converted(source: Source, values: xr.DataArray, what: str) -> np.ndarray:
         scale = factor(unit, UNITS[what])
     except ValueError as error:
         source.wrong(f"{values.name or what}: {error}; expected {USUAL[what]}")
-    going = what == "direction" and goes_to(source, str(values.name or what), values.attrs)
+    going = what == "direction" and is_heading(source, str(values.name or what), values.attrs)
     return np.asarray(values.values.astype(float) * scale + (np.pi if going else 0.0))
 
 

@@ -1,9 +1,8 @@
 """`method: automatic` keeps its tolerance: a run that misses it is made again.
 
-The tolerance of steps is reduced by as much as the measured error is too large. The run before is
-then the companion of the new one, unless the two have parted. All repeated runs together cost at
-most `MAX_COST` times the first run, or `FREE_EVALUATIONS` if that is more. A run that misses its
-accuracy even so says it.
+The tolerance of steps is reduced by as much as the measured error is too large. All repeated runs
+together cost at most `MAX_COST` times the first run, or `FREE_EVALUATIONS` if that is more. A run
+that misses its accuracy even so says it.
 """
 
 from __future__ import annotations
@@ -33,13 +32,11 @@ ERROR_MARGIN = 0.3
 """Error that a repeated run aims at, over the accuracy."""
 MAX_TIGHTENING = 1e-4
 """Smallest factor on the tolerance from one run to the next."""
-STILL_NEAR = 0.05
-"""Error relative to the range up to which a run can be the companion of the next."""
 
 Solve = Callable[["Compiled"], "Course"]
 """Runs a compiled scene to its end."""
-Measure = Callable[["Course", "Course | None"], "ErrorEstimate"]
-"""Measures the error of a course, against a companion or an earlier course with looser steps."""
+Measure = Callable[["Course"], "ErrorEstimate"]
+"""Measures the error of a course."""
 
 
 def repeat_until_accurate(
@@ -47,7 +44,7 @@ def repeat_until_accurate(
 ) -> tuple[Course, ErrorEstimate]:
     """The ``course`` and the estimate of its error if it keeps the accuracy of its scene, or if
     that has none; else those of a run that was made again."""
-    estimate = measure(course, None)
+    estimate = measure(course)
     accuracy = course.compiled.scene.solver.accuracy
     first = int(course.run.counters[EVALUATIONS])
     allowed = max(MAX_COST * first, FREE_EVALUATIONS)
@@ -66,7 +63,7 @@ def repeat_until_accurate(
             break
         allowed -= int(course.run.counters[EVALUATIONS])
         spent += cost
-        estimate = measure(course, earlier if estimate.relative < STILL_NEAR else None)
+        estimate = measure(course)
         spent += estimate.evaluations
         allowed -= estimate.evaluations
     return course, estimate._replace(evaluations=spent)

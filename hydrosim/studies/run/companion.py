@@ -26,6 +26,7 @@ from hydrosim.forces.contact.modes import OPEN
 from hydrosim.jit.refs import Held
 from hydrosim.modes import MODE
 from hydrosim.radiation.history import LONGEST_REMEMBERED
+from hydrosim.stepping.clock import Clock
 from hydrosim.stepping.record import new_record, unpack
 from hydrosim.stepping.run import advance
 from hydrosim.stepping.state import (
@@ -37,7 +38,6 @@ from hydrosim.stepping.state import (
     RUNNING,
     STATUS,
     STEPS,
-    Clock,
     Run,
     new_run,
 )

@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from hydrosim.compiling.calm import wave_load_error
 from hydrosim.dofs import DOFS
 from hydrosim.radiation.threads import one_thread
 from hydrosim.results.error_figures import REPORTED, ErrorEstimate
@@ -90,30 +91,13 @@ def estimate_error(compiled: Compiled, run: Run, watch: Watch | None = None) -> 
         distances = compare_motions(compiled.scene, run, companion.sampled(watch))
         evaluations += companion.evaluations
     share = error_share(compiled, run, companion)
-    beside = describe_companion(compiled, companion)
-    return _estimate(compiled, distances, share, beside, evaluations)
-
-
-def estimate_from_looser(compiled: Compiled, run: Run, looser: Run) -> ErrorEstimate:
-    """Error of a ``run`` by an adaptive method, against a ``looser`` one of the same scene."""
-    count = int(run.counters[RECORDS])
-    samples = SampledMotion(np.arange(count), *sampled_channels(looser, 0, count))
-    distances = compare_motions(compiled.scene, run, [samples])
-    share = adaptive_share(local_errors(looser), local_errors(run))
-    ratio = looser.clock.control.relative / run.clock.control.relative
-    beside = f"{compiled.method.name} with {ratio:.3g} times the tolerance"
-    return _estimate(compiled, distances, share, beside, 0)
-
-
-def _estimate(
-    compiled: Compiled, distances: Distances, share: float, beside: str, evaluations: int
-) -> ErrorEstimate:
-    """Estimate from the ``distances`` to a run that is described by ``beside``; their ratio to the
-    errors is the ``share``."""
     relative = errors_of_run(distances.time, distances.relative, share)
-    ratio = relative.max(initial=0.0) / max(distances.relative.max(initial=0.0), TINY)
-    errors = Distances(distances.time, relative, distances.largest * ratio, distances.force * ratio)
+    force = distances.force * _ratio(relative, distances.relative)
+    relative += wave_error(compiled)
+    largest = distances.largest * _ratio(relative, distances.relative)
+    errors = Distances(distances.time, relative, largest, force)
     parted = parting_time(errors.time, errors.relative)
+    beside = describe_companion(compiled, companion)
     return ErrorEstimate(
         errors.largest,
         float(relative.max(initial=0.0)),
@@ -123,6 +107,18 @@ def _estimate(
         evaluations,
         tuple(error_warnings(compiled, beside, errors, parted)),
     )
+
+
+def _ratio(errors: np.ndarray, distances: np.ndarray) -> float:
+    return float(errors.max(initial=0.0) / max(distances.max(initial=0.0), TINY))
+
+
+def wave_error(compiled: Compiled) -> float:
+    """Error of motions, relative to their range, by the table of waves along slow paths. A run
+    shares it with its companion."""
+    if not compiled.model.following.slow.any():
+        return 0.0
+    return wave_load_error(compiled.scene.solver)
 
 
 def compare_motions(scene: Scene, run: Run, pieces: Iterable[SampledMotion]) -> Distances:
@@ -196,12 +192,8 @@ def error_share(compiled: Compiled, run: Run, companion: Companion) -> float:
     """Ratio of the distance of a companion to the error of its run."""
     if not compiled.method.adapts:
         return float(abs(companion.stride.ratio**compiled.method.order - 1.0))
-    return adaptive_share(companion.local_errors, local_errors(run))
-
-
-def adaptive_share(theirs: float, ours: float) -> float:
-    """`error_share` of adaptive runs with these integrals of local errors."""
-    return max(abs(theirs / max(ours, TINY) - 1.0), MIN_SHARE)
+    looser = companion.local_errors / max(local_errors(run), TINY)
+    return max(abs(looser - 1.0), MIN_SHARE)
 
 
 def reported_error(scene: Scene) -> float:

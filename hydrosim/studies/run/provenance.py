@@ -18,10 +18,6 @@ if TYPE_CHECKING:
     from hydrosim.scene import Scene
 
 
-SEAS = "seas"
-"""The attribute with a line for each wave train."""
-
-
 def _longest_ramp(scene: Scene) -> float:
     """Time [s] over which waves and gusts grow."""
     water = scene.environment
@@ -52,7 +48,7 @@ def provenance(compiled: Compiled) -> dict[str, object]:
         "zero_by_symmetry": "\n".join(notes.zero) or None,
         **started_from(scene),
         HEADINGS: compiled.facts.headings if np.any(compiled.model.headings.stream) else None,
-        SEAS: "\n".join(notes.seas) or None,
+        "seas": "\n".join(notes.seas) or None,
         "records": "\n".join(notes.records) or None,
         "meetings": "\n".join(notes.meetings) or None,
         "line_drag": "\n".join(notes.drag) or None,

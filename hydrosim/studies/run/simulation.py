@@ -20,7 +20,7 @@ from hydrosim.studies.run.accuracy import repeat_until_accurate
 from hydrosim.studies.run.asked import check_criteria
 from hydrosim.studies.run.checkpoint import Checkpoint
 from hydrosim.studies.run.course import Course
-from hydrosim.studies.run.error_estimate import estimate_error, estimate_from_looser
+from hydrosim.studies.run.error_estimate import estimate_error
 from hydrosim.studies.run.functions import continued
 from hydrosim.studies.run.stages import complete
 from hydrosim.studies.run.step_limits import warned_of_steps
@@ -158,34 +158,25 @@ def run_compiled(
         if progress is not None:
             progress(course.time, course.steps)
 
-    def measure(course: Course, looser: Course | None) -> ErrorEstimate:
-        if looser is not None:
-            return estimate_from_looser(course.compiled, course.run, looser.run)
+    def measure(course: Course) -> ErrorEstimate:
         return estimate_error(course.compiled, course.run, watch)
 
     estimate = None
     try:
         advance(course)
-        if estimates and has_error_estimate(course):
+        if estimates and can_measure_error(course):
             if repeats:
                 course, estimate = repeat_until_accurate(course, solve, measure)
             else:
-                estimate = measure(course, None)
+                estimate = measure(course)
     except KeyboardInterrupt as interrupt:
         course.interrupt(interrupt)
     return course.dataset(estimate)
 
 
-def has_error_estimate(course: Course) -> bool:
+def can_measure_error(course: Course) -> bool:
     """True if the error of a course can be measured: it is complete and stepped, and no function is
     called once per step, which may remember."""
     compiled = course.compiled
     once = any(external.delayed for external in externals_of(compiled.scene.forces).values())
     return course.complete and not once and not compiled.facts.exact
-
-
-def dataset_of(course: Course, estimates: bool) -> xr.Dataset:
-    """The dataset of a course until now, which may go on; with ``estimates`` of its error."""
-    measured = estimates and has_error_estimate(course)
-    estimate = estimate_error(course.compiled, course.run) if measured else None
-    return course.dataset(estimate, last=False)

@@ -33,29 +33,32 @@ def warned_of_steps(compiled: Compiled) -> Compiled:
     if compiled.method.adapts or compiled.facts.exact:
         return compiled
     looked_at = scene_combinations(compiled)
-    limits = _limits_below(step, compiled, looked_at)
+    stable = smallest_step(looked_at, compiled.method)
+    limits = _limits_below(step, compiled, looked_at, stable)
     found = [limit.describe(step) for limit in limits]
     if not found and compiled.model.tanks.each.size:
         end = compiled.begin + scene.duration
         later = as_at(compiled, end)
-        limits = _limits_below(step, later, scene_combinations(later))
+        combinations = scene_combinations(later)
+        limits = _limits_below(step, later, combinations, smallest_step(combinations, later.method))
         now = f", with tanks as at the end, {end:g} s"
         found = [limit.describe(step) + now for limit in limits]
     if found and scene.solver.unstable == Unstable.ERROR:
         raise InputError(f"solver.step {step:g} s: {'. '.join(found)}. {_advice(scene, limits[0])}")
     return replace(
         compiled,
-        stable_step=smallest_step(looked_at, compiled.method),
+        stable_step=stable,
         step_warnings=tuple(f"solver.step {step:g} s: {text}" for text in found),
         vibrations=scene_vibrations(compiled, looked_at),
     )
 
 
-def _limits_below(step: float, compiled: Compiled, found: Sequence[Combination]) -> list[StepLimit]:
-    """Limits of a scene below this ``step``, for the combinations ``found``. Eigenvalues alone show
-    that most scenes have none. The names of limits need eigenvectors."""
-    method = compiled.method
-    if method.any_step or smallest_step(found, method) >= step:
+def _limits_below(
+    step: float, compiled: Compiled, found: Sequence[Combination], stable: float
+) -> list[StepLimit]:
+    """Limits of a scene below this ``step``, for the combinations ``found``. Their largest
+    ``stable`` step needs eigenvalues alone. Names of limits need eigenvectors."""
+    if compiled.method.any_step or stable >= step:
         return []
     return [limit for limit in scene_step_limits(compiled, found) if limit.step < step]
 

@@ -16,7 +16,7 @@ from math import floor, prod
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.stats import qmc
+import scipy
 
 from hydrosim.studies.study_file import Linked, Parameter, Plan, Range
 
@@ -113,9 +113,9 @@ def _samples(plan: Plan) -> np.ndarray:
     """Points (n, d) of the unit cube; for indices A, B, and A with each column of B."""
     count, d = int(plan.samples or 0), len(plan.parameters)
     if plan.design == "latin_hypercube":
-        return qmc.LatinHypercube(d, seed=plan.random).random(count)
+        return scipy.stats.qmc.LatinHypercube(d, seed=plan.random).random(count)
     if plan.design == "sobol":
-        return qmc.Sobol(d, seed=plan.random).random(count)
-    A, B = np.split(qmc.Sobol(2 * d, seed=plan.random).random(count), 2, axis=1)
+        return scipy.stats.qmc.Sobol(d, seed=plan.random).random(count)
+    A, B = np.split(scipy.stats.qmc.Sobol(2 * d, seed=plan.random).random(count), 2, axis=1)
     mixed = [np.where(np.arange(d) == i, B, A) for i in range(d)]
     return np.concatenate([A, B, *mixed])

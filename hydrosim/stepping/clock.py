@@ -1,4 +1,4 @@
-"""Times that no step may cross, on the grid of a run and apart from each other.
+"""The clock of a run: its grid, and times that no step may cross.
 
 A time in a case and a point of the grid are often equal but for rounding: 150 steps of 0.07 s are
 10.500000000000002 s. Such times are made equal, because a step between them would be as short as
@@ -8,18 +8,45 @@ the rate of the piece that begins there.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from hydrosim.forces.signal import PIECE
+from hydrosim.integrate import Control
 
 if TYPE_CHECKING:
     from hydrosim.stepping.dynamics import Model
-    from hydrosim.stepping.state import Clock
 
 STEP_ROUNDING = 1e-9  # of a step: times so close together are equal
 TIME_ROUNDING = 1e-15  # of a time, likewise: four roundings
+
+
+class Clock(NamedTuple):
+    """Grid of ``points`` steps up to ``end`` [s]; every ``every``-th and the last are recorded. It
+    begins ``first`` steps after ``start``, so that a restart uses the grid of the run before it. A
+    slow path in waves is renewed every ``block`` steps, if that is not 0. No step may cross the
+    ``breakpoints``; ``events`` false lets steps run past events. No step is longer than
+    ``signal_step`` [s], or than ``held_step`` [s] while a unit holds still until its load reaches a
+    limit; both are infinite if no load has a rate.
+
+    With adaptive ``control`` the grid is that of the records, and steps are shorter: they begin
+    with the ``solver_step`` [s].
+    """
+
+    start: float
+    first: int
+    step: float
+    end: float
+    points: int
+    every: int
+    block: int
+    breakpoints: np.ndarray
+    events: bool
+    signal_step: float
+    held_step: float
+    control: Control
+    solver_step: float
 
 
 def merge_breakpoints(clock: Clock) -> np.ndarray:
@@ -41,7 +68,7 @@ def align_corners(model: Model, clock: Clock) -> Model:
     elements = {}
     for kind, constants in model.elements._asdict().items():
         pieces = {
-            name: _aligned(array, clock)
+            name: _align_pieces(array, clock)
             for name, array in zip(getattr(constants, "_fields", ()), constants, strict=False)
             if isinstance(array, np.ndarray) and array.dtype == PIECE
         }
@@ -50,20 +77,20 @@ def align_corners(model: Model, clock: Clock) -> Model:
     return model._replace(elements=model.elements._replace(**elements)) if elements else model
 
 
-def _aligned(pieces: np.ndarray, clock: Clock) -> np.ndarray:
+def _align_pieces(pieces: np.ndarray, clock: Clock) -> np.ndarray:
     """Pieces of signals that begin at the breakpoints, where they differ from these by rounding."""
     if clock.breakpoints.size == 0:
         return pieces
     start = pieces["start"]
-    before = np.maximum(np.searchsorted(clock.breakpoints, start) - 1, 0)
-    for index in (before, np.minimum(before + 1, clock.breakpoints.size - 1)):
-        times = clock.breakpoints[index]
-        near = np.abs(times - start) <= rounding_at(start, clock)
-        if np.any(near & (times != start)):
-            pieces = pieces.copy()
-            pieces["start"] = np.where(near, times, start)
-            start = pieces["start"]
-    return pieces
+    rounding = rounding_at(start, clock)
+    index = np.searchsorted(clock.breakpoints, start - rounding)
+    times = clock.breakpoints[np.minimum(index, clock.breakpoints.size - 1)]
+    moved = (np.abs(times - start) <= rounding) & (times != start)
+    if not moved.any():
+        return pieces
+    aligned = pieces.copy()
+    aligned["start"][moved] = times[moved]
+    return aligned
 
 
 def rounding_at(times: np.ndarray, clock: Clock) -> np.ndarray:

@@ -25,7 +25,7 @@ from moored_barge import in_contact
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences
-from hydrosim.interrupts import ENDING, taken_as_interrupts
+from hydrosim.interrupts import ENDING, install_signal_handlers
 from hydrosim.jit import linking, outside
 from hydrosim.outputs import Output
 from hydrosim.studies.run.checkpoint import Checkpoint
@@ -47,12 +47,12 @@ def heeded() -> Iterator[None]:
         for number in ENDING:
             default = number == signal.SIGINT
             signal.signal(number, signal.default_int_handler if default else signal.SIG_DFL)
-        taken_as_interrupts()
+        install_signal_handlers()
         yield
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-        taken_as_interrupts()  # what came is forgotten
+        install_signal_handlers()  # what came is forgotten
         for number, handler in before.items():
             signal.signal(number, handler)
 
@@ -127,7 +127,7 @@ def test_a_signal_at_a_door_waits(number: int, whole: xr.Dataset, tmp_path: Path
     if count < number:
         pytest.skip(f"the run opens {count} doors")
     assert run is None or run.attrs["status"] == "interrupted"
-    taken_as_interrupts()
+    install_signal_handlers()
     again = run_from(tmp_path, SCENE)
     assert again is not None
     assert differences(again, whole) == []
@@ -161,7 +161,7 @@ def test_a_signal_where_a_function_is_called_waits(number: int, tmp_path: Path) 
     run, count = stopped_at(outside._ask.__code__, number, tmp_path, PUSHED)
     assert count >= number
     assert run is None or run.attrs["status"] == "interrupted"
-    taken_as_interrupts()
+    install_signal_handlers()
     again = run_from(tmp_path, PUSHED)
     assert again is not None
     expected = hs.simulate(PUSHED)
@@ -175,7 +175,7 @@ def test_a_signal_at_any_moment(number: int, whole: xr.Dataset, tmp_path: Path) 
     stops = 0
     for _ in range(3):
         shut_doors()
-        taken_as_interrupts()
+        install_signal_handlers()
         ended = threading.Event()
 
         def kill(after: float, ended: threading.Event) -> None:
@@ -193,7 +193,7 @@ def test_a_signal_at_any_moment(number: int, whole: xr.Dataset, tmp_path: Path) 
         stops += run is None or run.attrs["status"] == "interrupted"
         if run is not None and run.attrs["status"] == "complete":
             assert differences(run, whole) == []
-    taken_as_interrupts()
+    install_signal_handlers()
     again = run_from(tmp_path, SCENE)
     assert again is not None
     assert differences(again, whole) == []
