@@ -164,6 +164,6 @@ def _roll_damping(about: About) -> Iterator[Doubt]:
                 f"a natural period of {element.period:.3g} s in the decay test, and of"
                 f" {period:.3g} s of this body in the case",
                 f"usual is a difference of at most {100.0 * SAME_PERIOD:g} % of the body's period",
-                "Test and case must have the same loading condition and scale: check mass, centre of"
-                " gravity and radius of gyration, and scale the test to the ship.",
+                "Test and case must have the same loading condition and scale: check mass, centre"
+                " of gravity and radius of gyration, and scale the test to the ship.",
             )
