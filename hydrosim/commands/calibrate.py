@@ -28,9 +28,6 @@ def calibrate(
     ] = "",
     start: From = "",
     end: To = "",
-    cubic: Annotated[
-        bool, typer.Option("--cubic", help="Fit a cubic restoring moment as well.")
-    ] = False,
     body: Annotated[str, typer.Option(help="Body in the keys that are written.")] = "barge",
     output: Annotated[
         Path | None,
@@ -61,10 +58,10 @@ def calibrate(
     begin = seconds("--from", start, 0.0) if start else None
     close = seconds("--to", end, 0.0) if end else None
     with progress("fitting"):
-        found = fit_files(records, column, unit or None, begin, close, cubic=cubic)
-    draw_decay(found, page)
-    show_document(calibration_document(found), verbose)
-    lines = keys_of(found, body)
+        fit = fit_files(records, column, unit or None, begin, close)
+    draw_decay(fit, page)
+    show_document(calibration_document(fit), verbose)
+    lines = keys_of(fit, body)
     if keys:
         with keys.written() as path:
             path.write_text("\n".join([f"# {keys.mark}", *lines, ""]), encoding="utf-8")

@@ -1,40 +1,57 @@
 """Least squares of recorded decays about the equation of a decay, in scaled numbers.
 
 Roll is scaled by the largest roll A of all records, time by the first guess W of the frequency:
-p1 / W, p2 A, p3 A^2 W, w / W and c A^2 are of order one or less.
+p1 / W, p2 A, p3 A^2 W, w / W and c A^2 are of order one or less. The mean of each record is a
+polynomial over its time, so that it may drift.
+
+The estimate is plain least squares. A filter that whitens residuals would take out the roll as well
+where they are large at its frequency. So noise counts in the covariance alone,
+
+    R^-1 (Q^T S Q) R^-T
+
+with the derivatives J = Q R of the residuals, Q orthonormal, and the covariance S of the noise
+(White 1980). In the cosine transform S is diagonal for any noise that is stationary. Its density
+is the mean of squared residuals of `BAND` neighbouring frequencies. The fit takes from each of
+them the squares of its row of Q, so the mean is over the rest.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from scipy.fft import dct
+from scipy.ndimage import uniform_filter1d
 from scipy.optimize import least_squares
 from scipy.stats import t as student
 
 from hydrosim.decay.equation import LAW, OMEGA, P1, solve
-from hydrosim.decay.noise import find_noise, freedom, whiten
 from hydrosim.decay.record import Decay
 
-OWN = 3  # parameters of each record: place and rate at its start, and its mean
-PASSES = 3  # fits: with white noise, then with the noise of the residuals before
-EVALUATIONS = 200
+TERMS = 3  # p1, p2 and p3 are the first parameters
+FIRST_P1 = 0.08  # a damping ratio of 4 %
+MIN_DEGREE, MAX_DEGREE = 2, 6  # of the polynomial that is the mean of a record
+BAND = 11  # frequencies of the cosine transform, which are half a wave of a record apart
+MAX_EVALUATIONS = 200
 COVERED = 0.90
+MIN_REST = 0.05  # of the noise in a band, that the fit leaves
+NEIGHBOURS = np.array([0.5, 1.0, 2.0])  # of the frequency of roll
+WILD = 1e3  # scaled residual of a trial that is no decay
 
 
 class Solution(NamedTuple):
-    """Minimum of the squares: all ``parameters`` (5 + 3 nd,), scaled; the ``free`` ones (k,) and
-    their ``covariance`` (k, k); ``residuals`` and coefficients of the ``noise`` of each record;
-    ``whitened`` residuals; ``degrees`` of freedom; whether the search ``converged``."""
+    """Minimum of the squares: ``parameters`` (5 + own,), scaled; their ``covariance``; the
+    ``weights`` of records; the ``degrees`` of freedom to which the noise is known; the ``peaks`` of
+    each record: the density of its residuals at the frequency of roll over that around it; whether
+    the search ``converged``."""
 
     parameters: np.ndarray
-    free: np.ndarray
     covariance: np.ndarray
-    residuals: list[np.ndarray]
-    noise: list[np.ndarray]
-    whitened: list[np.ndarray]
+    weights: np.ndarray
     degrees: float
+    peaks: list[float]
     converged: bool
 
     @property
@@ -54,155 +71,122 @@ class Problem:
         self.scales = np.array([1.0 / W, A, A * A * W, 1.0 / W, A * A])
         self.times = [W * (decay.time - decay.time[0]) for decay in decays]
         self.angles = [decay.angle / A for decay in decays]
-        self.count = sum(angle.size for angle in self.angles)
+        self.means = [_drifts(t) for t in self.times]
+        ends = LAW + np.cumsum([0, *(2 + mean.shape[1] for mean in self.means)])
+        self.own = [slice(*pair) for pair in pairwise(ends.tolist())]
 
-    def guess(self) -> np.ndarray:
-        """First parameters (5 + 3 nd,): linear damping from how the motion shrinks, and for each
-        record the harmonic motion next to it."""
-        found = np.zeros(LAW + OWN * len(self.decays))
-        found[OMEGA] = 1.0
-        found[P1] = np.mean(
-            [_shrinking(t, x) for t, x in zip(self.times, self.angles, strict=True)]
-        )
-        for k, (t, x) in enumerate(zip(self.times, self.angles, strict=True)):
-            envelope = np.exp(-0.5 * found[P1] * t)
-            columns = np.stack([envelope * np.cos(t), envelope * np.sin(t), np.ones(t.size)], 1)
-            a, b, mean = np.linalg.lstsq(columns, x, rcond=None)[0]
-            found[_own(k)] = a, b - 0.5 * found[P1] * a, mean
-        return found
+    def solve(self) -> Solution:
+        """The smallest squares with all parameters free. Several records are weighted by their
+        residuals."""
+        weights = np.ones(len(self.decays))
+        parameters, converged = self.minimise(self._guess(), weights)
+        if len(self.decays) > 1:
+            squares = [float(r @ r) / r.size for r, _ in self._misfits(parameters)]
+            weights = 1.0 / np.sqrt(np.maximum(squares, 1e-30))
+            parameters, converged = self.minimise(parameters, weights)
+        covariance, degrees, peaks = self._covariance(parameters, weights)
+        return Solution(parameters, covariance, weights, degrees, peaks, converged)
 
-    def solve(
-        self,
-        start: np.ndarray,
-        law: Sequence[int],
-        noise: Sequence[np.ndarray] | None = None,
-    ) -> Solution:
-        """The minimum near ``start`` (5 + 3 nd,) with the parameters ``law`` of the equation free.
-        The ``noise`` is that of the residuals, or the given one."""
-        free = np.array([*law, *range(LAW, start.size)])
-        known = noise is not None
-        filters = list(noise or [np.zeros(0)] * len(self.decays))
-        weights = [1.0] * len(self.decays)
-        parameters = start
-        for _ in range(1 if known and len(self.decays) == 1 else PASSES):
-            parameters, converged = self._search(parameters, free, filters, weights)
-            misfits = self._misfits(parameters)
-            residuals = [r for r, _ in misfits]
-            if not known:
-                filters = [
-                    find_noise(r, J[:, [*law, *range(*_own(k).indices(J.shape[1]))]])
-                    for k, (r, J) in enumerate(misfits)
-                ]
-            white = [whiten(r, a) for r, a in zip(residuals, filters, strict=True)]
-            weights = [1.0 / _deviation(w, free.size / len(white)) for w in white]
-        jacobian = self._weighted(parameters, free, filters, weights)[1]
-        covariance = np.linalg.pinv(jacobian.T @ jacobian)
-        degrees = self._degrees(white, filters, free.size)
-        sized = [self.size * r for r in residuals]
-        return Solution(parameters, free, covariance, sized, filters, white, degrees, converged)
+    def _covariance(
+        self, parameters: np.ndarray, weights: np.ndarray
+    ) -> tuple[np.ndarray, float, list[float]]:
+        """Covariance of all parameters, degrees of freedom, and peaks, see `Solution`."""
+        misfits = self._weighted(parameters, weights)
+        inverse = np.linalg.pinv(np.linalg.qr(np.concatenate([J for _, J in misfits]), "r"))
+        middle = np.zeros_like(inverse)
+        degrees = 0.0
+        peaks = []
+        for t, (r, J) in zip(self.times, misfits, strict=True):
+            Q = dct(J @ inverse, norm="ortho", axis=0)
+            rest = np.maximum(_average(1.0 - np.sum(Q**2, axis=1)), MIN_REST)
+            density = _average(dct(r, norm="ortho") ** 2) / rest
+            middle += (Q.T * density) @ Q
+            roll = np.rint(NEIGHBOURS * parameters[OMEGA] * t[-1] / np.pi).astype(int)
+            below, here, above = np.maximum(np.take(density, roll, mode="clip"), 1e-300)
+            degrees += BAND * float(np.take(rest, roll[1], mode="clip"))
+            peaks.append(float(here / np.sqrt(below * above)))
+        return inverse @ middle @ inverse.T, degrees, peaks
 
-    def _degrees(
-        self, white: Sequence[np.ndarray], filters: Sequence[np.ndarray], fitted: int
-    ) -> float:
-        """Degrees of freedom of the noise at the frequency of roll, of all records together."""
-        total = 0.0
-        for w, a, time in zip(white, filters, self.times, strict=True):
-            total += freedom(a, w.size - fitted / len(white), time[1] - time[0])
-        return total
-
-    def score(self, found: Solution, term: int) -> float:
-        """How many standard deviations a parameter of the equation that is zero would be away from
-        it, by one step of Gauss and Newton."""
-        free = np.append(found.free, term)
-        weights = [
-            1.0 / _deviation(w, found.free.size / len(found.whitened)) for w in found.whitened
-        ]
-        r, J = self._weighted(found.parameters, free, found.noise, weights)
-        covariance = np.linalg.pinv(J.T @ J)
-        step = -covariance @ (J.T @ r)
-        return float(abs(step[-1]) / np.sqrt(covariance[-1, -1]))
-
-    def _search(
-        self,
-        start: np.ndarray,
-        free: np.ndarray,
-        filters: Sequence[np.ndarray],
-        weights: Sequence[float],
+    def minimise(
+        self, start: np.ndarray, weights: np.ndarray, least: float = -np.inf
     ) -> tuple[np.ndarray, bool]:
-        """Parameters of the smallest squares near ``start``, and whether the search converged."""
-        parameters = start.copy()
-        kept: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
+        """Parameters of the smallest squares near ``start``, with no damping term below ``least``,
+        and whether the search converged."""
+        latest: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
 
-        def at(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        def weighted(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             key = values.tobytes()
-            if key not in kept:
-                kept.clear()
-                parameters[free] = values
-                kept[key] = self._weighted(parameters, free, filters, weights)
-            return kept[key]
+            if key not in latest:
+                latest.clear()
+                residuals, slopes = zip(*self._weighted(values, weights), strict=True)
+                latest[key] = np.concatenate(residuals), np.concatenate(slopes)
+            return latest[key]
 
+        bounds = np.where(np.arange(start.size) < TERMS, least, -np.inf)
         done = least_squares(
-            lambda values: at(values)[0],
-            start[free],
-            lambda values: at(values)[1],
-            method="lm",
+            lambda values: weighted(values)[0],
+            np.maximum(start, bounds),
+            lambda values: weighted(values)[1],
+            bounds=(bounds, np.inf),
             xtol=1e-9,
             ftol=1e-11,
             gtol=1e-11,
-            max_nfev=EVALUATIONS,
+            max_nfev=MAX_EVALUATIONS,
         )
-        parameters[free] = done.x
-        return parameters, bool(done.success)
+        return done.x, bool(done.success)
+
+    def smallest_amplitude(self, parameters: np.ndarray) -> float:
+        """The smallest amplitude [rad] of the last period of any record."""
+        ends = []
+        for k, t in enumerate(self.times):
+            x = solve(t, parameters[:LAW], parameters[self.own[k]][:2])[0]
+            ends.append(0.5 * float(np.ptp(x[t > t[-1] - 2.0 * np.pi])))
+        return self.size * min(ends)
+
+    def residuals(self, parameters: np.ndarray) -> list[np.ndarray]:
+        """Modelled less recorded roll (n,) [rad] of each record."""
+        return [self.size * r for r, _ in self._misfits(parameters)]
+
+    def _guess(self) -> np.ndarray:
+        """First parameters (5 + own,): linear damping, and for each record the harmonic motion next
+        to it."""
+        parameters = np.zeros(self.own[-1].stop)
+        parameters[P1] = FIRST_P1
+        parameters[OMEGA] = 1.0
+        for t, x, mean, own in zip(self.times, self.angles, self.means, self.own, strict=True):
+            wave = np.exp((1j - 0.5 * FIRST_P1) * t)
+            columns = np.column_stack([wave.real, wave.imag, mean])
+            a, b, *rest = np.linalg.lstsq(columns, x, rcond=None)[0]
+            parameters[own] = a, b - 0.5 * FIRST_P1 * a, *rest
+        return parameters
 
     def _weighted(
-        self,
-        parameters: np.ndarray,
-        free: np.ndarray,
-        filters: Sequence[np.ndarray],
-        weights: Sequence[float],
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Filtered and weighted residuals of all records, and their derivatives by the free
-        parameters."""
-        rows = []
-        slopes = []
-        for (r, J), a, weight in zip(self._misfits(parameters), filters, weights, strict=True):
-            rows.append(weight * whiten(r, a))
-            slopes.append(weight * whiten(J[:, free], a))
-        return np.concatenate(rows), np.concatenate(slopes)
+        self, parameters: np.ndarray, weights: np.ndarray
+    ) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Misfits and derivatives times the weight of their record."""
+        pairs = zip(weights, self._misfits(parameters), strict=True)
+        return [(w * r, w * J) for w, (r, J) in pairs]
 
-    def _misfits(self, parameters: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+    def _misfits(self, parameters: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Modelled less recorded roll (n,) of each record, and its derivatives by all
         parameters."""
-        found = []
         for k, (t, angle) in enumerate(zip(self.times, self.angles, strict=True)):
-            own = parameters[_own(k)]
+            own = parameters[self.own[k]]
             x, slopes = solve(t, parameters[:LAW], own[:2])
             J = np.zeros((t.size, parameters.size))
             J[:, :LAW] = slopes[:, :LAW]
-            J[:, _own(k)] = np.column_stack([slopes[:, LAW:], np.ones(t.size)])
-            found.append((x + own[2] - angle, J))
-        return found
+            J[:, self.own[k]] = np.hstack([slopes[:, LAW:], self.means[k]])
+            residual = x + self.means[k] @ own[2:] - angle
+            yield np.clip(np.nan_to_num(residual, nan=WILD), -WILD, WILD), np.nan_to_num(J)
 
 
-def _own(k: int) -> slice:
-    """Parameters of record ``k``."""
-    return slice(LAW + OWN * k, LAW + OWN * (k + 1))
+def _drifts(t: np.ndarray) -> np.ndarray:
+    """Legendre polynomials (n, m) of a record at scaled times (n,), with half as many waves as the
+    roll has at most."""
+    degree = int(np.clip(t[-1] / (2.0 * np.pi), MIN_DEGREE, MAX_DEGREE))
+    return np.polynomial.legendre.legvander(2.0 * t / t[-1] - 1.0, degree)
 
 
-def _deviation(white: np.ndarray, fitted: float) -> float:
-    """Standard deviation of white residuals of a fit with that many parameters."""
-    return float(np.sqrt(max(white @ white, 1e-30) / max(white.size - fitted, 1.0)))
-
-
-def _shrinking(t: np.ndarray, x: np.ndarray) -> float:
-    """p1 of an exponential decay through the largest values of the half periods that are above the
-    noise."""
-    x = x - x[-x.size // 4 :].mean()
-    halves = (t // np.pi).astype(int)
-    peaks = np.array([np.abs(x[halves == k]).max() for k in np.unique(halves)])
-    above = peaks > 0.1 * peaks.max()
-    last = int(np.argmin(above)) if not above.all() else peaks.size
-    if last < 2:
-        return 0.5
-    slope = np.polyfit(np.pi * np.arange(last), np.log(peaks[:last]), 1)[0]
-    return float(np.clip(-2.0 * slope, 0.0, 1.0))
+def _average(values: np.ndarray) -> np.ndarray:
+    """Means of `BAND` neighbours of ``values`` (n,)."""
+    return np.asarray(uniform_filter1d(values, BAND, mode="mirror"))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf
+from math import inf, pi
 from pathlib import Path
 from typing import NoReturn
 
@@ -16,34 +16,37 @@ from hydrosim.recordings.load import read_recording
 from hydrosim.recordings.recording import Column, Recording, is_time
 
 ROLL = ("roll", "rx", "phi")
-UNEVEN = 0.2  # of a step: largest deviation of times from equal steps
-FEWEST = 40  # values
-SHORTEST = 2.0  # periods
-AFTER = 0.2  # of a period: the fit begins so long before the first crossing of the mean
-TAIL = 0.25  # of a record, whose mean over whole periods is that of the motion
+MAX_STEP_DEVIATION = 0.2  # of a step, of times from equal steps
+MIN_VALUES = 40
+MIN_PERIODS = 2.0
+MIN_VALUES_PER_PERIOD = 8.0
+MAX_VALUES_PER_PERIOD = 200.0  # their means lack 0.004 % of the roll
+MAX_PERIODS = 200.0
+MAX_ROLL_RAD = pi
+MIN_ROLL_RAD = 1e-6
+LEAD = 0.2  # of a period: the fit begins so long before the first crossing of the mean
 SMOOTHED = 0.1  # of a period: a moving mean, so that noise makes no crossings
-PADDED = 8  # lengths of a record in its periodogram
-COARSEST = 8.0  # samples in a period
-MAX_ROLL_RAD = np.pi  # a body that has turned over does not decay
-MAX_VALUES = 100_000
-"""Values of a decay; the fit of so many takes some seconds."""
+TAIL = 0.25  # of a record: the mean of its whole periods is about that of the motion
+LARGE = 0.98  # of the largest roll
+PADDING = 8  # lengths of a record in its periodogram
+REGROWTH = 1.5  # ratio of swings that no decay has
+REGROWN = 0.25  # of the largest swing: swings that are no noise
+SMALL = 0.05  # of the largest swing: swings that waves in the basin hide
+SMALL_TEXT = f"the roll is below {100.0 * SMALL:g} % of the largest"
 
 
 @dataclass(frozen=True, eq=False)
 class Decay:
     """Roll ``angle`` (n,) [rad] at equal steps of ``time`` (n,) [s] of a decay that is ``called``
-    so, with a first guess of its natural ``frequency`` [rad/s] and of its ``mean`` [rad]."""
+    so, with its largest deviation ``size`` [rad] from its mean and a first guess of its natural
+    ``frequency`` [rad/s]. ``notes`` say what of the record was left out."""
 
     called: str
     time: np.ndarray
     angle: np.ndarray
+    size: float
     frequency: float
-    mean: float
-
-    @property
-    def size(self) -> float:
-        """Largest angle from the mean [rad]."""
-        return float(np.abs(self.angle - self.mean).max())
+    notes: tuple[str, ...] = ()
 
 
 def read_decay(
@@ -86,53 +89,81 @@ def decay_of(
     inside = (time >= (-inf if start is None else start)) & (time <= (inf if end is None else end))
     time = time[inside]
     angle = angle[inside]
-    if time.size > MAX_VALUES:
-        found = f"{time.size:,} values"
-        remedy = "take a part of the record, or every tenth of its values"
-        _refuse(found, f"at most {MAX_VALUES:,}", remedy)
-    if angle.size and (largest := float(np.abs(angle).max())) > MAX_ROLL_RAD:
-        found = f"a roll of {np.degrees(largest):.4g} deg"
-        _refuse(found, f"at most {np.degrees(MAX_ROLL_RAD):g} deg", "give its unit, deg or rad")
-    if time.size < FEWEST:
-        _refuse(f"{time.size} values", f"at least {FEWEST}", "take a longer part of the record")
+    _require_series(time, angle)
     step = (time[-1] - time[0]) / (time.size - 1)
-    if np.abs(time - time[0] - step * np.arange(time.size)).max() > UNEVEN * step:
-        expected = "equal steps of time, without gaps"
-        _refuse("times with gaps or unequal steps", expected, "resample the record")
     frequency = _frequency(angle, step)
     period = 2.0 * np.pi / frequency
-    per_period = max(round(period / step), 1)
-    whole = max(int(TAIL * angle.size) // per_period, 1) * per_period
-    mean = float(angle[-whole:].mean())
-    crossing = _first_crossing(time, _smoothed(angle - mean, int(SMOOTHED * per_period)))
-    if crossing is None:
-        found = "no crossing of the mean after the largest roll"
-        _refuse(found, "a roll that oscillates", "give another part of the record or its column")
-    if start is None:
-        kept = time >= crossing - AFTER * period
-        time = time[kept]
-        angle = angle[kept]
-    if time[-1] - time[0] < SHORTEST * period or time.size < FEWEST:
-        found = f"{time[-1] - time[0]:.4g} s, {(time[-1] - time[0]) / period:.2g} periods"
-        _refuse(found, f"at least {SHORTEST:g} periods", "take a longer part of the record")
-    if period < COARSEST * step:
+    if period < MIN_VALUES_PER_PERIOD * step:
         found = f"{period / step:.2g} values in a period"
-        _refuse(found, f"at least {COARSEST:g}", "record it in smaller steps")
-    return Decay(called, time, angle, frequency, mean)
+        _refuse(found, f"at least {MIN_VALUES_PER_PERIOD:g}", "record it in smaller steps")
+    notes = []
+    count = int(period / step / MAX_VALUES_PER_PERIOD)
+    if count > 1:
+        notes.append(f"{time.size:,} values are thinned to means of {count} neighbours")
+        time = block_means(time, count)
+        angle = block_means(angle, count)
+        step *= count
+    values = period / step
+    first = _find_release(angle, values) if start is None else 0
+    last, reason = _find_end(_smoothed(angle, int(SMOOTHED * values))[first:], values)
+    last += first
+    if reason:
+        notes.append(f"the fit ends at {time[last]:.4g} s, where {reason}")
+    duration = (last - 1 - first) * step
+    if duration < MIN_PERIODS * period or last - first < MIN_VALUES:
+        found = f"{duration:.4g} s, {duration / period:.2g} periods, from {time[first]:.4g} s on"
+        _refuse(found, f"at least {MIN_PERIODS:g} periods", "take a longer part of the record")
+    time = time[first:last]
+    angle = angle[first:last]
+    size = float(np.abs(_detrended(angle)).max())
+    return Decay(called, time, angle, size, frequency, tuple(notes))
+
+
+def _require_series(time: np.ndarray, angle: np.ndarray) -> None:
+    if time.size < MIN_VALUES:
+        remedy = "take a longer part of the record"
+        _refuse(f"{time.size} values", f"at least {MIN_VALUES}", remedy)
+    step = (time[-1] - time[0]) / (time.size - 1)
+    if np.abs(time - time[0] - step * np.arange(time.size)).max() > MAX_STEP_DEVIATION * step:
+        expected = "equal steps of time, without gaps"
+        _refuse("times with gaps or unequal steps", expected, "resample the record")
+    largest = float(np.abs(angle).max())
+    if largest > MAX_ROLL_RAD:
+        found = f"a roll of {np.degrees(largest):.3g} deg"
+        _refuse(found, "angles within 180 deg", "check the column and its unit")
+    if np.abs(angle - angle[0]).max() < MIN_ROLL_RAD:
+        _refuse("a roll that does not move", "a roll that oscillates", "check the column")
 
 
 def _refuse(found: str, expected: str, remedy: str) -> NoReturn:
     raise InputError(f"found {found}; expected {expected}; {remedy}.")
 
 
+def block_means(values: np.ndarray, count: int) -> np.ndarray:
+    """Means (n / count, ...) of ``count`` neighbours of ``values`` (n, ...)."""
+    whole = len(values) // count
+    return values[: whole * count].reshape(whole, count, *values.shape[1:]).mean(axis=1)
+
+
+def _detrended(x: np.ndarray) -> np.ndarray:
+    """``x`` (n,) less the parabola of its smallest squares."""
+    columns = np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, x.size), 2)
+    return np.asarray(x - columns @ np.linalg.lstsq(columns, x, rcond=None)[0])
+
+
+def _first_large(x: np.ndarray) -> int:
+    """First index at which ``x`` is about as large as anywhere."""
+    size = np.abs(x)
+    return int(np.argmax(size >= LARGE * size.max()))
+
+
 def _frequency(angle: np.ndarray, step: float) -> float:
     """Frequency [rad/s] of the peak of the periodogram from the largest roll on, of at least one
     and a half cycles."""
-    x = angle - angle.mean()
-    x = x[min(int(np.argmax(np.abs(x))), x.size // 2) :]
-    size = PADDED * x.size
+    x = angle[min(_first_large(angle - angle.mean()), angle.size // 2) :]
+    size = PADDING * x.size
     power = np.abs(np.fft.rfft(x - x.mean(), size))
-    first = int(1.5 * PADDED)
+    first = int(1.5 * PADDING)
     return float(2.0 * np.pi * (first + np.argmax(power[first:])) / (size * step))
 
 
@@ -141,11 +172,33 @@ def _smoothed(x: np.ndarray, count: int) -> np.ndarray:
     return np.convolve(x, np.ones(count) / count, "same") if count > 1 else x
 
 
-def _first_crossing(time: np.ndarray, x: np.ndarray) -> float | None:
-    """Time at which ``x`` first changes its sign after its largest value; None if it does not."""
-    first = int(np.argmax(np.abs(x)))
-    at = first + np.flatnonzero(x[first:-1] * x[first + 1 :] < 0.0)
-    return float(time[at[0]]) if at.size else None
+def _find_release(angle: np.ndarray, period: float) -> int:
+    """Index a fifth of a ``period`` [values] before the roll first crosses its mean after its
+    largest value."""
+    whole = int(max(TAIL * angle.size // period, 1.0) * period)
+    swing = _smoothed(angle - angle[-whole:].mean(), int(SMOOTHED * period))
+    largest = _first_large(swing)
+    crossings = np.flatnonzero(swing[largest:-1] * swing[largest + 1 :] < 0.0)
+    if not crossings.size:
+        found = "no crossing of the mean after the largest roll"
+        _refuse(found, "a roll that oscillates", "give another part of the record or its column")
+    return max(largest + int(crossings[0]) - int(LEAD * period), 0)
+
+
+def _find_end(swing: np.ndarray, period: float) -> tuple[int, str]:
+    """Index at which a decay ends, and why: the number of values and no reason, or the half period
+    after which the swings grow as no decay does, or are small."""
+    edges = np.arange(0.0, max(swing.size - period, 1.0), 0.5 * period).astype(int)
+    sizes = np.array([np.ptp(swing[k : k + int(period)]) for k in edges])
+    shares = sizes / sizes.max()
+    grown = (sizes > REGROWTH * np.minimum.accumulate(sizes)) & (shares > REGROWN)
+    ends = [
+        (edges[np.argmax(grown)] if grown.any() else swing.size, "the roll grows again"),
+        (edges[np.argmax(shares < SMALL)] if shares.min() < SMALL else swing.size, SMALL_TEXT),
+        (int(MAX_PERIODS * period), f"{MAX_PERIODS:g} periods are over"),
+    ]
+    last, reason = min(ends)
+    return (int(last), reason) if last < swing.size else (swing.size, "")
 
 
 def _column(recording: Recording, name: str) -> Column:

@@ -66,7 +66,7 @@ def test_without_a_file_keys_are_printed(calibrate: Command) -> None:
         (["other.csv"], "other.csv: there is no such file; expected a recording"),
         (["decay.csv", "--column", "pitch"], "found no column"),
         (["decay.csv", "--unit", "m"], "--unit: found 'm'; expected deg or rad"),
-        (["decay.csv", "--to", "10"], "periods; expected at least 2 periods"),
+        (["decay.csv", "--to", "10"], "expected at least 2 periods"),
         (["decay.csv", "-o", "keys.txt"], "expected a name that ends in .yaml"),
     ],
 )

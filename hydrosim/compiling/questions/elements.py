@@ -161,7 +161,9 @@ def _roll_damping(about: About) -> Iterator[Doubt]:
         if element.period and omega > 0.0 and abs(element.period / period - 1.0) > SAME_PERIOD:
             yield Doubt(
                 f"forces.{name}.period",
-                f"a decay of {element.period:.3g} s where the body rolls in {period:.3g} s",
-                f"within {100.0 * SAME_PERIOD:g} % of each other",
-                "Is it the same loading condition, at the scale of the ship?",
+                f"a natural period of {element.period:.3g} s in the decay test, and of"
+                f" {period:.3g} s of this body in the case",
+                f"usual is a difference of at most {100.0 * SAME_PERIOD:g} % of the body's period",
+                "Test and case must have the same loading condition and scale: check mass, centre"
+                " of gravity and radius of gyration, and scale the test to the ship.",
             )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import numpy as np
 
 from hydrosim.decay.fit import DecayFit, Interval
 from hydrosim.presentation.document import (
@@ -17,44 +17,41 @@ from hydrosim.presentation.document import (
 )
 
 TERMS = (("p1", "1/s"), ("p2", "1/rad"), ("p3", "s/rad^2"))
-SHARES = (0.25, 0.5, 0.75, 1.0)
-"""Of the largest roll: amplitudes in the table."""
+AMPLITUDES = 5
+"""Rows of damping ratios, from the smallest to the largest recorded roll."""
 DIGITS = 5
 KEYS = ("s^-1", "rad^-1", "s/rad^2")
 """Units in a case file."""
 
 
-def calibration_document(found: DecayFit) -> Document:
+def calibration_document(fit: DecayFit) -> Document:
     """Damping of the decays, how well the records tell it, and where the equation does not fit."""
-    nodes = [*_doubts(found), _terms(found), _untold(found), _ratios(found), _records(found)]
+    doubts = [Verdict(Outcome.WARNING, "{}", [text]) for text in fit.doubts]
+    notes = [Sentence("{}.", [note]) for decay in fit.decays for note in decay.notes]
+    nodes = [*doubts, _terms(fit), _untold(fit), _ratios(fit), _records(fit), *notes]
     return Document("Decay of roll", nodes)
 
 
-def keys_of(found: DecayFit, body: str) -> list[str]:
+def keys_of(fit: DecayFit, body: str) -> list[str]:
     """Lines of a force element with the fitted damping, as in a case file."""
-    values = zip((name for name, _ in TERMS), found.damping, KEYS, strict=True)
+    values = zip((name for name, _ in TERMS), fit.damping, KEYS, strict=True)
     return [
         "forces:",
         "  roll_damping:",
         "    type: viscous_roll",
         f"    body: {body}",
         *(f"    {name}: {value:.6g} {unit}" for name, value, unit in values),
-        f"    period: {found.period.value:.6g} s",
+        f"    period: {fit.period.value:.6g} s",
     ]
 
 
-def _doubts(found: DecayFit) -> Iterator[Node]:
-    return (Verdict(Outcome.WARNING, "{}", [text]) for text in found.doubts)
-
-
-def _terms(found: DecayFit) -> Table:
+def _terms(fit: DecayFit) -> Table:
     rows = [
-        _row(f"{name} [{unit}]", found.terms.interval(k), found.damping[k])
+        _row(f"{name} [{unit}]", fit.terms.interval(k), fit.damping[k])
         for k, (name, unit) in enumerate(TERMS)
     ]
-    rows.append(_row("natural period [s]", found.period, found.period.value))
-    if found.restoring:
-        rows.append(_row("cubic restoring [1/rad^2]", found.restoring, found.restoring.value))
+    rows.append(_row("natural period [s]", fit.period, fit.period.value))
+    rows.append(_row("cubic restoring [1/rad^2]", fit.restoring, fit.restoring.value))
     return Table(("", "fitted", "90 % from", "to", "for use"), rows, "Fit")
 
 
@@ -62,9 +59,9 @@ def _row(name: str, interval: Interval, used: float) -> list[Cell]:
     return [name, *(f"{x:.{DIGITS}g}" for x in (*interval, used))]
 
 
-def _untold(found: DecayFit) -> Node:
+def _untold(fit: DecayFit) -> Node:
     """Terms that the records do not tell from zero."""
-    names = [name for k, (name, _) in enumerate(TERMS) if found.terms.interval(k).holds_zero]
+    names = [name for k, (name, _) in enumerate(TERMS) if fit.terms.interval(k).holds_zero]
     if not names:
         return Sentence("The records tell p1, p2 and p3 from zero.", [])
     text = (
@@ -74,24 +71,23 @@ def _untold(found: DecayFit) -> Node:
     return Sentence(text, [", ".join(names)])
 
 
-def _ratios(found: DecayFit) -> Table:
+def _ratios(fit: DecayFit) -> Table:
     rows: list[list[Cell]] = []
-    for share in SHARES:
-        amplitude = share * found.size
-        ratio = found.terms.damping_ratio(amplitude)
-        cells: list[Cell] = [Value(x, "share", 3) for x in ratio]
+    for amplitude in np.linspace(*fit.amplitudes, AMPLITUDES):
+        ratio = fit.terms.damping_ratio(amplitude)
+        used = fit.used_ratio(amplitude)
+        cells: list[Cell] = [Value(x, "share", 3) for x in (*ratio, used)]
         rows.append([Value(amplitude, "rad", 3), *cells])
-    head = ("amplitude", "damping ratio", "90 % from", "to")
+    head = ("amplitude", "damping ratio", "90 % from", "to", "for use")
     return Table(head, rows, "Equivalent linear damping, of critical")
 
 
-def _records(found: DecayFit) -> Table:
+def _records(fit: DecayFit) -> Table:
     rows: list[list[Cell]] = []
-    for decay, (deviation, noise) in zip(found.decays, found.noise, strict=True):
-        kind = f"correlated, order {noise.size}" if noise.size else "white"
+    for decay, deviation in zip(fit.decays, fit.deviations, strict=True):
         begin, end = decay.time[0], decay.time[-1]
         size = Value(decay.size, "rad", 3)
         residual = Value(deviation, "rad", 3)
-        rows.append([decay.called, Value(begin, "s"), Value(end, "s"), size, residual, kind])
-    head = ("record", "from", "to", "largest roll", "std of residuals", "noise")
+        rows.append([decay.called, Value(begin, "s"), Value(end, "s"), size, residual])
+    head = ("record", "from", "to", "largest roll", "std of residuals")
     return Table(head, rows, "Records")
