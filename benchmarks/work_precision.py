@@ -117,9 +117,12 @@ def trials_of_seeds(name: str) -> Iterator[Trial]:
 
 
 def _references(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
-    """Positions (nt, nb, 6) of both references."""
+    """Positions (nt, nb, 6) of both references; NaN if one of them fails."""
     compiled, finer = compile_reference(scene)
-    runs = (run_reference(compiled, tolerance) for tolerance in (COARSE, FINE))
+    try:
+        runs = [run_reference(compiled, tolerance) for tolerance in (COARSE, FINE)]
+    except SimulationError:
+        return np.array(nan), np.array(nan)
     coarse, fine = (run.position.values[::finer] for run in runs)
     return coarse, fine
 
@@ -136,13 +139,14 @@ def _trial(name: str, scene: Scene, asked: float, coarse: np.ndarray, fine: np.n
     least = least_ranges(compiled.scene.solver, run.attrs.get("solver_accuracy"))
     said = float(run.attrs.get("error_relative", nan))
     record = {"warnings": str(run.attrs.get("warnings") or "").splitlines()}
+    told = is_warned(record) or said > asked
+    trial = replace(trial, said=said, seconds=seconds, told=told)
+    if fine.ndim == 0:
+        return trial
     return replace(
         trial,
-        said=said,
         true=float(motion_errors(run.position.values, fine, exact, least).max()),
         apart=float(motion_errors(coarse, fine, exact, least).max()),
-        seconds=seconds,
-        told=is_warned(record) or said > asked,
     )
 
 
