@@ -1,6 +1,6 @@
 """Answer the questions named on the command line, or all but the long ones: a table each here, and
-JSON and pictures in benchmarks/results/. With --keep, evidence and work_precision write their
-pages, too.
+JSON and pictures in benchmarks/results/. With --keep, evidence, work_precision and
+chain write their pages, too.
 ``thesis`` has options of its own: ``python -m benchmarks thesis --help``."""
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ LONG = (
     "cluster",
     "simulated_extremes",
     "decay_intervals",
+    "chain",
 )  # if named
 
 
