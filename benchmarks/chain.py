@@ -1,9 +1,9 @@
 """How far are mooring lines in static balance from measured tensions, and how far is MoorDyn?
 
-A chain of 33 m whose fairlead goes round on a vertical circle (Bergdahl et al. 2016): thirty pairs
-of period and radius, `cases/chain`. The largest tension of a turn, measured, of the catenary, and of
-MoorDyn through the door (the extra ``moordyn``). Nothing is fitted. With --keep the table and the
-picture are written into the page of the case.
+The fairlead of a chain of 33 m goes round on a vertical circle (Bergdahl et al. 2016): thirty pairs
+of period and radius, in `cases/chain`. Compared is the largest tension of a turn: measured, of the
+catenary, and of MoorDyn through the door (the extra ``moordyn``). Nothing is fitted. With --keep
+the table and the picture are written into the page of the case.
 """
 
 from __future__ import annotations
@@ -110,7 +110,7 @@ def _moordyn_input(radius: float) -> str:
     text = (FOLDER / "moordyn.txt").read_text("utf-8")
     if FILE_POINT not in text:
         raise ValueError(f"moordyn.txt: expected the fairlead as {FILE_POINT!r}")
-    return text.replace(FILE_POINT, f"2 Coupled 0.0 0.0 {0.3 + radius!r} ")
+    return text.replace(FILE_POINT, f"2 Coupled 0.0 0.0 {0.3 + radius:.6g} ")
 
 
 def _row(each: Comparison) -> Row:
@@ -135,7 +135,7 @@ def _remarks(found: list[Comparison]) -> list[str]:
 
 
 def _page_table(found: list[Comparison]) -> str:
-    """Periods as rows, radii as columns; measured, static and MoorDyn's, with errors in per cent."""
+    """Periods as rows, radii as columns: the measured tension, both errors in per cent."""
     radii = sorted({each.radius for each in found})
     head = ("period", *(f"{radius:g} m" for radius in radii))
     rows = []
@@ -168,7 +168,7 @@ def _picture(found: list[Comparison]) -> Figure:
     tensions.plot([], [], "ok", label="measured")
     tensions.plot([], [], "--k", label="static balance")
     tensions.plot([], [], "-k", label="MoorDyn")
-    tensions.legend(loc="upper right", ncols=2, fontsize="small", frameon=False)
+    tensions.legend(loc="lower left", ncols=2, fontsize="small", frameon=False)
     return figure
 
 

@@ -45,6 +45,8 @@ TITLES: Mapping[Kind, str] = {
     Kind.SELF: "Against hydrosim itself",
 }
 REMARKS: Mapping[Kind, str] = {
+    Kind.EXPERIMENT: "An error here is that of the theory and of the measurement. The pages of the"
+    " cases say what is fitted.",
     Kind.INDEPENDENT: "Written apart from hydrosim's kernels, for the tests: other equations,"
     " other integrators, direct sums. The two databases of H-851 are of one program with other"
     " panels.",
