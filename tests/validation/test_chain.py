@@ -94,6 +94,7 @@ def assert_same_chain(ours: Any, theirs: Any) -> None:
 
 
 @pytest.mark.extras
+@pytest.mark.slow
 @pytest.mark.skipif(find_spec("moordyn") is None, reason="needs the extra moordyn")
 def test_moordyn_through_the_door_against_the_measured_tensions(
     figure: Callable[[str, float], None],
