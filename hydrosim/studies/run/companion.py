@@ -5,8 +5,8 @@ A companion shares the model, the waves and the checks of its run. Only its cloc
 * With a fixed step it makes ``short`` steps in the time of ``long`` steps of the run. It is coarser
   where a coarser step is stable, and finer elsewhere.
 * With an adaptive method its tolerance is `LOOSER` times that of the run. What else limits the
-  steps of the run limits those of the companion less: output times by a wider grid (`WIDER_GRIDS`),
-  rates of loads and signals by `WIDER_LIMITS`.
+  steps of the run limits those of the companion less, by `WIDER_GRID`: output times, and rates of
+  loads and signals.
 
 Run and companion are compared at the output times that both have.
 """
@@ -51,10 +51,8 @@ COARSER_BY = 1.25
 """Ratio of the fixed step of a companion to that of its run, where nothing is against it."""
 COARSER_STRIDES = ((5, 4), (4, 3), (6, 5), (7, 6), (8, 7), (10, 9))
 FINER_STRIDES = ((4, 5), (3, 4), (1, 2))
-WIDER_GRIDS = ((4, 1), (3, 1), (2, 1))
-"""Strides for adaptive steps."""
-WIDER_LIMITS = 2.0
-"""Ratio of the longest steps that loads and signals allow, for adaptive steps."""
+WIDER_GRID = (2, 1)
+"""Stride for adaptive steps."""
 LIMITED_STEPS = 1.5
 """Steps from one output time to the next, in the mean, below which output times limit them."""
 STABLE_SHARE = 0.98
@@ -167,9 +165,9 @@ def new_companion(compiled: Compiled, run: Run, finer: bool = False) -> Companio
         return _with_stride(compiled, run, _fixed_stride(compiled, run, finer), 1.0)
     if finer:
         return _with_stride(compiled, run, Stride(1, 2), 1.0 / LOOSER)
-    for stride in map(Stride._make, WIDER_GRIDS):
-        if _fits(stride, run):
-            return _with_stride(compiled, run, stride, LOOSER)
+    wider = Stride(*WIDER_GRID)
+    if _fits(wider, run):
+        return _with_stride(compiled, run, wider, LOOSER)
     limited = run.counters[STEPS] < LIMITED_STEPS * clock.points
     if limited:
         return _with_stride(compiled, run, Stride(1, 2), 1.0)
@@ -183,7 +181,6 @@ def _with_stride(compiled: Compiled, run: Run, stride: Stride, looser: float) ->
     first = _phase(clock) * stride.short // stride.long
     begin = clock.start + clock.first * clock.step
     control = clock.control
-    longest = WIDER_LIMITS if control.adaptive and looser > 1.0 else stride.ratio
     wider = clock._replace(
         start=begin - first * step,
         first=first,
@@ -191,8 +188,8 @@ def _with_stride(compiled: Compiled, run: Run, stride: Stride, looser: float) ->
         points=-(-clock.points * stride.short // stride.long),
         every=lcm(stride.long, clock.every) * stride.short // stride.long,
         block=clock.block * stride.short // stride.long,
-        signal_step=longest * clock.signal_step,
-        held_step=longest * clock.held_step,
+        signal_step=stride.ratio * clock.signal_step,
+        held_step=stride.ratio * clock.held_step,
         control=control._replace(
             relative=looser * control.relative, absolute=looser * control.absolute
         ),
