@@ -54,10 +54,10 @@ def meetings(scene: Scene, facts: Facts, seas: Sequence[Components]) -> Iterator
 def said_of_waves(meeting: Meeting) -> Iterator[str]:
     """Text on the position where waves act on the body, and on the method; empty at rest."""
     body = meeting.body
-    at = (meeting.position, meeting.headings)
-    if {*at} != {Place.MEAN}:
-        whole = {Place.MEAN: "at rest", Place.SLOW: "slow", Place.INSTANTANEOUS: "at the time"}
-        text = f"waves act on {body.name} at its position {whole[at[0]]}, heading {whole[at[1]]}"
+    if {meeting.position, meeting.headings} != {Place.MEAN}:
+        position = meeting.position.describe("position")
+        heading = meeting.headings.describe("heading")
+        text = f"waves act on {body.name} at its {position} and its {heading}"
         if meeting.second_at_rest and meeting.headings != Place.MEAN:
             text += (
                 "; second-order loads are those at rest, because its QTFs do not cover all headings"

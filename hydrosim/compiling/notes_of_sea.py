@@ -264,7 +264,11 @@ def _skipped(
             missing = f"excludes the radiation memory in {', '.join(locked)}"
             yield f"{body.name}: the load of its joint {missing}"
         if body.name not in wet:
-            yield f"{body.name}: dry, no hydrostatics, radiation or wave loads"
+            if body.hydrostatics is None:
+                yield f"{body.name}: dry, no hydrostatics, radiation or wave loads"
+            else:
+                text = "buoyancy of its hull in still water, no waves, drag or added mass"
+                yield f"{body.name}: {text}"
         elif seas and body.wave_forces.first_order:
             found = outside(wet[body.name], seas)
             if found.below + found.above > OUTSIDE_WARNED:

@@ -24,6 +24,7 @@ Complex = NDArray[np.complex128]
 
 TURN = 2 * np.pi
 SAME_HEADING = 1e-9  # rad: closer headings are equal
+PANELS = "panels"  # attribute of databases built from panels: their numbers, as JSON
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

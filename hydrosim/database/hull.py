@@ -48,7 +48,8 @@ def closed(corners: Triangles, source: str) -> Hull:
         raise InputError(
             f"{source}: found a hull from {low:.4g} to {high:.4g} m above the still water;"
             " expected a hull that crosses the water surface. Correct waterline, scale, axes,"
-            " offset or depth."
+            " offset or depth. A load that starts in air is lifted by initial.position, not by its"
+            " mesh."
         )
     return Hull(found, source)
 

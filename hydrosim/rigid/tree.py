@@ -41,7 +41,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.jit.kernels import kernel, root, root_giving
+from hydrosim.jit.kernels import clear, kernel, root, root_giving
 from hydrosim.rigid.vectors import (
     about,
     add,
@@ -479,23 +479,28 @@ def add_generalised(bodies, motion, wrench, Q):
 
 @root
 def add_inertia(bodies, motion, M, H):
-    """H = S^T M S (n, n) for M (6 nb, 6 nb), which is overwritten."""
+    """H = S^T M S (n, n) for M (6 nb, 6 nb), which is overwritten. Most entries of M are zero, and
+    so are those of S where trees are wide."""
     S = motion.growth.S
     size = M.shape[0]
     n = H.shape[0]
     for i in range(size):
-        for j in range(n):
-            H[0, j] = 0.0
-            for k in range(size):
-                H[0, j] += M[i, k] * S[k, j]
+        clear(H[0])
+        for k in range(size):
+            entry = M[i, k]
+            if entry != 0.0:
+                for j in range(n):
+                    H[0, j] += entry * S[k, j]
         for j in range(n):
             M[i, j] = H[0, j]
     for i in range(n):
-        for j in range(n):
-            entry = 0.0
-            for k in range(size):
-                entry += S[k, i] * M[k, j]
-            H[i, j] = entry
+        clear(H[i])
+    for k in range(size):
+        for i in range(n):
+            entry = S[k, i]
+            if entry != 0.0:
+                for j in range(n):
+                    H[i, j] += entry * M[k, j]
 
 
 @root

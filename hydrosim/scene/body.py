@@ -34,6 +34,15 @@ class Place(StrEnum):
     SLOW = "slow"
     INSTANTANEOUS = "instantaneous"
 
+    def describe(self, noun: str) -> str:
+        """Text on a ``noun``, position or heading, of this kind."""
+        forms = {
+            Place.MEAN: "{} at rest",
+            Place.SLOW: "slowly varying {}",
+            Place.INSTANTANEOUS: "momentary {}",
+        }
+        return forms.get(self, "{}").format(noun)
+
 
 @dataclass(frozen=True)
 class WaveForces:

@@ -10,6 +10,7 @@ import xarray as xr
 from hydrosim.case.tables import case_tables, file_name, plain
 from hydrosim.presentation.document import Node, Sentence, Table, warnings
 from hydrosim.presentation.figures import Code
+from hydrosim.scene import Place
 from hydrosim.wording.parts import attribute_text, lines_of
 
 SAID = {
@@ -29,7 +30,7 @@ FILES = ("initial_run", "case_file", "database")
 OF_BODIES = {
     "radiation": "Radiation of",
     "retardation": "Retardation functions of",
-    "waves_meet": "Where waves meet (place, headings) of",
+    "waves_meet": "Where waves act on",
     "database": "Database of",
     "database_checksum": "Checksum of the database of",
 }
@@ -67,5 +68,16 @@ def assumptions(run: xr.Dataset) -> Table:
 
 
 def _said(key: str, value: Any) -> str:
-    """An attribute; of a file the end of its path."""
+    """An attribute; of a file the end of its path, of the place in the waves both words of it."""
+    if key == "waves_meet":
+        return _place_in_waves(str(value))
     return file_name(str(value)) if key in FILES else attribute_text(value)
+
+
+def _place_in_waves(stored: str) -> str:
+    """Position and heading at which waves act on a body, from their two stored names."""
+    try:
+        position, heading = map(Place, stored.split())
+    except ValueError:  # of another version
+        return stored
+    return f"at its {position.describe('position')} and its {heading.describe('heading')}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import xarray as xr
@@ -97,15 +98,19 @@ def _outcome(found: xr.Dataset) -> Iterator[Node]:
 
 def _counted(found: xr.Dataset) -> str:
     """How many channels differ by how much."""
-    size, of = _error(found), found.sizes["channel"]
-    parts, below = [], np.zeros(of, dtype=bool)
-    for share in SHARES:
-        own = (size < share) & ~below
-        below |= own
-        parts.append(f"{own.sum()} differ by less than {100.0 * share:g} %")
+    size = _error(found)
+    edges = [f"{100.0 * share:g}" for share in SHARES]
+    ranges = [
+        f"below {edges[0]} %",
+        *(f"from {low} to {high} %" for low, high in pairwise(edges)),
+        f"{edges[-1]} % or more",
+    ]
+    counts = np.bincount(np.digitize(size, SHARES), minlength=len(ranges))
+    parts = [f"{count} {text}" for count, text in zip(counts, ranges, strict=True) if count]
     return (
-        f"Of {of} channels {', '.join(parts)}, {of - below.sum()} by more. That is the rms of the"
-        " difference over the std recorded. Of a constant channel it is over its largest value."
+        "The rms difference of each channel, relative to the std of the recording:"
+        f" {', '.join(parts)} ({size.size} in all). For a constant channel it is relative to the"
+        " largest value."
     )
 
 

@@ -155,7 +155,8 @@ def _error(run: xr.Dataset) -> Iterator[Verdict]:
 def radiation_verdict(error: float) -> Verdict:
     """How good radiation is, by the largest change of motions that its fits and cut make."""
     outcome = Outcome.GOOD if error <= RADIATION_GOOD else Outcome.WARNING
-    return Verdict(outcome, "Radiation is good to {} of motions.", [Value(error, digits=2)])
+    text = "The model of radiation changes motions by at most {}; the limit is {}."
+    return Verdict(outcome, text, [Value(error, "share", 2), Value(RADIATION_GOOD, "share", 2)])
 
 
 def _waiting(run: xr.Dataset) -> Iterator[Node]:

@@ -47,9 +47,10 @@ NAMED = 10
 LINES = 12
 """Lines of a picture."""
 MEANS = (
-    "Means over seeds have a 90 % interval. The value of another seed lies in the last interval"
-    " with 90 %. Both are by Student's t, exact where a figure is normal over seeds. Intervals of"
-    " figures that cannot be negative are on logarithms, and stay above zero."
+    "The 90 % interval contains the true mean over all seeds with a probability of 90 %. The"
+    ' interval "another seed" contains the value of one more seed with the same probability. Both'
+    " use Student's t, which is exact if a figure is normally distributed over seeds. Intervals of"
+    " figures that cannot be negative use logarithms, and stay above zero."
 )
 
 
@@ -187,7 +188,10 @@ def _difference(plan: Plan, of: Difference) -> Sentence:
     else:
         text += " (one run at each end)"
     if np.isfinite(of.changed):
-        text += "; contacts went another way in {} of the seeds"
+        text += (
+            "; in {} of the seeds, contacts open, stick and slip in different orders at the two"
+            " values"
+        )
         parts.append(Value(of.changed, "share", 2))
     return Sentence(f"{text}.", parts)
 

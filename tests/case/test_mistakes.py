@@ -66,6 +66,18 @@ LINE = "line: {type: spring, body: box, point: [0, 0, 0], length: 10 m, stiffnes
 BODY = "    weight: carried\n"
 NORMAL = "{stiffness: 10000 kN/m, damping: 100 kN*s/m}"
 POINTS = "points: [[5 m, 0, -2 m]]"
+FLOOR = """\
+    type: fender
+    body: box
+    points: [[5 m, 0, -2 m]]
+    plane: {point: [0, 0, -2 m], normal: [0, 0, 1]}
+"""
+LANDING = """\
+    type: landing
+    body: box
+    points: [[5 m, 0, -2 m]]
+    on: {points: [[5 m, 0, -2 m]]}
+"""
 START = "{position: {heave: 0.1 m}}"
 ELEMENT = """\
   fender:
@@ -159,6 +171,13 @@ IN_CASES = [
     mistake(START, "{position: [0, 0, 0]}", 12, "box.initial.position", "expected 6 values"),
     mistake("    type: fender\n", "", 14, "forces.floor", 'no key "type"'),
     mistake("duration: 20 s\n", "", 1, 'found no key "duration"', "a time in s"),
+    mistake(
+        FLOOR,
+        LANDING,
+        14,
+        "forces.floor: found normal.damping; expected stiffness, or compression and force",
+        "only the normal of a fender",
+    ),
     # the wrong place, the wrong file
     mistake("forces:\n", f"{ELEMENT}forces:\n", 13, "bodies.fender", 'move it below "forces:"'),
     mistake("  floor:", "  b: {mass: 1}\n  floor:", 14, "forces.b", 'move it below "bodies:"'),
@@ -248,7 +267,7 @@ IN_RECIPES = [
     mistake("5 m}", "5 ton}", 2, "hull.draught", "a length in m"),
     mistake("type: box", "type: Box", 2, *meant("hull.type", "box")),
     mistake("20 m", "-20 m", 2, "hull.beam", "must be above 0"),
-    mistake("45 deg", "50 deg", 6, "headings", "whole steps"),
+    mistake("45 deg", "50 deg", 6, "headings", "a whole number of steps"),
     mistake("[7 m, 11 m, 11 m]", "[7 m, 11 m]", 4, "radii_of_gyration", "3 values"),
     mistake("0.2 rad/s", "0.2 s", 5, "frequencies.start", "a wave frequency in rad/s"),
     mistake(HULL, "hull: {type: mesh, file: no.stl}", 2, "hull.file: found no such file"),

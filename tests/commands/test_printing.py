@@ -159,6 +159,15 @@ def test_no_help_has_brackets_which_rich_would_take_for_markup() -> None:
     assert [name for name, text in each.items() if text and not text.rstrip().endswith(".")] == []
 
 
+def test_each_text_of_help_is_that_of_one_option() -> None:
+    """A text that was copied to another option is wrong there."""
+    names: dict[str, set[str]] = {}
+    for place, text in helps(get_command(app), "hydrosim"):
+        names.setdefault(text, set()).add(place.split(" ")[-1])
+    assert names['Ignore everything after this time: "1 hour", or a number in seconds.'] == {"end"}
+    assert {text: own for text, own in names.items() if text and len(own) > 1} == {}
+
+
 def test_names_that_are_no_text_are_refused(tmp_path: Path) -> None:
     name = os.fsencode(tmp_path) + b"/b\xff.yaml"
     Path(os.fsdecode(name)).write_text(BLOCK)

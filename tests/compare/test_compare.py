@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from numpy.testing import assert_allclose
+from reading import texts
 from recorded_runs import SIZE, made_run, position, sea, write_csv
 
 from hydrosim.compare import Comparison, MappingFile, compare
@@ -21,6 +22,7 @@ from hydrosim.documents.units import factor
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.recordings import read_recording
+from hydrosim.wording.comparison import comparison_tables
 
 RUN = made_run()
 TIME = RUN.time.values
@@ -342,6 +344,18 @@ def test_dataset(against: Against, tmp_path: Path) -> None:
     assert_allclose(read.ours - read.recorded, read.residual, atol=1e-15)
     assert (str(read.units.values), str(read.verdict.values)) == ("m", "offset 0.05 m")
     assert read.attrs["run"] == "run.nc"
+
+
+def test_channels_are_counted_by_their_differences(against: Against) -> None:
+    """Gains of 1.02 and 1.0002 on motions without a mean: 2 % and 0.02 % of the std."""
+    heave, pitch = HEAVE - HEAVE.mean(), PITCH
+    found = against({"heave [m]": HEAVE + 0.02 * heave, "pitch [rad]": (1.0 + 2e-4) * pitch})
+    (text,) = (
+        text
+        for text in texts(comparison_tables(to_dataset(found, {"run": "run.nc"})).nodes)
+        if "rms difference" in text
+    )
+    assert "std of the recording: 1 below 0.1 %, 1 from 1 to 10 % (2 in all)." in text
 
 
 def test_zero_and_unused_are_listed(against: Against) -> None:

@@ -16,6 +16,7 @@ import hydrosim as hs
 from hydrosim.case import load_case
 from hydrosim.compiling.compile import compile_scene
 from hydrosim.compiling.questions import QUESTIONS
+from hydrosim.compiling.questions.doubt import text_beyond
 from hydrosim.compiling.questions.extents import extents
 from hydrosim.compiling.questions.sloshing import mode_period, width
 from hydrosim.database import HydroDatabase, load
@@ -268,6 +269,16 @@ def test_a_sea_beyond_the_database_is_refused_unless_accepted() -> None:
 def test_a_lift_of_more_than_the_weight_is_refused() -> None:
     with pytest.raises(InputError, match="lift by 130% of the weight"):
         compile_scene(with_force(lifted(2e9)))
+
+
+def test_a_value_close_to_its_limit_differs_from_it_in_the_message() -> None:
+    (body,) = scene_of("free_floating").bodies
+    force = 0.503 * body.mass * 9.81
+    (text,) = warnings(with_force(lifted(force)))
+    assert "lift by 50.3% of the weight; usual is up to 50%" in text
+    assert text_beyond(0.1421, 0.142, ".2g") == "0.1421"
+    assert text_beyond(3.7, 3.0) == "3.7"
+    assert text_beyond(0.65, 0.5, ".0%") == "65%"
 
 
 def test_a_wrong_mass_is_asked_about_before_a_lift_that_follows_from_it() -> None:

@@ -367,6 +367,20 @@ def test_a_check_that_cannot_be_made_is_left_out(whole, name):
 
 
 @pytest.mark.parametrize("bodies", [1, 2])
+@pytest.mark.parametrize("attributes", [{}, {"panels": "{}"}])
+def test_wide_panels_are_a_cause_where_bodies_were_built_from_them(made_up, bodies, attributes):
+    heading = np.radians([0.0, 45.0, 90.0, 135.0, 180.0])
+    loads = np.ones((4, 5, 6 * bodies), complex)
+    per_heading = ("froude_krylov", "mean_drift", "mean_drift_held", "drift_imbalance")
+    bare = dict.fromkeys(per_heading)
+    db = made_up(bodies, heading=heading, excitation=loads, attributes=attributes, **bare)
+    (check_of_damping,) = (each for each in CHECKS if each.name == HASKIND)
+    finding = check_of_damping(db)
+    assert not finding.left_out
+    assert ("wider than the gap" in str(finding)) == (bodies == 2 and bool(attributes))
+
+
+@pytest.mark.parametrize("bodies", [1, 2])
 def test_nonsense_is_refused_without_an_error(made_up, bodies):
     findings = check(made_up(bodies))
     assert all(np.isfinite(finding.figure) for finding in findings)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 from typing import Any
 
+import meshio
+import numpy as np
 import pytest
 import yaml
 
@@ -47,6 +50,31 @@ def test_the_barge_alone_is_taken(tmp_path: Path) -> None:
     path = tmp_path / "case.yaml"
     path.write_text(yaml.safe_dump(case()))
     assert hs.load_case(path).scene().bodies
+
+
+@pytest.mark.parametrize(("heave", "displaced"), [(12.0, 0.0), (-10.0, 64.0)])
+def test_a_load_with_a_hull_hangs_in_air_and_under_water(
+    tmp_path: Path, heave: float, displaced: float
+) -> None:
+    """A cube of 4 m on a wire, lifted by `initial`: weight less that of the water, closed form."""
+    corners = np.array(list(itertools.product((-2.0, 2.0), repeat=3)))
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    meshio.write(tmp_path / "load.obj", meshio.Mesh(corners, [("quad", np.array(faces))]))
+    load = {"mass": 1e5, "weight": "carried", "centre_of_gravity": [0, 0, 0], "dofs": ["heave"]}
+    load |= {"radii_of_gyration": [1.6, 1.6, 1.6], "hydrostatics": {"mesh": "load.obj"}}
+    load |= {"initial": {"position": {"heave": heave}}}
+    wire = {"type": "spring", "body": "load", "point": [0, 0, 2], "anchor": [0, 0, 34]}
+    wire |= {"length": 32.0 - heave, "stiffness": 1e8}
+    water = {"water_depth": "infinite", "water_density": 1025.0, "gravity": 9.81}
+    data = {"title": "Load", "duration": 1, "initial": "at_rest", "environment": water}
+    data |= {"solver": {"method": "rk4", "step": 0.01}}
+    data |= {"bodies": {"load": load}, "forces": {"wire": wire}}
+    path = tmp_path / "case.yaml"
+    path.write_text(yaml.safe_dump(data))
+    run = hs.simulate(hs.load_case(path))
+    expected = 9.81 * (1e5 - 1025.0 * displaced)
+    np.testing.assert_allclose(run.spring_tension, expected, rtol=1e-6)
+    assert "load: buoyancy of its hull in still water, no waves, drag" in run.attrs["skipped"]
 
 
 def _with(data: dict[str, Any], key: str, value: object) -> dict[str, Any]:

@@ -62,6 +62,9 @@ def test_differences_are_taken_seed_by_seed() -> None:
     assert found.spread.mean == pytest.approx(6.0, rel=1e-14)
     assert found.std == pytest.approx(0.0, abs=1e-14)
     assert (found.low, found.high, found.changed) == (0.0, 3.0, 0.6)
+    (told,) = (text for text in texts(study_tables(runs).nodes) if "y changes by" in text)
+    assert told.startswith("y changes by 6 m from a 0 to 3 (")
+    assert "in 60 % of the seeds, contacts open, stick and slip in different orders" in told
 
 
 def test_sobol_indices_of_ishigami() -> None:

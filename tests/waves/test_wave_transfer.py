@@ -117,6 +117,12 @@ def test_what_is_zero_by_symmetry_is_exactly_zero(box: Box) -> None:
     assert np.all(excitation_at(noisy, every(box.frequency, 0.3), box.frequency)[:, 1] != 0.0)
 
 
+def test_a_missing_drift_is_refused_with_the_key_of_a_recipe(box: Box) -> None:
+    bare = replace(box, mean_drift=None)
+    with pytest.raises(InputError, match=r"found no mean drift; expected .*drift: \[free\]"):
+        mean_drift_at(bare, every(box.frequency, 0.0), box.frequency)
+
+
 def test_outside_the_frequencies(box: Box) -> None:
     omega, heading = np.array([0.005, 0.02, 2.2, 2.2001, 5.0]), np.radians(30)
     exact = froude_krylov(omega, np.array([heading]))[:, 0]

@@ -128,8 +128,9 @@ class Landing(Element):
             raise problem(found, "a seat for each point")
         if self.normal.prescribed or self.normal.damping:
             found = "normal.prescribed" if self.normal.prescribed else "normal.damping"
-            expected = "a curve, and unloading for what it loses"
-            raise problem(found, expected, "a fender has them")
+            expected = "stiffness, or compression and force, with unloading where energy is lost"
+            remedy = "only the normal of a fender may have prescribed or damping"
+            raise problem(found, expected, remedy)
         return self
 
     def others(self) -> Iterator[tuple[Keys, str | None, str]]:

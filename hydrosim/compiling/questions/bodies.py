@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hydrosim.compiling.questions.doubt import About, Doubt
+from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond
 from hydrosim.compiling.questions.extents import extents
 from hydrosim.compiling.questions.periods import natural_periods
 from hydrosim.database.database import HydroDatabase, needed
@@ -98,7 +98,7 @@ def _radii(about: About) -> Iterator[Doubt]:
             if name in body.dofs and radius > LARGER * limit:
                 yield Doubt(
                     f"bodies.{body.name}.inertia, radii_of_gyration",
-                    f"a radius of gyration of {radius:.3g} m in {name}",
+                    f"a radius of gyration of {text_beyond(radius, limit)} m in {name}",
                     f"a hull of this size with all its mass at its ends has {limit:.3g} m",
                     "Is it in feet? Then give it the unit ft.",
                 )
@@ -114,13 +114,16 @@ def trim(about: About) -> Iterator[Doubt]:
         moment = weight * np.array([0.0, -off[1], off[0]])
         tilt = _tilt(body, needed(db, "hydrostatic_stiffness"), moment)
         if np.abs(tilt).max() > TILT:
-            roll, pitch = np.degrees(tilt)
+            limit = float(np.degrees(TILT))
+            roll, pitch = (
+                text_beyond(angle, np.copysign(limit, angle), ".2g") for angle in np.degrees(tilt)
+            )
             yield Doubt(
                 f"bodies.{body.name}.centre_of_gravity",
                 f"{off[0]:.3g} m along x and {off[1]:.3g} m along y from the centre of buoyancy"
-                f" of its database, which would cause a roll of {roll:.2g} deg and a pitch of"
-                f" {pitch:.2g} deg",
-                f"usual is up to {np.degrees(TILT):.2g} deg",
+                f" of its database, which would cause a roll of {roll} deg and a pitch of"
+                f" {pitch} deg",
+                f"usual is up to {limit:.2g} deg",
                 "The simulation starts level, because weight: balanced cancels that moment. Move"
                 " one of the two centres, or use weight: carried.",
             )
@@ -157,7 +160,8 @@ def periods(about: About) -> Iterator[Doubt]:
     for i, body, db in about.afloat():
         for name, period in natural_periods(about, i, body, db).items():
             if not SHORTEST <= period <= LONGEST:
-                found = f"a natural period of {period:.3g} s in {name}"
+                limit = SHORTEST if period < SHORTEST else LONGEST
+                found = f"a natural period of {text_beyond(period, limit)} s in {name}"
                 usual = f"usual is {SHORTEST:g} to {LONGEST:g} s"
                 advice = "Check stiffness, mass and their units."
                 yield Doubt(f"bodies.{body.name}", found, usual, advice)
@@ -177,7 +181,8 @@ def lift(about: About) -> Iterator[Doubt]:
         up, down = sum(high for _, high in own), -sum(low for low, _ in own)
         for force, what in ((up, "lift"), (down, "load")):
             if force > LIFTED * weight:
-                found = f"applied forces that {what} by {force / weight:.0%} of the weight"
+                share = text_beyond(force / weight, LIFTED, ".0%")
+                found = f"applied forces that {what} by {share} of the weight"
                 usual = f"usual is up to {LIFTED:.0%}"
                 advice = (
                     "Hydrostatics are linear, and ignore how much of the hull is left in the water."

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from hydrosim.stepping.state import State
     from hydrosim.waves.components import Components
 
+MOST_DIGITS = 15  # that a number of double precision has
+
 
 class Doubt(NamedTuple):
     """Value ``found`` at a ``key`` of the case, the ``usual`` values, and ``advice`` (whole
@@ -29,6 +31,15 @@ class Doubt(NamedTuple):
     usual: str
     advice: str = ""
     refused: bool = False
+
+
+def text_beyond(value: float, limit: float, form: str = ".3g") -> str:
+    """A ``value`` beyond a ``limit`` in a ``form`` such as ".3g" or ".0%", with as many more digits
+    as show that they differ."""
+    digits, kind = int(form[1:-1]), form[-1]
+    while digits < MOST_DIGITS and f"{value:.{digits}{kind}}" == f"{limit:.{digits}{kind}}":
+        digits += 1
+    return f"{value:.{digits}{kind}}"
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hydrosim.compiling.questions.doubt import About, Doubt
+from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond
 from hydrosim.dofs import DOFS
 from hydrosim.forces.contact.coulomb import Coulomb
 from hydrosim.forces.contact.fender import Contact
@@ -58,13 +58,14 @@ def softness(about: About) -> Iterator[Doubt]:
         mass = _mass(about, fender)
         pressed = BERTHING * np.sqrt(mass / stiffness) if stiffness > 0.0 else np.inf
         if mass > 0.0 and pressed > SOFTEST:
+            by = text_beyond(pressed, SOFTEST)
             yield Doubt(
                 f"forces.{name}.normal",
                 f"{_stiffness(fender):.3g} N/m per point: {mass:.3g} kg at {BERTHING:g} m/s would"
-                f" compress the {len(others)} fenders of that side by {pressed:.3g} m"
+                f" compress the {len(others)} fenders of that side by {by} m"
                 if len(others) > 1
                 else f"{stiffness:.3g} N/m in all: {mass:.3g} kg at {BERTHING:g} m/s would"
-                f" compress it by {pressed:.3g} m",
+                f" compress it by {by} m",
                 f"usual is up to {SOFTEST:g} m",
                 "Is it in kN/m?",
             )
@@ -87,7 +88,7 @@ def _under_weight(about: About, name: str, fender: Contact, stiffness: float) ->
         yield Doubt(
             f"forces.{name}.normal",
             f"{stiffness:.3g} N/m below {body.name}, whose weight of {weight:.3g} N compresses it"
-            f" by {weight / stiffness:.3g} m",
+            f" by {text_beyond(weight / stiffness, SOFTEST)} m",
             f"usual is up to {SOFTEST:g} m",
             "Is it in kN/m? Is the mass in tonne?",
         )

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hydrosim.compiling.questions.doubt import About, Doubt
+from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond
 from hydrosim.compiling.questions.extents import Extents, extents
 from hydrosim.forces.contact.fender import Fender
 from hydrosim.rigid.kinematics import Motion
@@ -31,9 +31,11 @@ def points(about: About) -> Iterator[Doubt]:
             continue
         off = np.array([_outside(size, point) for point in fender.points])
         far = int(np.argmax(off))
-        if off[far] > max(STANDING_OFF, size.half.min()):
-            found = f"point {far + 1} about {off[far]:.2g} m outside the hull of {fender.body}"
-            usual = f"usual is up to {max(STANDING_OFF, size.half.min()):.2g} m"
+        limit = max(STANDING_OFF, float(size.half.min()))
+        if off[far] > limit:
+            away = text_beyond(off[far], limit, ".2g")
+            found = f"point {far + 1} about {away} m outside the hull of {fender.body}"
+            usual = f"usual is up to {limit:.2g} m"
             yield Doubt(f"forces.{name}.points", found, usual, ADVICE)
         if fender.plane.corners or not {fender.plane.body} <= {None, *wet}:
             continue

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from hydrosim.compiling.questions.doubt import About, Doubt
+from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond
 from hydrosim.forces.contact.fender import Contact
 from hydrosim.forces.contact.normal import NormalCurve, PrescribedNormal
 from hydrosim.forces.contact.plane import Plane
@@ -38,7 +38,8 @@ def angles(about: About) -> Iterator[Doubt]:
     for _, body, _ in about.wet():
         for name, angle in zip(("roll", "pitch"), body.position[3:5], strict=True):
             if TILT < abs(angle) <= TURN:
-                found = f"a {name} of {np.degrees(angle):.3g} deg"
+                tilt = text_beyond(np.degrees(angle), np.copysign(np.degrees(TILT), angle))
+                found = f"a {name} of {tilt} deg"
                 usual = "usual is less than 30 deg, because hydrostatics are linear"
                 yield Doubt(f"bodies.{body.name}.initial.position", found, usual)
 
@@ -73,7 +74,7 @@ def speed(about: About) -> Iterator[Doubt]:
         b = about.index[branch.child]
         fastest = float(np.linalg.norm(about.motion.velocity[6 * b : 6 * b + 3]))
         if fastest > FASTEST and any(each.velocity for each in branch.joint.resistances):
-            found = f"a rate that moves {branch.child} at {fastest:.3g} m/s"
+            found = f"a rate that moves {branch.child} at {text_beyond(fastest, FASTEST)} m/s"
             yield Doubt(f"joints.{branch.name}", found, f"usual is up to {FASTEST:g} m/s")
 
 
@@ -193,7 +194,8 @@ def _catenaries(about: About) -> Iterator[Doubt]:
     for line in acting:
         key = f"forces.{line.name}"
         if line.strain > TIGHT:
-            found = f"{line.length:g} m, stretched by {line.strain:.1%} at the start"
+            strain = text_beyond(line.strain, TIGHT, ".1%")
+            found = f"{line.length:g} m, stretched by {strain} at the start"
             yield Doubt(f"{key}.segments", found, f"usual is up to {TIGHT:.0%}")
         if line.pull.H == 0.0 and line.ends.x > 0.0:
             found = f"{line.length:g} m, slack at the start: no horizontal pull"

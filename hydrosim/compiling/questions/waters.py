@@ -12,7 +12,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hydrosim.compiling.questions.doubt import About, Doubt
+from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond
 from hydrosim.compiling.questions.seas import crossing_period, height_of, peak_period
 
 # kg/m^3, m/s^2
@@ -81,10 +81,12 @@ def waves(about: About) -> Iterator[Doubt]:
         peak = peak_period(sea)
         if height > HIGHEST:
             usual = f"usual is up to {HIGHEST:g} m"
-            yield Doubt("environment.waves", f"a height of {height:.3g} m", usual)
+            yield Doubt("environment.waves", f"a height of {text_beyond(height, HIGHEST)} m", usual)
         if not PERIODS[0] <= peak <= PERIODS[1]:
             usual = f"usual is {PERIODS[0]:g} to {PERIODS[1]:g} s"
-            yield Doubt("environment.waves", f"a period of {peak:.3g} s", usual)
+            limit = PERIODS[0] if peak < PERIODS[0] else PERIODS[1]
+            found = f"a period of {text_beyond(peak, limit)} s"
+            yield Doubt("environment.waves", found, usual)
 
 
 def steepness(about: About) -> Iterator[Doubt]:
@@ -103,7 +105,8 @@ def steepness(about: About) -> Iterator[Doubt]:
             limit = STEEPEST
             what = f"a significant height of {height:.3g} m"
         if steep > limit:
-            found = f"{what} at a mean period of {period:.3g} s, a steepness of {steep:.2g}"
+            steepness_text = text_beyond(steep, limit, ".2g")
+            found = f"{what} at a mean period of {period:.3g} s, a steepness of {steepness_text}"
             usual = f"waves break above {limit:.2g}"
             yield Doubt(
                 "environment.waves", found, usual, "Linear waves do not describe such a sea."

@@ -25,6 +25,7 @@ from hydrosim.database.build.near_field import first_order_all, wetted_surface, 
 from hydrosim.database.build.qtf import difference_qtf
 from hydrosim.database.build.recipe import DifferenceQtf, OneBody, Recipe, SeveralBodies
 from hydrosim.database.build.water import Water
+from hydrosim.database.database import PANELS
 from hydrosim.errors import InputError
 
 QTF = "near field, with Pinkster's second-order potential; surge, sway and yaw scaled to mean_drift"
@@ -171,7 +172,7 @@ def _attributes(recipe: Recipe, floats: Afloat, solutions: Sequence[Solution]) -
     return {
         "title": recipe.data.title,
         "hull": json.dumps(_described(recipe)),
-        "panels": json.dumps(panels),
+        PANELS: json.dumps(panels),
         "solver": f"Capytaine {capytaine.__version__}, {recipe.data.method} method",
         "mean_drift_of": "without viscous damping; Maruo's far field",
         "raw_asymmetry": json.dumps(raw),

@@ -69,7 +69,9 @@ class Steps(Strict, Generic[T]):
         steps = (stop - start) / step if step else -1.0
         if not -1e-9 <= steps < MOST or abs(steps - round(steps)) > 1e-6:
             found = f"start {start:g}, stop {stop:g}, step {step:g}"
-            expected = f"0 to {MOST - 1} whole steps from start to stop"
+            if steps > 0.0:
+                found += f", which are {steps:.6g} steps"
+            expected = f"a whole number of steps from start to stop, at most {MOST - 1}"
             raise problem(found, expected)
         return tuple(np.linspace(start, stop, round(steps) + 1).round(15).tolist())
 

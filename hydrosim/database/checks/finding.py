@@ -82,13 +82,19 @@ def always(db: HydroDatabase) -> bool:
     return True
 
 
+def no_cause(db: HydroDatabase) -> str:
+    """Default: the advice is the same for any database."""
+    return ""
+
+
 @dataclass(frozen=True)
 class Check:
     """A check. ``errors`` of a database are ideally zero and may raise `LeftOut`. Without the
     optional arrays ``needs`` the check is left out. ``of`` are the parts that it compares. It is
     made for a scene that uses one of them, and refuses if the scene uses all. An error above
     ``refusal`` proves a wrong sign, unit or convention, if this database ``proves`` it. With
-    ``of_all``, the error may be in any DOF that moves."""
+    ``of_all``, the error may be in any DOF that moves. ``cause`` adds to the ``advice`` what may be
+    wrong with this database."""
 
     name: str
     errors: Callable[[HydroDatabase], Errors]
@@ -99,6 +105,7 @@ class Check:
     needs: tuple[str, ...] = ()
     proves: Callable[[HydroDatabase], bool] = always
     of_all: bool = False
+    cause: Callable[[HydroDatabase], str] = no_cause
 
     def __call__(self, db: HydroDatabase, use: Use = EVERYTHING) -> Finding:
         """Finding of the check in ``db``, for the data in ``use``."""
@@ -126,7 +133,7 @@ class Check:
             self.name,
             largest(worst),
             self.limit,
-            self.advice,
+            self.advice + self.cause(db),
             self.refusal if refuses or (proves and largest(whole) <= self.refusal) else np.inf,
             place=_place(db, errors, worst) if largest(worst) > self.limit else "",
             accepted=self.name in accepted(db),

@@ -16,7 +16,7 @@ import numpy as np
 from hydrosim.database.checks.finding import Check, Errors, LeftOut
 from hydrosim.database.checks.scales import MODES, damping_scale, length, radius
 from hydrosim.database.checks.use import Part
-from hydrosim.database.database import TURN, HydroDatabase, Real, all_headings
+from hydrosim.database.database import PANELS, TURN, HydroDatabase, Real, all_headings
 from hydrosim.waves.dispersion import wavenumber
 
 _WIDEST = np.radians(46.0)  # between headings: a larger gap does not close the circle
@@ -72,6 +72,13 @@ def _between_bodies(db: HydroDatabase) -> np.ndarray:
     return body[:, None] != body
 
 
+def _wide_panels(db: HydroDatabase) -> str:
+    """Cause that only a database of several bodies built from panels has."""
+    if db.bodies < 2 or PANELS not in db.attributes:
+        return ""
+    return "; panels wider than the gap between two bodies are a cause: build it with smaller ones"
+
+
 def _group_speed(db: HydroDatabase, k: Real) -> Real:
     kh = np.minimum(k * db.water_depth, _DEEP)
     return db.frequency / (2 * k) * (1 + 2 * kh / np.sinh(2 * kh))
@@ -87,5 +94,6 @@ HASKIND = (
         " DOFs in another order or sign, rotated axes, or a wrong depth",
         refusal=0.5,
         of=frozenset({Part.RADIATION, Part.LOADS}),
+        cause=_wide_panels,
     ),
 )

@@ -120,8 +120,8 @@ def _error(run: xr.Dataset) -> xr.Variable:
 
 
 def _sequence(run: xr.Dataset) -> xr.Variable:
-    """A number for the order in which contacts open, stick and slip, as recorded: runs that have
-    another one went another way."""
+    """A number for the order in which contacts open, stick and slip, as recorded. Runs with
+    other orders have other numbers."""
     modes = run.fender_mode.transpose("time", "fender").values
     changed = np.any(modes[1:] != modes[:-1], axis=1)
     order = modes[np.append(True, changed)].astype(np.int8)

@@ -26,9 +26,10 @@ MAX_COST = 3.0
 """Cost of all repeated runs over that of the first."""
 FREE_EVALUATIONS = 1_000_000
 """Evaluations that repeated runs may take in any case, a few seconds."""
-SAFE_SHARE = 0.5
-"""Measured error up to which a run is kept, over the accuracy: the measure has an error too."""
-ERROR_MARGIN = 0.3
+SAFE_SHARE = 0.3
+"""Measured error up to which a run is kept, over the accuracy: the true one may be larger by as
+much."""
+ERROR_MARGIN = 0.15
 """Error that a repeated run aims at, over the accuracy."""
 MAX_TIGHTENING = 1e-4
 """Smallest factor on the tolerance from one run to the next."""

@@ -207,7 +207,8 @@ def test_a_run_that_misses_its_accuracy_is_made_again() -> None:
     error = float(np.abs(run.position.sel(dof="surge")[:, 0] - np.cos(2.0 * run.time)).max())
     assert error / 2.0 < 1e-7
     assert run.attrs["error_relative"] < 1e-7
-    assert "with 16 times" not in run.attrs["error_companion"]  # but the run before
+    # a companion alone takes less; the run before and its companion are in it
+    assert run.attrs["error_evaluations"] > 0.8 * run.attrs["solver_evaluations"]
     assert "warnings" not in run.attrs
 
 
