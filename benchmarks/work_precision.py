@@ -25,7 +25,7 @@ from benchmarks.precision_scenes import named_scene, scene_names, shipped_cases
 from benchmarks.references import COARSE, FINE, at_stable_step, compile_reference, run_reference
 from benchmarks.report import ROOT, Answer, Row, page_table
 from benchmarks.timing import timed
-from hydrosim import SimulationError
+from hydrosim.errors import HydrosimError
 from hydrosim.scene import Kinematics, Method, Scene
 from hydrosim.studies.run.simulation import compiled_to_run, run_compiled
 
@@ -121,7 +121,7 @@ def _references(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     compiled, finer = compile_reference(scene)
     try:
         runs = [run_reference(compiled, tolerance) for tolerance in (COARSE, FINE)]
-    except SimulationError:
+    except HydrosimError:
         return np.array(nan), np.array(nan)
     coarse, fine = (run.position.values[::finer] for run in runs)
     return coarse, fine
@@ -129,11 +129,11 @@ def _references(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
 
 def _trial(name: str, scene: Scene, asked: float, coarse: np.ndarray, fine: np.ndarray) -> Trial:
     trial = Trial(name, RK4 if isnan(asked) else f"{asked:.0e}", asked)
-    compiled = compiled_to_run(scene)
     try:
+        compiled = compiled_to_run(scene)
         run_compiled(compiled)
         run, seconds = timed(lambda: run_compiled(compiled))
-    except SimulationError:
+    except HydrosimError:
         return trial
     exact = scene.solver.kinematics is Kinematics.EXACT
     least = least_ranges(compiled.scene.solver, run.attrs.get("solver_accuracy"))
