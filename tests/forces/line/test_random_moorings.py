@@ -14,6 +14,7 @@ from benchmarks.moored_lines import LINES
 from benchmarks.random_cases import text_of
 from benchmarks.scene_trials import offences, scene_of, tried
 from hydrosim.case import load_case
+from hydrosim.compiling.compile import compile_scene
 from hydrosim.forces import Catenary, Compensation, SpeedControl, Spring, TensionControl, Winch
 
 FIRST = 1_000_000
@@ -65,3 +66,10 @@ def test_a_random_moored_scene(number: int) -> None:
     assert trial.status in ("complete", "failed", "refused"), trial.said
     assert trial.said or trial.status == "complete"
     assert list(offences(trial)) == []
+
+
+def test_a_place_at_rest_does_not_know_where_north_is() -> None:
+    """Newton's method gets stuck on the slack lines of this scene, turned by 0.7 rad."""
+    x, y = (compile_scene(scene_of(moored_case, 22, turn)).state.y[:2] for turn in (0.0, 0.7))
+    c, s = np.cos(0.7), np.sin(0.7)
+    np.testing.assert_allclose(y, [c * x[0] - s * x[1], s * x[0] + c * x[1]], atol=1e-6)
