@@ -44,6 +44,9 @@ END_SEEDS = "<!-- end of seeds -->"
 COLOURS = {RK4: "#D55E00", "1e-03": "#CC79A7", "1e-04": "#0072B2", "1e-05": "#56B4E9"}
 COLOURS |= {"1e-06": "#009E73"}
 
+References = tuple[np.ndarray, np.ndarray]
+"""Positions (nt, nb, 6) of the coarser and of the finer reference."""
+
 
 @dataclass(frozen=True)
 class Trial:
@@ -98,11 +101,11 @@ def trials_of(name: str, asked: Sequence[float] = ASKED) -> Iterator[Trial]:
     """A scene by rk4, and by automatic with each tolerance that is ``asked``."""
     with named_scene(name) as scene, warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        coarse, fine = _references(scene)
-        yield _trial(name, at_stable_step(scene), nan, coarse, fine)
+        references = _references(scene)
+        yield _trial(name, at_stable_step(scene), nan, references)
         for accuracy in asked:
             solver = replace(scene.solver, method=Method.AUTOMATIC, accuracy=accuracy)
-            yield _trial(name, replace(scene, solver=solver), accuracy, coarse, fine)
+            yield _trial(name, replace(scene, solver=solver), accuracy, references)
 
 
 def trials_of_seeds(name: str) -> Iterator[Trial]:
@@ -112,22 +115,22 @@ def trials_of_seeds(name: str) -> Iterator[Trial]:
         for seed in SEEDS if scene.environment.seeds else SEEDS[:1]:
             sea = replace(scene, environment=scene.environment.with_seed(seed))
             asked = nan if sea.solver.accuracy is None else sea.solver.accuracy
-            trial = _trial(name, sea, asked, *_references(sea))
+            trial = _trial(name, sea, asked, _references(sea))
             yield replace(trial, way=f"seed {seed}")
 
 
-def _references(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
-    """Positions (nt, nb, 6) of both references; NaN if one of them fails."""
+def _references(scene: Scene) -> References | None:
+    """Those of a scene; None if one of them fails."""
     compiled, finer = compile_reference(scene)
     try:
         runs = [run_reference(compiled, tolerance) for tolerance in (COARSE, FINE)]
     except HydrosimError:
-        return np.array(nan), np.array(nan)
+        return None
     coarse, fine = (run.position.values[::finer] for run in runs)
     return coarse, fine
 
 
-def _trial(name: str, scene: Scene, asked: float, coarse: np.ndarray, fine: np.ndarray) -> Trial:
+def _trial(name: str, scene: Scene, asked: float, references: References | None) -> Trial:
     trial = Trial(name, RK4 if isnan(asked) else f"{asked:.0e}", asked)
     try:
         compiled = compiled_to_run(scene)
@@ -141,8 +144,9 @@ def _trial(name: str, scene: Scene, asked: float, coarse: np.ndarray, fine: np.n
     record = {"warnings": str(run.attrs.get("warnings") or "").splitlines()}
     told = is_warned(record) or said > asked
     trial = replace(trial, said=said, seconds=seconds, told=told)
-    if fine.ndim == 0:
+    if references is None:
         return trial
+    coarse, fine = references
     return replace(
         trial,
         true=float(motion_errors(run.position.values, fine, exact, least).max()),
@@ -188,7 +192,7 @@ def summary_rows(trials: Sequence[Trial]) -> Iterator[Row]:
     for way in ways(trials):
         own = [t for t in trials if t.way == way and t.counts]
         ratios = [t.said / max(t.true, 1e-300) for t in own if max(t.said, t.true) > 1e-7]
-        cost = [x[way].seconds / x[RK4].seconds for x in scenes.values() if {RK4, way} <= {*x}]
+        cost = [x[way].seconds / x[RK4].seconds for x in scenes.values() if RK4 in x and way in x]
         cost = [x for x in cost if not isnan(x)]
         good = sum(GOOD[0] <= x <= GOOD[1] for x in ratios)
         yield {

@@ -24,8 +24,10 @@ MAX_NUMBER = 1e100
 """Size of a number whose square is still finite."""
 REMEDY = "The file was changed after it was written: make the result again."
 DESIGN = "design"
+"""Attribute of a file of runs: the plans of its study, and what is asked of its runs, as JSON."""
 FUNCTION_STATES = "external_states"
-MOVING = {"position", "velocity"}
+"""Attribute: time and states of functions, as JSON."""
+MOVING = ("position", "velocity")
 """Variables of a run that are known at every recorded time."""
 
 
@@ -76,7 +78,7 @@ def _wrong_time(run: xr.Dataset) -> Iterator[str]:
 
 def _wrong_numbers(run: xr.Dataset) -> Iterator[str]:
     """Motions that are not known at every time, or not finite when they are squared."""
-    for name in run.variables.keys() & MOVING:
+    for name in filter(run.variables.__contains__, MOVING):
         values = run[name].values
         finite = np.isfinite(values)
         if not finite.all():

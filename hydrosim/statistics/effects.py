@@ -31,11 +31,10 @@ import xarray as xr
 from hydrosim.errors import InputError
 from hydrosim.presentation.units import CYCLES
 from hydrosim.results.growing import GATHERED
+from hydrosim.results.validation import DESIGN
 from hydrosim.statistics.gumbel import INTERVAL
 from hydrosim.statistics.results import LOWEST
 
-DESIGN = "design"
-"""Attribute of a file of runs: the plans of its study, and what is asked of its runs, as JSON."""
 CYCLIC = "cyclic"
 """Attribute of coordinates that are frequencies of waves, or densities over these."""
 DRAWN = ("latin_hypercube", "sobol", "sobol_indices")

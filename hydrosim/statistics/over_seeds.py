@@ -13,7 +13,8 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.errors import InputError
-from hydrosim.statistics.effects import DESIGN, combinations, plans
+from hydrosim.results.validation import DESIGN
+from hydrosim.statistics.effects import combinations, plans
 from hydrosim.statistics.ends import Ends, of_channels, of_figures, of_motions
 from hydrosim.statistics.figures import SIDE
 from hydrosim.statistics.gumbel import INTERVAL, Gumbel, exceeding, fit_maxima, follows_gumbel

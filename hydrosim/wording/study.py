@@ -29,8 +29,9 @@ from hydrosim.results.error_figures import RELATIVE, reported_beyond
 from hydrosim.results.growing import GATHERED
 from hydrosim.results.ledger import CLOSED
 from hydrosim.results.runs_file import COMPLETE, DIFFER
+from hydrosim.results.validation import DESIGN
 from hydrosim.statistics import effects
-from hydrosim.statistics.effects import DESIGN, DRAWN, Difference, Plan, Row
+from hydrosim.statistics.effects import DRAWN, Difference, Plan, Row
 from hydrosim.wording.assumptions import assumptions, case_nodes
 from hydrosim.wording.one_table import has_one_table, one_table
 from hydrosim.wording.parts import Parts, nodes_of, title_of

@@ -24,9 +24,10 @@ from hydrosim.jit.waiting import running_time
 from hydrosim.leftovers import is_marked
 from hydrosim.outputs import Output
 from hydrosim.program import program_version, versions
+from hydrosim.results.validation import FUNCTION_STATES
 from hydrosim.stepping.state import POINT, RECORDS, RUNNING, STATUS, Run
 from hydrosim.studies.run.digest import digest
-from hydrosim.studies.run.functions import STATES, described, restore, states_of
+from hydrosim.studies.run.functions import described, restore, states_of
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
@@ -122,7 +123,7 @@ class Keeper:
         output = self._kept.output
         mark = np.frombuffer(output.mark.encode(), dtype=np.uint8)
         states = states_of(self._compiled.scene)
-        known = {**self._identity(), "wall_time": self.wall_time, STATES: states}
+        known = {**self._identity(), "wall_time": self.wall_time, FUNCTION_STATES: states}
         texts = json.dumps(known)
         arrays = {f"a{k}": array for k, array in enumerate(_arrays(self._run))}
         arrays = {"mark": mark, "texts": np.frombuffer(texts.encode(), dtype=np.uint8), **arrays}
@@ -140,7 +141,7 @@ class Keeper:
                 raise _damaged(self._kept.output, f"a{k} has changed")
             array[...] = kept
         scene = self._compiled.scene
-        restore(scene, scene.forces, texts.get(STATES, {}), "the checkpoint")
+        restore(scene, scene.forces, texts.get(FUNCTION_STATES, {}), "the checkpoint")
         return float(texts["wall_time"])
 
     def _identity(self) -> dict[str, str]:

@@ -18,6 +18,7 @@ from hydrosim.errors import InputError
 from hydrosim.forces import externals_of, functions_at_stages
 from hydrosim.forces.given.external import KIND as EXTERNALS
 from hydrosim.forces.given.external import overshoots
+from hydrosim.results.validation import FUNCTION_STATES
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.stepping.dynamics import new_work
 from hydrosim.stepping.names import force_names
@@ -31,8 +32,6 @@ if TYPE_CHECKING:
 
 ACTED = "external_forces"
 """Attribute: name, function, bodies and coupling of each external force, one a line."""
-STATES = "external_states"
-"""Attribute: time and states of functions, as JSON."""
 SEPARATOR = ": "
 MAX_OVERSHOOT = 3.0
 """Extrapolated force over the largest that its function had returned. A line through the ends of
@@ -75,7 +74,7 @@ def record_of(scene: Scene, time: float) -> dict[str, object]:
     except InputError:
         states = {}
     text = json.dumps({"time": float(time), "states": states}) if states else None
-    return {ACTED: described(scene) or None, STATES: text}
+    return {ACTED: described(scene) or None, FUNCTION_STATES: text}
 
 
 def restore(scene: Scene, names: Iterable[str], states: Mapping[str, Any], source: str) -> None:
@@ -112,7 +111,7 @@ def continued(compiled: Compiled) -> Compiled:
     before = names_in(str(attributes.get(ACTED, "")))
     if start is None or not before:
         return compiled
-    kept = json.loads(str(attributes.get(STATES, "{}")))
+    kept = json.loads(str(attributes.get(FUNCTION_STATES, "{}")))
     there = bool(kept) and np.isclose(kept["time"], compiled.begin, rtol=1e-9, atol=1e-9)
     restore(scene, before, kept["states"] if there else {}, "the earlier run")
     missing = [name for name in before if name not in scene.forces]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from hydrosim.documents.places import locating_in
 from hydrosim.errors import InputError
-from hydrosim.statistics.effects import DESIGN
+from hydrosim.results.validation import DESIGN
 from hydrosim.studies.many.form import one_of_each
 from hydrosim.studies.many.many import simulate_many
 from hydrosim.studies.sweep.trial import check_figures, check_units
