@@ -210,7 +210,8 @@ def _fixed_at(dataset: xr.Dataset, period: float) -> FixedLoads:
         height = int(record.wave_height_index)
         loads = _measured_loads(record, AMPLITUDE[height], *window(record))
         by_height.setdefault(height, []).append(loads)
-        every += [_measured_loads(record, AMPLITUDE[height], *half) for half in halves(record)]
+        parts = [window(record), *halves(record)]
+        every += [_measured_loads(record, AMPLITUDE[height], *part) for part in parts]
     means = np.mean([np.mean(values, axis=0) for values in by_height.values()], axis=0)
     bounds = np.min(every, axis=0), np.max(every, axis=0)
     measured = np.stack([means, *bounds], axis=1)
@@ -218,9 +219,7 @@ def _fixed_at(dataset: xr.Dataset, period: float) -> FixedLoads:
     return FixedLoads(2.0 * np.pi / period, len(rows), measured, _computed_loads(period, speed))
 
 
-def _measured_loads(
-    record: xr.Dataset, amplitude: float, end: float, periods: int
-) -> list[float]:
+def _measured_loads(record: xr.Dataset, amplitude: float, end: float, periods: int) -> list[float]:
     drift, sway = channel_harmonic(record, "Fy", end, periods)
     _, heave = channel_harmonic(record, "Fz", end, periods)
     values = [abs(sway) / amplitude, abs(heave) / amplitude, drift / amplitude**2]
@@ -234,7 +233,11 @@ def _computed_loads(period: float, speed: float) -> np.ndarray:
     load_on_transducer = run.joint_force.sel(joint="transducer")
     end, periods = float(run.time[-1]), _periods(period, speed)
     amplitudes = [
-        abs(harmonic(run.time.values, load_on_transducer.sel(dof=dof).values, period, end, periods)[1])
+        abs(
+            harmonic(run.time.values, load_on_transducer.sel(dof=dof).values, period, end, periods)[
+                1
+            ]
+        )
         for dof in ("sway", "heave")
     ]
     database = load(DATABASE)
@@ -395,7 +398,12 @@ def _free_cell(each: FreeMotions, name: str) -> str:
 
 def _period_page(periods: Mapping[str, float]) -> str:
     rows = [
-        (name, f"{PERIODS[name]:.2f}", f"{period:.3f}", f"{100 * (period / PERIODS[name] - 1):+.1f} %")
+        (
+            name,
+            f"{PERIODS[name]:.2f}",
+            f"{period:.3f}",
+            f"{100 * (period / PERIODS[name] - 1):+.1f} %",
+        )
         for name, period in periods.items()
     ]
     return page_table(("decay", "measured [s]", "hydrosim [s]", "error"), rows)

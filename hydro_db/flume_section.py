@@ -97,7 +97,9 @@ def solve(frequency: float) -> Flow:
     to_load = -1j * frequency * DENSITY * (modes * elements.length[section, None]).T
     radiated = to_load @ phi[section, :3]
     froude_krylov = to_load @ incident[section]
-    behind, ahead = (far_waves(elements, phi, part, frequency, k) for part in (END_BEHIND, END_AHEAD))
+    behind, ahead = (
+        far_waves(elements, phi, part, frequency, k) for part in (END_BEHIND, END_AHEAD)
+    )
     return Flow(
         k,
         symmetric_part(radiated.real) / frequency**2,
@@ -197,9 +199,7 @@ def incident_flux(k: float, elements: Elements, incident: np.ndarray) -> np.ndar
     return np.asarray(incident * (-1j * k * normal_y + upward * normal_z))
 
 
-def potentials(
-    elements: Elements, frequency: float, k: float, given: np.ndarray
-) -> np.ndarray:
+def potentials(elements: Elements, frequency: float, k: float, given: np.ndarray) -> np.ndarray:
     """Potentials (n, m) of flows whose normal derivative is ``given`` (section's elements, m)."""
     single, double = influences(elements)
     slope = np.zeros(len(single), complex)
