@@ -1,15 +1,18 @@
 """Database of the section in the wave flume: two-dimensional flow, by boundary elements.
 
-The model fills the flume from wall to wall, so that its flow is that of a plane. Capytaine has bodies
-in three dimensions alone: its prism has ends, and long panels. Here the potential is constant on each
-of the straight elements round the water: section, free surface, bed, and two vertical ends where waves
-leave (Newman 1977, Marine Hydrodynamics, chapter 6). With r from an element to the middle of another,
+The model fills the flume from wall to wall, so that its flow is that of a plane. Capytaine has
+bodies in three dimensions alone: its prism has ends, and long panels. Here the potential is constant
+on each of the straight elements round the water. These are the section, the free surface, the bed,
+and two vertical ends where waves leave (Newman 1977, Marine Hydrodynamics, chapter 6). With r from an
+element to the middle of another,
 
     pi phi = int phi d(ln r)/dn - int ln r dphi/dn,    n out of the water,
 
     dphi/dn = w^2/g phi on the surface, 0 on the bed, -i k phi at the ends, given on the section.
 
 Time factor exp(+i w t); waves go to +y. All is in SI, per length of the section until it is stored.
+The first frequency is nearly zero, because heave has damping there: a plane flow needs it for its
+memory.
 
     python hydro_db/flume_section.py       # flume_section.nc
 """
@@ -328,7 +331,7 @@ def loads(plane: np.ndarray) -> np.ndarray:
 
 
 def pitch_stiffness() -> float:
-    """Hydrostatic stiffness in pitch [N m], which nothing uses, so that the model does not capsize."""
+    """Hydrostatic stiffness in pitch [N m]. Nothing uses it; without it the model would capsize."""
     lever = section_area() * LENGTH * (centre_of_buoyancy() - CENTRE_OF_GRAVITY)
     return DENSITY * GRAVITY * (BEAM * LENGTH**3 / 12.0 + lever)
 

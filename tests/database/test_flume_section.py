@@ -21,7 +21,8 @@ BAND = (1.0, 10.0)  # rad/s
 def section() -> ModuleType:
     """The script that made the database."""
     spec = importlib.util.spec_from_file_location("flume_section", FOLDER / "flume_section.py")
-    assert spec is not None and spec.loader is not None
+    assert spec is not None
+    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module

@@ -35,7 +35,7 @@ def largest_distance(free: list[flume.FreeMotions], name: str) -> float:
 
 
 def test_the_records_are_whole() -> None:
-    """34 and 13 runs; the camera failed in one. A window has whole periods before waves are back."""
+    """The camera failed in one. A window has whole periods before waves are back."""
     fixed, free = flume.records("fixed"), flume.records("free")
     assert (fixed.sizes["run"], free.sizes["run"]) == (34, 13)
     dead = [
