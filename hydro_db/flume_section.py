@@ -1,10 +1,10 @@
 """Database of the section in the wave flume: two-dimensional flow, by boundary elements.
 
 The model fills the flume from wall to wall, so that its flow is that of a plane. Capytaine has
-bodies in three dimensions alone: its prism has ends, and long panels. Here the potential is constant
-on each of the straight elements round the water. These are the section, the free surface, the bed,
-and two vertical ends where waves leave (Newman 1977, Marine Hydrodynamics, chapter 6). With r from an
-element to the middle of another,
+bodies in three dimensions alone: its prism has ends, and long panels. Here the potential is
+constant on each of the straight elements round the water. These are the section, the free surface,
+the bed, and two vertical ends where waves leave (Newman 1977, Marine Hydrodynamics, chapter 6).
+With r from an element to the middle of another,
 
     pi phi = int phi d(ln r)/dn - int ln r dphi/dn,    n out of the water,
 
