@@ -304,7 +304,9 @@ def test_units_do_not_matter(size: float) -> None:
     np.testing.assert_allclose(np.array(other[:5]) / size, one[:5], rtol=1e-9)
 
 
-@pytest.mark.parametrize(("weight", "expected"), [(2.0, Basis.CURVED), (10.0, Basis.CLIPPED_GAUSSIAN)])
+@pytest.mark.parametrize(
+    ("weight", "expected"), [(2.0, Basis.CURVED), (10.0, Basis.CLIPPED_GAUSSIAN)]
+)
 def test_forces_that_end_near_a_weight_have_no_law(weight: float, expected: Basis) -> None:
     """A contact that opens, and closes as far as the weight that it carries; one far from it."""
     bases = []
