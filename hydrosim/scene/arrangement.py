@@ -49,10 +49,8 @@ class Arrangement:
         to the earth begins a tree of its own."""
         roots: dict[str, str] = {}
         for branch in self.branches:
-            parent = branch.parent
-            roots[branch.child] = (
-                branch.child if parent is None else roots.setdefault(parent, parent)
-            )
+            below = branch.child if branch.parent is None else branch.parent
+            roots[branch.child] = roots.setdefault(below, below)
         return roots
 
     @cached_property

@@ -49,6 +49,9 @@ class Question(StrEnum):
     RAMP = "ramp"
     STEP = "step"
     RANGE = "range"
+    CAPACITY = "capacity"
+    AXES = "axes"
+    HULL = "hull"
     BENDING = "bending"
     FILES = "files"
 

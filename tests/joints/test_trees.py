@@ -28,7 +28,7 @@ def random_scene(seed: int, count: int = 12) -> Scene:
 
 
 def search_connected(scene: Scene, body: str) -> set[str]:
-    """Bodies that joints between bodies connect with one, by searching all edges again and again."""
+    """Bodies that joints between bodies connect with one, by searching all edges often."""
     found = {body}
     for _ in scene.bodies:
         for joint in scene.joints.values():

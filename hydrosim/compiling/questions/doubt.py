@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from hydrosim.rigid.kinematics import Motion, place_bodies
 from hydrosim.scene.trees import arrangement
-from hydrosim.stepping.dynamics import Model, new_work
+from hydrosim.stepping.dynamics import Model, new_work, rhs
 
 if TYPE_CHECKING:
     from hydrosim.compiling.facts import Facts
@@ -74,6 +75,21 @@ class About:
         """Position of the centre of gravity of body ``b`` at the start (3,) [m]."""
         moved = self.motion.coordinates[6 * b : 6 * b + 3]
         return np.asarray(self.model.bodies.each["origin"][b] + moved)
+
+    @cached_property
+    def loads(self) -> dict[str, float]:
+        """Forces of all elements on their bodies at the start [N], by name."""
+        state = self.state
+        work = new_work(self.model)
+        start = self.end - self.scene.duration
+        rates = np.empty(state.y.size)
+        rhs(start, state.y, state.modes, state.history, self.model, work, rates)
+        forces = {}
+        for name, element in self.scene.forces.items():
+            first = 6 * self.index[element.body]
+            own = work.wrench[self.facts.rows.index(name), first : first + 3]
+            forces[name] = float(np.linalg.norm(own))
+        return forces
 
     @property
     def index(self) -> dict[str, int]:
