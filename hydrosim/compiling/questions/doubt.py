@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from hydrosim.compiling.start_loads import start_loads
 from hydrosim.rigid.kinematics import Motion, place_bodies
 from hydrosim.scene.trees import arrangement
-from hydrosim.stepping.dynamics import Model, new_work, rhs
+from hydrosim.stepping.dynamics import Model, new_work
 
 if TYPE_CHECKING:
     from hydrosim.compiling.facts import Facts
@@ -79,17 +80,8 @@ class About:
     @cached_property
     def loads(self) -> dict[str, float]:
         """Forces of all elements on their bodies at the start [N], by name."""
-        state = self.state
-        work = new_work(self.model)
-        start = self.end - self.scene.duration
-        rates = np.empty(state.y.size)
-        rhs(start, state.y, state.modes, state.history, self.model, work, rates)
-        forces = {}
-        for name, element in self.scene.forces.items():
-            first = 6 * self.index[element.body]
-            own = work.wrench[self.facts.rows.index(name), first : first + 3]
-            forces[name] = float(np.linalg.norm(own))
-        return forces
+        begin = self.end - self.scene.duration
+        return start_loads(self.scene, self.model, self.state, self.facts.rows, begin)
 
     @property
     def index(self) -> dict[str, int]:
