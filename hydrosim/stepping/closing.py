@@ -23,7 +23,8 @@ whose row comes to depend on others later (a four-bar linkage in a straight line
 
 from __future__ import annotations
 
-from hydrosim.forces import events
+from hydrosim.forces import drive, events
+from hydrosim.forces.holds import NONE
 from hydrosim.forces.joint import locks
 from hydrosim.forces.joint.locks import CLOSED, IMPULSE, LOSS, NO_RATCHET, RUNNING
 from hydrosim.jit.kernels import assign, clear, kernel, root, root_giving
@@ -101,11 +102,13 @@ def _test_contacts(t, run):
 
 @kernel
 def _set_up(y, modes, model, work):
-    """Inertia and constraints of closed joints at the state ``y``."""
+    """Inertia, and constraints of drives and closed joints, at the state ``y``."""
     find_inertia(y, model, work)
     work.constraints.number[0] = 0
     p = model.elements.locks
     holds = work.holds
+    if events.any_drives(model.elements):
+        drive.hold(model.elements.drives, work.constraints, holds)
     locks.hold(y, modes, work.motion, model.bodies, p, work.total, work.constraints, holds)
 
 
@@ -121,7 +124,7 @@ def choose_rows(y, modes, model, work):
     cholesky(work.inertia)
     least = find_rank(work.constraints, work.inertia, work.holds.size)
     for r in range(work.constraints.number[0]):
-        if work.constraints.pivot[r] == DROPPED:
+        if work.constraints.pivot[r] == DROPPED and work.holds.lock[r] != NONE:
             modes[p.mode + work.holds.lock[r], SEGMENT] -= 1 << work.holds.bit[r]
     return least
 
@@ -172,7 +175,7 @@ def project(y, modes, model, work):
     for _ in range(TRIES):
         find_inertia(y, model, work)
         constrain(y, modes, model, work)
-        if _find_stops(y[n : 2 * n], work.constraints):
+        if _find_stops(y[n : 2 * n], work.constraints, model.elements.drives.each.size):
             return
         clear(change)
         solve_held(work.inertia, work.constraints, change)
@@ -181,10 +184,13 @@ def project(y, modes, model, work):
 
 
 @kernel
-def _find_stops(u, constraints):
-    """Set bounds that stop the rates ``u`` across constraints; true if they are rounding."""
+def _find_stops(u, constraints, drives):
+    """Set bounds that stop the rates ``u`` across constraints; true if they are rounding. The first
+    rows, of ``drives``, keep their rates."""
     still = True
-    for r in range(constraints.number[0]):
+    for r in range(drives):
+        constraints.bound[r] = 0.0
+    for r in range(drives, constraints.number[0]):
         rate = 0.0
         size = 0.0
         for j in range(u.size):
@@ -207,7 +213,7 @@ def strike(y, modes, model, work):
     change = work.jump[0]
     for _ in range(ROUNDS):
         _set_up(y, modes, model, work)
-        if _find_stops(y[n : 2 * n], constraints):
+        if _find_stops(y[n : 2 * n], constraints, model.elements.drives.each.size):
             return False
         for r in range(constraints.number[0]):
             work.jump[1, r] = constraints.bound[r]
@@ -228,6 +234,8 @@ def _lets_go(modes, constraints, holds, p):
     pull = 0.0
     for r in range(constraints.number[0]):
         i = holds.lock[r]
+        if i == NONE:
+            continue
         if p.each[i].ratchet != NO_RATCHET and constraints.force[r] < pull:
             pull = constraints.force[r]
             worst = i
@@ -261,12 +269,16 @@ def _book(y, change, modes, model, work):
     locks.collect(p, constraints, holds)
     for r in range(constraints.number[0]):
         i = holds.lock[r]
+        if i == NONE:
+            continue
         lost = 0.5 * constraints.force[r] * work.jump[1, r]
         y[p.state + locks.STATES * i + LOSS] += lost
         y[p.losses + p.each[i].row] += lost
     for i in range(p.each.size):
         for a in range(6):
             y[p.state + locks.STATES * i + IMPULSE + a] += holds.joint[i, a]
+    if events.any_drives(model.elements):
+        drive.book_impulses(y, model.bodies, model.elements.drives, constraints)
     if model.impulse < model.size:
         _book_impulses(y, modes, change, model, work)
 
@@ -292,6 +304,12 @@ def _book_impulses(y, modes, change, model, work):
     for i in range(m):
         y[model.impulse + row * m + i] += push[i]
         y[works + row * m + i] += push[i] * work.motion.velocity[i]
+    if events.any_drives(model.elements):
+        d = model.elements.drives
+        forces = work.constraints
+        drive.add_impulses(
+            y, work.motion, model.bodies, d, forces, work.holds, push, model.impulse, works
+        )
 
 
 @kernel

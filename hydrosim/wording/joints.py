@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from hydrosim.scene import Body, Joint, Scene, Weight
+from hydrosim.scene.joint import JointType
 from hydrosim.scene.trees import arrangement
 
 
@@ -17,7 +18,9 @@ def describe_joints(scene: Scene) -> Iterator[str]:
         how = f"coordinates: {motions}" if motions else "no motion"
         yield f"{branch.name}: {_between(branch.joint)}; {how}{_restoring(bodies[branch.child])}"
     for name in found.loops:
-        yield f"{name}: {_between(scene.joints[name])}; closes a loop, held by constraint forces"
+        joint = scene.joints[name]
+        role = "keeps a distance" if joint.type == JointType.ROD else "closes a loop"
+        yield f"{name}: {_between(joint)}; {role}, held by constraint forces"
     for name in found.passing:
         yield f"{name}: {_between(scene.joints[name])}; a constraint while it is closed"
 
