@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hydrosim.compiling.joints.closed import check_closed, check_joints
-from hydrosim.compiling.joints.drives import check_driven_start, check_drives
+from hydrosim.compiling.joints.drives import check_drives
 from hydrosim.compiling.joints.trees import check_trees
 from hydrosim.compiling.restart import begin
 from hydrosim.compiling.sizes import check_sizes
@@ -104,7 +104,6 @@ def check_start(scene: Scene, model: Model, state: State) -> None:
     if scene.initial is None:
         check_closed(scene, model, state)
         _check_breaks(scene, model, state)
-    check_driven_start(scene, model, state)
     _check_rigid_friction(scene, model, state)
     _check_springs(scene, model, state)
     _check_lines(scene, model, state)

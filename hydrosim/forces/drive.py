@@ -8,7 +8,8 @@ accepted step, place and rate are set to the signal. Between them they differ by
 method in one step, so that a method keeps its order.
 
 The acceleration of a table jumps at its points. No step crosses them, and all stages of a step use
-the piece of the signal in which it begins.
+the piece of the signal in which it begins. A record has no such corners: its acceleration is
+continuous.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ from hydrosim.forces.signal import (
     SIGNAL,
     Signal,
     compile_signals,
+    corners,
     find,
     find_motion,
     scaled,
@@ -64,7 +66,7 @@ class Drive(ForceElement):
         yield "position", self.position
 
     def unit_names(self, name: str) -> Sequence[str]:
-        return (name,)
+        return (f"{name} {self.dof}",)
 
     def holds(self) -> Collection[str]:
         return (self.dof,) if self.dof in HORIZONTAL and self.joint is None else ()
@@ -84,11 +86,12 @@ class Drive(ForceElement):
 DRIVE = np.dtype(
     [
         *(("coordinate", int), ("row", int), ("body", int), ("dof", int)),
-        *(("move", int), ("axis", int), ("signal", SIGNAL)),
+        *(("move", int), ("axis", int), ("cornered", bool), ("signal", SIGNAL)),
     ]
 )
 """A drive: its coordinate, its row of forces; its body and degree of freedom, or the move of the
-tree of joints and the axis of that (`NONE` if it drives a body)."""
+tree of joints and the axis of that (`NONE` if it drives a body); its signal, and whether that has
+corners, which no step crosses."""
 
 
 class Params(NamedTuple):
@@ -108,7 +111,8 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
     signals, pieces = compile_signals([e.position for e in drives.values()])
     for i, (name, e) in enumerate(drives.items()):
         place = _body_place(e, layout) if e.joint is None else _joint_place(e, layout)
-        each[i] = (place[0], layout.row[name], *place[1:], signals[i])
+        cornered = corners(e.position).size > 0
+        each[i] = (place[0], layout.row[name], *place[1:], cornered, signals[i])
     return Params(each, pieces, 0, 0)
 
 
@@ -141,15 +145,16 @@ def _joint_place(drive: Drive, layout: Layout) -> tuple[int, ...]:
 
 @root
 def begin_step(t, p, holds):
-    """Choose the pieces of the signals for a step that begins at ``t``."""
+    """Choose the pieces of the signals with corners for a step that begins at ``t``."""
     for i in range(p.each.size):
-        holds.piece[i] = find(t, p.each[i].signal, p.pieces)
+        if p.each[i].cornered:
+            holds.piece[i] = find(t, p.each[i].signal, p.pieces)
 
 
 @root
 def set_motion(t, p, holds):
-    """Fill ``holds.driven`` for the time ``t``; without a step, the pieces are those that hold
-    ``t``."""
+    """Fill ``holds.driven`` for the time ``t``. Signals without corners, and others outside steps,
+    are on the piece that holds ``t``."""
     for i in range(p.each.size):
         signal = p.each[i].signal
         k = holds.piece[i]
