@@ -75,7 +75,7 @@ def model_of(scene: Scene, wet: Sequence[WetGroup], known: Parts | None = None) 
         tanks = tanks_of(scene)
         elements = forces.compile_elements(scene.forces, _layout(scene, bodies, alone, tanks))
         known = forces.Placed(elements, tanks)
-    elif bodies.tree.moves.size or known.elements.drives.each.size:
+    elif bodies.tree.moves.size or forces.driven_coordinates(known.elements).size:
         # numbers of coordinates may differ
         layout = _layout(scene, bodies, alone, known.tanks)
         known = forces.numbered_anew(known, scene.forces, layout)

@@ -84,7 +84,7 @@ def check_scene(scene: Scene) -> None:
             _check_record(key, signal.time, scene.duration)
     for name, element in scene.forces.items():
         element.check(name)
-    check_drives(scene)
+    check_drives(scene, begin(scene))
     check_points(scene)
     check_sizes(scene)
 

@@ -370,6 +370,11 @@ def pieces_of_lines(elements: Elements) -> np.ndarray:
     return np.asarray(elements.catenaries.pieces)
 
 
+def driven_coordinates(elements: Elements) -> np.ndarray:
+    """The free coordinate (n,) of each drive."""
+    return np.asarray(elements.drives.each["coordinate"], dtype=np.int64)
+
+
 def lasting_states(parts: Parts) -> np.ndarray:
     """Entries (n,) of y that a body at rest keeps: of joints that are constraints, and lengths off
     the drums of winches."""

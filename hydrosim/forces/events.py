@@ -351,9 +351,61 @@ def drive_count(elements: Elements) -> int:
 
 
 @kernel
-def any_drives(elements):
-    """True if any motion is prescribed."""
-    return elements.drives.each.size > 0
+def begin_drives(t, elements, holds):
+    """Prepare drives for a step that begins at ``t``."""
+    if elements.drives.each.size > 0:
+        drive.begin_step(t, elements.drives, holds)
+
+
+@kernel
+def find_driven_motion(t, elements, holds):
+    """Compute what drives prescribe at ``t``."""
+    if elements.drives.each.size > 0:
+        drive.set_motion(t, elements.drives, holds)
+
+
+@kernel
+def follow_drives(t, y, bodies, elements, holds):
+    """Bring driven coordinates in ``y`` and their rates to the signals at ``t``."""
+    if elements.drives.each.size > 0:
+        drive.follow(t, y, bodies, elements.drives, holds)
+
+
+@kernel
+def hold_drives(elements, constraints, holds):
+    """Add the constraints of drives; returns their number."""
+    if elements.drives.each.size > 0:
+        drive.hold(elements.drives, constraints, holds)
+    return elements.drives.each.size
+
+
+@kernel
+def keep_driven_rates(y, bodies, elements, constraints):
+    """Set the bounds of drives to the rates that they prescribe."""
+    if elements.drives.each.size > 0:
+        drive.keep_rates(y, bodies, elements.drives, constraints)
+
+
+@kernel
+def add_drive_power(y, bodies, elements, holds, rates):
+    """Add the power of drives to the ``rates`` of the integrals of work."""
+    if elements.drives.each.size > 0:
+        drive.add_power(y, bodies, elements.drives, holds, rates)
+
+
+@kernel
+def book_drive_impulses(y, bodies, elements, constraints):
+    """Book the work of the impulses of drives in a sudden change."""
+    if elements.drives.each.size > 0:
+        drive.book_impulses(y, bodies, elements.drives, constraints)
+
+
+@kernel
+def add_drive_impulses(y, motion, bodies, elements, constraints, holds, wrench, impulse, works):
+    """Add the impulses of drives, and their works by coordinate, to the integrals of y."""
+    if elements.drives.each.size > 0:
+        p = elements.drives
+        drive.add_impulses(y, motion, bodies, p, constraints, holds, wrench, impulse, works)
 
 
 def joint_count(elements: Elements) -> int:
@@ -382,8 +434,7 @@ def release(elements, holds):
 def hold(y, modes, motion, bodies, elements, wrench, constraints, holds):
     """Add the constraints of elements that hold bodies, first those of drives, then those of joints;
     ``wrench`` (6 nb,) is scratch."""
-    if elements.drives.each.size > 0:
-        drive.hold(elements.drives, constraints, holds)
+    hold_drives(elements, constraints, holds)
     if elements.locks.each.size > 0:
         locks.hold(y, modes, motion, bodies, elements.locks, wrench, constraints, holds)
     if elements.joint_motions.rows > 0:

@@ -23,7 +23,7 @@ whose row comes to depend on others later (a four-bar linkage in a straight line
 
 from __future__ import annotations
 
-from hydrosim.forces import drive, events
+from hydrosim.forces import events
 from hydrosim.forces.holds import NONE
 from hydrosim.forces.joint import locks
 from hydrosim.forces.joint.locks import CLOSED, IMPULSE, LOSS, NO_RATCHET, RUNNING
@@ -38,6 +38,7 @@ from hydrosim.stepping.state import NEXT_STEP, RANK, RANK_TIME, SINGULAR, STATUS
 
 MET = 1e-13  # m or 1: residual of a place, more by 1e-15 of the farthest place beyond 100 m
 STILL = 1e-14  # of the sum of the terms of a velocity: rounding of J q'
+OPPOSED = 1e-9  # m/s or rad/s, and 1e-9 of the lever: rounding of the rate of a dropped row
 TRIES = 5  # Newton's iterations back to the constraints
 ROUNDS = 20  # impacts through ratchets that join in or let go
 
@@ -54,7 +55,7 @@ def keep_closed(t, run):
 @root
 def meet(t, run):
     """After modes have switched: find the rows of joints that hold, and book the impact of those
-    that have closed."""
+    that have closed. A joint that closes against a drive ends the run."""
     state = run.state
     model = run.model
     p = model.elements.locks
@@ -73,7 +74,27 @@ def meet(t, run):
             break
     run.scratch.pace[RANK_TIME] = t
     run.scratch.pace[RANK] = choose_rows(state.y, state.modes, model, run.work)
+    if _opposes_drives(state.y, model, run.work):
+        run.counters[STATUS] = SINGULAR
     project(state.y, state.modes, model, run.work)
+
+
+@kernel
+def _opposes_drives(y, model, work):
+    """True if rows that depend on those of drives, and are dropped for that, would have to move."""
+    n = model.bodies.active.size
+    constraints = work.constraints
+    if constraints.number[0] == 0 or work.holds.driven.shape[0] == 0:
+        return False
+    for r in range(constraints.number[0]):
+        rate = 0.0
+        size = 1.0
+        for j in range(n):
+            rate += constraints.J[r, j] * y[n + j]
+            size = max(size, abs(constraints.J[r, j]))
+        if constraints.pivot[r] == DROPPED and abs(rate) > OPPOSED * size:
+            return True
+    return False
 
 
 @kernel
@@ -107,8 +128,7 @@ def _set_up(y, modes, model, work):
     work.constraints.number[0] = 0
     p = model.elements.locks
     holds = work.holds
-    if events.any_drives(model.elements):
-        drive.hold(model.elements.drives, work.constraints, holds)
+    events.hold_drives(model.elements, work.constraints, holds)
     locks.hold(y, modes, work.motion, model.bodies, p, work.total, work.constraints, holds)
 
 
@@ -277,8 +297,7 @@ def _book(y, change, modes, model, work):
     for i in range(p.each.size):
         for a in range(6):
             y[p.state + locks.STATES * i + IMPULSE + a] += holds.joint[i, a]
-    if events.any_drives(model.elements):
-        drive.book_impulses(y, model.bodies, model.elements.drives, constraints)
+    events.book_drive_impulses(y, model.bodies, model.elements, constraints)
     if model.impulse < model.size:
         _book_impulses(y, modes, change, model, work)
 
@@ -304,12 +323,17 @@ def _book_impulses(y, modes, change, model, work):
     for i in range(m):
         y[model.impulse + row * m + i] += push[i]
         y[works + row * m + i] += push[i] * work.motion.velocity[i]
-    if events.any_drives(model.elements):
-        d = model.elements.drives
-        forces = work.constraints
-        drive.add_impulses(
-            y, work.motion, model.bodies, d, forces, work.holds, push, model.impulse, works
-        )
+    events.add_drive_impulses(
+        y,
+        work.motion,
+        model.bodies,
+        model.elements,
+        work.constraints,
+        work.holds,
+        push,
+        model.impulse,
+        works,
+    )
 
 
 @kernel

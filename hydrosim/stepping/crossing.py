@@ -18,7 +18,7 @@ from hydrosim.jit.kernels import any_negative, assign, clear, kernel, root, root
 from hydrosim.modes import MARGINS, MODE
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.stepping.closing import meet
-from hydrosim.stepping.dynamics import apply_impulse, follow_drives, project_velocities
+from hydrosim.stepping.dynamics import apply_impulse, project_velocities
 from hydrosim.stepping.state import (
     AFTER,
     AT_END,
@@ -574,8 +574,7 @@ def _book_stored(i, sign, t, run):
 def make_consistent(t, run):
     """Bring driven coordinates to their signals and held points to rest, and release points that
     cannot be held."""
-    if events.any_drives(run.model.elements):
-        follow_drives(t, run.state.y, run.model, run.work)
+    events.follow_drives(t, run.state.y, run.model.bodies, run.model.elements, run.work.holds)
     if events.any_joints(run.model.elements):
         meet(t, run)
     if run.work.constraints.force.size > events.joint_rows(run.model.elements):

@@ -30,7 +30,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim import forces
-from hydrosim.forces import Elements, add_element_energies, add_elements, drive, events
+from hydrosim.forces import Elements, add_element_energies, add_elements, events
 from hydrosim.forces.displacement import Hulls as Displacement
 from hydrosim.forces.displacement import add_displacement, add_displacement_energy
 from hydrosim.forces.holds import Holds, new_holds
@@ -238,8 +238,7 @@ def rhs(t, y, modes, history, model, work, dy):
     if model.headings.turning.size > 0:
         add_turning(model.headings, A, model.bodies, motion, work.hulls, work.total)
     steady = model.headings.steady and not blends and model.tanks.each.size == 0
-    if events.any_drives(model.elements):
-        drive.set_motion(t, model.elements.drives, work.holds)
+    events.find_driven_motion(t, model.elements, work.holds)
     if may_hold(modes, model, work) or not steady:
         accelerate(y, modes, model, work, acceleration)
     elif model.headings.turned.size > 0:
@@ -248,8 +247,7 @@ def rhs(t, y, modes, history, model, work, dy):
         accelerate_freely(
             model.inertia, model.bodies, motion, work.total, work.turning, acceleration
         )
-    if events.any_drives(model.elements):
-        drive.add_power(y, model.bodies, model.elements.drives, work.holds, dy[model.energy :])
+    events.add_drive_power(y, model.bodies, model.elements, work.holds, dy[model.energy :])
     if model.impulse < model.size:
         add_impulses(t, y, modes, model, work, dy[model.impulse :])
 
@@ -352,8 +350,7 @@ def apply_impulse(y, modes, model, work):
     constrain(y, modes, model, work)
     clear(constraints.bound)
     solve_held(work.inertia, constraints, change)
-    if events.any_drives(model.elements):
-        drive.book_impulses(y, model.bodies, model.elements.drives, constraints)
+    events.book_drive_impulses(y, model.bodies, model.elements, constraints)
     for i in range(n):
         y[model.energy + model.tanks.row] += given[i] * (y[n + i] + 0.5 * change[i])
         y[n + i] += change[i]
@@ -386,12 +383,6 @@ def constrain(y, modes, model, work):
     )
 
 
-@kernel
-def follow_drives(t, y, model, work):
-    """Bring driven coordinates in ``y`` and their rates to the signals at ``t``."""
-    drive.follow(t, y, model.bodies, model.elements.drives, work.holds)
-
-
 @root
 def find_inertia(y, model, work):
     """Fill ``work.inertia`` with S^T (M + A) S at the state ``y``."""
@@ -414,8 +405,7 @@ def project_velocities(y, modes, model, work):
     constrain(y, modes, model, work)
     if constraints.number[0] > 0:
         clear(constraints.bound)
-        if events.any_drives(model.elements):
-            drive.keep_rates(y, model.bodies, model.elements.drives, constraints)
+        events.keep_driven_rates(y, model.bodies, model.elements, constraints)
         solve_for_pivots(constraints)
         restore(constraints, y[n : 2 * n])
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hydrosim.forces import drive, events
+from hydrosim.forces import events
 from hydrosim.integrate import error_norm, step_factor
 from hydrosim.jit.kernels import assign, clear, kernel, root, root_giving, summing
 from hydrosim.radiation.history import count_anew, drop, push
@@ -19,12 +19,7 @@ from hydrosim.rigid.tree import rechart
 from hydrosim.stepping.clock import STEP_ROUNDING, TIME_ROUNDING
 from hydrosim.stepping.closing import keep_closed
 from hydrosim.stepping.crossing import cut, make_consistent, note_headings, switch_modes
-from hydrosim.stepping.dynamics import (
-    follow_drives,
-    may_hold,
-    project_velocities,
-    update_contents,
-)
+from hydrosim.stepping.dynamics import may_hold, project_velocities, update_contents
 from hydrosim.stepping.record import keep
 from hydrosim.stepping.state import (
     AFTER,
@@ -158,8 +153,7 @@ def _cross(goal, enough, run):
     scratch = run.scratch
     counters = run.counters
     t = scratch.pace[REACHED]
-    if events.any_drives(run.model.elements):
-        drive.begin_step(t, run.model.elements.drives, run.work.holds)
+    events.begin_drives(t, run.model.elements, run.work.holds)
     while t < goal and count_evaluations(counters) < enough and counters[STATUS] == RUNNING:
         stop = _breakpoint_after(t, goal, clock)
         paced = t + _pace(t, stop - t, run)
@@ -176,8 +170,7 @@ def _cross(goal, enough, run):
         if events.remembers(run.model.elements):
             _record_largest(t, run)
         _renew(t, left, run)
-        if events.any_drives(run.model.elements):
-            follow_drives(t, state.y, run.model, run.work)
+        events.follow_drives(t, state.y, run.model.bodies, run.model.elements, run.work.holds)
         if events.any_joints(run.model.elements):
             keep_closed(t, run)
         if left:

@@ -43,8 +43,7 @@ from hydrosim.studies.ballast.loading import as_at
 from hydrosim.studies.run.asked import check_criteria
 from hydrosim.studies.run.resolution import accuracy_limit, scene_combinations
 from hydrosim.studies.run.step_limits import scene_step_limits
-from hydrosim.wording.drives import describe_drives
-from hydrosim.wording.joints import describe_joints
+from hydrosim.wording.joints import describe_drives, describe_joints
 from hydrosim.wording.roll.damping import describe_roll_damping
 from hydrosim.wording.run import radiation_verdict
 

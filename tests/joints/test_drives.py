@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from jointed import G, TIGHT, apart, by_rk4, carried, completed, joint, moved, places, scene
+from jointed import G, apart, by_rk4, carried, completed, joint, moved, places, scene
 from scipy.interpolate import CubicSpline, PchipInterpolator
 from solutions import solved
 
@@ -20,6 +20,7 @@ from hydrosim.errors import InputError
 from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import Drive, Harmonic, LinearMooring, Recorded, SmoothTable, Table
 from hydrosim.scene import (
+    Active,
     JointFriction,
     JointResistance,
     Kinematics,
@@ -28,6 +29,7 @@ from hydrosim.scene import (
     Start,
     Tolerance,
     Weight,
+    When,
 )
 
 Validated = Callable[..., None]
@@ -139,9 +141,7 @@ def test_a_drive_keeps_the_ledger_to_the_order_of_the_method(figure: Figure) -> 
     assert orders.min() > 3.8
     given = {"method": Method.DOPRI5, "tolerance": loose}
     steps = (0.2, 0.1, 0.05)
-    runs = [
-        completed(replace(cart_and_rod(**given, step=h), output_step=h)) for h in steps
-    ]
+    runs = [completed(replace(cart_and_rod(**given, step=h), output_step=h)) for h in steps]
     for run, h in zip(runs, steps, strict=True):
         assert run.attrs["solver_steps"] == round(DURATION / h)
     gaps = [residual(run) for run in runs]
@@ -166,7 +166,8 @@ def test_a_table_is_smooth_and_its_corners_cost_no_order(figure: Figure) -> None
     found = run.sel(body="cart", dof="surge")
     np.testing.assert_allclose(found.position, at, rtol=0.0, atol=1e-13)
     np.testing.assert_allclose(found.velocity, curve(TIME, 1), rtol=0.0, atol=1e-13)
-    assert found.position.min() >= VALUES.min() and found.position.max() <= VALUES.max()
+    assert found.position.min() >= VALUES.min()
+    assert found.position.max() <= VALUES.max()
     runs = [completed(by_rk4(cart_and_rod(signal), h)) for h in (0.1, 0.05, 0.025)]
     errors = [apart(places(run, "rod"), exact) for run in runs]
     orders = np.log2(np.array(errors[:-1]) / errors[1:])
@@ -312,3 +313,11 @@ def test_a_run_to_start_from_must_end_where_the_drive_begins() -> None:
     other = cart_and_rod(Harmonic(0.6, 3.2, 0.2, 0.4))
     text = refused(replace(other, initial=start, duration=5.0))
     assert "forces.shake: at 5 s it has the position" in text
+
+
+def test_a_joint_that_closes_against_a_drive_ends_the_run() -> None:
+    """It would have to stop what the drive moves."""
+    whole = cart_and_rod()
+    stop = replace(joint("fixed", "cart", None), active=Active(When(2.0)), resistances=())
+    with pytest.raises(hs.SimulationError, match="stop"):
+        hs.simulate(replace(whole, joints={**whole.joints, "stop": stop}))

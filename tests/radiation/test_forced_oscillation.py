@@ -55,7 +55,8 @@ HULLS = {
 FREQUENCIES = {"sphere": (1.2, 2.0), "h851": (0.5, 0.7)}
 """Two frequencies [rad/s] of the databases, about where the hulls radiate most."""
 LIMITS = {"sphere": 1.5e-3, "h851": 5e-3}
-"""Largest difference from the database itself, by its own error: of A, and of B over the largest."""
+"""Largest difference from the database itself, by its own error: of A, and of B over the
+largest."""
 CASES = [(hull, dof) for hull in HULLS for dof in ("heave", "sway", "roll")]
 
 
@@ -91,9 +92,7 @@ def forced(hull: str, dof: str, model: str, w: float) -> tuple[Compiled, xr.Data
         (body,),
         Environment(water_density=density),
         forces={"shake": Drive("hull", dof=dof, position=Harmonic(1.0, period))},
-        solver=Solver(
-            method=Method.RK4, step=period / STEPS, kinematics=Kinematics.LINEAR
-        ),
+        solver=Solver(method=Method.RK4, step=period / STEPS, kinematics=Kinematics.LINEAR),
         output_step=period / STEPS,
     )
     return hs.compile_scene(scene), hs.simulate(scene)
@@ -190,8 +189,6 @@ def test_the_database_is_met_to_its_own_error(
     for w in FREQUENCIES[hull]:
         compiled, found = measured(hull, dof, model, w)
         A, B, largest = of_database(compiled, dof, w)
-        worst = max(
-            worst, abs(found.added_mass / A - 1.0), abs(found.damping - B) / largest
-        )
+        worst = max(worst, abs(found.added_mass / A - 1.0), abs(found.damping - B) / largest)
     figure("of A, and of the largest B", worst)
     assert worst < LIMITS[hull]

@@ -11,6 +11,7 @@ from scipy import linalg
 from hydrosim.compiling.joints.drives import drives_of
 from hydrosim.dofs import about_z
 from hydrosim.errors import InputError
+from hydrosim.forces import driven_coordinates
 from hydrosim.forces.holds import NONE
 from hydrosim.forces.joint import locks
 from hydrosim.forces.joint.locks import CLOSED, NO_RATCHET
@@ -184,7 +185,7 @@ def _check_gaps(scene: Scene, model: Model, rows: Rows) -> None:
 
 def _check_drives(scene: Scene, model: Model, state: State, rows: Rows) -> None:
     """Refuse drives of motions that closed joints hold."""
-    driven = model.elements.drives.each["coordinate"]
+    driven = driven_coordinates(model.elements)
     if not driven.size:
         return
     scaled = _scaled(model, state.y, rows)

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.compiling.restart import begin
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.forces.drive import Drive, follow
+from hydrosim.forces import driven_coordinates
+from hydrosim.forces.drive import Drive
+from hydrosim.forces.events import follow_drives
 from hydrosim.forces.signal import SmoothTable, Table, compile_signals, find, find_motion
 from hydrosim.scene.joint import MotionKind
 from hydrosim.scene.trees import arrangement, tree_joints
@@ -29,14 +30,14 @@ def drives_of(scene: Scene) -> dict[str, Drive]:
     return {name: e for name, e in scene.forces.items() if isinstance(e, Drive)}
 
 
-def check_drives(scene: Scene) -> None:
+def check_drives(scene: Scene, begin: float) -> None:
     """Raises InputError for drives of motions that are not free or already driven, and for signals
-    that do not fit the run or its start."""
+    that do not fit the run, which begins at ``begin`` [s], or its start."""
     taken: dict[str, str] = {}
     bodies = {body.name: body for body in scene.bodies}
     for name, drive in drives_of(scene).items():
         problems = [*_problems_of_place(scene, bodies, drive)]
-        problems = problems or [*_problems_of_signal(scene, bodies, drive)]
+        problems = problems or [*_problems_of_signal(scene, bodies, drive, begin)]
         if drive.driven in taken:
             problems.append(f": {taken[drive.driven]} drives {drive.driven} already; remove one")
         if problems:
@@ -120,7 +121,9 @@ def is_turn(scene: Scene, drive: Drive) -> bool:
     )
 
 
-def _problems_of_signal(scene: Scene, bodies: Mapping[str, Body], drive: Drive) -> Iterator[str]:
+def _problems_of_signal(
+    scene: Scene, bodies: Mapping[str, Body], drive: Drive, begin: float
+) -> Iterator[str]:
     signal = drive.position
     key = ".angle" if is_turn(scene, drive) else ".offset"
     if isinstance(signal, Table):
@@ -128,15 +131,14 @@ def _problems_of_signal(scene: Scene, bodies: Mapping[str, Body], drive: Drive) 
         return
     if isinstance(signal, SmoothTable):
         time = np.asarray(signal.time, float)
-        first = begin(scene)
-        last = first + scene.duration
+        last = begin + scene.duration
         if time.size < 2 or not np.all(np.diff(time) > 0.0):
             yield f"{key}.time: found {time.size} times; expected two or more, which rise"
             return
-        if time[0] > first or time[-1] < last * (1.0 - 1e-9):
+        if time[0] > begin or time[-1] < last * (1.0 - 1e-9):
             yield (
                 f"{key}.time: found a table from {time[0]:g} s to {time[-1]:g} s; expected one of"
-                f" the whole run, from {first:g} s to {last:g} s. Repeat a value to stand still"
+                f" the whole run, from {begin:g} s to {last:g} s. Repeat a value to stand still"
             )
             return
     if scene.initial is None:
@@ -160,9 +162,7 @@ def _problems_of_start(scene: Scene, bodies: Mapping[str, Body], drive: Drive) -
             )
 
 
-def _given_start(
-    scene: Scene, bodies: Mapping[str, Body], drive: Drive
-) -> tuple[float, float]:
+def _given_start(scene: Scene, bodies: Mapping[str, Body], drive: Drive) -> tuple[float, float]:
     if drive.joint is None:
         i = DOFS.index(drive.dof)
         body = bodies[drive.body]
@@ -184,20 +184,20 @@ def motion_at(drive: Drive, t: float) -> tuple[float, float, float]:
 
 def follow_at(t: float, y: np.ndarray, model: Model) -> None:
     """Bring driven coordinates in ``y`` and their rates to their signals at ``t``."""
-    if model.elements.drives.each.size:
-        follow(t, y, model.bodies, model.elements.drives, new_work(model).holds)
+    if driven_coordinates(model.elements).size:
+        follow_drives(t, y, model.bodies, model.elements, new_work(model).holds)
 
 
-def check_driven_start(scene: Scene, model: Model, state: State) -> None:
-    """Raises InputError if an earlier run, which this one continues, ends elsewhere."""
+def check_driven_start(scene: Scene, model: Model, state: State, t: float) -> None:
+    """Raises InputError if an earlier run, which this one continues from ``t`` [s], was
+    elsewhere."""
     if scene.initial is None:
         return
-    t = begin(scene)
     n = model.bodies.active.size
     wanted = state.y.copy()
     follow_at(t, wanted, model)
-    for one, (name, drive) in zip(model.elements.drives.each, drives_of(scene).items(), strict=True):
-        j = int(one["coordinate"])
+    driven = driven_coordinates(model.elements)
+    for j, (name, drive) in zip(driven, drives_of(scene).items(), strict=True):
         for k, what in ((j, "position"), (n + j, "velocity")):
             if abs(state.y[k] - wanted[k]) > AGREES * max(1.0, abs(wanted[k])):
                 raise InputError(
