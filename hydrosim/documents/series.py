@@ -177,8 +177,8 @@ def select(source: Source, run: xr.Dataset, column: str) -> tuple[np.ndarray, st
 def unit_of(said: Mapping[str, object], labels: Sequence[str]) -> str:
     """The unit of the selection by ``labels``, from the attributes of a variable. It is the unit of
     the statistic if the last label has its own, else of the degree of freedom, else of the
-    variable. Motions of joints and drives are angles or offsets. Older files have "m or rad", or "m, rad or
-    s", for translations and rotations."""
+    variable. Motions of joints and drives are angles or offsets. Older files have "m or rad", or
+    "m, rad or s", for translations and rotations."""
     apart = dict(each.split(": ") for each in str(said.get(APART, "")).split(", ") if each)
     if labels and labels[-1] in apart:
         return apart[labels[-1]]

@@ -432,8 +432,8 @@ def release(elements, holds):
 
 @kernel
 def hold(y, modes, motion, bodies, elements, wrench, constraints, holds):
-    """Add the constraints of elements that hold bodies, first those of drives, then those of joints;
-    ``wrench`` (6 nb,) is scratch."""
+    """Add the constraints of elements that hold bodies: those of drives, then those of joints, then
+    those of contacts; ``wrench`` (6 nb,) is scratch."""
     hold_drives(elements, constraints, holds)
     if elements.locks.each.size > 0:
         locks.hold(y, modes, motion, bodies, elements.locks, wrench, constraints, holds)

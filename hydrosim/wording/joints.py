@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 
@@ -84,5 +85,5 @@ def _times(drive: Drive, begin: float, end: float) -> np.ndarray:
         count = int(np.ceil(min((end - begin) / signal.period, 1.0) * SWING))
         return np.linspace(begin, min(end, begin + signal.period), count + 1)
     knots = np.clip(np.asarray(signal.time, float), begin, end)
-    inside = [np.linspace(a, b, PLACES, endpoint=False) for a, b in zip(knots[:-1], knots[1:])]
+    inside = [np.linspace(a, b, PLACES, endpoint=False) for a, b in pairwise(knots)]
     return np.unique(np.concatenate([*inside, [end]]))

@@ -75,8 +75,8 @@ def tables_of(run: xr.Dataset) -> Iterator[Node]:
     if "joint" in run.dims:
         yield Table(("joint", "largest force", "largest moment"), list(_joint_loads(run)))
     if "drive" in run.dims and run.time.size:
-        head = ("drive", "largest force", "work done")
-        yield Table(head, list(_drives(run)), "Prescribed motion")
+        driven = ("drive", "largest force", "work done")
+        yield Table(driven, list(_drives(run)), "Prescribed motion")
     if rows := list(_locks(run)):
         held = ("joint", "first closed", "last closed", "closed", "energy lost")
         yield Table(held, rows, "Joints that come and go, at output times")

@@ -137,7 +137,8 @@ class Drive(Element):
 
         signal = self._signal(where)
         if self.joint is None:
-            assert self.body is not None and self.dof is not None
+            assert self.body is not None
+            assert self.dof is not None
             return Built(self.body, dof=self.dof, position=signal)
         joint = where.joints.get(self.joint)
         if joint is None:
@@ -152,10 +153,15 @@ class Drive(Element):
         assert self.joint is not None
         joint = where.joints[self.joint]
         names = [motion.name for motion in joint.motions]
+        if not names:
+            raise InputError(
+                f"{where.path}: {where.key}.joint: found {self.joint}, a {joint.type}, which has no"
+                " motion that could be driven; expected another joint"
+            )
         if self.motion is None and len(names) != 1:
             raise InputError(
                 f"{where.path}: {where.key}.joint: found {self.joint}, a {joint.type} with"
-                f" {len(names)} motions; expected motion, one of them: {', '.join(names) or 'none'}"
+                f" {len(names)} motions; expected motion, one of them: {', '.join(names)}"
             )
         name = self.motion or names[0]
         slides = [m.name for m in joint.motions if m.kind == MotionKind.SLIDE]

@@ -62,8 +62,8 @@ LOCK = np.dtype(
     ]
 )
 """A joint: its number among all joints, its row of forces, its bodies, its point and axes, the
-reference at rest, its rows (axes on the other body and on the body; `NONE`: a slide). The first axis
-of a rod is its direction at rest."""
+reference at rest, its rows (axes on the other body and on the body; `NONE`: a slide). The first
+axis of a rod is its direction at rest."""
 
 
 class Params(NamedTuple):

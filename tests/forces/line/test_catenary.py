@@ -209,9 +209,9 @@ def test_two_bodies_on_one_line() -> None:
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 @pytest.mark.parametrize("CB", [0.0, 0.5])
 def test_a_fairlead_on_a_circle(sense: float, CB: float, validated: Callable[..., None]) -> None:
-    """Two drives lead the fairlead once round a circle of 5 m in the plane of the line. Their forces
-    are those of Jonkman's equations, and so is their work, by a quadrature. With friction of the bed
-    a closed way takes work, of either sign by direction, and else none."""
+    """Two drives lead the fairlead once round a circle of 5 m in the plane of the line. Their
+    forces are those of Jonkman's equations, and so is their work, by a quadrature. With friction of
+    the bed a closed way takes work, of either sign by direction, and else none."""
     L, w, EA, radius, turn, mass = 850.0, 1200.0, 6e8, 5.0, 60.0, 1e4
     moor = line((0.0, 0.0, 0.0), (780.0, 0.0, -200.0), (L,), (w,), (EA,), friction=CB)
     rate = 2.0 * np.pi / turn
