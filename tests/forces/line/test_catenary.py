@@ -230,7 +230,7 @@ def test_a_fairlead_on_a_circle(sense: float, CB: float, validated: Callable[...
         guess = fsolve(
             lambda p, s=780.0 - x, h=200.0 + z: np.subtract(jonkman(*p, L, w, EA, CB), (s, h)),
             guess,
-            xtol=1e-13,
+            xtol=1e-11,
         )
         pulls.append(guess)
     H, V = np.array(pulls).T

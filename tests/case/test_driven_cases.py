@@ -18,7 +18,7 @@ CASE = """\
 title: Crane with a load
 duration: 20 s
 bodies:
-  base: {mass: 100 tonne, inertia: {roll: 1e3 tonne*m^2, pitch: 1e3 tonne*m^2, yaw: 1e3 tonne*m^2}, dofs: [surge, yaw]}
+  base: {mass: 100 tonne, radii_of_gyration: {roll: 3 m, pitch: 3 m, yaw: 3 m}, dofs: [surge, yaw]}
   boom:
     mass: 10 tonne
     inertia: {roll: 10 tonne*m^2, pitch: 80 tonne*m^2, yaw: 80 tonne*m^2}
