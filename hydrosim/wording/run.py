@@ -101,8 +101,8 @@ def tables_of(run: xr.Dataset) -> Iterator[Node]:
         yield Table(("compensator", "mean tension", "smallest", "largest"), loads)
     yield from _links(run)
     if rows := list(_capacities(run)):
-        head = ("of a capacity", "largest load", "at", "capacity", "used")
-        yield Table(head, rows, "Loads beside capacities")
+        shares = ("of a capacity", "largest load", "at", "capacity", "used")
+        yield Table(shares, rows, "Loads beside capacities")
     yield from _externals(run)
     if "gap" in run.dims:
         yield Table(("clearance", "smallest", "at the end"), list(_clearances(run)))
