@@ -93,7 +93,7 @@ def _parts() -> dict[str, float]:
     read = process_time()
     f = propagate.extended(np.einsum("krn->kn", loads) + equation.rest)
     z = state.y[: len(equation.J)]
-    for _, states in propagate.motions(z, f, response.interval, pieces):
+    for _, states in propagate.motions(z, f, response, pieces):
         states[pieces::pieces, : len(DOFS)].copy()
     return dict(zip(PARTS, np.diff([begin, known, read, process_time()]), strict=True))
 

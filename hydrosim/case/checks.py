@@ -25,7 +25,7 @@ from hydrosim.documents.messages import Keys, Problem
 from hydrosim.documents.nodes import joined
 from hydrosim.documents.suggestions import suggestion
 from hydrosim.documents.units import shown
-from hydrosim.scene.trees import arranged
+from hydrosim.scene.arrangement import arranged
 
 # The output has forces of these names (`hydrosim.forces.layout`, which would load numba).
 RESERVED = ("hydrostatic", "radiation", "wave_first_order", "wave_second_order", "weight")

@@ -15,7 +15,7 @@ from pydantic import BaseModel
 from hydrosim.case.elements import Where
 from hydrosim.documents.layers import FILES
 from hydrosim.documents.units import Scale
-from hydrosim.scene.trees import arranged
+from hydrosim.scene.arrangement import arranged
 
 if TYPE_CHECKING:
     from hydrosim.case.schema import CaseFile

@@ -12,7 +12,7 @@ from hydrosim.commands.given import GivenSettings, given_database
 from hydrosim.commands.options import Overwrite, Settings, placed, seconds
 from hydrosim.commands.progress import progress
 from hydrosim.commands.running import resumable
-from hydrosim.commands.terminal import show, show_document
+from hydrosim.commands.terminal import say, show, show_document
 from hydrosim.errors import InputError
 
 if TYPE_CHECKING:
@@ -180,9 +180,23 @@ def build(
         def tell(done: int, total: int) -> None:
             report(done, total)
 
-        files = build_database(made, jobs, picture, settings, tell)
+        def announce(seconds: float) -> None:
+            say(f"estimate  {_duration_text(seconds)} for the frequencies that are not stored yet")
+
+        files = build_database(made, jobs, picture, settings, tell, announce)
     for path in files:
         show(f"result    {path}")
+
+
+def _duration_text(seconds: float) -> str:
+    """ "about 40 s", "about 12 min", "about 2.1 hours"."""
+    if seconds < 90.0:
+        return f"about {max(seconds, 1.0):.0f} s"
+    return (
+        f"about {seconds / 60.0:.0f} min"
+        if seconds < 5400.0
+        else f"about {seconds / 3600.0:.1f} hours"
+    )
 
 
 def _caveats(db: HydroDatabase, given: Given) -> list[str]:

@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 FREQUENCY_STEP = 0.03  # rad/s: a memory of 105 s
 SHORT = 4.0  # frequency over sqrt(2 g / B): a box of 60 x 20 x 3 m needs more than 3.2 in surge
 PANELS = 3000  # at most, about, on the whole hull
+# Size of panels in water of finite depth over that in deep water. A pair of panels takes 7.5 times
+# as long there, for images in the bed of waves and panels: 7.5 / 1.32^4 = 2.5 times in all
+SHALLOW_SIZE = 1.32
 TURNS = "roll", "pitch", "yaw"
 
 SAME_HULL = 0.1
@@ -104,7 +107,7 @@ centre_of_gravity: [0 m, 0 m, {z:.6g} m]  # {kg_note}
 radii_of_gyration: [{radii}]  # ESTIMATE: 0.35 B, 0.25 L, {yaw:.2g} L
 # Up to three times the peak frequency of the sea, and to waves that are short beside the beam: the
 # hull makes hardly any of these. The step resolves 105 s of memory.
-frequencies: {{start: {step:g} rad/s, stop: {stop:.6g} rad/s, step: {step:g} rad/s}}
+frequencies: {{start: {start:.6g} rad/s, stop: {stop:.6g} rad/s, step: {step:g} rad/s}}
 headings: {{start: 0 deg, stop: 180 deg, step: 15 deg}}
 """
 
@@ -149,7 +152,7 @@ def new(
     depth = _depth(water_depth, barge)
     texts = sea | _texts(barge, recipe, depth, kg) | {"name": case_file.name}
     if database is None:
-        _write(recipe, RECIPE.format(**texts, **_resolution(barge, sea["period"])))
+        _write(recipe, RECIPE.format(**texts, **_resolution(barge, sea["period"], depth)))
         own = UNTIL_THEN.format(**texts, **_coefficients(barge))
         _write(case_file, CASE.format(**texts, hydrodynamics=own, start=INITIAL, bilges=""))
         show(f"case      {case_file}", f"recipe    {recipe}")
@@ -298,17 +301,24 @@ def _digits(value: float) -> str:
     return f"{float(f'{value:.4g}'):.15g}"
 
 
-def _resolution(barge: Particulars, period: float) -> dict[str, float]:
-    """Panels and frequencies that the sea and the hull's own waves ask for."""
+def _resolution(barge: Particulars, period: float, depth: float) -> dict[str, float]:
+    """Panels and frequencies that the sea and the hull's own waves ask for, from the lowest that
+    can be computed in water of this ``depth`` [m]."""
+    from hydrosim.database.build.water import Water
+
+    lowest = Water(barge.density, barge.gravity, depth).lowest_frequency
+    start = FREQUENCY_STEP * max(ceil(lowest / FREQUENCY_STEP), 1)
     of_sea = 3 * 2 * pi / period
     of_hull = SHORT * sqrt(2 * barge.gravity / barge.beam)
     stop = FREQUENCY_STEP * ceil(max(of_sea, of_hull) / FREQUENCY_STEP)
     wave = 2 * pi * barge.gravity / stop**2
     wet = barge.box_length * barge.beam + 2 * barge.draught * (barge.box_length + barge.beam)
+    panel = max(min(wave / 4, barge.draught / 2), sqrt(wet / PANELS))
     return {
         "step": FREQUENCY_STEP,
+        "start": start,
         "stop": stop,
-        "panel": max(min(wave / 4, barge.draught / 2), sqrt(wet / PANELS)),
+        "panel": panel if depth == inf else SHALLOW_SIZE * panel,
     }
 
 

@@ -119,10 +119,19 @@ def _unknown(keys: Keys, reader: type[BaseModel] | None, alike: Sequence[Details
         text = f"found {len(alike)} unknown keys, {names}; expected some of: {', '.join(known)}"
         return Problem(keys[:-1], text)
     key = str(keys[-1])
-    remedy = _of_colon(key, known) or suggestion(key, known)
+    remedy = _of_comma(key) or _of_colon(key, known) or suggestion(key, known)
+    if _of_comma(key):
+        return Problem(keys, f"found a key that begins with a digit; {remedy}")
     expected = "" if remedy and len(known) > MANY_KNOWN else f"expected one of: {', '.join(known)}"
     text = "; ".join(part for part in ("found an unknown key", expected, remedy) if part)
     return Problem(keys, text)
+
+
+def _of_comma(key: str) -> str:
+    """The remedy for the part after a decimal comma, which begins a new entry in braces."""
+    if re.fullmatch(r"\d+( .*)?", key):
+        return f'is it the end of a number with a decimal comma? Write a point, as in "2.{key}"'
+    return ""
 
 
 def _of_colon(key: str, known: Mapping[str, Any]) -> str:

@@ -14,7 +14,7 @@ energy balance is the error of these integrals.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
@@ -28,6 +28,7 @@ from scipy import linalg
 from hydrosim.forces import given_frequencies, given_rows, resistances
 from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
 from hydrosim.integrate.exponential import (
+    BESIDE,
     POINTS,
     Interval,
     area_weights,
@@ -36,6 +37,7 @@ from hydrosim.integrate.exponential import (
     interval,
 )
 from hydrosim.jit.refs import Held
+from hydrosim.linear.components import find_components
 from hydrosim.linear.coordinates import without_waves
 from hydrosim.linear.linearise import linearise
 from hydrosim.rigid.free import slopes_at_rest
@@ -49,18 +51,30 @@ PHASE = 0.15  # rad, largest phase between two nodes, for waves and forces of on
 FEWEST = POINTS
 WANTED = 16
 MOST = 24
-TOGETHER = 1024  # intervals at a time, such that their data stay in a core's cache
+# intervals at a time, such that their data stay in a core's cache; fewer with more states
+TOGETHER = 1024
+CACHED_STATES = 64
 CLOSE = 1e-9  # of the distance of records: times this close are equal
 
 
-class Response(NamedTuple):
-    """Response of an interval in p parts: rates and memory forces (2, n) at its p + 1 nodes, in one
-    row. z at its start contributes z @ ``by_state``, the forces around it f @ ``by_load``.
-    ``weights`` (p + 1,) [s] are the quadrature weights of the nodes."""
+class PartResponse(NamedTuple):
+    """Response of a part of an equation that nothing couples with the rest: its ``states`` of z and
+    its ``coordinates`` of f, by index, and its ``interval``. Its rates and memory forces (2, k) at
+    the nodes, in one row, are z @ ``by_state`` + f @ ``by_load``, with z at the start and the
+    forces f around the interval."""
 
+    states: np.ndarray
+    coordinates: np.ndarray
     interval: Interval
     by_state: np.ndarray
     by_load: np.ndarray
+
+
+class Response(NamedTuple):
+    """Response of an interval in p parts of time, by ``parts`` of the equation. ``weights``
+    (p + 1,) [s] are the quadrature weights of the nodes."""
+
+    parts: tuple[PartResponse, ...]
     weights: np.ndarray
 
 
@@ -77,13 +91,45 @@ def _response(J: Constant, G: Constant, memory: Constant, length: float, parts: 
     """`Equation.response`, shared by runs with the same equation."""
     each = (np.frombuffer(values).reshape(shape) for values, shape in (J, G, memory))
     jacobian, mobility, force = each
-    of = interval(jacobian, mobility, length, parts)
-    n = len(force)
+    split = _independent_parts(jacobian, mobility, force)
+    of = [_part_response(*own, jacobian, mobility, force, length, parts) for own in split]
+    return Response(tuple(of), length / parts * area_weights(parts))
+
+
+def _part_response(
+    states: np.ndarray,
+    coordinates: np.ndarray,
+    J: np.ndarray,
+    G: np.ndarray,
+    memory: np.ndarray,
+    length: float,
+    parts: int,
+) -> PartResponse:
+    """Response of the part with these ``states`` and ``coordinates``, by index."""
+    n = coordinates.size
+    of = interval(J[np.ix_(states, states)], G[np.ix_(states, coordinates)], length, parts)
+    force = memory[np.ix_(coordinates, states[2 * n :] - 2 * len(memory))]
     needed = linalg.block_diag(np.eye(n), force)  # of all but q: for the powers
     by_state = needed @ of.states[:, n:]
     by_load = needed @ of.loads[:, n:]
-    weights = length / parts * area_weights(parts)
-    return Response(of, np.vstack(by_state).T, np.vstack(by_load).T, weights)
+    return PartResponse(states, coordinates, of, np.vstack(by_state).T, np.vstack(by_load).T)
+
+
+def _independent_parts(
+    J: np.ndarray, G: np.ndarray, memory: np.ndarray
+) -> list[tuple[np.ndarray, np.ndarray]]:
+    """States and coordinates, by index, of the parts of z' = J z + G f without coupling."""
+    n = len(memory)
+    coupled = J != 0.0
+    coupled[:n, n : 2 * n] |= np.eye(n, dtype=bool)
+    coupled[n : 2 * n, n : 2 * n] |= G[n : 2 * n] != 0.0
+    coupled[n : 2 * n, 2 * n :] |= memory != 0.0
+    found = find_components(coupled)
+    # memory that nothing drives goes with the first part
+    alone = [part for part in found if part[0] >= 2 * n]
+    moving = [part for part in found if part[0] < 2 * n]
+    moving[0] = np.sort(np.concatenate([moving[0], *alone]))
+    return [(states, states[states < n]) for states in moving]
 
 
 class _Rest:
@@ -127,15 +173,25 @@ class Equation:
         return _response(*constants, length, parts)
 
     def gains(
-        self, f: np.ndarray, starts: np.ndarray, loads: np.ndarray, response: Response, size: int
+        self,
+        f: Sequence[np.ndarray],
+        starts: np.ndarray,
+        loads: np.ndarray,
+        response: Response,
+        size: int,
     ) -> np.ndarray:
         """Gains (nk, size) of the ``size`` energies in y in intervals with the states ``starts``
-        (nk, m), the forces ``f`` (nk, ...) around them and ``loads`` (nodes, nr, n) inside."""
-        found = starts @ response.by_state + f @ response.by_load
-        found = found.reshape(len(f), -1, 2, self.rest.size)
-        v = found[:, :, 0]
-        memory = found[:, :, 1]
-        gained = np.zeros((len(f), size))
+        (nk, m), the forces ``f`` (nk, ...) around them, by part, and ``loads`` (nodes, nr, n)
+        inside."""
+        shape = (len(starts), response.weights.size, self.rest.size)
+        v = np.empty(shape)
+        memory = np.empty(shape)
+        for part, around in zip(response.parts, f, strict=True):
+            own = starts[:, part.states] @ part.by_state + around @ part.by_load
+            own = own.reshape(*shape[:2], 2, part.coordinates.size)
+            v[:, :, part.coordinates] = own[:, :, 0]
+            memory[:, :, part.coordinates] = own[:, :, 1]
+        gained = np.zeros((len(starts), size))
         add_energies(v, memory, loads, response.weights, self.resistances, self.rows, gained)
         return gained
 
@@ -258,25 +314,38 @@ def _resistances(model: Model) -> Resistances:
     size = 6 * model.bodies.each.size
     S = slopes_at_rest(model.bodies)
     damping = model.damping
-    B = [np.zeros((size, size))]
-    b = [np.zeros(size)]
-    rows = [RADIATION]
-    B[0][damping.row, damping.column] = damping.B
+    B = np.zeros((size, size))
+    B[damping.row, damping.column] = damping.B
+    found = [_power_terms(RADIATION, S.T @ B @ S, np.zeros(S.shape[1]))]
     for each in resistances(model):
-        sides = [each.body] if each.other < 0 else [each.body, each.other]
-        own = np.concatenate([6 * b + np.arange(6) for b in sides])
-        B.append(np.zeros((size, size)))
-        b.append(np.zeros(size))
-        if each.coordinate < 0:
-            B[-1][np.ix_(own, own)] = each.B
-            b[-1][own] = each.b
-        rows.append(each.row)
-    matrices = S.T @ np.array(B) @ S
-    steady = np.array(b) @ S
-    for k, each in enumerate(resistances(model), 1):
         if each.coordinate >= 0:
-            matrices[k, each.coordinate, each.coordinate] = each.B[0, 0]
-    return Resistances(np.array(rows, dtype=np.int64), matrices, steady)
+            of = np.array([each.coordinate])
+            found.append(_power_terms(each.row, each.B[:1, :1], np.zeros(1), of))
+            continue
+        sides = [each.body] if each.other < 0 else [each.body, each.other]
+        own = S[np.concatenate([6 * b + np.arange(6) for b in sides])]
+        of = np.flatnonzero(own.any(axis=0))
+        own = own[:, of]
+        found.append(_power_terms(each.row, own.T @ each.B @ own, each.b @ own, of))
+    return Resistances(*map(np.concatenate, zip(*found, strict=True)))
+
+
+def _power_terms(
+    row: int, B: np.ndarray, b: np.ndarray, of: np.ndarray | None = None
+) -> Resistances:
+    """The terms of v (B v - b) that are not zero, for the coordinates ``of``, or all."""
+    of = np.arange(b.size) if of is None else of
+    one, other = np.nonzero(B)
+    steady = np.flatnonzero(b)
+    return Resistances(
+        np.full(one.size, row, dtype=np.int64),
+        of[one].astype(np.int64),
+        of[other].astype(np.int64),
+        B[one, other],
+        np.full(steady.size, row, dtype=np.int64),
+        of[steady].astype(np.int64),
+        b[steady],
+    )
 
 
 def loads_at_rest(
@@ -299,7 +368,7 @@ def march(
     parts = response.weights.size - 1
     first = 0
     f = extended(np.einsum("krn->kn", loads) + equation.rest)
-    for around, states in motions(y[:m], f, response.interval, pieces):
+    for around, states in motions(y[:m], f, response, pieces):
         here = loads[first * parts :]
         gained = equation.gains(around, states[:-1], here, response, y.size - m)
         known = np.hstack([states[1:], y[m:] + np.cumsum(gained, axis=0)])
@@ -309,21 +378,29 @@ def march(
 
 
 def motions(
-    z: np.ndarray, f: np.ndarray, of: Interval, pieces: int
-) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Forces (nk, ...) around intervals and states (nk + 1, m) from the start of the first on, many
-    intervals at a time and multiples of ``pieces``. ``z`` (m,) is the state at the very start;
-    ``f`` are the forces at all nodes, (nodes + 2 `BESIDE`, n)."""
-    width = of.loads.shape[2]
-    parts = len(of.states) - 1
-    around = sliding_window_view(f.ravel(), width)[:: parts * f.shape[1]]
-    transposed = np.ascontiguousarray(of.states[-1].T)
-    together = max(TOGETHER // pieces, 1) * pieces
-    for k in range(0, len(around), together):
-        here = np.ascontiguousarray(around[k : k + together])
-        states = np.empty((len(here) + 1, z.size))
-        states[0] = z
-        np.matmul(here, of.loads[-1].T, out=states[1:])
-        follow(transposed, states)
+    z: np.ndarray, f: np.ndarray, of: Response, pieces: int
+) -> Iterator[tuple[list[np.ndarray], np.ndarray]]:
+    """Forces (nk, ...) around intervals, by part of the equation, and states (nk + 1, m) from the
+    start of the first on, many intervals at a time and multiples of ``pieces``. ``z`` (m,) is the
+    state at the very start; ``f`` are the forces at all nodes, (nodes + 2 `BESIDE`, n)."""
+    parts = of.weights.size - 1
+    around = [_forces_around(f[:, part.coordinates], part, parts) for part in of.parts]
+    turned = [np.ascontiguousarray(part.interval.states[-1].T) for part in of.parts]
+    together = max(int(TOGETHER * min(CACHED_STATES / z.size, 1.0)) // pieces, 1) * pieces
+    for k in range(0, (len(f) - 2 * BESIDE - 1) // parts, together):
+        here = [np.ascontiguousarray(own[k : k + together]) for own in around]
+        states = np.empty((len(here[0]) + 1, z.size))
+        for part, transposed, forces in zip(of.parts, turned, here, strict=True):
+            own = np.empty((len(states), part.states.size))
+            own[0] = z[part.states]
+            np.matmul(forces, part.interval.loads[-1].T, out=own[1:])
+            follow(transposed, own)
+            states[:, part.states] = own
         z = states[-1]
         yield here, states
+
+
+def _forces_around(f: np.ndarray, part: PartResponse, parts: int) -> np.ndarray:
+    """The forces ``f`` (nodes, k) of a part around each interval (nk, ...), one a row."""
+    width = part.interval.loads.shape[2]
+    return sliding_window_view(f.ravel(), width)[:: parts * f.shape[1]]

@@ -266,6 +266,25 @@ def _capable(run: xr.Dataset) -> Iterator[str]:
             yield from np.array(_labels(run, dim))[known].tolist()
 
 
+class LargestLoad(NamedTuple):
+    """The ``largest`` load [N] of a ``unit`` with a ``capacity`` [N], and its ``time`` [s]."""
+
+    unit: str
+    largest: float
+    time: float
+    capacity: float
+
+
+def largest_loads(run: xr.Dataset) -> Iterator[LargestLoad]:
+    """Largest loads, at output times, of all units that have a capacity."""
+    for unit in _capable(run) if run.sizes["time"] else ():
+        dim = next(dim for dim in CAPABLE if unit in _labels(run, dim))
+        load = np.abs(run[CAPABLE[dim]].sel({dim: unit}).values)
+        at = int(load.argmax())
+        capacity = float(run[f"{dim}_capacity"].sel({dim: unit}))
+        yield LargestLoad(unit, float(load[at]), float(run.time.values[at]), capacity)
+
+
 def _utilisation(run: xr.Dataset, unit: str) -> np.ndarray:
     dim = next(dim for dim in CAPABLE if unit in _labels(run, dim))
     force, capacity = (run[name].sel({dim: unit}) for name in (CAPABLE[dim], f"{dim}_capacity"))

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from hydrosim.scene.arrangement import Arrangement, arranged
 from hydrosim.scene.body import Body, Clearance
 from hydrosim.scene.environment import Environment
 from hydrosim.scene.force import ForceElement
@@ -47,6 +49,9 @@ class Question(StrEnum):
     RAMP = "ramp"
     STEP = "step"
     RANGE = "range"
+    CAPACITY = "capacity"
+    AXES = "axes"
+    HULL = "hull"
     BENDING = "bending"
     FILES = "files"
 
@@ -119,3 +124,8 @@ class Scene:
     output_accelerations: bool = False
     output_impulses: bool = False
     places: Mapping[str, str] = field(default_factory=dict, repr=False, compare=False)
+
+    @cached_property
+    def arrangement(self) -> Arrangement:
+        """How its joints arrange its bodies, found once: it is asked for each body."""
+        return arranged(self.joints, [body.name for body in self.bodies])

@@ -18,11 +18,16 @@ from hydrosim.waves.loads import wave_loads
 
 
 class Resistances(NamedTuple):
-    """Rows (nb,) of forces that take the power v (B v - b) at the free coordinates' rates v (n,):
-    ``B`` (nb, n, n) and ``b`` (nb, n)."""
+    """Terms of the powers v (B v - b) that rows of forces take at the free coordinates' rates v:
+    v[``one``] ``B`` v[``other``] for each ``row`` (nb,), less v[``steady``] ``b`` for each
+    ``steady_row`` (ns,)."""
 
     row: np.ndarray
+    one: np.ndarray
+    other: np.ndarray
     B: np.ndarray
+    steady_row: np.ndarray
+    steady: np.ndarray
     b: np.ndarray
 
 
@@ -49,12 +54,13 @@ def add_energies(v, memory, loads, weights, resistances, rows, energies):
     at their nodes and ``weights`` (ni,).
 
     ``v`` and ``memory`` (nk, ni, n) are rates and radiation forces. ``loads`` (nodes, nr, n) belong
-    to the ``rows``, of which the first two are waves. ``resistances`` are rows (nb,) that take the
-    power v (B v - b), with B (nb, n, n) and b (nb, n).
+    to the ``rows``, of which the first two are waves. ``resistances`` take power besides.
     """
-    resisting = resistances.row
-    B = resistances.B
-    b = resistances.b
+    one = resistances.one
+    other = resistances.other
+    row = resistances.row
+    steady = resistances.steady
+    steady_row = resistances.steady_row
     for k in range(energies.shape[0]):
         for i in range(weights.size):
             u = v[k, i]
@@ -66,9 +72,10 @@ def add_energies(v, memory, loads, weights, resistances, rows, energies):
                 waves += rate if r < 2 else 0.0
             energies[k, -1] += w * abs(waves)
             energies[k, RADIATION] += w * power(memory[k, i], u)
-            for e in range(resisting.size):
-                for j in range(u.size):
-                    energies[k, resisting[e]] += w * u[j] * (power(B[e, j], u) - b[e, j])
+            for e in range(row.size):
+                energies[k, row[e]] += w * u[one[e]] * resistances.B[e] * u[other[e]]
+            for e in range(steady_row.size):
+                energies[k, steady_row[e]] -= w * resistances.b[e] * u[steady[e]]
 
 
 @kernel

@@ -16,8 +16,10 @@ from hydrosim.compiling.compile import compile_scene
 from hydrosim.compiling.facts import solution
 from hydrosim.compiling.notes import Notes
 from hydrosim.compiling.restart import resume, started_from
+from hydrosim.compiling.start_loads import start_loads
 from hydrosim.compiling.wet import in_states
 from hydrosim.documents.places import located, locating
+from hydrosim.forces.pair import Tie
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import Kind, NaturalMode, natural_modes
 from hydrosim.linear.stability import Watch, unwatched
@@ -69,6 +71,7 @@ def check_document(scene: Scene, times: Sequence[float] = (), watch: Watch = unw
     nodes += _lists({"Trees of joints": list(_describe_roots(own.scene))})
     nodes += describe_drives(own.scene, own.begin)
     nodes += _lists({"Wind and current": own.notes.streams, "Lines": own.notes.drag})
+    nodes += _pretensions(own)
     nodes += _periods_of(whole, "at the start of the run")
     end = [compiled.begin + scene.duration] if own.model.tanks.each.size else []
     for time in sorted({*times, *end}):
@@ -116,6 +119,21 @@ def _of_limit(limit: StepLimit, step: float) -> Verdict:
     )
     parts: list[Part] = [Value(step, "s", 3), Value(limit.step, "s", 3), limit.what, limit.contact]
     return Verdict(Outcome.GOOD if stable else Outcome.BAD, text, parts)
+
+
+def _pretensions(own: Compiled) -> Iterator[Table]:
+    """Tensions of lines and forces of struts at the start, beside what they may carry."""
+    lines = {name: of for name, of in own.scene.forces.items() if isinstance(of, Tie)}
+    if not lines:
+        return
+    loads = start_loads(own.scene, own.model, own.state, own.facts.rows, own.begin)
+    rows: list[list[Cell]] = []
+    for name, line in lines.items():
+        allowed: list[Cell] = ["", ""]
+        if line.capacity is not None:
+            allowed = [Value(line.capacity, "N"), Value(loads[name] / line.capacity, "share", 2)]
+        rows.append([name, Value(loads[name], "N"), *allowed])
+    yield Table(("line", "load at the start", "capacity", "used"), rows, "Loads of lines")
 
 
 def _describe_roots(scene: Scene) -> Iterator[str]:

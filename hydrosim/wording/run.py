@@ -18,12 +18,14 @@ from hydrosim.presentation.document import (
     List,
     Node,
     Outcome,
+    Part,
     Table,
     Value,
     Verdict,
     warnings,
 )
 from hydrosim.presentation.units import unit_of_dof, units_of
+from hydrosim.results.channels import largest_loads
 from hydrosim.results.error_figures import COMPANION, EVALUATIONS, RELATIVE, reported_beyond
 from hydrosim.results.ledger import CLOSED
 from hydrosim.results.netcdf import is_part
@@ -98,6 +100,9 @@ def tables_of(run: xr.Dataset) -> Iterator[Node]:
         loads = list(_ranges(run.compensator_tension, "compensator", "N"))
         yield Table(("compensator", "mean tension", "smallest", "largest"), loads)
     yield from _links(run)
+    if rows := list(_capacities(run)):
+        head = ("of a capacity", "largest load", "at", "capacity", "used")
+        yield Table(head, rows, "Loads beside capacities")
     yield from _externals(run)
     if "gap" in run.dims:
         yield Table(("clearance", "smallest", "at the end"), list(_clearances(run)))
@@ -120,6 +125,7 @@ def verdicts(run: xr.Dataset) -> Iterator[Node]:
     if "trigger" in run.dims:
         yield from _waiting(run)
     yield from _never_closed(run)
+    yield from _overloaded(run)
 
 
 def _status(run: xr.Dataset) -> Verdict:
@@ -177,6 +183,24 @@ def _never_closed(run: xr.Dataset) -> Iterator[Node]:
         if modes.size and modes[-1] == WAITING and not (modes == CLOSED_JOINT).any():
             text = "{} has not closed: it was never within its window."
             yield Verdict(Outcome.WARNING, text, [name])
+
+
+def _overloaded(run: xr.Dataset) -> Iterator[Node]:
+    """Contacts and lines whose load was above their capacity."""
+    for load in largest_loads(run):
+        if load.largest > load.capacity:
+            text = "{} carried {} at {}, more than its capacity of {}."
+            values = [Value(load.largest, "N", 4), Value(load.time, "s", 4)]
+            parts: list[Part] = [load.unit, *values, Value(load.capacity, "N", 4)]
+            yield Verdict(Outcome.WARNING, text, parts)
+
+
+def _capacities(run: xr.Dataset) -> Iterator[list[Cell]]:
+    """Largest loads beside capacities."""
+    for load in largest_loads(run):
+        used = Value(load.largest / load.capacity, "share", 3)
+        largest = Value(load.largest, "N")
+        yield [load.unit, largest, Value(load.time, "s"), Value(load.capacity, "N"), used]
 
 
 def _motions(run: xr.Dataset, measured: bool) -> Iterator[list[Cell]]:

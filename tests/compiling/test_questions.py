@@ -23,6 +23,7 @@ from hydrosim.database import HydroDatabase, load
 from hydrosim.errors import InputError
 from hydrosim.forces import (
     AppliedForce,
+    Catenary,
     Coulomb,
     CurrentLoad,
     Fender,
@@ -35,6 +36,7 @@ from hydrosim.forces import (
     Spring,
     StreamLoad,
     Strut,
+    TorsionSpring,
     WindLoad,
     constant,
 )
@@ -42,6 +44,7 @@ from hydrosim.scene import (
     Body,
     Box,
     FreeSurface,
+    Hull,
     Joint,
     JointResistance,
     JointType,
@@ -152,6 +155,30 @@ def filled(level: float, heading: float, breadth: float = 54.0, **more: object) 
     return replace(scene, bodies=(body,))
 
 
+def pressed_through(capacity: float) -> Scene:
+    """The block on a line that pulls it with 1 kN at the start."""
+    return dry({"l": replace(line(9.0), capacity=capacity)})
+
+
+def hinged(axis: tuple[float, ...], point: tuple[float, ...] = (0.0, 0.0, -1.0)) -> Scene:
+    """The block on a hinge about y to the earth, with a torsion spring about another axis."""
+    spring = TorsionSpring("block", np.array([0.0, 1.0]), np.array([0.0, 1e4]), axis=axis)
+    hinge = Joint(JointType.HINGE, "block", point=point, axis=(0.0, 1.0, 0.0))
+    return replace(dry({"s": spring}), joints={"hinge": hinge})
+
+
+def with_mesh(aside: float) -> Scene:
+    """The block with a box of 4 m as its hull, this far [m] aside of its centre of gravity."""
+    corners = np.array(np.meshgrid([-2.0, 2.0], [-2.0, 2.0], [-2.0, 2.0])).reshape(3, -1).T
+    hull = ConvexHull(corners)
+    triangles = corners[hull.simplices] + [aside, 0.0, 0.0]
+    first, second, third = triangles.swapaxes(0, 1)
+    normals = np.cross(second - first, third - first)
+    inward = np.einsum("ij,ij->i", normals, hull.equations[:, :3]) < 0.0
+    triangles[inward] = triangles[inward][:, ::-1]
+    return dry({}, hydrostatics=Hull(triangles), weight=Weight.CARRIED)
+
+
 HEADINGS = np.radians([0.0, 90.0, 180.0, 270.0])
 DRAG = np.array([1e5, 0.0, -1e5, 0.0])
 THIN = 1e4 * np.diag([1.0, 1.0, 3.0])
@@ -198,6 +225,9 @@ ODD = {
     Question.WAVES: (in_sea(RegularWave(0.1, 40.0)), "a period of 40 s"),
     Question.STEEPNESS: (in_sea(Jonswap(15.0, 8.0)), "waves break above 0.1"),
     Question.RAMP: (in_sea(Jonswap(1.5, 8.0), ramp=1e5), "The sea never reaches its full height"),
+    Question.CAPACITY: (pressed_through(900.0), "900 N, and 1000 N of tension at the start"),
+    Question.AXES: (hinged((1.0, 0.0, 0.0)), "an axis at 90 deg to that of hinge"),
+    Question.HULL: (with_mesh(34.0), "a hull 32 m aside of the centre of gravity of block"),
     Question.STEP: (
         replace(
             afloat(),
@@ -581,3 +611,98 @@ def test_rates_of_joints_that_throw_their_body_are_asked_about() -> None:
     assert "joints.pin: found a rate that moves" in text
     assert "at 20 m/s" in text
     assert not asked_of(far, Question.SPEED)  # about its centre of gravity
+
+
+@pytest.mark.parametrize(
+    ("scene", "asked"),
+    [
+        (pressed_through(1100.0), 0),
+        (hinged((0.1, 1.0, 0.0)), 0),
+        (with_mesh(3.0), 0),
+        (hinged((0.0, 1.0, 0.0), (500.0, 0.0, -1.0)), 1),
+        (hinged((0.0, 1.0, 0.0), (20.0, 0.0, -1.0)), 0),
+    ],
+)
+def test_what_is_near_is_not_asked_about(scene: Scene, asked: int) -> None:
+    new = ("[points]", "[capacity]", "[axes]", "[hull]")
+    assert len([text for text in warnings(scene) if any(name in text for name in new)]) == asked
+
+
+@pytest.mark.parametrize(("mass", "asked"), [(100.0, 0), (110.0, 1)])
+def test_a_weight_hangs_from_lines_that_may_carry_it(mass: float, asked: int) -> None:
+    """A block of 981 N or 1079 N on a slack line of 1 kN."""
+    table = np.array([0.0, 1.0])
+    rope = Spring("block", (0, 0, 0), (0, 0, 10.0), 10.0, table, 1e5 * table, capacity=1000.0)
+    body = block(mass, weight=Weight.CARRIED)
+    scene = Scene("hangs", 1.0, (body,), forces={"rope": rope})
+    told = [text for text in warnings(scene) if "accept: [capacity]" in text]
+    assert len(told) == asked
+    assert all("hangs from lines of 1e+03 N in all" in text for text in told)
+
+
+@pytest.mark.parametrize(("damping", "asked"), [(1e3, 1), (1e6, 0), (1e9, 1)])
+def test_drag_is_that_of_a_hull_of_this_size(damping: float, asked: int) -> None:
+    """Sway of the barge: 0.5 rho L T = 1.6e6 N s^2/m^2, or about that."""
+    of = QuadraticDamping("barge", np.diag([0.0, damping, 0.0, 0.0, 0.0, 0.0]))
+    told = [text for text in warnings(with_force(of)) if "forces.it.damping.sway" in text]
+    assert len(told) == asked
+
+
+def moored(point: tuple[float, ...], anchor: tuple[float, ...], **changes: object) -> Scene:
+    """The barge in 50 m of water, on a chain of 330 m of 1 kN/m."""
+    one = {"weight": np.array([1e3]), "stiffness": np.array([1e9]), "hung": np.zeros(1)}
+    one |= {"length": np.array([330.0]), "drag_width": np.zeros(1), "friction": 0.5}
+    scene = with_force(Catenary("barge", point, anchor, **{**one, **changes}))  # type: ignore[arg-type]
+    (body,) = scene.bodies
+    shallow = replace(body, hydrodynamics=ROOT / "hydro_db" / "h851_50m.nc")
+    environment = replace(scene.environment, water_depth=50.0)
+    return replace(scene, bodies=(shallow,), environment=environment)
+
+
+SIDE, ANCHOR = (80.0, 28.0, -2.0), (200.0, 320.0, -50.0)
+ROUTES = [
+    (moored(SIDE, ANCHOR), None),
+    (moored(SIDE, ANCHOR, friction=None), "a line down to"),
+    (moored(SIDE, (200.0, 320.0, -6.0)), "an anchor 44 m above the seabed"),
+    (moored((80.0, -28.0, -2.0), ANCHOR), "m under the hull of barge"),
+    (moored((80.0, 28.0, -27.0), ANCHOR), "m under the keel of barge"),
+    (moored(SIDE, ANCHOR, stiffness=np.array([1e6])), "an EA of 1e+06 N"),
+]
+
+
+@pytest.mark.parametrize(("scene", "found"), ROUTES)
+def test_lines_run_outside_of_bed_and_hull(scene: Scene, found: str | None) -> None:
+    told = [text for text in warnings(scene) if "forces.it" in text]
+    assert any(found in text for text in told) if found else not told
+
+
+def test_stops_are_asked_about_that_are_pressed_by_a_part_of_their_range() -> None:
+    stops = Stops(np.radians(1.0), np.radians(4.0), 1e9)
+    hinge = Joint(
+        JointType.HINGE, "block", axis=(0.0, 1.0, 0.0), resistances=(JointResistance(stops=stops),)
+    )
+    (text,) = warnings(replace(dry({}), joints={"hinge": hinge}))
+    assert "starts 1 deg beyond a stop, at 0 deg" in text
+
+
+def test_forces_along_the_water_are_compared_with_the_weight() -> None:
+    push = AppliedForce("barge", (0.0, 0.0, 0.0), {"sway": constant(-9e9)})
+    (text,) = [text for text in warnings(with_force(push)) if "accept: [lift]" in text]
+    assert "forces.it.force.sway: found 9e+09 N" in text
+
+
+def test_a_hull_that_starts_above_the_water_is_asked_about() -> None:
+    assert any("a heave of 50 m" in text for text in warnings(afloat(position=moving(heave=50.0))))
+
+
+def test_a_jointed_hull_of_a_hundred_displacements_is_asked_about() -> None:
+    scene = load_case(ROOT / "cases" / "flap" / "decay.yaml").scene()
+    (flap,) = scene.bodies
+    heavy = replace(flap, mass=250.0 * flap.mass, inertia=250.0 * flap.inertia)
+    (text,) = warnings(replace(scene, bodies=(heavy,)))
+    assert "bodies.flap.mass: found 4.1e+07 kg" in text
+
+
+def test_a_dry_body_lighter_than_air_is_asked_about() -> None:
+    told = warnings(dry({}, inertia=1e4 * 1600.0**2 * np.eye(3)))
+    assert any("usual is above 1.2 kg/m^3" in text for text in told)

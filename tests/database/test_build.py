@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from time import perf_counter
 
 import numpy as np
 import pytest
@@ -220,6 +221,23 @@ def test_interrupted_and_taken_up_again(tmp_path, own_store, monkeypatch):
     assert read(whole).checksum == read(resumed).checksum
 
 
+def test_the_time_is_estimated_before_it_is_taken(tmp_path, own_store):
+    """Within a factor of 4, as tests share their machine; nothing once all is stored."""
+    recipe = a_box(tmp_path, panels=1.5)
+    told: list[float] = []
+    begin = []
+
+    def announce(seconds: float) -> None:
+        told.append(seconds)
+        begin.append(perf_counter())
+
+    build(recipe, announce=announce)
+    taken = perf_counter() - begin[0]
+    assert taken / 4.0 < told[0] < 4.0 * taken
+    build(recipe, announce=announce)
+    assert told[1] == 0.0
+
+
 def test_qtf_of_a_recipe(tmp_path, own_store, monkeypatch):
     """Stopped one frequency before the end, it goes on from there; Hermitian, the mean drift on the
     diagonal, and drawn."""
@@ -240,7 +258,7 @@ def test_qtf_of_a_recipe(tmp_path, own_store, monkeypatch):
     monkeypatch.setattr(near_field, "first_order", counted)
     with pytest.raises(KeyboardInterrupt):
         build(load_recipe(path), progress=stop)
-    assert told == [(1, 5), (2, 5), (3, 5), (4, 5)]
+    assert told == [(0, 5), (1, 5), (2, 5), (3, 5), (4, 5)]
     assert solved == [0.5]
     files = build_database(made(path, "box.nc"), 1, True)
     assert solved == [0.5, 0.7]

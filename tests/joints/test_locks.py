@@ -39,6 +39,7 @@ from hydrosim.scene import (
     When,
     Window,
 )
+from hydrosim.wording.parts import lines_of
 
 CLOSES = 0.5  # s
 FREE_AXES: dict[JointType, tuple[tuple[int, ...], tuple[int, ...]]] = {
@@ -543,3 +544,15 @@ def test_a_window_does_not_count_a_slide_that_is_free() -> None:
     assert run.position.values[-1, 0, 0] == pytest.approx(0.1, abs=1e-9)
     assert run.velocity.values[-1, 0, 2] == pytest.approx(2.0, abs=1e-12)
     assert run.lock_loss.values[-1, 0] == pytest.approx(0.5 * 2.0 * 0.2**2, rel=1e-9)
+
+
+def test_a_pin_that_never_closes_says_how_near_it_came() -> None:
+    """The masses of `sprung` are at 0.6 cos 2t and -0.4 cos 3t, and pass, but never so slowly."""
+    run = hs.simulate(sprung(0.01, gap=0.01, speed=1e-4))
+    (text,) = [text for text in lines_of(run, "warnings") if "joints.pin" in text]
+    t = run.time.values
+    apart = 0.6 * np.cos(2.0 * t) + 0.4 * np.cos(3.0 * t)
+    rate = np.gradient(apart, t)
+    nearest = int(np.maximum(abs(apart) / 0.01, abs(rate) / 1e-4).argmin())
+    assert f"at {t[nearest]:.4g} s" in text
+    assert "the window has 0.01 m and 0.0001 m/s" in text

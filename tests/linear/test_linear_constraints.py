@@ -245,7 +245,7 @@ def test_propagation_of_what_is_held(figure: Figure) -> None:
     t, parts = np.linspace(0.0, 10.0, 51), 5
     loads = loads_at_rest(t, parts, equation.rows, model, state)
     f = extended(np.einsum("krn->kn", loads) + equation.rest)
-    of = equation.response(t[1], parts).interval
+    of = equation.response(t[1], parts)
     states = np.vstack([each[1:] for _, each in motions(np.zeros(24), f, of, 1)])
     squares, shapes = linalg.eigh(N.T @ K @ N, N.T @ M @ N)
     own = np.sqrt(squares)

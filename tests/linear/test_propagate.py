@@ -32,7 +32,7 @@ from hydrosim.forces import (
     constant,
 )
 from hydrosim.integrate.exponential import BESIDE, area_weights, extended, interval
-from hydrosim.linear.propagate import division, stretches
+from hydrosim.linear.propagate import division, linear_equation, stretches
 from hydrosim.scene import (
     Body,
     Box,
@@ -411,3 +411,21 @@ def test_steps_above_the_stable_limit_do_not_matter() -> None:
     run = hs.simulate(dry(body, {"stiff": stiff}, step=0.1, method=Method.RK4))
     assert_allclose(run.position.values[:, 0, 0], np.cos(100.0 * run.time), rtol=0, atol=1e-10)
     assert "warnings" not in run.attrs
+
+
+def test_independent_bodies_cost_their_number() -> None:
+    """Forty oscillators beside each other: matrices of each alone, motions and energies of each."""
+    count = 40
+    stiffness = np.linspace(1e3, 4e4, count)
+    start = moving(heave=0.1)
+    bodies = tuple(block(1e3, ["heave"], f"b{k}", position=start) for k in range(count))
+    upward = np.diag([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+    springs = {f"s{k}": LinearMooring(f"b{k}", of * upward) for k, of in enumerate(stiffness)}
+    scene = dry(bodies, springs, duration=10.0)
+    response = linear_equation(*hs.compile_scene(scene)).response(0.5, 10)
+    assert [part.states.size for part in response.parts] == [2] * count
+    run = hs.simulate(scene)
+    t = run.time.values
+    exact = 0.1 * np.cos(np.sqrt(stiffness / 1e3) * t[:, None])
+    assert_allclose(run.position.sel(dof="heave"), exact, atol=1e-12)
+    assert float(abs(run.energy_residual).max()) < 1e-8 * 0.5 * 0.01 * stiffness.sum()

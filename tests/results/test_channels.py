@@ -13,7 +13,9 @@ import hydrosim as hs
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces import Frictionless, Spring
-from hydrosim.results.channels import KINDS, chosen, names, series
+from hydrosim.results.channels import KINDS, chosen, largest_loads, names, series
+from hydrosim.wording.check import check_document
+from hydrosim.wording.run import run_document
 
 TIME = np.linspace(0.0, 20.0, 81)
 OMEGA, ARM, DRIFT = 0.3, 7.0, 0.2
@@ -119,6 +121,20 @@ def test_what_accelerations_need_is_said() -> None:
         series(run, "point_acceleration.bow of barge.z")
 
 
+@pytest.mark.parametrize(("capacity", "told"), [(0.9e5, 1), (1.1e5, 0)])
+def test_a_capacity_that_is_exceeded_is_told(capacity: float, told: int) -> None:
+    """A line of 1e5 N/m, 1 m longer than without load, on a body that is held."""
+    table = np.array([0.0, 1.0])
+    line = Spring("block", (0, 0, 0), (5.0, 0, 0), 4.0, table, 1e5 * table, capacity=capacity)
+    held = scene(block(1e9, ("surge",)), {"line": line}, 0.2, 0.1, step=0.01)
+    summary = str(run_document(hs.simulate(held)))
+    assert summary.count("line carried 100 kN at 0 s, more than its capacity of 90 kN") == told
+    assert "Loads beside capacities" in summary
+    checked = str(check_document(held))
+    assert "Loads of lines" in checked
+    assert checked.count("of tension at the start") == told
+
+
 def test_capacities_of_a_case_are_those_of_its_units() -> None:
     """Each point of an element has it; those of others have none."""
     law, line = Frictionless(), np.array([0.0, 1.0])
@@ -137,6 +153,10 @@ def test_capacities_of_a_case_are_those_of_its_units() -> None:
     np.testing.assert_allclose(series(run, "utilisation.pad 2")[0], force / 3e6)
     tension = run.spring_tension.sel(spring="line")
     assert float(tension.max()) > 0.5e5
+    loads = {load.unit: load for load in largest_loads(run)}
+    assert [*loads] == ["pad 1", "pad 2", "line"]
+    assert loads["line"].largest == float(tension.max())
+    assert loads["line"].time == float(run.time[int(tension.argmax())])
     np.testing.assert_allclose(series(run, "utilisation.line")[0], tension / 2e5)
 
 

@@ -10,8 +10,9 @@ import numpy as np
 from hydrosim.dofs import about_z
 from hydrosim.rigid.tree import BALL, BRANCH, FULL_TURN, MOVE, NO_BODY, NO_TREE, SLIDE, TURN, Tree
 from hydrosim.scene import Body, Joint, JointType, Kinematics, Scene, Weight
+from hydrosim.scene.arrangement import Branch
 from hydrosim.scene.joint import JointMotion, MotionKind
-from hydrosim.scene.trees import Branch, arrangement, tree_joints
+from hydrosim.scene.trees import arrangement, tree_joints
 
 SWIVEL = MotionKind.SWIVEL
 KINDS = {MotionKind.SLIDE: SLIDE, MotionKind.TURN: TURN, SWIVEL: BALL}

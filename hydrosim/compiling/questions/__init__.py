@@ -12,11 +12,14 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from hydrosim.compiling.questions import (
+    attachments,
     bodies,
     elements,
+    loads,
     neighbours,
     places,
     ranges,
+    shapes,
     sloshing,
     starts,
     waters,
@@ -53,6 +56,9 @@ QUESTIONS: Mapping[Question, Callable[[About], Iterator[Doubt]]] = {
     Question.RAMP: waters.ramp,
     Question.STEP: waters.step,
     Question.RANGE: ranges.ranges,
+    Question.CAPACITY: loads.capacities,
+    Question.AXES: attachments.axes,
+    Question.HULL: shapes.hulls,
     Question.BENDING: elements.bending,
     Question.FILES: elements.files,
 }

@@ -21,6 +21,7 @@ HOPELESS = 10.0  # ratio of mass to displaced mass, or its inverse, that no moor
 LIFTED = 0.5  # of the weight
 SHORTEST, LONGEST = 1.0, 1000.0  # s, of natural periods
 TILT = np.radians(0.3)  # largest heel or trim by its own weight of a body that is afloat level
+LIGHTEST = 1.2  # kg/m^3
 LARGER = 1.25  # ratio: rounding, above the radius of gyration of a body with all mass at its ends
 
 
@@ -29,9 +30,9 @@ def mass(about: About) -> Iterator[Doubt]:
     afloat = {body.name for _, body, _ in about.afloat()}
     for _, body, db in about.wet():
         held = body.weight == Weight.CARRIED and body.name not in afloat
-        if _is_mass_doubtful(body, db) and not held:
-            displaced = _displaced_mass(db)
-            hopeless = _is_hopeless(body, displaced)
+        displaced = _displaced_mass(db)
+        hopeless = _is_hopeless(body, displaced)
+        if _is_mass_doubtful(body, db) and (hopeless or not held):
             yield Doubt(
                 f"bodies.{body.name}.mass",
                 f"{body.mass:.4g} kg",
@@ -39,7 +40,7 @@ def mass(about: About) -> Iterator[Doubt]:
                 "No body of that mass floats there: check its unit."
                 if hopeless
                 else "Weight and buoyancy are assumed to balance.",
-                hopeless,
+                hopeless and not held,
             )
 
 
@@ -83,6 +84,22 @@ def inertia(about: About) -> Iterator[Doubt]:
                 "The contents that are pumped out have more inertia than the body.",
             )
     yield from _radii(about)
+    yield from _densities(about)
+
+
+def _densities(about: About) -> Iterator[Doubt]:
+    """Ask about dry bodies that are lighter than air, by the box of their radii of gyration."""
+    for body in about.scene.bodies:
+        squares = 3.0 * np.linalg.eigvalsh(body.inertia) / body.mass
+        half = np.sqrt(np.maximum(squares.sum() / 2.0 - squares, 0.0))
+        density = body.mass / (8.0 * np.prod(half)) if np.all(half > 0.0) else np.inf
+        if body.name not in about.facts.databases and density < LIGHTEST:
+            found = (
+                f"radii of gyration of a box of {2.0 * half.max():.3g} m and {density:.2g} kg/m^3"
+            )
+            usual = f"usual is above {LIGHTEST:g} kg/m^3, the density of air"
+            key = f"bodies.{body.name}.inertia, radii_of_gyration"
+            yield Doubt(key, found, usual, "Are the radii in mm?")
 
 
 def _radii(about: About) -> Iterator[Doubt]:
@@ -168,8 +185,10 @@ def periods(about: About) -> Iterator[Doubt]:
 
 
 def lift(about: About) -> Iterator[Doubt]:
-    """Ask about applied forces that lift a hull out of the water, or sink it."""
+    """Ask about applied forces that lift a hull out of the water, or sink it, or that push it with
+    more than its weight."""
     for _, body, db in about.wet():
+        yield from _sideways(about, body)
         if body.hydrostatics is not None or _is_mass_asked(about, body, db):
             continue  # with another mass, the weight is another
         own = [
@@ -189,6 +208,20 @@ def lift(about: About) -> Iterator[Doubt]:
                 )
                 out = what == "lift" and force >= weight
                 yield Doubt(f"bodies.{body.name}", found, usual, advice, out)
+
+
+def _sideways(about: About, body: Body) -> Iterator[Doubt]:
+    """Ask about applied forces along the water that exceed the weight."""
+    weight = body.mass * about.scene.environment.gravity
+    for name, of in about.scene.forces.items():
+        if isinstance(of, AppliedForce) and of.body == body.name:
+            for dof in DOFS[:2]:
+                ends = _extremes(of.force[dof], about.scene.duration) if dof in of.force else (0.0,)
+                most = max(map(abs, ends))
+                if most > weight:
+                    found = f"{text_beyond(most, weight)} N, for a weight of {weight:.3g} N"
+                    usual = "usual is a force along the water far below the weight"
+                    yield Doubt(f"forces.{name}.force.{dof}", found, usual, "Check its unit.")
 
 
 def _extremes(signal: Signal, duration: float) -> tuple[float, float]:

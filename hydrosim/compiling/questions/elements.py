@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond
+from hydrosim.compiling.questions.shapes import drag
 from hydrosim.dofs import DOFS
 from hydrosim.forces.contact.coulomb import Coulomb
 from hydrosim.forces.contact.fender import Contact
@@ -22,7 +23,7 @@ from hydrosim.scene import Question, Weight
 
 ROUGHEST = 1.0
 BERTHING = 0.1  # m/s: berthing speed of a large ship (PIANC WG 33, 2002)
-SOFTEST = 3.0  # m: hardly any fender is more than twice as thick
+SOFTEST = 1.5  # m: a pneumatic fender of 3.3 m takes all its energy in twice that
 SAME_PERIOD = 0.1
 TOGETHER = 0.7  # cosine of the largest angle between normals of fenders that share a load
 
@@ -131,7 +132,9 @@ def friction(about: About) -> Iterator[Doubt]:
 
 
 def damping(about: About) -> Iterator[Doubt]:
-    """Ask about damping ratios above critical, and about decay tests that are not of this body."""
+    """Ask about damping ratios above critical, about decay tests that are not of this body, and
+    about drag of another size."""
+    yield from drag(about)
     yield from _roll_damping(about)
     for name, element in about.scene.forces.items():
         if not isinstance(element, LinearMooring | LinearDamping) or element.damping_ratio is None:

@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from hydrosim.scene import Body
 
 
+COMPACT = 0.8  # filled fraction of the rectangle, above which a hull counts as one closed body
+
+
 class Extents(NamedTuple):
     """Rectangle of a hull's water plane in the body frame: its ``centre`` (3,), its ``half`` length
     and breadth (2,), and the fraction of it that is ``filled``. ``draught`` is the draught of

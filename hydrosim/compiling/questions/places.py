@@ -6,12 +6,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from hydrosim.compiling.questions.attachments import attachments
 from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond
-from hydrosim.compiling.questions.extents import Extents, extents
+from hydrosim.compiling.questions.extents import COMPACT, Extents, extents
 from hydrosim.forces.contact.fender import Fender
 from hydrosim.rigid.kinematics import Motion
 
-COMPACT = 0.8  # filled fraction of the rectangle, above which a hull counts as one closed body
 INNER = 0.8  # of length and breadth, for hulls without sides
 ABOVE = 0.25  # of the draught: height above the water to which hulls have sides
 UPRIGHT = 0.5  # horizontal part of the normal, below which a plane is no wall
@@ -22,7 +22,8 @@ STANDING_OFF = 5.0
 
 def points(about: About) -> Iterator[Doubt]:
     """Ask about fender points inside a hull, which would cross the plane before contact, or far
-    outside."""
+    outside, and about other points far off their bodies."""
+    yield from attachments(about)
     each = {body.name: extents(body, db) for _, body, db in about.wet()}
     wet = set(about.facts.databases)
     for name, fender in about.scene.forces.items():

@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond
+from hydrosim.compiling.questions.extents import extents
+from hydrosim.compiling.questions.line_routes import routes
 from hydrosim.forces.contact.fender import Contact
 from hydrosim.forces.contact.normal import NormalCurve, PrescribedNormal
 from hydrosim.forces.contact.plane import Plane
@@ -24,6 +26,7 @@ FASTEST = 15.0  # m/s
 DEEPEST = 1.0  # m of compression at the start
 DROP = 3.0  # m above all contacts that carry a body
 BENT = np.radians(5.0)  # beyond a stop at the start
+PRESSED = 0.1  # of the range between two stops, beyond one of them at the start
 STRETCHED = 0.2  # of a line's length
 TIGHT = 0.05  # strain of a catenary
 
@@ -101,8 +104,11 @@ def _pressed_stops(about: About) -> Iterator[Doubt]:
         here = [float(next(places)) for _ in joint.motions]
         for motion, acting, x in zip(joint.motions, joint.resistances, here, strict=False):
             stops = acting.stops
+            limit = DEEPEST if motion.kind == MotionKind.SLIDE else BENT
             beyond = 0.0 if stops is None else max(stops.lowest - x, x - stops.highest)
-            if beyond > (DEEPEST if motion.kind == MotionKind.SLIDE else BENT):
+            if stops is None or (about.scene.at_rest and beyond <= limit):
+                continue
+            if beyond > min(limit, PRESSED * (stops.highest - stops.lowest)):
                 size = _size(motion.kind)
                 found = f"that {name} starts {size(beyond)} beyond a stop, at {size(x)}"
                 yield Doubt(f"joints.{name}", found, "usual is a start between the stops")
@@ -132,7 +138,9 @@ def plane(about: About) -> Iterator[Doubt]:
 
 
 def fall(about: About) -> Iterator[Doubt]:
-    """Ask about dry bodies that fall by metres before a contact carries them."""
+    """Ask about dry bodies that fall by metres before a contact carries them, and about hulls that
+    start far above or below their draught."""
+    yield from _off_draught(about)
     acting = about.scene.forces.values()
     held = {each.body for each in acting if each.carries() and not _touches(each)}
     carried = arrangement(about.scene).children
@@ -154,6 +162,17 @@ def fall(about: About) -> Iterator[Doubt]:
             )
 
 
+def _off_draught(about: About) -> Iterator[Doubt]:
+    """Ask about hulls with linear hydrostatics that start out of the water, or as deep again."""
+    for _, body, db in about.afloat():
+        size = extents(body, db) if body.hydrostatics is None else None
+        heave = abs(body.position[2])
+        if size is not None and heave > size.draught and about.scene.initial is None:
+            found = f"a heave of {text_beyond(heave, size.draught)} m at the start"
+            usual = f"usual is less than the draught of about {size.draught:.3g} m"
+            yield Doubt(f"bodies.{body.name}.initial.position", found, usual)
+
+
 def _touches(element: ForceElement) -> bool:
     """Whether an element is a contact that can carry a body."""
     return isinstance(element, Contact) and not isinstance(element.normal, PrescribedNormal)
@@ -163,6 +182,7 @@ def lines(about: About) -> Iterator[Doubt]:
     """Ask about lines that are far too short, and struts of another length."""
     yield from _springs(about)
     yield from _catenaries(about)
+    yield from routes(about)
     yield from _struts(about)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 from itertools import count
 
@@ -17,14 +17,14 @@ from hydrosim.database.build.assemble import Floating, Rules, assemble, asymmetr
 from hydrosim.database.build.bem import Hull, Progress, Solution, limit_added_mass, solve_all
 from hydrosim.database.build.drift import Drifting, Real
 from hydrosim.database.build.drift_of_each import drift_of_each
+from hydrosim.database.build.estimate import estimated_seconds
 from hydrosim.database.build.extrapolate import Radiation, extrapolated
 from hydrosim.database.build.far_field import by_far_field
-from hydrosim.database.build.green import SHALLOWEST
 from hydrosim.database.build.hull_keys import AnyHull, MeshHull, SphereHull
 from hydrosim.database.build.near_field import first_order_all, wetted_surface, whole
 from hydrosim.database.build.qtf import difference_qtf
 from hydrosim.database.build.recipe import DifferenceQtf, OneBody, Recipe, SeveralBodies
-from hydrosim.database.build.water import Water
+from hydrosim.database.build.water import SHALLOWEST, Water
 from hydrosim.database.database import PANELS
 from hydrosim.errors import InputError
 
@@ -35,12 +35,18 @@ def silent(done: int, total: int) -> None:
     """Default for ``progress``: ignores it."""
 
 
-def build(recipe: Recipe, jobs: int = 1, progress: Progress = silent) -> HydroDatabase:
+def build(
+    recipe: Recipe,
+    jobs: int = 1,
+    progress: Progress = silent,
+    announce: Callable[[float], None] | None = None,
+) -> HydroDatabase:
     """Database of ``recipe``, computed by ``jobs`` processes.
 
     ``progress`` receives the number of completed frequencies and `Recipe.steps`. Completed
-    frequencies are stored on the disk, and the same recipe continues from there. Raises
-    `InputError` if the database cannot be computed; warns of irregular frequencies.
+    frequencies are stored on the disk, and the same recipe continues from there. ``announce``
+    receives an estimate of the time [s] before anything is computed. Raises `InputError` if the
+    database cannot be computed; warns of irregular frequencies.
     """
     data = recipe.data
     water = Water(data.water.density, data.water.gravity, data.water.depth)
@@ -48,6 +54,9 @@ def build(recipe: Recipe, jobs: int = 1, progress: Progress = silent) -> HydroDa
     body = floating(recipe, floats, water)
     _check_depth(recipe, floats, water)
     _warn_of_irregular(recipe, floats, water)
+    if announce is not None:
+        announce(_estimated(recipe, floats.hull, water, jobs))
+    progress(0, recipe.steps)
     limits = _limits(floats.hull, water)
     progress = _all_of(recipe.steps, progress)
     solutions = solve_all(floats.hull, water, recipe.frequencies, recipe.headings, jobs, progress)
@@ -74,6 +83,13 @@ def build(recipe: Recipe, jobs: int = 1, progress: Progress = silent) -> HydroDa
     if isinstance(data, OneBody) and data.qtf is not None:
         db = _with_qtf(db, data.qtf, floats.hull, body, jobs, progress)
     return db
+
+
+def _estimated(recipe: Recipe, hull: Hull, water: Water, jobs: int) -> float:
+    """Time [s] that all frequencies take which are not stored yet; those of QTFs, of fewer panels
+    and of drifts count as all others."""
+    one = estimated_seconds(hull, water, recipe.frequencies, recipe.headings)
+    return one * recipe.steps / recipe.frequencies.size / jobs
 
 
 def _all_of(total: int, progress: Progress) -> Progress:
@@ -134,12 +150,9 @@ def _check_depth(recipe: Recipe, floats: Afloat, water: Water) -> None:
             f"{recipe.path}: water.depth: found {water.depth:g} m; expected more than the hull's"
             f" draught of {draught:g} m."
         )
-    if water.is_deep:
-        return
     lowest = recipe.frequencies[0]
-    if water.wavenumber(lowest) * water.depth < SHALLOWEST:
-        k = SHALLOWEST / water.depth
-        least = np.sqrt(water.gravity * k * np.tanh(SHALLOWEST))
+    least = water.lowest_frequency
+    if lowest < least:
         raise InputError(
             f"{recipe.path}: frequencies: found {lowest:g} rad/s; expected at least {least:.3g}"
             f" rad/s in {water.depth:g} m of water. The solver cannot compute waves more than"

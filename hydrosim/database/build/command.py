@@ -22,10 +22,12 @@ def build_database(
     picture: bool,
     settings: Sequence[str] = (),
     progress: Progress = lambda done, total: None,
+    announce: Callable[[float], None] | None = None,
 ) -> list[Path]:
     """Compute the database of the recipe that is the origin of ``output``, with ``settings``
-    KEY=VALUE that override it. ``jobs`` processes share the work, with a progress bar. With
-    ``picture``, draw pages about it, too. Returns the paths of the files."""
+    KEY=VALUE that override it. ``jobs`` processes share the work, with a progress bar. ``announce``
+    receives an estimate of the time [s]. With ``picture``, draw pages about it, too. Returns the
+    paths of the files."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # processes share the work, not threads
     _require_modules()
     from hydrosim.database.build.afloat import afloat
@@ -45,7 +47,7 @@ def build_database(
     )
     output = replace(output, settings=made_with)
     with output.held():
-        db = build(given, jobs, progress)
+        db = build(given, jobs, progress, announce)
         files = write(db, output)
     if picture:
         files.append(page.path)

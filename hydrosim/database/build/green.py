@@ -9,7 +9,8 @@ some depth. Capytaine 3.0 accepts a root mean square error of 0.01 and fits rand
 reaches 0.4 at x = 0, which determines the far influence of a source. In 50 m of water, the heave
 added mass of a launch barge is then 11 per cent too small at high frequencies. Its damping is
 several times that of its radiated waves. Here the exponents are fixed, and linear least squares fit
-their weights. The error is 1e-3 from kh = 0.2 up and 2e-4 near x = 0.
+their weights. The error is 1e-3 from kh = 0.2 up, 3e-3 at the limit kh = 0.15, 2e-2 at 0.1, and
+2e-4 near x = 0.
 """
 
 from __future__ import annotations
@@ -22,7 +23,6 @@ from numpy.typing import NDArray
 
 Real = NDArray[np.float64]
 
-SHALLOWEST = 0.15  # kh: the error of the sum is 3e-3 here, and 2e-2 at 0.1
 DEEP = 1e5  # kh from which waves feel no bottom; Capytaine also uses it for infinite frequency
 
 _EXPONENTS = -np.geomspace(0.03, 14.0, 16)

@@ -61,7 +61,8 @@ PanelsOf = Annotated[
 
 
 class BargeHull(Strict):
-    """A launch barge; ``stern_length`` or the heave stiffness gives the length of full beam."""
+    """A launch barge; ``stern_length`` or the heave stiffness gives the length of full beam. Its
+    frame has the origin at the stern, on the waterline."""
 
     type: Literal["barge"]
     """A launch barge."""

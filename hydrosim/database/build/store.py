@@ -24,12 +24,17 @@ def key_of(*parts: str | bytes | float | np.ndarray) -> str:
     return digest.hexdigest()
 
 
+def entry_name(key: str) -> str:
+    """Name in the cache of what is stored under ``key``."""
+    return f"potential-flow/{key[:32]}.npz"
+
+
 def remembered(key: str, compute: Callable[[], Iterable[Any]]) -> list[np.ndarray]:
     """Arrays stored under ``key``; if there are none, they are computed and stored.
 
     A file is complete or absent, so the program may be interrupted at any time.
     """
-    name = f"potential-flow/{key[:32]}.npz"
+    name = entry_name(key)
     found = stored(name)
     if found is not None:
         with np.load(BytesIO(found), allow_pickle=False) as file:

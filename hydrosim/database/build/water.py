@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 from hydrosim.waves.dispersion import wavenumber
 
+SHALLOWEST = 0.15  # kh, below which `green` has larger errors
+
 
 @dataclass(frozen=True)
 class Water:
@@ -20,6 +22,13 @@ class Water:
     def is_deep(self) -> bool:
         """True for infinite depth."""
         return math.isinf(self.depth)
+
+    @property
+    def lowest_frequency(self) -> float:
+        """Lowest frequency [rad/s] that can be computed; 0 in deep water."""
+        if self.is_deep:
+            return 0.0
+        return math.sqrt(self.gravity * SHALLOWEST / self.depth * math.tanh(SHALLOWEST))
 
     def wavenumber(self, frequency: float) -> float:
         """Wavenumber [1/m] of waves of ``frequency`` [rad/s]."""

@@ -20,8 +20,10 @@ from hydrosim.forces.contact.fender import Contact
 from hydrosim.forces.contact.landing import Landing
 from hydrosim.forces.contact.modes import OPEN
 from hydrosim.forces.contact.normal import PrescribedNormal
+from hydrosim.forces.joint.locks import CLOSED, WAITING
 from hydrosim.results.points import frames_of
-from hydrosim.scene import Body, FreeSurface, Kinematics, Place, Question, Scene
+from hydrosim.scene import Body, FreeSurface, Joint, Kinematics, Place, Question, Scene
+from hydrosim.scene.joint import MotionKind
 from hydrosim.tanks.shapes import heel_and_trim, volume_at
 from hydrosim.waves.components import Components
 from hydrosim.waves.forms import second_order_at_rest
@@ -66,6 +68,7 @@ def noticed(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
     if Question.SOFTNESS not in scene.accept:
         yield from _pressed_by_metres(scene, run)
     yield from _beside_seats(compiled, run)
+    yield from _missed_windows(compiled, run)
     if not exact:
         yield from _large_angles(run)
     yield from _shallow(scene, run)
@@ -121,6 +124,43 @@ def _beside_seats(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
                 f" has a radius of {landing.reach():.3g} m (on.extent)."
             )
             break
+
+
+def _missed_windows(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
+    """Tell how near to its window each joint came that waited for it until the end."""
+    for name, joint in compiled.scene.joints.items():
+        window = joint.window
+        if window is None or any(motion.kind == MotionKind.SLIDE for motion in joint.motions):
+            continue
+        modes = run.lock_mode.sel(lock=name).values
+        waiting = np.flatnonzero(modes == WAITING)
+        if modes[-1] != WAITING or np.any(modes == CLOSED) or waiting.size < 2:
+            continue
+        apart = _distance_of_points(compiled, run, joint)
+        gap = np.linalg.norm(apart, axis=1)
+        speed = np.linalg.norm(np.gradient(apart, run.time.values, axis=0), axis=1)
+        beyond = np.maximum(gap / window.gap, speed / window.speed)[waiting]
+        at = waiting[int(beyond.argmin())]
+        yield (
+            f"joints.{name}: it came nearest to its window at {run.time.values[at]:.4g} s, with a"
+            f" gap of {gap[at]:.3g} m and a speed of {speed[at]:.3g} m/s; the window has"
+            f" {window.gap:g} m and {window.speed:g} m/s. Its smallest gap while it waited was"
+            f" {gap[waiting].min():.3g} m, its smallest speed {speed[waiting].min():.3g} m/s."
+        )
+
+
+def _distance_of_points(compiled: Compiled, run: xr.Dataset, joint: Joint) -> np.ndarray:
+    """Vectors (nt, 3) [m] between the points of a joint on both bodies, which meet at rest."""
+    index = {body.name: i for i, body in enumerate(compiled.scene.bodies)}
+    coordinates = run.position.values.reshape(run.time.size, -1)
+    places, rotations = frames_of(compiled.model, np.vstack([0.0 * coordinates[:1], coordinates]))
+    b = index[joint.body]
+    point = places[:, b] + rotations[:, b] @ np.array(joint.point, float)
+    if joint.to is None:
+        return np.asarray(point[1:] - point[0])
+    a = index[joint.to]
+    on_other = rotations[0, a].T @ (point[0] - places[0, a])
+    return np.asarray((point - places[:, a] - rotations[:, a] @ on_other)[1:])
 
 
 def _off_seat(compiled: Compiled, run: xr.Dataset, landing: Landing, point: int) -> np.ndarray:

@@ -1,0 +1,93 @@
+"""Questions about where catenaries run: through the seabed, under a hull, and how soft they are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond
+from hydrosim.compiling.questions.extents import COMPACT, Extents, extents
+from hydrosim.forces.line.catenary import Catenary
+from hydrosim.forces.line.now import LineNow, lines_now
+
+# m
+BURIED = 1.0
+HOVERING = 0.25  # of the water depth
+SOFT = 1e-3  # EA over the weight of the lightest body; a nylon hawser of a large tanker has 1.5e-3
+AT_SIDE = 0.7  # of half of the breadth or length: fairleads further out are at a side
+CROSSING = 0.5  # of the breadth of a hull
+KEEL = 0.8  # of the draught: fairleads deeper are at the keel
+
+
+def routes(about: About) -> Iterator[Doubt]:
+    """Ask about lines that run through the seabed or a hull, hang above it, or are too soft."""
+    state = about.state
+    depth = about.scene.environment.water_depth
+    sizes = {body.name: extents(body, db) for _, body, db in about.wet()}
+    bodies = about.model.bodies
+    begin = about.end - about.scene.duration
+    every = lines_now(about.model, about.scene, begin, state.y, state.modes, bodies, about.motion)
+    for line in every:
+        of = about.scene.forces[line.name]
+        assert isinstance(of, Catenary)
+        yield from _beside_bed(line, of, depth)
+        yield from _softness(about, line, of)
+        size = sizes.get(of.body)
+        if size is not None and of.anchor_body is None and of.anchor[2] < 0.0:
+            yield from _under_hull(about, line, of, size)
+
+
+def _beside_bed(line: LineNow, of: Catenary, depth: float) -> Iterator[Doubt]:
+    """Ask about a line that runs below the seabed, and about an anchor high above it."""
+    key = f"forces.{line.name}"
+    lowest = -float(line.places()[0][:, 2].min())
+    if of.friction is None and lowest > depth + BURIED:
+        found = f"a line down to {text_beyond(lowest, depth)} m in water of {depth:g} m"
+        usual = "usual is a line above the seabed"
+        yield Doubt(key, found, usual, "With the key seabed, it rests on the seabed.")
+    moored = of.anchor_body is None and of.anchor[2] < 0.0
+    above = depth + of.anchor[2]
+    if moored and np.isfinite(depth) and above > max(HOVERING * depth, BURIED):
+        found = f"an anchor {above:.3g} m above the seabed, in water of {depth:g} m"
+        yield Doubt(f"{key}.anchor", found, "usual is an anchor on the seabed")
+
+
+def _softness(about: About, line: LineNow, of: Catenary) -> Iterator[Doubt]:
+    """Ask about mooring lines whose EA is hardly a thousandth of the weight that they hold."""
+    if of.anchor_body is not None or of.body not in about.facts.databases:
+        return
+    weight = about.scene.environment.gravity * about.scene.bodies[about.index[of.body]].mass
+    stiffness = float(line.own["stiffness"].min())
+    if stiffness < SOFT * weight:
+        found = f"an EA of {stiffness:.3g} N, for a body whose weight is {weight:.3g} N"
+        usual = f"usual is above {SOFT:g} of the weight"
+        advice = "Check the diameter and its unit."
+        yield Doubt(f"forces.{line.name}.segments", found, usual, advice)
+
+
+def _under_hull(about: About, line: LineNow, of: Catenary, size: Extents) -> Iterator[Doubt]:
+    """Ask about a line from a side of a compact hull that crosses under it to the other side."""
+    aside = (np.array(of.point[:2]) - size.centre[:2]) / size.half
+    at_keel = of.point[2] < size.centre[2] - KEEL * size.draught
+    if size.filled < COMPACT or at_keel or np.abs(aside).max() < AT_SIDE:
+        return
+    turn = about.motion.rotation[about.index[of.body]]
+    away = turn.T @ np.array([*line.ends.e, 0.0])
+    inside = _length_inside(aside, away[:2] / size.half)
+    limit = CROSSING * 2.0 * float(size.half.min())
+    if inside > limit:
+        found = f"a line that runs {text_beyond(inside, limit)} m under the hull of {of.body}"
+        usual = "usual is a fairlead on the side of its anchor"
+        advice = "Has point the sign of the other side?"
+        yield Doubt(f"forces.{line.name}.point", found, usual, advice)
+
+
+def _length_inside(start: np.ndarray, direction: np.ndarray) -> float:
+    """Length [m] inside the square |x|, |y| < 1 of the ray from ``start`` (2,) along ``direction``
+    (2,), per metre."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ends = np.sort([(-1.0 - start) / direction, (1.0 - start) / direction], axis=0)
+    enters = float(np.nanmax([0.0, *ends[0]]))
+    leaves = float(np.nanmin(ends[1]))
+    return max(leaves - enters, 0.0)

@@ -1,0 +1,80 @@
+"""Questions about hulls and tanks beside the centre of gravity, and about drag beside a hull."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond
+from hydrosim.compiling.questions.extents import extents
+from hydrosim.dofs import DOFS
+from hydrosim.forces.damping.quadratic_damping import QuadraticDamping
+from hydrosim.scene.tanks import Box
+
+# drag over 0.5 rho times the projected area under water: surge, sway, heave. A ship in surge has
+# little more than friction; a flat plate has about 2, edges and bilge keels more
+LEAST_DRAG = (0.001, 0.02, 0.02)
+MOST_DRAG = 30.0
+TANK_MARGIN = 0.5  # of the half length and breadth of the water plane
+
+
+def hulls(about: About) -> Iterator[Doubt]:
+    """Ask about hulls aside of the centre of gravity, and about tanks far outside a hull."""
+    for body in about.scene.bodies:
+        if body.hydrostatics is None:
+            continue
+        corners = body.hydrostatics.corners.reshape(-1, 3)[:, :2]
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        centre = np.array(body.centre_of_gravity[:2])
+        off = float(np.linalg.norm(np.maximum(np.maximum(low - centre, centre - high), 0.0)))
+        size = float(np.linalg.norm(high - low))
+        if off > 0.5 * size:
+            yield Doubt(
+                f"bodies.{body.name}.hydrostatics",
+                f"a hull {text_beyond(off, 0.5 * size)} m aside of the centre of gravity of"
+                f" {body.name}",
+                "usual is a centre of gravity above or within the hull",
+                "Its file is in the frame of centre_of_gravity; location moves both.",
+            )
+    for _, body, db in about.wet():
+        size_of = extents(body, db)
+        for tank in body.tanks if size_of is not None else ():
+            if not isinstance(tank.shape, Box):
+                continue
+            middle = np.mean([tank.shape.low, tank.shape.high], axis=0) - body.centre_of_gravity
+            aside = np.abs(middle - size_of.centre)[:2] / size_of.half
+            if aside.max() > 1.0 + TANK_MARGIN:
+                axis = int(aside.argmax())
+                found = (
+                    f"a tank whose middle is {aside[axis] * size_of.half[axis]:.3g} m from the"
+                    f" middle of the water plane along {'xy'[axis]}"
+                )
+                usual = f"usual is up to {size_of.half[axis]:.3g} m, half of its size"
+                yield Doubt(f"bodies.{body.name}.tanks.{tank.name}", found, usual)
+
+
+def drag(about: About) -> Iterator[Doubt]:
+    """Ask about quadratic damping that is not that of a hull of this size."""
+    density = about.scene.environment.water_density
+    wet = {body.name: (body, db) for _, body, db in about.wet()}
+    for name, of in about.scene.forces.items():
+        if not isinstance(of, QuadraticDamping) or of.body not in wet:
+            continue
+        size = extents(*wet[of.body])
+        if size is None:
+            continue
+        length, breadth = 2.0 * size.half
+        areas = (breadth * size.draught, length * size.draught, length * breadth)
+        for k, (area, least) in enumerate(zip(areas, LEAST_DRAG, strict=True)):
+            found = float(of.damping[k, k])
+            coefficient = found / (0.5 * density * area)
+            if found > 0.0 and not least <= coefficient <= MOST_DRAG:
+                limit = least if coefficient < least else MOST_DRAG
+                text = text_beyond(coefficient, limit, ".2g")
+                yield Doubt(
+                    f"forces.{name}.damping.{DOFS[k]}",
+                    f"{found:.3g} N s^2/m^2, a drag coefficient of {text} on {area:.3g} m^2",
+                    f"usual is {least:g} to {MOST_DRAG:g}",
+                    "Is it in kN s^2/m^2?",
+                )
