@@ -18,7 +18,8 @@ would go back joins in.
 
 Rows that depend on earlier ones are dropped where joints close or open, and stay dropped: bodies
 leave the constraints by the errors of stages, where repeated rows seem to differ. A constraint
-whose row comes to depend on others later (a four-bar linkage in a straight line) ends the run.
+whose row comes to depend on others later (a four-bar linkage in a straight line) ends the run. So
+does a drive that moves what a dropped row holds: at once, or when it moves on from a rest.
 """
 
 from __future__ import annotations
@@ -34,11 +35,12 @@ from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.rigid.mass import cholesky
 from hydrosim.rigid.tree import fill_rates
 from hydrosim.stepping.dynamics import constrain, find_inertia, solve_held
-from hydrosim.stepping.state import NEXT_STEP, RANK, RANK_TIME, SINGULAR, STATUS
+from hydrosim.stepping.state import DRIVEN_APART, NEXT_STEP, RANK, RANK_TIME, SINGULAR, STATUS
 
 MET = 1e-13  # m or 1: residual of a place, more by 1e-15 of the farthest place beyond 100 m
 STILL = 1e-14  # of the sum of the terms of a velocity: rounding of J q'
 OPPOSED = 1e-9  # m/s or rad/s, and 1e-9 of the lever: rounding of the rate of a dropped row
+DRIVEN = 1e-6  # m, rad and per second, and of the size of a rate: errors of a dropped row
 TRIES = 5  # Newton's iterations back to the constraints
 ROUNDS = 20  # impacts through ratchets that join in or let go
 
@@ -50,6 +52,8 @@ def keep_closed(t, run):
     if locks.any_closed(run.state.modes, model.elements.locks):
         project(run.state.y, run.state.modes, model, run.work)
         _watch(t, run)
+        if run.work.holds.driven.shape[0] > 0 and _drives_part(run.state, model, run.work):
+            run.counters[STATUS] = DRIVEN_APART
 
 
 @root
@@ -75,7 +79,7 @@ def meet(t, run):
     run.scratch.pace[RANK_TIME] = t
     run.scratch.pace[RANK] = choose_rows(state.y, state.modes, model, run.work)
     if _opposes_drives(state.y, model, run.work):
-        run.counters[STATUS] = SINGULAR
+        run.counters[STATUS] = DRIVEN_APART
     project(state.y, state.modes, model, run.work)
 
 
@@ -93,6 +97,46 @@ def _opposes_drives(y, model, work):
             rate += constraints.J[r, j] * y[n + j]
             size = max(size, abs(constraints.J[r, j]))
         if constraints.pivot[r] == DROPPED and abs(rate) > OPPOSED * size:
+            return True
+    return False
+
+
+@kernel
+def _drives_part(state, model, work):
+    """True if drives have moved what a closed joint holds by rows that depend on those of drives.
+    They are dropped, so that nothing else would show it: the joint closed while the drive stood
+    still. ``work.motion`` is that of the state."""
+    p = model.elements.locks
+    constraints = work.constraints
+    holds = work.holds
+    parted = False
+    for i in range(p.each.size):
+        mode = state.modes[p.mode + i]
+        kept = mode[SEGMENT]
+        if mode[MODE] != CLOSED or kept == locks.every_row(i, p):
+            continue
+        mode[SEGMENT] = locks.every_row(i, p)
+        constraints.number[0] = 0
+        locks.hold(
+            state.y, state.modes, work.motion, model.bodies, p, work.total, constraints, holds
+        )
+        parted = parted or _is_parted(i, state.y, model.bodies.active.size, constraints, holds)
+        mode[SEGMENT] = kept
+    return parted
+
+
+@kernel
+def _is_parted(i, y, n, constraints, holds):
+    """True if a row of joint ``i`` has a residual, or a rate in the state ``y``."""
+    for r in range(constraints.number[0]):
+        rate = 0.0
+        size = 1.0
+        for j in range(n):
+            term = constraints.J[r, j] * y[n + j]
+            rate += term
+            size += abs(term)
+        moves = abs(rate) > DRIVEN * size or abs(holds.residual[r]) > DRIVEN
+        if holds.lock[r] == i and moves:
             return True
     return False
 

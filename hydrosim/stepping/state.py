@@ -17,7 +17,7 @@ from hydrosim.stepping.clock import Clock, align_corners, merge_breakpoints
 from hydrosim.stepping.dynamics import Model, Work, dynamic_states, new_work, radiation_filters
 
 RUNNING, NOT_FINITE, CAPSIZED, CHATTERING, STEP_TOO_SMALL, NO_SOLUTION, BLOWN_UP = range(7)
-SINGULAR, NO_SAMPLE = range(7, 9)
+SINGULAR, NO_SAMPLE, DRIVEN_APART = range(7, 10)
 STEPS, REJECTED, RECORDS, EVENTS, EVALUATIONS, LOOKS, STATUS, POINT = range(8)
 EVENTS_THEN, STEPS_THEN, COUNTERS = range(8, 11)
 """Entries of `Run.counters`: ``LOOKS`` counts evaluations of margins, ``POINT`` is the grid point

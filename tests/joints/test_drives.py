@@ -21,10 +21,13 @@ from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import Drive, Harmonic, LinearMooring, Recorded, SmoothTable, Table
 from hydrosim.scene import (
     Active,
+    Joint,
     JointFriction,
     JointResistance,
+    JointType,
     Kinematics,
     Method,
+    Ratchet,
     Scene,
     Start,
     Tolerance,
@@ -321,3 +324,47 @@ def test_a_joint_that_closes_against_a_drive_ends_the_run() -> None:
     stop = replace(joint("fixed", "cart", None), active=Active(When(2.0)), resistances=())
     with pytest.raises(hs.SimulationError, match="stop"):
         hs.simulate(replace(whole, joints={**whole.joints, "stop": stop}))
+
+
+RESTS = SmoothTable(
+    np.array([0.0, 2.0, 4.0, 5.0, 7.0, 10.0]), np.array([0.0, 0.0, 0.6, 0.6, 1.2, 0.0])
+)
+"""It stands still until 2 s and from 4 s to 5 s, moves on, and goes back from 7 s on."""
+
+
+@pytest.mark.parametrize("type_", ["fixed", "ball"])
+@pytest.mark.parametrize("until", [1.5, 2.5])
+def test_a_drive_may_rest_in_a_closed_joint_and_not_leave_it(type_: str, until: float) -> None:
+    """Its rows depend on that of the drive, so that no force would show it."""
+    whole = cart_and_rod(RESTS, step=0.05)
+    hold = replace(
+        joint(type_, "cart", None), active=Active(When(1.0), When(until)), resistances=()
+    )
+    held = replace(whole, joints={**whole.joints, "hold": hold})
+    if until < 2.0:
+        found = completed(held).sel(body="cart", dof="surge").position
+        exact = PchipInterpolator(RESTS.time, RESTS.value)(TIME)
+        np.testing.assert_allclose(found, exact, rtol=0.0, atol=1e-13)
+        return
+    with pytest.raises(hs.SimulationError, match=r"t = 2\.[01]\d* s joints\.hold .* drive moves"):
+        hs.simulate(held)
+
+
+def test_a_joint_that_closes_where_a_drive_turns_ends_the_run() -> None:
+    """The speed is zero there, but not the acceleration."""
+    whole = cart_and_rod(Harmonic(0.6, 4.0))
+    stop = replace(joint("fixed", "cart", None), active=Active(When(1.0)), resistances=())
+    with pytest.raises(hs.SimulationError, match=r"joints\.stop .* drive moves"):
+        hs.simulate(replace(whole, joints={**whole.joints, "stop": stop}))
+
+
+def test_a_ratchet_lets_a_drive_go_its_way_alone() -> None:
+    """It holds while the drive rests, lets it go on, and ends the run when it goes back."""
+    whole = cart_and_rod(RESTS, step=0.05)
+    pawl = Joint(JointType.RATCHET, "cart", axis=X, ratchet=Ratchet(), active=Active(When(1.0)))
+    held = replace(whole, joints={**whole.joints, "pawl": pawl})
+    run = completed(replace(held, duration=7.0))
+    mode = run.lock_mode.values[:, 0]
+    assert [mode[TIME.searchsorted(t)] for t in (1.5, 3.0, 6.0)] == [3, 2, 2]
+    with pytest.raises(hs.SimulationError, match=r"t = 7\.[01]\d* s joints\.pawl .* drive moves"):
+        hs.simulate(held)

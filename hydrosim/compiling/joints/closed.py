@@ -138,6 +138,16 @@ def singular_joints(scene: Scene, model: Model, state: State) -> str:
     return ", ".join(constraint_names(scene)[i] for i in taking)
 
 
+def driven_joints(scene: Scene, model: Model, state: State) -> str:
+    """Names of the closed joints that drives move apart, with their keys."""
+    rows = _all_rows(model, state.y, state.modes)
+    n = model.bodies.active.size
+    rates = np.abs(rows.J @ state.y[n : 2 * n])
+    parted = np.maximum(rates, np.abs(rows.residual))
+    taking = dict.fromkeys(rows.lock[parted > TAKING_PART * parted.max()].tolist())
+    return ", ".join(f"joints.{constraint_names(scene)[i]}" for i in taking)
+
+
 def _all_rows(model: Model, y: np.ndarray, modes: np.ndarray) -> Rows:
     """All rows of closed joints in a state, those that depend on others included."""
     p = model.elements.locks

@@ -372,6 +372,8 @@ def margins(y, modes, motion, bodies, p, reactions, out):
             out[m + SEGMENT_MARGIN] = lock.pitch - way if lock.pitch > 0.0 else 1.0
         elif mode == CLOSED and lock.ratchet != NO_RATCHET:
             out[m + FRICTION_MARGIN] = reactions[p.reaction + i, 0]
+            if modes[p.mode + i, SEGMENT] == 0:  # a drive at rest holds it, and may move on
+                out[m + FRICTION_MARGIN] = ROUNDED - ratchet_rate(i, y, bodies, motion, p)
         elif mode == CLOSED and lock.strength < inf:
             out[m + FRICTION_MARGIN] = lock.strength - reactions[p.reaction + i, 0]
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.compiling.joints.closed import singular_joints
+from hydrosim.compiling.joints.closed import driven_joints, singular_joints
 from hydrosim.forces import function_errors, lost_units, mode_row_names
 from hydrosim.rigid.free import owners
 from hydrosim.scene import Method
@@ -17,6 +17,7 @@ from hydrosim.stepping.state import (
     BLOWN_UP,
     CAPSIZED,
     CHATTERING,
+    DRIVEN_APART,
     NO_SAMPLE,
     NO_SOLUTION,
     NOT_FINITE,
@@ -46,6 +47,8 @@ MESSAGES = {
     NO_SOLUTION: "the implicit method finds no solution for a step",
     SINGULAR: "the joints {where} come to a place where they do not determine their forces, as a"
     " four-bar linkage in a straight line",
+    DRIVEN_APART: "{where} would have to let go: the joint is closed, and a drive moves what it"
+    " holds",
     NO_SAMPLE: "the function of an external force cannot be called: it belongs to another process,"
     " or the call was interrupted",
     BLOWN_UP: "the solution blows up: it holds more than ten times the energy that all sources"
@@ -54,6 +57,8 @@ MESSAGES = {
 REMEDIES = {
     NO_SAMPLE: "Run it in the process in which the function was made.",
     SINGULAR: "End the run before, or keep the joints away from that place.",
+    DRIVEN_APART: "Let the drive stand still while the joint is closed, or end the active time of"
+    " the joint before the drive moves.",
     NO_SOLUTION: "Try solver.method: dopri5, or check the stiffness and damping of that element.",
 }
 """Remedies for a status that do not depend on the method."""
@@ -84,6 +89,8 @@ def failure(compiled: Compiled, run: Run, time: float) -> str:
         where = holder(scene, model, run.record, count)
     elif status == SINGULAR:
         where = singular_joints(scene, model, run.state)
+    elif status == DRIVEN_APART:
+        where = driven_joints(scene, model, run.state)
     elif status == CHATTERING:
         where = _alternating_units(compiled, run)
     else:
