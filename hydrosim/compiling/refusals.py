@@ -79,24 +79,29 @@ def check_scene(scene: Scene) -> None:
     found += [] if found else check_trees(scene)  # only of joints between known bodies
     if found:
         raise InputError("scene: " + "; ".join(found) + ".")
-    for key, signal in signals_of(scene.forces):
-        if isinstance(signal, Recorded):
-            _check_record(key, signal.time, scene.duration)
     for name, element in scene.forces.items():
         element.check(name)
-    check_drives(scene, begin(scene))
+    if scene.initial is None or scene.initial.time is not None:  # else once its run is opened
+        _check_records(scene)
+        check_drives(scene, begin(scene))
     check_points(scene)
     check_sizes(scene)
 
 
-def _check_record(key: str, time: np.ndarray, duration: float) -> None:
+def _check_records(scene: Scene) -> None:
     """Refuse records that do not cover the whole run."""
-    if time[0] > 0.0 or time[-1] < duration * (1.0 - 1e-9):
-        raise InputError(
-            f"{key}: found a record from {time[0]:g} s to {time[-1]:g} s; expected a record of"
-            f" the whole run, from 0 s to its end at {duration:g} s. Shorten the duration, or"
-            " record more."
-        )
+    start = begin(scene)
+    end = start + scene.duration
+    for key, signal in signals_of(scene.forces):
+        if not isinstance(signal, Recorded):
+            continue
+        first, last = signal.time[[0, -1]]
+        if first > start or last < end * (1.0 - 1e-9):
+            raise InputError(
+                f"{key}: found a record from {first:g} s to {last:g} s; expected a record of"
+                f" the whole run, from {start:g} s to its end at {end:g} s. Shorten the duration,"
+                " or record more."
+            )
 
 
 def check_start(scene: Scene, model: Model, state: State) -> None:

@@ -63,7 +63,8 @@ class Drive(ForceElement):
         return f"{self.dof} of {self.joint or self.body}"
 
     def signals(self) -> Iterator[tuple[str, Signal]]:
-        yield "position", self.position
+        turns = self.dof in DOFS[3:] or self.dof.endswith("angle")
+        yield "angle" if turns else "offset", self.position
 
     def unit_names(self, name: str) -> Sequence[str]:
         return (f"{name} {self.dof}",)

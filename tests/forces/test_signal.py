@@ -16,6 +16,7 @@ import hydrosim as hs
 from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import AppliedForce, Harmonic, Recorded, Signal, Table, constant
 from hydrosim.forces.signal import compile_signals, corners, crest, rate, value
+from hydrosim.scene import Start
 
 Figure = Callable[[str, float], None]
 RNG = np.random.default_rng(3)
@@ -155,6 +156,17 @@ def test_a_run_beyond_its_record_is_refused(first: float, last: float) -> None:
     found = rf"forces\.push\.force\.surge: found a record from {first:g} s to {last:g} s;.* 20 s"
     with pytest.raises(hs.InputError, match=found):
         hs.simulate(pushed(Recorded(time, time)))
+
+
+def test_a_run_that_goes_on_beyond_its_record_is_refused() -> None:
+    time = np.linspace(0.0, 30.0, 50)
+    whole = pushed(Recorded(time, np.sin(time)))
+    run = hs.simulate(whole)
+    begun = replace(whole, initial=Start(run))
+    with pytest.raises(hs.InputError, match="whole run, from 20 s to its end at 40 s"):
+        hs.simulate(begun)
+    later = time + 15.0
+    hs.simulate(replace(begun, forces=pushed(Recorded(later, np.sin(later))).forces))
 
 
 def test_a_run_as_long_as_its_record() -> None:

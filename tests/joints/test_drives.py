@@ -274,6 +274,9 @@ def test_mistakes_are_told() -> None:
         "is locked by bodies.cart.dofs": cart_and_rod(drive={"dof": "sway"}),
         "forces.shake.dof: found lift": cart_and_rod(drive={"dof": "lift"}),
         "from 0 s to 5 s; expected one of the whole run, from 0 s to 10 s": cart_and_rod(short),
+        "forces.shake.offset: found a record from 0 s to 5 s": cart_and_rod(
+            Recorded(np.arange(6.0), np.arange(6.0))
+        ),
         "expected two or more, which rise": cart_and_rod(falling),
         "forces.shake.offset: found straight lines": cart_and_rod(Table(KNOTS, VALUES)),
         "expected a joint of the scene: pin": cart_and_rod(drive={"joint": "pit"}),
