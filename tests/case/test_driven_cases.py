@@ -110,6 +110,10 @@ MISTAKES = {
     "rod of no length": (END, "to_point: [5 m, 0, -7 m]", 16, "joints.sling", "both ends"),
     "negative length": (END, f"{END}, length: -1 m", 16, "joints.sling.length"),
     "another length": (END, f"{END}, length: 9 m", 16, "joints.sling", "close"),
+    "a drive that moves the start": (
+        *("period: 5 s}", "period: 5 s, phase: 90 deg}", 16, "joints.sling: does not close"),
+        "Drives move the start (shake, turn)",
+    ),
     "rod twice": ("forces:", f"{AGAIN}\nforces:", 17, "joints.again", "not determined"),
     "rod without an end": (f", {END}", "", 16, "joints.sling", "to_point"),
 }

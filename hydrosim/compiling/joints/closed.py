@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from scipy import linalg
 
-from hydrosim.compiling.joints.drives import drives_of
+from hydrosim.compiling.joints.drives import drives_of, motion_at
 from hydrosim.dofs import about_z
 from hydrosim.errors import InputError
 from hydrosim.forces import driven_coordinates
@@ -189,7 +189,7 @@ def _check_gaps(scene: Scene, model: Model, rows: Rows) -> None:
                 f"joints.{name}: does not close at the start: {gap:.3g} m and {turn:.3g} deg are"
                 f" missing between {_sides(scene, name)}; expected less than {CLOSE:g} m and rad."
                 " Joints are closed with all bodies at rest: change the starts (initial.position of"
-                " bodies, initial of joints) together, or leave them out."
+                f" bodies, initial of joints) together, or leave them out.{_start_of_drives(scene)}"
             )
 
 
@@ -242,7 +242,23 @@ def _check_velocities(scene: Scene, model: Model, state: State, rows: Rows) -> N
             f" {_sides(scene, name)} by {abs(rates[worst]):.3g} {unit}; expected velocities that"
             " the joint allows (initial.velocity of bodies, rate or speed of joints). A joint that"
             " is to stop them needs active: {from: ...} after the start."
+            f"{_start_of_drives(scene)}"
         )
+
+
+def _start_of_drives(scene: Scene) -> str:
+    """Remedy where drives move the start of a scene; empty without any."""
+    moving = [
+        name
+        for name, drive in drives_of(scene).items()
+        if any(abs(motion) > CLOSE for motion in motion_at(drive, 0.0)[:2])
+    ]
+    if not moving:
+        return ""
+    return (
+        f" Drives move the start ({', '.join(moving)}): begin them at zero and at rest, by a table,"
+        " or give the other bodies the same start."
+    )
 
 
 def _check_regular(scene: Scene, model: Model, state: State, rows: Rows) -> None:
