@@ -1,6 +1,6 @@
 """Answer the questions named on the command line, or all but the long ones: a table each here, and
-JSON and pictures in benchmarks/results/. With --keep, evidence, work_precision and
-chain write their pages, too.
+JSON and pictures in benchmarks/results/. With --keep, evidence, work_precision, chain
+and flume write their pages, too.
 ``thesis`` has options of its own: ``python -m benchmarks thesis --help``."""
 
 from __future__ import annotations
@@ -36,6 +36,7 @@ LONG = (
     "simulated_extremes",
     "decay_intervals",
     "chain",
+    "flume",
 )  # if named
 
 

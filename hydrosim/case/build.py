@@ -63,8 +63,9 @@ def _forces(
 ) -> dict[str, scene.ForceElement]:
     """The force elements. Files with lines are several elements each."""
     found: dict[str, scene.ForceElement] = {}
+    joints = {name: joint.build() for name, joint in data.joints.items()}
     for name, element in data.forces.items():
-        where = Where(f"forces.{name}", path, _density(data.water))
+        where = Where(f"forces.{name}", path, _density(data.water), joints)
         if isinstance(element, Lines):
             body = bodies[element.body]
             place = (body.location, body.heading, body.centre_of_gravity)

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from math import inf
 from pathlib import Path
 
+from hydrosim.case.elements.drive import Drive
 from hydrosim.case.elements.lines import Lines
 from hydrosim.case.hydrodynamics import accepted_of, files_of
 from hydrosim.case.schema import CaseFile
@@ -58,9 +59,19 @@ def _check_bodies(case: CaseFile) -> Iterator[Problem]:
         text = "found no degree of freedom in any body; expected one or more; nothing would move"
         yield Problem(("bodies",), text)
     for name, element in case.forces.items():
-        yield from _check_body(case, ("forces", name, "body"), element.body)
+        if element.body is not None:  # a drive may move a joint
+            yield from _check_body(case, ("forces", name, "body"), element.body)
+        if isinstance(element, Drive) and element.joint is not None:
+            yield from _check_joint(case, ("forces", name, "joint"), element.joint)
         for keys, other, remedy in element.others():
             yield from _check_other(case, name, keys, other, remedy)
+
+
+def _check_joint(case: CaseFile, keys: Keys, joint: str) -> Iterator[Problem]:
+    if joint not in case.joints:
+        known = ", ".join(case.joints) or "there is none"
+        text = f"found {shown(joint)}; expected a joint of this case: {known}"
+        yield Problem(keys, joined(text, suggestion(joint, case.joints)))
 
 
 def _check_other(

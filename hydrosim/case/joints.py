@@ -7,6 +7,7 @@ friction) stands beside them if there is one motion, else below the name of the 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from math import inf, pi
 from typing import Annotated, Any, ClassVar, Literal, Self
 
@@ -560,6 +561,36 @@ class Ratchet(OnAxis):
         return scene.Ratchet(self.turn is not None, form.pitch)
 
 
+class Rod(JointForm):
+    """A joint that keeps the distance of two points, and leaves all else free."""
+
+    example: ClassVar[dict[str, Any]] = {
+        "type": "rod",
+        "body": "barge",
+        "to": "topside",
+        "point": ["0 m", "0 m", "2 m"],
+        "to_point": ["0 m", "0 m", "-3 m"],
+    }
+
+    type: Literal["rod"]
+    """A constant distance of two points."""
+    point: of.Point
+    """End of the rod on its body, in the body frame."""
+    to_point: of.Point
+    """Other end of the rod, in the frame of the other body or, without to, of the earth."""
+    length: of.LineLength | None = None
+    """Distance of both ends. Without it, that with both bodies at their places at rest."""
+
+    @model_validator(mode="after")
+    def _check_window(self) -> Self:
+        if self.window is not None:
+            raise problem("a rod with a window", "none; a rod has no gap to close")
+        return self
+
+    def build(self) -> scene.Joint:
+        return replace(super().build(), to_point=self.to_point, length=self.length)
+
+
 def _at_right_angles(first: tuple[float, ...], second: tuple[float, ...]) -> None:
     a, b = np.array(first), np.array(second)
     cosine = float(a @ b) / float(np.linalg.norm(a) * np.linalg.norm(b) or 1.0)
@@ -571,6 +602,6 @@ def _at_right_angles(first: tuple[float, ...], second: tuple[float, ...]) -> Non
 
 
 AnyJoint = Annotated[
-    Hinge | Ball | Universal | Slider | Cylindrical | Planar | Guide | Fixed | Ratchet,
+    Hinge | Ball | Universal | Slider | Cylindrical | Planar | Guide | Fixed | Ratchet | Rod,
     Discriminator("type"),
 ]

@@ -13,6 +13,7 @@ from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.drag.lines import with_line_drag
 from hydrosim.compiling.facts import facts_of
 from hydrosim.compiling.families import members_of
+from hydrosim.compiling.joints.drives import check_driven_start
 from hydrosim.compiling.model import model_of
 from hydrosim.compiling.notes_of_sea import notes_of_sea
 from hydrosim.compiling.questions import asked
@@ -58,6 +59,7 @@ def compile_calm(scene: Scene, wet: Sequence[WetGroup], known: Parts | None = No
     fresh = first_state(scene, model)
     check_start(scene, model, fresh)
     state = start_of(scene, model, facts.layout, fresh)
+    check_driven_start(scene, model, state, begin(scene))
     return with_method(Compiled(scene, tuple(wet), facts, state))
 
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from hydrosim.scene import Active, ForceElement, Joint, Window
 
 MIRROR = np.diag([1.0, -1.0, 1.0])
-AXES = {JointType.FIXED: 0, JointType.BALL: 0, JointType.UNIVERSAL: 2}
+AXES = {JointType.FIXED: 0, JointType.BALL: 0, JointType.UNIVERSAL: 2, JointType.ROD: 0}
 """Number of axes that matter, for joints that do not have one."""
 COUPLES = f"couples {', '.join(x for x in DOFS if x not in LATERAL)} with {', '.join(LATERAL)}"
 
@@ -48,9 +48,10 @@ def without_image(elements: Mapping[str, ForceElement], y: float) -> Iterator[st
     yield from (f"{name} has no mirror image" for name in dict.fromkeys(_alone(elements, y)))
 
 
-def joints_without_image(joints: Mapping[str, Joint]) -> Iterator[str]:
-    """Messages on joints that are not symmetric about the plane through their bodies."""
-    shapes = {name: _shape(joint) for name, joint in joints.items()}
+def joints_without_image(joints: Mapping[str, Joint], y: float) -> Iterator[str]:
+    """Messages on joints that are not symmetric about the plane through their bodies, at ``y``
+    [m]."""
+    shapes = {name: _shape(joint, y) for name, joint in joints.items()}
     for name, shape in shapes.items():
         if not any(_same(shape.image(), other) for other in shapes.values()):
             yield f"{name} has no mirror image"
@@ -59,7 +60,8 @@ def joints_without_image(joints: Mapping[str, Joint]) -> Iterator[str]:
 @dataclass(frozen=True, eq=False)
 class _Shape:
     """What a joint holds: its axes (m, 3, 3) as a a^T, because their sense does not matter, and
-    the ``arrow`` (3,) along which a ratchet goes, or (turning) about which it turns."""
+    the ``arrow`` (3,) along which a ratchet goes, or (turning) about which it turns; of a rod, its
+    other end."""
 
     between: str
     times: _Times
@@ -81,20 +83,36 @@ class _Times(NamedTuple):
     active: Active | None
     window: Window | None
     pitch: float
+    breaks_at: float | None
+    length: float | None
 
 
-def _shape(joint: Joint) -> _Shape:
+def _shape(joint: Joint, y: float) -> _Shape:
     axes = joint.axes()
     lines = [np.outer(axes[k], axes[k]) for k in range(AXES.get(joint.type, 1))]
     pawl = joint.ratchet
     return _Shape(
         f"{joint.type} {joint.body} {joint.to}",
-        _Times(joint.active, joint.window, pawl.pitch if pawl else 0.0),
+        _Times(
+            joint.active,
+            joint.window,
+            pawl.pitch if pawl else 0.0,
+            joint.breaks_at,
+            joint.length,
+        ),
         np.array(joint.point, dtype=float),
         np.array(lines).reshape(-1, 3, 3),
-        axes[0] if pawl else np.zeros(3),
+        _arrow(joint, y),
         pawl is not None and pawl.turns,
     )
+
+
+def _arrow(joint: Joint, y: float) -> np.ndarray:
+    """Direction of a ratchet, or the other end of a rod from the plane."""
+    if joint.ratchet is not None:
+        return joint.axes()[0]
+    end = np.array(joint.to_point or (0.0, 0.0, 0.0), dtype=float)
+    return end if joint.to is not None or joint.to_point is None else end - (0.0, y, 0.0)
 
 
 def _alone(elements: Mapping[str, ForceElement], y: float) -> Iterator[str]:

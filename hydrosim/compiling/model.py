@@ -75,7 +75,8 @@ def model_of(scene: Scene, wet: Sequence[WetGroup], known: Parts | None = None) 
         tanks = tanks_of(scene)
         elements = forces.compile_elements(scene.forces, _layout(scene, bodies, alone, tanks))
         known = forces.Placed(elements, tanks)
-    elif bodies.tree.moves.size:  # numbers of coordinates may differ
+    elif bodies.tree.moves.size or forces.driven_coordinates(known.elements).size:
+        # numbers of coordinates may differ
         layout = _layout(scene, bodies, alone, known.tanks)
         known = forces.numbered_anew(known, scene.forces, layout)
     slow = own + forces.state_count(known, scene)
@@ -228,6 +229,7 @@ def _layout(
         scene.environment.water_depth,
         scene.environment.water_density,
         tuple(draught_of(body) for body in scene.bodies),
+        bodies.active,
     )
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hydrosim.compiling.joints.closed import check_closed, check_joints
+from hydrosim.compiling.joints.drives import check_drives
 from hydrosim.compiling.joints.trees import check_trees
 from hydrosim.compiling.restart import begin
 from hydrosim.compiling.sizes import check_sizes
@@ -83,6 +84,7 @@ def check_scene(scene: Scene) -> None:
             _check_record(key, signal.time, scene.duration)
     for name, element in scene.forces.items():
         element.check(name)
+    check_drives(scene, begin(scene))
     check_points(scene)
     check_sizes(scene)
 

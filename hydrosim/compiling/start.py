@@ -11,6 +11,7 @@ from hydrosim import radiation
 from hydrosim.compiling import restart
 from hydrosim.compiling.at_rest import states_at_rest
 from hydrosim.compiling.joints.closed import keep_independent_rows
+from hydrosim.compiling.joints.drives import follow_at
 from hydrosim.forces import new_modes
 from hydrosim.forces.events import settle
 from hydrosim.rigid.kinematics import Bodies, Motion, place_bodies
@@ -39,12 +40,14 @@ def first_state(scene: Scene, model: Model) -> State:
     y[model.draught : model.energy] = settled(model.family, bodies.locked)
     speeds = np.concatenate([b.velocity for b in scene.bodies])
     y[n : 2 * n] = _rates(bodies, motion, y[:n], speeds)
+    follow_at(0.0, y, model)
     place_bodies(y[:n], y[n : 2 * n], bodies, motion)
     settle(0.0, y, modes, motion, bodies, model.elements, tanks)
     state = State(y, modes, _history(scene, model))
     keep_independent_rows(model, state)
     if scene.at_rest:
         y[:] = states_at_rest(scene, model, state)
+        follow_at(0.0, y, model)
         place_bodies(y[:n], y[n : 2 * n], bodies, motion)
         settle(0.0, y, modes, motion, bodies, model.elements, tanks)
     return state

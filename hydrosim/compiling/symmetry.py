@@ -169,7 +169,7 @@ def _joints_aside(scene: Scene, y: float) -> Iterator[str]:
         if beside or not all(_is_in_plane(motion, joint) for motion in joint.motions):
             yield f"the joint {name}"
     others = {name: joint for name, joint in scene.joints.items() if name not in joints}
-    yield from joints_without_image(others)
+    yield from joints_without_image(others, y)
 
 
 def _is_in_plane(motion: JointMotion, joint: Joint) -> bool:

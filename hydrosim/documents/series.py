@@ -177,18 +177,24 @@ def select(source: Source, run: xr.Dataset, column: str) -> tuple[np.ndarray, st
 def unit_of(said: Mapping[str, object], labels: Sequence[str]) -> str:
     """The unit of the selection by ``labels``, from the attributes of a variable. It is the unit of
     the statistic if the last label has its own, else of the degree of freedom, else of the
-    variable. Motions of joints are angles or offsets. Older files have "m or rad", or "m, rad or
-    s", for translations and rotations."""
+    variable. Motions of joints and drives are angles or offsets. Older files have "m or rad", or
+    "m, rad or s", for translations and rotations."""
     apart = dict(each.split(": ") for each in str(said.get(APART, "")).split(", ") if each)
     if labels and labels[-1] in apart:
         return apart[labels[-1]]
     row = next((DOFS.index(label) for label in labels if label in DOFS), 0)
-    if any(label.rpartition(" ")[2] in TURNS for label in labels):
+    if any(_is_turn(label) for label in labels):
         row = 3
     if "dof_units" in said:
         return str(said["dof_units"]).split(", ")[row]
     each = re.split(", | or ", str(said.get("units", "")))
     return each[min(row // 3, len(each) - 1)]
+
+
+def _is_turn(label: str) -> bool:
+    """True for a motion of a joint, or of a drive, that is an angle."""
+    unit, _, motion = label.rpartition(" ")
+    return motion in TURNS or (unit != "" and motion in DOFS[3:])
 
 
 def _along(run: xr.Dataset, dim: str) -> np.ndarray:

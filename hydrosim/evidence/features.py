@@ -12,6 +12,7 @@ from hydrosim.forces import (
     Contact,
     Coulomb,
     CurrentLoad,
+    Drive,
     Fender,
     FrictionSlope,
     Landing,
@@ -92,6 +93,7 @@ class Feature(StrEnum):
     PUMPS = "pumps"
     TRIGGERS = "elements that act for a time"
     JOINTS = "joints"
+    DRIVES = "prescribed motion"
     EXTREMES = "extremes of random seas"
     LINEAR = "linear analysis"
     LIMITS = "limits of operation"
@@ -205,6 +207,7 @@ OF_SCENES: Mapping[Feature, Callable[[Scene], bool]] = {
     Feature.PUMPS: _bodies(lambda body: bool(body.pumps)),
     Feature.TRIGGERS: lambda scene: any(each.active for each in scene.forces.values()),
     Feature.JOINTS: lambda scene: bool(scene.joints),
+    Feature.DRIVES: _elements(Drive),
     Feature.EXTREMES: _is_random,
 }
 """Features of scenes, and whether a scene uses them."""

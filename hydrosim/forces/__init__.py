@@ -23,6 +23,7 @@ import numpy as np
 from hydrosim.forces import (
     applied_force,
     bushing,
+    drive,
     linear_mooring,
     link,
     spring,
@@ -47,6 +48,7 @@ from hydrosim.forces.damping import linear_damping, quadratic_damping, viscous_r
 from hydrosim.forces.damping.linear_damping import LinearDamping
 from hydrosim.forces.damping.quadratic_damping import QuadraticDamping
 from hydrosim.forces.damping.viscous_roll import ViscousRoll
+from hydrosim.forces.drive import Drive
 from hydrosim.forces.given import external
 from hydrosim.forces.given.external import External
 from hydrosim.forces.joint import kind as joint
@@ -71,7 +73,7 @@ from hydrosim.forces.line.winch import Winch
 from hydrosim.forces.linear_mooring import LinearMooring
 from hydrosim.forces.link import Strut, TorsionSpring
 from hydrosim.forces.postures import PosingKind
-from hydrosim.forces.signal import Harmonic, Recorded, Signal, Table, constant
+from hydrosim.forces.signal import Harmonic, Recorded, Signal, SmoothTable, Table, constant
 from hydrosim.forces.spring import Spring
 from hydrosim.forces.stream_load import CurrentLoad, StreamLoad, WindLoad
 from hydrosim.jit.kernels import clear, kernel
@@ -102,6 +104,7 @@ class Elements(NamedTuple):
     locks: Any
     joint_motions: Any
     externals: Any
+    drives: Any
     triggers: Any
 
 
@@ -125,6 +128,7 @@ KINDS: tuple[Kind, ...] = (
     joint.JOINTS,
     motions.KIND,
     external.KIND,
+    drive.KIND,
     trigger.KIND,
 )
 """All kinds, in the order of their states in y and of their rows of modes."""
@@ -232,7 +236,8 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> El
 def numbered_anew(parts: Parts, elements: Mapping[str, ForceElement], layout: Layout) -> Placed:
     """The same constants for coordinates that are numbered otherwise."""
     moved = motions.compile_elements(elements, layout)
-    return Placed(parts.elements._replace(joint_motions=moved), parts.tanks)
+    driven = drive.compile_elements(elements, layout)
+    return Placed(parts.elements._replace(joint_motions=moved, drives=driven), parts.tanks)
 
 
 def joints_are_linear(parts: Parts) -> bool:
@@ -363,6 +368,11 @@ def given_frequencies(elements: Elements) -> np.ndarray:
 def pieces_of_lines(elements: Elements) -> np.ndarray:
     """The pieces (n,) of all catenaries."""
     return np.asarray(elements.catenaries.pieces)
+
+
+def driven_coordinates(elements: Elements) -> np.ndarray:
+    """The free coordinate (n,) of each drive."""
+    return np.asarray(elements.drives.each["coordinate"], dtype=np.int64)
 
 
 def lasting_states(parts: Parts) -> np.ndarray:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hydrosim.forces import bushing, link, spring, trigger
+from hydrosim.forces import bushing, drive, link, spring, trigger
 from hydrosim.forces.contact import fender, group, guide, loop, transitions
 from hydrosim.forces.contact.laws import COULOMB
 from hydrosim.forces.contact.tally import add_tallies
@@ -42,6 +42,7 @@ def observed(elements: Elements) -> dict[str, tuple[int, int]]:
         "joint": (elements.locks.joints, 6),
         "joint_motion": (elements.joint_motions.each.size, motions.OBSERVED),
         "external": (elements.externals.delayed, external.OBSERVED),
+        "drive": (elements.drives.each.size, drive.OBSERVED),
     }
 
 
@@ -99,6 +100,9 @@ def observe(t, y, modes, motion, bodies, elements, holds, wrench, out):
     behind += elements.joint_motions.each.size * motions.OBSERVED
     if elements.externals.delayed > 0:
         external.observe(y, elements.externals, out[behind:])
+    behind += elements.externals.delayed * external.OBSERVED
+    if elements.drives.each.size > 0:
+        drive.observe(elements.drives, holds, out[behind:])
 
 
 @root
@@ -262,9 +266,9 @@ def felt(row, part, elements, tanks):
 
 def held_points(elements: Elements) -> int:
     """Number of the points with directions of slip, or reactions of rigid friction; and of the
-    joints and motions of joints with reactions."""
+    joints, motions of joints and drives with reactions."""
     joints = elements.locks.each.size + elements.joint_motions.each.size
-    return int(elements.fenders.points.size + joints)
+    return int(elements.fenders.points.size + joints + elements.drives.each.size)
 
 
 @kernel
@@ -325,7 +329,8 @@ def has_load_limit(modes, elements):
 def held_directions(elements: Elements) -> int:
     """Largest number of rows of constraints that elements need."""
     rigid = HELD * int((elements.fenders.points["law"] == COULOMB).sum())
-    return rigid + int(elements.locks.rows) + int(elements.joint_motions.rows)
+    joints = int(elements.locks.rows) + int(elements.joint_motions.rows)
+    return rigid + joints + drive_count(elements)
 
 
 @kernel
@@ -336,8 +341,71 @@ def any_joints(elements):
 
 @kernel
 def joint_rows(elements):
-    """Largest number of rows of constraints that joints need."""
-    return elements.locks.rows
+    """Largest number of rows of constraints that joints and drives need."""
+    return elements.locks.rows + elements.drives.each.size
+
+
+def drive_count(elements: Elements) -> int:
+    """Number of the drives."""
+    return int(elements.drives.each.size)
+
+
+@kernel
+def begin_drives(t, elements, holds):
+    """Prepare drives for a step that begins at ``t``."""
+    if elements.drives.each.size > 0:
+        drive.begin_step(t, elements.drives, holds)
+
+
+@kernel
+def find_driven_motion(t, elements, holds):
+    """Compute what drives prescribe at ``t``."""
+    if elements.drives.each.size > 0:
+        drive.set_motion(t, elements.drives, holds)
+
+
+@kernel
+def follow_drives(t, y, bodies, elements, holds):
+    """Bring driven coordinates in ``y`` and their rates to the signals at ``t``."""
+    if elements.drives.each.size > 0:
+        drive.follow(t, y, bodies, elements.drives, holds)
+
+
+@kernel
+def hold_drives(elements, constraints, holds):
+    """Add the constraints of drives; returns their number."""
+    if elements.drives.each.size > 0:
+        drive.hold(elements.drives, constraints, holds)
+    return elements.drives.each.size
+
+
+@kernel
+def keep_driven_rates(y, bodies, elements, constraints):
+    """Set the bounds of drives to the rates that they prescribe."""
+    if elements.drives.each.size > 0:
+        drive.keep_rates(y, bodies, elements.drives, constraints)
+
+
+@kernel
+def add_drive_power(y, bodies, elements, holds, rates):
+    """Add the power of drives to the ``rates`` of the integrals of work."""
+    if elements.drives.each.size > 0:
+        drive.add_power(y, bodies, elements.drives, holds, rates)
+
+
+@kernel
+def book_drive_impulses(y, bodies, elements, constraints):
+    """Book the work of the impulses of drives in a sudden change."""
+    if elements.drives.each.size > 0:
+        drive.book_impulses(y, bodies, elements.drives, constraints)
+
+
+@kernel
+def add_drive_impulses(y, motion, bodies, elements, constraints, holds, wrench, impulse, works):
+    """Add the impulses of drives, and their works by coordinate, to the integrals of y."""
+    if elements.drives.each.size > 0:
+        p = elements.drives
+        drive.add_impulses(y, motion, bodies, p, constraints, holds, wrench, impulse, works)
 
 
 def joint_count(elements: Elements) -> int:
@@ -348,6 +416,8 @@ def joint_count(elements: Elements) -> int:
 @kernel
 def may_hold(modes, elements, most):
     """True if any unit may hold bodies now; ``most`` is the largest number of constraints."""
+    if elements.drives.each.size > 0:
+        return True
     if elements.locks.each.size == 0:
         return most > 0
     return most > elements.locks.rows or locks.any_closed(modes, elements.locks)
@@ -362,8 +432,9 @@ def release(elements, holds):
 
 @kernel
 def hold(y, modes, motion, bodies, elements, wrench, constraints, holds):
-    """Add the constraints of elements that hold bodies, first those of joints; ``wrench`` (6 nb,)
-    is scratch."""
+    """Add the constraints of elements that hold bodies: those of drives, then those of joints, then
+    those of contacts; ``wrench`` (6 nb,) is scratch."""
+    hold_drives(elements, constraints, holds)
     if elements.locks.each.size > 0:
         locks.hold(y, modes, motion, bodies, elements.locks, wrench, constraints, holds)
     if elements.joint_motions.rows > 0:
@@ -381,6 +452,8 @@ def add_reactions(y, modes, motion, bodies, elements, constraints, holds, wrench
     if elements.joint_motions.rows > 0:
         p = elements.joint_motions
         motions.add_reactions(modes, motion, bodies, p, constraints, holds, wrench)
+    if elements.drives.each.size > 0:
+        drive.add_reactions(motion, bodies, elements.drives, constraints, holds, wrench)
 
 
 @kernel

@@ -15,9 +15,12 @@ class Holds(NamedTuple):
     A row belongs to a contact ``point`` (r,) and acts in the ``direction`` (r, 2) in its plane. Or
     it is row ``bit`` (r,) of a joint ``lock`` (r,), acts on its body by the ``axis`` (r, 6) of
     force and moment at the joint, and is not met by its ``residual`` (r,) [m or 1]; its ``size``
-    (r,) is about J M^-1 J^T of bodies without joints. Or it holds a ``motion`` (r,) of a joint.
-    ``reaction`` (points + locks + motions, 2) are the reactions on each point's body, of ratchets
-    and of stuck motions; ``joint`` (locks, 6) are force and moment of each joint on its body.
+    (r,) is about J M^-1 J^T of bodies without joints. Or it holds a ``motion`` (r,) of a joint. The
+    first rows belong to drives, if there are any: ``driven`` (drives, 3) are the position, speed
+    and acceleration of each, and ``piece`` (drives,) the piece of its signal in the present step.
+    ``reaction`` (points + locks + motions + drives, 2) are the reactions on each point's body, of
+    ratchets, of stuck motions and of drives; ``joint`` (locks, 6) are force and moment of each
+    joint on its body. ``conjugate`` (6,) is a force by coordinate of a body.
     """
 
     point: np.ndarray
@@ -30,11 +33,14 @@ class Holds(NamedTuple):
     motion: np.ndarray
     reaction: np.ndarray
     joint: np.ndarray
+    driven: np.ndarray
+    piece: np.ndarray
+    conjugate: np.ndarray
 
 
-def new_holds(reactions: int, rows: int, joints: int) -> Holds:
-    """Scratch for this number of ``reactions`` of points and locks, of ``rows`` of constraints, and
-    of ``joints`` that are constraints."""
+def new_holds(reactions: int, rows: int, joints: int, drives: int) -> Holds:
+    """Scratch for this number of ``reactions`` of points and locks, of ``rows`` of constraints, of
+    ``joints`` that are constraints, and of ``drives``."""
     none = np.full(rows, NONE)
     return Holds(
         none,
@@ -47,4 +53,7 @@ def new_holds(reactions: int, rows: int, joints: int) -> Holds:
         none.copy(),
         np.zeros((reactions, 2)),
         np.zeros((joints, 6)),
+        np.zeros((drives, 3)),
+        np.full(drives, NONE),
+        np.zeros(6),
     )

@@ -126,6 +126,7 @@ class Layout:
     begin or end by events. ``carried`` [N] is the weight of bodies without water that carry their
     own weight. ``joints`` are all joints of the scene, ``constraints`` the bodies of those that are
     constraints, ``joint_row`` is their row of forces; ``tree`` are the constants of the others.
+    ``active`` are the free coordinates as in `Bodies`.
     ``origin`` [m] is the centre of gravity of each body at rest. ``points`` are body and place of
     each named point, for the ``clearances``. ``depth`` [m] and ``water_density`` [kg/m^3] are of
     the water. ``draught`` [m] is that of each body at rest, None if unknown.
@@ -155,6 +156,7 @@ class Layout:
     depth: float = inf
     water_density: float = 1025.0
     draught: tuple[float | None, ...] = ()
+    active: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
     def draught_of(self, body: str) -> float | None:
         """Draught [m] of a body at rest, None if unknown."""

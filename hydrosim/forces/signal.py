@@ -6,6 +6,10 @@ A table is linear between its points and constant outside; its corners are break
 integration. A record is the cubic spline with two continuous derivatives through its values
 (not-a-knot at the ends; de Boor 1978, chapter 4). It is smooth enough for methods up to order 4 to
 keep their order, and undefined outside. A harmonic is mean + A sin(2 pi t / period + phase).
+
+A path is what prescribed motion takes for a table: its acceleration must be finite. It is the
+monotone cubic of Fritsch & Butland (1984, SIAM J. Sci. Stat. Comput. 5): it has a continuous rate
+and never overshoots. Its acceleration jumps at the points, which are breakpoints.
 """
 
 from __future__ import annotations
@@ -46,6 +50,15 @@ class Recorded:
 
 
 @dataclass(frozen=True)
+class SmoothTable:
+    """A curve with continuous rate and without overshoot through ``value`` (n,) at the rising
+    ``time`` (n,) [s]; n is 2 or more."""
+
+    time: np.ndarray
+    value: np.ndarray
+
+
+@dataclass(frozen=True)
 class Harmonic:
     """mean + amplitude sin(2 pi t / period + phase); ``period`` [s], ``phase`` [rad]."""
 
@@ -55,7 +68,7 @@ class Harmonic:
     phase: float = 0.0
 
 
-Signal = Table | Recorded | Harmonic
+Signal = Table | Recorded | SmoothTable | Harmonic
 
 
 def constant(value: float) -> Table:
@@ -85,20 +98,21 @@ def first_value(signal: Signal) -> float:
 
 
 def corners(signal: Signal) -> np.ndarray:
-    """Times (n,) at which the rate of a signal jumps, so that no step may cross them."""
-    return signal.time if isinstance(signal, Table) else np.zeros(0)
+    """Times (n,) at which the rate of a signal jumps, or the acceleration of a path, so that no
+    step may cross them."""
+    return signal.time if isinstance(signal, Table | SmoothTable) else np.zeros(0)
 
 
 def signal_rate(signal: Signal) -> float:
-    """Frequency [rad/s] of the sine that changes as fast as a ``signal``. A table has none: steps
-    end at its corners, and it is straight between them.
+    """Frequency [rad/s] of the sine that changes as fast as a ``signal``. A table or path has none:
+    steps end at its corners, and it is one polynomial between them.
 
     A record is judged by its third derivative, which is constant between its values. So this is the
     frequency at which cubic interpolation of the record and of the sine have the same error.
     """
     if isinstance(signal, Harmonic):
         return 2.0 * pi / signal.period if signal.amplitude != 0.0 else 0.0
-    if isinstance(signal, Table):
+    if isinstance(signal, Table | SmoothTable):
         return 0.0
     size = float(np.std(signal.value))
     if size == 0.0:
@@ -154,6 +168,8 @@ def _pieces(signal: Signal) -> np.ndarray:
     time, value = np.asarray(signal.time, float), np.asarray(signal.value, float)
     if isinstance(signal, Recorded):
         return _stacked(time[:-1], _spline(time, value).c[::-1])
+    if isinstance(signal, SmoothTable):
+        return _stacked(time[:-1], _monotone(time, value).c[::-1])
     slopes = np.append(np.diff(value) / np.diff(time), 0.0)  # constant after the last
     return _stacked(time, np.array([value, slopes, 0.0 * value, 0.0 * value]))
 
@@ -162,6 +178,12 @@ def _spline(time: np.ndarray, value: np.ndarray) -> Any:
     from scipy.interpolate import CubicSpline  # slow to load, and few scenes have a record
 
     return CubicSpline(time, value)
+
+
+def _monotone(time: np.ndarray, value: np.ndarray) -> Any:
+    from scipy.interpolate import PchipInterpolator
+
+    return PchipInterpolator(time, value)
 
 
 def _stacked(start: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
@@ -208,6 +230,25 @@ def rate(t, signal, pieces):
         return polynomial
     turning = signal.frequency * t + signal.phase
     return polynomial + signal.amplitude * signal.frequency * cos(turning)
+
+
+@kernel
+def find_motion(t, signal, piece):
+    """f(t), f'(t) and f''(t) of a signal on this ``piece`` of it."""
+    x = t - piece.start
+    position = piece.a + x * (piece.b + x * (piece.c + x * piece.d))
+    speed = piece.b + x * (2.0 * piece.c + x * 3.0 * piece.d)
+    acceleration = 2.0 * piece.c + x * 6.0 * piece.d
+    if signal.amplitude == 0.0:
+        return position, speed, acceleration
+    w = signal.frequency
+    turning = w * t + signal.phase
+    swing = signal.amplitude * sin(turning)
+    return (
+        position + swing,
+        speed + w * signal.amplitude * cos(turning),
+        acceleration - w * w * swing,
+    )
 
 
 @kernel

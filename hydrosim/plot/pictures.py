@@ -40,7 +40,7 @@ def overview(run: xr.Dataset) -> list[Panel]:
         if dim in run.dims:
             each = _by_spring(run[f"{dim}_tension"], dim)
             panels += [_lines(run, "tension", "N", each)]
-    panels += [*_joint_motions(run), *_links(run)]
+    panels += [*_joint_motions(run), *_by_unit(run, "drive_force", "drive force"), *_links(run)]
     return [*panels, *_utilisation(run)]
 
 
@@ -269,10 +269,10 @@ def _joint_loads(run: xr.Dataset) -> Iterator[Panel]:
 
 
 def _by_unit(run: xr.Dataset, name: str, label: str) -> Iterator[Panel]:
-    """A panel of a variable of joint motions for slides, and one for turns."""
-    if "joint_motion" not in run.dims or not run[name].any():
+    """A panel of a variable of joint motions or drives for slides, and one for turns."""
+    if name not in run or not run[name].any():
         return
-    every = _each(run[name], "joint_motion")
+    every = _each(run[name], str(run[name].dims[-1]))
     units = {motion: unit_of(run[name].attrs, [motion]) for motion in every}
     for unit in dict.fromkeys(units.values()):
         yield _lines(run, label, unit, {n: x for n, x in every.items() if units[n] == unit})

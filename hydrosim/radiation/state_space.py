@@ -274,10 +274,14 @@ def _within(target: Target, tolerance: float) -> tuple[Reciprocal, FitReport]:
     model as close as passive models can be, or the best one for wider targets."""
     found: list[tuple[Reciprocal, FitReport]] = []
     least = max(tolerance, PART * target.gain)
+    reached: dict[float, float] = {}
     for fastest, times in ATTEMPTS:
         aim = times * least
+        if aim < reached.get(fastest, 0.0):
+            continue  # it would be the same fit again
         good = max(aim, NEARLY * target.gain)
         system = _balanced_fit(target, aim, fastest * target.band)
+        reached[fastest] = _error(truncation(system, len(system[0])), target)
         found.append(_smallest(system, target, tolerance, aim, good))
         if _good(found[-1][1], good):
             break
@@ -310,17 +314,20 @@ def _smallest(
     system: System, target: Target, tolerance: float, aim: float, good: float
 ) -> tuple[Reciprocal, FitReport]:
     """The first balanced truncation that is within the ``aim``, and within ``good`` after it is
-    made passive; else the best of several."""
+    made passive; else the best of several. If not even all states are within the ``aim``, the
+    largest that can be made passive: to search on would take minutes and gain nothing."""
     found: list[tuple[Reciprocal, FitReport]] = []
     fewest = _fewest(system, target, aim)
+    hopeless = _error(truncation(system, len(system[0])), target) > aim
     tried = [fewest + more for more in MORE]
     for model in filter(None, map(partial(truncation, system), [*tried, *range(fewest)[::-1]])):
         if len(found) == len(MORE):
             break
         changed, before, after = passive(model, target.band, target.emphasis)
         error = target.error(changed.transfer_function(1j * target.w))
-        found.append((changed, FitReport(tolerance, error, 0.0, before, after)))
-        if _good(found[-1][1], good):
+        report = FitReport(tolerance, error, 0.0, before, after)
+        found.append((changed, report))
+        if _good(report, good) or (hopeless and report.passive):
             break
     return min(found, key=_badness)
 
@@ -332,12 +339,16 @@ def _fewest(system: System, target: Target, aim: float) -> int:
     high = len(system[0])
     while high - low > 1:
         middle = (low + high) // 2
-        model = truncation(system, middle)
-        if model is None or target.error(model.transfer_function(1j * target.w)) > aim:
+        if _error(truncation(system, middle), target) > aim:
             low = middle
         else:
             high = middle
     return high
+
+
+def _error(model: Reciprocal | None, target: Target) -> float:
+    """The error of a model; infinite if there is none."""
+    return np.inf if model is None else target.error(model.transfer_function(1j * target.w))
 
 
 def truncation(system: System, states: int) -> Reciprocal | None:

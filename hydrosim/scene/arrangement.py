@@ -2,7 +2,7 @@
 
 Joints that last for the whole run make trees. Each tree grows from the earth or, if it does not
 touch the earth, from one of its bodies, which keeps its own six coordinates. A joint that would
-close a loop, and a joint that is only `active` at times, is no branch: it is a constraint.
+close a loop, a joint that is only `active` at times, and a rod is no branch: it is a constraint.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
-from hydrosim.scene.joint import Joint, JointMotion, MotionKind
+from hydrosim.scene.joint import Joint, JointMotion, JointType, MotionKind
 
 EARTH = None
 LEVEL = 1e-3  # of a unit axis: its part along the vertical
@@ -32,7 +32,7 @@ class Branch(NamedTuple):
 @dataclass(frozen=True)
 class Arrangement:
     """The ``branches``, parents before children, and the names of the joints that are constraints:
-    ``loops`` for the whole run, and ``passing`` at times."""
+    ``loops`` (and rods) for the whole run, and ``passing`` at times."""
 
     branches: tuple[Branch, ...]
     loops: tuple[str, ...]
@@ -67,12 +67,13 @@ class Arrangement:
 def arranged(joints: Mapping[str, Joint], bodies: Sequence[str]) -> Arrangement:
     """Arrange the ``joints`` between ``bodies``. The order of the bodies decides between equals."""
     lasting = {name: joint for name, joint in joints.items() if joint.lasts}
+    carrying = {name: j for name, j in lasting.items() if j.type != JointType.ROD}
     reached: set[str | None] = {EARTH}
-    branches = list(_grown(lasting, reached))
-    for body in _roots(lasting, bodies):
+    branches = list(_grown(carrying, reached))
+    for body in _roots(carrying, bodies):
         if body not in reached:
             reached.add(body)
-            branches += _grown(lasting, reached)
+            branches += _grown(carrying, reached)
     used = {branch.name for branch in branches}
     return Arrangement(
         tuple(branches),

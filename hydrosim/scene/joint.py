@@ -28,6 +28,7 @@ class JointType(StrEnum):
     GUIDE = "guide"
     FIXED = "fixed"
     RATCHET = "ratchet"
+    ROD = "rod"
 
 
 class MotionKind(StrEnum):
@@ -76,9 +77,10 @@ MOTIONS: dict[JointType, tuple[JointMotion, ...]] = {
     ),
     JointType.FIXED: (),
     JointType.RATCHET: (),
+    JointType.ROD: (),
 }
 """Free motions of each type, applied one after the other from ``to`` outwards to ``body``. A
-ratchet is never a branch of a tree, see `Ratchet`."""
+ratchet and a rod are never branches of a tree: they leave all motions free but one."""
 
 
 @dataclass(frozen=True)
@@ -156,6 +158,9 @@ class Joint:
     coordinates. One with ``active`` locks what it does not leave free while it is active, at the
     relative place of the bodies when it closes. With a ``window`` it closes only there. It opens
     for good when its force exceeds ``breaks_at`` [N].
+
+    A rod keeps the distance of ``point`` from ``to_point``, which is in the frame of the other body
+    or of the earth. The distance is ``length`` [m] or, without it, that of the places at rest.
     """
 
     type: JointType
@@ -169,6 +174,8 @@ class Joint:
     window: Window | None = None
     ratchet: Ratchet | None = None
     breaks_at: float | None = None
+    to_point: tuple[float, ...] | None = None
+    length: float | None = None
 
     @property
     def lasts(self) -> bool:

@@ -16,7 +16,8 @@ follows from the upcrossings of levels; if upper and lower levels differ, from t
 records do not reach their tail. They are fitted as they are if they are skewed towards the largest
 values, as slow drift is. Otherwise the power is between one and the value from the levels, because
 slow motions by contacts have nearly Gaussian tails. A magnitude, which reaches zero and is never
-negative, is fitted by its square.
+negative, is fitted by its square. No law is fitted where the highest crests of a fast record are
+not exponential in that power.
 
 A law is accepted only if its fit to one half of the record allows the largest value of the other
 half, both ways. No law is fitted to a slow part that oscillates between bounds, or if mean or
@@ -35,7 +36,13 @@ import numpy as np
 from hydrosim.statistics.gaussian import Gaussian, fit_gaussian
 from hydrosim.statistics.gumbel import ENDS, SLIDE, Gumbel, fit_record, sliding
 from hydrosim.statistics.impacts import Hits, Impacts, find_impacts, fit_impacts
-from hydrosim.statistics.peaks import Tail, fit_tail, fit_upper_tail
+from hydrosim.statistics.peaks import (
+    Tail,
+    exponential_misfit,
+    fit_tail,
+    fit_upper_tail,
+    peaks,
+)
 from hydrosim.statistics.series import below, memories, moments, slow_part, upcrossings
 from hydrosim.statistics.stationarity import begins_larger, changes
 
@@ -61,6 +68,18 @@ RARELY = 0.0025  # probability of the largest value of one half by the law of th
 UNEXPECTED = 1e-3  # mean number of exceedances of the largest value by the tail of the other waves
 BOUNDED = 1.9  # kurtosis of a slow part: 1.5 for a sine, 1.8 uniform, 3 normal
 ROUNDING = 1e-12  # of the largest value
+LOWER_END = 1.4
+"""Reach of the lower end of confidence in a slow record that leans, in a run with contacts. Slow
+drift has an exponential tail, what leans on a contact a lighter one, and both look alike."""
+CRESTS = 80
+"""Highest crests whose tail is tested."""
+SHARE_OF_CRESTS = 5
+"""Least ratio of all crests to these."""
+MISFIT = 2.2
+"""Largest `exponential_misfit` of the highest crests: 1 % of records with a law exceed it."""
+LIGHTEST_CLIPPED = 2.5
+"""Largest shape of a record that is clipped. A contact that opens, with a lighter tail than a
+Gaussian one, has its largest values from impacts that its crests do not show."""
 
 
 class Basis(IntEnum):
@@ -84,6 +103,7 @@ class Basis(IntEnum):
     BOUNDED = 15
     TRANSIENT = 16
     IMPACTS = 17
+    CURVED = 18
 
 
 LAWS = (Basis.GAUSSIAN, Basis.CLIPPED_GAUSSIAN, Basis.GUMBEL, Basis.IMPACTS)
@@ -106,16 +126,21 @@ class Extremes(NamedTuple):
         order = [0, 1, 2, 3, 4] if factor > 0.0 else [0, 2, 1, 4, 3]
         return _of(offset + factor * np.array(self[:-1])[order], self.basis)
 
+    def doubting_low(self) -> Extremes:
+        """Extremes whose confidence interval reaches `LOWER_END` times as far down."""
+        return self._replace(mpm_lower=self.mpm + LOWER_END * (self.mpm_lower - self.mpm))
+
 
 class _Record(NamedTuple):
     """Properties of a record: its length in ``memories``; whether it is ``slow``; the skewness of
     its slow part; the ``ratio`` of the exposure to its length; the probabilities of the ``ends`` of
-    the prediction interval."""
+    the prediction interval; whether the run has ``contacts``."""
 
     memories: float
     slow: bool
     skewness: float
     ratio: float
+    contacts: bool
     ends: tuple[float, float] = ENDS
 
     def half(self) -> _Record:
@@ -130,11 +155,15 @@ class _Record(NamedTuple):
 
 
 def extremes(
-    x: np.ndarray, step: float, exposure: float | None = None, slowest: float = 0.0
+    x: np.ndarray,
+    step: float,
+    exposure: float | None = None,
+    slowest: float = 0.0,
+    contacts: bool = False,
 ) -> tuple[Extremes, Extremes]:
     """Extremes of the smallest and of the largest value in an ``exposure`` [s]; default: the length
     of the record x (nt,) with time ``step`` [s]. The waves have no energy below ``slowest``
-    [rad/s]."""
+    [rad/s]. A run with ``contacts`` may lean on them."""
     said = trivial(x)
     if said is not None:
         return none(said), none(said)
@@ -151,7 +180,7 @@ def extremes(
     share, few = below(z, step, slowest)
     slow = share > SLOW and few < FEW
     third, fourth = moments(slow_part(z, step, slowest)) if slow else (np.nan, np.nan)
-    record = _Record(long, slow, third, ratio)
+    record = _Record(long, slow, third, ratio, contacts)
     if fourth < BOUNDED and not _regular(z):
         return none(Basis.BOUNDED), none(Basis.BOUNDED)
     least = _of_largest(-z, record.reversed()).scaled(-1.0).scaled(size, middle)
@@ -263,7 +292,21 @@ def _by_windows(x: np.ndarray, count: int, record: _Record) -> Extremes:
         tail = tail._replace(shape=1.0)
     elif tail.exceedances(x.max()) < UNEXPECTED:
         return none(Basis.ALONE)
-    return _by_tail(x, tail, count, record)
+    found = _by_tail(x, tail, count, record)
+    bounded = tail.shape > LIGHTEST_CLIPPED and _stays(x, x.min())
+    if found.basis == Basis.GUMBEL and (bounded or _is_curved(x, tail)):
+        return none(Basis.CURVED)
+    return found
+
+
+def _is_curved(x: np.ndarray, tail: Tail) -> bool:
+    """Whether the highest crests of a record, in the power that makes its tail exponential, are not
+    exponential: a force that ends near a weight, and now and then jumps beyond it."""
+    z = x - tail.origin
+    crests = np.sort(peaks(np.sign(z) * np.abs(z) ** max(tail.shape, SHAPES[0])))
+    if crests.size < CRESTS * SHARE_OF_CRESTS:
+        return False
+    return exponential_misfit(crests[-CRESTS:] - crests[-CRESTS - 1]) > MISFIT
 
 
 def _by_slow_part(x: np.ndarray, count: int, record: _Record) -> Extremes:
@@ -276,7 +319,7 @@ def _by_slow_part(x: np.ndarray, count: int, record: _Record) -> Extremes:
     tail = _tail(x, fit_tail)
     leans = record.skewness > 0.0 and not _stays(x, x.min())
     if np.isnan(tail.shape) or (leans and tail.shape < GAUSSIAN):
-        return exponential()
+        return exponential().doubting_low() if record.contacts else exponential()
     lightest = float(np.clip(tail.shape, *LIGHTEST))
     error = (lightest - 1.0) / np.sqrt(12.0)  # standard deviation of a uniform distribution
     between = _by_shape(x, tail.origin, 0.5 * (1.0 + lightest), error, count, record)

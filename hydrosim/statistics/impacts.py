@@ -18,7 +18,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from hydrosim.statistics.gumbel import DRAWS, ENDS
-from hydrosim.statistics.peaks import peaks
+from hydrosim.statistics.peaks import exponential_misfit, peaks
 from hydrosim.statistics.series import prediction_errors, upcrossings
 
 BEYOND = 6.0  # times the usual error of a prediction
@@ -27,8 +27,8 @@ ABNORMAL = 0.15  # standard deviations: largest error of a quantile of a normal 
 WAVES_ABOVE = (100.0, 30.0, 10.0, 3.0, 1.0)  # of the motion: waves above the levels that are tried
 HIGHEST, LEADING = 7, 3  # crests of a motion
 FEWEST, MOST = 6, 20  # impacts of a law
-EXPONENTIAL = 1.062  # statistic of Anderson's and Darling's test that 10 % exceed (Stephens 1974)
-CERTAIN = 1e-12
+EXPONENTIAL = 1.062
+"""Largest `exponential_misfit` of a law: 10 % of exponential excesses exceed it."""
 ONE_STD = 0.6827  # fraction of a normal distribution within one standard deviation
 
 
@@ -114,7 +114,7 @@ def fit_impacts(hits: Hits) -> Impacts | None:
             values = values[:MOST]
         if values.size < FEWEST:
             return None
-        if _are_exponential(values - level):
+        if exponential_misfit(values - level) < EXPONENTIAL:
             return Impacts(values.size, level, float(np.mean(values) - level))
     return None
 
@@ -140,14 +140,3 @@ def _find_events(z: np.ndarray, period: float) -> list[tuple[int, int]]:
     groups = np.split(found, apart)
     upwards = [group for group in groups if errors[group[0]] > 0.0]
     return [(stride * int(group[0]), stride * int(group[-1])) for group in upwards]
-
-
-def _are_exponential(excesses: np.ndarray) -> bool:
-    """Whether ``excesses`` (n,) may follow an exponential distribution, by the test of Anderson and
-    Darling (Stephens 1974, Journal of the American Statistical Association 69)."""
-    count = excesses.size
-    below = -np.expm1(-np.sort(excesses) / excesses.mean())
-    below = np.clip(below, CERTAIN, 1.0 - CERTAIN)
-    weight = 2.0 * np.arange(1, count + 1) - 1.0
-    statistic = -count - np.mean(weight * (np.log(below) + np.log1p(-below[::-1])))
-    return bool(statistic * (1.0 + 0.6 / count) < EXPONENTIAL)

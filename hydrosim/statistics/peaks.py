@@ -19,6 +19,7 @@ LEVELS, MANY = 40, 20  # number of levels above the mean; crossings of a used le
 NEAR = 0.3  # of the logarithm of a rate: lower levels are among small waves
 CURVED = 4.0  # over the root of crossings: shapes of lower and upper levels scatter by less
 ROUNDS, CLOSE = 50, 1e-12  # of Newton's method
+CERTAIN = 1e-12  # least probability that is told from zero and one
 
 
 class Weibull(NamedTuple):
@@ -112,6 +113,17 @@ def _falls(x: np.ndarray, origin: float) -> tuple[_Falls, int]:
     fallen = np.log(counts[0] / np.maximum(counts[1:], 1))
     used = (counts[1:] >= MANY) & (fallen > NEAR)
     return _Falls(levels[used], fallen[used], counts[1:][used]), int(counts[0])
+
+
+def exponential_misfit(excesses: np.ndarray) -> float:
+    """Anderson's and Darling's statistic of ``excesses`` (n,) over an exponential distribution of
+    their mean (Stephens 1974, Journal of the American Statistical Association 69)."""
+    count = excesses.size
+    below = -np.expm1(-np.sort(excesses) / excesses.mean())
+    below = np.clip(below, CERTAIN, 1.0 - CERTAIN)
+    weight = 2.0 * np.arange(1, count + 1) - 1.0
+    statistic = -count - np.mean(weight * (np.log(below) + np.log1p(-below[::-1])))
+    return float(statistic * (1.0 + 0.6 / count))
 
 
 def fit_weibull(heights: np.ndarray) -> Weibull:

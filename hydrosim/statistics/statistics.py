@@ -38,6 +38,8 @@ from hydrosim.statistics.peaks import fit_weibull, peaks
 from hydrosim.statistics.series import lowest_frequency, upcrossings
 
 ENDS = ("first_mean", "last_mean", "first_std", "last_std")
+Manner = tuple[float, float | None, float, bool]
+"""Arguments of `extremes` beside the record."""
 MOMENTS = ("skewness", "kurtosis")  # kurtosis of a Gaussian record is 3
 PEAKS = ("peak_shape", "peak_scale")  # Weibull law of the peaks above the mean
 NAMES = ("mean", "std", "significant", "period", *ENDS, "smallest", "largest", *MOMENTS, *PEAKS)
@@ -109,7 +111,7 @@ def columns(
     step = float(np.diff(time[:2])[0])
     growing = float(time[0]) < float(run.attrs.get("wave_ramp", 0.0))
     slowest = _lowest_of_waves(run.variables["wave_elevation"].values[late], step)
-    how = step, exposure, slowest
+    how = step, exposure, slowest, "contact_group" in run.dims
     found: Found = {}
     coords: dict[str, Any] = {}
     for name, (variable, dims, unit) in CHANNELS.items():
@@ -194,7 +196,7 @@ def _of_channels(
     name: str,
     series: xr.Variable,
     lowest: np.ndarray,
-    how: tuple[float, float | None, float],
+    how: Manner,
     growing: bool,
     unit: str,
 ) -> Found:
@@ -276,9 +278,7 @@ def _by_impulse_in_phases(figures: np.ndarray, run: xr.Dataset, means: np.ndarra
                 each[NAMES.index("mean")] = np.nanmean(means[phases == phase])
 
 
-def _judged(
-    x: np.ndarray, how: tuple[float, float | None, float], growing: bool
-) -> tuple[Extremes, Extremes]:
+def _judged(x: np.ndarray, how: Manner, growing: bool) -> tuple[Extremes, Extremes]:
     """Extremes of a channel; none while the waves grow."""
     if growing and trivial(x) is not Basis.CONSTANT:
         return none(Basis.WAVES_GROW), none(Basis.WAVES_GROW)

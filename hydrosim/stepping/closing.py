@@ -24,6 +24,7 @@ whose row comes to depend on others later (a four-bar linkage in a straight line
 from __future__ import annotations
 
 from hydrosim.forces import events
+from hydrosim.forces.holds import NONE
 from hydrosim.forces.joint import locks
 from hydrosim.forces.joint.locks import CLOSED, IMPULSE, LOSS, NO_RATCHET, RUNNING
 from hydrosim.jit.kernels import assign, clear, kernel, root, root_giving
@@ -37,6 +38,7 @@ from hydrosim.stepping.state import NEXT_STEP, RANK, RANK_TIME, SINGULAR, STATUS
 
 MET = 1e-13  # m or 1: residual of a place, more by 1e-15 of the farthest place beyond 100 m
 STILL = 1e-14  # of the sum of the terms of a velocity: rounding of J q'
+OPPOSED = 1e-9  # m/s or rad/s, and 1e-9 of the lever: rounding of the rate of a dropped row
 TRIES = 5  # Newton's iterations back to the constraints
 ROUNDS = 20  # impacts through ratchets that join in or let go
 
@@ -53,7 +55,7 @@ def keep_closed(t, run):
 @root
 def meet(t, run):
     """After modes have switched: find the rows of joints that hold, and book the impact of those
-    that have closed."""
+    that have closed. A joint that closes against a drive ends the run."""
     state = run.state
     model = run.model
     p = model.elements.locks
@@ -72,7 +74,27 @@ def meet(t, run):
             break
     run.scratch.pace[RANK_TIME] = t
     run.scratch.pace[RANK] = choose_rows(state.y, state.modes, model, run.work)
+    if _opposes_drives(state.y, model, run.work):
+        run.counters[STATUS] = SINGULAR
     project(state.y, state.modes, model, run.work)
+
+
+@kernel
+def _opposes_drives(y, model, work):
+    """True if rows that depend on those of drives, and are dropped for that, would have to move."""
+    n = model.bodies.active.size
+    constraints = work.constraints
+    if constraints.number[0] == 0 or work.holds.driven.shape[0] == 0:
+        return False
+    for r in range(constraints.number[0]):
+        rate = 0.0
+        size = 1.0
+        for j in range(n):
+            rate += constraints.J[r, j] * y[n + j]
+            size = max(size, abs(constraints.J[r, j]))
+        if constraints.pivot[r] == DROPPED and abs(rate) > OPPOSED * size:
+            return True
+    return False
 
 
 @kernel
@@ -101,11 +123,12 @@ def _test_contacts(t, run):
 
 @kernel
 def _set_up(y, modes, model, work):
-    """Inertia and constraints of closed joints at the state ``y``."""
+    """Inertia, and constraints of drives and closed joints, at the state ``y``."""
     find_inertia(y, model, work)
     work.constraints.number[0] = 0
     p = model.elements.locks
     holds = work.holds
+    events.hold_drives(model.elements, work.constraints, holds)
     locks.hold(y, modes, work.motion, model.bodies, p, work.total, work.constraints, holds)
 
 
@@ -121,7 +144,7 @@ def choose_rows(y, modes, model, work):
     cholesky(work.inertia)
     least = find_rank(work.constraints, work.inertia, work.holds.size)
     for r in range(work.constraints.number[0]):
-        if work.constraints.pivot[r] == DROPPED:
+        if work.constraints.pivot[r] == DROPPED and work.holds.lock[r] != NONE:
             modes[p.mode + work.holds.lock[r], SEGMENT] -= 1 << work.holds.bit[r]
     return least
 
@@ -172,7 +195,7 @@ def project(y, modes, model, work):
     for _ in range(TRIES):
         find_inertia(y, model, work)
         constrain(y, modes, model, work)
-        if _find_stops(y[n : 2 * n], work.constraints):
+        if _find_stops(y[n : 2 * n], work.constraints, model.elements.drives.each.size):
             return
         clear(change)
         solve_held(work.inertia, work.constraints, change)
@@ -181,10 +204,13 @@ def project(y, modes, model, work):
 
 
 @kernel
-def _find_stops(u, constraints):
-    """Set bounds that stop the rates ``u`` across constraints; true if they are rounding."""
+def _find_stops(u, constraints, drives):
+    """Set bounds that stop the rates ``u`` across constraints; true if they are rounding. The first
+    rows, of ``drives``, keep their rates."""
     still = True
-    for r in range(constraints.number[0]):
+    for r in range(drives):
+        constraints.bound[r] = 0.0
+    for r in range(drives, constraints.number[0]):
         rate = 0.0
         size = 0.0
         for j in range(u.size):
@@ -207,7 +233,7 @@ def strike(y, modes, model, work):
     change = work.jump[0]
     for _ in range(ROUNDS):
         _set_up(y, modes, model, work)
-        if _find_stops(y[n : 2 * n], constraints):
+        if _find_stops(y[n : 2 * n], constraints, model.elements.drives.each.size):
             return False
         for r in range(constraints.number[0]):
             work.jump[1, r] = constraints.bound[r]
@@ -228,6 +254,8 @@ def _lets_go(modes, constraints, holds, p):
     pull = 0.0
     for r in range(constraints.number[0]):
         i = holds.lock[r]
+        if i == NONE:
+            continue
         if p.each[i].ratchet != NO_RATCHET and constraints.force[r] < pull:
             pull = constraints.force[r]
             worst = i
@@ -261,12 +289,15 @@ def _book(y, change, modes, model, work):
     locks.collect(p, constraints, holds)
     for r in range(constraints.number[0]):
         i = holds.lock[r]
+        if i == NONE:
+            continue
         lost = 0.5 * constraints.force[r] * work.jump[1, r]
         y[p.state + locks.STATES * i + LOSS] += lost
         y[p.losses + p.each[i].row] += lost
     for i in range(p.each.size):
         for a in range(6):
             y[p.state + locks.STATES * i + IMPULSE + a] += holds.joint[i, a]
+    events.book_drive_impulses(y, model.bodies, model.elements, constraints)
     if model.impulse < model.size:
         _book_impulses(y, modes, change, model, work)
 
@@ -292,6 +323,17 @@ def _book_impulses(y, modes, change, model, work):
     for i in range(m):
         y[model.impulse + row * m + i] += push[i]
         y[works + row * m + i] += push[i] * work.motion.velocity[i]
+    events.add_drive_impulses(
+        y,
+        work.motion,
+        model.bodies,
+        model.elements,
+        work.constraints,
+        work.holds,
+        push,
+        model.impulse,
+        works,
+    )
 
 
 @kernel

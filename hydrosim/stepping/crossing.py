@@ -572,7 +572,9 @@ def _book_stored(i, sign, t, run):
 
 @kernel
 def make_consistent(t, run):
-    """Bring held points to rest, and release points that cannot be held."""
+    """Bring driven coordinates to their signals and held points to rest, and release points that
+    cannot be held."""
+    events.follow_drives(t, run.state.y, run.model.bodies, run.model.elements, run.work.holds)
     if events.any_joints(run.model.elements):
         meet(t, run)
     if run.work.constraints.force.size > events.joint_rows(run.model.elements):

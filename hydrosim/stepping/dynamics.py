@@ -171,7 +171,12 @@ def new_work(model: Model) -> Work:
         np.zeros((n, n)),
         new_turning(model.inertia),
         new_constraints(rows, n),
-        new_holds(events.held_points(model.elements), rows, events.joint_count(model.elements)),
+        new_holds(
+            events.held_points(model.elements),
+            rows,
+            events.joint_count(model.elements),
+            events.drive_count(model.elements),
+        ),
         new_sums(model.following),
         new_block(model.following),
         np.zeros(model.bodies.each.size),
@@ -233,6 +238,7 @@ def rhs(t, y, modes, history, model, work, dy):
     if model.headings.turning.size > 0:
         add_turning(model.headings, A, model.bodies, motion, work.hulls, work.total)
     steady = model.headings.steady and not blends and model.tanks.each.size == 0
+    events.find_driven_motion(t, model.elements, work.holds)
     if may_hold(modes, model, work) or not steady:
         accelerate(y, modes, model, work, acceleration)
     elif model.headings.turned.size > 0:
@@ -241,6 +247,7 @@ def rhs(t, y, modes, history, model, work, dy):
         accelerate_freely(
             model.inertia, model.bodies, motion, work.total, work.turning, acceleration
         )
+    events.add_drive_power(y, model.bodies, model.elements, work.holds, dy[model.energy :])
     if model.impulse < model.size:
         add_impulses(t, y, modes, model, work, dy[model.impulse :])
 
@@ -333,18 +340,19 @@ def apply_impulse(y, modes, model, work):
         blend(y[model.draught :], model.family, model.added_mass, work.blend)
     find_mass(model, work.blend.added_mass if blends else model.added_mass, work)
     change = work.jump[0]
-    drive = work.jump[1]
+    given = work.jump[1]
     if model.impulse < model.size:
         for i in range(push.size):
             y[model.impulse + model.tanks.row * push.size + i] += push[i]
     generalised_force(model.bodies, work.motion, push, change)
-    assign(drive, change)
+    assign(given, change)
     acceleration_map(model.bodies, work.motion, work.mass, work.inertia)
     constrain(y, modes, model, work)
     clear(constraints.bound)
     solve_held(work.inertia, constraints, change)
+    events.book_drive_impulses(y, model.bodies, model.elements, constraints)
     for i in range(n):
-        y[model.energy + model.tanks.row] += drive[i] * (y[n + i] + 0.5 * change[i])
+        y[model.energy + model.tanks.row] += given[i] * (y[n + i] + 0.5 * change[i])
         y[n + i] += change[i]
 
 
@@ -397,6 +405,7 @@ def project_velocities(y, modes, model, work):
     constrain(y, modes, model, work)
     if constraints.number[0] > 0:
         clear(constraints.bound)
+        events.keep_driven_rates(y, model.bodies, model.elements, constraints)
         solve_for_pivots(constraints)
         restore(constraints, y[n : 2 * n])
 

@@ -153,6 +153,7 @@ def _cross(goal, enough, run):
     scratch = run.scratch
     counters = run.counters
     t = scratch.pace[REACHED]
+    events.begin_drives(t, run.model.elements, run.work.holds)
     while t < goal and count_evaluations(counters) < enough and counters[STATUS] == RUNNING:
         stop = _breakpoint_after(t, goal, clock)
         paced = t + _pace(t, stop - t, run)
@@ -169,6 +170,7 @@ def _cross(goal, enough, run):
         if events.remembers(run.model.elements):
             _record_largest(t, run)
         _renew(t, left, run)
+        events.follow_drives(t, state.y, run.model.bodies, run.model.elements, run.work.holds)
         if events.any_joints(run.model.elements):
             keep_closed(t, run)
         if left:

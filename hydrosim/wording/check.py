@@ -45,7 +45,7 @@ from hydrosim.studies.ballast.loading import as_at
 from hydrosim.studies.run.asked import check_criteria
 from hydrosim.studies.run.resolution import accuracy_limit, scene_combinations
 from hydrosim.studies.run.step_limits import scene_step_limits
-from hydrosim.wording.joints import describe_joints
+from hydrosim.wording.joints import describe_drives, describe_joints
 from hydrosim.wording.roll.damping import describe_roll_damping
 from hydrosim.wording.run import radiation_verdict
 
@@ -69,6 +69,7 @@ def check_document(scene: Scene, times: Sequence[float] = (), watch: Watch = unw
     nodes: list[Node] = [*_verdicts(own, compiled, watch)]
     nodes += _lists({"Waves": own.notes.seas})
     nodes += _lists({"Trees of joints": list(_describe_roots(own.scene))})
+    nodes += describe_drives(own.scene, own.begin)
     nodes += _lists({"Wind and current": own.notes.streams, "Lines": own.notes.drag})
     nodes += _pretensions(own)
     nodes += _periods_of(whole, "at the start of the run")

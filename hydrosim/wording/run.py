@@ -76,6 +76,9 @@ def tables_of(run: xr.Dataset) -> Iterator[Node]:
         yield Table(moved, list(_joint_motions(run)))
     if "joint" in run.dims:
         yield Table(("joint", "largest force", "largest moment"), list(_joint_loads(run)))
+    if "drive" in run.dims and run.time.size:
+        driven = ("drive", "largest force", "work done")
+        yield Table(driven, list(_drives(run)), "Prescribed motion")
     if rows := list(_locks(run)):
         held = ("joint", "first closed", "last closed", "closed", "energy lost")
         yield Table(held, rows, "Joints that come and go, at output times")
@@ -98,8 +101,8 @@ def tables_of(run: xr.Dataset) -> Iterator[Node]:
         yield Table(("compensator", "mean tension", "smallest", "largest"), loads)
     yield from _links(run)
     if rows := list(_capacities(run)):
-        head = ("of a capacity", "largest load", "at", "capacity", "used")
-        yield Table(head, rows, "Loads beside capacities")
+        shares = ("of a capacity", "largest load", "at", "capacity", "used")
+        yield Table(shares, rows, "Loads beside capacities")
     yield from _externals(run)
     if "gap" in run.dims:
         yield Table(("clearance", "smallest", "at the end"), list(_clearances(run)))
@@ -228,6 +231,16 @@ def _joint_loads(run: xr.Dataset) -> Iterator[list[Cell]]:
         load = run.joint_force.sel(joint=name).transpose("time", "dof").values
         force, moment = (np.linalg.norm(part, axis=1).max() for part in np.hsplit(load, 2))
         yield [name, Value(float(force), "N"), Value(float(moment), "N m")]
+
+
+def _drives(run: xr.Dataset) -> Iterator[list[Cell]]:
+    """The largest force of each drive, and its work over the run."""
+    for label in map(str, run.drive.values):
+        force = run.drive_force.sel(drive=label).values
+        work = run[f"energy_work_{label.rpartition(' ')[0]}"].values
+        unit = unit_of(run.drive_force.attrs, [label])
+        largest = Value(float(np.abs(force).max()), unit)
+        yield [label, largest, Value(float(work[-1] - work[0]), "J")]
 
 
 def _locks(run: xr.Dataset) -> Iterator[list[Cell]]:

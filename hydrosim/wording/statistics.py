@@ -86,6 +86,11 @@ REASONS: dict[Basis, tuple[str, tuple[str, ...]]] = {
         f"Its slow part moves between bounds; no law of extremes covers that. Instead, {SEEDS}.",
         (),
     ),
+    Basis.CURVED: (
+        "Its highest crests follow none of the laws (a contact that carries a weight again and"
+        f" again?). Instead, {SEEDS}.",
+        (),
+    ),
     Basis.TRANSIENT: (
         "It is larger at the beginning than later (a start-up transient). Start later (--from).",
         (),

@@ -32,5 +32,5 @@ def test_unknown_examples(
 ) -> None:
     result = command(monkeypatch, capsys, "example")("base", "-o", tmp_path)
     assert result.code == 2
-    assert "expected one of chain, flap, friction_block" in result.err
+    assert "expected one of chain, flap, flume" in result.err
     assert not list(tmp_path.iterdir())

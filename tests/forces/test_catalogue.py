@@ -32,6 +32,7 @@ LAYOUT = Layout(
     heading=(0.0, 0.0),
     weight=(1.0, 1.0),
     origin=(np.zeros(3), np.ones(3)),
+    active=np.arange(12),
 )
 
 

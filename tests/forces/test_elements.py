@@ -21,6 +21,7 @@ from hydrosim.forces import (
     Catenary,
     Compensator,
     CurrentLoad,
+    Drive,
     Fender,
     Frictionless,
     FrictionSlope,
@@ -126,8 +127,10 @@ CASES = [
     if not ("rate-free" in name and mode == SLIP)
     # what rigid friction holds is a constraint: `test_coulomb`
     if not ("coulomb" in name and mode == STICK)
+    # a drive is a constraint, whatever acts: `tests/joints/test_drives.py`
+    if not isinstance(ELEMENTS[name], Drive)
 ]
-ON_EARTH = (LinearMooring, AppliedForce)  # in its axes
+ON_EARTH = (LinearMooring, AppliedForce, Drive)  # in its axes
 EXAMPLES = [name for name, element in ELEMENTS.items() if "example" in name]
 IN_TURNING_AXES = [
     *IN_BODY_AXES,

@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from markers import few
-from random_records import DURATION, HARD, KINDS, MOST_PROBABLE
+from random_records import DURATION, HARD, KINDS, MOST_PROBABLE, SEA
 from scipy.special import owens_t
 from scipy.stats import gumbel_r, norm
 
@@ -302,6 +302,29 @@ def test_units_do_not_matter(size: float) -> None:
     one, other = extremes(x, 1.0)[1], extremes(size * x, 1.0)[1]
     assert one.basis == other.basis == Basis.CLIPPED_GAUSSIAN
     np.testing.assert_allclose(np.array(other[:5]) / size, one[:5], rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("weight", "expected"), [(2.0, Basis.CURVED), (10.0, Basis.CLIPPED_GAUSSIAN)]
+)
+def test_forces_that_end_near_a_weight_have_no_law(weight: float, expected: Basis) -> None:
+    """A contact that opens, and closes as far as the weight that it carries; one far from it."""
+    bases = []
+    for seed in range(12):
+        above = np.maximum(SEA(np.random.default_rng(seed)), 0.0)
+        force = weight * np.tanh(above / weight)
+        bases.append(extremes(force, 0.5, None, 0.45)[1].basis)
+    assert bases.count(expected) >= 10
+
+
+def test_what_leans_on_a_contact_has_a_lower_end_further_down() -> None:
+    """The exponential law of slow drift is too heavy there; everything else is the same."""
+    kind = KINDS["slow drift, damping 0.2"]
+    x = kind.draw(np.random.default_rng(1))
+    drifting = extremes(x, kind.step, None, kind.slowest)[1]
+    leaning = extremes(x, kind.step, None, kind.slowest, contacts=True)[1]
+    assert leaning.mpm - leaning.mpm_lower > 1.3 * (drifting.mpm - drifting.mpm_lower)
+    assert leaning._replace(mpm_lower=0.0) == drifting._replace(mpm_lower=0.0)
 
 
 def test_one_value_far_beyond_all_others_has_no_law() -> None:

@@ -10,6 +10,7 @@ from hydrosim.case.elements.applied_force import AppliedForce
 from hydrosim.case.elements.bushing import Bushing
 from hydrosim.case.elements.catenary import Catenary
 from hydrosim.case.elements.compensator import Compensator
+from hydrosim.case.elements.drive import Drive
 from hydrosim.case.elements.element import Element, Where
 from hydrosim.case.elements.fender import Fender
 from hydrosim.case.elements.landing import Landing
@@ -49,7 +50,8 @@ AnyElement = Annotated[
     | CurrentLoad
     | WindLoad
     | Winch
-    | Compensator,
+    | Compensator
+    | Drive,
     Discriminator("type"),
     BeforeValidator(_check_kind),
 ]

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -24,11 +24,12 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Where:
     """Where something is: its ``key`` in the case file ``path``; density [kg/m^3] and gravity
-    [m/s^2] of its ``water``."""
+    [m/s^2] of its ``water``; the ``joints`` of the case."""
 
     key: str
     path: Path
     water: tuple[float, float] = (1025.0, 9.81)
+    joints: Mapping[str, scene.Joint] = field(default_factory=dict)
 
 
 def _with_example(schema: dict[str, Any], model: type[Exemplary]) -> None:

@@ -8,7 +8,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from scipy import linalg
 
+from hydrosim.compiling.joints.drives import drives_of
+from hydrosim.dofs import about_z
 from hydrosim.errors import InputError
+from hydrosim.forces import driven_coordinates
 from hydrosim.forces.holds import NONE
 from hydrosim.forces.joint import locks
 from hydrosim.forces.joint.locks import CLOSED, NO_RATCHET
@@ -19,16 +22,18 @@ from hydrosim.modes import MODE, SEGMENT
 from hydrosim.rigid.constraints import NOTHING
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.rigid.tree import fill_rates
+from hydrosim.scene.joint import JointType
 from hydrosim.stepping.closing import choose_rows
 from hydrosim.stepping.dynamics import Model, new_work
 
 if TYPE_CHECKING:
-    from hydrosim.scene import Scene
+    from hydrosim.scene import Body, Joint, Scene
     from hydrosim.stepping.state import State
 
 CLOSE = 1e-6  # m, rad and per second: rounding of the input, which the start removes
 ASIDE = 1e-3  # of a metre and a radian: how far a linkage is moved to test whether it is regular
 RANK = 1e-7  # of the largest singular value: smaller ones are zero
+SHORTEST = 1e-9  # m: a shorter rod has no direction
 TRIES = 30  # Newton's iterations back to the constraints
 TAKING_PART = 0.1  # of a joint's constraints in the combination that vanishes
 
@@ -53,6 +58,39 @@ def check_joints(scene: Scene) -> Iterator[str]:
                 yield f"joints.{name}.{key}: found {body}, which is no body of the scene"
         if joint.body == joint.to:
             yield f"joints.{name}.to: found {joint.to} on both sides; expected another body"
+        if joint.type == JointType.ROD and {joint.body, joint.to} <= {*names, None}:
+            yield from _check_rod(scene, name, joint)
+
+
+def _check_rod(scene: Scene, name: str, joint: Joint) -> Iterator[str]:
+    """Problems of the length of a rod."""
+    if joint.to_point is None:
+        yield f"joints.{name}.to_point: found none; expected the other end of the rod"
+        return
+    if joint.length is not None and not joint.length > 0.0:
+        yield f"joints.{name}.length: found {joint.length:g} m; expected a length above 0"
+    bodies = {body.name: body for body in scene.bodies}
+    ends = [_place_at_rest(bodies.get(str(b)), p) for b, p in _ends_of(joint)]
+    apart = float(np.linalg.norm(ends[0] - ends[1]))
+    if apart <= SHORTEST:
+        yield (
+            f"joints.{name}.to_point: found both ends of the rod at one place, with all bodies at"
+            " rest; expected two places. For one place use a ball"
+        )
+
+
+def _ends_of(joint: Joint) -> tuple[tuple[str | None, tuple[float, ...]], ...]:
+    assert joint.to_point is not None
+    return (joint.body, joint.point), (joint.to, joint.to_point)
+
+
+def _place_at_rest(body: Body | None, point: tuple[float, ...]) -> np.ndarray:
+    """Place (3,) in the earth frame of a point of a body at rest, or of the earth."""
+    if body is None:
+        return np.asarray(point, float)
+    turn = about_z(body.heading)
+    centre = turn @ np.asarray(body.centre_of_gravity, float) + (*body.location, 0.0)
+    return np.asarray(centre + turn @ np.asarray(point, float))
 
 
 def check_closed(scene: Scene, model: Model, state: State) -> None:
@@ -62,7 +100,9 @@ def check_closed(scene: Scene, model: Model, state: State) -> None:
         return
     rows = _all_rows(model, state.y, state.modes)
     _check_gaps(scene, model, rows)
+    _check_drives(scene, model, state, rows)
     _check_velocities(scene, model, state, rows)
+    _check_rods(scene, model, state)
     _check_regular(scene, model, state, rows)
 
 
@@ -140,6 +180,39 @@ def _check_gaps(scene: Scene, model: Model, rows: Rows) -> None:
                 f" missing between {_sides(scene, name)}; expected less than {CLOSE:g} m and rad."
                 " Joints are closed with all bodies at rest: change the starts (initial.position of"
                 " bodies, initial of joints) together, or leave them out."
+            )
+
+
+def _check_drives(scene: Scene, model: Model, state: State, rows: Rows) -> None:
+    """Refuse drives of motions that closed joints hold."""
+    driven = driven_coordinates(model.elements)
+    if not driven.size:
+        return
+    scaled = _scaled(model, state.y, rows)
+    moves = np.eye(scaled.shape[1])[driven]
+    held = _rank(scaled)
+    if _rank(np.vstack([scaled, moves])) == held + driven.size:
+        return
+    alone = [_rank(np.vstack([scaled, [move]])) == held for move in moves]
+    names = [name for i, name in enumerate(drives_of(scene)) if alone[i] or not any(alone)]
+    joints = dict.fromkeys(constraint_names(scene)[i] for i in rows.lock)
+    raise InputError(
+        f"forces.{names[0]}: found drives ({', '.join(names)}) of motions that the joints"
+        f" {', '.join(joints)} hold, or let move only together; expected each motion to be held or"
+        " driven once. Drive one of them, or let the joints leave more free."
+    )
+
+
+def _check_rods(scene: Scene, model: Model, state: State) -> None:
+    """Refuse rods whose distance is held without them, so that their force is not determined."""
+    p = model.elements.locks
+    for i, (name, lock) in enumerate(zip(constraint_names(scene), p.each, strict=True)):
+        mode = state.modes[p.mode + i]
+        if lock["rod"] and mode[MODE] == CLOSED and mode[SEGMENT] == 0:
+            raise InputError(
+                f"joints.{name}: found a rod of a distance that locked directions, drives, or other"
+                " joints and rods hold without it, so that its force is not determined; expected a"
+                " distance that can change. Remove it, or use a strut."
             )
 
 

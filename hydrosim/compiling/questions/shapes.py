@@ -39,8 +39,8 @@ def hulls(about: About) -> Iterator[Doubt]:
             )
     for _, body, db in about.wet():
         size_of = extents(body, db)
-        for tank in body.tanks if size_of is not None else ():
-            if not isinstance(tank.shape, Box):
+        for tank in body.tanks:
+            if size_of is None or not isinstance(tank.shape, Box):
                 continue
             middle = np.mean([tank.shape.low, tank.shape.high], axis=0) - body.centre_of_gravity
             aside = np.abs(middle - size_of.centre)[:2] / size_of.half

@@ -31,10 +31,10 @@ from hydrosim.jit.kernels import assign, clear, kernel, root
 from hydrosim.modes import CONTACT_MARGIN, FRICTION_MARGIN, MARGINS, MODE, SEGMENT, SEGMENT_MARGIN
 from hydrosim.rigid.kinematics import generalised_force
 from hydrosim.rigid.vectors import dot, vector
-from hydrosim.scene.joint import MotionKind
+from hydrosim.scene.joint import JointType, MotionKind
 
 if TYPE_CHECKING:
-    from hydrosim.forces.layout import Layout
+    from hydrosim.forces.layout import BodyAtRest, Layout
     from hydrosim.scene import ForceElement, Joint
 
 OPEN, WAITING, RUNNING, CLOSED = range(4)
@@ -58,11 +58,12 @@ LOCK = np.dtype(
         *(("point", float, 3), ("other", float, 3), ("axes", float, (3, 3))),
         *(("rest", float, REFERENCE), ("first", int, ROWS), ("second", int, ROWS), ("count", int)),
         *(("lasts", bool), ("ratchet", int), ("pitch", float), ("gap", float), ("speed", float)),
-        ("strength", float),
+        *(("strength", float), ("rod", bool)),
     ]
 )
 """A joint: its number among all joints, its row of forces, its bodies, its point and axes, the
-reference at rest, its rows (axes on the other body and on the body; `NONE`: a slide)."""
+reference at rest, its rows (axes on the other body and on the body; `NONE`: a slide). The first
+axis of a rod is its direction at rest."""
 
 
 class Params(NamedTuple):
@@ -92,13 +93,13 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
 
 def _constants(number: int, joint: Joint, at: Any, layout: Layout) -> tuple[Any, ...]:
     body, other, exact = at
-    turn = about_z(body.heading)
-    place = np.array(body.origin) + turn @ np.array(joint.point)
-    point = place
-    rest = np.concatenate([place, turn.ravel()])
-    if other is not None:
-        point = about_z(other.heading).T @ (place - np.array(other.origin))
-        rest = np.concatenate([point, (about_z(other.heading).T @ turn).ravel()])
+    is_rod = joint.type == JointType.ROD
+    if is_rod:
+        point, axes, rest = _rod_at_rest(joint, body, other, exact)
+    else:
+        point, rest = _rest(joint, body, other)
+        axes = joint.axes()
+        rest = rest if exact else np.zeros(REFERENCE)
     window = joint.window
     return (
         number,
@@ -107,8 +108,8 @@ def _constants(number: int, joint: Joint, at: Any, layout: Layout) -> tuple[Any,
         EARTH if other is None else other.number,
         joint.point,
         point,
-        joint.axes(),
-        rest if exact else np.zeros(REFERENCE),
+        axes,
+        rest,
         *_rows(joint),
         joint.lasts,
         NO_RATCHET if joint.ratchet is None else TURNS if joint.ratchet.turns else SLIDES,
@@ -116,12 +117,49 @@ def _constants(number: int, joint: Joint, at: Any, layout: Layout) -> tuple[Any,
         window.gap if window else inf,
         window.speed if window else inf,
         inf if joint.breaks_at is None else joint.breaks_at,
+        is_rod,
     )
+
+
+def _rest(joint: Joint, body: BodyAtRest, other: BodyAtRest | None) -> tuple[np.ndarray, ...]:
+    """Point of a joint on the other body, and the exact reference at rest (12,)."""
+    turn = about_z(body.heading)
+    place = np.array(body.origin) + turn @ np.array(joint.point)
+    if other is None:
+        return place, np.concatenate([place, turn.ravel()])
+    back = about_z(other.heading).T
+    point = back @ (place - np.array(other.origin))
+    return point, np.concatenate([point, (back @ turn).ravel()])
+
+
+def _rod_at_rest(
+    joint: Joint, body: BodyAtRest, other: BodyAtRest | None, exact: bool
+) -> tuple[np.ndarray, ...]:
+    """Point of a rod on the other body, its direction at rest as first of three axes, and its
+    reference (12,)."""
+    gap = rod_at_rest(joint, body, other)
+    length = float(np.linalg.norm(gap))
+    axes = np.eye(3)
+    axes[0] = gap / length
+    rest = np.zeros(REFERENCE)
+    kept = length if joint.length is None else joint.length
+    rest[:3] = (kept, 0.0, 0.0) if exact else kept * axes[0]
+    return np.array(joint.to_point, float), axes, rest
+
+
+def rod_at_rest(joint: Joint, body: BodyAtRest, other: BodyAtRest | None) -> np.ndarray:
+    """Way (3,) [m] from the end of a rod on the other body to that on its body, both at rest."""
+    far = np.array(joint.to_point, float)
+    if other is not None:
+        far = np.array(other.origin) + about_z(other.heading) @ far
+    return np.array(body.origin) + about_z(body.heading) @ np.array(joint.point) - far
 
 
 def _rows(joint: Joint) -> tuple[np.ndarray, np.ndarray, int]:
     """Axes of all rows, and their number."""
-    if joint.ratchet is not None:
+    if joint.type == JointType.ROD:
+        pairs = [(0, NONE)]
+    elif joint.ratchet is not None:
         pairs = [(2, 1)] if joint.ratchet.turns else [(0, NONE)]
     else:
         free = {m.axis for m in joint.motions if m.kind == MotionKind.SLIDE}

@@ -6,6 +6,11 @@ same at the reference), and d the way from the joint's point on the other body t
     slide   a . d = 0         force a on the body at its point, -a on the other body there
     turn    a . b = 0         moment b x a on the body, its opposite on the other body
 
+    rod     |d| = length  force d / |d| on the body at its point, its opposite on the other body
+
+The points of a rod differ, those of other joints coincide in the relative place that is held. The
+reference of a rod is its length.
+
 The reference is the relative place that is held: the point in the frame of the other body, and
 R_other^T R_body. With small angles all axes and levers are those at rest; the reference is d, and
 the difference of the angles.
@@ -13,7 +18,7 @@ the difference of the angles.
 
 from __future__ import annotations
 
-from math import atan2, cos, sin
+from math import atan2, cos, sin, sqrt
 from typing import NamedTuple
 
 from hydrosim.forces.holds import NONE
@@ -50,7 +55,8 @@ class Row(NamedTuple):
 def pose(lock, reference, bodies, motion):
     """`Pose` of a joint with this ``reference`` (12,)."""
     place, arm = attachment(lock.body, vector(lock.point, 0), bodies, motion)
-    at = vector(reference, PLACE) if bodies.exact else vector(lock.other, 0)
+    moves = bodies.exact and not lock.rod
+    at = vector(reference, PLACE) if moves else vector(lock.other, 0)
     if lock.to == EARTH:
         found = Pose(arm, ZERO, sub(place, at))
     else:
@@ -85,6 +91,8 @@ def axis_on_other(lock, k, reference, bodies, motion):
 @kernel
 def find_row(lock, k, at, reference, bodies, motion):
     """`Row` ``k`` of a joint in the pose ``at``."""
+    if lock.rod and bodies.exact:
+        return _rod_row(lock, at, reference[0], motion)
     a = axis_on_other(lock, lock.first[k], reference, bodies, motion)
     if lock.second[k] == NONE:
         bias = _slide_bias(lock, a, at, motion) if bodies.exact else 0.0
@@ -95,6 +103,21 @@ def find_row(lock, k, at, reference, bodies, motion):
         return Row(ZERO, m, _turn_bias(lock, a, b, motion), dot(a, b))
     turn = sub(_turn_between(lock, motion.coordinates, motion), vector(reference, TURN))
     return Row(ZERO, m, 0.0, dot(m, turn))
+
+
+@kernel
+def _rod_row(lock, at, length, motion):
+    """`Row` of a rod. |d|'' is n . d'' + (|d'|^2 - (n . d')^2) / |d|, with n = d / |d|."""
+    distance = sqrt(dot(at.gap, at.gap))
+    n = scale(1.0 / distance, at.gap)
+    velocity = point_velocity(lock.body, at.arm, motion)
+    acceleration = point_bias(lock.body, at.arm, motion)
+    if lock.to != EARTH:
+        velocity = sub(velocity, point_velocity(lock.to, at.own, motion))
+        acceleration = sub(acceleration, point_bias(lock.to, at.own, motion))
+    along = dot(n, velocity)
+    across = dot(velocity, velocity) - along * along
+    return Row(n, ZERO, dot(n, acceleration) + across / distance, distance - length)
 
 
 @kernel
@@ -177,6 +200,13 @@ def take_reference(lock, bodies, motion, reference):
         for i in range(3):
             reference[PLACE + i] = gap[i]
             reference[TURN + i] = turn[i]
+        return
+    if lock.rod:
+        gap = sub(place, vector(lock.other, 0))
+        if lock.to != EARTH:
+            other, _ = attachment(lock.to, vector(lock.other, 0), bodies, motion)
+            gap = sub(place, other)
+        reference[0] = sqrt(dot(gap, gap))
         return
     R = motion.rotation[lock.body]
     if lock.to != EARTH:

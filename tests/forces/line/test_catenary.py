@@ -12,12 +12,13 @@ import pytest
 from dry_scenes import block, moving, observed_orders, scene, with_step
 from moored_block import AFLOAT, DEPTH, line, lines, moored
 from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
 from scipy.optimize import fsolve
 
 import hydrosim as hs
 from hydrosim.errors import InputError
 from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import LinearMooring, Table
+from hydrosim.forces import Drive, Harmonic, LinearMooring, Table
 from hydrosim.forces.line.drag import linearise_random, places_along
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import natural_modes
@@ -206,34 +207,53 @@ def test_two_bodies_on_one_line() -> None:
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])
-def test_a_closed_way_over_a_bed_with_friction_takes_work(sense: float) -> None:
-    """Once round a circle of 5 m in the plane of the line: the work by a quadrature of Jonkman's
-    equations, of either sign by direction, is what the line books."""
-    L, w, EA, CB, radius, turn, mass = 850.0, 1200.0, 6e8, 0.5, 5.0, 60.0, 1e13
+@pytest.mark.parametrize("CB", [0.0, 0.5])
+def test_a_fairlead_on_a_circle(sense: float, CB: float, validated: Callable[..., None]) -> None:
+    """Two drives lead the fairlead once round a circle of 5 m in the plane of the line. Their
+    forces are those of Jonkman's equations, and so is their work, by a quadrature. With friction of
+    the bed a closed way takes work, of either sign by direction, and else none."""
+    L, w, EA, radius, turn, mass = 850.0, 1200.0, 6e8, 5.0, 60.0, 1e4
     moor = line((0.0, 0.0, 0.0), (780.0, 0.0, -200.0), (L,), (w,), (EA,), friction=CB)
     rate = 2.0 * np.pi / turn
-    body = block(
-        mass,
-        ("surge", "heave"),
-        position=moving(surge=radius),
-        velocity=moving(heave=sense * radius * rate),
-    )
-    hold = LinearMooring("block", np.diag([mass * rate**2, 0.0, mass * rate**2, 0.0, 0.0, 0.0]))
-    case = scene(body, {"hold": hold, "bow": moor}, turn, 1.0, step=0.1, method=Method.RK4)
+    forces = {
+        "along": Drive("block", dof="surge", position=Harmonic(radius, turn, phase=np.pi / 2)),
+        "up": Drive("block", dof="heave", position=Harmonic(sense * radius, turn)),
+        "bow": moor,
+    }
+    case = scene(block(mass, ("surge", "heave")), forces, turn, 0.15, method=Method.RK4)
     run = hs.simulate(replace(case, environment=Environment(water_depth=200.0)))
-    angles = 2.0 * np.pi * np.arange(400) / 400
-    work, guess = 0.0, (5e5, 3e5)
-    for a in angles:
-        x, z = radius * np.cos(a), sense * radius * np.sin(a)
+    pulls = []
+    guess = (5e5, 3e5)
+    path = radius * np.exp(1j * rate * run.time.values)  # x, and z in the sense
+    for place in path:
+        x, z = place.real, sense * place.imag
         guess = fsolve(
             lambda p, s=780.0 - x, h=200.0 + z: np.subtract(jonkman(*p, L, w, EA, CB), (s, h)),
             guess,
-            xtol=1e-13,
+            xtol=1e-11,
         )
-        work += (guess[0] * -radius * np.sin(a) - guess[1] * sense * radius * np.cos(a)) / 400
-    work *= 2.0 * np.pi
-    assert abs(work) > 300.0
-    assert float(run.energy_dissipated_bow[-1]) == pytest.approx(-work, rel=2e-3)
+        pulls.append(guess)
+    H, V = np.array(pulls).T
+    forces_along = np.array(
+        [-mass * rate**2 * path.real - H, sense * -mass * rate**2 * path.imag + V]
+    )
+    found = run.drive_force.values.T
+    error = np.abs(found - forces_along).max() / np.ptp(forces_along, axis=1).max()
+    claim, against = "force of a fairlead that is led on a circle", "Jonkman's equations"
+    features = (Feature.CATENARIES, Feature.DRIVES)
+    validated(Kind.CLOSED_FORM, claim, against, error, 1e-6, *features)
+    speed = 1j * rate * path
+    power = -H * speed.real + V * sense * speed.imag
+    work = CubicSpline(run.time.values, power).antiderivative()(run.time.values)
+    booked = run.energy_work_along.values + run.energy_work_up.values
+    error = np.abs(booked - work).max() / np.ptp(work)
+    claim, against = (
+        "work of a fairlead that is led on a circle",
+        "quadrature of Jonkman's equations",
+    )
+    validated(Kind.CLOSED_FORM, claim, against, error, 1e-5, *features)
+    assert abs(booked[-1]) > 300.0 if CB > 0.0 else abs(booked[-1]) < 1e-5 * np.ptp(work)
+    assert float(run.energy_dissipated_bow[-1]) == pytest.approx(booked[-1], rel=1e-6, abs=1.0)
 
 
 def test_a_line_that_is_paid_out() -> None:

@@ -1,0 +1,191 @@
+"""`drive` in a case file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import AfterValidator, Discriminator, StrictStr, Tag, model_validator
+
+from hydrosim.case.elements.element import Element, Where
+from hydrosim.case.signals import Harmonic, Recorded
+from hydrosim.documents import quantities as of
+from hydrosim.documents.messages import Keys
+from hydrosim.documents.quantities import Strict
+from hydrosim.documents.units import problem
+from hydrosim.dofs import DOFS
+
+if TYPE_CHECKING:
+    from hydrosim.forces.drive import Drive as Built
+    from hydrosim.forces.signal import Signal
+
+
+class OffsetTable(Strict):
+    """A smooth curve through the offsets at some times, which never overshoots."""
+
+    time: Annotated[of.Times, AfterValidator(of.several)]
+    """Times that rise, from the start of the run to its end."""
+    offset: Annotated[tuple[of.Length, ...], AfterValidator(of.some)]
+    """Offset at each time. Equal neighbours are a rest."""
+
+    @model_validator(mode="after")
+    def _check_table(self) -> Self:
+        _same_number(self.time, self.offset, "offset")
+        return self
+
+
+class AngleTable(Strict):
+    """A smooth curve through the angles at some times, which never overshoots."""
+
+    time: Annotated[of.Times, AfterValidator(of.several)]
+    """Times that rise, from the start of the run to its end."""
+    angle: Annotated[tuple[of.Angle, ...], AfterValidator(of.some)]
+    """Angle at each time. Equal neighbours are a rest."""
+
+    @model_validator(mode="after")
+    def _check_table(self) -> Self:
+        _same_number(self.time, self.angle, "angle")
+        return self
+
+
+def _same_number(times: tuple[float, ...], values: tuple[float, ...], what: str) -> None:
+    if len(times) != len(values):
+        found = f"{len(times)} times and {len(values)} {what}s"
+        raise problem(found, f"{'an' if what[0] in 'ao' else 'a'} {what} for each time")
+
+
+def _form(value: object) -> str:
+    """Which of the forms a motion has."""
+    if isinstance(value, OffsetTable | AngleTable) or (isinstance(value, dict) and "time" in value):
+        return "table"
+    if isinstance(value, Recorded) or (isinstance(value, dict) and "file" in value):
+        return "recorded"
+    return "harmonic"
+
+
+OffsetOverTime = Annotated[
+    Annotated[OffsetTable, Tag("table")]
+    | Annotated[Recorded, Tag("recorded")]
+    | Annotated[Harmonic[of.Length], Tag("harmonic")],
+    Discriminator(_form),
+]
+AngleOverTime = Annotated[
+    Annotated[AngleTable, Tag("table")]
+    | Annotated[Recorded, Tag("recorded")]
+    | Annotated[Harmonic[of.Angle], Tag("harmonic")],
+    Discriminator(_form),
+]
+
+
+class Drive(Element):
+    """Prescribed motion of a degree of freedom of a body, or of a motion of a joint."""
+
+    example: ClassVar[dict[str, Any]] = {
+        "type": "drive",
+        "body": "barge",
+        "dof": "heave",
+        "offset": {"amplitude": "0.5 m", "period": "8 s"},
+    }
+
+    type: Literal["drive"]
+    """A motion over time, with the force that it takes."""
+    body: StrictStr | None = None  # type: ignore[assignment]
+    """Body that it moves; else give joint. Example: barge."""
+    dof: StrictStr | None = None
+    """Degree of freedom of the body that it moves. Example: heave."""
+    joint: StrictStr | None = None
+    """Joint that it moves, in place of body and dof. Example: crane."""
+    motion: StrictStr | None = None
+    """Motion of the joint that it moves. Without it, the only one. Example: angle."""
+    offset: OffsetOverTime | None = None
+    """Offset from the place at rest: a table, a recorded series or a sine."""
+    angle: AngleOverTime | None = None
+    """Angle from the place at rest: a table, a recorded series or a sine."""
+
+    @model_validator(mode="after")
+    def _check_place(self) -> Self:
+        wanted = "either body and dof, or joint"
+        if (self.body is None) == (self.joint is None):
+            both = "body and joint" if self.body else "neither body nor joint"
+            raise problem(both, wanted)
+        if (self.body is None) != (self.dof is None):
+            raise problem("dof without body" if self.dof else "body without dof", wanted)
+        if self.motion is not None and self.joint is None:
+            raise problem("motion without joint", wanted)
+        if self.dof is not None and self.dof not in DOFS:
+            raise problem(f"dof {self.dof}", f"one of {', '.join(DOFS)}")
+        given = self.given("offset", "angle")
+        if len(given) != 1:
+            raise problem(" and ".join(given) or "no motion", "either offset or angle")
+        if self.dof is not None and (given[0] == "angle") != (self.dof in DOFS[3:]):
+            wanted = "angle" if self.dof in DOFS[3:] else "offset"
+            raise problem(f"{given[0]} of {self.dof}", wanted)
+        if self.given("active", "when"):
+            expected = "none: a drive acts for the whole run"
+            remedy = "let its table stand still before and after"
+            raise problem("active or when", expected, remedy)
+        return self
+
+    def recorded(self) -> Iterator[tuple[Keys, Recorded]]:
+        for key, form in (("offset", self.offset), ("angle", self.angle)):
+            if isinstance(form, Recorded):
+                yield (key,), form
+
+    def build(self, where: Where) -> Built:
+        from hydrosim.forces.drive import Drive as Built
+
+        signal = self._signal(where)
+        if self.joint is None:
+            assert self.body is not None
+            assert self.dof is not None
+            return Built(self.body, dof=self.dof, position=signal)
+        joint = where.joints.get(self.joint)
+        if joint is None:
+            return Built("", dof=self.motion or "", position=signal, joint=self.joint)
+        return Built(joint.body, dof=self._motion(where), position=signal, joint=self.joint)
+
+    def _motion(self, where: Where) -> str:
+        """The motion of the joint; raises InputError where that is open, or has another unit."""
+        from hydrosim.errors import InputError
+        from hydrosim.scene.joint import MotionKind
+
+        assert self.joint is not None
+        joint = where.joints[self.joint]
+        names = [motion.name for motion in joint.motions]
+        if not names:
+            raise InputError(
+                f"{where.path}: {where.key}.joint: found {self.joint}, a {joint.type}, which has no"
+                " motion that could be driven; expected another joint"
+            )
+        if self.motion is None and len(names) != 1:
+            raise InputError(
+                f"{where.path}: {where.key}.joint: found {self.joint}, a {joint.type} with"
+                f" {len(names)} motions; expected motion, one of them: {', '.join(names)}"
+            )
+        name = self.motion or names[0]
+        slides = [m.name for m in joint.motions if m.kind == MotionKind.SLIDE]
+        key = "offset" if name in slides else "angle"
+        if name in names and key not in self.given("offset", "angle"):
+            other = "angle" if key == "offset" else "offset"
+            raise InputError(
+                f"{where.path}: {where.key}.{other}: found {other} of {name} of {self.joint};"
+                f" expected {key}"
+            )
+        return name
+
+    def _signal(self, where: Where) -> Signal:
+        from hydrosim.case.records import read_record
+        from hydrosim.forces import signal
+
+        key, form = ("offset", self.offset) if self.offset is not None else ("angle", self.angle)
+        if isinstance(form, Harmonic):
+            mean = form.mean or 0.0
+            return signal.Harmonic(form.amplitude, form.period, mean, form.phase)
+        if isinstance(form, Recorded):
+            unit = "m" if key == "offset" else "rad"
+            series = read_record(form, f"{where.key}.{key}", where.path, unit)
+            return signal.Recorded(series.time, series.value)
+        assert form is not None
+        values = form.offset if isinstance(form, OffsetTable) else form.angle
+        return signal.SmoothTable(np.array(form.time), np.array(values))

@@ -1,0 +1,279 @@
+"""Prescribed motion: a free coordinate of a body, or a motion of a joint, follows a signal.
+
+    q_j = f(t),   q_j' = f'(t),   q_j'' = f''(t)
+
+The last one is a constraint of the equation of motion, with the row e_j. Its force lambda is what
+drives the coordinate [N or N m]: its power is lambda f', which is booked as work. After every
+accepted step, place and rate are set to the signal. Between them they differ by the error of the
+method in one step, so that a method keeps its order.
+
+The acceleration of a table jumps at its points. No step crosses them, and all stages of a step use
+the piece of the signal in which it begins. A record has no such corners: its acceleration is
+continuous.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from hydrosim.dofs import DOFS
+from hydrosim.forces.holds import NONE
+from hydrosim.forces.kind import Columns, ElementKind, Kept, Variable
+from hydrosim.forces.mirroring import LATERAL
+from hydrosim.forces.signal import (
+    SIGNAL,
+    Signal,
+    compile_signals,
+    corners,
+    find,
+    find_motion,
+    scaled,
+)
+from hydrosim.jit.kernels import clear, kernel, root
+from hydrosim.rigid.kinematics import wrench_of_coordinates
+from hydrosim.rigid.tree import BALL, push_joint
+from hydrosim.scene import ForceElement, Turns
+
+if TYPE_CHECKING:
+    from hydrosim.forces.layout import Layout
+
+POSITION, SPEED, ACCELERATION = range(3)
+OBSERVED = 1
+HORIZONTAL = ("surge", "sway", "yaw")
+
+
+@dataclass(frozen=True)
+class Drive(ForceElement):
+    """Moves ``body`` along its degree of freedom ``dof``; or, with a ``joint`` of the body, along
+    the motion ``dof`` of the joint. ``position`` is the offset [m] or angle [rad] from the place at
+    rest over time."""
+
+    supplies: ClassVar[bool] = True
+    dof: str
+    position: Signal
+    joint: str | None = None
+
+    @property
+    def driven(self) -> str:
+        """Name of the coordinate that it drives: "heave of barge"."""
+        return f"{self.dof} of {self.joint or self.body}"
+
+    def signals(self) -> Iterator[tuple[str, Signal]]:
+        yield "position", self.position
+
+    def unit_names(self, name: str) -> Sequence[str]:
+        return (f"{name} {self.dof}",)
+
+    def holds(self) -> Collection[str]:
+        return (self.dof,) if self.dof in HORIZONTAL and self.joint is None else ()
+
+    def may_give(self) -> bool:
+        return True
+
+    def image(self) -> ForceElement:
+        if self.dof in LATERAL:
+            return replace(self, position=scaled(self.position, -1.0))
+        return self  # motions of joints out of the plane have no image themselves
+
+    def nonlinearity(self, name: str, turns: Turns) -> str | None:
+        return f"{name} moves {self.driven}"
+
+
+DRIVE = np.dtype(
+    [
+        *(("coordinate", int), ("row", int), ("body", int), ("dof", int)),
+        *(("move", int), ("axis", int), ("cornered", bool), ("signal", SIGNAL)),
+    ]
+)
+"""A drive: its coordinate, its row of forces; its body and degree of freedom, or the move of the
+tree of joints and the axis of that (`NONE` if it drives a body); its signal, and whether that has
+corners, which no step crosses."""
+
+
+class Params(NamedTuple):
+    """The drives ``each`` (n,) of `DRIVE`, the ``pieces`` of their signals; the first of their
+    reactions, and of the integrals of work in y, row by row."""
+
+    each: np.ndarray
+    pieces: np.ndarray
+    reaction: int
+    losses: int
+
+
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+    """Constants of the drives among ``elements``."""
+    drives = {name: e for name, e in elements.items() if isinstance(e, Drive)}
+    each = np.zeros(len(drives), dtype=DRIVE)
+    signals, pieces = compile_signals([e.position for e in drives.values()])
+    for i, (name, e) in enumerate(drives.items()):
+        place = _body_place(e, layout) if e.joint is None else _joint_place(e, layout)
+        cornered = corners(e.position).size > 0
+        each[i] = (place[0], layout.row[name], *place[1:], cornered, signals[i])
+    return Params(each, pieces, 0, 0)
+
+
+def _body_place(drive: Drive, layout: Layout) -> tuple[int, ...]:
+    """Entries of `DRIVE` of a drive of a body, without its row and signal."""
+    body = layout.body[drive.body]
+    dof = DOFS.index(drive.dof)
+    coordinate = int(np.flatnonzero(layout.active == 6 * body + dof)[0])
+    return coordinate, body, dof, NONE, NONE
+
+
+def _joint_place(drive: Drive, layout: Layout) -> tuple[int, ...]:
+    """The same of a drive of a joint."""
+    moves = layout.tree.moves
+    before = 0
+    for name, joint in layout.joints.items():
+        if name in layout.constraints:
+            continue
+        if name == drive.joint:
+            break
+        before += len(joint.motions)
+    names = [motion.name for motion in joint.motions]
+    coordinate = int(moves["coordinate"].min()) + before + names.index(drive.dof)
+    for m, move in enumerate(moves):
+        axis = coordinate - int(move["coordinate"])
+        if 0 <= axis < (3 if move["kind"] == BALL else 1):
+            return coordinate, NONE, NONE, m, axis
+    raise AssertionError(f"{drive.driven} is no coordinate")
+
+
+@root
+def begin_step(t, p, holds):
+    """Choose the pieces of the signals with corners for a step that begins at ``t``."""
+    for i in range(p.each.size):
+        if p.each[i].cornered:
+            holds.piece[i] = find(t, p.each[i].signal, p.pieces)
+
+
+@root
+def set_motion(t, p, holds):
+    """Fill ``holds.driven`` for the time ``t``. Signals without corners, and others outside steps,
+    are on the piece that holds ``t``."""
+    for i in range(p.each.size):
+        signal = p.each[i].signal
+        k = holds.piece[i]
+        if k == NONE:
+            k = find(t, signal, p.pieces)
+        position, speed, acceleration = find_motion(t, signal, p.pieces[k])
+        holds.driven[i, POSITION] = position
+        holds.driven[i, SPEED] = speed
+        holds.driven[i, ACCELERATION] = acceleration
+
+
+@root
+def follow(t, y, bodies, p, holds):
+    """Set the driven coordinates and their rates in ``y`` to the signals at ``t``, and choose the
+    pieces of a step that begins there."""
+    n = bodies.active.size
+    begin_step(t, p, holds)
+    set_motion(t, p, holds)
+    for i in range(p.each.size):
+        j = p.each[i].coordinate
+        y[j] = holds.driven[i, POSITION]
+        y[n + j] = holds.driven[i, SPEED]
+
+
+@root
+def hold(p, constraints, holds):
+    """Add the constraint q_j'' = f'' of each drive; they come before all others."""
+    for i in range(p.each.size):
+        r = constraints.number[0]
+        clear(constraints.J[r])
+        constraints.J[r, p.each[i].coordinate] = 1.0
+        constraints.bound[r] = holds.driven[i, ACCELERATION]
+        holds.point[r] = NONE
+        holds.lock[r] = NONE
+        holds.motion[r] = NONE
+        holds.residual[r] = 0.0
+        holds.size[r] = 0.0
+        constraints.number[0] = r + 1
+
+
+@kernel
+def push(i, force, motion, bodies, p, holds, wrench):
+    """Add to ``wrench`` (6 nb,) the wrench whose power is ``force`` times the rate that drive ``i``
+    prescribes."""
+    one = p.each[i]
+    if one.body == NONE:
+        push_joint(one.move, one.axis, force, bodies, motion, wrench)
+        return
+    clear(holds.conjugate)
+    holds.conjugate[one.dof] = force
+    wrench_of_coordinates(one.body, holds.conjugate, bodies, motion, wrench)
+
+
+@root
+def add_reactions(motion, bodies, p, constraints, holds, wrench):
+    """Add the forces of all drives to their rows of ``wrench``."""
+    for i in range(p.each.size):
+        force = constraints.force[i]
+        holds.reaction[p.reaction + i, 0] = force
+        push(i, force, motion, bodies, p, holds, wrench[p.each[i].row])
+
+
+@root
+def add_power(y, bodies, p, holds, rates):
+    """Add the power of all drives to the ``rates`` of the integrals of work, row by row."""
+    n = bodies.active.size
+    for i in range(p.each.size):
+        one = p.each[i]
+        rates[one.row] += holds.reaction[p.reaction + i, 0] * y[n + one.coordinate]
+
+
+@kernel
+def book_impulses(y, bodies, p, constraints):
+    """Book the work of the impulses by which drives keep their rates in a sudden change."""
+    n = bodies.active.size
+    for i in range(p.each.size):
+        one = p.each[i]
+        y[p.losses + one.row] += constraints.force[i] * y[n + one.coordinate]
+
+
+@root
+def add_impulses(y, motion, bodies, p, constraints, holds, wrench, impulse, works):
+    """Add the impulses of drives on bodies, and their works by coordinate at the velocities of
+    ``motion``, to the integrals of y from ``impulse`` and ``works`` on, row by row; ``wrench`` (6
+    nb,) is scratch."""
+    m = wrench.size
+    for i in range(p.each.size):
+        clear(wrench)
+        push(i, constraints.force[i], motion, bodies, p, holds, wrench)
+        for k in range(m):
+            y[impulse + p.each[i].row * m + k] += wrench[k]
+            y[works + p.each[i].row * m + k] += wrench[k] * motion.velocity[k]
+
+
+@kernel
+def keep_rates(y, bodies, p, constraints):
+    """Set the bounds of all drives to the rates that they prescribe."""
+    n = bodies.active.size
+    for i in range(p.each.size):
+        constraints.bound[i] = y[n + p.each[i].coordinate]
+
+
+@root
+def observe(p, holds, out):
+    """Write the forces of all drives to ``out``."""
+    for i in range(p.each.size):
+        out[OBSERVED * i] = holds.reaction[p.reaction + i, 0]
+
+
+class _Kind(ElementKind):
+    unit = "drive"
+    variables: ClassVar[Mapping[str, Variable]] = {
+        "drive_force": Variable(
+            "force or moment of a drive along the motion that it prescribes", "N or N m"
+        ),
+    }
+
+    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+        return {"drive_force": (("time", self.unit), kept.observed[:, :, 0])}
+
+
+KIND = _Kind("drives", (Drive,), compile_elements)

@@ -1,0 +1,130 @@
+"""Drives and rods in case files: what they become, and each mistake with file, key and line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hydrosim as hs
+from hydrosim.case import load_case
+from hydrosim.compiling.compile import compile_scene
+from hydrosim.errors import InputError
+from hydrosim.forces import Drive, Harmonic, SmoothTable
+from hydrosim.wording.run import run_document
+
+CASE = """\
+title: Crane with a load
+duration: 20 s
+bodies:
+  base: {mass: 100 tonne, radii_of_gyration: {roll: 3 m, pitch: 3 m, yaw: 3 m}, dofs: [surge, yaw]}
+  boom:
+    mass: 10 tonne
+    inertia: {roll: 10 tonne*m^2, pitch: 80 tonne*m^2, yaw: 80 tonne*m^2}
+    centre_of_gravity: [5 m, 0 m, 2 m]
+  load:
+    mass: 1 tonne
+    inertia: {roll: 1 tonne*m^2, pitch: 1 tonne*m^2, yaw: 1 tonne*m^2}
+    centre_of_gravity: [10 m, 0 m, -6 m]
+    weight: carried
+joints:
+  slew: {type: hinge, body: boom, to: base, axis: [0, 0, 1], point: [-5 m, 0 m, 0 m]}
+  sling: {type: rod, body: load, to: boom, point: [0, 0, 1 m], to_point: [5 m, 0, 0]}
+forces:
+  shake:
+    type: drive
+    body: base
+    dof: surge
+    offset: {amplitude: 0.2 m, period: 5 s}
+  turn:
+    type: drive
+    joint: slew
+    angle: {time: [0 s, 10 s, 20 s], angle: [0 deg, 30 deg, 30 deg]}
+  hold: {type: linear_mooring, body: base, stiffness: {yaw: 1e9 N*m/rad}}
+solver: {step: 0.02 s}
+output: {step: 0.1 s}
+"""
+
+
+def written(folder: Path, right: str, wrong: str) -> Path:
+    assert CASE.count(right) == 1
+    path = folder / "case.yaml"
+    path.write_text(CASE.replace(right, wrong))
+    return path
+
+
+def test_drives_and_rods_of_a_case_run(tmp_path: Path) -> None:
+    scene = load_case(written(tmp_path, "title", "title")).scene()
+    shake, turn = scene.forces["shake"], scene.forces["turn"]
+    assert isinstance(shake, Drive)
+    assert isinstance(turn, Drive)
+    assert shake.position == Harmonic(0.2, 5.0)
+    assert (turn.body, turn.dof, turn.joint) == ("boom", "angle", "slew")
+    assert isinstance(turn.position, SmoothTable)
+    assert turn.position.value.tolist() == [0.0, *np.radians([30.0, 30.0])]
+    run = hs.simulate(scene)
+    assert [*run.drive.values] == ["shake surge", "turn angle"]
+    assert float(run.joint_position[-1, 0]) == pytest.approx(np.radians(30.0), abs=1e-14)
+    assert run.attrs["energy_residual_relative"] < 1e-6
+    text = str(run_document(run))
+    assert "Prescribed motion" in text
+    assert "turn angle" in text
+    said = str(hs.check(scene))
+    assert "shake moves surge of base by a sine of 5 s: from -0.2" in said
+    assert "turn moves angle of slew by a table of 3 values" in said
+
+
+END = "to_point: [5 m, 0, 0]"
+TABLE = "angle: {time: [0 s, 10 s, 20 s], angle: [0 deg, 30 deg, 30 deg]}"
+SINE = "{amplitude: 1 m, period: 9 s}"
+AGAIN = "  again: {type: rod, body: load, to: boom, point: [0, 0, 1 m], to_point: [5 m, 0, 0]}"
+MISTAKES = {
+    "unknown dof": ("dof: surge", "dof: lift", 18, "forces.shake", "dof lift"),
+    "locked": ("dof: surge", "dof: sway", 21, "forces.shake.dof", "bodies.base.dofs"),
+    "a turn": ("offset: {amplitude: 0.2 m", "angle: {amplitude: 2 deg", 18, "angle of surge"),
+    "unit of the joint": (TABLE, f"offset: {SINE}", 26, "forces.turn.offset", "angle"),
+    "unknown body": ("body: base\n", "body: bse\n", 20, "forces.shake.body", "base"),
+    "unknown joint": ("joint: slew", "joint: slw", 25, "forces.turn.joint", "slew"),
+    "unknown motion": (
+        *("joint: slew", "joint: slew\n    motion: lift", 26),
+        *("forces.turn.motion", "angle"),
+    ),
+    "no drive of a rod": ("joint: slew", "joint: sling", 25, "forces.turn.joint"),
+    "carried body": ("body: base\n", "body: boom\n", 20, "forces.shake.body", "slew"),
+    "short table": ("20 s], angle", "15 s], angle", 26, "forces.turn.angle.time", "20 s"),
+    "falling times": ("[0 s, 10 s, 20 s]", "[0 s, 10 s, 5 s]", 26, "forces.turn.angle.time"),
+    "one time": ("[0 s, 10 s, 20 s]", "[0 s]", 26, "forces.turn.angle.time", "two or more"),
+    "times and angles": ("[0 deg, 30 deg, 30 deg]", "[0 deg]", 26, "an angle for each time"),
+    "driven twice": (
+        "  hold:",
+        f"  again: {{type: drive, body: base, dof: surge, offset: {SINE}}}\n  hold:",
+        *(27, "forces.again", "shake drives surge of base already"),
+    ),
+    "a start of its own": (
+        "dofs: [surge, yaw]",
+        "dofs: [surge, yaw], initial: {position: {surge: 1 m}}",
+        *(18, "forces.shake", "initial position of 1 m"),
+    ),
+    "active": ("dof: surge", "dof: surge\n    active: {from: 2 s}", 18, "forces.shake", "active"),
+    "rod of no length": (END, "to_point: [5 m, 0, -7 m]", 16, "joints.sling", "both ends"),
+    "negative length": (END, f"{END}, length: -1 m", 16, "joints.sling.length"),
+    "another length": (END, f"{END}, length: 9 m", 16, "joints.sling", "close"),
+    "rod twice": ("forces:", f"{AGAIN}\nforces:", 17, "joints.again", "not determined"),
+    "rod without an end": (f", {END}", "", 16, "joints.sling", "to_point"),
+}
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_a_mistake_is_told_with_its_place(name: str, tmp_path: Path) -> None:
+    right, wrong, line, *words = MISTAKES[name]
+    path = written(tmp_path, right, wrong)
+    with pytest.raises(InputError) as error:
+        compile_scene(load_case(path).scene())
+    text = str(error.value)
+    print(text)
+    assert len(text.splitlines()) == 1
+    assert f"case.yaml:{line}: " in text
+    assert text.count("case.yaml") <= 2
+    for word in words:
+        assert word in text

@@ -1,0 +1,323 @@
+"""Prescribed motion: what it costs, what it moves, and where it may not be."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from itertools import pairwise
+from math import cos, pi, sin
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from jointed import G, apart, by_rk4, carried, completed, joint, moved, places, scene
+from scipy.interpolate import CubicSpline, PchipInterpolator
+from solutions import solved
+
+import hydrosim as hs
+from hydrosim.errors import InputError
+from hydrosim.evidence import Feature, Kind
+from hydrosim.forces import Drive, Harmonic, LinearMooring, Recorded, SmoothTable, Table
+from hydrosim.scene import (
+    Active,
+    JointFriction,
+    JointResistance,
+    Kinematics,
+    Method,
+    Scene,
+    Start,
+    Tolerance,
+    Weight,
+    When,
+)
+
+Validated = Callable[..., None]
+Figure = Callable[[str, float], None]
+X, Y, Z = np.eye(3).tolist()
+WITHIN = 1e-9
+EDGE = 1e-13  # s: beside a knot, on the side of its piece
+CART, BOB, ARM, ABOUT = 40.0, 3.0, 2.5, 9.0  # kg, kg, m, kg m^2
+SHAKE = Harmonic(0.6, 3.1, 0.2, 0.4)
+DURATION = 10.0
+TIME = np.linspace(0.0, DURATION, 101)
+
+
+def motion(signal: Harmonic, t: Any) -> tuple[Any, Any, Any]:
+    """A sine with its first and second derivative."""
+    w = 2.0 * pi / signal.period
+    phase = w * t + signal.phase
+    swing = signal.amplitude * np.sin(phase)
+    speed = w * signal.amplitude * np.cos(phase)
+    return signal.mean + swing, speed, -w * w * swing
+
+
+def cart_and_rod(
+    signal: Any = SHAKE, drive: Mapping[str, Any] | None = None, **solver: Any
+) -> Scene:
+    """A rod that hangs from a cart, which a drive moves along x."""
+    cart = carried("cart", CART, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), dofs=("surge",))
+    rod = carried("rod", BOB, (ABOUT, ABOUT, 0.4), (0.0, 0.0, -ARM))
+    pin = joint("hinge", "rod", "cart", moved(0.3, -0.2), point=(0.0, 0.0, ARM), axis=Y)
+    push = Drive("cart", **{"dof": "surge", "position": signal, **(drive or {})})
+    return scene([cart, rod], {"pin": pin}, DURATION, {"shake": push}, **solver)
+
+
+def swing(of: Callable[[float], tuple[Any, Any, Any]], knots: Any = (0.0, DURATION)) -> np.ndarray:
+    """Angle and rate of the rod by Lagrange's equations in it alone, and the work of the drive (3,
+    nt), solved from knot to knot, between which the motion is smooth:
+
+    (I + m l^2) a'' = -m g l sin a + m l s'' cos a,    x = s - l sin a
+    F = (M + m) s'' - m l (a'' cos a - a'^2 sin a)
+    """
+    whole = ABOUT + BOB * ARM**2
+
+    def equations(t: float, y: np.ndarray) -> list[float]:
+        a, da, _ = y
+        _, ds, dds = of(min(max(t, piece[0] + EDGE), piece[1] - EDGE))
+        dda = BOB * ARM * (dds * cos(a) - G * sin(a)) / whole
+        force = (CART + BOB) * dds - BOB * ARM * (dda * cos(a) - da * da * sin(a))
+        return [da, dda, force * ds]
+
+    last = np.array([0.3, -0.2, 0.0])
+    found = [last[:, None]]
+    piece = (0.0, DURATION)
+    for a, b in pairwise(knots):
+        piece = (a, b)
+        inside = TIME[(TIME > a + 1e-9) & (TIME <= b + 1e-9)]
+        times = np.unique([a, *inside, b])
+        each = solved(equations, last, times)
+        last = each[:, -1]
+        found.append(each[:, np.searchsorted(times, inside - 1e-9)])
+    return np.concatenate(found, axis=1)
+
+
+def test_a_pendulum_with_a_driven_pivot(validated: Validated) -> None:
+    run = completed(cart_and_rod())
+    angle, _, work = swing(lambda t: motion(SHAKE, t))
+    at, speed, _ = motion(SHAKE, TIME)
+    exact = np.stack([at - ARM * np.sin(angle), 0.0 * at, -ARM * np.cos(angle)], axis=1)
+    error = apart(places(run, "rod"), exact)
+    claim, against = "pendulum with a driven pivot, 10 s", "Lagrange's equations by DOP853"
+    validated(Kind.INDEPENDENT, claim, against, error, WITHIN, Feature.DRIVES)
+    found = run.sel(body="cart", dof="surge")
+    np.testing.assert_allclose(found.position, at, rtol=0.0, atol=1e-14)
+    np.testing.assert_allclose(found.velocity, speed, rtol=0.0, atol=1e-14)
+    booked = run.energy_work_shake.values
+    assert np.abs(booked - work).max() < WITHIN * np.ptp(work)
+    assert run.attrs["energy_residual_relative"] < WITHIN
+
+
+def test_the_force_of_a_drive_is_that_of_newton() -> None:
+    """A block on a spring and a damper, whose force and work are known at every time."""
+    stiffness, damping, mass = 400.0, 30.0, 12.0
+    block = carried("block", mass, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), dofs=("surge",))
+    unit = np.zeros((6, 6))
+    unit[0, 0] = 1.0
+    forces = {
+        "held": LinearMooring("block", stiffness * unit, damping * unit),
+        "shake": Drive("block", dof="surge", position=SHAKE),
+    }
+    run = completed(by_rk4(scene([block], {}, DURATION, forces), 0.05))
+    q, u, a = motion(SHAKE, TIME)
+    force = mass * a + damping * u + stiffness * q
+    np.testing.assert_allclose(run.drive_force[:, 0], force, rtol=0.0, atol=1e-9 * np.ptp(force))
+    shared = run.force_shake.sel(body="block", dof="surge")
+    np.testing.assert_array_equal(shared, run.drive_force[:, 0])
+    assert [*run.drive.values] == ["shake surge"]
+
+
+def residual(run: xr.Dataset) -> float:
+    return float(np.abs(run.energy_residual.values).max())
+
+
+def test_a_drive_keeps_the_ledger_to_the_order_of_the_method(figure: Figure) -> None:
+    """Of rk4 by its step; of dopri5 with tolerances that cut no step of the output's length."""
+    whole = cart_and_rod()
+    loose = Tolerance(1e3, 1e3, 1e3)
+    gaps = [residual(completed(by_rk4(whole, h))) for h in (0.1, 0.05, 0.025)]
+    orders = np.log2(np.array(gaps[:-1]) / gaps[1:])
+    figure("rk4", orders.min())
+    assert orders.min() > 3.8
+    given = {"method": Method.DOPRI5, "tolerance": loose}
+    steps = (0.2, 0.1, 0.05)
+    runs = [completed(replace(cart_and_rod(**given, step=h), output_step=h)) for h in steps]
+    for run, h in zip(runs, steps, strict=True):
+        assert run.attrs["solver_steps"] == round(DURATION / h)
+    gaps = [residual(run) for run in runs]
+    orders = np.log2(np.array(gaps[:-1]) / gaps[1:])
+    figure("dopri5", orders.min())
+    assert orders.min() > 4.7
+
+
+KNOTS = np.array([0.0, 1.237, 2.9, 4.11, 7.777, 10.0])
+VALUES = np.array([0.0, 0.0, 0.8, 0.8, -0.5, -0.5])
+
+
+def test_a_table_is_smooth_and_its_corners_cost_no_order(figure: Figure) -> None:
+    """The acceleration jumps at points of the table, which are not on the grid of steps."""
+    curve = PchipInterpolator(KNOTS, VALUES)
+    signal = SmoothTable(KNOTS, VALUES)
+    angle, _, _ = swing(lambda t: tuple(curve(t, order) for order in range(3)), KNOTS)
+    at = curve(TIME)
+    exact = np.stack([at - ARM * np.sin(angle), 0.0 * at, -ARM * np.cos(angle)], axis=1)
+    run = completed(cart_and_rod(signal))
+    assert apart(places(run, "rod"), exact) < 1e-8
+    found = run.sel(body="cart", dof="surge")
+    np.testing.assert_allclose(found.position, at, rtol=0.0, atol=1e-13)
+    np.testing.assert_allclose(found.velocity, curve(TIME, 1), rtol=0.0, atol=1e-13)
+    assert found.position.min() >= VALUES.min()
+    assert found.position.max() <= VALUES.max()
+    runs = [completed(by_rk4(cart_and_rod(signal), h)) for h in (0.1, 0.05, 0.025)]
+    errors = [apart(places(run, "rod"), exact) for run in runs]
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    figure("order", orders.min())
+    assert orders.min() > 3.5
+
+
+def test_a_record_is_followed_by_its_spline() -> None:
+    time = np.linspace(0.0, DURATION, 201)
+    value = 0.4 * np.sin(1.3 * time) + 0.1 * np.cos(2.9 * time)
+    run = completed(cart_and_rod(Recorded(time, value)))
+    spline = CubicSpline(time, value)
+    angle, _, work = swing(lambda t: tuple(spline(t, order) for order in range(3)), time)
+    found = run.sel(body="cart", dof="surge")
+    np.testing.assert_allclose(found.position, spline(TIME), rtol=0.0, atol=1e-13)
+    exact = spline(TIME) - ARM * np.sin(angle)
+    assert apart(places(run, "rod")[:, 0], exact) < WITHIN
+    assert np.abs(run.energy_work_shake.values - work).max() < WITHIN * np.ptp(work)
+
+
+def crane(drive: Drive, **changes: Any) -> Scene:
+    """A boom on a slewing joint with a load on a ball at its end."""
+    boom = carried("boom", 50.0, (20.0, 60.0, 60.0), (3.0, 0.0, 0.0))
+    load = carried("load", 8.0, (2.0, 2.0, 1.0), (6.0, 0.0, -4.0))
+    joints = {
+        "slew": joint("hinge", "boom", None, point=(-3.0, 0.0, 0.0), axis=Z),
+        "hook": joint("ball", "load", "boom", point=(0.0, 0.0, 4.0)),
+    }
+    return scene([boom, load], joints, DURATION, {"turn": drive}, **changes)
+
+
+def test_a_driven_joint_does_the_work_that_its_load_takes() -> None:
+    """The moment of the drive turns all angular momentum about its axis."""
+    turn = Harmonic(0.5, 6.0)
+    run = completed(crane(Drive("boom", dof="angle", position=turn, joint="slew")))
+    q, u, _ = motion(turn, TIME)
+    slew = run.sel(joint_motion="slew angle")
+    np.testing.assert_allclose(slew.joint_position, q, rtol=0.0, atol=1e-13)
+    np.testing.assert_allclose(slew.joint_velocity, u, rtol=0.0, atol=1e-13)
+    assert run.attrs["energy_residual_relative"] < WITHIN
+    power = run.drive_force[:, 0] * u
+    work = CubicSpline(TIME, power).integrate(0.0, DURATION)
+    assert run.energy_work_turn[-1] == pytest.approx(work, rel=1e-3)
+    with_moment = run.force_turn.sel(body="boom", dof="yaw")
+    np.testing.assert_allclose(with_moment, run.drive_force[:, 0], rtol=1e-12, atol=1e-9)
+
+
+@pytest.mark.parametrize("kinematics", Kinematics)
+def test_any_angle_of_a_body_can_be_driven(kinematics: Kinematics) -> None:
+    """Off the rest position, where rates of angles are no angular velocities."""
+    start = {"position": (0.0, 0.0, 0.0, 0.0, 0.4, 0.3)} if kinematics == "exact" else {}
+    block = carried("block", 12.0, (5.0, 9.0, 7.0), (0.0, 0.0, 0.0), **start)
+    stiff = np.diag([80.0, 90.0, 120.0, 40.0, 60.0, 50.0])
+    stiff[3, 4] = stiff[4, 3] = 15.0
+    forces = {
+        "held": LinearMooring("block", stiff, 0.02 * stiff),
+        "shake": Drive("block", dof="roll", position=SHAKE),
+    }
+    still = replace(block, weight=Weight.BALANCED)
+    run = completed(scene([still], {}, DURATION, forces, kinematics=kinematics))
+    q, _, _ = motion(SHAKE, TIME)
+    np.testing.assert_allclose(run.position.sel(dof="roll")[:, 0], q, rtol=0.0, atol=1e-13)
+    assert run.attrs["energy_residual_relative"] < WITHIN
+    assert np.ptp(run.position.sel(dof="pitch").values) > 1e-3 or kinematics == "linear"
+
+
+def test_a_run_goes_on_to_the_bit() -> None:
+    """From a record in the middle, at a corner of the table, and between two."""
+    for signal in (SHAKE, SmoothTable(KNOTS, VALUES), SmoothTable(TIME[::10], TIME[::10] ** 0.5)):
+        whole = replace(by_rk4(cart_and_rod(signal), 0.05), output_states=True)
+        run = completed(whole)
+        for time in (3.0, 5.1):
+            start = Start(run, time)
+            rest = completed(replace(whole, initial=start, duration=DURATION - time))
+            later = run.sel(time=slice(time - 1e-9, None))
+            for name in ("position", "velocity", "drive_force", "energy_work_shake"):
+                np.testing.assert_array_equal(rest[name], later[name])
+
+
+def test_a_driven_motion_is_held_in_the_linear_analysis() -> None:
+    """The rod swings about its pin, as if the cart were fixed."""
+    compiled = hs.compile_scene(cart_and_rod(Harmonic(0.6, 3.1)))
+    modes = hs.natural_modes(hs.linearise(compiled.model, compiled.state))
+    natural = [2.0 * pi / m.natural_period for m in modes if m.natural_period]
+    assert len(natural) == 1
+    exact = np.sqrt(BOB * G * ARM / (ABOUT + BOB * ARM**2))
+    assert natural[0] == pytest.approx(exact, rel=0.1)  # about the start, at 0.3 rad
+
+
+def refused(whole: Scene) -> str:
+    with pytest.raises(InputError) as found:
+        hs.compile_scene(whole)
+    return str(found.value)
+
+
+def test_mistakes_are_told() -> None:
+    short = SmoothTable(np.array([0.0, 5.0]), np.array([0.0, 1.0]))
+    falling = SmoothTable(np.array([0.0, 6.0, 5.0, 11.0]), np.arange(4.0))
+    stuck = JointResistance(friction=JointFriction(1.0, 1.0))
+    found = {
+        "is locked by bodies.cart.dofs": cart_and_rod(drive={"dof": "sway"}),
+        "forces.shake.dof: found lift": cart_and_rod(drive={"dof": "lift"}),
+        "from 0 s to 5 s; expected one of the whole run, from 0 s to 10 s": cart_and_rod(short),
+        "expected two or more, which rise": cart_and_rod(falling),
+        "forces.shake.offset: found straight lines": cart_and_rod(Table(KNOTS, VALUES)),
+        "expected a joint of the scene: pin": cart_and_rod(drive={"joint": "pit"}),
+        "forces.shake.motion: found surge; expected a motion of pin": cart_and_rod(
+            drive={"joint": "pin"}
+        ),
+        "which the joint slew carries": crane(Drive("boom", dof="surge", position=SHAKE)),
+        "turns of a ball follow no angle": crane(
+            Drive("load", dof="rotation_x", position=SHAKE, joint="hook")
+        ),
+    }
+    whole = cart_and_rod()
+    cart, rod = whole.bodies
+    again = {"again": Drive("cart", dof="surge", position=SHAKE)}
+    pin = replace(whole.joints["pin"], resistances=(stuck,))
+    found |= {
+        "forces.again: shake drives surge of cart already": replace(
+            whole, forces={**whole.forces, **again}
+        ),
+        "an initial position of 1 m in surge of cart, which this drive starts with 0.4336": replace(
+            whole, bodies=(replace(cart, position=(1.0, 0, 0, 0, 0, 0)), rod)
+        ),
+        "an initial velocity of 1 m/s": replace(
+            whole, bodies=(replace(cart, velocity=(1.0, 0, 0, 0, 0, 0)), rod)
+        ),
+        "found friction in joints.pin": replace(
+            whole,
+            joints={"pin": pin},
+            forces={"turn": Drive("rod", dof="angle", position=SHAKE, joint="pin")},
+        ),
+    }
+    for text, wrong in found.items():
+        assert text in refused(wrong)
+
+
+def test_a_run_to_start_from_must_end_where_the_drive_begins() -> None:
+    whole = replace(cart_and_rod(), output_states=True)
+    run = completed(whole)
+    start = Start(run, 5.0)
+    other = cart_and_rod(Harmonic(0.6, 3.2, 0.2, 0.4))
+    text = refused(replace(other, initial=start, duration=5.0))
+    assert "forces.shake: at 5 s it has the position" in text
+
+
+def test_a_joint_that_closes_against_a_drive_ends_the_run() -> None:
+    """It would have to stop what the drive moves."""
+    whole = cart_and_rod()
+    stop = replace(joint("fixed", "cart", None), active=Active(When(2.0)), resistances=())
+    with pytest.raises(hs.SimulationError, match="stop"):
+        hs.simulate(replace(whole, joints={**whole.joints, "stop": stop}))
