@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hydrosim.compiling.start_loads import start_loads
 from hydrosim.rigid.kinematics import Motion, place_bodies
 from hydrosim.scene.trees import arrangement
 from hydrosim.stepping.dynamics import Model, new_work
+from hydrosim.stepping.start_loads import start_loads
 
 if TYPE_CHECKING:
     from hydrosim.compiling.facts import Facts
