@@ -16,7 +16,6 @@ from hydrosim.compiling.compile import compile_scene
 from hydrosim.compiling.facts import solution
 from hydrosim.compiling.notes import Notes
 from hydrosim.compiling.restart import resume, started_from
-from hydrosim.compiling.start_loads import start_loads
 from hydrosim.compiling.wet import in_states
 from hydrosim.documents.places import located, locating
 from hydrosim.forces.pair import Tie
@@ -41,6 +40,7 @@ from hydrosim.presentation.units import units_of
 from hydrosim.scene import Scene
 from hydrosim.scene.trees import floating_roots
 from hydrosim.stepping.names import coordinate_at
+from hydrosim.stepping.start_loads import start_loads
 from hydrosim.studies.ballast.loading import as_at
 from hydrosim.studies.run.asked import check_criteria
 from hydrosim.studies.run.resolution import accuracy_limit, scene_combinations

@@ -410,7 +410,7 @@ def test_steps_above_the_stable_limit_do_not_matter() -> None:
     body = block(1.0, ["surge"], position=moving(surge=1.0))
     run = hs.simulate(dry(body, {"stiff": stiff}, step=0.1, method=Method.RK4))
     assert_allclose(run.position.values[:, 0, 0], np.cos(100.0 * run.time), rtol=0, atol=1e-10)
-    assert "warnings" not in run.attrs
+    assert "step" not in run.attrs.get("warnings", "")
 
 
 def test_independent_bodies_cost_their_number() -> None:

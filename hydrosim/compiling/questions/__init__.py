@@ -9,12 +9,14 @@ question under ``accept`` in the case file, and are not asked again.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping
+from itertools import chain
 from typing import TYPE_CHECKING
 
 from hydrosim.compiling.questions import (
     attachments,
     bodies,
     elements,
+    line_routes,
     loads,
     neighbours,
     places,
@@ -36,7 +38,7 @@ QUESTIONS: Mapping[Question, Callable[[About], Iterator[Doubt]]] = {
     Question.OVERLAP: starts.overlap,
     Question.PLANE: starts.plane,
     Question.POINTS: places.points,
-    Question.LINES: starts.lines,
+    Question.LINES: lambda about: chain(starts.lines(about), line_routes.routes(about)),
     Question.FALL: starts.fall,
     Question.MASS: bodies.mass,
     Question.INERTIA: bodies.inertia,

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hydrosim.compiling.start_loads import start_loads
 from hydrosim.rigid.kinematics import Motion, place_bodies
 from hydrosim.scene.trees import arrangement
 from hydrosim.stepping.dynamics import Model, new_work
@@ -76,12 +74,6 @@ class About:
         """Position of the centre of gravity of body ``b`` at the start (3,) [m]."""
         moved = self.motion.coordinates[6 * b : 6 * b + 3]
         return np.asarray(self.model.bodies.each["origin"][b] + moved)
-
-    @cached_property
-    def loads(self) -> dict[str, float]:
-        """Forces of all elements on their bodies at the start [N], by name."""
-        begin = self.end - self.scene.duration
-        return start_loads(self.scene, self.model, self.state, self.facts.rows, begin)
 
     @property
     def index(self) -> dict[str, int]:

@@ -55,7 +55,10 @@ def softness(about: About) -> Iterator[Doubt]:
     for name, fender in fenders:
         others = [other for _, other in fenders if _together(fender, other)]
         stiffness = sum(len(other.points) * _stiffness(other) for other in others)
-        yield from _under_weight(about, name, fender, stiffness)
+        below_weight = list(_under_weight(about, name, fender, stiffness))
+        if below_weight:
+            yield from below_weight
+            continue
         mass = _mass(about, fender)
         pressed = BERTHING * np.sqrt(mass / stiffness) if stiffness > 0.0 else np.inf
         if mass > 0.0 and pressed > SOFTEST:

@@ -13,6 +13,7 @@ from hydrosim.forces.line.winch import Winch
 from hydrosim.forces.pair import Tie
 from hydrosim.scene import Body, Weight
 from hydrosim.scene.trees import joined_with
+from hydrosim.stepping.start_loads import start_loads
 
 TINY = 1e-5  # of the weight of the lightest body that a line, contact or joint acts on
 
@@ -49,12 +50,20 @@ def _tiny(about: About) -> Iterator[Doubt]:
 
 def _exceeded(about: About) -> Iterator[Doubt]:
     """Ask about lines whose tension at the start is above their capacity."""
-    for name, line in about.scene.forces.items():
-        if not isinstance(line, Tie) or line.capacity is None:
-            continue
-        tension = about.loads[name]
-        if tension > line.capacity:
-            found = f"{line.capacity:.4g} N, and {text_beyond(tension, line.capacity, '.4g')} N"
+    scene = about.scene
+    limits = {
+        name: of.capacity
+        for name, of in scene.forces.items()
+        if isinstance(of, Tie) and of.capacity is not None
+    }
+    if not limits:
+        return
+    begin = about.end - scene.duration
+    loads = start_loads(scene, about.model, about.state, about.facts.rows, begin)
+    for name, capacity in limits.items():
+        tension = loads[name]
+        if tension > capacity:
+            found = f"{capacity:.4g} N, and {text_beyond(tension, capacity, '.4g')} N"
             usual = "usual is a tension at the start below the capacity"
             yield Doubt(f"forces.{name}.capacity", f"{found} of tension at the start", usual)
 

@@ -8,7 +8,6 @@ import numpy as np
 
 from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond
 from hydrosim.compiling.questions.extents import extents
-from hydrosim.compiling.questions.line_routes import routes
 from hydrosim.forces.contact.fender import Contact
 from hydrosim.forces.contact.normal import NormalCurve, PrescribedNormal
 from hydrosim.forces.contact.plane import Plane
@@ -182,7 +181,6 @@ def lines(about: About) -> Iterator[Doubt]:
     """Ask about lines that are far too short, and struts of another length."""
     yield from _springs(about)
     yield from _catenaries(about)
-    yield from routes(about)
     yield from _struts(about)
 
 
