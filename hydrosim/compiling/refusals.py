@@ -41,7 +41,7 @@ def check_scene(scene: Scene) -> None:
     can."""
     names = [body.name for body in scene.bodies]
     steps = scene.output_step / scene.solver.step if scene.solver.step > 0.0 else 0.0
-    whole = scene.solver.method.adapts or abs(steps - round(steps)) <= 1e-9 * steps
+    whole = round(steps) >= 1 and abs(steps - round(steps)) <= 1e-9 * steps
     accuracy = scene.solver.accuracy
     problems = {
         "bodies: found none, or two with the same name; expected at least one, with different"
@@ -49,7 +49,10 @@ def check_scene(scene: Scene) -> None:
         "bodies: found no degree of freedom; expected at least one body that can move": not any(
             body.dofs for body in scene.bodies
         ),
-        "duration, solver.step: must be above 0": not min(scene.duration, scene.solver.step) > 0.0,
+        "duration, solver.step, output_step: must be above 0": not min(
+            scene.duration, scene.solver.step, scene.output_step
+        )
+        > 0.0,
         "solver.accuracy: must be from {:g} to {:g}".format(*ACCURACIES): accuracy is not None
         and not ACCURACIES[0] <= accuracy <= ACCURACIES[1],
         "bodies.heading: kinematics: linear allows only heading 0; rotate the rest of the scene,"
@@ -60,7 +63,9 @@ def check_scene(scene: Scene) -> None:
         and any(body.hydrostatics is not None for body in scene.bodies),
         "initial, at_rest: found both; expected only one of them": scene.at_rest
         and scene.initial is not None,
-        "output_step: must be a whole multiple of solver.step": not (whole and round(steps) >= 1),
+        "output_step: must be a whole multiple of solver.step": not (
+            scene.solver.method.adapts or whole
+        ),
     }
     for name, element in scene.forces.items():
         if not is_known(element):

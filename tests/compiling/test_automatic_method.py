@@ -184,3 +184,15 @@ def test_what_is_no_accuracy_is_refused(accuracy: float) -> None:
     """As a case file is: less than roundings leave, or as much as a motion itself."""
     with pytest.raises(InputError, match=r"solver\.accuracy: must be from 1e-10 to 0\.1"):
         compile_scene(automatic(in_contact(1.0), accuracy))
+
+
+def test_records_may_be_closer_than_the_first_step() -> None:
+    """An adaptive method ends its steps at output times, whatever step it begins with."""
+    scene = replace(automatic(shipped("sphere/decay.yaml", 4.0), 1e-4), output_step=0.04)
+    assert scene.output_step < scene.solver.step
+    fine = hs.simulate(scene)
+    coarse = hs.simulate(replace(scene, output_step=0.4))
+    assert fine.sizes["time"] == 101
+    np.testing.assert_allclose(
+        fine.position.values[::10], coarse.position.values, rtol=0, atol=1e-4
+    )
