@@ -15,7 +15,7 @@ from hydrosim.statistics.statistics import SIDES
 from hydrosim.wording.channels import Channel, channels_of
 from hydrosim.wording.criteria import criteria_nodes
 from hydrosim.wording.parts import lines_of
-from hydrosim.wording.run import element_verdicts, status_verdict
+from hydrosim.wording.run import element_verdicts, solution_verdicts, status_verdict
 
 NO_CRITERIA = "The case asks for no criteria."
 ASK = "Limits with their sources under `criteria:` in the case are judged in the results."
@@ -31,12 +31,14 @@ WARNED = '{} under "Assumptions and warnings". Read {} before you use the result
 
 
 def main_results(run: xr.Dataset) -> Iterator[Node]:
-    """Criteria met or not, how the run ended, for which sea, and which loads are too large."""
+    """Criteria met or not, how the run ended, for which sea, what is doubtful, and which loads are
+    too large."""
     yield from list(criteria_nodes(run)) or [Sentence(NO_CRITERIA)]
     yield status_verdict(run)
     if _is_of_random_waves(run):
         drawn = np.unique(np.atleast_1d(run.attrs.get("seeds", [])))
         yield Sentence(ONE_SEA, [", ".join(map(str, drawn))])
+    yield from (each for each in solution_verdicts(run) if each.outcome is not Outcome.GOOD)
     yield from element_verdicts(run)
     if count := len(lines_of(run, "warnings")):
         words = ("A warning is", "it") if count == 1 else (f"{count} warnings are", "them")
