@@ -27,12 +27,14 @@ LARGEST = 10_000_000  # bytes of a page
 PATHS = re.compile(
     r"""
     (?m:(?:^|(?<=:[ ]))(?:[A-Za-z]:)?/[^:\n'"]*/(?=[^/:\n'"]+(?::[ ]|$)))  # a value, a line's start
+    | (?<=['"])(?:[A-Za-z]:)?/[^'"\n]*/(?=[^'"/\n]+['"])  # between quotes
     | (?<![\w.:/<+])(?:[A-Za-z]:)?/(?:[^\s/'":;,()]+/)+(?=[^\s/])  # in a sentence
     | (?<!\w)[A-Za-z]:\\+(?:[^\\\n:'"]+\\+)*(?=[^\s\\])  # of Windows
     """,
     re.VERBOSE,
 )
-"""Folders of absolute paths in a text. Spaces are known where a path stands alone."""
+"""Folders of absolute paths in a text. Folders with spaces are known where a path stands alone
+or between quotes."""
 ESCAPED = {ord(c): f"\\u{ord(c):04x}" for c in "<>&'"}  # none of them occurs outside a text
 
 
