@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from hydrosim.compare.comparison import Comparison, Result
 from hydrosim.outputs import Output, save_picture
 from hydrosim.plot.layout import DPI
-from hydrosim.plot.panels import DIGITS, labelled, thinned
+from hydrosim.plot.panels import DIGITS, labelled, thinned, wrapped
 from hydrosim.plot.styles import COLOURS
 from hydrosim.presentation.units import DEFAULT, Shown, Units
 
@@ -34,7 +34,10 @@ def draw_comparison(
     figure = Figure((WIDTH, HEIGHT * len(shown) + 0.8), dpi=DPI, layout="constrained")
     FigureCanvasAgg(figure)
     figure.suptitle(
-        f"{title}; {more} channels with smaller differences are not drawn" if more else title
+        wrapped(
+            f"{title}; {more} channels with smaller differences are not drawn" if more else title,
+            figure.get_figwidth(),
+        )
     )
     ratios = {"width_ratios": [3, 1], "height_ratios": [2, 1] * len(shown)}
     axes = figure.subplots(2 * len(shown), 2, gridspec_kw=ratios)

@@ -19,7 +19,7 @@ from hydrosim.database.checks.scales import diagonal
 from hydrosim.dofs import DOFS
 from hydrosim.outputs import Output, save_picture
 from hydrosim.plot.layout import DPI
-from hydrosim.plot.panels import labelled
+from hydrosim.plot.panels import labelled, wrapped
 from hydrosim.plot.styles import COLOURS
 from hydrosim.presentation.units import DEFAULT, Units
 
@@ -78,7 +78,9 @@ def draw_database(db: HydroDatabase, output: Path | Output) -> None:
         of_column[0].set_title(column.title)
         of_column[-1].set_xlabel("wave frequency [rad/s]")
     axes[0, 0].set_xlim(0.0, db.frequency[-1])
-    figure.suptitle(db.attributes.get("title", Path(db.source).name))
+    figure.suptitle(
+        wrapped(db.attributes.get("title", Path(db.source).name), figure.get_figwidth())
+    )
     save_picture(figure, output)
 
 

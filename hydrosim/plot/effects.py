@@ -1,7 +1,8 @@
 """Pictures of a study: a figure over its parameters, with its scatter over seeds.
 
 A plan of one parameter is a line with bands, of two parameters a heat map, of one parameter at a
-time a tornado chart. Samples are points, and Sobol's indices are bars.
+time a tornado chart. Values without an order are points with bars. Samples are points, and Sobol's
+indices are bars.
 """
 
 from __future__ import annotations
@@ -15,19 +16,24 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, MaxNLocator, NullLocator
 
 from hydrosim.documents.digits import digits_of
+from hydrosim.documents.value_text import value_text
 from hydrosim.errors import InputError
 from hydrosim.outputs import Output, save_picture
-from hydrosim.plot.panels import labelled
+from hydrosim.plot.panels import labelled, wrapped
 from hydrosim.plot.styles import COLOURS
+from hydrosim.plot.value_names import ValueNames
 from hydrosim.presentation.units import Shown, units_of
 from hydrosim.statistics import effects
 from hydrosim.statistics.effects import Plan, Row, Spread
 
 DECADES = 1.5  # ratio of values above which their axis is logarithmic
 SIZE = (5.0, 3.6)  # inches of a panel
+KEY_WIDTH = 3.4  # inches of the key of letters beside the panels
+LINE_HEIGHT, HEIGHT_OF_TITLE = 0.17, 1.0  # inches of a line of the key, of what is above it
 TALLEST, WIDEST = 3, 3  # panels above each other, until there are so many beside each other
 
 
@@ -67,13 +73,16 @@ def page(plan: Plan) -> Figure:
     drawn = panels[: each * len(plan.figures)]
     for spare in panels[drawn.size :]:
         spare.remove()
+    names = ValueNames()
     for name, axes in zip(plan.figures, drawn.reshape(-1, each).tolist(), strict=True):
-        draw(axes, plan, name)
+        draw(axes, plan, name, names)
         for axis in axes:
             _dress(axis)
     _explain(figure, drawn[0])
+    _add_key(figure, names.key())
     title = str(runs_title(plan.runs))
-    figure.suptitle(f"{title}: {_words(plan.name)}" if plan.name else title)
+    title = f"{title}: {_words(plan.name)}" if plan.name else title
+    figure.suptitle(wrapped(title, figure.get_figwidth()))
     return figure
 
 
@@ -95,6 +104,19 @@ def _explain(figure: Figure, axis: Axes) -> None:
         figure.legend(lines, names, loc="outside lower center", ncols=len(names), frameon=False)
 
 
+def _add_key(figure: Figure, key: Sequence[str]) -> None:
+    """Beside the panels, write what the letters of values mean."""
+    if key:
+        lines = sum(1 + text.count("\n") for text in key)
+        height = LINE_HEIGHT * (lines + 0.5 * len(key)) + HEIGHT_OF_TITLE
+        figure.set_size_inches(
+            figure.get_figwidth() + KEY_WIDTH, max(figure.get_figheight(), height)
+        )
+        blank = [Line2D([], [], linestyle="none") for _ in key]
+        look: dict[str, Any] = {"handlelength": 0.0, "handletextpad": 0.0, "fontsize": "small"}
+        figure.legend(blank, key, loc="outside right center", frameon=False, **look)
+
+
 def _words(name: str) -> str:
     return name.replace("_", " ")
 
@@ -104,7 +126,7 @@ def runs_title(runs: xr.Dataset) -> str:
     return str(runs.attrs.get("title", "study"))
 
 
-def _chart(plan: Plan) -> Callable[[Sequence[Axes], Plan, str], None]:
+def _chart(plan: Plan) -> Callable[[Sequence[Axes], Plan, str, ValueNames], None]:
     if plan.design == "sobol_indices":
         return _bars
     if plan.design in effects.DRAWN:
@@ -149,7 +171,7 @@ def _rows(plan: Plan, figure: str) -> list[Row]:
     ]
 
 
-def _by_seed(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
+def _by_seed(axes: Sequence[Axes], plan: Plan, figure: str, names: ValueNames) -> None:
     """Draw a plan that varies seeds only: each seed, the mean with its interval, and the band of 90
     % of the seeds."""
     axis, (row,) = axes[0], _rows(plan, figure)
@@ -165,42 +187,48 @@ def _by_seed(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
     axis.set_ylabel(_label(plan, figure))
 
 
-def _band(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
-    """Draw the mean over the values with its interval, and the band of 90 % of the seeds. Several
-    parameters are in the order of their combinations."""
+def _band(axes: Sequence[Axes], plan: Plan, figure: str, names: ValueNames) -> None:
+    """Draw the mean over the values with its interval, and the band of 90 % of the seeds. A line
+    joins numbers; other values have no order, so they are points with bars. Several parameters are
+    in the order of their combinations."""
     rows, axis = _rows(plan, figure), axes[0]
-    names = list(rows[0].values)
-    place, ticks = _places(
-        [row.values[names[0]] for row in rows]
-        if len(names) == 1
-        else [
-            ", ".join(f"{v:g}" if isinstance(v, float) else str(v) for v in row.values.values())
-            for row in rows
-        ],
-        axis,
-    )
+    parameters = list(rows[0].values)
+    combinations = [
+        row.values[parameters[0]]
+        if len(parameters) == 1
+        else ", ".join(map(value_text, row.values.values()))
+        for row in rows
+    ]
+    numbers = all(isinstance(v, int | float) and not isinstance(v, bool) for v in combinations)
+    place = _places(combinations, axis) if numbers else np.arange(len(rows), dtype=float)
     if not any(row.spread.n for row in rows):
         axis.text(0.5, 0.5, "no run has a value", transform=axis.transAxes, ha="center")
     order = np.argsort(place)
     x, s = place[order], [rows[k].spread for k in order]
     low, high = [each.another_low for each in s], [each.another_high for each in s]
-    axis.fill_between(x, low, high, color=COLOURS[0], alpha=0.15, label="90 % of seeds")
+    if numbers:
+        axis.fill_between(x, low, high, color=COLOURS[0], alpha=0.15, label="90 % of seeds")
+    else:
+        size = np.subtract(high, low)
+        axis.bar(x, size, 0.5, low, color=COLOURS[0], alpha=0.15, label="90 % of seeds")
     mean = np.array([each.mean for each in s])
     apart = np.abs([[e.low for e in s], [e.high for e in s]] - mean)
-    axis.errorbar(x, mean, apart, color=COLOURS[0], marker="o", capsize=3, label="mean, 90 %")
+    line: dict[str, Any] = {"color": COLOURS[0], "marker": "o", "capsize": 3}
+    line["linestyle"] = "-" if numbers else "none"
+    axis.errorbar(x, mean, apart, label="mean, 90 %", **line)
     for k, row in enumerate(rows):
         values = _read(plan, figure, plan.runs[figure].values[row.runs])
         axis.plot(np.full(values.size, place[k]), values, ".", color="0.4", markersize=3)
-    if ticks:
-        axis.set_xticks(place, ticks)
+    if not numbers:
+        axis.set_xticks(place, names.of(combinations))
+        axis.set_xlim(-0.6, len(rows) - 0.4)
     axis.set_ylabel(_label(plan, figure))
-    axis.set_xlabel(_named(plan, next(iter(plan.parameters))) if len(names) == 1 else "values")
+    each = list(plan.parameters) if len(parameters) > 1 else list(plan.parameters)[:1]
+    axis.set_xlabel(", ".join(_named(plan, parameter) for parameter in each))
 
 
-def _places(values: Sequence[object], axis: Axes) -> tuple[np.ndarray, list[str]]:
-    """Positions of values on an axis, and their labels if they are not numbers."""
-    if not all(isinstance(value, int | float) for value in values):
-        return np.arange(len(values), dtype=float), [str(value) for value in values]
+def _places(values: Sequence[Any], axis: Axes) -> np.ndarray:
+    """Positions of numbers on an axis, which is logarithmic if they span decades."""
     x = np.array(values, dtype=float)
     above = x[x > 0.0]
     if above.size and (x >= 0.0).all() and np.log10(above.max() / above.min()) > DECADES:
@@ -209,10 +237,10 @@ def _places(values: Sequence[object], axis: Axes) -> tuple[np.ndarray, list[str]
         axis.xaxis.set_major_locator(FixedLocator(np.unique(x).tolist()))
         axis.xaxis.set_major_formatter(lambda value, _: digits_of(value))
         axis.xaxis.set_minor_locator(NullLocator())
-    return x, []
+    return x
 
 
-def _heat(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
+def _heat(axes: Sequence[Axes], plan: Plan, figure: str, names: ValueNames) -> None:
     """Draw the mean over the values of two parameters."""
     rows, axis = _rows(plan, figure), axes[0]
     first, second = (plan.axis(parameter) for parameter in plan.parameters)
@@ -228,15 +256,14 @@ def _heat(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
         colour = "white" if value < bright else "black"
         axis.text(i, j, text, ha="center", va="center", color=colour, fontsize="small")
     for set_ticks, values in ((axis.set_xticks, x), (axis.set_yticks, y)):
-        names = [f"{v:.4g}" if isinstance(v, float) else str(v) for v in values]
-        set_ticks(range(len(values)), names)
+        set_ticks(range(len(values)), names.of(values))
     one, other = plan.parameters
     axis.set_xlabel(_named(plan, one))
     axis.set_ylabel(_named(plan, other))
     axis.figure.colorbar(image, ax=axis, label=f"mean {_label(plan, figure)}")
 
 
-def _tornado(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
+def _tornado(axes: Sequence[Axes], plan: Plan, figure: str, names: ValueNames) -> None:
     """Draw a bar from the smallest to the largest mean of each parameter, including that of the
     case, the widest on top."""
     rows, axis = _rows(plan, figure), axes[0]
@@ -252,7 +279,7 @@ def _tornado(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
         axis.barh(k, high - low, left=low, color=COLOURS[0], alpha=0.6)
         for row in {id(row): row for row in (*own[:1], *own[-1:])}.values():
             value, mean = row.values[plan.axis(parameter)], row.spread.mean
-            text = f" {value:.3g} " if isinstance(value, float) else f" {value} "
+            text = f" {value:.3g} " if isinstance(value, float) else f" {names.of([value])[0]} "
             side = "right" if mean < base or (row is own[0] and len(own) > 1) else "left"
             axis.text(mean, k, text, ha=side, va="center", fontsize="small")
         if not own and np.isfinite(base):
@@ -264,7 +291,7 @@ def _tornado(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
     axis.set_xlabel(f"mean {_label(plan, figure)}, line: the case")
 
 
-def _points(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
+def _points(axes: Sequence[Axes], plan: Plan, figure: str, names: ValueNames) -> None:
     for axis, parameter in zip(axes, plan.parameters, strict=True):
         name = plan.axis(parameter)
         x = _read(plan, name, plan.runs[name].values)
@@ -274,7 +301,7 @@ def _points(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
     axes[0].set_ylabel(_label(plan, figure))
 
 
-def _bars(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
+def _bars(axes: Sequence[Axes], plan: Plan, figure: str, names: ValueNames) -> None:
     """Draw first-order and total indices with their intervals."""
     found, axis = [each for each in effects.indices(plan) if each.figure == figure], axes[0]
     for shift, kind, colour in ((-0.2, "first", COLOURS[0]), (0.2, "total", COLOURS[1])):

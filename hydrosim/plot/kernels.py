@@ -11,7 +11,7 @@ from hydrosim.database.database import Real
 from hydrosim.database.kernels import Kernel
 from hydrosim.outputs import Output, save_picture
 from hydrosim.plot.database import COEFFICIENTS
-from hydrosim.plot.panels import DIGITS, labelled
+from hydrosim.plot.panels import DIGITS, labelled, wrapped
 
 COLUMNS, WIDTH, HEIGHT = 3, 4.6, 2.4  # panels in a row; inches of each
 
@@ -35,5 +35,5 @@ def draw_kernels(title: str, time: Real, functions: Sequence[Kernel], output: Ou
     for axis in axes[max(len(functions) - COLUMNS, 0) : len(functions)]:
         axis.set_xlabel("time [s]")
         axis.tick_params(labelbottom=True)
-    figure.suptitle(f"{title}: retardation functions")
+    figure.suptitle(wrapped(f"{title}: retardation functions", figure.get_figwidth()))
     save_picture(figure, output, dpi=100)

@@ -11,8 +11,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.transforms import ScaledTranslation
 
-from hydrosim.plot.panels import Panel, Window
+from hydrosim.plot.panels import Panel, Window, wrapped
 from hydrosim.plot.styles import SHADE
+from hydrosim.results.similar_sizes import MIN_SHARE_OF_AXIS
 
 WIDTH, DPI = 10.0, 100  # inches of a picture; dots per inch
 LABEL = 0.65  # inches from an axis to its label
@@ -59,9 +60,13 @@ def picture(panels: Sequence[Panel], frame: Frame | str) -> Figure:
     for axis in grid[-1]:
         axis.set_xlabel("time [s]")
     grid[0, 0].set_title(
-        "\n".join(frame.remarks), loc="left", fontsize="small", color="0.3", pad=above
+        "\n".join(wrapped(remark, WIDTH) for remark in frame.remarks),
+        loc="left",
+        fontsize="small",
+        color="0.3",
+        pad=above,
     )
-    figure.suptitle(frame.title)
+    figure.suptitle(wrapped(frame.title, WIDTH))
     return figure
 
 
@@ -100,9 +105,18 @@ def _name_phases(top: Sequence[Axes], phases: Sequence[Phase]) -> None:
 
 
 def _level(axes: Sequence[Axes]) -> None:
-    """Give all panels with the same label the same range of values."""
+    """Give panels with the same label and of similar size the same range of values."""
     for label in {axis.get_ylabel() for axis in axes} - {""}:
-        alike = [axis for axis in axes if axis.get_ylabel() == label]
-        ends = np.array([axis.get_ylim() for axis in alike])
-        for axis in alike:
-            axis.set_ylim(ends.min(), ends.max())
+        left = sorted((a for a in axes if a.get_ylabel() == label), key=_reach, reverse=True)
+        while left:
+            least = MIN_SHARE_OF_AXIS * _reach(left[0])
+            alike = [axis for axis in left if _reach(axis) >= least]
+            left = left[len(alike) :]
+            ends = np.array([axis.get_ylim() for axis in alike])
+            for axis in alike:
+                axis.set_ylim(ends.min(), ends.max())
+
+
+def _reach(axis: Axes) -> float:
+    """Largest magnitude within the range of values of a panel."""
+    return float(np.abs(axis.get_ylim()).max())

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from hydrosim.documents.digits import digits_of
 from hydrosim.outputs import Output, save_picture
-from hydrosim.plot.panels import labelled
+from hydrosim.plot.panels import labelled, wrapped
 from hydrosim.plot.styles import COLOURS
 from hydrosim.presentation.units import DEFAULT, Units
 from hydrosim.studies.line import Response, StillLine
@@ -32,7 +32,7 @@ def draw_line(
         _draw_profiles(row[0], line, found, units)
         _draw_pull(row[1], found, units)
         _draw_stiffness(row[2], found, units)
-    figure.suptitle(title)
+    figure.suptitle(wrapped(title, figure.get_figwidth()))
     save_picture(figure, output, dpi=100)
 
 

@@ -11,6 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from hydrosim.outputs import Output, save_picture
+from hydrosim.plot.panels import wrapped
 from hydrosim.plot.styles import COLOURS
 from hydrosim.wording.limits import distinct_lines, side_of
 
@@ -37,7 +38,9 @@ def draw_limits(found: xr.Dataset, output: Path | Output) -> None:
         axis.set_title(stage if len(stages) > 1 else "", loc="left", fontsize="medium")
     axes[-1].set_xlabel("peak period [s]")
     share = f"{found.attrs['probability']:.3g} of the seas meet all criteria"
-    figure.suptitle(f"{found.attrs['title']}: limits up to which {share}")
+    figure.suptitle(
+        wrapped(f"{found.attrs['title']}: limits up to which {share}", figure.get_figwidth())
+    )
     save_picture(figure, output)
 
 

@@ -23,6 +23,7 @@ from hydrosim.results.envelopes import envelope, means
 HEIGHT = 1.6  # inches of a panel
 BAND = 0.35  # inches of a band
 NAMES, ENTRIES = 24, 8  # letters of a line of the legend; entries of a column of it
+LETTERS_PER_INCH = 11.0  # of a title
 WORDS = 20  # letters of a line beside an axis
 BINS = 800  # of a line: about the number of pixels of a panel
 DENSE = 10  # records in a bin from which on a band is drawn
@@ -71,7 +72,8 @@ def lines(
 
 
 def apart(time: np.ndarray, label: str, shown: Shown, series: Series) -> Iterator[Panel]:
-    """A panel for each line, because they would hide each other, all over one range of values."""
+    """A panel for each line, because they would hide each other. Lines of similar size have one
+    range of values."""
     for line in _scaled(shown.factor, series):
         yield Panel(partial(_plot_named, time, labelled(label, shown.unit), line))
 
@@ -84,6 +86,11 @@ def bands(time: np.ndarray, modes: Series) -> Panel:
 def labelled(text: str, unit: str) -> str:
     """What stands beside an axis: a text, and the unit in brackets where there is one."""
     return f"{text} [{unit}]" if unit else text
+
+
+def wrapped(title: str, width: float) -> str:
+    """Title in lines that fit a picture of this ``width`` [inch]."""
+    return "\n".join(fill(line, int(LETTERS_PER_INCH * width)) for line in title.splitlines())
 
 
 def peak(series: Series) -> float:

@@ -17,6 +17,7 @@ from hydrosim.plot.panels import APART, Panel, Series, alike, apart, bands, line
 from hydrosim.plot.styles import COLOURS
 from hydrosim.presentation.units import Shown, unit_of_dof, units_of
 from hydrosim.results.channels import names, series
+from hydrosim.results.similar_sizes import group_by_size
 from hydrosim.results.stages import transferred
 from hydrosim.statistics.contact import crawl
 
@@ -35,11 +36,11 @@ def overview(run: xr.Dataset) -> list[Panel]:
         panels += [_lines(run, "normal force", "N", _by_fender(run, run.fender_normal_force))]
         panels += [_modes(run), *_crawl(run)]
     if "spring" in run.dims:
-        panels += [_lines(run, "tension", "N", _by_spring(run.spring_tension))]
+        panels += _loads(run, "tension", "N", _by_spring(run.spring_tension))
     for dim in ("line", "winch", "compensator"):
         if dim in run.dims:
             each = _by_spring(run[f"{dim}_tension"], dim)
-            panels += [_lines(run, "tension", "N", each)]
+            panels += _loads(run, "tension", "N", each)
     panels += [*_joint_motions(run), *_by_unit(run, "drive_force", "drive force"), *_links(run)]
     return [*panels, *_utilisation(run)]
 
@@ -191,6 +192,12 @@ def _lines(
     return lines(run.time.values, label, units_of(run.attrs).shown(unit), each, order)
 
 
+def _loads(run: xr.Dataset, label: str, unit: str, each: Series) -> Iterator[Panel]:
+    """Panels of lines; small ones have a panel of their own beside large ones."""
+    for group in group_by_size(each):
+        yield _lines(run, label, unit, group, [*each])
+
+
 def _components(
     time: np.ndarray, label: str, shown: Shown, panels: Sequence[Series]
 ) -> Iterator[Panel]:
@@ -288,7 +295,7 @@ def _links(run: xr.Dataset) -> Iterator[Panel]:
         ("pto_power", "pto", "absorbed power", "W"),
     ):
         if dim in run.dims:
-            yield _lines(run, label, unit, _each(run[name], dim))
+            yield from _loads(run, label, unit, _each(run[name], dim))
 
 
 def _clearances(run: xr.Dataset) -> Iterator[Panel]:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from hydrosim.documents.digits import digits_of
 from hydrosim.outputs import Output, save_picture
-from hydrosim.plot.panels import labelled
+from hydrosim.plot.panels import labelled, wrapped
 from hydrosim.presentation.units import Shown, Units, unit_of_dof, units_of
 
 STILL = 1e-6  # of the largest motion: it has no phase
@@ -36,7 +36,9 @@ def draw_response(found: xr.Dataset, output: Path | Output) -> None:
         axis.set_xlabel("frequency [rad/s]")
     if dofs:
         axes[0, 0].legend(frameon=False, fontsize="small")
-    figure.suptitle(f"{found.title}: response to waves of unit amplitude")
+    figure.suptitle(
+        wrapped(f"{found.title}: response to waves of unit amplitude", figure.get_figwidth())
+    )
     save_picture(figure, output, dpi=100)
 
 

@@ -9,7 +9,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from hydrosim.outputs import Output, save_picture
-from hydrosim.plot.panels import labelled
+from hydrosim.plot.panels import labelled, wrapped
 from hydrosim.plot.styles import STYLES
 from hydrosim.presentation.units import units_of
 
@@ -33,5 +33,5 @@ def draw_work_precision(study: xr.Dataset, output: Path | Output) -> None:
         axes.grid(alpha=0.3)
     figure.axes[0].set_ylabel(labelled("largest error of a place", length.unit))
     figure.axes[1].legend()
-    figure.suptitle(study.attrs["title"])
+    figure.suptitle(wrapped(study.attrs["title"], figure.get_figwidth()))
     save_picture(figure, output)

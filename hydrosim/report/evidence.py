@@ -11,7 +11,7 @@ from hydrosim.evidence import Feature, Line, features_of, lines_about
 from hydrosim.presentation.document import Cell, List, Node, Sentence, Table
 from hydrosim.scene import Scene
 
-HEAD = ("claim", "against", "kind", "error", "limit", "test")
+HEAD = ("claim", "against", "kind", "error", "limit")
 READING = (
     "These comparisons are about parts of this scene. They were made when the program was tested,"
     " with scenes of their own. An error is the largest that a test found, a limit the bound that"
@@ -45,6 +45,5 @@ def without_line(used: Collection[Feature], lines: Sequence[Line]) -> list[str]:
 
 
 def _row(line: Line) -> list[Cell]:
-    file, _, name = line.test.partition("::")
     figures = [digits_of(line.figure, 2), digits_of(line.limit, 3)]
-    return [line.claim, line.against, line.kind.value, *figures, f"{file}, {name}"]
+    return [line.claim, line.against, line.kind.value, *figures]

@@ -7,6 +7,7 @@ security policy allows only the program's own scripts and styles, by their diges
 from __future__ import annotations
 
 import json
+import re
 from base64 import b64encode
 from functools import partial
 from hashlib import sha256
@@ -23,6 +24,17 @@ from hydrosim.report.curves import drawn
 from hydrosim.report.envelopes import base64_of, packed, stretch
 
 LARGEST = 10_000_000  # bytes of a page
+PATHS = re.compile(
+    r"""
+    (?m:(?:^|(?<=:[ ]))(?:[A-Za-z]:)?/[^:\n'"]*/(?=[^/:\n'"]+(?::[ ]|$)))  # a value, a line's start
+    | (?<=['"])(?:[A-Za-z]:)?/[^'"\n]*/(?=[^'"/\n]+['"])  # between quotes
+    | (?<![\w.:/<+])(?:[A-Za-z]:)?/(?:[^\s/'":;,()]+/)+(?=[^\s/])  # in a sentence
+    | (?<!\w)[A-Za-z]:\\+(?:[^\\\n:'"]+\\+)*(?=[^\s\\])  # of Windows
+    """,
+    re.VERBOSE,
+)
+"""Folders of absolute paths in a text. Folders with spaces are known where a path stands alone
+or between quotes."""
 ESCAPED = {ord(c): f"\\u{ord(c):04x}" for c in "<>&'"}  # none of them occurs outside a text
 
 
@@ -56,6 +68,7 @@ def html(document: Document, mark: str) -> str:
         loader=PackageLoader("hydrosim.report"),
         autoescape=True,
         undefined=StrictUndefined,
+        finalize=lambda value: without_folders(value) if type(value) is str else value,
         trim_blocks=True,
         lstrip_blocks=True,
     )
@@ -73,6 +86,12 @@ def html(document: Document, mark: str) -> str:
         text_of=partial(text_of, units=document.units),
         shown=document.units.shown,
     )
+
+
+def without_folders(text: str) -> str:
+    """Text with the file name of each absolute path: folders of a machine mean nothing to a
+    reader, and tell whose machine it was."""
+    return PATHS.sub("", text)
 
 
 def embedded(data: Any) -> str:

@@ -17,10 +17,10 @@ from hydrosim.report.replay import replay_nodes
 from hydrosim.report.scenery import scene_of
 from hydrosim.results.netcdf import REMEDY
 from hydrosim.wording.assumptions import assumed, case_nodes
-from hydrosim.wording.conclusion import conclusion, largest_values
 from hydrosim.wording.convergence import convergence
+from hydrosim.wording.main_results import largest_values, main_results, next_steps
 from hydrosim.wording.parts import Parts, nodes_of, title_of
-from hydrosim.wording.run import tables_of
+from hydrosim.wording.run import result_tables, solution_verdicts, solver_tables
 from hydrosim.wording.series import READING, energies, ledger, main_charts, more_charts
 from hydrosim.wording.statistics import statistics_nodes, statistics_of
 from hydrosim.wording.title_block import title_block
@@ -47,10 +47,18 @@ class Shown:
         self.scene = scene_of(run)
 
 
-def _conclusion(of: Shown) -> Iterator[Node]:
-    yield from conclusion(of.run)
+def _results(of: Shown) -> Iterator[Node]:
+    yield from main_results(of.run)
     if of.statistics is not None:
         yield from largest_values(of.statistics)
+
+
+def _computation(run: xr.Dataset) -> Iterator[Node]:
+    """Verdicts on the solution, the solver, what was assessed, and what could be run next."""
+    yield from solution_verdicts(run)
+    yield from solver_tables(run)
+    yield from convergence(run)
+    yield from next_steps(run)
 
 
 def _energy(run: xr.Dataset) -> Iterator[Node]:
@@ -85,16 +93,16 @@ def _series(run: xr.Dataset) -> Iterator[Node]:
 
 
 PARTS: Parts[Shown] = {
-    "conclusion": ("Conclusion", _conclusion),
+    "results": ("Results", _results),
     "arrangement": ("Arrangement", lambda of: arrangement_nodes(of.run, of.scene)),
-    "outcome": ("Motions and contacts", lambda of: tables_of(of.run)),
+    "outcome": ("Motions and contacts", lambda of: result_tables(of.run)),
     "case": ("Case", lambda of: case_nodes(of.run)),
     "assumptions": ("Assumptions and warnings", lambda of: assumed(of.run)),
     "statistics": ("Statistics", lambda of: statistics_nodes(of.run, of.statistics)),
     "replay": ("Replay", lambda of: replay_nodes(of.run, of.scene)),
     "series": ("Series", lambda of: _series(of.run)),
     "energy": ("Energy", lambda of: _energy(of.run)),
-    "convergence": ("Convergence", lambda of: convergence(of.run)),
     "evidence": ("Evidence", lambda of: evidence_nodes(of.run, of.scene)),
+    "computation": ("How it was computed", lambda of: _computation(of.run)),
 }
 """Sections by name: the heading, and the function that gives its nodes."""

@@ -63,11 +63,12 @@ def summary(run: xr.Dataset) -> Iterator[Node]:
     yield from verdicts(run)
     if seas := lines_of(run, "seas"):
         yield List(seas, "Waves")
-    yield from tables_of(run)
+    yield from result_tables(run)
+    yield from solver_tables(run)
 
 
-def tables_of(run: xr.Dataset) -> Iterator[Node]:
-    """Motions, contacts, lines and clearances; how the run was solved."""
+def result_tables(run: xr.Dataset) -> Iterator[Node]:
+    """Motions, contacts, lines and clearances."""
     head = ("motion", "mean", "std", "smallest", "largest", "at the end")
     measured = "position_error" in run and not is_part(run)
     yield Table((*head, "error") if measured else head, list(_motions(run, measured)))
@@ -106,6 +107,10 @@ def tables_of(run: xr.Dataset) -> Iterator[Node]:
     yield from _externals(run)
     if "gap" in run.dims:
         yield Table(("clearance", "smallest", "at the end"), list(_clearances(run)))
+
+
+def solver_tables(run: xr.Dataset) -> Iterator[Node]:
+    """Method and steps of the solver, and models of radiation."""
     if not is_part(run):
         yield Table(("solver", ""), list(_solver(run)), detail=True)
     if told := list(_radiation(run)):
@@ -114,21 +119,32 @@ def tables_of(run: xr.Dataset) -> Iterator[Node]:
 
 def verdicts(run: xr.Dataset) -> Iterator[Node]:
     """How the run ended, whether its energy adds up, how good its radiation is, and warnings."""
-    yield _status(run)
+    yield status_verdict(run)
+    yield from solution_verdicts(run)
+    yield from warnings(lines_of(run, "warnings"))
+    yield from element_verdicts(run)
+
+
+def solution_verdicts(run: xr.Dataset) -> Iterator[Verdict]:
+    """Whether energy adds up, how large errors of steps are, how good radiation is."""
     if "energy_residual_relative" in run.attrs and not is_part(run):
         yield _energy(float(run.attrs["energy_residual_relative"]))
     if RELATIVE in run.attrs and not is_part(run):
         yield from _error(run)
     if "radiation_error" in run.attrs:
         yield radiation_verdict(float(run.attrs["radiation_error"]))
-    yield from warnings(lines_of(run, "warnings"))
+
+
+def element_verdicts(run: xr.Dataset) -> Iterator[Node]:
+    """Elements that have not begun, joints that have not closed, loads above capacities."""
     if "trigger" in run.dims:
         yield from _waiting(run)
     yield from _never_closed(run)
     yield from _overloaded(run)
 
 
-def _status(run: xr.Dataset) -> Verdict:
+def status_verdict(run: xr.Dataset) -> Verdict:
+    """How the run ended."""
     simulated = Value(float(np.ptp(run.time.values)) if run.time.size else 0.0, "s", 6)
     status = str(run.attrs.get("status", "unknown"))
     if is_part(run):

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping
 import numpy as np
 import xarray as xr
 
+from hydrosim.documents.value_text import value_text
 from hydrosim.presentation.document import Between, Cell, Node, Sentence, Table, Value
 from hydrosim.presentation.layout import text_of
 from hydrosim.presentation.units import units_of
@@ -117,7 +118,7 @@ def short(name: str) -> str:
 
 def value_of(value: object, unit: str) -> Value | str:
     """A value of a parameter: a number in its unit, or words."""
-    return Value(value, unit, 6) if isinstance(value, float) else str(value)
+    return Value(value, unit, 6) if isinstance(value, float) else value_text(value)
 
 
 def _rows(each: Iterable[Ends]) -> list[list[Cell]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -15,10 +15,13 @@ from hydrosim.presentation.document import Node, Table, Value
 from hydrosim.presentation.figures import Chart
 from hydrosim.results.channels import names
 from hydrosim.results.channels import series as channel
+from hydrosim.results.similar_sizes import group_by_size
 from hydrosim.results.stages import IMPULSE, WEIGHT, transferred
 from hydrosim.statistics.contact import crawl
 
 LITTLE = 1e-9  # of the largest of a chart's lines: what is less throughout is rounding
+LOAD_UNITS = {"N", "N m", "W"}
+"""Units of charts in which small lines have an axis of their own."""
 READING = (
     "Drag over a chart to look closer, double-click to see all; all charts follow. By keyboard:"
     " arrows move the cursor, + and - look closer and wider, 0 shows all. A name in a legend hides"
@@ -182,7 +185,16 @@ def _lines(run: xr.Dataset, table: dict[str, Lines], folded: bool = False) -> It
     for name, of in table.items():
         if name in run and run[name].dims:
             series = _each(run, name, of.dim)
-            yield from _shown(Chart(of.title, of.unit, series, folded=folded))
+            groups = group_by_size(series) if of.unit in LOAD_UNITS else [series]
+            for k, group in enumerate(groups):
+                title = f"{of.title}: {_names(group)}" if k else of.title
+                yield from _shown(Chart(title, of.unit, group, folded=folded))
+
+
+def _names(series: Mapping[str, np.ndarray]) -> str:
+    """Names of series, or the first of many."""
+    first, *others = series
+    return f"{first} and {len(others)} more" if len(others) > 1 else ", ".join(series)
 
 
 def _shown(chart: Chart) -> Iterator[Chart]:

@@ -328,7 +328,7 @@ def test_a_fault_is_refused_by_name(whole, tmp_path, fault):
 def test_a_doubt_is_a_warning(whole, tmp_path, doubt):
     change, name = DOUBTED[doubt]
     netcdf.write(planted(whole, change), tmp_path / "db.nc")
-    with pytest.warns(UserWarning, match=rf"db\.nc: {name}: found"):
+    with pytest.warns(UserWarning, match=rf"db\.nc: (.*; )?{name}: found"):
         load(tmp_path / "db.nc")
 
 
@@ -512,3 +512,20 @@ def test_what_somebody_has_looked_into_is_not_warned_of_again(barge):
     assert names
     said = doubts(changed_database(refused, Changes(accept=names)), EVERYTHING)
     assert all(any(name in line for line in said) for name in names)
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")
+def test_doubts_are_one_short_line_that_names_the_command(whole, tmp_path):
+    """The advice of each is what `hydrosim db check` prints."""
+    change, _ = DOUBTED["depth of 100 m instead of deep water"]
+    changed = planted(whole, change)
+    (line,) = doubts(changed, EVERYTHING)
+    doubted = [finding for finding in check(changed, EVERYTHING) if finding.doubted]
+    assert len(doubted) > 1
+    assert line.endswith(". `hydrosim db check` explains each.")
+    assert line.count(changed.source) == 1
+    for finding in doubted:
+        assert finding.summary in line
+        assert finding.advice not in line
+        assert finding.advice in str(finding)
+    assert len(line) < 0.5 * sum(len(str(finding)) for finding in doubted)

@@ -17,6 +17,7 @@ from hydrosim.plot.draw import figure as figure_of
 from hydrosim.plot.layout import Frame, picture
 from hydrosim.plot.panels import Window, bands, lines, thinned
 from hydrosim.presentation.units import Shown, as_attribute
+from hydrosim.results.similar_sizes import group_by_size
 
 TIME = np.linspace(0.0, 60.0, 121)
 KILO = Shown("kN", 1e-3)
@@ -362,3 +363,40 @@ def test_a_folder_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(InputError, match="the folder cannot be made"):
         draw(run_of(), tmp_path / "file" / "folder", "case")
+
+
+def run_with_tensions(sizes: list[float]) -> xr.Dataset:
+    run = run_of().assign_coords(spring=[f"line {k}" for k in range(len(sizes))])
+    tension = np.outer(2.0 + np.sin(TIME), sizes)
+    return run.assign(spring_tension=(("time", "spring"), tension))
+
+
+def test_small_tensions_have_an_axis_of_their_own() -> None:
+    """40 kN beside 1.8 MN would be a line at zero; 1.5 MN shares the axis of 1.8 MN."""
+    run = run_with_tensions([4e4, 1.8e6, 1.5e6])
+    small, large, other = figure_of(run, "tensions").axes
+    assert small.get_ylim()[1] < 200.0
+    assert large.get_ylim() == other.get_ylim()
+    together = figure_of(run).axes[-2:]
+    counts = [len(axis.get_lines()) for axis in together]
+    assert counts == [2, 1]
+    assert together[1].get_ylim()[1] < 200.0
+
+
+def test_tensions_of_similar_size_share_an_axis() -> None:
+    axes = figure_of(run_with_tensions([4e5, 1.8e6, 1.5e6]), "tensions").axes
+    assert len({axis.get_ylim() for axis in axes}) == 1
+
+
+def test_groups_of_similar_size() -> None:
+    each = {"a": np.array([1.0]), "b": np.array([-100.0]), "zero": np.zeros(1), "c": np.array([30])}
+    assert [list(group) for group in group_by_size(each)] == [["b", "c"], ["a", "zero"]]
+    assert group_by_size({}) == []
+
+
+def test_a_long_title_wraps() -> None:
+    run = run_of().assign_attrs(title="a long title of a case " * 10)
+    figure = figure_of(run)
+    box = figure._suptitle.get_window_extent(figure.canvas.get_renderer())
+    assert 0.0 <= box.x0
+    assert box.x1 <= figure.bbox.width

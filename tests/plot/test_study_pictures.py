@@ -8,10 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 
+from hydrosim.documents.value_text import value_text
 from hydrosim.errors import InputError
 from hydrosim.outputs import Output
 from hydrosim.plot.effects import draw_study, page
+from hydrosim.plot.value_names import ValueNames
 from hydrosim.presentation.units import as_attribute
 from hydrosim.statistics import effects
 
@@ -130,3 +133,85 @@ def test_nothing_to_draw(tmp_path: Path) -> None:
     runs = runs_of("grid", {"a": [1.0]}, [1.0]).drop_vars("y")
     with pytest.raises(InputError, match="no figures to draw"):
         draw_study(runs, Output(tmp_path / "runs.nc", "picture", tmp_path / "runs.nc"))
+
+
+SEAS = [json.dumps([{"spectrum": "jonswap", "peak_period": period}]) for period in (6, 12, 8)]
+
+
+def key_of(figure: Figure) -> list[str]:
+    """What the letters of a picture mean, without breaks of lines."""
+    texts = (text.get_text() for legend in figure.legends for text in legend.get_texts())
+    return [text.replace("\n", " ") for text in texts if ": " in text]
+
+
+def test_lists_are_letters_with_a_key_and_no_line_joins_them() -> None:
+    values = {"a": [SEAS[0], SEAS[0], SEAS[1], SEAS[1], SEAS[2], SEAS[2]]}
+    figure = page(effects.plans(runs_of("grid", values, [1, 3, 6, 8, 2, 4]))[0])
+    (axis,) = figure.axes
+    assert [label.get_text() for label in axis.get_xticklabels()] == ["A", "B", "C"]
+    assert key_of(figure) == [
+        "A: spectrum jonswap, peak_period 6",
+        "B: spectrum jonswap, peak_period 12",
+        "C: spectrum jonswap, peak_period 8",
+    ]
+    means = axis.containers[1].lines[0]  # type: ignore[attr-defined]
+    assert means.get_linestyle() == "None"
+    assert list(means.get_ydata()) == [2.0, 7.0, 3.0]
+    assert len(axis.patches) == 3  # bars of 90 % of the seeds
+    assert len(axis.collections) == 1  # bars of errors, and no band between values
+
+
+def test_short_words_stand_beside_the_axis_as_they_are() -> None:
+    figure = page(effects.plans(runs_of("grid", {"a": ["chain", "rope"]}, [1.0, 3.0]))[0])
+    assert [label.get_text() for label in figure.axes[0].get_xticklabels()] == ["chain", "rope"]
+    assert key_of(figure) == []
+
+
+def test_a_line_joins_numbers() -> None:
+    (axis,) = page(effects.plans(runs_of("grid", {"a": [1.0, 2.0]}, [1.0, 3.0]))[0]).axes
+    assert axis.containers[0].lines[0].get_linestyle() == "-"  # type: ignore[attr-defined]
+
+
+def test_letters_are_the_same_in_all_panels_and_on_both_axes() -> None:
+    values = {"a": [SEAS[0], SEAS[1]] * 2, "b": [SEAS[2]] * 2 + [SEAS[0]] * 2}
+    figure = page(effects.plans(runs_of("grid", values, [1, 2, 3, 4]))[0])
+    axis = figure.axes[0]
+    assert [label.get_text() for label in axis.get_xticklabels()] == ["A", "B"]
+    assert [label.get_text() for label in axis.get_yticklabels()] == ["C", "A"]
+    assert len(key_of(figure)) == 3
+
+
+def test_the_ends_of_a_tornado_are_letters_where_they_are_long() -> None:
+    values = {"a": SEAS, "varied": ["", "a", "a"]}
+    figure = page(effects.plans(runs_of("one_at_a_time", values, [1.0, 2.0, 3.0]))[0])
+    assert [text.get_text().strip() for text in figure.axes[0].texts] == ["A", "B"]
+    assert key_of(figure)[0] == "A: spectrum jonswap, peak_period 12"
+
+
+def test_a_long_title_is_within_the_picture() -> None:
+    runs = runs_of("grid", {"a": [1.0, 2.0]}, [1.0, 3.0])
+    figure = page(effects.plans(runs.assign_attrs(title="a long title of a study " * 8))[0])
+    assert figure._suptitle is not None
+    box = figure._suptitle.get_window_extent(figure.canvas.get_renderer())  # type: ignore[attr-defined]
+    assert 0.0 <= box.x0
+    assert box.x1 <= figure.bbox.width
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (2.0, "2"),
+        ("true", "true"),
+        ("[]", "none"),
+        ("[1, 2.5]", "1; 2.5"),
+        ('{"a": [1, "x"]}', "a 1; x"),
+        ("{not a table}", "{not a table}"),
+    ],
+)
+def test_values_in_words(value: object, text: str) -> None:
+    assert value_text(value) == text
+
+
+def test_letters_go_on_after_z() -> None:
+    names = ValueNames().of([f"a value of many letters, {k}" for k in range(28)])
+    assert [names[0], names[25], names[26], names[27]] == ["A", "Z", "AA", "AB"]

@@ -11,8 +11,9 @@ from command_line import Command, command
 from recorded_runs import made_run
 from report_pages import HOSTILE, Page, chart, data_of, hostile_run
 
+from hydrosim.presentation.document import Document
 from hydrosim.report import run as run_report
-from hydrosim.report.page import LARGEST, html
+from hydrosim.report.page import LARGEST, html, without_folders
 from hydrosim.report.run import PARTS, run_document
 from hydrosim.results.netcdf import write
 
@@ -207,3 +208,116 @@ def test_foreign_files_and_inputs_as_outputs_are_refused(report: Command, tmp_pa
     assert report("made.html.nc", "-o", "mine.html").code == 2
     assert report("made.html.nc", "-o", "made.html.nc").code == 2
     assert (tmp_path / "mine.html").read_text() == "a page of mine"
+
+
+FOLDERS = ("/home/Jane Doe/project/", "/tmp/a.b/", "C:\\Users\\Jane\\", "C:/Users/J D/")
+
+
+def run_with_paths(folder: str) -> xr.Dataset:
+    """A run whose warnings, case and start name files in a ``folder``."""
+    return made_run(duration=60.0).assign_attrs(
+        warnings=f"{folder}barge.nc: kernel truncation: found 0.777, expected at most 0.5.",
+        case=f"title: a case\nbodies:\n  barge:\n    hydrodynamics: {folder}barge.nc\n",
+        case_resolved=f"bodies:\n  barge:\n    hydrodynamics: {folder}barge.nc\nforces: {{}}\n",
+        case_file=f"{folder}case.yaml",
+        database_barge=f"{folder}barge.nc",
+    )
+
+
+@pytest.mark.parametrize("folder", FOLDERS)
+def test_a_page_names_files_without_folders_and_no_tests(folder: str) -> None:
+    page = Page(page_of(run_with_paths(folder)))
+    text = "\n".join(page.texts.values())
+    assert "hydrodynamics: barge.nc" in text
+    assert "barge.nc: kernel truncation: found 0.777" in text
+    for part in (folder, folder.split("/")[0] or "/home/", "Jane", "Users", "tests/", "pytest"):
+        assert part not in text
+    attributes = [str(value) for _, of in page.elements for value in of.values()]
+    assert not [value for value in attributes if folder in value]
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("started from /data/x/base.nc at 3 m/s", "started from base.nc at 3 m/s"),
+        ("(/data/x/a.nc) and '/data/y z/b.nc'", "(a.nc) and 'b.nc'"),
+        ("kg m²/s, N/m, 1/2/3, and/or/not", "kg m²/s, N/m, 1/2/3, and/or/not"),
+        ("https://example.org/a/b", "https://example.org/a/b"),
+        ("cases/sphere/decay.yaml", "cases/sphere/decay.yaml"),
+        ("</script><b/>//c", "</script><b/>//c"),
+    ],
+)
+def test_folders_of_a_text(text: str, shown: str) -> None:
+    assert without_folders(text) == shown
+
+
+def test_results_come_first_and_commands_last() -> None:
+    case = "bodies: {}\nforces: {}\nenvironment:\n  waves:\n  - {spectrum: jonswap, seed: 4}\n"
+    run = made_run().assign_attrs(
+        case_resolved=case,
+        seeds=[4],
+        warnings="one\ntwo",
+        energy_residual_relative=1e-9,
+        solver_method="rk4",
+    )
+    nodes = run_document(run).sections
+    texts = {section.heading.name: str(Document("", section.nodes)) for section in nodes}
+    assert list(texts)[1] == "results"
+    assert list(texts)[-1] == "computation"
+    first = texts["results"]
+    assert "hydrosim sweep" not in first
+    assert "energy balance" not in first
+    assert '2 warnings are under "Assumptions and warnings"' in first
+    last = texts["computation"]
+    for words in ("hydrosim sweep", "hydrosim converge", "energy balance closes", "rk4"):
+        assert words in last
+    assert "Conclusion" not in page_of(run)
+
+
+def test_a_doubtful_solution_is_among_the_results() -> None:
+    run = made_run().assign_attrs(energy_residual_relative=0.1)
+    results = run_document(run).sections[1]
+    assert "The energy balance closes to 0.1" in str(Document("", results.nodes))
+
+
+@pytest.mark.parametrize(
+    ("dim", "more"),
+    [
+        ("spring", {"spring_mode": 1.0}),
+        ("line", {"line_grounded": 9.0}),
+        ("winch", {"winch_largest_tension": 5e5, "winch_length": 30.0}),
+        ("compensator", {}),
+    ],
+)
+def test_tensions_of_every_kind_of_line_are_in_a_report(dim: str, more: dict[str, float]) -> None:
+    """Unasked: a table of means and largest values, and a chart."""
+    run = made_run(duration=60.0).drop_dims("fender").assign_coords({dim: ["hawser"]})
+    over = ("time", dim)
+    tension = 4e5 + 1e5 * np.sin(run.time.values)[:, None]
+    run[f"{dim}_tension"] = (over, tension)
+    for name, value in more.items():
+        run[name] = (over, np.full_like(tension, value))
+    text = page_of(run)
+    values = [float(str(of["value"])) for tag, of in Page(text).elements if tag == "data"]
+    assert min(abs(value - tension.mean()) for value in values) < 1e-9 * tension.mean()
+    charts = [each for each in data_of(text)["charts"] if each["title"].startswith("Tension of")]
+    assert [each["names"] for each in charts] == [["hawser"]]
+
+
+def test_small_tensions_have_a_chart_of_their_own() -> None:
+    run = made_run(duration=60.0).assign_coords(line=["tugger", "bow", "stern"])
+    tension = np.outer(2.0 + np.sin(run.time.values), [4e4, 1.8e6, 1.5e6])
+    run = run.assign(line_tension=(("time", "line"), tension))
+    charts = {each["title"]: each["names"] for each in data_of(page_of(run))["charts"]}
+    title = "Tension of catenaries at the fairlead"
+    assert charts[title] == ["bow", "stern"]
+    assert charts[f"{title}: tugger"] == ["tugger"]
+
+
+def test_wide_tables_scroll_inside_the_page() -> None:
+    text = page_of(made_run(duration=60.0))
+    page = Page(text)
+    boxes = [of for tag, of in page.elements if tag == "div" and of.get("class") == "wide"]
+    assert len(boxes) == page.count("table")
+    assert ".wide { overflow-x: auto; }" in text
+    assert "position: sticky; left: 0;" in text

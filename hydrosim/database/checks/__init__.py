@@ -70,10 +70,15 @@ def refused(db: HydroDatabase, use: Use) -> tuple[Finding, ...]:
 
 
 def doubts(db: HydroDatabase, use: Use) -> tuple[str, ...]:
-    """Findings to warn of. Raises `InputError` if the database is refused for this ``use``."""
+    """A warning of all doubted findings, if there are any; `hydrosim db check` has their advice.
+    Raises `InputError` if the database is refused for this ``use``."""
     findings = _findings(db, use)
     refuse(db, findings)
-    return tuple(f"{db.source}: {finding}" for finding in findings if finding.doubted)
+    doubted = [finding.summary for finding in findings if finding.doubted]
+    if not doubted:
+        return ()
+    each = "it" if len(doubted) == 1 else "each"
+    return (f"{db.source}: {'; '.join(doubted)}. `hydrosim db check` explains {each}.",)
 
 
 def refuse(db: HydroDatabase, findings: Sequence[Finding]) -> None:

@@ -47,13 +47,15 @@ class Finding:
         """Whether the figure exceeds the refusal."""
         return self.figure > self.refusal and not self.accepted
 
-    def __str__(self) -> str:
+    @property
+    def summary(self) -> str:
+        """The figure, its place and its limit, without advice."""
         place = f" {self.place}" if self.place else ""
         said = ", accepted" if self.accepted and not self.passed else ""
-        return (
-            f"{self.name}: found {self.figure:.3g}{place}, expected at most {self.limit:g}{said}"
-            f" ({self.advice})."
-        )
+        return f"{self.name}: found {self.figure:.3g}{place}, expected at most {self.limit:g}{said}"
+
+    def __str__(self) -> str:
+        return f"{self.summary} ({self.advice})."
 
 
 class Errors(NamedTuple):
