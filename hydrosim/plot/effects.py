@@ -176,12 +176,12 @@ def _by_seed(axes: Sequence[Axes], plan: Plan, figure: str, names: ValueNames) -
     % of the seeds."""
     axis, (row,) = axes[0], _rows(plan, figure)
     seeds = plan.runs["seed"].values if "seed" in plan.runs else np.arange(row.runs.size)
-    names = seeds if seeds.ndim == 1 else seeds[:, 0]
+    seed_numbers = seeds if seeds.ndim == 1 else seeds[:, 0]
     s = row.spread
     axis.axhspan(s.another_low, s.another_high, color=COLOURS[0], alpha=0.15, label="90 % of seeds")
     axis.axhspan(s.low, s.high, color=COLOURS[0], alpha=0.35, label="mean, 90 %")
     axis.axhline(s.mean, color=COLOURS[0])
-    axis.plot(names, _read(plan, figure, plan.runs[figure].values), ".", color="0.4")
+    axis.plot(seed_numbers, _read(plan, figure, plan.runs[figure].values), ".", color="0.4")
     axis.xaxis.set_major_locator(MaxNLocator(integer=True))
     axis.set_xlabel("seed")
     axis.set_ylabel(_label(plan, figure))
