@@ -12,8 +12,7 @@ import os
 import signal
 import sys
 import warnings
-from collections.abc import Callable, Sequence
-from functools import cache
+from collections.abc import Sequence
 from typing import Annotated, Any
 
 if sys.excepthook is sys.__excepthook__:
@@ -137,7 +136,7 @@ def _run_command() -> None:
         try:
             _require_memory()
             _require_text([*sys.argv[1:], os.getcwd()])
-            _build_commands()(prog_name="hydrosim")
+            app(prog_name="hydrosim")
         finally:
             sys.stdout.flush()
     except KeyboardInterrupt:  # raised before a command began
@@ -153,12 +152,6 @@ def _run_command() -> None:
             raise
         err.print(f"[bold red]error[/] {_plain(error)}", highlight=False, soft_wrap=True)
         os._exit(3)  # the remaining output cannot be printed
-
-
-@cache
-def _build_commands() -> Callable[..., Any]:
-    """All commands. To build them takes a twentieth of a second, and tests run many."""
-    return typer.main.get_command(app)
 
 
 def _require_text(arguments: Sequence[str]) -> None:

@@ -13,7 +13,6 @@ PACKAGE = Path(__file__).parent
 NUMERICAL = ("numpy", "scipy", "numba", "llvmlite")
 
 
-@cache
 def version_of(package: str) -> str:
     """Version of an installed package."""
     try:

@@ -5,12 +5,14 @@ from __future__ import annotations
 import signal
 import sys
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import pytest
+import typer
 
-from hydrosim.__main__ import main
+from hydrosim.__main__ import app, main
 from hydrosim.commands import progress
 
 NEVER = 1e6
@@ -25,6 +27,12 @@ class Result(NamedTuple):
     err: str
 
 
+@cache
+def built_commands() -> Any:
+    """All commands. To build them takes a twentieth of a second, each time that one is run."""
+    return typer.main.get_command(app)
+
+
 Command = Callable[..., Result]
 
 
@@ -35,6 +43,7 @@ def command(
     its progress, as that depends on the machine."""
 
     monkeypatch.setattr(progress, "FIRST", NEVER)
+    monkeypatch.setattr("hydrosim.__main__.app", built_commands())
 
     def run(*arguments: object) -> Result:
         monkeypatch.setattr(sys, "argv", ["hydrosim", *first, *map(str, arguments)])

@@ -8,8 +8,6 @@ close a loop, a joint that is only `active` at times, and a rod is no branch: it
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
 from typing import NamedTuple
 
 from hydrosim.scene.joint import Joint, JointMotion, JointType, MotionKind
@@ -29,39 +27,32 @@ class Branch(NamedTuple):
     reversed: bool
 
 
-@dataclass(frozen=True)
-class Arrangement:
+class Arrangement(NamedTuple):
     """The ``branches``, parents before children, and the names of the joints that are constraints:
-    ``loops`` (and rods) for the whole run, and ``passing`` at times."""
+    ``loops`` (and rods) for the whole run, and ``passing`` at times. The ``children`` are bodies
+    that a joint carries: they have no coordinates of their own. The ``roots`` are the first bodies
+    of the trees of bodies that joints carry, or that carry others; a joint to the earth begins a
+    tree of its own."""
 
     branches: tuple[Branch, ...]
     loops: tuple[str, ...]
     passing: tuple[str, ...]
+    children: frozenset[str]
+    roots: Mapping[str, str]
 
-    @cached_property
-    def children(self) -> frozenset[str]:
-        """Bodies that a joint carries: they have no coordinates of their own."""
-        return frozenset(branch.child for branch in self.branches)
-
-    @cached_property
-    def roots(self) -> dict[str, str]:
-        """The first body of the tree of each body that joints carry or that carries others. A joint
-        to the earth begins a tree of its own."""
-        roots: dict[str, str] = {}
-        for branch in self.branches:
-            below = branch.child if branch.parent is None else branch.parent
-            roots[branch.child] = roots.setdefault(below, below)
-        return roots
-
-    @cached_property
-    def anchored(self) -> frozenset[str]:
-        """Bodies that joints to the earth hold near their places and headings."""
-        anchored: set[str | None] = {EARTH}
-        for branch in self.branches:
-            stays = all(_stays(motion, branch.joint) for motion in branch.joint.motions)
-            if stays and branch.parent in anchored:
-                anchored.add(branch.child)
-        return frozenset(body for body in anchored if body is not None)
+    def anchors(self, body: str) -> bool:
+        """Whether joints to the earth hold a ``body`` near its place and heading."""
+        below = {branch.child: branch for branch in self.branches}
+        root = below.get(self.roots.get(body, body))
+        if root is None or root.parent is not EARTH:
+            return False
+        place: str | None = body
+        while place is not EARTH:
+            joint = below[place].joint
+            if not all(_stays(motion, joint) for motion in joint.motions):
+                return False
+            place = below[place].parent
+        return True
 
 
 def arranged(joints: Mapping[str, Joint], bodies: Sequence[str]) -> Arrangement:
@@ -79,7 +70,18 @@ def arranged(joints: Mapping[str, Joint], bodies: Sequence[str]) -> Arrangement:
         tuple(branches),
         tuple(name for name in lasting if name not in used),
         tuple(name for name in joints if name not in lasting),
+        frozenset(branch.child for branch in branches),
+        _roots_of(branches),
     )
+
+
+def _roots_of(branches: Sequence[Branch]) -> dict[str, str]:
+    """The first body of the tree of each body in the ``branches``."""
+    roots: dict[str, str] = {}
+    for branch in branches:
+        below = branch.child if branch.parent is None else branch.parent
+        roots[branch.child] = roots.setdefault(below, below)
+    return roots
 
 
 def _stays(motion: JointMotion, joint: Joint) -> bool:

@@ -25,7 +25,7 @@ def joined_with(scene: Scene, body: str) -> frozenset[str]:
 def is_anchored(scene: Scene, body: str) -> bool:
     """True if joints to the earth hold a body near its place and heading: they turn about level
     axes, or slide up and down."""
-    return body in arrangement(scene).anchored
+    return arrangement(scene).anchors(body)
 
 
 def floating_roots(scene: Scene) -> dict[str, tuple[str, ...]]:

@@ -404,7 +404,7 @@ def test_lack_of_memory_is_told(
     def fail(*_: object, **__: object) -> None:
         raise error
 
-    monkeypatch.setattr("hydrosim.__main__._build_commands", lambda: fail)
+    monkeypatch.setattr("hydrosim.__main__.app", fail)
     result = hydrosim("run", "base.yaml")
     assert result.code == 3
     assert f"error: not enough memory ({said}" in result.err
@@ -430,6 +430,6 @@ def test_other_errors_are_not_taken_for_lack_of_memory(
     def fail(*_: object, **__: object) -> None:
         raise caused_by(ImportError("no such module"), KeyError("key"))
 
-    monkeypatch.setattr("hydrosim.__main__._build_commands", lambda: fail)
+    monkeypatch.setattr("hydrosim.__main__.app", fail)
     with pytest.raises(ImportError, match="no such module"):
         hydrosim("run", "base.yaml")
