@@ -119,9 +119,9 @@ def _unknown(keys: Keys, reader: type[BaseModel] | None, alike: Sequence[Details
         text = f"found {len(alike)} unknown keys, {names}; expected some of: {', '.join(known)}"
         return Problem(keys[:-1], text)
     key = str(keys[-1])
-    remedy = _of_comma(key) or _of_colon(key, known) or suggestion(key, known)
-    if _of_comma(key):
-        return Problem(keys, f"found a key that begins with a digit; {remedy}")
+    if comma := _of_comma(key):
+        return Problem(keys, f"found a key that begins with a digit; {comma}")
+    remedy = _of_colon(key, known) or suggestion(key, known)
     expected = "" if remedy and len(known) > MANY_KNOWN else f"expected one of: {', '.join(known)}"
     text = "; ".join(part for part in ("found an unknown key", expected, remedy) if part)
     return Problem(keys, text)

@@ -281,8 +281,9 @@ def _within(target: Target, tolerance: float) -> tuple[Reciprocal, FitReport]:
             continue  # it would be the same fit again
         good = max(aim, NEARLY * target.gain)
         system = _balanced_fit(target, aim, fastest * target.band)
-        reached[fastest] = _error(truncation(system, len(system[0])), target)
-        found.append(_smallest(system, target, tolerance, aim, good))
+        reached[fastest] = _error_of_all(system, target)
+        is_hopeless = reached[fastest] > aim
+        found.append(_smallest(system, target, tolerance, aim, good, is_hopeless))
         if _good(found[-1][1], good):
             break
     return min(found, key=_badness)
@@ -299,7 +300,8 @@ def fit_once(target: Target, tolerance: float) -> tuple[Reciprocal, FitReport]:
     """A passive model within the tolerance, with few states, from one attempt; or else the best
     that was tried."""
     system = _balanced_fit(target, tolerance, ATTEMPTS[0][0] * target.band)
-    return _smallest(system, target, tolerance, tolerance, tolerance)
+    is_hopeless = _error_of_all(system, target) > tolerance
+    return _smallest(system, target, tolerance, tolerance, tolerance, is_hopeless)
 
 
 def _good(report: FitReport, aim: float) -> bool:
@@ -311,14 +313,19 @@ def _badness(one: tuple[Reciprocal, FitReport]) -> tuple[bool, float]:
 
 
 def _smallest(
-    system: System, target: Target, tolerance: float, aim: float, good: float
+    system: System,
+    target: Target,
+    tolerance: float,
+    aim: float,
+    good: float,
+    is_hopeless: bool,
 ) -> tuple[Reciprocal, FitReport]:
     """The first balanced truncation that is within the ``aim``, and within ``good`` after it is
-    made passive; else the best of several. If not even all states are within the ``aim``, the
-    largest that can be made passive: to search on would take minutes and gain nothing."""
+    made passive; else the best of several. It ``is_hopeless`` if not even all states are within the
+    ``aim``. Then it is the largest that can be made passive: to search on would take minutes and
+    gain nothing."""
     found: list[tuple[Reciprocal, FitReport]] = []
     fewest = _fewest(system, target, aim)
-    hopeless = _error(truncation(system, len(system[0])), target) > aim
     tried = [fewest + more for more in MORE]
     for model in filter(None, map(partial(truncation, system), [*tried, *range(fewest)[::-1]])):
         if len(found) == len(MORE):
@@ -327,7 +334,7 @@ def _smallest(
         error = target.error(changed.transfer_function(1j * target.w))
         report = FitReport(tolerance, error, 0.0, before, after)
         found.append((changed, report))
-        if _good(report, good) or (hopeless and report.passive):
+        if _good(report, good) or (is_hopeless and report.passive):
             break
     return min(found, key=_badness)
 
@@ -344,6 +351,11 @@ def _fewest(system: System, target: Target, aim: float) -> int:
         else:
             high = middle
     return high
+
+
+def _error_of_all(system: System, target: Target) -> float:
+    """The error of a system with all its states."""
+    return _error(truncation(system, len(system[0])), target)
 
 
 def _error(model: Reciprocal | None, target: Target) -> float:

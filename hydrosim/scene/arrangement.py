@@ -71,11 +71,11 @@ def arranged(joints: Mapping[str, Joint], bodies: Sequence[str]) -> Arrangement:
         tuple(name for name in lasting if name not in used),
         tuple(name for name in joints if name not in lasting),
         frozenset(branch.child for branch in branches),
-        _roots_of(branches),
+        _root_of_each(branches),
     )
 
 
-def _roots_of(branches: Sequence[Branch]) -> dict[str, str]:
+def _root_of_each(branches: Sequence[Branch]) -> dict[str, str]:
     """The first body of the tree of each body in the ``branches``."""
     roots: dict[str, str] = {}
     for branch in branches:

@@ -19,6 +19,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hydrosim.statistics.peaks import anderson_darling
+
 SLIDE = 8  # parts of a window that it slides by
 DRAWS = 4000
 ROUNDS = 8  # of Newton's method, which has converged by then
@@ -78,9 +80,7 @@ def follows_gumbel(maxima: np.ndarray, law: Gumbel) -> bool:
     of Anderson and Darling at 10 % (Stephens 1977, Biometrika 64)."""
     count = maxima.size
     below = np.exp(-np.exp((law.location - np.sort(maxima)) / law.scale))
-    below = np.clip(below, CERTAIN, 1.0 - CERTAIN)
-    weight = 2.0 * np.arange(1, count + 1) - 1.0
-    statistic = -count - np.mean(weight * (np.log(below) + np.log1p(-below[::-1])))
+    statistic = anderson_darling(np.clip(below, CERTAIN, 1.0 - CERTAIN))
     return bool(statistic * (1.0 + 0.2 / np.sqrt(count)) < DOUBTED)
 
 

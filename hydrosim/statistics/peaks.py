@@ -120,10 +120,16 @@ def exponential_misfit(excesses: np.ndarray) -> float:
     their mean (Stephens 1974, Journal of the American Statistical Association 69)."""
     count = excesses.size
     below = -np.expm1(-np.sort(excesses) / excesses.mean())
-    below = np.clip(below, CERTAIN, 1.0 - CERTAIN)
+    statistic = anderson_darling(np.clip(below, CERTAIN, 1.0 - CERTAIN))
+    return statistic * (1.0 + 0.6 / count)
+
+
+def anderson_darling(below: np.ndarray) -> float:
+    """Anderson's and Darling's statistic of values whose rising probabilities ``below`` (n,) by a
+    law are above 0 and below 1."""
+    count = below.size
     weight = 2.0 * np.arange(1, count + 1) - 1.0
-    statistic = -count - np.mean(weight * (np.log(below) + np.log1p(-below[::-1])))
-    return float(statistic * (1.0 + 0.6 / count))
+    return float(-count - np.mean(weight * (np.log(below) + np.log1p(-below[::-1]))))
 
 
 def fit_weibull(heights: np.ndarray) -> Weibull:

@@ -8,7 +8,6 @@ its largest radius of gyration, which bodies on long light arms exceed most.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,9 +19,6 @@ from hydrosim.forces.pair import Tie
 from hydrosim.scene import Body, JointType
 from hydrosim.scene.joint import MotionKind
 from hydrosim.scene.trees import arrangement
-
-if TYPE_CHECKING:
-    pass
 
 HULL_REACH = 3.0  # of the half diagonal of the water plane
 DRY_REACH = 20.0  # of the largest radius of gyration
