@@ -65,7 +65,7 @@ def with_states(given: Several, total: int) -> Several:
     )
     state = first._replace(y=np.insert(first.y, at, np.zeros(more)))
     known = given.compiled.facts
-    facts = replace(known, model=model, layout=state_layout(given.scene, model))
+    facts = replace(known, model=model, layout=state_layout(given.scene, model, known.met))
     return Several(replace(given.compiled, facts=facts, state=state), tuple(fits))
 
 

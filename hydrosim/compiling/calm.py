@@ -81,7 +81,7 @@ def in_waves(calm: Compiled, scene: Scene, sea: Sequence[Components]) -> Compile
     elements = in_gusts(calm.model.elements, gusts)
     model = calm.model._replace(waves=loads, following=following, elements=elements)
     model, drag = with_line_drag(scene, model, calm.state, sea, _met_at_rest(calm, scene))
-    state = with_slow_places(scene, model, calm.state)
+    state = with_slow_places(scene, model, calm.facts.met, calm.state)
     facts = facts_of(scene, calm.wet, model)
     compiled = replace(calm, scene=scene, facts=facts, state=state, sea=tuple(sea))
     known = calm.notes.of_memory(calm.memory_errors)
@@ -135,8 +135,8 @@ def wave_bodies(
     scene: Scene, databases: Mapping[str, HydroDatabase], met: Mapping[str, WaveForces]
 ) -> list[WaveBody]:
     """All bodies of a scene in waves, with their ``databases`` that have loads, and the positions
-    where waves act (`facts.met_by_waves`). A body that a joint carries has all of its loads: the
-    joint carries those in directions that do not move."""
+    where waves act (`waves.places.met_by_waves`). A body that a joint carries has all of its loads:
+    the joint carries those in directions that do not move."""
     alone = {name: db for name, db in databases.items() if db.heading.size}
     joined = arrangement(scene).children
     return [

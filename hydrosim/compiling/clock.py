@@ -16,7 +16,7 @@ from hydrosim.integrate import Control
 from hydrosim.rigid.free import are_lengths
 from hydrosim.stepping.clock import Clock
 from hydrosim.waves.following import STATES
-from hydrosim.waves.places import grid_step, slow_bodies, steps_per_block
+from hydrosim.waves.places import grid_step, steps_per_block
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
@@ -76,7 +76,7 @@ def _tolerances(scene: Scene, model: Model) -> np.ndarray:
         B = states.B[states.matrix[g] :][: members.size * size].reshape(members.size, size)
         reach = by_dof[members] @ np.abs(B) / -states.decay[first : first + size]
         absolute[model.radiation + first :][:size] = reach
-    slow = len(slow_bodies(scene))
+    slow = (model.draught - model.slow) // STATES
     filters = np.repeat([tolerance.position, tolerance.position, tolerance.angle], 3)
     known = np.full(STATES - filters.size, np.inf)
     absolute[model.slow : model.draught] = np.tile([*filters, *known], slow)

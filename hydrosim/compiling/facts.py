@@ -12,7 +12,7 @@ from hydrosim.linear.linearity import nonlinearities
 from hydrosim.scene import LinearScenes
 from hydrosim.stepping.names import force_names
 from hydrosim.stepping.state_layout import state_layout
-from hydrosim.waves.places import places
+from hydrosim.waves.places import met_by_waves
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -49,21 +49,17 @@ def facts_of(scene: Scene, wet: Sequence[WetGroup], model: Model) -> Facts:
     """Facts of an `opened` scene. Raises InputError if waves cannot act on a body as asked."""
     databases = each_alone(wet)
     nonlinear = tuple(nonlinearities(scene, model))
+    met = met_by_waves(scene, databases)
     return Facts(
         model=model,
         rows=force_names(scene),
-        layout=state_layout(scene, model),
+        layout=state_layout(scene, model, met),
         databases=databases,
-        met=met_by_waves(scene, databases),
+        met=met,
         headings=tuple(initial_headings(scene)),
         nonlinear=nonlinear,
         exact=not nonlinear and scene.solver.linear == LinearScenes.EXACT,
     )
-
-
-def met_by_waves(scene: Scene, databases: Mapping[str, HydroDatabase]) -> dict[str, WaveForces]:
-    """Position at which waves act on each body of a scene, by name, with their ``databases``."""
-    return {body.name: places(scene, body, databases.get(body.name)) for body in scene.bodies}
 
 
 def solution(scene: Scene, facts: Facts) -> str:

@@ -8,7 +8,7 @@ determined anew. Time continues, with the waves and all tables.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -26,7 +26,7 @@ from hydrosim.results.error_figures import ACCURACY
 from hydrosim.results.memory import push_again, take_over
 from hydrosim.results.netcdf import read
 from hydrosim.rigid.kinematics import Motion, place_bodies
-from hydrosim.scene import Body, Place, Scene, Start
+from hydrosim.scene import Body, Place, Scene, Start, WaveForces
 from hydrosim.stepping.dynamics import Model, new_work
 from hydrosim.stepping.names import (
     Coordinate,
@@ -103,13 +103,14 @@ def method_before(scene: Scene, accuracy: float) -> str | None:
     return str(attributes["solver_method"]) if same else None
 
 
-def knows_slow_places(scene: Scene) -> bool:
-    """Whether an `opened` scene starts from a run that stored all its slow positions in waves."""
+def knows_slow_places(scene: Scene, met: Mapping[str, WaveForces]) -> bool:
+    """Whether an `opened` scene starts from a run that stored all its slow positions in waves.
+    ``met`` has the positions where waves act, by body."""
     if scene.initial is None:
         return False
     run = _run(scene)
     there = {*run.state_owner.values[run.state_kind.values == StateKind.SLOW_PLACE]}
-    return {body.name for body in slow_bodies(scene)} <= there
+    return {*slow_bodies(scene, met)} <= there
 
 
 def initial_headings(scene: Scene) -> list[float]:

@@ -3,6 +3,7 @@ run."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,7 +23,7 @@ from hydrosim.waves.places import grid_step
 from hydrosim.waves.slow import first_states
 
 if TYPE_CHECKING:
-    from hydrosim.scene import Scene
+    from hydrosim.scene import Scene, WaveForces
     from hydrosim.stepping.state_layout import StateLayout
 
 
@@ -65,10 +66,12 @@ def start_of(scene: Scene, model: Model, layout: StateLayout, fresh: State) -> S
     return restart.resume(scene, model, layout, fresh)
 
 
-def with_slow_places(scene: Scene, model: Model, state: State) -> State:
+def with_slow_places(
+    scene: Scene, model: Model, met: Mapping[str, WaveForces], state: State
+) -> State:
     """The state with slow positions in waves of bodies that have always moved as they do now. Slow
-    positions of an earlier run are kept."""
-    if not model.following.slow.any() or restart.knows_slow_places(scene):
+    positions of an earlier run are kept. ``met`` has the positions where waves act, by body."""
+    if not model.following.slow.any() or restart.knows_slow_places(scene, met):
         return state
     motion = new_work(model).motion
     n = model.bodies.active.size

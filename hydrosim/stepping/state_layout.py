@@ -8,7 +8,7 @@ kernels, `Model` has the offsets of blocks as numbers.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from itertools import pairwise
@@ -19,7 +19,7 @@ import numpy as np
 from hydrosim.dofs import DOFS
 from hydrosim.forces import KINDS
 from hydrosim.forces.kind import Tallying
-from hydrosim.scene import Scene
+from hydrosim.scene import Scene, WaveForces
 from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.names import (
     Coordinate,
@@ -109,18 +109,21 @@ class StateLayout:
         return ((block.kind, entry) for block in self.blocks for entry in block.entries)
 
 
-def state_layout(scene: Scene, model: Model) -> StateLayout:
-    """The layout of y for a scene and its model."""
+def state_layout(scene: Scene, model: Model, met: Mapping[str, WaveForces]) -> StateLayout:
+    """The layout of y for a scene and its model. ``met`` has the positions where waves act, by
+    body."""
     blocks = []
     offset = 0
-    for kind, entries in _blocks(scene, model):
+    for kind, entries in _blocks(scene, model, met):
         found = tuple(entries)
         blocks.append(Block(kind, offset, found))
         offset += len(found)
     return StateLayout(tuple(blocks))
 
 
-def _blocks(scene: Scene, model: Model) -> Iterator[tuple[str, Iterable[Entry]]]:
+def _blocks(
+    scene: Scene, model: Model, met: Mapping[str, WaveForces]
+) -> Iterator[tuple[str, Iterable[Entry]]]:
     """All blocks in the order of y."""
     free = coordinates(scene)
     yield StateKind.COORDINATE, (Entry(q.dof, q.body, q.name, (q,)) for q in free)
@@ -129,7 +132,7 @@ def _blocks(scene: Scene, model: Model) -> Iterator[tuple[str, Iterable[Entry]]]
     for kind in KINDS:
         for own in kind.states(kind.of(model), scene):
             yield own.kind, _each(own.owners, own.components, own.prefix)
-    yield StateKind.SLOW_PLACE, _each([body.name for body in slow_bodies(scene)], SLOW_NAMES)
+    yield StateKind.SLOW_PLACE, _each(slow_bodies(scene, met), SLOW_NAMES)
     yield (
         StateKind.SLOW_DRAUGHT,
         _each(_families(scene, model), DRAUGHT_FILTERS),

@@ -7,6 +7,7 @@ depends on the scene alone.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 from hydrosim.dofs import DOFS
@@ -51,16 +52,19 @@ def places(scene: Scene, body: Body, database: TransferFunctions | None) -> Wave
     return replace(chosen, headings=Place.MEAN, position=Place.MEAN)
 
 
-def slow_bodies(scene: Scene) -> list[Body]:
-    """The bodies whose slow motion the waves follow."""
-    return [body for body in scene.bodies if follows_slowly(scene, body)]
+def met_by_waves(scene: Scene, databases: Mapping[str, TransferFunctions]) -> dict[str, WaveForces]:
+    """Position at which waves act on each body of a scene, by name, with their ``databases``."""
+    return {body.name: places(scene, body, databases.get(body.name)) for body in scene.bodies}
 
 
-def follows_slowly(scene: Scene, body: Body) -> bool:
-    """True if the waves follow the slow motion of a body."""
-    chosen = chosen_places(scene, body)
-    loaded = body.hydrodynamics is not None and chosen.any and bool(scene.environment.waves)
-    return loaded and Place.SLOW in (chosen.position, chosen.headings)
+def slow_bodies(scene: Scene, met: Mapping[str, WaveForces]) -> list[str]:
+    """Names of the bodies whose slow motion the waves follow. ``met`` has the `places` of all."""
+    return [body.name for body in scene.bodies if _follows_slowly(scene, body, met[body.name])]
+
+
+def _follows_slowly(scene: Scene, body: Body, met: WaveForces) -> bool:
+    loaded = body.hydrodynamics is not None and met.any and bool(scene.environment.waves)
+    return loaded and Place.SLOW in (met.position, met.headings)
 
 
 def _chosen(asked: Place, scene: Scene, body: Body, dofs: tuple[int, ...]) -> Place:

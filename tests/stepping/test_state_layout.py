@@ -19,8 +19,9 @@ IRREGULAR = CASES / "sphere" / "irregular.yaml"
 def test_radiation_states_are_named_after_their_group_once() -> None:
     """Groups of two degrees of freedom and of one, which a model may fill up."""
     scene = hs.load_case(IRREGULAR).scene()
-    model = hs.compile_scene(scene).model
-    layout = state_layout(scene, model)
+    compiled = hs.compile_scene(scene)
+    model = compiled.model
+    layout = state_layout(scene, model, compiled.facts.met)
     names = layout.names()
     assert len(names) == len(set(names)) == model.size
     first = [entry for entry in layout.of(StateKind.RADIATION) if entry.component == "radiation 1"]
@@ -43,7 +44,7 @@ def test_radiation_states_are_named_after_their_group_once() -> None:
 def test_blocks_lie_where_the_model_has_them(name: str, changes: dict[str, object]) -> None:
     compiled = hs.compile_scene(hs.load_case(CASES / f"{name}.yaml", changes).scene())
     scene, model = compiled.scene, compiled.model
-    layout = state_layout(scene, model)
+    layout = state_layout(scene, model, compiled.facts.met)
     at = {block.kind: block.offset for block in layout.blocks}
     p = model.elements
     assert at[StateKind.RATE] == model.bodies.active.size

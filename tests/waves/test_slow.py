@@ -177,7 +177,8 @@ def test_by_itself_it_is_chosen_for_bodies_that_may_leave() -> None:
     assert places(free) == (Place.SLOW, Place.SLOW)
     towed = replace(free, forces={"tug": steady("barge", surge=1e5)})
     assert places(with_body(towed, wave_forces=WaveForces())) == (Place.SLOW, Place.SLOW)
-    assert not slow_bodies(replace(free, environment=Environment()))
+    calm = replace(free, environment=Environment())
+    assert not slow_bodies(calm, {"barge": chosen_places(calm, calm.bodies[0])})
     streaming = replace(moored.environment, current=Stream(0.5, 0.1))
     assert places(replace(moored, environment=streaming)) == (Place.MEAN, Place.SLOW)
     assert hull().heading.size >= 12

@@ -23,7 +23,6 @@ from scipy import linalg
 from hydrosim.compiling.calm import wave_bodies
 from hydrosim.compiling.compile import Radiation, compile_for_linear
 from hydrosim.compiling.compiled import Compiled
-from hydrosim.compiling.facts import met_by_waves
 from hydrosim.dofs import about_z
 from hydrosim.forces import heights_of_wind, with_linear_rolls
 from hydrosim.linear.contacts import Contacts, with_contacts
@@ -40,6 +39,7 @@ from hydrosim.studies.linear.gusts import change_with_wind
 from hydrosim.waves.build import first_order
 from hydrosim.waves.components import Components
 from hydrosim.waves.dispersion import wavenumber
+from hydrosim.waves.places import met_by_waves
 
 if TYPE_CHECKING:
     from hydrosim.compiling.wet import WetGroup

@@ -10,7 +10,6 @@ import numpy as np
 from hydrosim.compiling.calm import wave_bodies
 from hydrosim.compiling.compile import Radiation, compile_for_linear
 from hydrosim.compiling.compiled import Compiled
-from hydrosim.compiling.facts import met_by_waves
 from hydrosim.errors import InputError
 from hydrosim.forces import in_gusts, without_friction
 from hydrosim.linear.equilibrium import ENOUGH, Rest, equilibrium
@@ -20,6 +19,7 @@ from hydrosim.studies.ballast.loading import pumped
 from hydrosim.waves.build import wave_loads_model
 from hydrosim.waves.components import sea
 from hydrosim.waves.following import following_model
+from hydrosim.waves.places import met_by_waves
 
 if TYPE_CHECKING:
     from hydrosim.stepping.dynamics import Model
