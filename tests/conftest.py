@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import hypothesis
+import kept_fits
 import pytest
 import xarray as xr
 from moored_barge import scene_of
@@ -26,6 +27,8 @@ hypothesis.settings.load_profile("hydrosim")
 
 def pytest_sessionstart(session: pytest.Session) -> None:
     """Compiles the kernels before workers begin, or each of them would compile them all."""
+    if not hasattr(session.config, "workerinput"):
+        kept_fits.unpack()
     if session.config.getoption("numprocesses", None):
         with announced(Console()):
             hs.simulate(replace(scene_of("base"), duration=1.0))
