@@ -15,7 +15,7 @@ from hydrosim.commands.terminal import progress_console, show, show_document
 from hydrosim.errors import InputError
 
 if TYPE_CHECKING:
-    from hydrosim.studies.ballast.ballasting import Plan
+    from hydrosim.studies.ballast.ballasting import PumpPlan
 
 err = progress_console()
 STEEPEST = 1.48  # rad (85 deg)
@@ -57,7 +57,7 @@ def ballast(
     from hydrosim.compiling.compile import compile_in_calm
     from hydrosim.plot.loading import draw_loading
     from hydrosim.presentation.units import units_of
-    from hydrosim.studies.ballast.ballasting import plan
+    from hydrosim.studies.ballast.ballasting import find_pump_plan
     from hydrosim.studies.ballast.loading import conditions
     from hydrosim.tanks.events import triggered_pumps
     from hydrosim.wording.ballast import ballast_document
@@ -88,12 +88,12 @@ def ballast(
     with announced(err), progress("loading condition"):
         compiled = compile_in_calm(scene)
         found = conditions(compiled, at, angle)
-        planned: Plan | None = None
+        planned: PumpPlan | None = None
         if lift is not None or rise is not None:
             weight = quantity("--lift", lift, "force", "N", "20000 tonne_force") if lift else None
             up = quantity("--rise", rise, "length", "m", "0.5 m") if rise else 0.0
             span = quantity("--within", within, "time", "s", "1 hour")
-            planned = plan(compiled, body or having[0], span, weight, up)
+            planned = find_pump_plan(compiled, body or having[0], span, weight, up)
     waiting = [pump.key for pump in triggered_pumps(scene)] if at > 0.0 else []
     draw_loading(found, at, page, units_of(scene.source))
     show_document(ballast_document(scene, found, at, angle, planned, waiting), verbose)

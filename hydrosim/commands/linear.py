@@ -75,7 +75,7 @@ def linear(
     from hydrosim.linear.contacts import Contacts
     from hydrosim.plot.response import draw_response
     from hydrosim.results.netcdf import write
-    from hydrosim.studies.linear.seakeeping import Wanted, linear_analysis
+    from hydrosim.studies.linear.seakeeping import LinearRequest, linear_analysis
     from hydrosim.wording.linear import linear_document
 
     case = load_case(case_file, settings)
@@ -97,7 +97,7 @@ def linear(
         settings=case.settings(asked),
     )
     page = made.at(made.path.with_suffix(".png"), "picture").checked()
-    wanted = Wanted(
+    wanted = LinearRequest(
         seconds("--time", time, 0.0),
         [float(np.radians(b)) for b in numbers(headings, "--headings", positive=False)]
         if headings

@@ -32,7 +32,7 @@ from hydrosim.scene import (
 from hydrosim.streams.gusts import gust_at, gust_components, gust_table
 from hydrosim.streams.spectra import density, variance
 from hydrosim.streams.wind import gust_factor, mean_wind, turbulence_intensity
-from hydrosim.studies.linear.seakeeping import Wanted, linear_analysis
+from hydrosim.studies.linear.seakeeping import LinearRequest, linear_analysis
 from hydrosim.studies.operability.seas import Sea, in_sea
 from hydrosim.studies.sweep.study import seas
 from hydrosim.waves import draws
@@ -304,7 +304,7 @@ def test_a_turned_scene_in_gusts_turns() -> None:
 
 def test_linear_response_to_gusts() -> None:
     """Along the wind the load changes by 2 c U u, and damps by 2 c U."""
-    found = linear_analysis(moored(gusty(repeat_period=10800.0)), Wanted())
+    found = linear_analysis(moored(gusty(repeat_period=10800.0)), LinearRequest())
     wind = mean_wind(gusty())
     parts = gust_components(Gusts(seed=3), wind, [HEIGHT])
     U, w = npd_speed(HEIGHT), parts.omega

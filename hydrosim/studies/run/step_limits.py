@@ -12,7 +12,7 @@ from hydrosim.linear.stability import smallest_step, step_limits
 from hydrosim.radiation.threads import one_thread
 from hydrosim.scene import Unstable
 from hydrosim.scene.solver import fitting_step
-from hydrosim.studies.ballast.loading import as_at
+from hydrosim.studies.ballast.loading import with_contents_at
 from hydrosim.studies.run.resolution import (
     scene_combinations,
     scene_vibrations,
@@ -38,7 +38,7 @@ def warned_of_steps(compiled: Compiled) -> Compiled:
     found = [limit.describe(step) for limit in limits]
     if not found and compiled.model.tanks.each.size:
         end = compiled.begin + scene.duration
-        later = as_at(compiled, end)
+        later = with_contents_at(compiled, end)
         combinations = scene_combinations(later)
         limits = _limits_below(step, later, combinations, smallest_step(combinations, later.method))
         now = f", with tanks as at the end, {end:g} s"
