@@ -41,7 +41,7 @@ def operability(
     """
     from hydrosim.plot.operability import draw_limits
     from hydrosim.results.netcdf import write
-    from hydrosim.studies.many.unfinished import kept
+    from hydrosim.studies.many.unfinished import locked_journal
     from hydrosim.studies.operability.study import limits_of, load_limits
     from hydrosim.studies.operability.weather import assessed, read_weather
     from hydrosim.wording.limits import limits_tables
@@ -62,7 +62,7 @@ def operability(
     weather = read_weather(study_file.parent, study.wanted)
     with (
         resumable("--resume"),
-        kept(result, resume, study.identity) as journal,
+        locked_journal(result, resume, study.identity) as journal,
         announced(err),
         progress("limits", "seas") as report,
     ):

@@ -59,11 +59,11 @@ def sweep(
     verbose: Verbose = False,
 ) -> None:
     """Run a case over the parameters and seeds of a study; write one netCDF file and tables."""
-    from hydrosim.studies.many.reach import out_of_reach
+    from hydrosim.studies.many.reach import describe_outside_ranges
     from hydrosim.studies.sweep.study import load_study
 
     study = load_study(study_file)
-    for line in out_of_reach(study.scenes):
+    for line in describe_outside_ranges(study.scenes):
         say(f"warning   {line}")
     result = placed(
         output,

@@ -18,7 +18,7 @@ from hydrosim.presentation.document import Value
 from hydrosim.presentation.layout import text_of
 from hydrosim.presentation.units import units_of
 from hydrosim.program import program_version, versions
-from hydrosim.studies.many.shared import Shared
+from hydrosim.studies.many.shared import SceneCache
 from hydrosim.studies.many.unfinished import identity
 from hydrosim.studies.operability.mirrored import with_other_side
 from hydrosim.studies.operability.search import CONFIDENCE, Search, allowed
@@ -86,7 +86,7 @@ class Limits:
         heights = self.wanted.heights.values()
         varied = {"seeds": self.seeds, "heights": heights, "seas": [sea for _, sea in _seas(self)]}
         asked = {"criteria": self.figures, "limits": self.limits, "share": self.wanted.probability}
-        return identity([self.scene], Shared().opened, varied, asked)
+        return identity([self.scene], SceneCache().open_sources, varied, asked)
 
     def stages(self) -> dict[str, list[int]]:
         """The numbers of the criteria of all stages together and of each."""

@@ -20,8 +20,8 @@ from hydrosim.results.journal import forget, is_part
 from hydrosim.results.netcdf import write
 from hydrosim.results.runs_file import RUN
 from hydrosim.statistics import effects
-from hydrosim.studies.many.shared import Shared
-from hydrosim.studies.many.unfinished import identity, is_whole
+from hydrosim.studies.many.shared import SceneCache
+from hydrosim.studies.many.unfinished import identity, is_complete
 from hydrosim.studies.run.digest import digest
 from hydrosim.studies.sweep.study import Study, seas
 
@@ -52,7 +52,7 @@ def run_until(
     known = list(seeds)
     part = study
     folder = Path(f"{output.path}.rounds")
-    shared = Shared()
+    shared = SceneCache()
     with output.held(), _gone_if_empty(folder):
         _begin(folder, resume, output)
         rounds: list[xr.Dataset] = []
@@ -127,11 +127,11 @@ def _clear(folder: Path) -> None:
     remove_folder(folder, _is_round)
 
 
-def _made(part: Study, number: int, shared: Shared, folder: Path, run: Run) -> xr.Dataset:
+def _made(part: Study, number: int, shared: SceneCache, folder: Path, run: Run) -> xr.Dataset:
     """The runs of a round: those that are there, if they are all and of this study."""
     asked = {"figures": part.figures, "kept": repr(part.kept), "design": part.design}
     labels = {name: label.values for name, label in part.labels.items()}
-    state = digest(identity(part.scenes, shared.opened, labels, asked))
+    state = digest(identity(part.scenes, shared.open_sources, labels, asked))
     path = folder / f"{number}-{state[:16]}.nc"
     others = {file for file in folder.glob(f"{number}-*") if not file.name.startswith(path.name)}
     if others and number == 0:
@@ -140,7 +140,7 @@ def _made(part: Study, number: int, shared: Shared, folder: Path, run: Run) -> x
             " database, or the study. Restore them to go on, or begin anew with --overwrite, which"
             " replaces the finished runs."
         )
-    if path.exists() and is_whole(path):
+    if path.exists() and is_complete(path):
         return xr.open_dataset(path, engine="netcdf4")
     return run(part, path)
 

@@ -18,7 +18,7 @@ from hydrosim.evidence import Feature, Kind
 from hydrosim.scene import Scene
 from hydrosim.studies.linear.seakeeping import LinearRequest, linear_analysis
 from hydrosim.studies.many import pools
-from hydrosim.studies.many.outcome import Outcome
+from hydrosim.studies.many.outcome import RunOutcome
 from hydrosim.studies.operability.study import limits_of, load_limits
 from hydrosim.studies.operability.trials import Trials
 
@@ -251,7 +251,7 @@ def test_a_search_that_is_interrupted_goes_on_to_the_same_limits(
     once = Trials._kept
     runs: list[int] = []
 
-    def interrupted(self: Trials, run: int, outcome: Outcome) -> Outcome:
+    def interrupted(self: Trials, run: int, outcome: RunOutcome) -> RunOutcome:
         kept = once(self, run, outcome)
         runs.append(run)
         if len(runs) == 11:
