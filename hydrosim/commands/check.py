@@ -33,12 +33,12 @@ def check(
     """
     from hydrosim.case.load import load_case
     from hydrosim.presentation.document import Outcome, Verdict
-    from hydrosim.studies.run.stages import outdated
+    from hydrosim.studies.run.stages import outdated_reason
     from hydrosim.wording.check import check_document
 
     times = [quantity("--time", part, "time", "s", "1 hour") for part in time.split(",") if time]
     case = load_case(case_file, settings)
-    missing = [reason for stage in case.stages() if (reason := outdated(stage))]
+    missing = [reason for stage in case.stages() if (reason := outdated_reason(stage))]
     for reason in missing:
         show(f"first stage: {reason}; hydrosim run {case_file} simulates it")
     if missing:

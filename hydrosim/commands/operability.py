@@ -43,7 +43,7 @@ def operability(
     from hydrosim.results.netcdf import write
     from hydrosim.studies.many.unfinished import locked_journal
     from hydrosim.studies.operability.study import limits_of, load_limits
-    from hydrosim.studies.operability.weather import assessed, read_weather
+    from hydrosim.studies.operability.weather import assess_weather, read_weather
     from hydrosim.wording.limits import limits_tables
 
     with announced(err):
@@ -71,7 +71,7 @@ def operability(
             report(done, study.seas, f"{sea}, {runs} runs")
 
         limits = limits_of(study, workers or os.cpu_count() or 1, tell, journal)
-        found = assessed(limits, weather)
+        found = assess_weather(limits, weather)
         write(found, result)
         journal.remove()
     draw_limits(found, page)

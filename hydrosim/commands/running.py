@@ -48,7 +48,7 @@ def _counted(number: int, one: str, several: str) -> str:
 
 def complete(case: Case, run: Callable[[Case, Output], xr.Dataset]) -> None:
     """Run the other cases that the case needs, and print their names."""
-    from hydrosim.studies.run.stages import complete as made
+    from hydrosim.studies.run.stages import complete_stages as made
 
     made(case, run, lambda text: say(f"first stage: {text}"))
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from hydrosim.outputs import Output
     from hydrosim.studies.many.pools import Pool
     from hydrosim.studies.study_file import Enough
-    from hydrosim.studies.sweep.study import Study
+    from hydrosim.studies.sweep.study import ParameterStudy
 
 # Seconds and number of runs after which the total time is estimated.
 LOOKED_AT = 10.0
@@ -86,14 +86,14 @@ def sweep(
         _told(runs, study, path, table, overwrite, plot_too, verbose)
 
 
-def _table_beside(path: Path, study: Study, overwrite: bool) -> Output:
+def _table_beside(path: Path, study: ParameterStudy, overwrite: bool) -> Output:
     """Output for the tables of the runs at ``path``. Raises InputError if it cannot be written."""
     return place_table(path, None, path.parent, study.inputs, overwrite)
 
 
 def _told(
     runs: xr.Dataset,
-    study: Study,
+    study: ParameterStudy,
     path: Path,
     table: Output | None,
     overwrite: bool,
@@ -119,7 +119,7 @@ def _told(
 
 
 def _until(
-    study: Study,
+    study: ParameterStudy,
     wanted: Enough,
     result: Output,
     by: tuple[int | None, str | None],
@@ -134,7 +134,7 @@ def _until(
     from hydrosim.studies.sweep.precise import run_until
     from hydrosim.studies.sweep.sweep import run_study
 
-    def run(part: Study, path: Path) -> xr.Dataset:
+    def run(part: ParameterStudy, path: Path) -> xr.Dataset:
         pool = _pool(by[1], by[0])
         runs = run_study(part, path, by[0], resume=True, pool=pool)
         raise_if_interrupted()
@@ -166,7 +166,7 @@ def _pool(scheduler: str | None, workers: int | None) -> Pool | None:
 
 
 def _with_progress(
-    study: Study, result: Output, workers: int | None, resume: bool, pool: Pool | None
+    study: ParameterStudy, result: Output, workers: int | None, resume: bool, pool: Pool | None
 ) -> xr.Dataset:
     from hydrosim.studies.many.unfinished import folder_of
     from hydrosim.studies.sweep.sweep import run_study

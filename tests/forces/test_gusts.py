@@ -34,7 +34,7 @@ from hydrosim.streams.spectra import density, variance
 from hydrosim.streams.wind import gust_factor, mean_wind, turbulence_intensity
 from hydrosim.studies.linear.seakeeping import LinearRequest, linear_analysis
 from hydrosim.studies.operability.seas import Sea, in_sea
-from hydrosim.studies.sweep.study import seas
+from hydrosim.studies.sweep.study import scenes_with_seeds
 from hydrosim.waves import draws
 
 FOOT = 0.3048
@@ -319,11 +319,11 @@ def test_seeds_of_studies_draw_gusts_too() -> None:
     train = WaveTrain(hs.scene.Jonswap(2.0, 8.0))
     water = replace(gusty(), waves=(train,))
     still = moored(water)
-    for one in (seas(still, [7])[0], in_sea(still, Sea(8.0, 0.0), 2.0, 7)):
+    for one in (scenes_with_seeds(still, [7])[0], in_sea(still, Sea(8.0, 0.0), 2.0, 7)):
         assert one.environment.seeds == [7, 7]
     known = replace(still, environment=water.with_seed(5)).environment.without_waves()
     assert known == water.without_waves()
-    gusty_seas = seas(replace(still, environment=gusty()), [7, 8])
+    gusty_seas = scenes_with_seeds(replace(still, environment=gusty()), [7, 8])
     runs = hs.simulate_many(gusty_seas, channels=["wind_speed"], workers=1)
     assert runs.seed.values.tolist() == [7, 8]
 

@@ -30,7 +30,7 @@ from hydrosim.results.runs_file import NOT_RUN
 from hydrosim.studies.many.outcome import RunOutcome
 from hydrosim.studies.many.pools import outcome_of
 from hydrosim.studies.many.work import PackedTask, RunTask, pack, unpack
-from hydrosim.studies.run.checkpoint import program
+from hydrosim.studies.run.checkpoint import program_identity
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
@@ -105,7 +105,7 @@ class Cluster:
         """How many workers there are, all with this program."""
         with suppress(TimeoutError):
             self._client.wait_for_workers(1, timeout=CONNECT_TIMEOUT_S)
-        own_program = program()
+        own_program = program_identity()
         for worker, worker_program in self._client.run(_program, on_error="return").items():
             if isinstance(worker_program, OSError):  # it has died just now: others make its runs
                 continue
@@ -168,7 +168,9 @@ class Cluster:
     def _send(self, batch: Sequence[Run], made: Any, digest: Any, alone: bool = False) -> None:
         packed = [each for _, each in batch]
         with self._lock:
-            task = self._client.submit(run_batch, program(), made, packed, digest, pure=False)
+            task = self._client.submit(
+                run_batch, program_identity(), made, packed, digest, pure=False
+            )
             self._tasks[task] = [future for future, _ in batch]
         task.add_done_callback(partial(self._finish_batch, batch, made, digest, alone))
 
@@ -262,16 +264,16 @@ def run_batch(
     expected: str, calm: Compiled, works: Sequence[PackedTask], digest: Digest
 ) -> list[RunOutcome]:
     """Runs that differ in their waves alone, on a worker; InputError if this is another program."""
-    if program() != expected:
+    if program_identity() != expected:
         raise InputError(
-            f"--scheduler: found a worker with {program()}; expected {expected}, as here. Install"
-            " the same version there, and start the worker again."
+            f"--scheduler: found a worker with {program_identity()}; expected {expected}, as"
+            " here. Install the same version there, and start the worker again."
         )
     return [outcome_of(unpack(packed, calm), digest, Event()) for packed in works]
 
 
 def _program() -> str:
-    return program()
+    return program_identity()
 
 
 def _is_death(error: BaseException | None) -> bool:

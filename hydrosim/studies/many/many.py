@@ -38,7 +38,7 @@ from hydrosim.studies.many.outcome import RunOutcome, pad_to_layout, reduce_run
 from hydrosim.studies.many.pools import Pool, Threads
 from hydrosim.studies.many.shared import SceneCache
 from hydrosim.studies.many.unfinished import folder_of, identity, is_complete, locked_journal
-from hydrosim.studies.run.simulation import prepared, simulate
+from hydrosim.studies.run.simulation import prepare_scene, simulate
 
 if TYPE_CHECKING:
     from hydrosim.case import Case
@@ -111,7 +111,7 @@ def simulate_many(
     """
     if isinstance(cases, str | Path):
         raise InputError("found one file; expected several cases: hs.simulate_many([...]).")
-    scenes = [prepared(case) for case in cases]
+    scenes = [prepare_scene(case) for case in cases]
     _check(scenes, labels or {}, start)
     seeds = _seeds(scenes)
     along = {**({} if seeds is None else {"seed": seeds}), **(labels or {})}

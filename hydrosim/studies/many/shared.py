@@ -21,7 +21,7 @@ from hydrosim.documents.places import locating
 from hydrosim.scene import Body, Coefficients, Family, Scene, Start
 from hydrosim.studies.many.alike import scenes_equal
 from hydrosim.studies.many.work import RunTask
-from hydrosim.studies.run.step_limits import warned_of_steps
+from hydrosim.studies.run.step_limits import add_step_warnings
 from hydrosim.waves.components import Components, sea
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ class SceneCache:
     def _try_compiling(self, scene: Scene, drawn: Sequence[Components]) -> Compiled | Exception:
         """A scene in calm water, or why there is none."""
         try:
-            return warned_of_steps(planar(compile_calm(scene, self._wet), drawn))
+            return add_step_warnings(planar(compile_calm(scene, self._wet), drawn))
         except Exception as error:
             return error
 

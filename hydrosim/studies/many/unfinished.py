@@ -15,8 +15,8 @@ from hydrosim.leftovers import check_folder
 from hydrosim.results.journal import Journal, forget, identity_of, is_earlier, is_empty, is_part
 from hydrosim.results.runs_file import NOT_RUN
 from hydrosim.scene import Scene
-from hydrosim.studies.run.checkpoint import program
-from hydrosim.studies.run.digest import APART, digest
+from hydrosim.studies.run.checkpoint import program_identity
+from hydrosim.studies.run.digest import IGNORED_FIELDS, digest
 
 if TYPE_CHECKING:
     from hydrosim.outputs import Output
@@ -93,7 +93,7 @@ def identity(
     read: dict[int, Any] = {}
     hulls: dict[tuple[int, int], str] = {}
     parts: dict[int, str] = {}
-    names = [f.name for f in fields(Scene) if f.name not in {*APART, "bodies", "initial"}]
+    names = [f.name for f in fields(Scene) if f.name not in {*IGNORED_FIELDS, "bodies", "initial"}]
     cases = []
     for scene in scenes:
         key = id(scene.bodies), id(scene.initial)
@@ -103,7 +103,7 @@ def identity(
         parts.update((id(value), digest(value)) for value in values if id(value) not in parts)
         cases.append(" ".join([hulls[key], *(parts[id(value)] for value in values)]))
     return {
-        "the program": program(),
+        "the program": program_identity(),
         "a database, or the run to start from": digest(list(read.values())),
         "what is kept of the runs": digest(dict(asked)),
         "the seeds or parameters": digest((len(scenes), dict(labels))),

@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from hydrosim.outputs import Output
     from hydrosim.studies.many.many import Progress
     from hydrosim.studies.many.pools import Pool
-    from hydrosim.studies.sweep.study import Study
+    from hydrosim.studies.sweep.study import ParameterStudy
 
 
 def run_study(
-    study: Study,
+    study: ParameterStudy,
     output: Path | Output,
     workers: int | None = None,
     progress: Progress | None = None,

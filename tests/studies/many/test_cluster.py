@@ -134,7 +134,7 @@ def test_a_scheduler_with_tls_needs_a_certificate(sweep: Command) -> None:
 def test_another_program_is_refused(
     cluster: tuple[str, list[int]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("hydrosim.studies.many.cluster.program", lambda: "hydrosim 0.0.9")
+    monkeypatch.setattr("hydrosim.studies.many.cluster.program_identity", lambda: "hydrosim 0.0.9")
     with pytest.raises(InputError, match=r"with another program \(hydrosim .*expected hydrosim 0"):
         Cluster(cluster[0])
     with pytest.raises(InputError, match=r"a worker with hydrosim 0.0.9; expected another"):

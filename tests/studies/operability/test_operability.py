@@ -248,7 +248,7 @@ def test_a_search_that_is_interrupted_goes_on_to_the_same_limits(
     study(tmp_path, STAGED)
     operability = command(monkeypatch, capsys, "operability", "limits.yaml", "--workers", "2")
     operability("-o", "whole.nc")
-    once = Trials._kept
+    once = Trials._record_outcome
     runs: list[int] = []
 
     def interrupted(self: Trials, run: int, outcome: RunOutcome) -> RunOutcome:
@@ -259,7 +259,7 @@ def test_a_search_that_is_interrupted_goes_on_to_the_same_limits(
         return kept
 
     with monkeypatch.context() as patch:
-        patch.setattr(Trials, "_kept", interrupted)
+        patch.setattr(Trials, "_record_outcome", interrupted)
         ended = operability("-o", "part.nc")
     assert ended.code == 130
     assert "completed work is kept; --resume continues" in ended.err

@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 
 from hydrosim.studies.study_file import Plan, Range
-from hydrosim.studies.sweep.designs import Row, rows, size
+from hydrosim.studies.sweep.designs import DesignRow, design_rows, design_size
 
 
 def ends(_: str, spread: Range) -> tuple[float, float]:
     return float(spread.low), float(spread.high)
 
 
-def of(**keys: Any) -> tuple[Plan, list[Row]]:
+def of(**keys: Any) -> tuple[Plan, list[DesignRow]]:
     plan = Plan.model_validate(keys)
-    found = list(rows(plan, ends))
-    assert len(found) == size(plan)
+    found = list(design_rows(plan, ends))
+    assert len(found) == design_size(plan)
     return plan, found
 
 
@@ -54,7 +54,7 @@ def test_whole_numbers_are_all_as_likely() -> None:
     plan = Plan.model_validate(
         {"design": "latin_hypercube", "samples": 64, "parameters": {"n": {"from": 1, "to": 4}}}
     )
-    found = [row.settings["n"] for row in rows(plan, lambda *_: (1, 4))]
+    found = [row.settings["n"] for row in design_rows(plan, lambda *_: (1, 4))]
     assert [found.count(n) for n in (1, 2, 3, 4)] == [16] * 4
 
 
