@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrosim.commands.compiling import announced
-from hydrosim.commands.options import CaseFile, Overwrite, Settings, Verbose, placed, quantity
+from hydrosim.commands.compiling import announce_compiling
+from hydrosim.commands.options import CaseFile, Overwrite, Settings, Verbose, output_for, quantity
 from hydrosim.commands.progress import progress
-from hydrosim.commands.terminal import progress_console, show, show_document
+from hydrosim.commands.terminal import print_lines, progress_console, show_document
 from hydrosim.errors import InputError
 
 if TYPE_CHECKING:
     from hydrosim.studies.ballast.ballasting import PumpPlan
 
 err = progress_console()
-STEEPEST = 1.48  # rad (85 deg)
+MAX_ANGLE_RAD = 1.48  # rad (85 deg)
 
 
 def ballast(
@@ -63,7 +63,7 @@ def ballast(
     from hydrosim.wording.ballast import ballast_document
 
     case, name = load_case(case_file, settings), f"{case_file.stem}_ballast"
-    page = placed(
+    page = output_for(
         *(output, name, "ballast", case_file),
         inputs=case.inputs(),
         overwrite=overwrite,
@@ -71,7 +71,7 @@ def ballast(
     )
     at = quantity("--time", time, "time", "s", "1 hour")
     angle = quantity("--heel", heel, "angle", "rad", "5 deg") if heel else None
-    if angle is not None and not 0.0 < abs(angle) < STEEPEST:
+    if angle is not None and not 0.0 < abs(angle) < MAX_ANGLE_RAD:
         raise InputError(
             f"--heel: found {degrees(angle):.4g} deg; expected an angle above 0 and below 85 deg."
             ' A number without a unit is in rad: write "5 deg".'
@@ -85,7 +85,7 @@ def ballast(
         )
     if body is not None and body not in having:
         raise InputError(f"--body: found {body}; expected one of {', '.join(having)}.")
-    with announced(err), progress("loading condition"):
+    with announce_compiling(err), progress("loading condition"):
         compiled = compile_in_calm(scene)
         found = conditions(compiled, at, angle)
         planned: PumpPlan | None = None
@@ -97,4 +97,4 @@ def ballast(
     waiting = [pump.key for pump in triggered_pumps(scene)] if at > 0.0 else []
     draw_loading(found, at, page, units_of(scene.source))
     show_document(ballast_document(scene, found, at, angle, planned, waiting), verbose)
-    show(f"picture   {page.path}")
+    print_lines(f"picture   {page.path}")

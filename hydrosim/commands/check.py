@@ -7,10 +7,10 @@ from typing import Annotated, Any
 
 import typer
 
-from hydrosim.commands.compiling import announced
+from hydrosim.commands.compiling import announce_compiling
 from hydrosim.commands.options import CaseFile, Settings, Verbose, quantity
 from hydrosim.commands.progress import progress
-from hydrosim.commands.terminal import progress_console, show, show_document
+from hydrosim.commands.terminal import print_lines, progress_console, show_document
 
 err = progress_console()
 
@@ -40,11 +40,11 @@ def check(
     case = load_case(case_file, settings)
     missing = [reason for stage in case.stages() if (reason := outdated_reason(stage))]
     for reason in missing:
-        show(f"first stage: {reason}; hydrosim run {case_file} simulates it")
+        print_lines(f"first stage: {reason}; hydrosim run {case_file} simulates it")
     if missing:
         return
 
-    with announced(err), progress("checking") as report:
+    with announce_compiling(err), progress("checking") as report:
 
         def watch(items: Sequence[Any], what: str) -> Iterator[Any]:
             for k, item in enumerate(items):

@@ -92,7 +92,7 @@ Spread = Annotated[
 ]
 
 
-class Linked(of.Strict):
+class LinkedKeys(of.Strict):
     """Keys of the case that are varied together, and what their values are called."""
 
     keys: Annotated[dict[StrictStr, Spread], Field(min_length=1)]
@@ -120,12 +120,12 @@ def _parameter_tag(value: Any) -> str:
 Parameter = Annotated[
     Annotated[Values, Tag("values")]
     | Annotated[Range, Tag("range")]
-    | Annotated[Linked, Tag("linked")],
+    | Annotated[LinkedKeys, Tag("linked")],
     Discriminator(_parameter_tag),
 ]
 
 
-class Plan(of.Strict):
+class DesignPlan(of.Strict):
     """Parameters, keys of the case as with `--set` or names of what is linked, and how values of
     several are combined; of ranges, so many ``samples``, drawn with the seed ``random``."""
 
@@ -142,7 +142,7 @@ class Plan(of.Strict):
     def _check_design(self) -> Self:
         drawn = self.design not in ("grid", "one_at_a_time")
         for name, parameter in self.parameters.items():
-            spreads = parameter.keys.values() if isinstance(parameter, Linked) else [parameter]
+            spreads = parameter.keys.values() if isinstance(parameter, LinkedKeys) else [parameter]
             if any(isinstance(spread, Range) != drawn for spread in spreads):
                 kind = "a list of values" if drawn else "a range"
                 other = "a range, {from: .., to: ..}" if drawn else "a list of values"
@@ -154,7 +154,7 @@ class Plan(of.Strict):
         return self
 
 
-class Kept(of.Strict):
+class OutputSettings(of.Strict):
     """What is kept of each run: ``variables`` every ``step``; statistics from ``start`` [s] on,
     also of ``channels`` (patterns such as "clearance.*"); with ``impulses`` what `hydrosim explain`
     says of it."""
@@ -350,7 +350,7 @@ Criterion = Annotated[
 ]
 
 
-class Enough(of.Strict):
+class SeedTarget(of.Strict):
     """More seeds, up to ``most``, until the 90 % interval of the mean of a ``figure`` is at most
     so ``wide``, for all values of the parameters."""
 
@@ -362,21 +362,21 @@ class Enough(of.Strict):
     """Largest number of seeds. Example: 500."""
 
 
-class StudyFile(Plan):
+class StudyFile(DesignPlan):
     """A whole study file: one plan, or several ``studies`` by name, of one case and with the same
     seeds; ``figures`` of each run, to compare."""
 
     case: StrictStr
     """Case file that is varied, relative to the study file. Example: ../base.yaml."""
-    studies: dict[StrictStr, Plan] = Field(default_factory=dict)
+    studies: dict[StrictStr, DesignPlan] = Field(default_factory=dict)
     """Several plans by name, in place of parameters."""
     seeds: Seeds | None = None
     """Seeds of the sea: 1-100, a list, or one number. Example: 1-100."""
-    until: Enough | None = None
+    until: SeedTarget | None = None
     """Accuracy that more seeds are run for."""
     duration: of.Period | None = None
     """Length of each run, in place of that of the case."""
-    output: Kept = Kept()
+    output: OutputSettings = OutputSettings()
     """Results that are kept of each run."""
     figures: dict[StrictStr, Asked] = Field(default_factory=dict)
     """Figures of each run by name."""
@@ -409,6 +409,6 @@ class StudyFile(Plan):
         until = self.until
         return found | ({} if until is None else {"until.wide": (until.figure, until.wide)})
 
-    def plans(self) -> dict[str, Plan]:
+    def plans(self) -> dict[str, DesignPlan]:
         """All plans by name; that of a file with one has none."""
         return self.studies or {"": self}

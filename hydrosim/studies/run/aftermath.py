@@ -307,9 +307,8 @@ def _second_order_yaw_warnings(
         yield (
             f"bodies.{body.name}: second-order loads are computed for its heading at rest, but"
             f" {_yaw_text(run, at, yaw)} {change:.0%}; expected less than"
-            f" {MIN_REPORTED_LOAD_CHANGE:.0%}. Set wave_forces.headings: slow, with loads (and QTFs) for"
-            " all headings; or set"
-            f" bodies.{body.name}.heading to its mean heading."
+            f" {MIN_REPORTED_LOAD_CHANGE:.0%}. Set wave_forces.headings: slow, with loads (and"
+            f" QTFs) for all headings; or set bodies.{body.name}.heading to its mean heading."
         )
 
 

@@ -71,8 +71,8 @@ def accuracy_limit(compiled: Compiled, found: Sequence[Combination]) -> str:
     step, vibration = min(needs, key=lambda need: need[0])
     return (
         f"largest accurate step {step:.3g} s, within {MAX_AMPLITUDE_ERROR:g} of its amplitude over"
-        f" the run: {describe_vibration(vibration, compiled)} at {scene.solver.step:g} s. It matters if"
-        " waves, impacts or the start excite it; the run reports whether they do"
+        f" the run: {describe_vibration(vibration, compiled)} at {scene.solver.step:g} s. It"
+        " matters if waves, impacts or the start excite it; the run reports whether they do"
     )
 
 

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy
 
-from hydrosim.studies.study_file import Linked, Parameter, Plan, Range
+from hydrosim.studies.study_file import DesignPlan, LinkedKeys, Parameter, Range
 
 Ends = Callable[[str, Range], tuple[float, float]]
 """The ends of the range of a key, in SI; of type int where the key takes whole numbers alone."""
@@ -36,10 +36,10 @@ class DesignRow(NamedTuple):
 
 def keys_of(name: str, parameter: Parameter) -> dict[str, Any]:
     """The keys of a parameter, of each its values or range."""
-    return dict(parameter.keys) if isinstance(parameter, Linked) else {name: parameter}
+    return dict(parameter.keys) if isinstance(parameter, LinkedKeys) else {name: parameter}
 
 
-def design_size(plan: Plan) -> int:
+def design_size(plan: DesignPlan) -> int:
     """How many rows `design_rows` gives."""
     counts = [
         len(next(iter(keys_of(n, p).values())))
@@ -56,7 +56,7 @@ def design_size(plan: Plan) -> int:
     return int(plan.samples or 0)
 
 
-def design_rows(plan: Plan, ends: Ends) -> Iterator[DesignRow]:
+def design_rows(plan: DesignPlan, ends: Ends) -> Iterator[DesignRow]:
     """The combinations of a plan, in order."""
     match plan.design:
         case "grid":
@@ -84,7 +84,7 @@ def _merge_rows(parts: Any) -> DesignRow:
 
 def _values(name: str, parameter: Parameter) -> list[DesignRow]:
     keys = keys_of(name, parameter)
-    names = (parameter.called or ()) if isinstance(parameter, Linked) else ()
+    names = (parameter.called or ()) if isinstance(parameter, LinkedKeys) else ()
     each = [dict(zip(keys, values, strict=True)) for values in zip(*keys.values(), strict=True)]
     return [DesignRow(e, {name: names[k]} if names else {}) for k, e in enumerate(each)]
 
@@ -109,7 +109,7 @@ def _interpolate(logarithmic: bool, low: float, high: float, part: float) -> flo
     return float(low * (high / low) ** part if logarithmic else low + (high - low) * part)
 
 
-def _samples(plan: Plan) -> np.ndarray:
+def _samples(plan: DesignPlan) -> np.ndarray:
     """Points (n, d) of the unit cube; for indices A, B, and A with each column of B."""
     count, d = int(plan.samples or 0), len(plan.parameters)
     if plan.design == "latin_hypercube":

@@ -27,7 +27,7 @@ from hydrosim.studies.sweep.study import ParameterStudy, scenes_with_seeds
 
 if TYPE_CHECKING:
     from hydrosim.outputs import Output
-    from hydrosim.studies.study_file import Enough
+    from hydrosim.studies.study_file import SeedTarget
 
 ROUND_NAME_PATTERN = r"\d+-[0-9a-f]{16}\.nc"
 """Names of rounds: the number, and what the round is of."""
@@ -38,7 +38,7 @@ Run = Callable[[ParameterStudy, Path], xr.Dataset]
 def run_until(
     study: ParameterStudy,
     seeds: tuple[int, ...],
-    wanted: Enough,
+    wanted: SeedTarget,
     run: Run,
     output: Output,
     resume: bool = False,
@@ -86,7 +86,7 @@ def _remove_if_empty(folder: Path) -> Iterator[None]:
             folder.rmdir()
 
 
-def _width_text(width: float, unit: str, count: int, wanted: Enough) -> str:
+def _width_text(width: float, unit: str, count: int, wanted: SeedTarget) -> str:
     if width == inf:
         return f"{count} seeds: some combination has fewer than two values of {wanted.figure}"
     wide = wanted.wide.value

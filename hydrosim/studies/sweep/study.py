@@ -35,11 +35,11 @@ from hydrosim.statistics.effects import CYCLIC
 from hydrosim.studies.run.simulation import prepare_scene
 from hydrosim.studies.study_file import (
     Criterion,
-    Enough,
-    Kept,
-    Linked,
-    Plan,
+    DesignPlan,
+    LinkedKeys,
+    OutputSettings,
     Range,
+    SeedTarget,
     StudyFile,
     as_study_criterion,
 )
@@ -72,12 +72,12 @@ class ParameterStudy:
 
     scenes: tuple[Scene, ...]
     labels: dict[str, xr.Variable]
-    kept: Kept
+    kept: OutputSettings
     inputs: tuple[Path, ...] = ()
     figures: tuple[Asked, ...] = ()
     design: str = "{}"
     seeds: tuple[int, ...] = ()
-    until: Enough | None = None
+    until: SeedTarget | None = None
     settings: str = ""
     bounds: Mapping[str, tuple[str, Scale]] = field(default_factory=dict)
     first: int = 0
@@ -220,7 +220,7 @@ def _problems(data: StudyFile) -> Iterator[Problem]:
         name: where
         for plan, each in data.plans().items()
         for name, parameter in each.parameters.items()
-        if isinstance(parameter, Linked)
+        if isinstance(parameter, LinkedKeys)
         for where in [(*(("studies", plan) if plan else ()), "parameters", name)]
     }
     for kind, names in (("figures", data.figures), ("criteria", data.criteria)):
@@ -268,7 +268,7 @@ class _Builder:
         """The case of the study, without what is varied."""
         return self._case({})
 
-    def rows(self, name: str, plan: Plan) -> list[_Combination]:
+    def rows(self, name: str, plan: DesignPlan) -> list[_Combination]:
         """The combinations of a plan. One at a time, the case itself is there once, also where it
         is among the values of parameters."""
         found: list[_Combination] = []
@@ -320,7 +320,7 @@ def _labels(data: StudyFile, rows: list[_Combination]) -> dict[str, xr.Variable]
     attributes: dict[str, dict[str, Any]] = {}
     for plan in plans.values():
         for name, parameter in plan.parameters.items():
-            if isinstance(parameter, Linked) and parameter.called is not None:
+            if isinstance(parameter, LinkedKeys) and parameter.called is not None:
                 labels[name] = [row.row.called.get(name, "") for row in rows]
             for key in designs.keys_of(name, parameter):
                 labels[key], attributes[key] = _values_of_key(key, rows)
