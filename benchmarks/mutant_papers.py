@@ -39,7 +39,7 @@ from hydrosim.errors import HydrosimError
 from hydrosim.presentation.document import Document
 from hydrosim.presentation.terminal import printable
 from hydrosim.studies.operability.study import load_limits
-from hydrosim.studies.operability.weather import assessed, read_weather
+from hydrosim.studies.operability.weather import assess_weather, read_weather
 from hydrosim.studies.study_file import StudyFile
 from hydrosim.studies.sweep.study import load_study
 from hydrosim.wording.limits import weather_nodes
@@ -146,7 +146,7 @@ def _weather(path: Path) -> None:
     assert wanted is not None
     other = "scatter" if path.stem == "hindcast" else "hindcast"
     weather = read_weather(path.parent, wanted.model_copy(update={other: None}))
-    str(Document("weather", list(weather_nodes(assessed(FOUND, weather)))))
+    str(Document("weather", list(weather_nodes(assess_weather(FOUND, weather)))))
 
 
 def papers() -> dict[str, Paper]:

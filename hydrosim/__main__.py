@@ -51,7 +51,7 @@ from hydrosim.commands.schema import schema
 from hydrosim.commands.statistics import statistics
 from hydrosim.commands.streams import make_streams_last
 from hydrosim.commands.sweep import sweep
-from hydrosim.commands.terminal import say, show
+from hydrosim.commands.terminal import print_lines, print_status
 from hydrosim.errors import HydrosimError, InputError
 from hydrosim.interrupts import install_signal_handlers
 from hydrosim.presentation.terminal import printable
@@ -85,7 +85,7 @@ def _version(asked: bool) -> None:
     if asked:
         from hydrosim.program import program_version
 
-        show(f"hydrosim {program_version()}", *_shipped())
+        print_lines(f"hydrosim {program_version()}", *_shipped())
         raise typer.Exit
 
 
@@ -131,7 +131,7 @@ def main() -> None:
 def _run_command() -> None:
     install_signal_handlers()
     make_streams_last()
-    warnings.showwarning = lambda message, *_, **__: say(f"warning   {message}")
+    warnings.showwarning = lambda message, *_, **__: print_status(f"warning   {message}")
     try:
         try:
             _require_memory()

@@ -16,7 +16,7 @@ from rich.console import Console
 from stated_lines import WRITING, unlike
 
 import hydrosim as hs
-from hydrosim.commands.compiling import announced
+from hydrosim.commands.compiling import announce_compiling
 from hydrosim.evidence import Feature, Kind, Line
 
 hypothesis.settings.register_profile(  # no test is about wall time
@@ -30,7 +30,7 @@ def pytest_sessionstart(session: pytest.Session) -> None:
     if not hasattr(session.config, "workerinput"):
         kept_fits.unpack()
     if session.config.getoption("numprocesses", None):
-        with announced(Console()):
+        with announce_compiling(Console()):
             hs.simulate(replace(scene_of("base"), duration=1.0))
 
 
