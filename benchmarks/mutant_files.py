@@ -14,6 +14,8 @@ from hashlib import sha256
 from io import StringIO
 from pathlib import Path
 from random import Random
+from shutil import copy
+from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 import netCDF4
@@ -114,8 +116,20 @@ def vessel_text() -> str:
     return str(yaml.safe_dump(contents(load(H851)), sort_keys=False, width=10**6))
 
 
-def write_results(folder: Path, study: str) -> None:
-    """A short run, and the runs of a ``study``, as they are."""
+def copy_results(folder: Path, study: str) -> None:
+    """A short run, and the runs of a ``study``, as they are; made once."""
+    for path in Path(_results(study).name).glob("*.nc"):
+        copy(path, folder)
+
+
+@cache
+def _results(study: str) -> TemporaryDirectory[str]:
+    made = TemporaryDirectory()
+    _write_results(Path(made.name), study)
+    return made
+
+
+def _write_results(folder: Path, study: str) -> None:
     ask(["run", str(RUN), "--set", "duration=30 s", "-o", str(folder / "right_run.nc")])
     path = folder / "right_runs.yaml"
     path.write_text(study)

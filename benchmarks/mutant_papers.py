@@ -202,6 +202,7 @@ def prepare(folder: Path) -> None:
     """Put what papers read into a folder."""
     (folder / "right.yaml").write_text(LIMITS)
     _write_tables(folder)
+    mutant_files.copy_results(folder, STUDY_RUN)
     for file in (*RECIPES.glob("*.yaml"), *RECIPES.glob("*.obj")):
         copy(file, folder)
     _compile(folder)
@@ -210,15 +211,15 @@ def prepare(folder: Path) -> None:
 @cache
 def _compile(folder: Path) -> None:
     """Read each paper as it is: kernels that are compiled on the way are no hang of a mutant."""
-    mutant_files.write_results(folder, STUDY_RUN)
     for paper, kind in papers().items():
         path = folder / f"{paper}{kind.suffix}"
-        _write_right(path, kind)
+        write_right(path, kind)
         if kind.text and paper not in REFUSED:
             kind.read(path)
 
 
-def _write_right(path: Path, kind: Paper) -> None:
+def write_right(path: Path, kind: Paper) -> None:
+    """Write a paper as it is; a result is copied from the one that `prepare` made."""
     if kind.suffix == ".nc":
         copy(path.with_name(f"right_{path.name}"), path)
     else:
@@ -229,7 +230,7 @@ def _write_right(path: Path, kind: Paper) -> None:
 def _right(paper: str, path: Path) -> object:
     """What is read of the paper as it is, in the file at ``path``."""
     kind = papers()[paper]
-    _write_right(path, kind)
+    write_right(path, kind)
     return kind.read(path)
 
 
@@ -246,7 +247,7 @@ def trial(paper: str, number: int, folder: Path) -> tuple[str, Outcome]:
     path = folder / f"{paper}{kind.suffix}"
     read = kind.read
     if kind.suffix == ".nc":
-        _write_right(path, kind)
+        write_right(path, kind)
         damage = Damage(mutant_files.tamper(path, random, FIELDS), "")
         command = random.choice(mutant_files.COMMANDS)
         damage = damage._replace(what=f"{command} of {damage.what}")

@@ -22,6 +22,7 @@ Water = tuple[float, float]
 """Density [kg/m^3] and gravity [m/s^2]."""
 DEEPER = 1e-3  # of the depth: an anchor this little below the seabed is on it
 YAML = (".yaml", ".yml")
+CASE_KEYS = {"title", "duration", "environment", "bodies", "forces", "joints", "extends"}
 MAX_PIECES = 1000
 """Lines of a file; a wind farm has some hundreds."""
 
@@ -194,11 +195,14 @@ def _hung(system: System, start: str, pieces: list[str], water: Water) -> Iterat
 
 
 def is_mooring_file(file: Path) -> bool:
-    """Whether a file is another program's, not a case."""
+    """Whether a file is another program's, not a case. YAML without any key of a case is."""
     if file.suffix.lower() not in YAML:
         return True
     try:
         node = compose(file.read_text("utf-8-sig"), str(file))
     except (OSError, UnicodeDecodeError, InputError):
         return False  # the reader of cases says what is wrong
-    return node is not None and is_moorpy(plain(node))
+    values = plain(node) if node is not None else None
+    if not isinstance(values, Mapping):
+        return False
+    return is_moorpy(values) or not CASE_KEYS & {*values}

@@ -140,7 +140,7 @@ def read_moorpy(source: Source) -> System:
     values = plain(node) if node else None
     if node is None or not isinstance(values, Mapping) or not is_moorpy(values):
         keys = f"{', '.join(REQUIRED_KEYS[:-1])} and {REQUIRED_KEYS[-1]}"
-        source.wrong(f"found no keys {keys}; expected a system of MoorPy")
+        source.wrong(f"found no keys {keys}; expected a system of MoorPy, or a case of hydrosim")
     if {*REQUIRED_KEYS} <= {*values}:
         return _system(MappingEntry(source, node, (), values))
     return _system(MappingEntry(source, node, ("mooring",), values["mooring"]))

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import copy
+from time import process_time
 from typing import Any
 
 import damaged
@@ -281,7 +282,7 @@ def test_messages_name_the_key(model, tmp_path):
     with pytest.raises(InputError, match=r"draughts with load RAOs: .* and .*, expected one"):
         read(write(path, model | {"VesselTypes": [kind, kind]}))
     draught = draught_of(model) | {"ReferenceOrigin": [0, "x", 0]}
-    with pytest.raises(InputError, match=r"Draughts\[0\]\.ReferenceOrigin: found 'x', expected"):
+    with pytest.raises(InputError, match=r'Draughts\[0\]\.ReferenceOrigin: found "x", expected'):
         read(write(path, model | {"VesselTypes": [kind | {"Draughts": [draught]}]}))
     path.write_text("General:\n  UnitsSystem: SI\n :\n")
     with pytest.raises(InputError, match=r"line 3: .*expected YAML"):
@@ -314,3 +315,23 @@ def test_one_of_several_draughts_is_chosen_by_name(model, tmp_path):
     assert read(path, Given(draught="Barge, Ballast")).volume == pytest.approx([17.0])
     with pytest.raises(InputError, match="expected one"):
         read(path, Given(draught="Barge, Light"))
+
+
+@pytest.mark.parametrize("keys", ["LoadRAOs.RAOs", "ReferenceOrigin", "AMDMethod", "Name"])
+def test_aliases_of_aliases_are_refused_at_once(model, tmp_path, keys):
+    """Nine levels of nine, 4e8 values if they were written out."""
+    bomb: Any = "1"
+    for _ in range(9):
+        bomb = [bomb] * 9
+    changed = copy.deepcopy(model)
+    place = draught_of(changed)
+    *above, last = keys.split(".")
+    for key in above:
+        place = place[key]
+    place[last] = bomb
+    path = write(tmp_path / "barge.yml", changed)
+    started = process_time()
+    found = damaged.message(read, path)
+    assert process_time() - started < 5.0
+    assert found is None or len(found) < 500
+    assert found is not None or keys == "Name"
