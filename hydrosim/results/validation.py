@@ -98,9 +98,9 @@ def _wrong_numbers(run: xr.Dataset) -> Iterator[str]:
             yield f"{name}: found {np.count_nonzero(~finite)} values that are no numbers"
         elif np.abs(values).max(initial=0.0) > MAX_NUMBER:
             yield f"{name}: found a value above {MAX_NUMBER:g}; expected one that can be squared"
-    for name, variable in run.variables.items():
+    for key, variable in run.variables.items():
         if variable.dtype.kind == "f" and np.isinf(variable.values).any():
-            yield f"{name}: found an infinite value; expected finite ones"
+            yield f"{key}: found an infinite value; expected finite ones"
 
 
 def _is_texts(value: Any) -> bool:
