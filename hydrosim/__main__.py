@@ -46,6 +46,7 @@ from hydrosim.commands.operability import operability
 from hydrosim.commands.plot import plot
 from hydrosim.commands.replay import replay
 from hydrosim.commands.report import report
+from hydrosim.commands.results import tells_absent_variables
 from hydrosim.commands.run import run
 from hydrosim.commands.schema import schema
 from hydrosim.commands.statistics import statistics
@@ -76,7 +77,7 @@ app = typer.Typer(
     help="Time-domain simulation of floating bodies, with exact stick-slip contact.",
 )
 for command in COMMANDS:
-    app.command()(command)
+    app.command()(tells_absent_variables(command))
 app.add_typer(db.app, name="db")
 err = Console(stderr=True)
 
