@@ -43,6 +43,7 @@ from hydrosim.waves.forms import (
     moves_second_order,
     new_filtered,
 )
+from hydrosim.waves.frequency_nodes import FrequencyNodes, Span, nodes_model, span_of
 from hydrosim.waves.loads import POINTS, rise
 from hydrosim.waves.synthesis import MISSED, row_step
 from hydrosim.waves.transfer import TransferFunctions, transfer_table
@@ -88,6 +89,7 @@ class FollowingLoads(NamedTuple):
     load: np.ndarray  # complex
     second: Forms  # loads of second order
     bands: Bands  # bands of the waves of slow bodies, where these are summed in bands
+    gathered: FrequencyNodes  # nodes of the waves of those that drift, where bands need them
     slow: np.ndarray  # (nb,) bool
     state: np.ndarray  # (nb,) int64
     cut: np.ndarray  # (nb,)
@@ -110,7 +112,15 @@ class _Part(NamedTuple):
     table: np.ndarray
     cut: float
     forms: BodyForms
-    bands: list[Set]
+    waves: Waves
+    frequency: np.ndarray  # (nf,) of the table
+
+    def bands(
+        self, body: WaveBody, seas: Sequence[Components], span: Span, missed: float
+    ) -> list[Set]:
+        """Bands of these waves on the body."""
+        nodes = self.table.shape[1]
+        return body_bands(body, seas, self.waves, self.forms, self.frequency, nodes, span, missed)
 
 
 def follows(body: WaveBody) -> bool:
@@ -141,6 +151,12 @@ def following_model(
     cuts = {body.index: part.cut for body, part in zip(chosen[::-1], parts[::-1], strict=True)}
     first, load = join_once([part.table for part in parts], complex)
     step = row_step([line for part in parts for line in _lines(part)], block, missed)
+    spans = [span_of(part.omega, part.wavenumber, block, step) for part in parts]
+    bands = [
+        part.bands(body, seas, span, missed)
+        for part, body, span in zip(parts, chosen, spans, strict=True)
+    ]
+    nodes = [[one.nodes for one in each if one.nodes is not None] for each in bands]
 
     def joined(name: str, kind: type = float) -> np.ndarray:
         return np.concatenate([np.zeros(0, kind), *(getattr(part, name) for part in parts)])
@@ -164,13 +180,14 @@ def following_model(
         cell=joined("cell", np.int64),
         load=load,
         second=forms_model([part.forms for part in parts]),
-        bands=bands_model([part.bands for part in parts]),
+        bands=bands_model(bands),
+        gathered=nodes_model(nodes, spans),
         slow=slow,
         state=STATES * np.searchsorted(owners, [body.index for body in chosen]).astype(np.int64),
         cut=np.array([cuts[body.index] for body in chosen]),
         block=block,
         row_step=step,
-        rows=ceil(block / step) + POINTS + 2 if slow.any() else 0,
+        rows=ceil(block / step) + POINTS if slow.any() else 0,
     )
 
 
@@ -192,7 +209,7 @@ def _part(seas: Sequence[Components], body: WaveBody, database: TransferFunction
     order = np.lexsort((each[0], _trains(each[2]), sea))
     order = order[loaded[order]]
     omega, wavenumber, heading, ramp = (values[order] for values in each)
-    known = Waves(sea[order], omega, heading - body.heading, ramp)
+    known = Waves(sea[order], omega, wavenumber, heading - body.heading, ramp)
     forms = body_forms(body, known, elevation[order])
     elevation = np.where(first, elevation, 0.0)
     energy = np.where(first, size, 0.0)[order] ** 2 if first.any() else size[order] ** 2
@@ -200,8 +217,7 @@ def _part(seas: Sequence[Components], body: WaveBody, database: TransferFunction
     return _Part(
         *(omega, wavenumber, heading, ramp, elevation[order]),
         *cells_of(w, omega),
-        *(table, CUT * float(mean), forms),
-        body_bands(body, seas, known, forms, w, table.shape[1]),
+        *(table, CUT * float(mean), forms, known, w),
     )
 
 

@@ -37,6 +37,7 @@ from hydrosim.waves.bands import (
     add_bands,
     add_waves,
     find_phases,
+    follow_path,
     has_bands,
     new_band_sums,
     turn,
@@ -44,6 +45,7 @@ from hydrosim.waves.bands import (
 )
 from hydrosim.waves.following import STATES, FollowingLoads, loads_at_heading, turn_to_earth
 from hydrosim.waves.forms import Filtered, add_forms, find_filters, has_forms, new_filtered
+from hydrosim.waves.frequency_nodes import has_nodes
 from hydrosim.waves.loads import POINTS, lagrange, rise, rows_at
 
 TRACKED = (0, 1, 5)
@@ -63,7 +65,7 @@ class Block(NamedTuple):
     """Scratch: the states ``known`` (nb, 7) of the bodies for which their ``rows`` (nb, rows, 2, 6)
     of both orders were made, from time index ``first`` (nb,) on. For every wave: z and the factor
     to the next row, (4, nw), and the loads in heading axes at the block's ends, (24, nw). For a
-    cell of their table: (2, 2, 6)."""
+    cell of their table: (2, 2, 6). The ``path`` (4,) of a body: x, y at the first row, velocity."""
 
     known: np.ndarray
     first: np.ndarray
@@ -73,6 +75,7 @@ class Block(NamedTuple):
     cell: np.ndarray
     filtered: Filtered
     bands: BandSums
+    path: np.ndarray
 
 
 def new_block(p: FollowingLoads) -> Block:
@@ -88,7 +91,8 @@ def new_block(p: FollowingLoads) -> Block:
         np.zeros((24, most)),
         np.zeros((2, 2, 6), complex),
         new_filtered(p.second, p.offset),
-        new_band_sums(p.bands),
+        new_band_sums(p),
+        np.zeros(4),
     )
 
 
@@ -172,7 +176,8 @@ def _fill(k, y, p, block):
     """Fill the rows of body k for the block in its states."""
     at, begin = p.state[k], y[p.state[k] + BEGIN]
     assign(block.known[k], y[at + PLACE : at + STATES])
-    block.first[k] = floor(begin / p.row_step + 1e-9) - POINTS // 2
+    block.first[k] = floor(begin / p.row_step + 1e-9) - POINTS // 2 + 1
+    _find_path(k, block.first[k] * p.row_step - begin, y, p, block.path)
     if has_bands(k, p.bands):
         _sum_bands(k, y, p, block)
     else:
@@ -193,7 +198,12 @@ def _sum_bands(k, y, p, block):
     begin = y[p.state[k] + BEGIN]
     weigh_bands(k, _yaw(k, 0.0, y, p), 0, p, block.bands)
     weigh_bands(k, _yaw(k, p.block, y, p), 1, p, block.bands)
-    find_phases(k, block.first[k] * p.row_step, p.row_step, p.bands, block.bands)
+    start = block.first[k] * p.row_step
+    samples = (POINTS - 1) / (p.rows - 1)
+    if has_nodes(k, p.gathered):
+        middle = begin + p.block / 2.0
+        follow_path(k, start, middle, p.row_step / samples, block.path, p, block.bands)
+    find_phases(k, start, p.row_step, block.path, p.bands, block.bands)
     phase = block.bands.phase
     for r in range(p.rows):
         t = (block.first[k] + r) * p.row_step
@@ -201,7 +211,7 @@ def _sum_bands(k, y, p, block):
         second = block.rows[k, r, 1]
         clear(first)
         clear(second)
-        add_bands(k, t, (t - begin) / p.block, p.bands, block.bands, first, second)
+        add_bands(k, t, (t - begin) / p.block, samples * r, p, block.bands, first, second)
         turn(phase[2], phase[3], phase[0], phase[1])
 
 
@@ -216,7 +226,7 @@ def _sum_waves(k, y, p, block):
     if second:
         find_filters(k, _yaw(k, 0.0, y, p), 0, p, block.filtered)
         find_filters(k, _yaw(k, p.block, y, p), 1, p, block.filtered)
-    _find_waves(k, block.first[k] * p.row_step, y, p, block)
+    _find_waves(k, block.first[k] * p.row_step, p, block)
     for r in range(p.rows):
         t, row = (block.first[k] + r) * p.row_step, block.rows[k, r, 0]
         part = (t - begin) / p.block
@@ -248,18 +258,26 @@ def _yaw(k, since, y, p):
 
 
 @kernel
-def _find_waves(k, t, y, p, block):
+def _find_path(k, since, y, p, path):
+    """Displacement of body k on its slow path at the time ``since`` the start of the block, and its
+    velocity, into ``path`` (4,); 0 if they do not count."""
+    at = p.state[k]
+    clear(path)
+    if p.placed[k]:
+        for i in range(2):
+            path[i] = y[at + PLACE + i] + since * y[at + RATE + i]
+            path[2 + i] = y[at + RATE + i]
+
+
+@kernel
+def _find_waves(k, t, p, block):
     """z = exp(i (w t - k . d(t))) of every wave at the first row, and its factor to the next
     row."""
-    at = p.state[k]
-    x0, y0, vx, vy = 0.0, 0.0, 0.0, 0.0
-    if p.placed[k]:
-        vx, vy, since = y[at + RATE], y[at + RATE + 1], t - y[at + BEGIN]
-        x0, y0 = y[at + PLACE] + vx * since, y[at + PLACE + 1] + vy * since
+    x, y, vx, vy = block.path[0], block.path[1], block.path[2], block.path[3]
     for i in range(p.offset[k + 1] - p.offset[k]):
         n = p.offset[k] + i
         kx, ky = p.wavenumber[n] * cos(p.heading[n]), p.wavenumber[n] * sin(p.heading[n])
-        angle = p.omega[n] * t - kx * x0 - ky * y0
+        angle = p.omega[n] * t - kx * x - ky * y
         turn = (p.omega[n] - kx * vx - ky * vy) * p.row_step
         block.waves[0, i], block.waves[1, i] = cos(angle), sin(angle)
         block.waves[2, i], block.waves[3, i] = cos(turn), sin(turn)
