@@ -352,7 +352,8 @@ class BandSums(NamedTuple):
     """Scratch for every band of a body: ``load`` (24, n), alternately real and imaginary, and
     ``drift`` (12, n) at two yaws; ``phase`` (4, n), cos and sin of the phase in its middle and of
     its change per row; ``value`` (2, n) of E_f; ``paired`` (n,), Re(z* E_f). Envelopes along the
-    path of a body that drifts, from ``nodes``. The loads of all bodies at nodes of heading."""
+    path of a body that drifts, from ``nodes``. Each ``weight`` of the loads at nodes of heading, which
+    are kept for all bodies."""
 
     load: np.ndarray
     drift: np.ndarray
@@ -361,6 +362,7 @@ class BandSums(NamedTuple):
     paired: np.ndarray
     envelope: np.ndarray
     nodes: NodeSums
+    weight: np.ndarray
     loads: Columns
     drifts: Columns
 
@@ -387,6 +389,7 @@ def new_band_sums(p: FollowingLoads) -> BandSums:
         np.zeros(most),
         np.zeros(2 * POINTS * drifting),
         new_node_sums(p.gathered),
+        np.zeros(DRIFT_POINTS),
         _new_columns(POINTS, 12, bands.load),
         _new_columns(DRIFT_POINTS, 6, bands.drift),
     )
@@ -417,8 +420,6 @@ def weigh_bands(k, yaw, end, p, work):
         while last < stop and bands.heading[last] == bands.heading[first]:
             last += 1
         to = bands.heading[first] - p.rest[k] - yaw
-        of_load = work.load[12 * end : 12 * end + 12, first - start : last - start]
-        of_drift = work.drift[6 * end : 6 * end + 6, first - start : last - start]
         if work.loads.known.size > 0:
             x = to * p.nodes[k] / (2.0 * pi)
             node = floor(x) - POINTS // 2 + 1
@@ -428,7 +429,10 @@ def weigh_bands(k, yaw, end, p, work):
                     work.loads.known[column, first] = node + m
                     at = p.first[k] + ENTRIES * ((node + m) % p.nodes[k])
                     copy_loads(first, last, at, bands.load, p.load, work.loads.values[column])
-            weigh_columns(x - node, node, POINTS, first, last, work.loads.values, of_load)
+                work.weight[m] = lagrange(x - node, m, POINTS)
+            for j in range(12):
+                row = work.load[12 * end + j, first - start : last - start]
+                _weigh_columns(node, work.weight[:POINTS], j, first, work.loads.values, row)
         if work.drifts.known.size > 0:
             x = to * p.second.nodes[k] / (2.0 * pi)
             node = floor(x) - DRIFT_POINTS // 2 + 1
@@ -439,7 +443,10 @@ def weigh_bands(k, yaw, end, p, work):
                     at = p.second.table[k] + ENTRIES * ((node + m) % p.second.nodes[k])
                     table = p.second.drift
                     copy_drifts(first, last, at, bands.drift, table, work.drifts.values[column])
-            weigh_columns(x - node, node, DRIFT_POINTS, first, last, work.drifts.values, of_drift)
+                work.weight[m] = lagrange(x - node, m, DRIFT_POINTS)
+            for j in range(6):
+                row = work.drift[6 * end + j, first - start : last - start]
+                _weigh_columns(node, work.weight, j, first, work.drifts.values, row)
         first = last
 
 
@@ -463,19 +470,15 @@ def copy_drifts(first, last, at, entry, table, out):
 
 
 @kernel
-def weigh_columns(x, node, points, first, last, columns, out):
-    """Interpolate at x nodes behind the first of the ``points`` columns, into ``out`` (entries,
-    last - first)."""
+def _weigh_columns(node, weight, j, first, columns, out):
+    """Entry j of bands from the one numbered ``first`` on, into ``out`` (n,): the weighted sum over
+    columns of nodes of heading from ``node`` on."""
     ring = columns.shape[0]
-    for j in range(out.shape[0]):
-        clear(out[j])
-    for m in range(0, points, 2):
-        one = lagrange(x, m, points)
-        other = lagrange(x, m + 1, points)
-        near = columns[(node + m) % ring]
-        far = columns[(node + m + 1) % ring]
-        for j in range(out.shape[0]):
-            _add_two(one, near[j, first:last], other, far[j, first:last], out[j])
+    clear(out)
+    for m in range(0, weight.size, 2):
+        one = columns[(node + m) % ring, j, first : first + out.size]
+        other = columns[(node + m + 1) % ring, j, first : first + out.size]
+        _add_two(weight[m], one, weight[m + 1], other, out)
 
 
 @summing
