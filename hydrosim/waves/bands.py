@@ -149,8 +149,8 @@ def body_bands(
         _set(body, seas[number].spacing, cells, forms, nodes, count)
         for number, cells in zip(numbers, each, strict=True)
     ]
-    size = sum(one.omega.size if one.nodes is None else one.nodes.omega.size for one in found)
-    return found if WORTH * size <= waves.omega.size else []
+    few = WORTH * sum(one.omega.size for one in found) <= waves.omega.size
+    return found if few else []
 
 
 def _has_bands(body: WaveBody) -> bool:
@@ -349,12 +349,13 @@ def bands_model(bodies: Sequence[Sequence[Set]]) -> Bands:
 
 
 class BandSums(NamedTuple):
-    """Scratch for every band of a body: ``load`` (24, n), alternately real and imaginary, and
-    ``drift`` (12, n) at two yaws; ``phase`` (4, n), cos and sin of the phase in its middle and of
-    its change per row; ``value`` (2, n) of E_f; ``paired`` (n,), Re(z* E_f). Envelopes along the
-    path of a body that drifts, from ``nodes``. Each ``weight`` of the loads at nodes of heading, which
-    are kept for all bodies."""
+    """Scratch for all bands: ``load`` (24, n), alternately real and imaginary, and ``drift`` (12,
+    n) at the ``yaw`` (2, nb) of each body; ``phase`` (4, n), cos and sin of the phase in the middle
+    and of its change per row; ``value`` (2, n) of E_f; ``paired`` (n,), Re(z* E_f). Envelopes along
+    the path of a body that drifts, from ``nodes``. Each ``weight`` of loads at nodes of heading;
+    these are kept for all bodies."""
 
+    yaw: np.ndarray
     load: np.ndarray
     drift: np.ndarray
     phase: np.ndarray
@@ -379,14 +380,12 @@ class Columns(NamedTuple):
 def new_band_sums(p: FollowingLoads) -> BandSums:
     """Scratch for the bands of these loads."""
     bands = p.bands
-    most = int(np.diff(bands.span[bands.sets]).max(initial=0))
-    drifting = most if p.gathered.count.any() else 0
+    drifts = p.gathered.count > 0
+    drifting = int(np.diff(bands.span[bands.sets])[drifts].max(initial=0)) if drifts.any() else 0
     return BandSums(
-        np.zeros((24, most)),
-        np.zeros((12, most)),
-        np.zeros((4, most)),
-        np.zeros((2, most)),
-        np.zeros(most),
+        np.full((2, p.body.size), np.nan),
+        *(np.zeros((rows, bands.omega.size)) for rows in (24, 12, 4, 2)),
+        np.zeros(bands.omega.size),
         np.zeros(2 * POINTS * drifting),
         new_node_sums(p.gathered),
         np.zeros(DRIFT_POINTS),
@@ -411,10 +410,12 @@ def has_bands(k, bands):
 def weigh_bands(k, yaw, end, p, work):
     """Compute the factors of the bands of the k-th body at this yaw, for the ``end`` of
     ``work``."""
+    if work.yaw[end, k] == yaw:
+        return
+    work.yaw[end, k] = yaw
     bands = p.bands
-    start = bands.span[bands.sets[k]]
+    first = bands.span[bands.sets[k]]
     stop = bands.span[bands.sets[k + 1]]
-    first = start
     while first < stop:
         last = first + 1
         while last < stop and bands.heading[last] == bands.heading[first]:
@@ -431,7 +432,7 @@ def weigh_bands(k, yaw, end, p, work):
                     copy_loads(first, last, at, bands.load, p.load, work.loads.values[column])
                 work.weight[m] = lagrange(x - node, m, POINTS)
             for j in range(12):
-                row = work.load[12 * end + j, first - start : last - start]
+                row = work.load[12 * end + j, first:last]
                 _weigh_columns(node, work.weight[:POINTS], j, first, work.loads.values, row)
         if work.drifts.known.size > 0:
             x = to * p.second.nodes[k] / (2.0 * pi)
@@ -445,7 +446,7 @@ def weigh_bands(k, yaw, end, p, work):
                     copy_drifts(first, last, at, bands.drift, table, work.drifts.values[column])
                 work.weight[m] = lagrange(x - node, m, DRIFT_POINTS)
             for j in range(6):
-                row = work.drift[6 * end + j, first - start : last - start]
+                row = work.drift[6 * end + j, first:last]
                 _weigh_columns(node, work.weight, j, first, work.drifts.values, row)
         first = last
 
@@ -500,26 +501,34 @@ def follow_path(k, t, middle, apart, path, p, work):
     start = bands.span[bands.sets[k]]
     for s in range(POINTS):
         for i in range(bands.sets[k], bands.sets[k + 1]):
-            low = bands.span[i] - start
-            size = bands.span[i + 1] - bands.span[i]
-            at = 2 * POINTS * low + 2 * size * s
-            re = work.envelope[at : at + size]
-            im = work.envelope[at + size : at + 2 * size]
-            turn_back(work.phase[0, low : low + size], work.phase[1, low : low + size], re, im)
-        turn(work.phase[2], work.phase[3], work.phase[0], work.phase[1])
+            low = bands.span[i]
+            high = bands.span[i + 1]
+            at = 2 * POINTS * (low - start) + 2 * (high - low) * s
+            re = work.envelope[at : at + high - low]
+            im = work.envelope[at + high - low : at + 2 * (high - low)]
+            turn_back(work.phase[0, low:high], work.phase[1, low:high], re, im)
+        turn_phases(k, bands, work)
+
+
+@kernel
+def turn_phases(k, bands, work):
+    """Turn the phases of `find_phases` by one interval."""
+    low = bands.span[bands.sets[k]]
+    high = bands.span[bands.sets[k + 1]]
+    phase = work.phase
+    turn(phase[2, low:high], phase[3, low:high], phase[0, low:high], phase[1, low:high])
 
 
 @kernel
 def find_phases(k, t, interval, path, bands, work):
     """Phases of the middles of bands at the time t, and their change in an ``interval``."""
-    start = bands.span[bands.sets[k]]
-    for n in range(start, bands.span[bands.sets[k + 1]]):
+    for n in range(bands.span[bands.sets[k]], bands.span[bands.sets[k + 1]]):
         angle = bands.omega[n] * t - bands.kx[n] * path[0] - bands.ky[n] * path[1]
         met = bands.omega[n] - bands.kx[n] * path[2] - bands.ky[n] * path[3]
-        work.phase[0, n - start] = cos(angle)
-        work.phase[1, n - start] = sin(angle)
-        work.phase[2, n - start] = cos(met * interval)
-        work.phase[3, n - start] = sin(met * interval)
+        work.phase[0, n] = cos(angle)
+        work.phase[1, n] = sin(angle)
+        work.phase[2, n] = cos(met * interval)
+        work.phase[3, n] = sin(met * interval)
 
 
 @root
@@ -531,11 +540,11 @@ def add_bands(k, t, part, sample, p, work, first, second):
     drifts = has_nodes(k, p.gathered)
     start = bands.span[bands.sets[k]]
     for s in range(bands.sets[k], bands.sets[k + 1]):
-        low = bands.span[s] - start
-        high = bands.span[s + 1] - start
+        low = bands.span[s]
+        high = bands.span[s + 1]
         grown = rise(t, bands.ramp[s])
         if drifts:
-            at = 2 * POINTS * low
+            at = 2 * POINTS * (low - start)
             _find_values(sample, 0, POINTS, at, low, high, work.envelope, work)
         else:
             x = t / bands.step[s]
@@ -544,9 +553,9 @@ def add_bands(k, t, part, sample, p, work, first, second):
             _find_values(x - before, before, bands.times[s], at, low, high, bands.values, work)
         add_waves(grown, part, low, high, work.load, work.value, first)
         if bands.pairing[s] == DIFFERENCE:
-            pair_values(bands.share[start + low : start + high], low, high, work)
+            pair_values(bands.share[low:high], low, high, work)
         elif bands.pairing[s] == MEAN:
-            assign(work.paired[low:high], bands.energy[start + low : start + high])
+            assign(work.paired[low:high], bands.energy[low:high])
         if bands.pairing[s] != NONE:
             _add_drift(grown * grown, part, low, high, work.drift, work.paired, second)
 
@@ -598,7 +607,9 @@ def _add_drift(grown, part, low, high, drift, paired, row):
         other = 0.0
         for i in range(y.size):
             one += d0[i] * y[i]
-            other += d1[i] * y[i]
+        if part != 0.0:
+            for i in range(y.size):
+                other += d1[i] * y[i]
         row[j] += grown * ((1.0 - part) * one + part * other)
 
 
@@ -612,7 +623,9 @@ def add_waves(ramp, part, first, last, ends, waves, row):
         one, other = 0.0, 0.0
         for i in range(c.size):
             one += c[i] * re0[i] - s[i] * im0[i]
-            other += c[i] * re1[i] - s[i] * im1[i]
+        if part != 0.0:
+            for i in range(c.size):
+                other += c[i] * re1[i] - s[i] * im1[i]
         row[j] += ramp * ((1.0 - part) * one + part * other)
 
 

@@ -55,6 +55,7 @@ if TYPE_CHECKING:
 NODES = 6  # nodes of heading per heading of the database
 CUT = 0.25  # of the mean frequency of the sea: motions below it are slow
 STATES = 16  # states of a body whose slow motion the waves follow, see `hydrosim.waves.slow`
+STEADY = 0.01  # of the error between rows: that of a yaw which is taken as steady
 SMALL = 1e-9  # of the largest wave: smaller ones are left out
 
 
@@ -75,6 +76,7 @@ class FollowingLoads(NamedTuple):
     placed: np.ndarray  # (nb,) true if the position counts
     turns: np.ndarray  # (nb,) true if yaw counts
     nodes: np.ndarray  # (nb,) nodes of heading round the circle
+    steady: np.ndarray  # (nb,) [rad] change of yaw that no harmonic of the loads shows
     offset: np.ndarray  # (nb + 1,)
     first: np.ndarray  # (nb,)
     active: np.ndarray  # (nb, 6) true for DOFs that are not locked
@@ -169,6 +171,7 @@ def following_model(
         placed=np.array([body.wave_forces.position != Place.MEAN for body in chosen], dtype=bool),
         turns=np.array([body.wave_forces.headings != Place.MEAN for body in chosen], dtype=bool),
         nodes=np.array([part.table.shape[1] for part in parts], dtype=np.int64),
+        steady=np.array([STEADY * missed * 2 * NODES / part.table.shape[1] for part in parts]),
         offset=np.cumsum([0, *(part.omega.size for part in parts)]),
         first=first,
         active=np.array([body.active for body in chosen], dtype=bool).reshape(-1, 6),

@@ -19,8 +19,9 @@ L the error is (psi' T k L / 2)^2 / 8. The waves are summed once for each row. T
 hundredth of sums at each stage.
 
 Second-order loads (`forms`) are taken along the same path, linearly from the block's first heading
-to its last. If a body does not drift and the waves have few headings, `bands` gives the same sums
-at a thirtieth of the cost.
+to its last. If the waves have few headings, `bands` gives the same sums at a fraction of the cost.
+In bands, yaws that differ by less than `FollowingLoads.steady` have the same loads, so that a body
+that keeps its heading and its place needs each row once.
 """
 
 from __future__ import annotations
@@ -41,6 +42,7 @@ from hydrosim.waves.bands import (
     has_bands,
     new_band_sums,
     turn,
+    turn_phases,
     weigh_bands,
 )
 from hydrosim.waves.following import STATES, FollowingLoads, loads_at_heading, turn_to_earth
@@ -65,7 +67,9 @@ class Block(NamedTuple):
     """Scratch: the states ``known`` (nb, 7) of the bodies for which their ``rows`` (nb, rows, 2, 6)
     of both orders were made, from time index ``first`` (nb,) on. For every wave: z and the factor
     to the next row, (4, nw), and the loads in heading axes at the block's ends, (24, nw). For a
-    cell of their table: (2, 2, 6). The ``path`` (4,) of a body: x, y at the first row, velocity."""
+    cell of their table: (2, 2, 6). The ``path`` (4,) of a body: x, y at the first row,
+    velocity. Rows ``steady`` (nb, rows, 2, 6), in heading axes, of the last block in which a body
+    kept its yaw ``steady_yaw`` (nb,)."""
 
     known: np.ndarray
     first: np.ndarray
@@ -76,6 +80,9 @@ class Block(NamedTuple):
     filtered: Filtered
     bands: BandSums
     path: np.ndarray
+    steady: np.ndarray
+    steady_first: np.ndarray
+    steady_yaw: np.ndarray
 
 
 def new_block(p: FollowingLoads) -> Block:
@@ -93,6 +100,9 @@ def new_block(p: FollowingLoads) -> Block:
         new_filtered(p.second, p.offset),
         new_band_sums(p),
         np.zeros(4),
+        np.zeros((slow, p.rows, 2, 6)),
+        np.zeros(slow, dtype=np.int64),
+        np.full(slow, np.nan),
     )
 
 
@@ -178,7 +188,9 @@ def _fill(k, y, p, block):
     assign(block.known[k], y[at + PLACE : at + STATES])
     block.first[k] = floor(begin / p.row_step + 1e-9) - POINTS // 2 + 1
     _find_path(k, block.first[k] * p.row_step - begin, y, p, block.path)
-    if has_bands(k, p.bands):
+    if has_bands(k, p.bands) and _is_steady(k, y, p):
+        _sum_steady(k, y, p, block)
+    elif has_bands(k, p.bands):
         _sum_bands(k, y, p, block)
     else:
         _sum_waves(k, y, p, block)
@@ -204,7 +216,6 @@ def _sum_bands(k, y, p, block):
         middle = begin + p.block / 2.0
         follow_path(k, start, middle, p.row_step / samples, block.path, p, block.bands)
     find_phases(k, start, p.row_step, block.path, p.bands, block.bands)
-    phase = block.bands.phase
     for r in range(p.rows):
         t = (block.first[k] + r) * p.row_step
         first = block.rows[k, r, 0]
@@ -212,7 +223,58 @@ def _sum_bands(k, y, p, block):
         clear(first)
         clear(second)
         add_bands(k, t, (t - begin) / p.block, samples * r, p, block.bands, first, second)
-        turn(phase[2], phase[3], phase[0], phase[1])
+        turn_phases(k, p.bands, block.bands)
+
+
+@kernel
+def _steady_yaw(k, y, p):
+    """The multiple of `FollowingLoads.steady` that is next to the yaw of body k in its block."""
+    return p.steady[k] * floor(_yaw(k, p.block / 2.0, y, p) / p.steady[k] + 0.5)
+
+
+@kernel
+def _is_steady(k, y, p):
+    """True if body k neither drifts nor yaws, as far as its loads show, in its block."""
+    if p.placed[k]:
+        return False
+    yaw = _steady_yaw(k, y, p)
+    first = abs(_yaw(k, 0.0, y, p) - yaw)
+    last = abs(_yaw(k, p.block, y, p) - yaw)
+    return max(first, last) <= p.steady[k]
+
+
+@root
+def _sum_steady(k, y, p, block):
+    """Fill the rows of body k in heading axes, from its bands at one yaw. Rows that the last block
+    has left are used again. So phases at a row depend on its number, not on the block."""
+    yaw = _steady_yaw(k, y, p)
+    rows = block.steady[k]
+    begin = block.first[k]
+    shift = begin - block.steady_first[k] if block.steady_yaw[k] == yaw else p.rows
+    kept = p.rows - shift if 0 <= shift < p.rows else 0
+    block.steady_yaw[k] = yaw
+    block.steady_first[k] = begin
+    weigh_bands(k, yaw, 0, p, block.bands)
+    for r in range(kept):
+        assign(rows[r, 0], rows[r + shift, 0])
+        assign(rows[r, 1], rows[r + shift, 1])
+    turns = 0
+    for r in range(kept, p.rows):
+        since = (begin + r - POINTS + 2) % (p.rows - POINTS)  # so that few blocks begin anew twice
+        if r == kept or since == 0:
+            start = (begin + r - since) * p.row_step
+            find_phases(k, start, p.row_step, block.path, p.bands, block.bands)
+            turns = since
+        for _ in range(turns):
+            turn_phases(k, p.bands, block.bands)
+        turns = 1
+        clear(rows[r, 0])
+        clear(rows[r, 1])
+        t = (begin + r) * p.row_step
+        add_bands(k, t, 0.0, 0.0, p, block.bands, rows[r, 0], rows[r, 1])
+    for r in range(p.rows):
+        assign(block.rows[k, r, 0], rows[r, 0])
+        assign(block.rows[k, r, 1], rows[r, 1])
 
 
 @root
