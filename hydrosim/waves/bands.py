@@ -380,11 +380,14 @@ class Columns(NamedTuple):
 def new_band_sums(p: FollowingLoads) -> BandSums:
     """Scratch for the bands of these loads."""
     bands = p.bands
-    drifts = p.gathered.count > 0
+    drifts = p.gathered.per_cell > 0
     drifting = int(np.diff(bands.span[bands.sets])[drifts].max(initial=0)) if drifts.any() else 0
     return BandSums(
         np.full((2, p.body.size), np.nan),
-        *(np.zeros((rows, bands.omega.size)) for rows in (24, 12, 4, 2)),
+        np.zeros((24, bands.omega.size)),
+        np.zeros((12, bands.omega.size)),
+        np.zeros((4, bands.omega.size)),
+        np.zeros((2, bands.omega.size)),
         np.zeros(bands.omega.size),
         np.zeros(2 * POINTS * drifting),
         new_node_sums(p.gathered),

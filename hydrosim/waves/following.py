@@ -55,7 +55,7 @@ if TYPE_CHECKING:
 NODES = 6  # nodes of heading per heading of the database
 CUT = 0.25  # of the mean frequency of the sea: motions below it are slow
 STATES = 16  # states of a body whose slow motion the waves follow, see `hydrosim.waves.slow`
-STEADY = 0.01  # of the error between rows: that of a yaw which is taken as steady
+STEADY = 1e-4  # of the error between rows: that of a yaw which is taken as steady
 SMALL = 1e-9  # of the largest wave: smaller ones are left out
 
 
@@ -220,7 +220,11 @@ def _part(seas: Sequence[Components], body: WaveBody, database: TransferFunction
     return _Part(
         *(omega, wavenumber, heading, ramp, elevation[order]),
         *cells_of(w, omega),
-        *(table, CUT * float(mean), forms, known, w),
+        table,
+        CUT * float(mean),
+        forms,
+        known,
+        w,
     )
 
 

@@ -65,7 +65,7 @@ class FrequencyNodes(NamedTuple):
     """The nodes of all bodies that drift, body by body; as in `NodeSet`.
 
     ``cells``, ``nodes``, ``shares`` (nb + 1,) give the first ones of each body, and ``table`` (nb,)
-    the first of its weights. ``count`` (nb,): nodes per cell. Of a share, ``at`` is the index of
+    the first of its weights. ``per_cell`` (nb,): nodes. Of a share, ``at`` is the index of
     the real part of its first sample, see `fill_envelopes`, and ``size`` the number of bands in its
     set.
     """
@@ -74,7 +74,7 @@ class FrequencyNodes(NamedTuple):
     nodes: np.ndarray
     shares: np.ndarray
     table: np.ndarray
-    count: np.ndarray
+    per_cell: np.ndarray
     begin: np.ndarray
     end: np.ndarray
     weight: np.ndarray
@@ -138,7 +138,7 @@ def nodes_model(bodies: Sequence[Sequence[NodeSet]], spans: Sequence[Span]) -> F
         nodes=firsts("omega"),
         shares=firsts("node"),
         table=firsts("weight")[:-1],
-        count=np.array([each[0].weight.shape[1] if each else 0 for each in bodies], dtype=index),
+        per_cell=np.array([each[0].weight.shape[1] if each else 0 for each in bodies], dtype=index),
         begin=joined([one.begin for one in sets], index),
         end=joined([one.end for one in sets], index),
         weight=joined([one.weight for one in sets]),
@@ -181,14 +181,14 @@ class NodeSums(NamedTuple):
 def new_node_sums(p: FrequencyNodes) -> NodeSums:
     """Scratch for these nodes, without any known amplitude."""
     return NodeSums(
-        np.full((p.count.size, 3), np.nan), np.zeros((2, p.omega.size)), np.zeros((2, POINTS))
+        np.full((p.per_cell.size, 3), np.nan), np.zeros((2, p.omega.size)), np.zeros((2, POINTS))
     )
 
 
 @kernel
 def has_nodes(k, p):
     """True if the waves on the k-th body are gathered at nodes."""
-    return p.count[k] > 0
+    return p.per_cell[k] > 0
 
 
 @root
@@ -207,7 +207,7 @@ def gather_waves(k, t, x, y, p, work):
     anchor[2] = along_y
     clear(work.amplitude[0, nodes.nodes[k] : nodes.nodes[k + 1]])
     clear(work.amplitude[1, nodes.nodes[k] : nodes.nodes[k + 1]])
-    count = nodes.count[k]
+    count = nodes.per_cell[k]
     for c in range(nodes.cells[k], nodes.cells[k + 1]):
         first = nodes.nodes[k] + count * (c - nodes.cells[k])
         re = work.amplitude[0, first : first + count]
