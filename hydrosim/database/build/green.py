@@ -2,10 +2,11 @@
 
 It is the Green function of deep water at the same frequency, the image of the source in the sea
 bed, and a smooth rest (John 1950, Comm. Pure Appl. Math. 3; Wehausen & Laitone 1960, eq. 13.18).
-With nu = w^2/g = k tanh kh, q = (m + nu) / (m - nu), E = exp(-2 m h), R the horizontal distance,
+With nu = w^2/g = k tanh kh, q = (m + nu) / (m - nu), E = exp(-2 m h), v = z + zeta, u = z - zeta,
+and R the horizontal distance,
 
     G      = 1/r + 1/r' + PV integral of F(m) J0(m R) dm + i pi Res F(k) J0(k R)
-    F      = q / (1 - q E) (e^(m v) + E^2 e^(-m v) + E e^(m u) + E e^(-m u)),  v = z + zeta, u = z - zeta
+    F      = q / (1 - q E) (e^(m v) + E^2 e^(-m v) + E e^(m u) + E e^(-m u))
     G_deep = 1/r + PV integral of q e^(m v) J0(m R) dm + 2 pi i nu e^(nu v) J0(nu R)
 
 for exp(-i w t). The rest is what the integrals differ by: a function of R and v, and one of R and
@@ -41,7 +42,7 @@ class FiniteDepth(cpt.Delhommeau):
     """Green function of water of finite depth, from Capytaine's of deep water."""
 
     def evaluate(self, mesh1: Any, mesh2: Any, **given: Any) -> tuple[Complex, Complex]:
-        """Matrices S and K of the panels of ``mesh2`` at those of ``mesh1``; keys as Capytaine's."""
+        """Matrices S and K of the panels of ``mesh2`` at those of ``mesh1``. Capytaine calls it."""
         depth = given.pop("water_depth")
         k = given.pop("wavenumber")
         nu = inf if isinf(k) else k * tanh(k * depth)
@@ -123,12 +124,12 @@ def bed_tables(k: float, nu: float, h: float, farthest: float, deepest: float) -
     step = STEP_H * (2.0 * h - deepest)
     if not isinf(k):
         step = min(step, STEP_K / k)
-    R = step * np.arange(ceil(farthest / step) + 2)
+    R = step * np.arange(ceil(farthest / step) + 2, dtype=float)
     spectrum = _spectrum(k, nu, h, farthest, deepest)
     phase = np.outer(R, spectrum.m)
     level = np.stack([j0(phase), -step * spectrum.m * j1(phase)])
-    down = step * np.arange(ceil(2.0 * deepest / step) + 2)
-    apart = step * np.arange(ceil(deepest / step) + 2)
+    down = step * np.arange(ceil(2.0 * deepest / step) + 2, dtype=float)
+    apart = step * np.arange(ceil(deepest / step) + 2, dtype=float)
     by_sum = [(spectrum.direct, 0.0, -1.0), (spectrum.images, 4.0 * h, 1.0)]
     by_difference = [(spectrum.images, 2.0 * h, 1.0), (spectrum.images, 2.0 * h, -1.0)]
     of_sum = _table(level, spectrum.m, by_sum, down, step)
@@ -154,7 +155,7 @@ def _table(
 
 
 class Spectrum(NamedTuple):
-    """Weights (n,) of J0(m R) exp(m v) (``direct``), and of those of the images in the bed, at ``m``
+    """Weights (n,) of J0(m R) exp(m v) (``direct``), and of the images of it in the bed, at ``m``
     (n,) [1/m]. Their sums are the integrals; the last two are the residues."""
 
     m: Real
@@ -190,7 +191,7 @@ def _images_alone(m: Real, weight: Real, nu: float, h: float) -> Spectrum:
     q = -np.ones(m.size) if isinf(nu) else (m + nu) / (m - nu)
     E = np.exp(-2.0 * m * h)
     images = weight * q / (1.0 - q * E)
-    return Spectrum(m, images * q * E, images)
+    return Spectrum(m, (images * q * E).astype(complex), images.astype(complex))
 
 
 def _factor(m: Real, nu: float, h: float) -> Real:
