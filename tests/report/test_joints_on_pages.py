@@ -76,9 +76,10 @@ SLUNG = """\
 title: A load on a sling
 duration: 2 s
 bodies:
-  boom: {mass: 10 tonne, inertia: {roll: 1e4, pitch: 8e4, yaw: 8e4}, centre_of_gravity: [5 m, 0 m, 2 m], dofs: [heave]}
+  boom:
+    {mass: 10 tonne, radii_of_gyration: [1, 3, 3], centre_of_gravity: [5, 0, 2], dofs: [heave]}
   load:
-    {mass: 1 tonne, inertia: {roll: 1e3, pitch: 1e3, yaw: 1e3}, centre_of_gravity: [10 m, 0 m, -6 m], weight: carried}
+    {mass: 1 tonne, radii_of_gyration: [1, 1, 1], centre_of_gravity: [10, 0, -6], weight: carried}
 joints:
   sling: {type: rod, body: load, to: boom, point: [0, 0, 1 m], to_point: [5 m, 0, 0]}
 forces:
