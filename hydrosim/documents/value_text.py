@@ -1,8 +1,9 @@
-"""`value_text`: a value of a study in words."""
+"""Values of a study in words, and letters for those that are long."""
 
 from __future__ import annotations
 
 import json
+from string import ascii_uppercase
 
 
 def value_text(value: object) -> str:
@@ -24,3 +25,9 @@ def _words(value: object) -> str:
     if isinstance(value, list):
         return "; ".join(map(_words, value)) or "none"
     return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def letter_of(index: int) -> str:
+    """A, B, ..., Z, AA, AB, ..."""
+    before, own = divmod(index, len(ascii_uppercase))
+    return (letter_of(before - 1) if before else "") + ascii_uppercase[own]

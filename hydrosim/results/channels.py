@@ -66,6 +66,8 @@ CAPABLE = {
 }
 """Units that may have a capacity (`fender_capacity`, `strut_capacity`), and the load that is
 compared with it."""
+LINES = ("spring", "line", "winch", "compensator")
+"""Units that pull."""
 TENSIONS = (
     "spring_tension",
     "winch_tension",

@@ -21,14 +21,20 @@ from hydrosim.results.error_figures import (
     RELATIVE,
 )
 from hydrosim.results.memory import MEMORY_PREFIX
+from hydrosim.results.variables import describe_coordinates
 from hydrosim.statistics.figures import Asked
 from hydrosim.statistics.results import Results
-from hydrosim.statistics.statistics import RECORDED, columns, of_contacts
+from hydrosim.statistics.statistics import RECORDED, columns, of_units
 
 if TYPE_CHECKING:
     from hydrosim.studies.many.form import Form
 
-COUNTS = ("solver_steps", "solver_events", "energy_residual_relative")
+COUNTS = {
+    "solver_steps": "steps of the solver",
+    "solver_events": "events of the solver",
+    "energy_residual_relative": "largest residual of the energy balance, of the energy exchanged",
+}
+"""Attributes of a run that are variables of a set, and what they are."""
 PER_RUN_ATTRIBUTES = {
     *(*COUNTS, "solver_rejected", "solver_evaluations", "wall_time", "seeds", "warnings"),
     *(RELATIVE, CONTACT_FORCE, PARTED, COMPANION, EVALUATIONS),
@@ -65,10 +71,13 @@ def digested(
         raise InputError(f"variables: found {', '.join(unknown)}; expected some of: {known}.")
     found, coords, attributes = columns(run, start, None, _chosen(run, channels, lenient))
     found = {name: of for name, of in found.items() if not name.endswith(RECORDED)}
-    more: dict[str, Any] = {**found, **of_contacts(run), "end_position": _end(run)}
+    more: dict[str, Any] = {**found, **of_units(run), "end_position": _end(run)}
     if "fender" in run.dims:
         more |= {"first_contact": _first_contact(run), "contact_sequence": _sequence(run)}
-    more |= {name: xr.Variable((), run.attrs[name]) for name in COUNTS}
+    more |= {
+        name: xr.Variable((), run.attrs[name], {"units": "1", "long_name": what})
+        for name, what in COUNTS.items()
+    }
     more[RELATIVE] = _error(run)
     results = Results(run)
     why = results.why if "impulse" in run else xr.Dataset()
@@ -88,6 +97,7 @@ def digested(
         kept = xr.merge([kept, why], join="exact", compat="equals")
     if variables:
         kept = xr.merge([run[variables], kept], join="outer", compat="equals")
+    describe_coordinates(kept)
     # adaptive runs end their last steps at different times
     return kept.drop_vars([name for name in kept.coords if str(name).startswith(MEMORY_PREFIX)])
 
@@ -125,7 +135,7 @@ def _sequence(run: xr.Dataset) -> xr.Variable:
     modes = run.fender_mode.transpose("time", "fender").values
     changed = np.any(modes[1:] != modes[:-1], axis=1)
     order = modes[np.append(True, changed)].astype(np.int8)
-    said = {"long_name": "checksum of the order of contact modes"}
+    said = {"units": "1", "long_name": "checksum of the order of contact modes"}
     return xr.Variable((), np.int64(crc32(np.ascontiguousarray(order).tobytes())), said)
 
 

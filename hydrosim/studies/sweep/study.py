@@ -28,9 +28,10 @@ from hydrosim.documents.messages import Problem
 from hydrosim.documents.nodes import SETTING
 from hydrosim.documents.places import locating_in
 from hydrosim.documents.validate import validated
+from hydrosim.documents.value_text import letter_of
 from hydrosim.errors import InputError
 from hydrosim.outputs import settings_text
-from hydrosim.results.runs_file import RUN, TEXTS
+from hydrosim.results.runs_file import KEY, LETTERS, RUN, TEXTS
 from hydrosim.statistics.effects import CYCLIC
 from hydrosim.studies.run.simulation import prepared
 from hydrosim.studies.study_file import (
@@ -307,23 +308,48 @@ def _is_same(base: Case, case: Case, row: designs.Row) -> bool:
 
 
 def _labels(data: StudyFile, rows: list[_Row]) -> dict[str, xr.Variable]:
-    """Coordinates of all runs: the values of all keys that are varied somewhere; names."""
+    """Coordinates of all runs: the values of all keys that are varied somewhere; names. A
+    coordinate of a key has underscores for its dots, so that it can be an attribute in Python."""
     plans = data.plans()
-    labels: dict[str, list[Any]] = {}
+    labels: dict[str, xr.Variable] = {}
     if data.studies:
-        labels[STUDY] = [row.plan for row in rows]
+        labels[STUDY] = _label([row.plan for row in rows], {"long_name": "plan of the study"})
     if any(plan.design == "one_at_a_time" for plan in plans.values()):
-        labels[VARIED] = [row.row.varied for row in rows]
-    said: dict[str, dict[str, Any]] = {}
+        said = {"long_name": "parameter that is varied, none in the case itself"}
+        labels[VARIED] = _label([row.row.varied for row in rows], said)
     for plan in plans.values():
         for name, parameter in plan.parameters.items():
-            if isinstance(parameter, Linked) and parameter.called is not None:
-                labels[name] = [row.row.called.get(name, "") for row in rows]
-            for key in designs.keys_of(name, parameter):
-                labels[key], said[key] = _along(key, rows)
-    return {
-        name: xr.Variable(RUN, column(values), said.get(name)) for name, values in labels.items()
-    }
+            each = {key: _along(key, rows) for key in designs.keys_of(name, parameter)}
+            if isinstance(parameter, Linked):
+                values, said = _named(name, parameter, rows, next(iter(each.values())))
+                labels[name] = _label(values, {"long_name": f"linked: {', '.join(each)}", **said})
+            for key, (values, said) in each.items():
+                own = key.replace(".", "_")
+                taken = own in OWN or labels.get(own, _label([])).attrs.get(KEY, key) != key
+                label = _label(values, {"long_name": key, KEY: key, **said})
+                labels[key if taken else own] = label
+    return labels
+
+
+def _named(
+    name: str, parameter: Linked, rows: list[_Row], first: tuple[list[Any], dict[str, Any]]
+) -> tuple[list[Any], dict[str, Any]]:
+    """Values of what is linked: their names, or else the values of its first key."""
+    if parameter.called is None:
+        return first
+    return [row.row.called.get(name, "") for row in rows], {}
+
+
+def _label(values: list[Any], said: Mapping[str, Any] | None = None) -> xr.Variable:
+    """A coordinate of runs. Lists become letters, with a key to them."""
+    texts = column(values)
+    if not any(isinstance(value, list | tuple | dict) for value in values):
+        return xr.Variable(RUN, texts, said)
+    letters = {text: letter_of(k) for k, text in enumerate(dict.fromkeys(texts))}
+    meaning = {letter: text for text, letter in letters.items()}
+    return xr.Variable(
+        RUN, [letters[text] for text in texts], {**(said or {}), LETTERS: json.dumps(meaning)}
+    )
 
 
 def _check_once(path: Path, labels: Mapping[str, xr.Variable]) -> None:
@@ -333,7 +359,8 @@ def _check_once(path: Path, labels: Mapping[str, xr.Variable]) -> None:
     seen: set[tuple[Any, ...]] = set()
     for row in rows:
         if row in seen:
-            text = ", ".join(f"{name} {value}" for name, value in zip(labels, row, strict=True))
+            names = (labels[name].attrs.get(KEY, name) for name in labels)
+            text = ", ".join(f"{name} {value}" for name, value in zip(names, row, strict=True))
             raise InputError(
                 f"{path}: parameters: found {text} twice; expected each combination of values once,"
                 " as the same runs twice say no more than once."
