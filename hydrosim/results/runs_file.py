@@ -100,7 +100,9 @@ class RunsFile:
         if mark:
             self._file.history = mark
         self._file.setncatts(attributes or {})
-        numbers = xr.Variable(RUN, np.arange(count), {"units": "1", "long_name": "number of the run"})
+        numbers = xr.Variable(
+            RUN, np.arange(count), {"units": "1", "long_name": "number of the run"}
+        )
         for name, values in {RUN: numbers, **along}.items():
             self._along(name, values.values).setncatts({"long_name": name, **values.attrs})
         for name, what in TEXTS.items():

@@ -105,7 +105,7 @@ def result_tables(run: xr.Dataset) -> Iterator[Node]:
     yield from _links(run)
     if rows := list(_capacities(run)):
         shares = ("of a capacity", "largest load", "at", "capacity", "used")
-        yield Table(shares, rows, "Loads beside capacities")
+        yield Table(shares, rows, "Loads beside capacities, at output times")
     yield from _externals(run)
     if "gap" in run.dims:
         yield Table(("clearance", "smallest", "at the end"), list(_clearances(run)))

@@ -57,7 +57,8 @@ def run_until(
         _begin(folder, resume, output)
         rounds: list[xr.Dataset] = []
         while True:
-            rounds.append(_made(part, len(rounds), shared, folder, run))
+            made = _made(part, len(rounds), shared, folder, run)
+            rounds.append(made.drop_indexes("seed", errors="ignore"))
             runs = xr.concat(rounds, RUN, data_vars="all", combine_attrs="override")
             runs = runs.assign_coords({RUN: np.arange(runs.sizes[RUN])})
             width = widest(runs, wanted.figure)
