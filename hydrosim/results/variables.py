@@ -170,9 +170,9 @@ def describe(dataset: xr.Dataset) -> None:
             attributes |= {"flag_values": values, "flag_meanings": variable.flags}
         dataset.variables[name].attrs.update(attributes)
     describe_coordinates(dataset)
-    for name, variable in dataset.variables.items():
-        if any(str(each).startswith(RESTART) for each in (name, *variable.dims)):
-            variable.attrs[PURPOSE] = "restart"
+    for each, array in dataset.variables.items():
+        if any(str(label).startswith(RESTART) for label in (each, *array.dims)):
+            array.attrs[PURPOSE] = "restart"
 
 
 def describe_coordinates(dataset: xr.Dataset) -> None:

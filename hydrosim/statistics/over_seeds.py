@@ -14,10 +14,10 @@ import xarray as xr
 
 from hydrosim.errors import InputError
 from hydrosim.results.validation import DESIGN
+from hydrosim.results.variables import LABELS
 from hydrosim.statistics.effects import combinations, plans
 from hydrosim.statistics.ends import Ends, of_channels, of_figures, of_motions
 from hydrosim.statistics.figures import SIDE
-from hydrosim.results.variables import LABELS
 from hydrosim.statistics.gumbel import INTERVAL, Gumbel, exceeding, fit_maxima, follows_gumbel
 from hydrosim.statistics.orders import find_confidence, find_prediction
 
