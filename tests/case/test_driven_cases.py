@@ -51,6 +51,9 @@ def written(folder: Path, right: str, wrong: str) -> Path:
     assert CASE.count(right) == 1
     path = folder / "case.yaml"
     path.write_text(CASE.replace(right, wrong))
+    (folder / "path.csv").write_text(
+        "time [s],x\n" + "".join(f"{k},{0.01 * k}\n" for k in range(22))
+    )
     return path
 
 
@@ -73,6 +76,16 @@ def test_drives_and_rods_of_a_case_run(tmp_path: Path) -> None:
     said = str(hs.check(scene))
     assert "shake moves surge of base by a sine of 5 s: from -0.2" in said
     assert "turn moves angle of slew by a table of 3 values" in said
+
+
+@pytest.mark.parametrize(("factor", "size"), [("", 1.0), ("2", 2.0), ("1 cm", 0.01)])
+def test_a_recorded_path_may_have_a_factor(factor: str, size: float, tmp_path: Path) -> None:
+    more = f", factor: {factor}" if factor else ""
+    wanted = f"offset: {{file: path.csv, column: x{more}}}"
+    path = written(tmp_path, "offset: {amplitude: 0.2 m, period: 5 s}", wanted)
+    shake = load_case(path).scene().forces["shake"]
+    assert isinstance(shake, Drive)
+    assert shake.position.value[-1] == pytest.approx(0.21 * size, rel=1e-12)
 
 
 END = "to_point: [5 m, 0, 0]"
@@ -105,6 +118,17 @@ MISTAKES = {
         "dofs: [surge, yaw]",
         "dofs: [surge, yaw], initial: {position: {surge: 1 m}}",
         *(18, "forces.shake", "initial position of 1 m"),
+    ),
+    "a constant": (
+        *("offset: {amplitude: 0.2 m, period: 5 s}", "offset: 1 m", 22, "forces.shake.offset"),
+        'found "1 m"; expected a sine {amplitude: 1 m, period: 8 s}, a table {time: [0 s, 9 s],',
+        "offset: [0 m, 1 m]}, or a record {file: path.csv, column: x}",
+    ),
+    "a factor of force": (
+        "offset: {amplitude: 0.2 m, period: 5 s}",
+        "offset: {file: path.csv, column: x, factor: 1 kN}",
+        *(22, "forces.shake.offset", "found a column without a unit and a factor in kN"),
+        "expected m of both together",
     ),
     "active": ("dof: surge", "dof: surge\n    active: {from: 2 s}", 18, "forces.shake", "active"),
     "rod of no length": (END, "to_point: [5 m, 0, -7 m]", 16, "joints.sling", "both ends"),

@@ -19,6 +19,7 @@ import hydrosim as hs
 from hydrosim.errors import InputError
 from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import Drive, Harmonic, LinearMooring, Recorded, SmoothTable, Table
+from hydrosim.forces.signal import compile_signals, corners
 from hydrosim.scene import (
     Active,
     Joint,
@@ -264,6 +265,32 @@ def refused(whole: Scene) -> str:
     with pytest.raises(InputError) as found:
         hs.compile_scene(whole)
     return str(found.value)
+
+
+def test_lists_make_the_same_signals_as_arrays() -> None:
+    for form in (SmoothTable, Recorded, Table):
+        given = form([0, 4, 8, 11], [0, 1, 2, 1])  # type: ignore[arg-type]
+        same = form(np.array([0.0, 4.0, 8.0, 11.0]), np.array([0.0, 1.0, 2.0, 1.0]))
+        for ours, expected in zip(compile_signals([given]), compile_signals([same]), strict=True):
+            assert ours.tobytes() == expected.tobytes()
+        assert corners(given).tolist() == corners(same).tolist()
+    hs.compile_scene(cart_and_rod(SmoothTable([0.0, 11.0], [0.0, 0.0])))  # type: ignore[arg-type]
+    with pytest.raises(
+        InputError, match=r"^SmoothTable: found times \(2,\) and values \(3,\); exp"
+    ):
+        SmoothTable(np.arange(2.0), np.arange(3.0))
+
+
+@pytest.mark.parametrize("amplitude", [80.0, 86.0])
+def test_a_pitch_that_has_no_angle_is_refused_before_the_run(amplitude: float) -> None:
+    block = replace(carried("block", 12.0, (5.0, 9.0, 7.0), (0.0,) * 3), weight=Weight.BALANCED)
+    turned = {"turn": Drive("block", dof="pitch", position=Harmonic(np.radians(amplitude), 8.0))}
+    whole = scene([block], {}, 8.0, turned)
+    if amplitude < 85.0:
+        hs.compile_scene(whole)
+    else:
+        expected = "forces.turn.angle: found a pitch of up to 86 deg; expected less than 85 deg"
+        assert expected in refused(whole)
 
 
 def test_mistakes_are_told() -> None:

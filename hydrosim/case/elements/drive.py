@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import AfterValidator, Discriminator, StrictStr, Tag, model_validator
 
 from hydrosim.case.elements.element import Element, Where
-from hydrosim.case.signals import Harmonic, Recorded
+from hydrosim.case.signals import Harmonic, Recorded, only_forms
 from hydrosim.documents import quantities as of
 from hydrosim.documents.messages import Keys
 from hydrosim.documents.quantities import Strict
@@ -69,12 +69,14 @@ OffsetOverTime = Annotated[
     | Annotated[Recorded, Tag("recorded")]
     | Annotated[Harmonic[of.Length], Tag("harmonic")],
     Discriminator(_form),
+    only_forms("offset", "m", OffsetTable, Recorded, Harmonic),
 ]
 AngleOverTime = Annotated[
     Annotated[AngleTable, Tag("table")]
     | Annotated[Recorded, Tag("recorded")]
     | Annotated[Harmonic[of.Angle], Tag("harmonic")],
     Discriminator(_form),
+    only_forms("angle", "deg", AngleTable, Recorded, Harmonic),
 ]
 
 
