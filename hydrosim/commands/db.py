@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from pathlib import Path
+from time import perf_counter
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -24,6 +26,7 @@ app = typer.Typer(
     no_args_is_help=True, help="Print, check, convert and compute hydrodynamic databases."
 )
 
+STORED_STEP_S = 0.02  # that reading a stored frequency takes, at most
 PICTURE_SUFFIXES = (".png", ".pdf", ".svg")
 MAX_TABLE_STEPS = 1_000_000  # steps of a table
 
@@ -179,11 +182,14 @@ def build(
     place = output or recipe.with_suffix(".nc")
     made = output_for(place, place.stem, "database", recipe, overwrite=overwrite, suffix=None)
     with resumable("the same command"), progress("computing", "frequencies") as report:
+        time_left = TimeLeft()
 
         def tell(done: int, total: int) -> None:
-            report(done, total)
+            left = time_left.update(done, total)
+            report(done, total, f"{_duration_text(left)} left" if left > 0.0 else "")
 
         def announce(seconds: float) -> None:
+            time_left.expected = seconds
             print_status(
                 f"estimate  {_duration_text(seconds)} for the frequencies that are not stored yet"
             )
@@ -191,6 +197,28 @@ def build(
         files = build_database(made, jobs, picture, settings, tell, announce)
     for path in files:
         print_lines(f"result    {path}")
+
+
+class TimeLeft:
+    """Time [s] that steps still take: an ``expected`` one until the first of them has been
+    computed, then by their pace. Steps that are stored come first, and within no time."""
+
+    def __init__(self, clock: Callable[[], float] = perf_counter) -> None:
+        self.expected = 0.0
+        self._clock = clock
+        self._begun = clock()
+        self._stored = 0
+
+    def update(self, done: int, total: int) -> float:
+        """Time left with so many of all steps ``done``; zero if it is not known."""
+        now = self._clock()
+        if (done <= self._stored + 1 and now - self._begun < STORED_STEP_S) or done == 0:
+            self._begun = now
+            self._stored = done
+        computed = done - self._stored
+        if computed == 0:
+            return self.expected
+        return (now - self._begun) / computed * (total - done)
 
 
 def _duration_text(seconds: float) -> str:

@@ -23,9 +23,6 @@ FREQUENCY_STEP = 0.03  # rad/s: a memory of 105 s
 # Frequency over sqrt(2 g / B): a box of 60 x 20 x 3 m needs more than 3.2 in surge
 SHORT_WAVE_FACTOR = 4.0
 MAX_PANELS = 3000  # at most, about, on the whole hull
-# Size of panels in water of finite depth over that in deep water. A pair of panels takes 7.5 times
-# as long there, for images in the bed of waves and panels: 7.5 / 1.32^4 = 2.5 times in all
-SHALLOW_SIZE = 1.32
 ROTATIONS = "roll", "pitch", "yaw"
 
 SAME_HULL = 0.1
@@ -328,7 +325,7 @@ def _resolution(barge: Particulars, period: float, depth: float) -> dict[str, fl
         "step": FREQUENCY_STEP,
         "start": start,
         "stop": stop,
-        "panel": panel if depth == inf else SHALLOW_SIZE * panel,
+        "panel": panel,
     }
 
 

@@ -42,6 +42,7 @@ def check_drives(scene: Scene, begin: float) -> None:
     bodies = {body.name: body for body in scene.bodies}
     for name, drive in drives_of(scene).items():
         problems = [*_problems_of_place(scene, bodies, drive)]
+        problems = problems or [*_problems_of_quantity(scene, drive)]
         problems = problems or [*_problems_of_signal(scene, bodies, drive, begin)]
         if drive.driven in taken:
             problems.append(f": {taken[drive.driven]} drives {drive.driven} already; remove one")
@@ -95,8 +96,8 @@ def _problems_of_joint(scene: Scene, drive: Drive) -> Iterator[str]:
     turning = [m.name for m in joint.motions if m.kind == MotionKind.SWIVEL]
     if drive.dof not in motions:
         yield (
-            f".motion: found {drive.dof}; expected a motion of {drive.joint}, a {joint.type}:"
-            f" {', '.join(motions) or 'it has none'}"
+            f".motion: found {drive.dof or 'none'}; expected a motion of {drive.joint}, a"
+            f" {joint.type}: {', '.join(motions) or 'it has none'}"
         )
     elif drive.dof in turning:
         yield (
@@ -108,6 +109,12 @@ def _problems_of_joint(scene: Scene, drive: Drive) -> Iterator[str]:
             f".joint: found friction in joints.{drive.joint}, in the motion that is driven;"
             " expected none there. It would add its own force to that of the drive"
         )
+
+
+def _problems_of_quantity(scene: Scene, drive: Drive) -> Iterator[str]:
+    wanted = "angle" if is_turn(scene, drive) else "offset"
+    if drive.quantity not in (None, wanted):
+        yield f".{drive.quantity}: found {drive.quantity} of {drive.driven}; expected {wanted}"
 
 
 def _has_friction(joint: Joint, motion: str) -> bool:
