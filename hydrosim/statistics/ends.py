@@ -15,11 +15,13 @@ from hydrosim.results.runs_file import RUN
 from hydrosim.results.stages import FIGURES
 from hydrosim.statistics.figures import SIDE
 from hydrosim.statistics.results import LARGEST, LOWEST
-from hydrosim.statistics.statistics import NAMED, SIDES
+from hydrosim.statistics.statistics import CHANNELS, NAMED, SIDES
 
-OF_UNITS = {"fender_force": "fender", "spring_force": "spring"}
+UNITS = ("fender", "spring", "line", "winch", "compensator")
+"""Dimensions of what pushes or pulls, whose forces have statistics."""
+OF_UNITS = {f"{unit}_force": unit for unit in UNITS}
 """Statistics of forces, and the dimension of what they are of."""
-KNOWN = {"position", "wave_elevation", "fender_normal_force", "spring_tension"}
+KNOWN = {variable for variable, *_ in CHANNELS.values()}
 """Variables over time that have statistics of their own."""
 MOST = 50_000_000
 """Values of a variable over time: of more, extremes are not looked for."""
