@@ -14,7 +14,7 @@ from hydrosim.compare.comparison import Comparison, Result
 from hydrosim.compare.figures import BANDS, Contact
 from hydrosim.compare.studies import LEVEL
 from hydrosim.compare.studies import Comparison as Studies
-from hydrosim.statistics.gumbel import INTERVAL
+from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY
 
 OVER_TIME = {
     "ours": "the run",
@@ -126,7 +126,7 @@ def studies_dataset(found: Studies, attributes: Mapping[str, object]) -> xr.Data
     }
     said = {"compared": found.kind, "paired": int(found.paired)}
     said |= {"codes_apart": " ".join(found.codes), "durations": "\n".join(found.durations)}
-    said |= {"interval_probability": INTERVAL, "level": LEVEL}
+    said |= {"interval_probability": INTERVAL_PROBABILITY, "level": LEVEL}
     return xr.Dataset(values | figures, coords, {**attributes, **said})
 
 

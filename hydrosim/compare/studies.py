@@ -22,7 +22,7 @@ from hydrosim.documents.series import unit_of
 from hydrosim.errors import InputError
 from hydrosim.results.error_figures import RELATIVE
 from hydrosim.results.runs_file import RUN
-from hydrosim.statistics.gumbel import INTERVAL
+from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY
 
 LEVEL = 0.05
 FEWEST = 3  # runs that a test needs
@@ -163,7 +163,7 @@ def _tested(name: str, ours: xr.DataArray, theirs: xr.DataArray, paired: bool) -
         test = (
             scipy.stats.ttest_rel(a, b) if paired else scipy.stats.ttest_ind(a, b, equal_var=False)
         )
-        low, high = test.confidence_interval(INTERVAL)
+        low, high = test.confidence_interval(INTERVAL_PROBABILITY)
         chance = float(test.pvalue)
     unit = str(ours.attrs.get("units", ""))
     means, ends = (float(a.mean()), float(b.mean())), (float(low), float(high))

@@ -11,9 +11,9 @@ import xarray as xr
 from hydrosim.documents.text import escape_unprintable
 from hydrosim.presentation.units import Units, units_of
 from hydrosim.statistics import effects
-from hydrosim.statistics.criteria import Judged, judge_plan
-from hydrosim.statistics.effects import Plan, Row
-from hydrosim.statistics.ends import of_figures
+from hydrosim.statistics.criteria import JudgedCriterion, judge_plan
+from hydrosim.statistics.effects import EffectRow, PlanRuns
+from hydrosim.statistics.ends import ends_of_figures
 from hydrosim.statistics.over_seeds import find_extremes
 
 COLUMNS = ("runs", "mean", "mean_low", "mean_high", "another_low", "another_high")
@@ -49,11 +49,11 @@ def as_csv(runs: xr.Dataset) -> str:
     return text.getvalue()
 
 
-def _key(plan: Plan, figure: str, values: Mapping[str, object]) -> Hashable:
+def _key(plan: PlanRuns, figure: str, values: Mapping[str, object]) -> Hashable:
     return (plan.name, figure, *values.values())
 
 
-def _criterion(of: Judged | None, units: Units) -> list[str]:
+def _criterion(of: JudgedCriterion | None, units: Units) -> list[str]:
     """What a criterion comes to at values of the parameters; empty for other figures."""
     if of is None:
         return ["" for _ in CRITERIA]
@@ -63,12 +63,12 @@ def _criterion(of: Judged | None, units: Units) -> list[str]:
     return [*numbers, str(of.met), "yes" if of.is_met else "no", worst.source]
 
 
-def _head(name: str, plan: Plan, units: Units) -> str:
+def _head(name: str, plan: PlanRuns, units: Units) -> str:
     unit = units.shown(plan.unit(name)).unit
     return f"{name} [{unit}]" if unit else name
 
 
-def _cells(plan: Plan, row: Row, names: list[str], units: Units) -> Iterator[str]:
+def _cells(plan: PlanRuns, row: EffectRow, names: list[str], units: Units) -> Iterator[str]:
     yield row.plan
     for name in names:
         value = row.values.get(name, "")
@@ -80,9 +80,9 @@ def _cells(plan: Plan, row: Row, names: list[str], units: Units) -> Iterator[str
     yield from _extremes(plan, row, factor)
 
 
-def _extremes(plan: Plan, row: Row, factor: float) -> list[str]:
+def _extremes(plan: PlanRuns, row: EffectRow, factor: float) -> list[str]:
     """Most probable extreme and P90 with their intervals; empty where there are none."""
-    own = of_figures(plan.runs.isel(run=row.runs), [row.figure])
+    own = ends_of_figures(plan.runs.isel(run=row.runs), [row.figure])
     found = [extremes for ends in own for _, extremes in find_extremes(ends)]
     if not found:
         return ["" for _ in EXTREMES]

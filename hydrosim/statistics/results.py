@@ -23,30 +23,30 @@ from hydrosim.results import stages
 from hydrosim.results.stages import STAGES, TIME
 from hydrosim.statistics.contact import phase_durations
 from hydrosim.statistics.explain import (
-    AXES,
-    CONTACT,
-    PARTS,
-    PHASES,
-    WHOLE,
-    explained,
+    DIRECTION_AXES,
+    EXPLAINED_PHASES,
+    FRICTION_PARTS,
+    IN_CONTACT,
+    WHOLE_RUN,
+    explain_run,
 )
 
-TIMES = ("time", "duration")
+TIME_RESULTS = ("time", "duration")
 """Results that are a time: what never comes is later than any limit."""
-OF_CONTACTS = {**{name: {"group"} for name in stages.FIGURES}, "time": {"group", "stage"}}
-OF_CONTACTS["duration"] = {"group", "stage", "until"}
-LARGEST = ("closing_speed", "largest_contact_force", "recontact_speed", "recontact_force")
+RESULTS_OF_CONTACTS = {**{name: {"group"} for name in stages.FIGURES}, "time": {"group", "stage"}}
+RESULTS_OF_CONTACTS["duration"] = {"group", "stage", "until"}
+LARGEST_RESULTS = ("closing_speed", "largest_contact_force", "recontact_speed", "recontact_force")
 """Results that are the largest of a run."""
-OF_MOTION = {
+RESULTS_OF_MOTION = {
     "displacement": {"body", "direction", "stage"},
     "mean_force": {"body", "direction", "stage", "force"},
     "friction": {"group", "direction", "stage", "part"},
     "time_share": {"group", "stage", "mode"},
     "moved": {"group", "direction", "stage", "mode"},
 }
-KEYS = OF_CONTACTS | OF_MOTION
+RESULT_KEYS = RESULTS_OF_CONTACTS | RESULTS_OF_MOTION
 """All results by name, and the keys that say more of each."""
-NEEDED = {
+REQUIRED_KEYS = {
     "time": {"stage"},
     "duration": {"stage"},
     "mean_force": {"force"},
@@ -54,15 +54,20 @@ NEEDED = {
     "moved": {"mode"},
 }
 """The keys that a result cannot do without."""
-SIGNED = ("end_clearance", "displacement", "mean_force", "friction", "moved")
+SIGNED_RESULTS = ("end_clearance", "displacement", "mean_force", "friction", "moved")
 """Results that may be negative."""
-LOWEST = "lowest"
+LOWEST_ATTRIBUTE = "lowest"
 """Attribute of figures that cannot be below that value."""
-SPANS = (WHOLE, CONTACT, *PHASES, *(f"{first} to {second}" for first, second in pairwise(STAGES)))
+SPAN_NAMES = (
+    WHOLE_RUN,
+    IN_CONTACT,
+    *EXPLAINED_PHASES,
+    *(f"{first} to {second}" for first, second in pairwise(STAGES)),
+)
 """The stages over which it is explained why a body moved."""
-STEPS = (*SPANS, *STAGES)
+ALL_STAGE_NAMES = (*SPAN_NAMES, *STAGES)
 """The names of all stages."""
-MODES = ("open", "stick", "slip")
+CONTACT_MODES = ("open", "stick", "slip")
 
 
 class Results:
@@ -72,9 +77,9 @@ class Results:
         self.run = run
 
     @cached_property
-    def why(self) -> xr.Dataset:
-        """What `explained` says of the run."""
-        return explained(self.run)
+    def explanation(self) -> xr.Dataset:
+        """What `explain_run` says of the run."""
+        return explain_run(self.run)
 
     def group(self, name: str | None) -> str:
         """The group of contacts of this name, or the only one; InputError if there is none."""
@@ -97,7 +102,7 @@ class Results:
         raise InputError(joined(text, suggestion(name or "", known)))
 
 
-class OfNoChannel:
+class ChannelFreeResult:
     """What all results say of the statistic of a channel, which they are none of."""
 
     phase: ClassVar[None] = None
@@ -107,10 +112,10 @@ class OfNoChannel:
 
 
 @dataclass(frozen=True)
-class StageResult(OfNoChannel):
-    """What the contacts of a ``group`` did: a ``result`` of `OF_CONTACTS`. Of a time, the ``stage``
-    that is reached then; of a duration, the phase that lasts so long, or the stages from which and
-    ``until`` which it is."""
+class StageResult(ChannelFreeResult):
+    """What the contacts of a ``group`` did: a ``result`` of `RESULTS_OF_CONTACTS`. Of a time, the
+    ``stage`` that is reached then; of a duration, the phase that lasts so long, or the stages from
+    which and ``until`` which it is."""
 
     name: str
     result: str
@@ -129,7 +134,7 @@ class StageResult(OfNoChannel):
     @property
     def late_if_missing(self) -> bool:
         """Whether a run without this result has not come to it yet."""
-        return self.result in TIMES
+        return self.result in TIME_RESULTS
 
     @property
     def at_least(self) -> bool:
@@ -140,13 +145,13 @@ class StageResult(OfNoChannel):
         text = self.result.replace("_", " ")
         stage = f' of the stage "{self.stage}"' if self.stage else ""
         until = f' until "{self.until}"' if self.until else ""
-        return f"{text}{stage}{until}{_of(self.group)}"
+        return f"{text}{stage}{until}{_of_suffix(self.group)}"
 
-    def of(self, results: Results) -> xr.DataArray:
+    def evaluate(self, results: Results) -> xr.DataArray:
         """The number with its unit, NaN where the run does not come to it."""
         group = results.group(self.group)
         run = results.run.sel(contact_group=group)
-        if self.stage in PHASES:
+        if self.stage in EXPLAINED_PHASES:
             number = phase_durations(results.run).sel(contact_group=group, phase=self.stage)
             return _number(float(number), "s", self)
         if TIME not in run:
@@ -158,7 +163,7 @@ class StageResult(OfNoChannel):
         if self.result in stages.FIGURES:
             unit = stages.FIGURES[self.result][1]
             number = _number(float(run[self.result]), unit, self)
-            return number.assign_attrs(side="largest") if self.result in LARGEST else number
+            return number.assign_attrs(side="largest") if self.result in LARGEST_RESULTS else number
         begin = float(run[TIME].sel(stage=self.stage))
         if self.result == "time":
             return _number(begin, "s", self)
@@ -166,14 +171,14 @@ class StageResult(OfNoChannel):
 
 
 @dataclass(frozen=True)
-class WhyResult(OfNoChannel):
-    """Why a body moved: a ``result`` of `OF_MOTION` in a ``direction``, over a ``stage``. It is of
-    a ``body``, and of a ``force`` on it; or of a ``group`` of contacts, in a contact ``mode``, or
-    of the ``part`` of friction that has one cause."""
+class MotionCauseResult(ChannelFreeResult):
+    """Why a body moved: a ``result`` of `RESULTS_OF_MOTION` in a ``direction``, over a ``stage``.
+    It is of a ``body``, and of a ``force`` on it; or of a ``group`` of contacts, in a contact
+    ``mode``, or of the ``part`` of friction that has one cause."""
 
     name: str
     result: str
-    stage: str = WHOLE
+    stage: str = WHOLE_RUN
     direction: str = "surge"
     body: str | None = None
     force: str | None = None
@@ -200,12 +205,12 @@ class WhyResult(OfNoChannel):
         more = " ".join(each for each in (self.force, self.part, self.mode) if each)
         more = f" ({more})" if more else ""
         way = "" if self.result == "time_share" else f" in {self.direction}"
-        return f"{text}{more}{_of(self.group or self.body)}{way}, {self.stage}"
+        return f"{text}{more}{_of_suffix(self.group or self.body)}{way}, {self.stage}"
 
-    def of(self, results: Results) -> xr.DataArray:
+    def evaluate(self, results: Results) -> xr.DataArray:
         """The number with its unit, NaN where the run has no such stage."""
-        why = results.why
-        if "group" in OF_MOTION[self.result]:
+        why = results.explanation
+        if "group" in RESULTS_OF_MOTION[self.result]:
             return self._of_contacts(results, why)
         at = why.sel(body=results.body(self.body), dof=self.direction)
         at = at.sel(span=self._span(why, None))
@@ -220,9 +225,9 @@ class WhyResult(OfNoChannel):
     def _of_contacts(self, results: Results, why: xr.Dataset) -> xr.DataArray:
         group = results.group(self.group)
         own = why.sel(fender=why.fender_group == group, span=self._span(why, group))
-        along = own.sel(direction=AXES[self.direction])
+        along = own.sel(direction=DIRECTION_AXES[self.direction])
         if self.result == "friction":
-            part = along.friction_part.sel(part=[self.part] if self.part else list(PARTS))
+            part = along.friction_part.sel(part=[self.part] if self.part else list(FRICTION_PARTS))
             return _number(_sum(part), "N", self)
         if self.result == "time_share":
             return _number(float(own.mode_share.sel(contact_mode=self.mode).mean()), "1", self)
@@ -237,7 +242,7 @@ class WhyResult(OfNoChannel):
         raise InputError(f"found the stage {self.stage}; expected one of: {', '.join(known)}.")
 
 
-def _of(name: str | None) -> str:
+def _of_suffix(name: str | None) -> str:
     return f" of {name}" if name else ""
 
 
@@ -247,6 +252,6 @@ def _sum(values: xr.DataArray) -> float:
     return float(np.nansum(x)) if np.isfinite(x).any() else np.nan
 
 
-def _number(number: float, unit: str, asked: StageResult | WhyResult) -> xr.DataArray:
-    lowest = {} if asked.result in SIGNED else {LOWEST: 0.0}
+def _number(number: float, unit: str, asked: StageResult | MotionCauseResult) -> xr.DataArray:
+    lowest = {} if asked.result in SIGNED_RESULTS else {LOWEST_ATTRIBUTE: 0.0}
     return xr.DataArray(number, attrs={"long_name": str(asked), "units": unit, **lowest})

@@ -49,7 +49,7 @@ class Hindcast:
                 yield month, found
 
 
-class Waiting(NamedTuple):
+class WaitingTimes(NamedTuple):
     """Waiting times from all moments of a record until a window begins: median and 90 % quantile
     [s]; the fraction of moments after which no window follows; the fraction of time in which the
     sea is workable, and in which a window may begin."""
@@ -72,7 +72,7 @@ def windows(hindcast: Hindcast, held: np.ndarray, length: float) -> np.ndarray:
 
 def waiting(
     hindcast: Hindcast, held: np.ndarray, length: float, moments: np.ndarray | None = None
-) -> Waiting:
+) -> WaitingTimes:
     """Waiting times for ``length`` [s] of workable states, ``held`` (n,), from any moment in the
     intervals ``moments`` (k, 2) [s]; None is the whole record."""
     ends = hindcast.ends
@@ -86,7 +86,7 @@ def waiting(
     never = of == len(begins)
     at_once = float(np.ptp(_common(begins, spans)[1], axis=1).sum())
     calm = np.stack([hindcast.time, ends], axis=1)[held]
-    return Waiting(
+    return WaitingTimes(
         _quantile(at_once, until[~never], 0.5 * whole),
         _quantile(at_once, until[~never], 0.9 * whole),
         float(np.ptp(parts[never], axis=1).sum()) / whole,

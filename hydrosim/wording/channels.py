@@ -9,8 +9,8 @@ import xarray as xr
 
 from hydrosim.presentation.document import Between, Value
 from hydrosim.presentation.units import unit_of_dof
-from hydrosim.statistics.extremes import Basis
-from hydrosim.statistics.statistics import SIDES
+from hydrosim.statistics.extremes import ExtremeModel
+from hydrosim.statistics.statistics import EXTREME_SIDES
 
 
 class Channel(NamedTuple):
@@ -27,9 +27,9 @@ class Channel(NamedTuple):
         number = float(found[self.kind].sel({**self.at, "statistic": name}))
         return Value(number, "s" if name == "period" else self.unit)
 
-    def basis(self, found: xr.Dataset, side: str) -> Basis:
+    def basis(self, found: xr.Dataset, side: str) -> ExtremeModel:
         """What the extremes of a side are by, or why there are none."""
-        return Basis(int(found[f"{self.kind}_basis"].sel({**self.at, "side": side})))
+        return ExtremeModel(int(found[f"{self.kind}_basis"].sel({**self.at, "side": side})))
 
     def extreme(self, found: xr.Dataset, side: str, name: str) -> Value:
         """A figure of the extremes of a side."""
@@ -51,7 +51,7 @@ class Channel(NamedTuple):
 def channels_of(found: xr.Dataset) -> Iterator[Channel]:
     """The channels of statistics that vary: motions, waves, contacts, lines, those by name."""
     for channel in _every(found):
-        if Basis.CONSTANT not in {channel.basis(found, side) for side in SIDES}:
+        if ExtremeModel.CONSTANT not in {channel.basis(found, side) for side in EXTREME_SIDES}:
             yield channel
 
 

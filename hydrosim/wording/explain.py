@@ -21,8 +21,15 @@ from hydrosim.presentation.document import (
 )
 from hydrosim.presentation.units import units_of
 from hydrosim.results.phases import is_operation
-from hydrosim.statistics.effects import spread
-from hydrosim.statistics.explain import AXES, OTHER, PARTS, PHASES, lasting, matter
+from hydrosim.statistics.effects import seed_spread
+from hydrosim.statistics.explain import (
+    DIRECTION_AXES,
+    EXPLAINED_PHASES,
+    FRICTION_PARTS,
+    OTHER,
+    significant_entries,
+    stages_with_values,
+)
 from hydrosim.wording.parts import title_of
 
 SLIPS = {
@@ -68,7 +75,7 @@ def explanation(found: xr.Dataset, body: str, direction: str) -> Iterator[Node]:
     yield _table(f"{body} in {direction}", _balance(found.sel(body=body, dof=direction)))
     if "friction_part" in found:
         for group in dict.fromkeys(found.fender_group.values.ravel()):
-            own = found.sel(fender=found.fender_group == group, direction=AXES[direction])
+            own = found.sel(fender=found.fender_group == group, direction=DIRECTION_AXES[direction])
             own = own.sel(span=_of_group(found, str(group)))
             if own.friction_part.fillna(0.0).any():
                 yield _table(f"mean friction of {group} in {direction}", _friction(own))
@@ -78,7 +85,7 @@ def explanation(found: xr.Dataset, body: str, direction: str) -> Iterator[Node]:
 
 def _table(title: str, rows: Iterator[Row]) -> Table:
     each = list(rows)
-    spans = lasting(each[0].values)
+    spans = stages_with_values(each[0].values)
     table = [
         [row.name, *(mean_cell(row.values.sel(span=s), row.unit) for s in spans)] for row in each
     ]
@@ -91,7 +98,7 @@ def mean_cell(values: xr.DataArray, unit: str) -> Cell:
     x = x[np.isfinite(x)]
     if x.size == 0:
         return ""
-    of = spread(x)
+    of = seed_spread(x)
     if "run" in values.dims and x.size > 1:
         return Sentence("{} ({})", [Value(of.mean, unit), Between(of.low, of.high, unit)])
     return Value(of.mean + 0.0, unit)
@@ -112,20 +119,20 @@ def told_spans(found: xr.Dataset) -> list[str]:
 def _phase(span: str) -> int | None:
     """The phase that a span is; none if it is no phase."""
     name = span.rpartition(": ")[2]
-    return PHASES.index(name) if name in PHASES else None
+    return EXPLAINED_PHASES.index(name) if name in EXPLAINED_PHASES else None
 
 
 def _phases_beside(span: str, there: set[str]) -> Iterator[int]:
     """The phases of the same group of contacts, among the spans that are ``there``."""
     prefix = span.removesuffix(span.rpartition(": ")[2])
-    yield from (k for k, phase in enumerate(PHASES) if f"{prefix}{phase}" in there)
+    yield from (k for k, phase in enumerate(EXPLAINED_PHASES) if f"{prefix}{phase}" in there)
 
 
 def _balance(found: xr.Dataset) -> Iterator[Row]:
     """Times, displacements, mean forces by what exerts them."""
     yield Row("duration", found.span_end - found.span_begin, "s")
     yield Row("displacement", found.displacement, "m")
-    for name in matter(found.mean_force, "force"):
+    for name in significant_entries(found.mean_force, "force"):
         yield Row(f"mean force, {name.replace('_', ' ')}", found.mean_force.sel(force=name), "N")
     yield Row("change of momentum", found.momentum_rate, "N")
 
@@ -133,8 +140,8 @@ def _balance(found: xr.Dataset) -> Iterator[Row]:
 def _friction(found: xr.Dataset) -> Iterator[Row]:
     """Mean friction of a group, by what it comes from."""
     part = found.friction_part.sum("fender").where(found.span_end.notnull())
-    for name in PARTS:
-        if name != OTHER or name in matter(part, "part"):
+    for name in FRICTION_PARTS:
+        if name != OTHER or name in significant_entries(part, "part"):
             yield Row(name, part.sel(part=name), "N")
     yield Row("sum", part.sum("part", skipna=False), "N")
 
@@ -151,7 +158,7 @@ def _points(found: xr.Dataset) -> Iterator[Row]:
 
 def _closing(found: xr.Dataset) -> Sentence:
     """How far works and impulses do not add up, the worst of all bodies, spans and runs."""
-    missed = float(np.abs(found.unbalanced.sel(dof=list(AXES))).max())
+    missed = float(np.abs(found.unbalanced.sel(dof=list(DIRECTION_AXES))).max())
     done = float(np.abs(found.force_work).sum(["body", "dof", "force"]).max())
     missing = float(np.abs(found.work_missing).max())
     return Sentence(

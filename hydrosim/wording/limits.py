@@ -22,9 +22,9 @@ from hydrosim.presentation.document import (
 )
 from hydrosim.presentation.figures import Curve, Curves
 from hydrosim.presentation.units import units_of
-from hydrosim.statistics.headings import SAID as SIDES
+from hydrosim.statistics.headings import MIRROR_REASON as SIDES
 from hydrosim.statistics.headings import image_of, without_images
-from hydrosim.statistics.weather import WIDEST
+from hydrosim.statistics.weather import MAX_HEADING_GAP
 from hydrosim.wording.assumptions import case_nodes
 from hydrosim.wording.parts import Parts, attribute_text, lines_of, nodes_of, title_of
 from hydrosim.wording.title_block import title_block
@@ -179,7 +179,7 @@ def _hindcast(found: xr.Dataset) -> Iterator[Node]:
             Outcome.WARNING,
             "{} of the time has no limit. Add peak periods, and with a bearing headings at most {}"
             " apart, that cover the hindcast.",
-            [outside, Value(WIDEST, "rad", 3)],
+            [outside, Value(MAX_HEADING_GAP, "rad", 3)],
         )
     else:
         yield Sentence("{} of the time has no limit and counts as not workable.", [outside])

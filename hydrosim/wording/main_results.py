@@ -10,8 +10,8 @@ import xarray as xr
 from hydrosim.case.tables import plain
 from hydrosim.presentation.document import Cell, Node, Outcome, Sentence, Table, Verdict
 from hydrosim.statistics.extremes import LAWS
-from hydrosim.statistics.orders import ENOUGH
-from hydrosim.statistics.statistics import SIDES
+from hydrosim.statistics.orders import VALUES_FOR_INTERVAL
+from hydrosim.statistics.statistics import EXTREME_SIDES
 from hydrosim.wording.channels import Channel, channels_of
 from hydrosim.wording.criteria import criteria_nodes
 from hydrosim.wording.parts import lines_of
@@ -24,8 +24,8 @@ ONE_SEA = (
     " spectrum, largest values, crawl and criteria come out otherwise. Decide on several draws."
 )
 MORE_SEAS = (
-    f"For several draws, run a study with `seeds: 1-{ENOUGH}` by `hydrosim sweep`. It judges the"
-    " same limits over all of its seas."
+    f"For several draws, run a study with `seeds: 1-{VALUES_FOR_INTERVAL}` by"
+    " `hydrosim sweep`. It judges the same limits over all of its seas."
 )
 WARNED = '{} under "Assumptions and warnings". Read {} before you use the results.'
 
@@ -72,7 +72,7 @@ def largest_values(found: xr.Dataset) -> Iterator[Node]:
 
 
 def _largest(found: xr.Dataset, channel: Channel) -> list[Cell]:
-    side = max(SIDES, key=lambda side: abs(channel.figure(found, side).number))
+    side = max(EXTREME_SIDES, key=lambda side: abs(channel.figure(found, side).number))
     seen = channel.figure(found, side)
     if channel.basis(found, side) not in LAWS:
         return [channel.title, seen, "", "", ""]

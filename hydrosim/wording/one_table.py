@@ -9,7 +9,7 @@ import numpy as np
 
 from hydrosim.presentation.document import Cell, Node, Sentence, Table, Value
 from hydrosim.statistics import effects
-from hydrosim.statistics.effects import DRAWN, Plan, Row
+from hydrosim.statistics.effects import DRAWN, EffectRow, PlanRuns
 from hydrosim.wording.seeds import named_values
 
 FEWEST = 2
@@ -19,12 +19,12 @@ MOST = 300
 HOW = "Means over seeds, and half of their 90 % intervals. Figures are of all complete runs."
 
 
-def has_one_table(plan: Plan) -> bool:
+def has_one_table(plan: PlanRuns) -> bool:
     """Whether a plan is in the one table of its study."""
     return plan.design not in DRAWN and len(plan.figures) >= FEWEST
 
 
-def one_table(plans: Sequence[Plan]) -> Iterator[Node]:
+def one_table(plans: Sequence[PlanRuns]) -> Iterator[Node]:
     """All figures at all values of the plans; nothing where a plan has a single figure."""
     own = [plan for plan in plans if has_one_table(plan)]
     if not own:
@@ -41,8 +41,8 @@ def one_table(plans: Sequence[Plan]) -> Iterator[Node]:
         yield Sentence("{}: {}.", [name, text], detail=True)
 
 
-def _of_plan(plan: Plan, figures: Sequence[str], several: bool) -> Iterator[list[Cell]]:
-    found: dict[str, dict[str, Row]] = {}
+def _of_plan(plan: PlanRuns, figures: Sequence[str], several: bool) -> Iterator[list[Cell]]:
+    found: dict[str, dict[str, EffectRow]] = {}
     for row in effects.rows(plan):
         found.setdefault(named_values(plan, row.values) or "all", {})[row.figure] = row
     for name, by_figure in found.items():
@@ -52,7 +52,7 @@ def _of_plan(plan: Plan, figures: Sequence[str], several: bool) -> Iterator[list
         yield [*study, name, *cells, str(runs)]
 
 
-def _cells(row: Row) -> tuple[Cell, Cell]:
+def _cells(row: EffectRow) -> tuple[Cell, Cell]:
     """A mean, and half of its interval; nothing where no run has a value."""
     of = row.spread
     if not of.n:

@@ -13,11 +13,16 @@ from hydrosim.presentation.document import Between, Cell, Node, Sentence, Table,
 from hydrosim.presentation.layout import text_of
 from hydrosim.presentation.units import units_of
 from hydrosim.results.stages import FIGURES, TIME
-from hydrosim.statistics.effects import Plan, combinations, spread
-from hydrosim.statistics.ends import Ends, of_channels, of_figures, of_motions
-from hydrosim.statistics.gumbel import INTERVAL
-from hydrosim.statistics.orders import ENOUGH
-from hydrosim.statistics.over_seeds import LAW, RUNS, Extremes, find_extremes
+from hydrosim.statistics.effects import PlanRuns, combinations, seed_spread
+from hydrosim.statistics.ends import (
+    SmallestAndLargest,
+    ends_of_channels,
+    ends_of_figures,
+    ends_of_motions,
+)
+from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY
+from hydrosim.statistics.orders import VALUES_FOR_INTERVAL
+from hydrosim.statistics.over_seeds import GUMBEL_METHOD, MIN_RUNS, SeedExtremes, find_extremes
 
 SHOWN = 5
 """Combinations of parameters that are shown."""
@@ -28,12 +33,12 @@ CLEARANCE = FIGURES["end_clearance"][0]
 VARIED = "varied"
 """Coordinate of runs: the parameter that is varied, one at a time."""
 HOW = (
-    f"Intervals hold 90 %, over {RUNS} seeds or more. Where maxima follow Gumbel's law they are by"
-    " it; else by the order of the runs, without a law."
+    f"Intervals hold 90 %, over {MIN_RUNS} seeds or more. Where maxima follow Gumbel's law they are"
+    " by it; else by the order of the runs, without a law."
 )
 
 
-def seed_nodes(plan: Plan) -> Iterator[Node]:
+def seed_nodes(plan: PlanRuns) -> Iterator[Node]:
     """Extremes over the seeds of each combination of the parameters of a plan without figures."""
     yield Sentence(HOW, detail=True)
     each = list(combinations(plan))
@@ -46,21 +51,23 @@ def seed_nodes(plan: Plan) -> Iterator[Node]:
         yield Sentence("{} more combinations are in motion, in the file.", [more])
 
 
-def extreme_nodes(plan: Plan) -> Iterator[Node]:
+def extreme_nodes(plan: PlanRuns) -> Iterator[Node]:
     """Extremes over the seeds of figures, and of every other channel of the file."""
     each = list(combinations(plan))
-    if max((at.size for _, at in each), default=0) < RUNS:
+    if max((at.size for _, at in each), default=0) < MIN_RUNS:
         text = "Most probable extremes and P90 over seeds take {} seeds or more."
-        yield Sentence(text, [str(RUNS)], detail=True)
+        yield Sentence(text, [str(MIN_RUNS)], detail=True)
         return
     figures: list[list[Cell]] = []
     channels: list[list[Cell]] = []
     for k, (values, at) in enumerate(each):
         of = plan.runs.isel(run=at)
         name = named_values(plan, values) or "all"
-        figures += [[name, *row] for row in _rows(of_figures(of, plan.figures))]
+        figures += [[name, *row] for row in _rows(ends_of_figures(of, plan.figures))]
         if k < SHOWN:
-            channels += [[name, *row] for row in _rows([*of_motions(of), *of_channels(of)])]
+            channels += [
+                [name, *row] for row in _rows([*ends_of_motions(of), *ends_of_channels(of)])
+            ]
     yield from _tables("figure", figures, of=True)
     yield from _tables("channel", channels, of=True, detail=True)
     if figures or channels:
@@ -87,19 +94,19 @@ def _tables(
 def nodes_over_seeds(runs: xr.Dataset, title: str = "") -> Iterator[Node]:
     """Between which values each motion is, extremes of another run, stages over runs."""
     head = ("motion", "smallest", "largest")
-    moving = list(of_motions(runs))
+    moving = list(ends_of_motions(runs))
     ends: list[list[Cell]] = [
         [each.name, Value(np.min(each.low), each.unit), Value(np.max(each.high), each.unit)]
         for each in moving
         if each.low is not None and each.high is not None
     ]
     yield Table(head, ends, title)
-    yield from _tables("channel", _rows([*moving, *of_channels(runs)]))
+    yield from _tables("channel", _rows([*moving, *ends_of_channels(runs)]))
     if stages := list(_stages(runs)):
         yield Table(("stage or figure", "group", "mean", "interval", "all runs", "runs"), stages)
 
 
-def named_values(plan: Plan, values: Mapping[str, object]) -> str:
+def named_values(plan: PlanRuns, values: Mapping[str, object]) -> str:
     """The values of the parameters of runs, in the units that they are read in; of one parameter at
     a time, the one that is varied."""
     varied = str(values.get(VARIED, ""))
@@ -121,18 +128,18 @@ def value_of(value: object, unit: str) -> Value | str:
     return Value(value, unit, 6) if isinstance(value, float) else value_text(value)
 
 
-def _rows(each: Iterable[Ends]) -> list[list[Cell]]:
+def _rows(each: Iterable[SmallestAndLargest]) -> list[list[Cell]]:
     """Extremes of channels that enough runs have values of."""
     return [row for ends in each for row in _extremes(ends)]
 
 
-def _extremes(ends: Ends) -> Iterator[list[Cell]]:
+def _extremes(ends: SmallestAndLargest) -> Iterator[list[Cell]]:
     """Of the smallest and of the largest value of each run."""
     for side, found in find_extremes(ends):
         yield [ends.name, side, *_cells(found, ends.unit)]
 
 
-def _cells(found: Extremes, unit: str) -> list[Cell]:
+def _cells(found: SeedExtremes, unit: str) -> list[Cell]:
     return [
         Value(found.probable, unit),
         Between(*found.interval, unit),
@@ -143,12 +150,16 @@ def _cells(found: Extremes, unit: str) -> list[Cell]:
     ]
 
 
-def _method(found: Extremes) -> str:
+def _method(found: SeedExtremes) -> str:
     """The law, or the order of the runs and what their interval of another run holds."""
-    if found.method == LAW:
-        return LAW
+    if found.method == GUMBEL_METHOD:
+        return GUMBEL_METHOD
     held = f"interval of another run holds {100.0 * found.probability:.0f} %"
-    more = "" if found.probability >= INTERVAL else f"; with {ENOUGH} runs it would hold 90 %"
+    more = (
+        ""
+        if found.probability >= INTERVAL_PROBABILITY
+        else f"; with {VALUES_FOR_INTERVAL} runs it would hold 90 %"
+    )
     return f"{found.method} ({held}{more})"
 
 
@@ -160,7 +171,7 @@ def _stages(runs: xr.Dataset) -> Iterator[list[Cell]]:
         for what, each in {**stages, **{FIGURES[f][0]: of[f] for f in FIGURES}}.items():
             known = each.values[np.isfinite(each.values)]
             if known.size and np.ptp(known) > 0.0:
-                at = spread(known, -np.inf if what == CLEARANCE else 0.0)
+                at = seed_spread(known, -np.inf if what == CLEARANCE else 0.0)
                 unit = str(each.attrs["units"])
                 ends = Between(at.low, at.high, unit), Between(known.min(), known.max(), unit)
                 yield [what, str(name), Value(at.mean, unit), *ends, str(known.size)]

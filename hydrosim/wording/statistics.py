@@ -21,9 +21,9 @@ from hydrosim.presentation.document import (
 )
 from hydrosim.presentation.units import units_of
 from hydrosim.results.phases import is_operation
-from hydrosim.statistics.extremes import LAWS, Basis
-from hydrosim.statistics.orders import ENOUGH
-from hydrosim.statistics.statistics import NAMES, SIDES, statistics
+from hydrosim.statistics.extremes import LAWS, ExtremeModel
+from hydrosim.statistics.orders import VALUES_FOR_INTERVAL
+from hydrosim.statistics.statistics import EXTREME_SIDES, STATISTIC_NAMES, statistics
 from hydrosim.wording.channels import Channel, channels_of
 from hydrosim.wording.parts import title_of
 from hydrosim.wording.stages import stage_nodes
@@ -32,70 +32,70 @@ FEWEST = 16
 """Records that figures are made of."""
 MOMENTS = ("mean", "std", "significant", "period", "smallest", "largest")
 LAW = {
-    Basis.GAUSSIAN: "a Gaussian process",
-    Basis.CLIPPED_GAUSSIAN: "a clipped Gaussian process",
-    Basis.GUMBEL: "Gumbel's law",
-    Basis.IMPACTS: "impacts of exponential sizes",
+    ExtremeModel.GAUSSIAN: "a Gaussian process",
+    ExtremeModel.CLIPPED_GAUSSIAN: "a clipped Gaussian process",
+    ExtremeModel.GUMBEL: "Gumbel's law",
+    ExtremeModel.IMPACTS: "impacts of exponential sizes",
 }
-SEEDS = f"run {ENOUGH} seeds"
+SEEDS = f"run {VALUES_FOR_INTERVAL} seeds"
 HOW = (
-    f"To run {ENOUGH} seeds, write a study file with `case: CASE.yaml` and `seeds: 1-{ENOUGH}`."
-    f" Then call `hydrosim sweep STUDY.yaml`. The smallest and the largest of {ENOUGH} runs hold"
-    " the value of another run in 90 % of cases."
+    f"To run {VALUES_FOR_INTERVAL} seeds, write a study file with `case: CASE.yaml` and"
+    f" `seeds: 1-{VALUES_FOR_INTERVAL}`. Then call `hydrosim sweep STUDY.yaml`. The smallest and"
+    f" the largest of {VALUES_FOR_INTERVAL} runs hold the value of another run in 90 % of cases."
 )
 LATER = "use a part that is stationary (--from)"
-REASONS: dict[Basis, tuple[str, tuple[str, ...]]] = {
-    Basis.REGULAR: ("The motion is regular: it repeats itself.", ()),
-    Basis.CLIPPED: ("It stays at its bound for much of the time.", ()),
-    Basis.TOO_SHORT: (
+REASONS: dict[ExtremeModel, tuple[str, tuple[str, ...]]] = {
+    ExtremeModel.REGULAR: ("The motion is regular: it repeats itself.", ()),
+    ExtremeModel.CLIPPED: ("It stays at its bound for much of the time.", ()),
+    ExtremeModel.TOO_SHORT: (
         "The record is too short for the slow part of it, or not stationary: the mean goes from {}"
         " to {} (first and last fifth). Simulate longer.",
         ("first_mean", "last_mean"),
     ),
-    Basis.RARE: (f"There is too little contact. Simulate longer, or {SEEDS}.", ()),
-    Basis.MEAN_CHANGES: (
+    ExtremeModel.RARE: (f"There is too little contact. Simulate longer, or {SEEDS}.", ()),
+    ExtremeModel.MEAN_CHANGES: (
         "It is not stationary: the mean goes from {} to {} (first and last fifth). Either"
         f" {LATER}, or {SEEDS}.",
         ("first_mean", "last_mean"),
     ),
-    Basis.STD_CHANGES: (
+    ExtremeModel.STD_CHANGES: (
         "It is not stationary: the standard deviation goes from {} to {} (first and last fifth), or"
         f" changes in between. Either {LATER}, or {SEEDS}.",
         ("first_std", "last_std"),
     ),
-    Basis.WAVES_GROW: (
+    ExtremeModel.WAVES_GROW: (
         "It is not stationary: the waves grow until {ramp:g} s. Start there (--from {ramp:g}).",
         (),
     ),
-    Basis.OPERATION: (
+    ExtremeModel.OPERATION: (
         "It is not stationary: contact goes through phases while other channels change. Either"
         f" {LATER}, or {SEEDS}.",
         (),
     ),
-    Basis.ALONE: (
+    ExtremeModel.ALONE: (
         "The largest values follow another law than the rest (impacts?), and are too few for a law"
         f" of their own. Simulate longer, or {SEEDS}.",
         (),
     ),
-    Basis.HALVES: (
+    ExtremeModel.HALVES: (
         "A law that holds for one half of the record makes the largest value of the other half"
         f" impossible (impacts, a change?). Instead, {SEEDS}.",
         (),
     ),
-    Basis.BOUNDED: (
+    ExtremeModel.BOUNDED: (
         f"Its slow part moves between bounds; no law of extremes covers that. Instead, {SEEDS}.",
         (),
     ),
-    Basis.CURVED: (
+    ExtremeModel.CURVED: (
         "Its highest crests follow none of the laws (a contact that carries a weight again and"
         f" again?). Instead, {SEEDS}.",
         (),
     ),
-    Basis.TRANSIENT: (
+    ExtremeModel.TRANSIENT: (
         "It is larger at the beginning than later (a start-up transient). Start later (--from).",
         (),
     ),
-    Basis.NOT_FINITE: ("It is not finite.", ()),
+    ExtremeModel.NOT_FINITE: ("It is not finite.", ()),
 }
 """Why a channel has no extremes: a text, and the figures in its places."""
 CHATTERS = (
@@ -194,7 +194,7 @@ def _moments(found: xr.Dataset, channel: Channel) -> list[Cell]:
 
 
 def _extremes(found: xr.Dataset, channel: Channel) -> Iterator[list[Cell]]:
-    for side in SIDES:
+    for side in EXTREME_SIDES:
         basis = channel.basis(found, side)
         if basis in LAWS:
             yield [
@@ -212,7 +212,7 @@ def _without(found: xr.Dataset, channels: Sequence[Channel]) -> Iterator[Sentenc
     """Why channels have no extremes: those that have the same reason together."""
     names: dict[Sentence, list[str]] = {}
     for channel in channels:
-        bases = {side: channel.basis(found, side) for side in SIDES}
+        bases = {side: channel.basis(found, side) for side in EXTREME_SIDES}
         for side, basis in bases.items():
             if basis not in LAWS:
                 reason = _reason(found, channel, basis)
@@ -226,10 +226,12 @@ def _both_sides(names: Sequence[str]) -> Iterator[str]:
     """Channels with their sides; without, where both sides are among the names."""
     titles = {name: name.rpartition(", ")[0] for name in names}
     several = Counter(titles.values())
-    yield from dict.fromkeys(t if several[t] == len(SIDES) else name for name, t in titles.items())
+    yield from dict.fromkeys(
+        t if several[t] == len(EXTREME_SIDES) else name for name, t in titles.items()
+    )
 
 
-def _reason(found: xr.Dataset, channel: Channel, basis: Basis) -> Sentence:
+def _reason(found: xr.Dataset, channel: Channel, basis: ExtremeModel) -> Sentence:
     text, names = REASONS[basis]
     text = text.replace("{ramp:g}", f"{float(found.attrs['wave_ramp']):g}")
     return Sentence(text, tuple(channel.figure(found, name) for name in names))
@@ -244,7 +246,7 @@ def _in_phases(found: xr.Dataset, channels: Sequence[Channel]) -> Iterator[Node]
         for group in _operations(found):
             for phase in map(str, found.phase.values):
                 at = found.named_phase.sel(contact_group=group, phase=phase, **channel.at)
-                of = {name: float(at.sel(statistic=name)) for name in NAMES}
+                of = {name: float(at.sel(statistic=name)) for name in STATISTIC_NAMES}
                 if not np.isnan(of["mean"]):
                     names = ("mean", "std", "smallest", "largest")
                     values = (Value(of[name], channel.unit) for name in names)

@@ -31,7 +31,7 @@ from hydrosim.results.ledger import CLOSED
 from hydrosim.results.runs_file import COMPLETE, DIFFER
 from hydrosim.results.validation import DESIGN
 from hydrosim.statistics import effects
-from hydrosim.statistics.effects import DRAWN, Difference, Plan, Row
+from hydrosim.statistics.effects import DRAWN, Difference, EffectRow, PlanRuns
 from hydrosim.wording.assumptions import assumptions, case_nodes
 from hydrosim.wording.one_table import has_one_table, one_table
 from hydrosim.wording.parts import Parts, nodes_of, title_of
@@ -142,7 +142,7 @@ def _results(runs: xr.Dataset) -> Iterator[Node]:
             yield Sentence("The study file asks for no figures.")
 
 
-def _of_values(plan: Plan) -> Iterator[Node]:
+def _of_values(plan: PlanRuns) -> Iterator[Node]:
     rows = list(effects.rows(plan))
     names = [*dict.fromkeys(name for row in rows for name in row.values)]
     head = ("figure", *map(short, names), "mean", "90 % interval", "another seed", "runs")
@@ -157,7 +157,7 @@ def _of_values(plan: Plan) -> Iterator[Node]:
     yield from _pictures(plan, rows)
 
 
-def _cells(plan: Plan, row: Row, names: Sequence[str]) -> list[Cell]:
+def _cells(plan: PlanRuns, row: EffectRow, names: Sequence[str]) -> list[Cell]:
     s = row.spread
     values = [value_of(row.values[name], plan.unit(name)) for name in names]
     mean = Value(s.mean, row.unit) if s.n else "no run has a value"
@@ -166,14 +166,14 @@ def _cells(plan: Plan, row: Row, names: Sequence[str]) -> list[Cell]:
     return [row.figure, *values, mean, interval, another, str(s.n)]
 
 
-def _differences(plan: Plan) -> list[Difference]:
+def _differences(plan: PlanRuns) -> list[Difference]:
     """Differences between the ends of a parameter, of plans that have them."""
     if plan.design != "one_at_a_time" and len(plan.parameters) != 1:
         return []
     return list(effects.differences(plan))
 
 
-def _difference(plan: Plan, of: Difference) -> Sentence:
+def _difference(plan: PlanRuns, of: Difference) -> Sentence:
     """A change in words; its interval where there are seeds to have one of, what contacts did where
     there are contacts."""
     axis = plan.axis(of.parameter)
@@ -197,7 +197,7 @@ def _difference(plan: Plan, of: Difference) -> Sentence:
     return Sentence(f"{text}.", parts)
 
 
-def _pictures(plan: Plan, rows: list[Row]) -> Iterator[Node]:
+def _pictures(plan: PlanRuns, rows: list[EffectRow]) -> Iterator[Node]:
     """Each figure over the first parameter that is a number, a line for each value of others."""
     axes = [plan.axis(parameter) for parameter in plan.parameters]
     numbers = [a for a in axes if np.asarray(plan.runs[a].values).dtype.kind in "if"]
@@ -220,7 +220,7 @@ def _pictures(plan: Plan, rows: list[Row]) -> Iterator[Node]:
             yield Curves(title, short(axis), plan.unit(axis), figure, unit, curves)
 
 
-def _others(plan: Plan, row: Row, axis: str) -> tuple[str, ...]:
+def _others(plan: PlanRuns, row: EffectRow, axis: str) -> tuple[str, ...]:
     """The values of all parameters but one, as they are read."""
     units = units_of(plan.runs.attrs)
     rest = {name: value for name, value in row.values.items() if name != axis}
@@ -228,14 +228,14 @@ def _others(plan: Plan, row: Row, axis: str) -> tuple[str, ...]:
     return tuple(text_of(value, units) for value in each)
 
 
-def _curve(rows: list[Row], axis: str) -> Curve:
+def _curve(rows: list[EffectRow], axis: str) -> Curve:
     rows = sorted(rows, key=lambda row: float(row.values[axis]))
     x = np.array([float(row.values[axis]) for row in rows])
     y, low, high = np.array([row.spread[1:4] for row in rows], float).T
     return Curve(x, y, low, high)
 
 
-def _of_samples(plan: Plan) -> Iterator[Node]:
+def _of_samples(plan: PlanRuns) -> Iterator[Node]:
     """Correlations of drawn samples, or Sobol's indices."""
     if plan.design != "sobol_indices":
         rows = [(f, short(p), Value(r, digits=3)) for f, p, r in effects.correlations(plan)]

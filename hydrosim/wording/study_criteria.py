@@ -9,8 +9,8 @@ import xarray as xr
 
 from hydrosim.presentation.document import Cell, Node, Outcome, Sentence, Table, Verdict
 from hydrosim.results.runs_file import COMPLETE
-from hydrosim.statistics.criteria import Criterion, Judged, judge_plan, judge_study
-from hydrosim.statistics.effects import DRAWN, Plan
+from hydrosim.statistics.criteria import Criterion, JudgedCriterion, judge_plan, judge_study
+from hydrosim.statistics.effects import DRAWN, PlanRuns
 from hydrosim.wording.criteria import (
     criteria_verdict,
     criterion_figures,
@@ -24,7 +24,7 @@ MOST = 300
 """Rows of a table."""
 
 
-def study_criteria(runs: xr.Dataset, plans: Sequence[Plan]) -> Iterator[Node]:
+def study_criteria(runs: xr.Dataset, plans: Sequence[PlanRuns]) -> Iterator[Node]:
     """A verdict on all criteria of a study, one on each that is not met, the register with values
     of the worst run, and the criteria at each value of the parameters."""
     found = judge_study(plans)
@@ -61,34 +61,34 @@ def _verdict(runs: xr.Dataset, worst: Sequence[Criterion]) -> Verdict:
     return criteria_verdict(worst, where, Outcome.WARNING)
 
 
-def _broken_in(of: Judged, plans: Sequence[Plan]) -> Verdict:
+def _broken_in(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> Verdict:
     place = _place(of, plans)
     at = f" in the worst run ({place})" if place else " in the worst run"
     return criterion_not_met(of.worst, at, f" {of.met} of {of.runs} runs meet it.")
 
 
-def _share(of: Judged) -> str:
+def _share(of: JudgedCriterion) -> str:
     return f"{of.met}/{of.runs}"
 
 
-def _place(of: Judged, plans: Sequence[Plan]) -> str:
+def _place(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> str:
     """The plan, the values of the parameters and the seed of the worst run."""
     seed = f"seed {of.seed}" if of.seed else ""
     return ", ".join(filter(None, [_plan(of, plans), named_values(of.plan, of.values), seed]))
 
 
-def _plan(of: Judged, plans: Sequence[Plan]) -> str:
+def _plan(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> str:
     return of.plan.name.replace("_", " ") if len(plans) > 1 else ""
 
 
-def _without(of: Judged) -> Sentence:
+def _without(of: JudgedCriterion) -> Sentence:
     return Sentence(
         "{} of {} runs never come to {} ({}). They count as runs that meet it.",
         [str(of.without), str(of.runs), of.worst.name, of.worst.what],
     )
 
 
-def _by_value(plans: Sequence[Plan]) -> Iterator[Table | Sentence]:
+def _by_value(plans: Sequence[PlanRuns]) -> Iterator[Table | Sentence]:
     """Each criterion at each value of the parameters, of plans that have values."""
     own = [plan for plan in plans if plan.parameters and plan.design not in DRAWN]
     each = [judged for plan in own for judged in judge_plan(plan)]
@@ -103,7 +103,7 @@ def _by_value(plans: Sequence[Plan]) -> Iterator[Table | Sentence]:
         yield Sentence("{} more rows are in the table that hydrosim statistics writes.", [more])
 
 
-def _row_at(of: Judged, plans: Sequence[Plan]) -> list[Cell]:
+def _row_at(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> list[Cell]:
     name, worst, _, margin, _ = criterion_figures(of.worst)
     at = ", ".join(filter(None, [_plan(of, plans), named_values(of.plan, of.values)]))
     return [name, at, worst, margin, met_or_not(of.worst), _share(of)]

@@ -42,7 +42,7 @@ from hydrosim.studies.run.simulation import prepared, simulate
 
 if TYPE_CHECKING:
     from hydrosim.case import Case
-    from hydrosim.statistics.figures import Asked
+    from hydrosim.statistics.figures import RequestedStatistic
 
 COLLECTING = 0.05  # of the time, at most, is spent on collecting garbage
 EVERY = 50  # runs, of which the first measures its error: at most 2 % of the cost of all
@@ -63,7 +63,7 @@ def simulate_many(
     variables: Sequence[str] = ("position",),
     channels: Sequence[str] = (),
     labels: Mapping[str, Sequence[object] | xr.Variable] | None = None,
-    figures: Sequence[Asked] = (),
+    figures: Sequence[RequestedStatistic] = (),
     attributes: Mapping[str, str] | None = None,
     start: float = 0.0,
     workers: int | None = None,

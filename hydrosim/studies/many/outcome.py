@@ -21,9 +21,9 @@ from hydrosim.results.error_figures import (
     RELATIVE,
 )
 from hydrosim.results.memory import MEMORY_PREFIX
-from hydrosim.statistics.figures import Asked
+from hydrosim.statistics.figures import RequestedStatistic
 from hydrosim.statistics.results import Results
-from hydrosim.statistics.statistics import RECORDED, columns, of_contacts
+from hydrosim.statistics.statistics import RECORDED_SUFFIX, columns, of_contacts
 
 if TYPE_CHECKING:
     from hydrosim.studies.many.form import Form
@@ -52,7 +52,7 @@ def digested(
     run: xr.Dataset,
     variables: list[str],
     start: float,
-    figures: Sequence[Asked] = (),
+    figures: Sequence[RequestedStatistic] = (),
     channels: Sequence[str] = (),
     lenient: bool = False,
 ) -> xr.Dataset:
@@ -64,14 +64,14 @@ def digested(
         known = ", ".join(str(name) for name, each in run.items() if "time" in each.dims)
         raise InputError(f"variables: found {', '.join(unknown)}; expected some of: {known}.")
     found, coords, attributes = columns(run, start, None, _chosen(run, channels, lenient))
-    found = {name: of for name, of in found.items() if not name.endswith(RECORDED)}
+    found = {name: of for name, of in found.items() if not name.endswith(RECORDED_SUFFIX)}
     more: dict[str, Any] = {**found, **of_contacts(run), "end_position": _end(run)}
     if "fender" in run.dims:
         more |= {"first_contact": _first_contact(run), "contact_sequence": _sequence(run)}
     more |= {name: xr.Variable((), run.attrs[name]) for name in COUNTS}
     more[RELATIVE] = _error(run)
     results = Results(run)
-    why = results.why if "impulse" in run else xr.Dataset()
+    why = results.explanation if "impulse" in run else xr.Dataset()
     for figure in figures:
         if any(figure.name in each for each in (more, coords, run, why)):
             raise InputError(
@@ -79,7 +79,7 @@ def digested(
                 " of the runs; expected another one."
             )
         try:
-            more[figure.name] = figure.of(results).variable
+            more[figure.name] = figure.evaluate(results).variable
         except InputError:
             if not lenient:
                 raise

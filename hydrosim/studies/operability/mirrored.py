@@ -18,10 +18,10 @@ from hydrosim.compiling.symmetry import not_mirrored, plane_of
 from hydrosim.dofs import DOFS, MIRROR_SIGN
 from hydrosim.errors import HydrosimError
 from hydrosim.scene import Scene
-from hydrosim.statistics.headings import MIRRORED, NEAR, SAID, images_of
+from hydrosim.statistics.headings import MIRROR_REASON, MIRRORED, SAME_HEADING_RAD, images_of
 
 if TYPE_CHECKING:
-    from hydrosim.statistics.figures import Asked
+    from hydrosim.statistics.figures import RequestedStatistic
     from hydrosim.studies.operability.seas import Swell
 
 EVEN = ("end_absolute", "change_absolute", "std", "largest_absolute")
@@ -30,7 +30,10 @@ MOTIONS = ("position", "velocity", "acceleration")
 
 
 def with_other_side(
-    found: xr.Dataset, scene: Scene, figures: Sequence[Asked], swells: Sequence[Swell | None]
+    found: xr.Dataset,
+    scene: Scene,
+    figures: Sequence[RequestedStatistic],
+    swells: Sequence[Swell | None],
 ) -> xr.Dataset:
     """The limits ``found`` with those to the other side, if these are the same; attributes say
     which they are, or why there are none."""
@@ -41,7 +44,7 @@ def with_other_side(
     reasons = [*_sides_told_apart(figures, swells, scene), *_of_scene(scene, headings)]
     if reasons:
         text = f"Limits are not mirrored to the other side: {'; '.join(reasons)}."
-        return found.assign_attrs({SAID: text})
+        return found.assign_attrs({MIRROR_REASON: text})
     own = found.sel(heading=[heading for heading, _ in images])
     own = own.assign_coords(heading=("heading", [at for _, at in images], found.heading.attrs))
     for name in ("runs", "inferred", "otherwise"):
@@ -51,16 +54,16 @@ def with_other_side(
         "Scene and criteria are symmetric about the x axis. Limits to the other side are the same,"
         " without runs of their own."
     )
-    return both.assign_attrs({SAID: text, MIRRORED: np.sort([at for _, at in images])})
+    return both.assign_attrs({MIRROR_REASON: text, MIRRORED: np.sort([at for _, at in images])})
 
 
 def _sides_told_apart(
-    figures: Sequence[Asked], swells: Sequence[Swell | None], scene: Scene
+    figures: Sequence[RequestedStatistic], swells: Sequence[Swell | None], scene: Scene
 ) -> list[str]:
     """Criteria and swells that are others to the other side."""
     found = [str(figure) for figure in figures if not _is_even(figure)]
     found += [name for figure in figures for name in figure.elements if _is_aside(name, scene)]
-    aside = [s for s in swells if s is not None and abs(np.sin(s.heading)) > NEAR]
+    aside = [s for s in swells if s is not None and abs(np.sin(s.heading)) > SAME_HEADING_RAD]
     return found + [f"swell to {np.degrees(swell.heading):g} deg" for swell in aside]
 
 
@@ -74,7 +77,7 @@ def _is_aside(name: str, scene: Scene) -> bool:
     return bool(list(without_image(own, plane_of(scene))))
 
 
-def _is_even(figure: Asked) -> bool:
+def _is_even(figure: RequestedStatistic) -> bool:
     """Whether a figure is the same of a motion and of its mirror image."""
     if not figure.channel:
         return figure.is_even

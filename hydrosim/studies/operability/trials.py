@@ -13,7 +13,7 @@ import xarray as xr
 from hydrosim.interrupts import raise_if_interrupted, undisturbed
 from hydrosim.results.journal import Journal, Kept
 from hydrosim.results.runs_file import COMPLETE
-from hydrosim.statistics.figures import Asked
+from hydrosim.statistics.figures import RequestedStatistic
 from hydrosim.statistics.results import Results
 from hydrosim.studies.many.garbage import collected_here
 from hydrosim.studies.many.outcome import Outcome
@@ -31,7 +31,7 @@ class Trials:
 
     def __init__(
         self,
-        figures: Sequence[Asked],
+        figures: Sequence[RequestedStatistic],
         workers: int,
         progress: Callable[[int], None] = lambda _: None,
         journal: Journal | None = None,
@@ -91,4 +91,4 @@ class Trials:
 
     def _figures(self, run: xr.Dataset) -> xr.Dataset:
         results = Results(run)
-        return xr.Dataset({figure.name: figure.of(results) for figure in self.figures})
+        return xr.Dataset({figure.name: figure.evaluate(results) for figure in self.figures})

@@ -13,7 +13,7 @@ import xarray as xr
 from hydrosim.documents.text import Source
 from hydrosim.errors import InputError
 from hydrosim.statistics.waiting import Hindcast, waiting
-from hydrosim.statistics.weather import Alpha, Curve, Scatter, Surface, workability
+from hydrosim.statistics.weather import Alpha, LimitCurve, LimitSurface, Scatter, workability
 from hydrosim.studies.operability.weather_files import read_hindcast, read_scatter
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ def assessed(found: xr.Dataset, weather: Weather) -> xr.Dataset:
     new: dict[str, xr.DataArray] = {}
     if weather.scatter is not None:
         least = limit.min("heading").values
-        curve = Curve(found.peak_period.values, least, is_open.all("heading").values)
+        curve = LimitCurve(found.peak_period.values, least, is_open.all("heading").values)
         workable, outside = workability(weather.scatter, curve)
         new["scatter_workable"] = _share(workable, "share of the seas that is workable")
         new["scatter_outside"] = _share(outside, "share of the seas at other peak periods")
@@ -135,9 +135,11 @@ def _limits(limit: xr.DataArray, is_open: xr.DataArray, weather: Weather) -> np.
     heading, period = limit.heading.values, limit.peak_period.values
     if bearing is None or hindcast.coming is None:
         least = limit.min("heading", skipna=False).values
-        return Curve(period, least, is_open.all("heading").values).at(hindcast.period)
+        return LimitCurve(period, least, is_open.all("heading").values).limit_at(hindcast.period)
     going = bearing - hindcast.coming - np.pi  # bearings turn clockwise, headings the other way
-    return Surface(heading, period, limit.values, is_open.values).at(going, hindcast.period)
+    return LimitSurface(heading, period, limit.values, is_open.values).limit_at(
+        going, hindcast.period
+    )
 
 
 def _of_hindcast(

@@ -49,7 +49,7 @@ from hydrosim.studies.sweep.coordinates import Coordinate, at_key, column
 if TYPE_CHECKING:
     from hydrosim.documents.units import Scale
     from hydrosim.scene import Scene
-    from hydrosim.statistics.figures import Asked
+    from hydrosim.statistics.figures import RequestedStatistic
 
 # coordinates of runs: the plan, and what of it is varied
 STUDY = "study"
@@ -71,7 +71,7 @@ class Study:
     labels: dict[str, xr.Variable]
     kept: Kept
     inputs: tuple[Path, ...] = ()
-    figures: tuple[Asked, ...] = ()
+    figures: tuple[RequestedStatistic, ...] = ()
     design: str = "{}"
     seeds: tuple[int, ...] = ()
     until: Enough | None = None
@@ -141,7 +141,7 @@ def settings_with(data: StudyFile, case: Case) -> str:
     return settings_text(study, {f"case.{key}": value for key, value in of_case.items()})
 
 
-def figures_of(data: StudyFile) -> tuple[Asked, ...]:
+def figures_of(data: StudyFile) -> tuple[RequestedStatistic, ...]:
     """What is asked of each run: the figures, and those of the criteria."""
     asked = {**data.figures, **data.criteria}
     return tuple(each.figure(name, data.output.start) for name, each in asked.items())

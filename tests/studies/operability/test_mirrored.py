@@ -16,9 +16,9 @@ from moored_barge import CASES
 
 from hydrosim.plot.operability import _panel
 from hydrosim.scene import Scene
-from hydrosim.statistics.figures import Figure as Asked
+from hydrosim.statistics.figures import ScalarResult as Asked
 from hydrosim.statistics.headings import image_of, without_images
-from hydrosim.statistics.results import StageResult, WhyResult
+from hydrosim.statistics.results import MotionCauseResult, StageResult
 from hydrosim.studies.operability.mirrored import with_other_side
 from hydrosim.studies.operability.seas import Swell
 from hydrosim.studies.operability.study import limits_of, load_limits
@@ -99,7 +99,7 @@ def removal() -> Scene:
         (Asked("a", "position.barge.surge", "largest"), [None], True),
         (Asked("a", "position.barge.roll", "largest"), [None], False),
         (Asked("a", "fender_normal_force.interface 1", "largest"), [None], False),
-        (WhyResult("a", "displacement", direction="sway", body="barge"), [None], False),
+        (MotionCauseResult("a", "displacement", direction="sway", body="barge"), [None], False),
         (StageResult("a", "recontacts", "legs"), [None, Swell(1.0, 14.0, np.pi)], True),
         (StageResult("a", "recontacts", "legs"), [None, Swell(1.0, 14.0, 1.0)], False),
     ],
