@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.report import ROOT, Answer, Row
-from hydrosim.database import HydroDatabase, all_headings, load, needed
+from hydrosim.database import HydroDatabase, all_headings, load, require_array
 from hydrosim.database.build.afloat import afloat
 from hydrosim.database.build.bem import solve_all
 from hydrosim.database.build.build import silent
@@ -76,7 +76,7 @@ def finer(recipe: Recipe) -> Response:
 
 def motions(db: HydroDatabase, response: Response) -> np.ndarray:
     """Motions (headings, frequencies, 6) of the barge floating free."""
-    M, C = needed(db, "inertia_matrix"), needed(db, "hydrostatic_stiffness")
+    M, C = require_array(db, "inertia_matrix"), require_array(db, "hydrostatic_stiffness")
     w = FREQUENCIES[:, None, None]
     impedance = C - w**2 * (M + response.added_mass) + 1j * w * response.damping
     return np.linalg.solve(impedance, response.loads[..., None])[..., 0]

@@ -23,7 +23,7 @@ class Table(Strict, Generic[T]):
 
     time: of.Times
     """Times that rise."""
-    force: Annotated[tuple[T, ...], AfterValidator(of.some)]
+    force: Annotated[tuple[T, ...], AfterValidator(of.require_entries)]
     """Force at each time, with straight lines between."""
 
     @model_validator(mode="after")
@@ -46,7 +46,7 @@ class Recorded(Strict):
     column: Annotated[
         tuple[StrictStr | StrictInt, ...],
         of.one_or_more(StrictStr | StrictInt),
-        AfterValidator(of.some),
+        AfterValidator(of.require_entries),
     ]
     """Column or list of columns to add up: names or numbers. Example: My."""
     factor: Annotated[Scale, AnyQuantity("factor", "98100 kN/m")] | None = None

@@ -201,11 +201,11 @@ def _duration_text(seconds: float) -> str:
 
 def _caveats(db: HydroDatabase, given: Given) -> list[str]:
     """Print warnings: options that the file does not need, and values that were assumed."""
-    from hydrosim.database.load import overruled
+    from hydrosim.database.load import overruled_values
 
     lines = [
         f"warning   {db.source} has its own {name.replace('_', ' ')}; the option is ignored"
-        for name in overruled(db, given)
+        for name in overruled_values(db, given)
     ]
     assumed = db.attributes.get("assumed")
     if assumed and "recipe" not in db.attributes:  # those of a recipe are its author's

@@ -11,9 +11,9 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.compare.comparison import Comparison, Result
-from hydrosim.compare.figures import BANDS, Contact
-from hydrosim.compare.studies import LEVEL
-from hydrosim.compare.studies import Comparison as Studies
+from hydrosim.compare.figures import BANDS, ContactComparison
+from hydrosim.compare.studies import SIGNIFICANCE_LEVEL
+from hydrosim.compare.studies import StudyComparison as Studies
 from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY
 
 OVER_TIME = {
@@ -53,7 +53,7 @@ OF_STUDIES = {
 NO_TOLERANCES = MappingProxyType[str, float]({})
 CONTACT = dict(
     zip(
-        Contact._fields,
+        ContactComparison._fields,
         ("first contact [s]",) * 2 + ("fraction of time in contact",) * 2,
         strict=True,
     )
@@ -126,7 +126,7 @@ def studies_dataset(found: Studies, attributes: Mapping[str, object]) -> xr.Data
     }
     said = {"compared": found.kind, "paired": int(found.paired)}
     said |= {"codes_apart": " ".join(found.codes), "durations": "\n".join(found.durations)}
-    said |= {"interval_probability": INTERVAL_PROBABILITY, "level": LEVEL}
+    said |= {"interval_probability": INTERVAL_PROBABILITY, "level": SIGNIFICANCE_LEVEL}
     return xr.Dataset(values | figures, coords, {**attributes, **said})
 
 

@@ -20,15 +20,15 @@ from hydrosim.compare.signals import Fit, fit, rms, split_bands
 from hydrosim.documents.units import factor
 
 EQUAL = 1e-3  # rms over std: smaller differences count as equal
-ALIKE = 0.8  # correlation: below it no gain, lag or offset is named
+MIN_NAMED_CORRELATION = 0.8  # correlation: below it no gain, lag or offset is named
 UNLIKE = 0.5  # correlation in the wave band: below it the waves are others
 SPECTRUM = 1.5  # ratio of std in the wave band: above it the spectrum is another
-WAVES = 0.05  # of the std: smaller motion in the wave band counts as none
+MIN_WAVE_STD = 0.05  # of the std: smaller motion in the wave band counts as none
 CLEAR = 0.3  # of the rms: an effect that is named
 MOSTLY = 0.7  # of the mean square
-NEAR = 0.03  # relative distance of a gain from that of a unit
-ROUNDING = 1e-12  # of the largest value
-UNITS = {  # units that may be mistaken for ours
+UNIT_GAIN_TOLERANCE = 0.03  # relative distance of a gain from that of a unit
+ROUNDING_FRACTION = 1e-12  # of the largest value
+CONFUSED_UNITS = {  # units that may be mistaken for ours
     "m": ("mm", "cm", "ft"),
     "m/s": ("mm/s", "cm/s", "km/h", "ft/s"),
     "rad": ("deg",),
@@ -37,7 +37,7 @@ UNITS = {  # units that may be mistaken for ours
     "N m": ("kN*m", "MN*m", "tonne_force*m"),
     "J": ("kJ", "MJ"),
 }
-WORDS = {"deg": "degrees", "rad": "radians", "tonne_force": "tonne-force"}
+UNIT_WORDS = {"deg": "degrees", "rad": "radians", "tonne_force": "tonne-force"}
 
 
 def diagnose(
@@ -53,7 +53,7 @@ def diagnose(
     largest = float(np.abs(np.concatenate([ours, recorded])).max())
     if largest == 0.0:
         return "both zero"
-    if found.peak <= 1.001 * pair.precision + ROUNDING * largest:
+    if found.peak <= 1.001 * pair.precision + ROUNDING_FRACTION * largest:
         return f"equal to print precision ({pair.precision:.2g} {pair.unit})"
     if found.std == 0.0 or varies(ours) == 0.0:
         return _constant(pair, found, varies(ours))
@@ -62,10 +62,10 @@ def diagnose(
     other = _other_waves(time, pair, edges, most)
     if other and abs(fitted.correlation) < UNLIKE:
         return "another realisation (same spectrum, no correlation): another seed?"
-    if abs(fitted.correlation) < ALIKE:
-        said = f"different (correlation {fitted.correlation:.2f}){_where(found)}"
+    if abs(fitted.correlation) < MIN_NAMED_CORRELATION:
+        said = f"different (correlation {fitted.correlation:.2f}){_worst_band(found)}"
     else:
-        said = ", ".join(_named(time, pair, found, fitted, most))
+        said = ", ".join(_describe_differences(time, pair, found, fitted, most))
     return f"{said}; its waves, {_share(found)}, are another realisation" if other else said
 
 
@@ -85,7 +85,7 @@ def _other_waves(time: np.ndarray, pair: Pair, edges: tuple[float, float], most:
     """Whether both have waves of the same spectrum that do not correlate at any lag."""
     a, r = (split_bands(time, x, edges)[1] for x in (pair.ours, pair.recorded))
     sizes = float(np.std(a)), float(np.std(r))
-    if min(sizes) < WAVES * min(np.std(pair.ours), np.std(pair.recorded)):
+    if min(sizes) < MIN_WAVE_STD * min(np.std(pair.ours), np.std(pair.recorded)):
         return False
     if not 1.0 / SPECTRUM < sizes[0] / sizes[1] < SPECTRUM:
         return False
@@ -93,7 +93,9 @@ def _other_waves(time: np.ndarray, pair: Pair, edges: tuple[float, float], most:
     return abs(fit(even, a, r, most).correlation) < UNLIKE
 
 
-def _named(time: np.ndarray, pair: Pair, found: Figures, fitted: Fit, most: float) -> Iterator[str]:
+def _describe_differences(
+    time: np.ndarray, pair: Pair, found: Figures, fitted: Fit, most: float
+) -> Iterator[str]:
     """Differences: sign, unit, gain, lag, offset, and the remainder."""
     sign = float(np.sign(fitted.gain))
     unit, size = _unit_taken(abs(fitted.gain), pair.unit)
@@ -113,7 +115,7 @@ def _named(time: np.ndarray, pair: Pair, found: Figures, fitted: Fit, most: floa
     if causes and fitted.rest > max(EQUAL * std, CLEAR * before):
         yield f"{100.0 * fitted.rest / std:.3g} % of the std left"
     if not causes and before > EQUAL * std:
-        yield f"differs by {100.0 * before / std:.3g} % of the std{_where(found)}"
+        yield f"differs by {100.0 * before / std:.3g} % of the std{_worst_band(found)}"
 
 
 def _causes(fitted: Fit, unit: str, before: float, std: float) -> Iterator[str]:
@@ -137,22 +139,22 @@ def _causes(fitted: Fit, unit: str, before: float, std: float) -> Iterator[str]:
 
 def _unit_taken(gain: float, ours: str) -> tuple[str, float]:
     """Mistaken unit as text, and its gain; "" and 1 if there is none."""
-    for other in UNITS.get(ours, ()):
+    for other in CONFUSED_UNITS.get(ours, ()):
         size = factor(other, ours)
         for text, expected in (
             (f"{_word(other)} for {_word(ours)}", 1.0 / size),
             (f"{_word(ours)} for {_word(other)}", size),
         ):
-            if abs(log(gain / expected)) < NEAR:
+            if abs(log(gain / expected)) < UNIT_GAIN_TOLERANCE:
                 return text, expected
     return "", 1.0
 
 
 def _word(unit: str) -> str:
-    return WORDS.get(unit, unit)
+    return UNIT_WORDS.get(unit, unit)
 
 
-def _where(found: Figures) -> str:
+def _worst_band(found: Figures) -> str:
     """Band of frequencies that holds most of the difference, if one does."""
     squares = np.square(found.band_rms)
     squares[0] += found.mean**2

@@ -45,7 +45,7 @@ def _variables(one: xr.Dataset, other: xr.Dataset, left_out: Collection[str]) ->
             yield from _values(name, here, there)
             yield from _attributes(f"{name}: ", here.attrs, there.attrs, left_out)
         else:
-            yield f"{name}: {_only(name in one.variables)}"
+            yield f"{name}: {_only_in(name in one.variables)}"
 
 
 def _values(name: str, one: xr.Variable, other: xr.Variable) -> Iterator[str]:
@@ -70,7 +70,7 @@ def _attributes(
 ) -> Iterator[str]:
     for name in sorted({*one, *other} - {*left_out}):
         if (name in one) != (name in other):
-            yield f"{of}attribute {name}: {_only(name in one)}"
+            yield f"{of}attribute {name}: {_only_in(name in one)}"
             continue
         a, b = (_comparable(np.ravel(side[name])) for side in (one, other))
         if a.dtype != b.dtype or a.shape != b.shape or _unequal(a, b).any():
@@ -93,7 +93,7 @@ def _unequal(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     return differ & ~(np.isnan(a) & np.isnan(b)) if one.dtype.kind == "f" else differ
 
 
-def _only(in_first: bool) -> str:
+def _only_in(in_first: bool) -> str:
     return f"only in the {'first' if in_first else 'second'}"
 
 

@@ -11,9 +11,9 @@ from hydrosim.compare.signals import correlation, rms, split_bands
 
 BANDS = ("slow", "waves", "fast")
 EDGES = (0.1, 2.5)  # rad/s, between them
-ENDS = 0.1  # of the time: intervals at its start and end whose means give the drift
+DRIFT_END_FRACTION = 0.1  # of the time: intervals at its start and end whose means give the drift
 CONSTANT = 1e-12  # of the largest value: smaller variation counts as constant
-CONTACT = ("fender_normal_force", "fender_compression")
+CONTACT_VARIABLES = ("fender_normal_force", "fender_compression")
 TOUCH = 1e-3  # of the largest value: larger values are contact
 
 
@@ -37,7 +37,7 @@ class Figures(NamedTuple):
     band_recorded: tuple[float, ...]
 
 
-class Contact(NamedTuple):
+class ContactComparison(NamedTuple):
     """First contact [s] (NaN if there is none) and fraction of the time in contact, for both."""
 
     first_ours: float
@@ -74,16 +74,16 @@ def varies(values: np.ndarray) -> float:
     return std if std > CONSTANT * float(np.abs(values).max()) else 0.0
 
 
-def contact(time: np.ndarray, pair: Pair) -> Contact | None:
+def contact(time: np.ndarray, pair: Pair) -> ContactComparison | None:
     """First contact and fraction of contact of a fender; None for other channels."""
-    if not pair.channel.startswith(CONTACT):
+    if not pair.channel.startswith(CONTACT_VARIABLES):
         return None
     touching = [x > TOUCH * float(np.abs(x).max()) for x in (pair.ours, pair.recorded)]
     first = [float(time[np.argmax(t)]) if t.any() else float("nan") for t in touching]
-    return Contact(*first, *(float(np.mean(t)) for t in touching))
+    return ContactComparison(*first, *(float(np.mean(t)) for t in touching))
 
 
 def _drift(values: np.ndarray) -> float:
     """Mean over the last tenth minus mean over the first tenth."""
-    count = max(1, int(ENDS * values.size))
+    count = max(1, int(DRIFT_END_FRACTION * values.size))
     return float(values[-count:].mean() - values[:count].mean())

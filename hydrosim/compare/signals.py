@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-EVEN = 1e-6  # of a step
-CLOSE = 0.002  # correlations that differ by less: the smaller lag is chosen
+STEP_TOLERANCE = 1e-6  # of a step
+EQUAL_CORRELATIONS = 0.002  # correlations that differ by less: the smaller lag is chosen
 
 
 class Fit(NamedTuple):
@@ -43,7 +43,7 @@ def evenly(time: np.ndarray, values: np.ndarray) -> np.ndarray:
     """The values at the same number of evenly spaced times; by a cubic spline if they are
     uneven."""
     steps = np.diff(time)
-    if np.ptp(steps) <= EVEN * steps.mean():
+    if np.ptp(steps) <= STEP_TOLERANCE * steps.mean():
         return values
     return scipy.interpolate.CubicSpline(time, values)(np.linspace(time[0], time[-1], time.size))
 
@@ -81,7 +81,7 @@ def best_lag(time: np.ndarray, ours: np.ndarray, recorded: np.ndarray, most: flo
     heights = top + np.where(
         bend > 0.0, (right - left) ** 2 / (8.0 * np.maximum(bend, 1e-300)), 0.0
     )
-    good = peaks[heights >= heights.max() - CLOSE]
+    good = peaks[heights >= heights.max() - EQUAL_CORRELATIONS]
     start = step * float(good[np.argmin(np.abs(good - count))] - count)
     even = np.linspace(time[0], time[-1], time.size)
     curve = scipy.interpolate.CubicSpline(even, a)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from hydrosim.compiling.coefficients import SOURCE
-from hydrosim.database.checks import SYMMETRIES, Part, Use, doubts, refused
+from hydrosim.database.checks import SYMMETRIES, Part, Use, doubts, refusing_findings
 from hydrosim.database.database import HydroDatabase
 from hydrosim.database.transfer import velocity_transfer
 from hydrosim.errors import InputError
@@ -45,7 +45,7 @@ def suited(
     all faults and their remedies."""
     if db.source == SOURCE:
         return db
-    findings = refused(db, _use(db, bodies, free, seas))
+    findings = refusing_findings(db, _use(db, bodies, free, seas))
     faults = [*_other_water(db, water), *_gaps(db, bodies, water)]
     if findings:
         faults.append(_unproven([finding.name for finding in findings], findings))

@@ -407,7 +407,7 @@ def resonance(body: Body, stiffness: np.ndarray, db: HydroDatabase | None) -> Re
     mass = np.array([body.mass] * 3 + list(np.diag(body.inertia)))
     if db is None:
         return Resonance(stiffness, mass)
-    total = stiffness + np.diag(database.needed(db, "hydrostatic_stiffness"))
+    total = stiffness + np.diag(database.require_array(db, "hydrostatic_stiffness"))
     A = np.diagonal(db.added_mass, axis1=1, axis2=2)
     added = [
         _added_mass_in_resonance(db.frequency, a, m, k)

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from hydrosim.database.checks import ACCEPTED, accepted, unknown
+from hydrosim.database.checks import ACCEPTED, accepted_findings, unknown
 from hydrosim.database.database import HydroDatabase, Real, of_frequencies
 from hydrosim.database.transfer import MATRICES
 from hydrosim.dofs import MIRROR_SIGN
@@ -27,20 +27,20 @@ _WITHOUT = {
 }
 
 
-def changed(db: HydroDatabase, changes: Changes) -> HydroDatabase:
+def apply_changes(db: HydroDatabase, changes: Changes) -> HydroDatabase:
     """Database with the ``changes``. Raises `InputError` if they do not fit it."""
     if changes.frequencies is not None:
         db = _cut(db, *changes.frequencies)
     for part in changes.without:
-        db = _without(db, part)
+        db = _drop_part(db, part)
     if changes.bodies_apart:
-        db = _apart(db)
+        db = _uncouple_bodies(db)
     if changes.symmetrise:
         db = _symmetric(db)
     said = [*filter(None, [db.attributes.get(CHANGED)]), *_words(changes)]
     more = {CHANGED: "; ".join(said)} if said else {}
     if changes.accept:
-        more[ACCEPTED] = ", ".join([*accepted(db), *map(_known, changes.accept)])
+        more[ACCEPTED] = ", ".join([*accepted_findings(db), *map(_finding_name, changes.accept)])
     return replace(db, attributes={**db.attributes, **more})
 
 
@@ -55,7 +55,7 @@ def _words(changes: Changes) -> Iterator[str]:
         yield "symmetrised"
 
 
-def _known(name: str) -> str:
+def _finding_name(name: str) -> str:
     """The name of a finding."""
     if wrong := unknown(name):
         raise InputError(f"hydrodynamics.accept: {wrong}.")
@@ -73,7 +73,7 @@ def _cut(db: HydroDatabase, lowest: float, highest: float) -> HydroDatabase:
     return of_frequencies(db, keep)
 
 
-def _without(db: HydroDatabase, part: Without) -> HydroDatabase:
+def _drop_part(db: HydroDatabase, part: Without) -> HydroDatabase:
     if part == Without.LOADS:
         return without_loads(db)
     nothing: dict[str, Any] = dict.fromkeys(_WITHOUT[part])
@@ -83,12 +83,12 @@ def _without(db: HydroDatabase, part: Without) -> HydroDatabase:
 def without_loads(db: HydroDatabase) -> HydroDatabase:
     """Database without headings, and so without wave loads."""
     for part in (Without.DRIFT, Without.QTF):
-        db = _without(db, part)
+        db = _drop_part(db, part)
     none = np.zeros((db.frequency.size, 0, 6 * db.bodies), dtype=complex)
     return replace(db, heading=np.zeros(0), excitation=none, froude_krylov=None)
 
 
-def _apart(db: HydroDatabase) -> HydroDatabase:
+def _uncouple_bodies(db: HydroDatabase) -> HydroDatabase:
     """Database without the blocks of the matrices that couple bodies."""
     body = np.arange(6 * db.bodies) // 6
     own = (body[:, None] == body).astype(float)

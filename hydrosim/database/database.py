@@ -53,7 +53,7 @@ class HydroDatabase:
     and the diagonal of T- is the mean drift.
 
     ``port_starboard_symmetric``: each body is symmetric about y = 0. ``attributes`` describe the
-    hull and the program that computed it. Data that the file did not have are None; `needed`
+    hull and the program that computed it. Data that the file did not have are None; `require_array`
     returns them or raises. Raises `InputError` if a shape does not fit or a number is NaN.
     """
 
@@ -186,7 +186,7 @@ GIVABLE = {"volume", "centre_of_buoyancy", "centre_of_gravity"}
 """Optional arrays that a case may give under `hydrodynamics`."""
 
 
-def needed(db: HydroDatabase, name: str) -> Real:
+def require_array(db: HydroDatabase, name: str) -> Real:
     """An optional array. Raises `InputError` if this database does not have it."""
     value = getattr(db, name)
     if value is None:

@@ -30,7 +30,7 @@ SUBMERGED = 1e-9  # of the volume to 2/3: area of a waterplane that is only roun
 def read_hull(path: Path, keys: MeshKeys = MeshKeys()) -> Hull:
     """Closed hull in a mesh file of any format that meshio reads; the ``keys`` place it. Raises
     `InputError` if it cannot be read, is open, or does not cross the water surface."""
-    return closed(keys.placed(_read(path)), str(path))
+    return close_hull(keys.placed(_read(path)), str(path))
 
 
 def read_closed(path: Path, keys: MeshKeys = MeshKeys()) -> Triangles:
@@ -38,7 +38,7 @@ def read_closed(path: Path, keys: MeshKeys = MeshKeys()) -> Triangles:
     return outward(keys.placed(_read(path)), str(path))
 
 
-def closed(corners: Triangles, source: str) -> Hull:
+def close_hull(corners: Triangles, source: str) -> Hull:
     """Hull with normals outward. Raises `InputError` if it is open, or if no part of it is below or
     above the water."""
     found = outward(corners, source)
@@ -94,7 +94,7 @@ def integrals(corners: Triangles) -> Hydrostatics:
     return Hydrostatics(volume=volume, centre_of_buoyancy=np.array(moments) / volume, **waterplane)
 
 
-def immersed(corners: Triangles) -> Triangles:
+def immersed_triangles(corners: Triangles) -> Triangles:
     """Parts of the triangles below z = 0."""
     wet = (corners[..., 2] < 0.0).sum(axis=1)
     cut = [part for triangle in corners[(wet == 1) | (wet == 2)] for part in _cut(triangle)]

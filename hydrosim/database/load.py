@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hydrosim.database.changes import changed
+from hydrosim.database.changes import apply_changes
 from hydrosim.database.checks import EVERYTHING, doubts, in_order
 from hydrosim.database.database import HydroDatabase
 from hydrosim.database.readers import READERS, Reader
@@ -38,7 +38,7 @@ def load(
     sign, unit or convention must be wrong. Milder findings are warnings.
     """
     given = replace(given, frequencies=changes.frequencies)
-    db = changed(in_order(read(path, given)), changes)
+    db = apply_changes(in_order(read(path, given)), changes)
     if POINTS_UNKNOWN in db.attributes.get("assumed", ""):
         raise InputError(
             f"{path}: found no points of rotation (Capytaine's rotation_center); expected one for"
@@ -63,7 +63,7 @@ def read(path: Path | str, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     return reader.read(file, given)
 
 
-def overruled(db: HydroDatabase, given: Given) -> list[str]:
+def overruled_values(db: HydroDatabase, given: Given) -> list[str]:
     """Names of ``given`` values that are not used because the file has other values."""
     return [
         item.name

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hydrosim.database.database import Complex, HydroDatabase, Real, needed
+from hydrosim.database.database import Complex, HydroDatabase, Real, require_array
 
 MATRICES = (
     "added_mass",
@@ -46,12 +46,12 @@ def move_reference(db: HydroDatabase, centre_of_gravity: ArrayLike) -> HydroData
     distribution of mass. Returns ``db`` itself if nothing moves.
     """
     new = np.reshape(np.asarray(centre_of_gravity, dtype=float), (db.bodies, 3))
-    old = needed(db, "centre_of_gravity")
+    old = require_array(db, "centre_of_gravity")
     if np.array_equal(new, db.reference_point) and np.array_equal(new, old):
         return db
     T = velocity_transfer(db.reference_point - new)
-    stiffness = T.T @ needed(db, "hydrostatic_stiffness") @ T
-    weight = db.water_density * db.gravity * needed(db, "volume")
+    stiffness = T.T @ require_array(db, "hydrostatic_stiffness") @ T
+    weight = db.water_density * db.gravity * require_array(db, "volume")
     for body, loss in enumerate(weight * (new - old)[:, 2]):
         for dof in (6 * body + 3, 6 * body + 4):
             stiffness[dof, dof] -= loss

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
-from hydrosim.database.hull import immersed
+from hydrosim.database.hull import immersed_triangles
 from hydrosim.documents.digits import digits_of
 from hydrosim.outputs import Output, save_picture
 from hydrosim.plot.panels import labelled
@@ -80,7 +80,7 @@ def _draw_tank(state: TankState, i: int, j: int, axis: Axes) -> None:
 
 def _draw_mesh(corners: np.ndarray, state: TankState, i: int, j: int, axis: Axes) -> None:
     surface = np.array([0.0, 0.0, corners[..., 2].min() + state.level])
-    fluid = immersed(corners - surface) + surface
+    fluid = immersed_triangles(corners - surface) + surface
     for triangles, face, edge in ((fluid, PALE, "none"), (corners, "none", WALL)):
         seen = list(triangles[..., [i, j]])
         shown = PolyCollection(seen, facecolor=face, edgecolor=edge, lw=0.3)

@@ -16,7 +16,7 @@ from typing import ClassVar
 import numpy as np
 import xarray as xr
 
-from hydrosim.documents.nodes import joined
+from hydrosim.documents.nodes import with_hint
 from hydrosim.documents.suggestions import suggestion
 from hydrosim.errors import InputError
 from hydrosim.results import stages
@@ -90,7 +90,7 @@ class Results:
             raise InputError("found a run without contacts; expected fenders or landings.")
         found = f"the group {name}" if name else "no key group, but several groups of contacts"
         text = f"found {found}; expected one of these groups: {', '.join(known)}"
-        raise InputError(joined(text, suggestion(name or "", known)))
+        raise InputError(with_hint(text, suggestion(name or "", known)))
 
     def body(self, name: str | None) -> str:
         """The body of this name, or the only one; InputError if there is none."""
@@ -99,7 +99,7 @@ class Results:
             return name or known[0]
         found = f"the body {name}" if name else "no key body, but several bodies"
         text = f"found {found}; expected one of these bodies: {', '.join(known)}"
-        raise InputError(joined(text, suggestion(name or "", known)))
+        raise InputError(with_hint(text, suggestion(name or "", known)))
 
 
 class ChannelFreeResult:
@@ -219,7 +219,7 @@ class MotionCauseResult(ChannelFreeResult):
         known = [str(each) for each in at.force.values]
         if self.force not in known:
             text = f"found the force {self.force}; expected one of: {', '.join(known)}"
-            raise InputError(joined(text, suggestion(self.force or "", known)))
+            raise InputError(with_hint(text, suggestion(self.force or "", known)))
         return _number(float(at.mean_force.sel(force=self.force)), "N", self)
 
     def _of_contacts(self, results: Results, why: xr.Dataset) -> xr.DataArray:

@@ -17,11 +17,11 @@ from hydrosim.compiling.facts import solution
 from hydrosim.compiling.notes import Notes
 from hydrosim.compiling.restart import resume, started_from
 from hydrosim.compiling.wet import in_states
-from hydrosim.documents.places import located, locating
+from hydrosim.documents.places import add_source_lines, locating
 from hydrosim.forces.pair import Tie
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import Kind, NaturalMode, natural_modes
-from hydrosim.linear.stability import Watch, unwatched
+from hydrosim.linear.stability import Watch, without_progress
 from hydrosim.presentation.document import (
     Cell,
     Document,
@@ -57,7 +57,9 @@ if TYPE_CHECKING:
 CLOSE_ENOUGH = 1e-2  # tolerance of a fit for periods and damping ratios, where a run convolves
 
 
-def check_document(scene: Scene, times: Sequence[float] = (), watch: Watch = unwatched) -> Document:
+def check_document(
+    scene: Scene, times: Sequence[float] = (), watch: Watch = without_progress
+) -> Document:
     """Verdicts on warnings, step and radiation; natural periods; in detail the size of the problem,
     databases and what is skipped. Step limits and periods are those of the start, of ``times`` [s]
     and, if tanks change, of the end. ``watch`` shows how far the search for step limits is."""
@@ -90,7 +92,7 @@ def check(case: Case | Scene | str | Path, times: Sequence[float] = ()) -> Docum
 
 
 def _verdicts(own: Compiled, compiled: Compiled, watch: Watch) -> Iterator[Node]:
-    yield from warnings([located(text, own.scene.places) for text in own.notes.warnings])
+    yield from warnings([add_source_lines(text, own.scene.places) for text in own.notes.warnings])
     if not own.facts.exact:
         yield from _of_step(compiled, watch)
     if isfinite(own.notes.radiation_error):

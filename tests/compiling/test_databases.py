@@ -13,7 +13,7 @@ from hydrosim.compiling.compile import compile_scene
 from hydrosim.compiling.suitability import judged
 from hydrosim.compiling.wet import moving
 from hydrosim.database import HydroDatabase, Use, body_of, check, doubts, load
-from hydrosim.database.changes import changed
+from hydrosim.database.changes import apply_changes
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.scene import (
@@ -215,12 +215,12 @@ def test_ways_past_a_refusal_are_recorded(way) -> None:
 
 
 def test_symmetrising_mends_noise_and_nothing_else(two) -> None:
-    mended = changed(noisy(two, 0.2, SWAY, ROLL), Changes(symmetrise=True))
+    mended = apply_changes(noisy(two, 0.2, SWAY, ROLL), Changes(symmetrise=True))
     assert not any(finding.refused for finding in check(mended))
     for name in MATRICES:
         matrix = getattr(mended, name)
         np.testing.assert_array_equal(matrix, matrix.swapaxes(1, 2))
-    again = changed(hull(), Changes(symmetrise=True))
+    again = apply_changes(hull(), Changes(symmetrise=True))
     np.testing.assert_allclose(again.added_mass, hull().added_mass, atol=1e-3 * 1.6e8)
 
 
@@ -238,14 +238,14 @@ def test_bodies_apart_are_by_themselves(two) -> None:
     np.testing.assert_array_equal(found.position, expected.position)
     both = tuple(replace(body, hydrodynamics=apart) for body in scene.bodies)
     couple = hs.simulate(replace(scene, bodies=both))
-    coupled = changed(two, Changes(bodies_apart=True))
+    coupled = apply_changes(two, Changes(bodies_apart=True))
     assert not coupled.added_mass[:, :6, 6:].any()
     assert np.abs(couple.position - hs.simulate(scene).position).max() > 1e-3
 
 
 def test_a_database_without_loads_serves_in_calm_water() -> None:
     """Memory and decay are those with loads; waves are refused, unless they drive nothing."""
-    bare = changed(hull(), Changes(without=(Without.LOADS,)))
+    bare = apply_changes(hull(), Changes(without=(Without.LOADS,)))
     calm = with_body(in_waves(barge(hull(), ("heave",))), position=(0, 0, 1.0, 0, 0, 0))
     found, expected = (
         hs.simulate(with_body(calm, hydrodynamics=db)).position for db in (bare, hull())
@@ -265,7 +265,7 @@ def test_a_database_without_loads_serves_in_calm_water() -> None:
 )
 def test_changes_that_do_not_fit_are_refused(changes, message) -> None:
     with pytest.raises(InputError, match=message):
-        changed(hull(), changes)
+        apply_changes(hull(), changes)
 
 
 def test_coefficients_alone_are_a_damped_oscillator(figure) -> None:

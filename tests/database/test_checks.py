@@ -12,8 +12,8 @@ import pytest
 from validation_data import unpacked
 
 from hydrosim.database import check, load, netcdf
-from hydrosim.database.changes import changed as changed_database
-from hydrosim.database.checks import CHECKS, accepted, doubts
+from hydrosim.database.changes import apply_changes as changed_database
+from hydrosim.database.checks import CHECKS, accepted_findings, doubts
 from hydrosim.database.checks.use import EVERYTHING
 from hydrosim.database.load import read
 from hydrosim.errors import InputError
@@ -506,7 +506,7 @@ def test_what_somebody_has_looked_into_is_not_warned_of_again(barge):
     assert not finding.passed
     assert ", accepted" in str(finding)
     both = changed_database(known, Changes(accept=("positive damping",)))
-    assert accepted(both) == [name, "positive damping"]
+    assert accepted_findings(both) == [name, "positive damping"]
     refused = replace(barge, radiation_damping=-barge.radiation_damping)
     names = tuple(one.name for one in check(refused) if one.refused)
     assert names

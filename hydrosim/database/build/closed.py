@@ -9,7 +9,7 @@ import numpy as np
 from hydrosim.database.build.barge import Barge, hydrostatics, patch
 from hydrosim.database.build.hull_keys import MeshHull, SphereHull
 from hydrosim.database.build.recipe import load_recipe
-from hydrosim.database.hull import closed, read_closed, triangles_of
+from hydrosim.database.hull import close_hull, read_closed, triangles_of
 from hydrosim.dofs import about_z
 from hydrosim.errors import InputError
 from hydrosim.scene import Hull
@@ -19,7 +19,7 @@ def hull_of_recipe(path: Path, body: int = 1, depth: float | None = None) -> Hul
     """Hull of a ``body`` of a recipe, in the database's frame. The sides of barges and boxes extend
     to a flat deck ``depth`` [m] above the keel. Raises `InputError` if that is not possible.
     """
-    return closed(shape_of_recipe(path, body, depth), str(path))
+    return close_hull(shape_of_recipe(path, body, depth), str(path))
 
 
 def shape_of_recipe(path: Path, body: int = 1, depth: float | None = None) -> np.ndarray:

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 import scipy
 
-from hydrosim.database import HydroDatabase, all_headings, needed
+from hydrosim.database import HydroDatabase, all_headings, require_array
 from hydrosim.database.build.assemble import LATERAL
 from hydrosim.database.build.drift import Complex, Real
 from hydrosim.database.build.near_field import Flow, Wetted, displacement
@@ -208,7 +208,7 @@ def _drift(db: HydroDatabase, frequency: Real, headings: Real) -> Real:
             f"{db.source}: has mean drift for the headings {np.degrees(db.heading)} deg; expected"
             f" it for all headings of the QTF, {np.degrees(headings)} deg. Compute it for these."
         )
-    drift = needed(db, "mean_drift")[:, rows].reshape(len(db.frequency), -1)
+    drift = require_array(db, "mean_drift")[:, rows].reshape(len(db.frequency), -1)
     values = np.array([np.interp(frequency, db.frequency, column) for column in drift.T])
     return np.swapaxes(values.reshape(len(rows), 6, -1), 1, 2)
 
@@ -218,7 +218,9 @@ def _excitation(db: HydroDatabase, frequency: Real, direction: Real) -> Complex:
     water, and linear between the headings."""
     _check_range(db, frequency[frequency > db.frequency[0]])
     full = all_headings(db)
-    static = np.broadcast_to(needed(db, "hydrostatic_stiffness")[:, 2], full.excitation.shape[1:])
+    static = np.broadcast_to(
+        require_array(db, "hydrostatic_stiffness")[:, 2], full.excitation.shape[1:]
+    )
     knots = np.concatenate([[0.0], full.frequency])
     X = scipy.interpolate.CubicSpline(knots, np.concatenate([static[None], full.excitation]))(
         frequency

@@ -21,7 +21,7 @@ from hydrosim.documents.messages import Problem
 from hydrosim.documents.nodes import entries
 from hydrosim.documents.quantities import Strict
 from hydrosim.documents.units import Quantity, problem
-from hydrosim.documents.validate import validated
+from hydrosim.documents.validate import validate_document
 
 MOST = 1000  # frequencies or headings
 
@@ -105,14 +105,14 @@ Frequencies = Annotated[
     Annotated[Steps[Frequency], Tag("steps")] | Annotated[tuple[_Entry, ...], Tag("list")],
     Discriminator(_form),
     AfterValidator(_values),
-    AfterValidator(of.some),
+    AfterValidator(of.require_entries),
     of.RISING,
 ]
 Headings = Annotated[
     Annotated[Steps[of.Angle], Tag("steps")] | Annotated[tuple[of.Angle, ...], Tag("list")],
     Discriminator(_form),
     AfterValidator(_values),
-    AfterValidator(of.some),
+    AfterValidator(of.require_entries),
     of.RISING,
     AfterValidator(_on_grid),
 ]
@@ -209,7 +209,7 @@ class SeveralBodies(Common):
     """Recipe of several bodies with hydrodynamic interaction: by name, in the order of the
     database."""
 
-    bodies: Annotated[dict[str, Part], AfterValidator(of.some)]
+    bodies: Annotated[dict[str, Part], AfterValidator(of.require_entries)]
     """Bodies by name, in the order of the database."""
     drift: tuple[Drifting, ...] = ()
     """Mean drift loads to compute: of free bodies, held bodies, or both."""
@@ -320,8 +320,8 @@ def load_recipe(path: Path | str, settings: Sequence[str] = ()) -> Recipe:
     text = written(document) if settings else text
     further = partial(_without_file, path.parent)
     if "bodies" in entries(document):
-        return Recipe(path, text, validated(document, SeveralBodies, further))
-    return Recipe(path, text, validated(document, OneBody, further))
+        return Recipe(path, text, validate_document(document, SeveralBodies, further))
+    return Recipe(path, text, validate_document(document, OneBody, further))
 
 
 def _without_file(folder: Path, data: OneBody | SeveralBodies) -> Iterator[Problem]:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from difflib import get_close_matches
 from functools import lru_cache
 
-from hydrosim.database.checks.finding import ACCEPTED, Check, Finding, accepted
+from hydrosim.database.checks.finding import ACCEPTED, Check, Finding, accepted_findings
 from hydrosim.database.checks.haskind import HASKIND
 from hydrosim.database.checks.hydrostatics import HYDROSTATICS
 from hydrosim.database.checks.long_waves import LONG_WAVES
@@ -64,7 +64,7 @@ def _findings(db: HydroDatabase, use: Use) -> tuple[Finding, ...]:
     return tuple(check(db, use))
 
 
-def refused(db: HydroDatabase, use: Use) -> tuple[Finding, ...]:
+def refusing_findings(db: HydroDatabase, use: Use) -> tuple[Finding, ...]:
     """Findings that refuse the database for this ``use``."""
     return tuple(finding for finding in _findings(db, use) if finding.refused)
 

@@ -70,7 +70,7 @@ class Errors(NamedTuple):
     where: str = ""
 
 
-def one(figure: float) -> Errors:
+def single_error(figure: float) -> Errors:
     """Errors with a single figure for the whole database."""
     return Errors(np.array(float(figure)))
 
@@ -79,7 +79,7 @@ class LeftOut(Exception):
     """Raised if the figure cannot be computed for this database; the message is the reason."""
 
 
-def always(db: HydroDatabase) -> bool:
+def proves_always(db: HydroDatabase) -> bool:
     """Default: the figure is a proof in any database."""
     return True
 
@@ -105,7 +105,7 @@ class Check:
     of: frozenset[Part]
     refusal: float = np.inf
     needs: tuple[str, ...] = ()
-    proves: Callable[[HydroDatabase], bool] = always
+    proves: Callable[[HydroDatabase], bool] = proves_always
     of_all: bool = False
     cause: Callable[[HydroDatabase], str] = no_cause
 
@@ -138,11 +138,11 @@ class Check:
             self.advice + self.cause(db),
             self.refusal if refuses or (proves and largest(whole) <= self.refusal) else np.inf,
             place=_place(db, errors, worst) if largest(worst) > self.limit else "",
-            accepted=self.name in accepted(db),
+            accepted=self.name in accepted_findings(db),
         )
 
 
-def accepted(db: HydroDatabase) -> list[str]:
+def accepted_findings(db: HydroDatabase) -> list[str]:
     """Names of the findings that neither refuse the database nor cause a warning."""
     return [name for name in db.attributes.get(ACCEPTED, "").split(", ") if name]
 
@@ -166,7 +166,7 @@ def _place(db: HydroDatabase, errors: Errors, worst: Real) -> str:
     dofs = [index[name] for name in ("dof", "motion") if name in index]
     if dofs:
         words.append("in " + " by ".join(_dof(db, dof) for dof in dofs))
-    size = "" if errors.size is None else _sized(float(np.abs(errors.size[at])), errors, dofs)
+    size = "" if errors.size is None else _size_text(float(np.abs(errors.size[at])), errors, dofs)
     return ", ".join(words) + size
 
 
@@ -175,7 +175,7 @@ def _dof(db: HydroDatabase, dof: int) -> str:
     return body + DOFS[dof % 6]
 
 
-def _sized(size: float, errors: Errors, dofs: list[int]) -> str:
+def _size_text(size: float, errors: Errors, dofs: list[int]) -> str:
     before, after = errors.unit
     power = sum(dof % 6 > 2 for dof in dofs)
     metres = {0: "", 1: " m", 2: " m²"}[power]

@@ -35,7 +35,7 @@ def _error(db: HydroDatabase) -> Errors:
             f" {np.degrees(gaps.max()):.0f} deg"
         )
     k = wavenumber(db.frequency, db.water_depth, db.gravity)
-    seen = _resolved(k, radius(db).max(), gaps.max())
+    seen = _is_resolved(k, radius(db).max(), gaps.max())
     weight = (gaps + np.roll(gaps, 1)) / 2
     loads = circle.excitation[seen]
     integral = np.einsum("h,whi,whj->wij", weight, loads, loads.conj(), optimize=True)
@@ -48,7 +48,7 @@ def _error(db: HydroDatabase) -> Errors:
     return Errors(relative, ("frequency", "dof", "motion"), gap, ("kg", "/s"))
 
 
-def _resolved(k: Real, radius: float, gap: float) -> np.ndarray:
+def _is_resolved(k: Real, radius: float, gap: float) -> np.ndarray:
     """Whether the trapezoidal rule over the headings is exact: |X|^2 has 2 k R waves in a turn."""
     seen = 2 * k * radius + 2 < TURN / gap
     if not seen.any():

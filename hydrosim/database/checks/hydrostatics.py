@@ -7,7 +7,7 @@ import numpy as np
 from hydrosim.database.checks.finding import Check, Errors
 from hydrosim.database.checks.scales import diagonal, displaced_mass
 from hydrosim.database.checks.use import Part
-from hydrosim.database.database import HydroDatabase, Real, needed
+from hydrosim.database.database import HydroDatabase, Real, require_array
 
 
 def _of_dofs(db: HydroDatabase, values: Real, *dofs: int) -> Errors:
@@ -18,12 +18,12 @@ def _of_dofs(db: HydroDatabase, values: Real, *dofs: int) -> Errors:
 
 
 def _heave(db: HydroDatabase) -> Errors:
-    own = diagonal(needed(db, "hydrostatic_stiffness"))[2::6]
+    own = diagonal(require_array(db, "hydrostatic_stiffness"))[2::6]
     return _of_dofs(db, ((1 - np.sign(own)) / 2)[:, None], 2)
 
 
 def _asymmetry(db: HydroDatabase) -> Errors:
-    stiffness = needed(db, "hydrostatic_stiffness")
+    stiffness = require_array(db, "hydrostatic_stiffness")
     scale = np.sqrt(np.maximum(np.abs(np.diag(stiffness)), 1e-300))
     dofs = np.arange(len(stiffness))
     stiff = (dofs % 6 > 1) & (dofs % 6 < 5)
@@ -34,7 +34,7 @@ def _asymmetry(db: HydroDatabase) -> Errors:
 
 def _metacentre(db: HydroDatabase) -> Errors:
     """1 for each negative metacentric height."""
-    stiffness = diagonal(needed(db, "hydrostatic_stiffness")).reshape(-1, 6)
+    stiffness = diagonal(require_array(db, "hydrostatic_stiffness")).reshape(-1, 6)
     return _of_dofs(db, np.where(stiffness[:, 3:5] < 0, 1.0, 0.0), 3, 4)
 
 
@@ -43,9 +43,9 @@ def _waterplane(db: HydroDatabase) -> Errors:
     integrals of (1, x, y)(1, x, y) over the waterplane. The error is their distance from positive
     semi-definite, and below the polar moment A^2/2pi of a disc, the smallest possible."""
     rho_g = db.water_density * db.gravity
-    lever = (needed(db, "centre_of_buoyancy") - needed(db, "centre_of_gravity"))[:, 2]
-    stiffness = _blocks(needed(db, "hydrostatic_stiffness"))[:, 2:5, 2:5].copy()
-    for block, less in zip(stiffness, rho_g * needed(db, "volume") * lever, strict=True):
+    lever = (require_array(db, "centre_of_buoyancy") - require_array(db, "centre_of_gravity"))[:, 2]
+    stiffness = _blocks(require_array(db, "hydrostatic_stiffness"))[:, 2:5, 2:5].copy()
+    for block, less in zip(stiffness, rho_g * require_array(db, "volume") * lever, strict=True):
         block[[1, 2], [1, 2]] -= less
     impossible = [[_impossible(block / rho_g)] for block in stiffness]
     return _of_dofs(db, np.array(impossible), 3, 4)
@@ -64,7 +64,7 @@ def _impossible(moments: Real) -> float:
 
 
 def _weight(db: HydroDatabase) -> Errors:
-    mass = diagonal(needed(db, "inertia_matrix"))[0::6]
+    mass = diagonal(require_array(db, "inertia_matrix"))[0::6]
     return Errors(np.abs(mass / displaced_mass(db) - 1), ("body",))
 
 

@@ -23,7 +23,7 @@ from hydrosim.database.checks.finding import Check, Errors
 from hydrosim.database.checks.scales import compact, diagonal, displaced_mass, first_wavenumber
 from hydrosim.database.checks.scales import length as sides
 from hydrosim.database.checks.use import Part
-from hydrosim.database.database import Complex, HydroDatabase, Real, needed, of_frequencies
+from hydrosim.database.database import Complex, HydroDatabase, Real, of_frequencies, require_array
 from hydrosim.waves.dispersion import wavenumber
 
 _COUPLED = 0.3  # fraction by which the inertia of the water may reduce the heave load
@@ -40,7 +40,7 @@ def _static_row(db: HydroDatabase) -> int:
     static."""
     k = wavenumber(db.frequency, db.water_depth, db.gravity)
     mass = displaced_mass(db) + diagonal(db.added_mass)[:, 2::6]
-    stiffness = diagonal(needed(db, "hydrostatic_stiffness"))[2::6]
+    stiffness = diagonal(require_array(db, "hydrostatic_stiffness"))[2::6]
     still = (db.frequency[:, None] ** 2 * mass < _STILL * stiffness).all(axis=1)
     return int(np.flatnonzero(still & (k * sides(db).max() <= _CLEAR)).max(initial=0))
 
@@ -83,7 +83,7 @@ def _pressure(db: HydroDatabase, wave: _Wave) -> Complex:
     return displaced_mass(db)[:, None] * wave.acceleration[..., :2]
 
 
-def _diverted(db: HydroDatabase, wave: _Wave) -> Complex:
+def _diverted_load(db: HydroDatabase, wave: _Wave) -> Complex:
     """Load (nh, nb, 6) of the water that the bodies divert."""
     flat = wave.acceleration.reshape(db.heading.size, -1)
     return (flat @ db.added_mass[0].T).reshape(wave.acceleration.shape)
@@ -111,7 +111,7 @@ def _horizontal_phase(db: HydroDatabase) -> Errors:
 
 def _heave_ratio(db: HydroDatabase) -> Complex:
     """Ratio X3 / C33 (nh, nb), NaN for bodies that are not at the surface."""
-    stiffness = diagonal(needed(db, "hydrostatic_stiffness"))[2::6]
+    stiffness = diagonal(require_array(db, "hydrostatic_stiffness"))[2::6]
     floats = stiffness > 0
     return np.where(floats, _at_bodies(db)[..., 2] / np.where(floats, stiffness, 1.0), np.nan)
 
@@ -131,7 +131,7 @@ def _horizontal_size(db: HydroDatabase) -> Errors:
 def _horizontal_ratio(db: HydroDatabase) -> Complex:
     """Load along the waves (nh, nb), relative to its limit."""
     wave = _wave(db)
-    expected = _pressure(db, wave) + _diverted(db, wave)[..., :2]
+    expected = _pressure(db, wave) + _diverted_load(db, wave)[..., :2]
     load = np.einsum("hbi,hi->hb", _loads(db)[..., :2], wave.towards)
     along = np.einsum("hbi,hi->hb", expected, wave.towards)
     return load / np.where(along == 0, _TINY, along)
@@ -167,7 +167,7 @@ def _moments_in(db: HydroDatabase) -> Errors:
     """Error of the roll and pitch moments, relative to the sum of the sizes of their parts, or to
     the heave load times the lever of coarse panels."""
     wave = _wave_of_loads(db)
-    static, diverted = _static(db, wave)[..., 3:5], _diverted(db, wave)[..., 3:5]
+    static, diverted = _static(db, wave)[..., 3:5], _diverted_load(db, wave)[..., 3:5]
     error = np.abs(_loads(db)[..., 3:5] - static - diverted)
     parts = (np.abs(static) + np.abs(diverted)).max(axis=0)
     slope = np.abs(wave.slope).max(axis=(0, 2))
@@ -179,9 +179,9 @@ def _moments_in(db: HydroDatabase) -> Errors:
 
 def _static(db: HydroDatabase, wave: _Wave) -> Complex:
     """Load (nh, nb, 6) of the tilted water at rest, about the reference points."""
-    weight = db.water_density * db.gravity * needed(db, "volume")
-    lever = weight * (needed(db, "centre_of_gravity") - db.reference_point)[:, 2]
-    stiffness = needed(db, "hydrostatic_stiffness").reshape(db.bodies, 6, db.bodies, 6)
+    weight = db.water_density * db.gravity * require_array(db, "volume")
+    lever = weight * (require_array(db, "centre_of_gravity") - db.reference_point)[:, 2]
+    stiffness = require_array(db, "hydrostatic_stiffness").reshape(db.bodies, 6, db.bodies, 6)
     loads = np.zeros((db.heading.size, db.bodies, 6), dtype=complex)
     for body in range(db.bodies):
         about = stiffness[body, :, body] + np.diag([0.0, 0.0, 0.0, lever[body], lever[body], 0.0])
@@ -195,10 +195,10 @@ def _static(db: HydroDatabase, wave: _Wave) -> Complex:
 def _froude_krylov(db: HydroDatabase) -> Errors:
     """Largest error of the Froude-Krylov loads, horizontal along the waves and vertical."""
     wave = _wave_of_loads(db)
-    given = needed(db, "froude_krylov")[0].reshape(db.heading.size, db.bodies, 6)
+    given = require_array(db, "froude_krylov")[0].reshape(db.heading.size, db.bodies, 6)
     horizontal = np.einsum("hbi,hi->hb", given[..., :2] - _pressure(db, wave), wave.towards)
     expected = np.einsum("hbi,hi->hb", _pressure(db, wave), wave.towards)
-    stiffness = diagonal(needed(db, "hydrostatic_stiffness"))[2::6]
+    stiffness = diagonal(require_array(db, "hydrostatic_stiffness"))[2::6]
     floats = stiffness > 0
     ratio = given[..., 2] / np.where(floats, stiffness, 1.0)
     along, heave = np.abs(horizontal / expected), np.abs(ratio - wave.elevation)

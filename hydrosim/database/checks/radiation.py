@@ -9,7 +9,7 @@ import numpy as np
 from hydrosim.database.checks.finding import Check, Errors, LeftOut
 from hydrosim.database.checks.scales import added_mass_scale, damping_scale
 from hydrosim.database.checks.use import Part
-from hydrosim.database.database import HydroDatabase, Real, needed
+from hydrosim.database.database import HydroDatabase, Real, require_array
 from hydrosim.dofs import MIRROR_SIGN
 from hydrosim.radiation.retardation import (
     OGILVIE_BAND,
@@ -72,14 +72,14 @@ def _causality(db: HydroDatabase) -> Errors:
 
 
 def _infinite(db: HydroDatabase) -> Errors:
-    gap = needed(db, "added_mass_infinite") - _ogilvie(db)[0]
+    gap = require_array(db, "added_mass_infinite") - _ogilvie(db)[0]
     return _of_pairs(gap, added_mass_scale(db), ADDED_MASS)
 
 
 def _zero(db: HydroDatabase) -> Errors:
     """Errors in finite depth of surge, sway and yaw only, because the others grow as -log w for w
     -> 0."""
-    gap = needed(db, "added_mass_zero") - db.added_mass[0]
+    gap = require_array(db, "added_mass_zero") - db.added_mass[0]
     dofs = np.arange(6 * db.bodies) % 6
     level = (dofs < 2) | (dofs == 5) | np.isinf(db.water_depth)
     return _of_pairs(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hydrosim.database import netcdf
-from hydrosim.database.checks.finding import Check, Errors, LeftOut, one
+from hydrosim.database.checks.finding import Check, Errors, LeftOut, single_error
 from hydrosim.database.checks.scales import (
     damping_floor,
     damping_scale,
@@ -32,17 +32,17 @@ _LAGS = 200  # at which the memory is tested
 def _alteration(db: HydroDatabase) -> Errors:
     if netcdf.NUMBERS not in db.attributes:
         raise LeftOut("the file has no checksum of hydrosim")
-    return one(float(db.attributes[netcdf.NUMBERS] == netcdf.ALTERED))
+    return single_error(float(db.attributes[netcdf.NUMBERS] == netcdf.ALTERED))
 
 
 def _frequencies(db: HydroDatabase) -> Errors:
-    return one(float(np.count_nonzero(np.diff(db.frequency, prepend=0.0) <= 0)))
+    return single_error(float(np.count_nonzero(np.diff(db.frequency, prepend=0.0) <= 0)))
 
 
 def _headings(db: HydroDatabase) -> Errors:
     wrong = np.count_nonzero(np.diff(db.heading) <= 0)
     beyond = np.count_nonzero(np.abs(db.heading) > 2 * np.pi + 1e-9)
-    return one(float(wrong + beyond))
+    return single_error(float(wrong + beyond))
 
 
 def _kernel_truncation(db: HydroDatabase) -> Errors:

@@ -83,7 +83,7 @@ def with_fore_aft_headings(heading: Real, loads: Any) -> tuple[Real, Any]:
     return np.concatenate([heading, mirrored]), np.concatenate([loads, images], axis=1)
 
 
-def assembled(
+def assemble(
     path: Path,
     omega: Real,
     heading: Real,
@@ -168,7 +168,7 @@ def volumes(path: Path, given: Sequence[float] | None, file: ArrayLike | None) -
     return None if value is None else np.atleast_1d(np.asarray(value, dtype=float))
 
 
-def told(path: Path, name: str, given: float | None, file: float | None = None) -> float:
+def require_number(path: Path, name: str, given: float | None, file: float | None = None) -> float:
     """A number of the file, or one that the user gives. Raises `InputError` if there is neither."""
     value = given if file is None else file
     if value is None:

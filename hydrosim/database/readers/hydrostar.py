@@ -54,7 +54,7 @@ def sniff(path: Path, head: bytes) -> bool:
 def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     """Database of all HydroStar tables in the folder of ``path``. Raises `InputError` for data that
     are missing or do not fit."""
-    tables = [table_of(read_text(file)) for file in _marked(path, _MARK)]
+    tables = [table_of(read_text(file)) for file in _files_with_mark(path, _MARK)]
     drifts = [table for table in tables if table.is_mean]
     transfers = [table for table in tables if not table.is_mean]
     db = _first_order(path, tables, given)
@@ -68,7 +68,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
 def _first_order(path: Path, tables: Sequence[Table], given: Given) -> HydroDatabase:
     """First-order database: the WAMIT set in the folder or, without one, the tables."""
     sets = [file for file in path.parent.iterdir() if file.suffix == ".1" and file.is_file()]
-    linear = _marked(path, hydrostar_linear.MARK)
+    linear = _files_with_mark(path, hydrostar_linear.MARK)
     if not sets and linear:
         return hydrostar_linear.read(linear, given)
     if len(sets) != 1:
@@ -89,7 +89,7 @@ def _first_order(path: Path, tables: Sequence[Table], given: Given) -> HydroData
     return replace(db, attributes={**db.attributes, "assumed": assumed})
 
 
-def _marked(path: Path, mark: bytes) -> list[Path]:
+def _files_with_mark(path: Path, mark: bytes) -> list[Path]:
     """The files of the folder with this mark in their heads, ``path`` first."""
     found = []
     for file in [path, *sorted(path.parent.iterdir())]:
@@ -104,10 +104,10 @@ def _with_transfers(db: HydroDatabase, tables: Sequence[Table]) -> HydroDatabase
     """Database with quadratic transfer functions."""
     differences = [table for table in tables if table.is_difference]
     sums = [table for table in tables if not table.is_difference]
-    _alike(tables, ("heading", "frequency", "point", "wave_point"))
+    _require_equal(tables, ("heading", "frequency", "point", "wave_point"))
     for group in (differences, sums):
-        _alike(group, ("difference",))
-        _once(group)
+        _require_equal(group, ("difference",))
+        _require_unique_loads(group)
     if any(table.is_crossed for table in tables):
         warnings.warn(
             f"{tables[0].text.path}: has pairs of headings; only pairs of equal headings are"
@@ -127,11 +127,11 @@ def _with_transfers(db: HydroDatabase, tables: Sequence[Table]) -> HydroDatabase
 def _mean_drift(db: HydroDatabase, tables: Sequence[Table]) -> tuple[Real | None, str]:
     """Drift (nw, nh, 6) about the reference point, and its method. Momentum is preferred if it was
     computed; otherwise HydroStar writes zeros."""
-    _alike(tables, ("heading", "frequency", "point"))
+    _require_equal(tables, ("heading", "frequency", "point"))
     methods = []
     for field in (*_FIELDS, ""):
         own = [table for table in tables if _field(table) == field]
-        _once(own)
+        _require_unique_loads(own)
         methods.append(own if any(table.value.any() for table in own) else [])
     far, middle, pressure = methods
     momentum = far or middle
@@ -164,10 +164,10 @@ def _drift(db: HydroDatabase, tables: Sequence[Table]) -> Real:
     drift = np.zeros((first.frequency.size, first.heading.size, 6))
     for table in tables:
         drift[..., table.dof] = table.value[..., 0].real.T
-    return np.asarray(_moved(db, first, drift, len(tables), 3 if _field(first) else 6))
+    return np.asarray(_loads_at_reference(db, first, drift, len(tables), 3 if _field(first) else 6))
 
 
-def _alike(tables: Sequence[Table], names: Sequence[str]) -> None:
+def _require_equal(tables: Sequence[Table], names: Sequence[str]) -> None:
     """Raises `InputError` if tables differ in one of these properties."""
     for table in tables[1:]:
         for name in names:
@@ -179,7 +179,7 @@ def _alike(tables: Sequence[Table], names: Sequence[str]) -> None:
                 )
 
 
-def _once(tables: Sequence[Table]) -> None:
+def _require_unique_loads(tables: Sequence[Table]) -> None:
     """Raises `InputError` if two tables have the same load."""
     if len({table.dof for table in tables}) < len(tables):
         names = ", ".join(table.text.path.name for table in tables)
@@ -189,7 +189,9 @@ def _once(tables: Sequence[Table]) -> None:
         )
 
 
-def _moved(db: HydroDatabase, table: Table, loads: Any, count: int, enough: int = 6) -> Any:
+def _loads_at_reference(
+    db: HydroDatabase, table: Table, loads: Any, count: int, enough: int = 6
+) -> Any:
     """Loads (..., 6) with moments about the database's reference point. ``count`` loads are known,
     ``enough`` are needed."""
     arm = table.point - db.reference_point[0]
@@ -221,7 +223,7 @@ def _transfer(db: HydroDatabase, tables: Sequence[Table]) -> Complex | None:
     wave = elevation(w[:, None], first.heading, first.wave_point, db.water_depth, db.gravity).T
     second = wave.conj() if first.is_difference else wave
     out *= (wave[:, :, None] * second[:, None, :])[..., None]
-    return np.asarray(_moved(db, first, out, len(tables)))
+    return np.asarray(_loads_at_reference(db, first, out, len(tables)))
 
 
 def _square(table: Table) -> Complex:

@@ -69,7 +69,7 @@ def table_of(text: Text) -> Table:
         mode == ["Diff"],
         int(direction) - 1,
         numbers_of(text, head, "COORD", 3),
-        np.array(after(text, "Ref.pt incident wave", 2)),
+        np.array(numbers_after(text, "Ref.pt incident wave", 2)),
         np.radians(heading),
         frequencies(text.path, frequency, Abscissa.RADIANS_PER_SECOND),
         difference,
@@ -93,7 +93,7 @@ def check_head(text: Text, head: dict[str, int], names: Sequence[str]) -> None:
     for name in names:
         if name not in head:
             raise text.wrong(0, f"no line #{name}", "HydroStar's table of a load with one")
-    if any(after(text, "Forward speed", 1)):
+    if any(numbers_after(text, "Forward speed", 1)):
         raise text.wrong(0, "a forward speed", "none", "Compute it without.")
 
 
@@ -101,8 +101,8 @@ def water_of(text: Text) -> Given:
     """Water properties in the head."""
     line = next((line for line in text.lines if line.startswith("#") and "Waterdepth" in line), "")
     deep = "inf" in line.lower()
-    length, density, gravity = (after(text, words, 1)[0] for words in _FACTS)
-    depth = np.inf if deep else after(text, "Waterdepth", 1)[0]
+    length, density, gravity = (numbers_after(text, words, 1)[0] for words in _FACTS)
+    depth = np.inf if deep else numbers_after(text, "Waterdepth", 1)[0]
     water = density / 1e3, gravity / 10
     if (
         not _SMALLEST < min(water) <= max(water) < 1 / _SMALLEST
@@ -118,7 +118,7 @@ def water_of(text: Text) -> Given:
     return Given(length=length, water_density=density, gravity=gravity, water_depth=depth)
 
 
-def after(text: Text, words: str, count: int) -> list[float]:
+def numbers_after(text: Text, words: str, count: int) -> list[float]:
     """Numbers after these words and a colon in the head."""
     for index, line in enumerate(text.lines):
         if line.startswith("#") and words in line:

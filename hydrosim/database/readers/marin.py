@@ -24,11 +24,11 @@ import numpy as np
 from hydrosim.database.database import Complex, HydroDatabase, Real
 from hydrosim.database.readers.assembly import (
     Abscissa,
-    assembled,
+    assemble,
     frequencies,
     points,
     polar,
-    told,
+    require_number,
     volumes,
     with_fore_aft_headings,
 )
@@ -129,8 +129,8 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     line = reader.peek("keyword SPRING").line
     spring = _Spring(*reader.take("SPRING", 6))
     tables = _tables(reader)
-    density = told(path, "water density", given.water_density)
-    gravity = told(path, "gravity", given.gravity)
+    density = require_number(path, "water density", given.water_density)
+    gravity = require_number(path, "gravity", given.gravity)
     centre = points(path, "centre of gravity", given.centre_of_gravity, None, 1)
     stiffness = None
     if centre is not None:
@@ -138,7 +138,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
         keel = -(draught if draught > 0 else waterline)
         stiffness = density * gravity * _stiffness(spring, centre[0, 2] - keel)
     symmetric = given.port_starboard_symmetric
-    return assembled(
+    return assemble(
         path,
         tables.omega,
         tables.heading,

@@ -29,17 +29,17 @@ import yaml
 from hydrosim.database.database import Complex, HydroDatabase, Real
 from hydrosim.database.readers.assembly import (
     Abscissa,
-    assembled,
+    assemble,
     at_origin,
     frequencies,
     points,
     polar,
-    told,
+    require_number,
     volumes,
     with_fore_aft_headings,
 )
 from hydrosim.database.readers.qtf import Pairs, quadratic
-from hydrosim.database.readers.text import parsed, read_text
+from hydrosim.database.readers.text import parse_number, read_text
 from hydrosim.database.transfer import velocity_transfer
 from hydrosim.documents.limits import DEEPEST
 from hydrosim.errors import InputError
@@ -145,7 +145,7 @@ class _Node:
         """Finite numbers in nested lists; -1 in ``shape`` allows any number of rows."""
         rows = self.get(key)
         flat = list(_flat(rows, len(shape)))
-        values = [parsed(word) if isinstance(word, str) else None for word in flat]
+        values = [parse_number(word) if isinstance(word, str) else None for word in flat]
         if None in values:
             raise self.wrong(key, repr(str(flat[values.index(None)])[:40]), "a number")
         try:
@@ -239,7 +239,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     buoyancy = units.length * draught.numbers("CentreOfBuoyancy", (3,)) - lift
     volume = units.length**3 * draught.numbers("DisplacedVolume", ())
     reference = vessel.reference - lift
-    return assembled(
+    return assemble(
         path,
         omega,
         heading,
@@ -342,7 +342,7 @@ def _vessel(model: _Node, given: Given) -> _Vessel:
         kind.choice("Symmetry", _SYMMETRY),
         reference,
         reference[2] - units.length * height,
-        told(model.path, "water depth", given.water_depth, depth),
+        require_number(model.path, "water depth", given.water_depth, depth),
         gravity if given.gravity is None else given.gravity,
     )
 
@@ -398,7 +398,7 @@ def _density(model: _Node, given: Given, units: _Units) -> float:
     density = None
     if "Density" in environment.content:
         density = units.mass / units.length**3 * environment.number("Density")
-    return told(model.path, "water density", given.water_density, density)
+    return require_number(model.path, "water density", given.water_density, density)
 
 
 def _matrices(vessel: _Vessel) -> tuple[Real, Real, Real]:
@@ -433,9 +433,9 @@ def _first_order(vessel: _Vessel) -> tuple[Real, Real, Complex]:
     scale = vessel.units.loads(1) * vessel.conventions.sign
     loads = polar(size, vessel.conventions.lag(phase, 1)) * scale
     origin, phase_origin = _origins(node, vessel.units)
-    loads = _at(vessel, loads, waves, heading, phase_origin - origin)
-    heading, loads = _mirrored(vessel, heading, loads)
-    loads = _at(vessel, loads, waves, heading, origin)
+    loads = _loads_at(vessel, loads, waves, heading, phase_origin - origin)
+    heading, loads = _mirror_headings(vessel, heading, loads)
+    loads = _loads_at(vessel, loads, waves, heading, origin)
     return waves, heading, loads @ velocity_transfer((origin - vessel.reference)[None])
 
 
@@ -447,14 +447,14 @@ def _symmetric(vessel: _Vessel, given: Given) -> bool | None:
     )
 
 
-def _mirrored(vessel: _Vessel, heading: Real, loads: Any) -> tuple[Real, Any]:
+def _mirror_headings(vessel: _Vessel, heading: Real, loads: Any) -> tuple[Real, Any]:
     """Loads with the headings that fore-aft symmetry gives."""
     if "yz" not in vessel.symmetry:
         return heading, loads
     return with_fore_aft_headings(heading, loads)
 
 
-def _at(vessel: _Vessel, loads: Complex, omega: Real, heading: Real, point: Real) -> Complex:
+def _loads_at(vessel: _Vessel, loads: Complex, omega: Real, heading: Real, point: Real) -> Complex:
     return at_origin(loads, omega, heading, point, vessel.depth, vessel.gravity)
 
 
@@ -521,7 +521,7 @@ def _mean_drift(vessel: _Vessel, waves: Real, heading: Real, rows: list[int]) ->
     size, phase = _sizes_and_phases(*table)
     scale = vessel.units.loads(2) * vessel.conventions.sign
     drift = size * np.cos(phase * vessel.conventions.phase_unit) * scale
-    own_heading, drift = _mirrored(vessel, directions, drift)
+    own_heading, drift = _mirror_headings(vessel, directions, drift)
     if not np.array_equal(own_waves, waves) or not np.array_equal(own_heading, heading):
         raise node.wrong("RAOs", "other waves", "the frequencies and directions of the load RAOs")
     origin, _ = _origins(node, vessel.units)

@@ -28,7 +28,7 @@ from pathlib import Path
 import numpy as np
 
 from hydrosim.database.database import Complex, HydroDatabase, Real
-from hydrosim.database.readers.assembly import assembled, points, volumes
+from hydrosim.database.readers.assembly import assemble, points, volumes
 from hydrosim.database.readers.veres_text import (
     NO_SPEED,
     TURN,
@@ -78,15 +78,15 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     path = _existing(path)
     found = _coefficients(Lines(path))
     _warn(path, found)
-    loads = _beside(path, ".re8")
+    loads = _sibling_file(path, ".re8")
     none = np.empty(0), np.empty((found.frequency.size, 0, 6), dtype=complex)
     heading, excitation = _loads(Lines(loads), found) if loads else none
-    drift = _beside(path, ".re2") if loads else None
+    drift = _sibling_file(path, ".re2") if loads else None
     mean = {"mean_drift": _drift(Lines(drift), found, heading)} if drift else {}
     method = {"mean_drift_method": "surge, sway, yaw by VERES; heave, roll, pitch zero"}
     ship, (ahead, above) = found.ship, found.centre
     depth = {} if given.water_depth else {"assumed": "water depth inf"}
-    return assembled(
+    return assemble(
         path,
         found.frequency,
         heading,
@@ -111,7 +111,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
 
 def _existing(path: Path) -> Path:
     """The .re7 of the set that ``path`` belongs to."""
-    found = path if path.suffix.lower() not in _SET - {".re7"} else _beside(path, ".re7")
+    found = path if path.suffix.lower() not in _SET - {".re7"} else _sibling_file(path, ".re7")
     if found is None:
         raise InputError(
             f"{path.with_suffix('.re7')}: no such file, expected it beside {path.name}: it has the"
@@ -120,7 +120,7 @@ def _existing(path: Path) -> Path:
     return found
 
 
-def _beside(path: Path, suffix: str) -> Path | None:
+def _sibling_file(path: Path, suffix: str) -> Path | None:
     names = (path.with_suffix(suffix), path.with_suffix(suffix.upper()))
     return next((name for name in names if name.is_file()), None)
 
@@ -173,7 +173,7 @@ def _loads(lines: Lines, known: _Coefficients) -> tuple[Real, Complex]:
     for _ in range(headings):
         degrees += lines.row("a heading", 1)
         for w in range(count):
-            _same(lines, lines.row("a frequency", 1)[0], known.frequency, w, _SAME)
+            _require_frequencies(lines, lines.row("a frequency", 1)[0], known.frequency, w, _SAME)
             rows = [lines.row("DOF, real and imaginary part", 3, 9) for _ in range(6)]
             loads.append([complex(row[1], row[2]) for row in rows])
             if [row[0] for row in rows] != [1, 2, 3, 4, 5, 6]:
@@ -194,7 +194,7 @@ def _drift(lines: Lines, known: _Coefficients, heading: Real) -> Real:
         rows = []
         for w in range(count):
             omega, *three = lines.row("frequency and three drift coefficients", 4)
-            _same(lines, omega, known.frequency, w, _ROUNDING)
+            _require_frequencies(lines, omega, known.frequency, w, _ROUNDING)
             rows.append(three)
         if abs(speed) < NO_SPEED:
             found[float(_heading([degrees])[0])] = rows
@@ -210,7 +210,9 @@ def _drift(lines: Lines, known: _Coefficients, heading: Real) -> Real:
     return drift * TURN * scale / np.array([ship.length] * 3 + [1.0] * 3)
 
 
-def _same(lines: Lines, omega: float, known: Real, index: int, tolerance: float) -> None:
+def _require_frequencies(
+    lines: Lines, omega: float, known: Real, index: int, tolerance: float
+) -> None:
     """Raises `InputError` if a frequency differs from that of .re7."""
     if index >= known.size or abs(omega - known[index]) > tolerance:
         raise lines.wrong(

@@ -211,8 +211,8 @@ def _facts(
     _check_bodies(where, said, bodies)
     said = replace(
         said,
-        centre_of_buoyancy=_shifted(said.centre_of_buoyancy, origin),
-        centre_of_gravity=_shifted(said.centre_of_gravity, origin),
+        centre_of_buoyancy=_shift_points(said.centre_of_buoyancy, origin),
+        centre_of_gravity=_shift_points(said.centre_of_gravity, origin),
     )
     known = first_given(said, given)
     assumed = [
@@ -253,7 +253,7 @@ def _check_bodies(where: str, said: Given, bodies: int) -> None:
             )
 
 
-def _shifted(points: tuple[float, ...] | None, by: tuple[float, ...] | None) -> tuple | None:
+def _shift_points(points: tuple[float, ...] | None, by: tuple[float, ...] | None) -> tuple | None:
     if points is None or by is None or len(points) != len(by):
         return points
     return tuple(p + b for p, b in zip(points, by, strict=True))
@@ -456,13 +456,13 @@ def _transfer(
     index = (np.argmin(apart, axis=1), first, second, table.whole(4, 1, n) - 1)
     value = table.values[:, 7] + 1j * table.values[:, 8]
     found = table.spread(index, (len(pairs), nq, nq, n), value)
-    swapped = _swapped(found, pairs)
+    swapped = _swap_waves(found, pairs)
     full = np.where(np.isnan(found), swapped.conj() if difference else swapped, found)
     flat = _complete(table, full.reshape(-1, n), np.tile(np.repeat(frequency, nq), len(pairs)))
     return flat.reshape(full.shape) * units.load(1)
 
 
-def _swapped(transfer: Complex, pairs: Real) -> Complex:
+def _swap_waves(transfer: Complex, pairs: Real) -> Complex:
     """Transfer function with the waves exchanged, NaN if the pair of headings has no partner."""
     result = np.full_like(transfer, np.nan)
     for p, pair in enumerate(pairs):

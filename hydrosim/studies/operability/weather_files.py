@@ -23,9 +23,9 @@ from hydrosim.documents.text import (
     Table,
     name_and_unit,
     parse,
+    readable_unit,
     require_finite,
     require_rising,
-    spelled,
     unit_of_column,
 )
 from hydrosim.documents.units import factor
@@ -195,7 +195,7 @@ def _converted(source: Source, values: xr.DataArray, what: str) -> np.ndarray:
     """Numbers in the program's unit; directions those that waves come from, as a file has them
     unless its standard name says that they go there."""
     unit = str(values.attrs.get("units", USUAL[what]))
-    unit = "deg" if unit.lower().startswith("deg") else spelled(unit) or unit
+    unit = "deg" if unit.lower().startswith("deg") else readable_unit(unit) or unit
     try:
         scale = factor(unit, UNITS[what])
     except ValueError as error:

@@ -27,7 +27,7 @@ from hydrosim.documents.layers import read_case
 from hydrosim.documents.messages import Problem
 from hydrosim.documents.nodes import SETTING
 from hydrosim.documents.places import locating_in
-from hydrosim.documents.validate import validated
+from hydrosim.documents.validate import validate_document
 from hydrosim.errors import InputError
 from hydrosim.outputs import settings_text
 from hydrosim.results.runs_file import RUN, TEXTS
@@ -90,7 +90,7 @@ def read_study(path: Path) -> StudyFile:
             text = f"found no such file at {place}; expected a case file; {RELATIVE}"
             yield Problem(("case",), text)
 
-    return validated(read_case(path)[1], StudyFile, further)
+    return validate_document(read_case(path)[1], StudyFile, further)
 
 
 def load_study(path: Path | str) -> Study:
