@@ -1,21 +1,25 @@
 """Mutants of all that is read besides cases: studies, criteria, hindcasts, scatter diagrams,
-recipes of databases, maps of recordings.
+recipes of databases, maps of recordings, decays of roll, results, files of other programs.
 
     python -m benchmarks.mutant_papers --count 1500 --seed 1
 
 Each is read in this process, as far as a command reads it before it computes; a hindcast and a
 scatter diagram are also held against limits. It ends with a message or without, within 20 s of
 CPU. The papers are read once before they are changed, so that no compilation counts.
+
+A name that is changed in a file of another program may change what is read of it only with a
+message, or with a word on what is left out; else it is silent.
 """
 
 from __future__ import annotations
 
 import argparse
+import re
 import signal
 import warnings
 from collections import Counter
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from random import Random
 from shutil import copy
@@ -28,8 +32,9 @@ import numpy as np
 import xarray as xr
 import yaml
 
+from benchmarks import mutant_files
 from benchmarks.mutant_trials import said
-from benchmarks.mutants import CASES, CHANGES, RENAMES, change, places, written
+from benchmarks.mutants import CASES, CHANGES, NUMBER, RENAMES, change, places, written
 from benchmarks.random_trial import Outcome
 from hydrosim.compare.mapping import read_mapping
 from hydrosim.database.build.recipe import load_recipe
@@ -39,7 +44,7 @@ from hydrosim.errors import HydrosimError
 from hydrosim.presentation.document import Document
 from hydrosim.presentation.terminal import printable
 from hydrosim.studies.operability.study import load_limits
-from hydrosim.studies.operability.weather import assessed, read_weather
+from hydrosim.studies.operability.weather import assess_weather, read_weather
 from hydrosim.studies.study_file import StudyFile
 from hydrosim.studies.sweep.study import load_study
 from hydrosim.wording.limits import weather_nodes
@@ -110,6 +115,15 @@ channels:
   position.barge.pitch: {column: 6, unit: deg, sign: -1}
   position.barge.surge: {column: Xbow, unit: m, offset: 2 m, point: [80, 0, 7.5]}
 """
+STUDY_RUN = f"""
+case: {BASE}
+seeds: [1, 4]
+duration: 20 s
+parameters:
+  forces.interface.friction.slip_damping: [0, 1e6]
+"""
+REFUSED = ("map",)
+"""Papers of formats that are not read."""
 FIELDS = (
     *("", "nan", "inf", "-1", "0", "1e300", "-1e300", "1e-300", "1e15", "abc", "1,5", "3;4", '"'),
     *("\0", "\x1b[2J", "漢字", "\ud800", "2020-01-31T12:00", "99999-01-01", "\n", "\t", "x" * 5000),
@@ -118,6 +132,7 @@ FIELDS = (
 """What may stand in a table in place of a number or a name."""
 
 LONGEST = 20  # s of CPU
+BAD = ("hang", "crash", "silent")
 FOUND = xr.Dataset(
     {"limit": (("stage", "swell", "heading", "peak_period"), np.full((1, 1, 2, 2), 1.2))},
     {"stage": ["all"], "swell": ["none"], "heading": [0.0, 0.785], "peak_period": [7.0, 9.0]},
@@ -128,11 +143,19 @@ Read = Callable[[Path], object]
 
 
 class Paper(NamedTuple):
-    """A kind of file: how it is read, and one that is right."""
+    """A kind of file: how it is read, and one that is right. A result has no text."""
 
     read: Read
     text: str
     suffix: str = ".yaml"
+
+
+class Damage(NamedTuple):
+    """What was changed, the text that results, and whether a name was."""
+
+    what: str
+    text: str
+    of_name: bool = False
 
 
 def _limits(path: Path) -> None:
@@ -146,9 +169,10 @@ def _weather(path: Path) -> None:
     assert wanted is not None
     other = "scatter" if path.stem == "hindcast" else "hindcast"
     weather = read_weather(path.parent, wanted.model_copy(update={other: None}))
-    str(Document("weather", list(weather_nodes(assessed(FOUND, weather)))))
+    str(Document("weather", list(weather_nodes(assess_weather(FOUND, weather)))))
 
 
+@cache
 def papers() -> dict[str, Paper]:
     """One of each kind, by name; that of a table is its file's."""
     recipes = {
@@ -162,6 +186,14 @@ def papers() -> dict[str, Paper]:
         "map": Paper(read_mapping, MAP),
         "hindcast": Paper(_weather, HINDCAST, ".csv"),
         "scatter": Paper(_weather, SCATTER, ".csv"),
+        "decay": Paper(mutant_files.read_decay_test, mutant_files.DECAY, ".csv"),
+        "run": Paper(partial(mutant_files.show_result, command="statistics"), "", ".nc"),
+        "runs": Paper(partial(mutant_files.show_result, command="statistics"), "", ".nc"),
+        **{
+            name: Paper(mutant_files.read_mooring, *text_and_suffix)
+            for name, text_and_suffix in mutant_files.mooring_texts().items()
+        },
+        "orcaflex": Paper(mutant_files.read_vessel, mutant_files.vessel_text(), ".yml"),
         **recipes,
     }
 
@@ -170,6 +202,7 @@ def prepare(folder: Path) -> None:
     """Put what papers read into a folder."""
     (folder / "right.yaml").write_text(LIMITS)
     _write_tables(folder)
+    mutant_files.copy_results(folder, STUDY_RUN)
     for file in (*RECIPES.glob("*.yaml"), *RECIPES.glob("*.obj")):
         copy(file, folder)
     _compile(folder)
@@ -180,8 +213,25 @@ def _compile(folder: Path) -> None:
     """Read each paper as it is: kernels that are compiled on the way are no hang of a mutant."""
     for paper, kind in papers().items():
         path = folder / f"{paper}{kind.suffix}"
+        write_right(path, kind)
+        if kind.text and paper not in REFUSED:
+            kind.read(path)
+
+
+def write_right(path: Path, kind: Paper) -> None:
+    """Write a paper as it is; a result is copied from the one that `prepare` made."""
+    if kind.suffix == ".nc":
+        copy(path.with_name(f"right_{path.name}"), path)
+    else:
         path.write_text(kind.text)
-        kind.read(path)
+
+
+@cache
+def _right(paper: str, path: Path) -> object:
+    """What is read of the paper as it is, in the file at ``path``."""
+    kind = papers()[paper]
+    write_right(path, kind)
+    return kind.read(path)
 
 
 def _write_tables(folder: Path) -> None:
@@ -194,56 +244,96 @@ def trial(paper: str, number: int, folder: Path) -> tuple[str, Outcome]:
     kind = papers()[paper]
     random = Random(f"{paper} {number}")
     _write_tables(folder)
-    what, text = (_table if kind.suffix == ".csv" else _document)(kind.text, random)
     path = folder / f"{paper}{kind.suffix}"
-    path.write_bytes(text.encode("utf-8", "surrogatepass"))
+    read = kind.read
+    if kind.suffix == ".nc":
+        write_right(path, kind)
+        damage = Damage(mutant_files.tamper(path, random, FIELDS), "")
+        command = random.choice(mutant_files.COMMANDS)
+        damage = damage._replace(what=f"{command} of {damage.what}")
+        read = partial(mutant_files.show_result, command=command)
+    else:
+        ways = {".csv": _table, ".txt": _words}
+        damage = ways.get(kind.suffix, _document)(kind.text, random)
+        path.write_bytes(damage.text.encode("utf-8", "surrogatepass"))
+    outcome = _judged(read, path)
+    if outcome.status == "complete" and damage.of_name and _is_silent(paper, path):
+        outcome = Outcome("silent", "what is read is another thing, and nothing was told")
+    return damage.what, outcome
+
+
+def _judged(read: Read, path: Path) -> Outcome:
+    """Read a file within `LONGEST`."""
     signal.signal(signal.SIGPROF, _too_long)
     signal.setitimer(signal.ITIMER_PROF, LONGEST)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            kind.read(path)
+            read(path)
     except HydrosimError as error:
-        return what, said("refused", printable(str(error)))
+        return said("refused", printable(str(error)))
     except TimeoutError:
-        return what, Outcome("hang", format_exc(limit=-6))
+        return Outcome("hang", format_exc(limit=-6))
     except Exception:
-        return what, Outcome("crash", format_exc(limit=-6))
+        return Outcome("crash", format_exc(limit=-6))
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0.0)
-    return what, Outcome("complete")
+    return Outcome("complete")
+
+
+def _is_silent(paper: str, path: Path) -> bool:
+    """Whether a file of another program, of which a name was changed, is read as something else
+    without a word on it."""
+    found = papers()[paper].read(path)
+    if not isinstance(found, mutant_files.Reading):
+        return False
+    right = _right(paper, path.with_name(f"right_{path.name}"))
+    assert isinstance(right, mutant_files.Reading)
+    return found.content != right.content and {*found.told} <= {*right.told}
 
 
 def _too_long(number: int, frame: FrameType | None) -> None:
     raise TimeoutError
 
 
-def _document(text: str, random: Random) -> tuple[str, str]:
+def _document(text: str, random: Random) -> Damage:
     """A document of YAML with one key changed."""
     document = yaml.safe_load(text)
     keys = random.choice([*places(document)])
     ways = [*CHANGES, *RENAMES] if isinstance(keys[-1], str) else [*CHANGES]
     how = random.choice(ways)
     change(document, keys, how)
-    return f"{keys} {how}", written(document)
+    return Damage(f"{keys} {how}", written(document), how in RENAMES)
 
 
-def _table(text: str, random: Random) -> tuple[str, str]:
+def _words(text: str, random: Random) -> Damage:
+    """A text with one word changed or lost, or one line lost or doubled."""
+    if not random.randrange(6):
+        return _table(text, random)
+    words = re.split(r"(\s+)", text)
+    at = random.randrange(0, len(words), 2)
+    before = words[at]
+    words[at] = random.choice((*FIELDS, "", f"{before}s", before[:-1], before.swapcase()))
+    is_name = not NUMBER.match(before) and before.strip("-") != ""
+    return Damage(f"word {at // 2} {before!r}: {words[at][:20]!r}", "".join(words), is_name)
+
+
+def _table(text: str, random: Random) -> Damage:
     """A table with one field changed, or one line lost, doubled or moved."""
     lines = text.splitlines()
     at = random.randrange(len(lines))
     match random.randrange(6):
         case 0:
             del lines[at]
-            return f"line {at} lost", "\n".join(lines)
+            return Damage(f"line {at} lost", "\n".join(lines))
         case 1:
             lines.insert(random.randrange(len(lines)), lines[at])
-            return f"line {at} again", "\n".join(lines)
+            return Damage(f"line {at} again", "\n".join(lines))
     fields = lines[at].split(",")
     place = random.randrange(len(fields))
     fields[place] = random.choice(FIELDS)
     lines[at] = ",".join(fields)
-    return f"line {at} field {place}: {fields[place][:20]!r}", "\n".join(lines)
+    return Damage(f"line {at} field {place}: {fields[place][:20]!r}", "\n".join(lines))
 
 
 def main() -> int:
@@ -251,19 +341,21 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0] if __doc__ else None)
     parser.add_argument("--count", type=int, default=1500, help="how many to try")
     parser.add_argument("--seed", type=int, default=1, help="of all mutants")
+    parser.add_argument("--papers", default="", help="names of papers, by commas; default: all")
+    parser.add_argument("--messages", action="store_true", help="print what is said of each")
     given = parser.parse_args()
     ends: Counter[str] = Counter()
     with TemporaryDirectory() as name:
         prepare(Path(name))
-        names = [*papers()]
+        names = given.papers.split(",") if given.papers else [*papers()]
         for k in range(given.count):
             paper = names[k % len(names)]
             what, outcome = trial(paper, given.seed * 1_000_000 + k, Path(name))
             ends[outcome.status] += 1
-            if outcome.status in ("hang", "crash"):
+            if outcome.status in BAD or (given.messages and outcome.status == "refused"):
                 print(f"\n{k} {paper} {what}: {outcome.status}\n{outcome.message}", flush=True)
     print(f"{given.count} mutants of seed {given.seed}, {dict(ends)}")
-    return int(bool(ends["crash"] + ends["hang"]))
+    return int(any(ends[status] for status in BAD))
 
 
 if __name__ == "__main__":

@@ -56,5 +56,5 @@ def _failing(study: Limits, period: float) -> tuple[np.ndarray, np.ndarray]:
     sea = Sea(period, study.headings[0])
     for height in heights:
         scenes = [in_sea(study.scene, sea, height, seed) for seed in study.seeds]
-        counts.append(int(np.sum(~study.held(*trials.values(scenes)).all(axis=1))))
+        counts.append(int(np.sum(~study.limits_hold(*trials.values(scenes)).all(axis=1))))
     return np.array(heights), np.array(counts)

@@ -18,7 +18,7 @@ from benchmarks.long_cases import ACCEPTED
 from benchmarks.random_cases import Case
 from benchmarks.report import ROOT
 from hydrosim.scene import LinearScenes, Scene
-from hydrosim.studies.run.simulation import prepared
+from hydrosim.studies.run.simulation import prepare_scene
 
 BEGINNING = 300.0  # s
 LATER = {"reverse_float_over": 700.0, "lock_in": 700.0, "numerical_oscillation": 700.0}
@@ -144,7 +144,7 @@ def named_scene(name: str) -> Iterator[Scene]:
             yield _stepped(scene)
         return
     path = shipped_cases()[name]
-    scene = prepared(hs.load_case(path))
+    scene = prepare_scene(hs.load_case(path))
     longest = LATER.get(path.parent.name, BEGINNING)
     yield _stepped(replace(scene, duration=min(scene.duration, longest)))
 

@@ -19,7 +19,7 @@ from benchmarks.report import Answer, Row
 from benchmarks.timing import timed
 from hydrosim import compile_scene
 from hydrosim.scene import Place, Scene
-from hydrosim.studies.run.step_limits import warned_of_steps
+from hydrosim.studies.run.step_limits import add_step_warnings
 
 BODIES = (1, 4, 16)
 REPEATS = 3
@@ -49,7 +49,7 @@ def _times(scene: Callable[[int], Scene]) -> Row:
 
 
 def _set_up(scene: Scene) -> None:
-    warned_of_steps(compile_scene(scene, in_plane=True))
+    add_step_warnings(compile_scene(scene, in_plane=True))
 
 
 def _calm(count: int) -> Scene:

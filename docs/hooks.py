@@ -66,10 +66,10 @@ def on_page_markdown(text: str, page: Page, files: Files, **_: Any) -> str:
 
 def keys() -> str:
     """The keys of case files, from their schema."""
-    from hydrosim.commands.schema import Kind
+    from hydrosim.commands.schema import FileKind
 
     return _keys(
-        Kind.CASE,
+        FileKind.CASE,
         "# Keys of a case file\n\nA case says what is simulated: bodies, their surroundings,"
         " forces, and how long. `hydrosim new` writes one to begin with. `hydrosim check` names the"
         " line of a mistake.\n",
@@ -78,10 +78,10 @@ def keys() -> str:
 
 def study_keys() -> str:
     """The keys of study files."""
-    from hydrosim.commands.schema import Kind
+    from hydrosim.commands.schema import FileKind
 
     return _keys(
-        Kind.STUDY,
+        FileKind.STUDY,
         "# Keys of a study file\n\nA study runs a case many times: `hydrosim sweep` and"
         " `hydrosim operability` take it. What it is for is told with [many runs](studies.md).\n",
     )
@@ -89,10 +89,10 @@ def study_keys() -> str:
 
 def recipe_keys() -> str:
     """The keys of recipes of databases."""
-    from hydrosim.commands.schema import Kind
+    from hydrosim.commands.schema import FileKind
 
     return _keys(
-        Kind.RECIPE,
+        FileKind.RECIPE,
         "# Keys of a recipe\n\nA recipe says which hull `hydrosim db build` computes a database of."
         " [Recipes](recipes.md) shows whole ones.\n",
     )

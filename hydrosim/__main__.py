@@ -46,12 +46,13 @@ from hydrosim.commands.operability import operability
 from hydrosim.commands.plot import plot
 from hydrosim.commands.replay import replay
 from hydrosim.commands.report import report
+from hydrosim.commands.results import tells_absent_variables
 from hydrosim.commands.run import run
 from hydrosim.commands.schema import schema
 from hydrosim.commands.statistics import statistics
 from hydrosim.commands.streams import make_streams_last
 from hydrosim.commands.sweep import sweep
-from hydrosim.commands.terminal import say, show
+from hydrosim.commands.terminal import print_lines, print_status
 from hydrosim.errors import HydrosimError, InputError
 from hydrosim.interrupts import install_signal_handlers
 from hydrosim.presentation.terminal import printable
@@ -76,7 +77,7 @@ app = typer.Typer(
     help="Time-domain simulation of floating bodies, with exact stick-slip contact.",
 )
 for command in COMMANDS:
-    app.command()(command)
+    app.command()(tells_absent_variables(command))
 app.add_typer(db.app, name="db")
 err = Console(stderr=True)
 
@@ -85,7 +86,7 @@ def _version(asked: bool) -> None:
     if asked:
         from hydrosim.program import program_version
 
-        show(f"hydrosim {program_version()}", *_shipped())
+        print_lines(f"hydrosim {program_version()}", *_shipped())
         raise typer.Exit
 
 
@@ -131,7 +132,7 @@ def main() -> None:
 def _run_command() -> None:
     install_signal_handlers()
     make_streams_last()
-    warnings.showwarning = lambda message, *_, **__: say(f"warning   {message}")
+    warnings.showwarning = lambda message, *_, **__: print_status(f"warning   {message}")
     try:
         try:
             _require_memory()

@@ -42,7 +42,7 @@ def command(
     """Runs the command with these first arguments and those it is called with. It says nothing of
     its progress, as that depends on the machine."""
 
-    monkeypatch.setattr(progress, "FIRST", NEVER)
+    monkeypatch.setattr(progress, "FIRST_LINE_S", NEVER)
     monkeypatch.setattr("hydrosim.__main__.app", built_commands())
 
     def run(*arguments: object) -> Result:

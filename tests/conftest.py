@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import hypothesis
+import kept_fits
 import pytest
 import xarray as xr
 from moored_barge import scene_of
@@ -15,7 +16,7 @@ from rich.console import Console
 from stated_lines import WRITING, unlike
 
 import hydrosim as hs
-from hydrosim.commands.compiling import announced
+from hydrosim.commands.compiling import announce_compiling
 from hydrosim.evidence import Feature, Kind, Line
 
 hypothesis.settings.register_profile(  # no test is about wall time
@@ -26,8 +27,10 @@ hypothesis.settings.load_profile("hydrosim")
 
 def pytest_sessionstart(session: pytest.Session) -> None:
     """Compiles the kernels before workers begin, or each of them would compile them all."""
+    if not hasattr(session.config, "workerinput"):
+        kept_fits.unpack()
     if session.config.getoption("numprocesses", None):
-        with announced(Console()):
+        with announce_compiling(Console()):
             hs.simulate(replace(scene_of("base"), duration=1.0))
 
 

@@ -16,6 +16,10 @@ from hydrosim.documents.units import factor, same_dimension
 if TYPE_CHECKING:
     from hydrosim.forces.signal import Signal
 
+MOTION_UNITS = ("m", "rad")
+"""Units of motions. A column without a unit may be of any quantity that a factor makes a force of,
+but a motion is made of numbers alone."""
+
 
 def read_record(form: Recorded, key: str, path: Path, unit: str) -> Series:
     """The series in ``unit`` that is at ``key`` of the case file ``path``.
@@ -49,12 +53,13 @@ def _factor(form: Recorded, series: Series, source: Source, unit: str) -> float:
     """What the series is multiplied with to be in ``unit``; InputError if it cannot be."""
     scale = form.factor
     said = series.unit or series.label
-    found = f"found a column in {said}"
+    found = f"found a column {f'in {said}' if said else 'without a unit'}"
     if scale is None:
         try:
             return 1.0 if said is None else factor(said, unit)
         except ValueError:
             source.wrong(f'{found}; expected {unit}; give a factor, such as "98100 kN/m"')
-    if series.unit and scale.unit and not same_dimension(series.unit, scale.unit, unit):
+    known = series.unit or ("" if unit in MOTION_UNITS else None)
+    if known is not None and scale.unit and not same_dimension(known, scale.unit, unit):
         source.wrong(f"{found} and a factor in {scale.unit}; expected {unit} of both together")
     return scale.value

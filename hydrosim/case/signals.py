@@ -6,6 +6,7 @@ from typing import Annotated, Generic, Self
 
 from pydantic import (
     AfterValidator,
+    BeforeValidator,
     Discriminator,
     StrictInt,
     StrictStr,
@@ -15,7 +16,7 @@ from pydantic import (
 
 from hydrosim.documents import quantities as of
 from hydrosim.documents.quantities import Strict, T
-from hydrosim.documents.units import AnyQuantity, Scale, problem
+from hydrosim.documents.units import AnyQuantity, Scale, problem, value_text
 
 
 class Table(Strict, Generic[T]):
@@ -75,8 +76,20 @@ def _form(value: object) -> str:
     return "table" if {"time", "force"} & value.keys() else "harmonic"
 
 
-def _mapping(value: object) -> str:
-    return _form(value) if isinstance(value, dict) else "table"
+def only_forms(key: str, unit: str, *forms: type) -> BeforeValidator:
+    """Annotation: the value is a mapping, or one of ``forms`` already."""
+
+    def check(value: object) -> object:
+        if not isinstance(value, (dict, *forms)):
+            raise problem(
+                value_text(value),
+                f"a sine {{amplitude: 1 {unit}, period: 8 s}}, a table"
+                f" {{time: [0 s, 9 s], {key}: [0 {unit}, 1 {unit}]}}, or a record"
+                " {file: path.csv, column: x}",
+            )
+        return value
+
+    return BeforeValidator(check)
 
 
 ForceOverTime = Annotated[
@@ -97,7 +110,8 @@ NormalOverTime = Annotated[
     Annotated[Table[of.Force], Tag("table")]
     | Annotated[Recorded, Tag("recorded")]
     | Annotated[Harmonic[of.Force], Tag("harmonic")],
-    Discriminator(_mapping),
+    Discriminator(_form),
+    only_forms("force", "kN", Table, Recorded, Harmonic),
 ]
 Form = Table[float] | Recorded | Harmonic[float]
 Forces = of.PerDof[ForceOverTime, MomentOverTime]

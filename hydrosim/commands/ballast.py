@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrosim.commands.compiling import announced
-from hydrosim.commands.options import CaseFile, Overwrite, Settings, Verbose, placed, quantity
+from hydrosim.commands.compiling import announce_compiling
+from hydrosim.commands.options import CaseFile, Overwrite, Settings, Verbose, output_for, quantity
 from hydrosim.commands.progress import progress
-from hydrosim.commands.terminal import progress_console, show, show_document
+from hydrosim.commands.terminal import print_lines, progress_console, show_document
 from hydrosim.errors import InputError
 
 if TYPE_CHECKING:
-    from hydrosim.studies.ballast.ballasting import Plan
+    from hydrosim.studies.ballast.ballasting import PumpPlan
 
 err = progress_console()
-STEEPEST = 1.48  # rad (85 deg)
+MAX_ANGLE_RAD = 1.48  # rad (85 deg)
 
 
 def ballast(
@@ -57,13 +57,13 @@ def ballast(
     from hydrosim.compiling.compile import compile_in_calm
     from hydrosim.plot.loading import draw_loading
     from hydrosim.presentation.units import units_of
-    from hydrosim.studies.ballast.ballasting import plan
+    from hydrosim.studies.ballast.ballasting import find_pump_plan
     from hydrosim.studies.ballast.loading import conditions
     from hydrosim.tanks.events import triggered_pumps
     from hydrosim.wording.ballast import ballast_document
 
     case, name = load_case(case_file, settings), f"{case_file.stem}_ballast"
-    page = placed(
+    page = output_for(
         *(output, name, "ballast", case_file),
         inputs=case.inputs(),
         overwrite=overwrite,
@@ -71,7 +71,7 @@ def ballast(
     )
     at = quantity("--time", time, "time", "s", "1 hour")
     angle = quantity("--heel", heel, "angle", "rad", "5 deg") if heel else None
-    if angle is not None and not 0.0 < abs(angle) < STEEPEST:
+    if angle is not None and not 0.0 < abs(angle) < MAX_ANGLE_RAD:
         raise InputError(
             f"--heel: found {degrees(angle):.4g} deg; expected an angle above 0 and below 85 deg."
             ' A number without a unit is in rad: write "5 deg".'
@@ -85,16 +85,16 @@ def ballast(
         )
     if body is not None and body not in having:
         raise InputError(f"--body: found {body}; expected one of {', '.join(having)}.")
-    with announced(err), progress("loading condition"):
+    with announce_compiling(err), progress("loading condition"):
         compiled = compile_in_calm(scene)
         found = conditions(compiled, at, angle)
-        planned: Plan | None = None
+        planned: PumpPlan | None = None
         if lift is not None or rise is not None:
             weight = quantity("--lift", lift, "force", "N", "20000 tonne_force") if lift else None
             up = quantity("--rise", rise, "length", "m", "0.5 m") if rise else 0.0
             span = quantity("--within", within, "time", "s", "1 hour")
-            planned = plan(compiled, body or having[0], span, weight, up)
+            planned = find_pump_plan(compiled, body or having[0], span, weight, up)
     waiting = [pump.key for pump in triggered_pumps(scene)] if at > 0.0 else []
     draw_loading(found, at, page, units_of(scene.source))
     show_document(ballast_document(scene, found, at, angle, planned, waiting), verbose)
-    show(f"picture   {page.path}")
+    print_lines(f"picture   {page.path}")

@@ -9,7 +9,7 @@ import typer
 
 from hydrosim.commands.options import From, Overwrite, To, Verbose, require_file, seconds
 from hydrosim.commands.progress import progress
-from hydrosim.commands.terminal import show, show_document
+from hydrosim.commands.terminal import print_lines, show_document
 from hydrosim.errors import InputError
 
 
@@ -65,7 +65,7 @@ def calibrate(
     if keys:
         with keys.written() as path:
             path.write_text("\n".join([f"# {keys.mark}", *lines, ""]), encoding="utf-8")
-        show(f"keys      {keys.path}")
+        print_lines(f"keys      {keys.path}")
     else:
-        show(*lines)
-    show(f"picture   {page.path}")
+        print_lines(*lines)
+    print_lines(f"picture   {page.path}")

@@ -7,10 +7,10 @@ from typing import Annotated, Any
 
 import typer
 
-from hydrosim.commands.compiling import announced
+from hydrosim.commands.compiling import announce_compiling
 from hydrosim.commands.options import CaseFile, Settings, Verbose, quantity
 from hydrosim.commands.progress import progress
-from hydrosim.commands.terminal import progress_console, show, show_document
+from hydrosim.commands.terminal import print_lines, progress_console, show_document
 
 err = progress_console()
 
@@ -33,18 +33,18 @@ def check(
     """
     from hydrosim.case.load import load_case
     from hydrosim.presentation.document import Outcome, Verdict
-    from hydrosim.studies.run.stages import outdated
+    from hydrosim.studies.run.stages import outdated_reason
     from hydrosim.wording.check import check_document
 
     times = [quantity("--time", part, "time", "s", "1 hour") for part in time.split(",") if time]
     case = load_case(case_file, settings)
-    missing = [reason for stage in case.stages() if (reason := outdated(stage))]
+    missing = [reason for stage in case.stages() if (reason := outdated_reason(stage))]
     for reason in missing:
-        show(f"first stage: {reason}; hydrosim run {case_file} simulates it")
+        print_lines(f"first stage: {reason}; hydrosim run {case_file} simulates it")
     if missing:
         return
 
-    with announced(err), progress("checking") as report:
+    with announce_compiling(err), progress("checking") as report:
 
         def watch(items: Sequence[Any], what: str) -> Iterator[Any]:
             for k, item in enumerate(items):

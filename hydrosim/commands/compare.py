@@ -14,12 +14,12 @@ from hydrosim.commands.options import (
     To,
     Verbose,
     numbers,
-    placed,
+    output_for,
     refuse_options,
     require_file,
     window_of,
 )
-from hydrosim.commands.terminal import show, show_document
+from hydrosim.commands.terminal import print_lines, show_document
 from hydrosim.errors import InputError
 from hydrosim.presentation.units import choice_in, units_of
 
@@ -108,7 +108,7 @@ def compare(
     """
     if exact:
         refuse_options(context, {"exact", "ignore"}, "--exact, which compares all variables")
-        _exactly(run_file, recorded, _patterns(ignore))
+        _compare_exactly(run_file, recorded, _patterns(ignore))
         return
     if ignore:
         raise InputError(
@@ -122,7 +122,7 @@ def compare(
         refuse_options(
             context, {"output", "overwrite", "verbose"}, f"{run_file}, a file of many runs"
         )
-        result = placed(
+        result = output_for(
             output, name, "comparison", run_file, inputs=[recorded], overwrite=overwrite
         )
         _of_many(runs, run_file, recorded, result, verbose)
@@ -140,7 +140,7 @@ def compare(
     require_file(run_file, "the result of a run (RUN.nc)")
     require_file(recorded, "a recorded series (csv, MATLAB, HDF5 or netCDF)")
     inputs = [path for path in (recorded, mapping) if path]
-    result = placed(output, name, "comparison", run_file, inputs=inputs, overwrite=overwrite)
+    result = output_for(output, name, "comparison", run_file, inputs=inputs, overwrite=overwrite)
     page = result.at(result.path.with_suffix(".png"), "picture").checked()
     between = window_of(start, end)
     given = dict(_tolerance(text) for text in tolerance)
@@ -155,13 +155,13 @@ def compare(
         only=_patterns(channels) or ("*",),
     )
     out_of = exceeded_tolerances(found, given)
-    said = _compared(run, run_file, recorded)
+    said = _comparison_attributes(run, run_file, recorded)
     dataset = to_dataset(found, said, by_channel(found, given))
     write(dataset, result)
     title = f"{run_file.name} and {recorded.name}"
     draw_comparison(found, title, page, units_of(dataset.attrs))
     show_document(comparison_tables(dataset), verbose)
-    show(f"result    {result.path}, {page.path}")
+    print_lines(f"result    {result.path}, {page.path}")
     if out_of:
         raise typer.Exit(1)
 
@@ -180,30 +180,30 @@ def _of_many(ours: xr.Dataset, one: Path, other: Path, result: Output, verbose: 
             f"{other}: is a result of one run; expected a file of many runs, because {one} is one."
         )
     found = compare_studies(ours, theirs)
-    dataset = studies_dataset(found, _compared(ours, one, other))
+    dataset = studies_dataset(found, _comparison_attributes(ours, one, other))
     write(dataset, result)
     show_document(studies_tables(dataset), verbose)
-    show(f"result    {result.path}")
+    print_lines(f"result    {result.path}")
 
 
-def _compared(ours: xr.Dataset, one: Path, other: Path) -> dict[str, object]:
+def _comparison_attributes(ours: xr.Dataset, one: Path, other: Path) -> dict[str, object]:
     """Title, files and units of a comparison, for the attributes of its result."""
     title = str(ours.attrs.get("title", ""))
     return {"title": title, "run": str(one), "recording": str(other), **choice_in(ours.attrs)}
 
 
-def _exactly(one: Path, other: Path, but: Sequence[str]) -> None:
+def _compare_exactly(one: Path, other: Path, but: Sequence[str]) -> None:
     """Print the differences between two results, or that they are identical. Exit code 1 if any."""
     from hydrosim.compare.exact import OF_MAKING, differences, read_result
 
     first, second = read_result(one), read_result(other)
     found = differences(first, second, but)
-    show(*found)
+    print_lines(*found)
     if found:
         raise typer.Exit(1)
     apart = ", ".join(sorted({*OF_MAKING, *but}))
     counts = f"{len(first.variables)} variables and {len(first.attrs)} attributes"
-    show(f"identical: {counts}, apart from {apart}")
+    print_lines(f"identical: {counts}, apart from {apart}")
 
 
 def _patterns(text: str | None) -> list[str]:

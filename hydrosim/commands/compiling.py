@@ -9,7 +9,7 @@ from rich.console import Console
 
 
 @contextmanager
-def announced(err: Console) -> Iterator[None]:
+def announce_compiling(err: Console) -> Iterator[None]:
     """Print a message when the first kernel is compiled within this context."""
     from hydrosim.cache import cache_folder
     from hydrosim.jit.kernels import kernel_folder  # loads numba

@@ -7,11 +7,11 @@ from typing import Annotated
 
 import typer
 
-from hydrosim.commands.compiling import announced
-from hydrosim.commands.options import CaseFile, Overwrite, Settings, numbers, one_of, placed
+from hydrosim.commands.compiling import announce_compiling
+from hydrosim.commands.options import CaseFile, Overwrite, Settings, numbers, one_of, output_for
 from hydrosim.commands.progress import progress
-from hydrosim.commands.running import complete, simulate_with_progress
-from hydrosim.commands.terminal import progress_console, show, show_document
+from hydrosim.commands.running import run_earlier_stages, simulate_with_progress
+from hydrosim.commands.terminal import print_lines, progress_console, show_document
 from hydrosim.errors import InputError
 
 err = progress_console()
@@ -53,7 +53,7 @@ def converge(
     case = load_case(case_file, settings)
     name = f"{case_file.stem}_converge"
     asked = {"methods": chosen, "steps": all_steps, "tolerances": all_tolerances}
-    made = placed(
+    made = output_for(
         output,
         name,
         "convergence",
@@ -64,9 +64,9 @@ def converge(
     )
     page = made.at(made.path.with_suffix(".png"), "picture").checked()
     with made.held():
-        complete(case, simulate_with_progress)
+        run_earlier_stages(case, simulate_with_progress)
         scene = case.scene()
-        with announced(err), progress("comparing") as report:
+        with announce_compiling(err), progress("comparing") as report:
 
             def tell(trial: str) -> None:
                 report(remark=trial)
@@ -76,4 +76,4 @@ def converge(
         write(dataset, made)
     draw_work_precision(dataset, page)
     show_document(study_document(study, scene.title, units_of(scene.source)))
-    show(f"result    {made.path}, {page.path}")
+    print_lines(f"result    {made.path}, {page.path}")

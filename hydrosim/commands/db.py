@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from pathlib import Path
+from time import perf_counter
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from hydrosim.commands.given import GivenSettings, given_database
-from hydrosim.commands.options import Overwrite, Settings, placed, seconds
+from hydrosim.commands.options import Overwrite, Settings, output_for, seconds
 from hydrosim.commands.progress import progress
 from hydrosim.commands.running import resumable
-from hydrosim.commands.terminal import say, show, show_document
+from hydrosim.commands.terminal import print_lines, print_status, show_document
 from hydrosim.errors import InputError
 
 if TYPE_CHECKING:
@@ -24,8 +26,9 @@ app = typer.Typer(
     no_args_is_help=True, help="Print, check, convert and compute hydrodynamic databases."
 )
 
-PICTURES = (".png", ".pdf", ".svg")
-MOST = 1_000_000  # steps of a table
+STORED_STEP_S = 0.02  # that reading a stored frequency takes, at most
+PICTURE_SUFFIXES = (".png", ".pdf", ".svg")
+MAX_TABLE_STEPS = 1_000_000  # steps of a table
 
 DatabaseFile = Annotated[
     Path, typer.Argument(metavar="FILE", help="Hydrodynamic database to read.")
@@ -41,7 +44,7 @@ def info(file: DatabaseFile, given: GivenSettings = []) -> None:  # noqa: B006
     asked = given_database(file, given)
     db = read(file, asked.given)
     show_document(contents(db, recognise(file)[0].NAME))
-    show(*_caveats(db, asked.given))
+    print_lines(*_caveats(db, asked.given))
 
 
 @app.command()
@@ -73,12 +76,12 @@ def check(
     findings = findings_of(db)
     refused = any(finding.refused for finding in findings)
     show_document(verdicts(db, findings))
-    show(*_caveats(db, asked.given))
+    print_lines(*_caveats(db, asked.given))
     if drawn is not None:
         from hydrosim.plot.database import draw_database
 
         draw_database(db, drawn)
-        show(f"picture   {output}")
+        print_lines(f"picture   {output}")
     if refused:
         raise typer.Exit(2)
     if strict and not all(finding.passed for finding in findings):
@@ -104,15 +107,15 @@ def convert(
             f"--given accept: {out} cannot store accepted findings; expected an .nc file."
         )
     inputs = set_of(file)
-    output = placed(
+    output = output_for(
         out, out.stem, "database", file, inputs=inputs, overwrite=overwrite, suffix=None
     )
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         db = load(file, asked.given, asked.changes)
         files = write(db, output)
-    show(*(f"warning   {warning.message}" for warning in caught), *_caveats(db, asked.given))
-    show(*(f"result    {path}" for path in files))
+    print_lines(*(f"warning   {warning.message}" for warning in caught), *_caveats(db, asked.given))
+    print_lines(*(f"result    {path}" for path in files))
 
 
 @app.command()
@@ -142,18 +145,21 @@ def kernel(
     from hydrosim.plot.kernels import draw_kernels
 
     end, step = seconds("--until", until, 100.0), seconds("--every", every, 0.1)
-    if not (step > 0.0 and 2 <= end / step <= MOST):
+    if not (step > 0.0 and 2 <= end / step <= MAX_TABLE_STEPS):
         raise InputError(
-            f"--until, --every: {end:g} s in steps of {step:g} s; expected 2 to {MOST} steps."
+            f"--until, --every: {end:g} s in steps of {step:g} s; expected 2 to"
+            f" {MAX_TABLE_STEPS} steps."
         )
-    made = placed(output, f"{file.stem}_kernel", "kernel", file, overwrite=overwrite, suffix=".csv")
+    made = output_for(
+        output, f"{file.stem}_kernel", "kernel", file, overwrite=overwrite, suffix=".csv"
+    )
     page = made.at(made.path.with_suffix(".png"), "picture").checked()
     asked = given_database(file, given)
     db = read(file, asked.given)
     time, functions, report = kernels(db, end, step)
     write_table(db, time, functions, made)
     draw_kernels(db.attributes.get("title", file.name), time, functions, page)
-    show(report, *_caveats(db, asked.given), f"result    {made.path}, {page.path}")
+    print_lines(report, *_caveats(db, asked.given), f"result    {made.path}, {page.path}")
 
 
 @app.command()
@@ -174,18 +180,45 @@ def build(
     if reason := no_file(recipe):
         raise InputError(f"{recipe}: {reason}; expected the recipe of a database (YAML).")
     place = output or recipe.with_suffix(".nc")
-    made = placed(place, place.stem, "database", recipe, overwrite=overwrite, suffix=None)
+    made = output_for(place, place.stem, "database", recipe, overwrite=overwrite, suffix=None)
     with resumable("the same command"), progress("computing", "frequencies") as report:
+        time_left = TimeLeft()
 
         def tell(done: int, total: int) -> None:
-            report(done, total)
+            left = time_left.update(done, total)
+            report(done, total, f"{_duration_text(left)} left" if left > 0.0 else "")
 
         def announce(seconds: float) -> None:
-            say(f"estimate  {_duration_text(seconds)} for the frequencies that are not stored yet")
+            time_left.expected = seconds
+            print_status(
+                f"estimate  {_duration_text(seconds)} for the frequencies that are not stored yet"
+            )
 
         files = build_database(made, jobs, picture, settings, tell, announce)
     for path in files:
-        show(f"result    {path}")
+        print_lines(f"result    {path}")
+
+
+class TimeLeft:
+    """Time [s] that steps still take: an ``expected`` one until the first of them has been
+    computed, then by their pace. Steps that are stored come first, and within no time."""
+
+    def __init__(self, clock: Callable[[], float] = perf_counter) -> None:
+        self.expected = 0.0
+        self._clock = clock
+        self._begun = clock()
+        self._stored = 0
+
+    def update(self, done: int, total: int) -> float:
+        """Time left with so many of all steps ``done``; zero if it is not known."""
+        now = self._clock()
+        if (done <= self._stored + 1 and now - self._begun < STORED_STEP_S) or done == 0:
+            self._begun = now
+            self._stored = done
+        computed = done - self._stored
+        if computed == 0:
+            return self.expected
+        return (now - self._begun) / computed * (total - done)
 
 
 def _duration_text(seconds: float) -> str:
@@ -219,6 +252,6 @@ def _caveats(db: HydroDatabase, given: Given) -> list[str]:
 def _picture(path: Path, file: Path, overwrite: bool) -> Output:
     """Output for the picture of a database. Raises `InputError` if it cannot be written to
     ``path``."""
-    if path.suffix not in PICTURES:
-        raise InputError(f"--output: found {path}; expected one of {', '.join(PICTURES)}.")
-    return placed(path, path.stem, "picture", file, overwrite=overwrite, suffix=path.suffix)
+    if path.suffix not in PICTURE_SUFFIXES:
+        raise InputError(f"--output: found {path}; expected one of {', '.join(PICTURE_SUFFIXES)}.")
+    return output_for(path, path.stem, "picture", file, overwrite=overwrite, suffix=path.suffix)

@@ -9,11 +9,11 @@ from typing import Annotated
 
 import typer
 
-from hydrosim.commands.terminal import show
+from hydrosim.commands.terminal import print_lines
 from hydrosim.errors import InputError
 from hydrosim.outputs import make_folder
 
-NAMED = re.compile(r"[\w./]*\.(?:nc|yaml|txt|stl|obj)\b")
+FILE_NAME_PATTERN = re.compile(r"[\w./]*\.(?:nc|yaml|txt|stl|obj)\b")
 
 
 def example(
@@ -31,7 +31,7 @@ def example(
     home = _home()
     known = sorted(path.name for path in (home / "cases").iterdir() if list(path.glob("*.yaml")))
     if name is None:
-        show(*known)
+        print_lines(*known)
         return
     if name not in known:
         raise InputError(f"example: found {name!r}; expected one of {', '.join(known)}")
@@ -41,7 +41,7 @@ def example(
             make_folder(made.parent)
             made.write_bytes(file.read_bytes())
     cases = sorted((output / "cases" / name).glob("*.yaml"))
-    show(*(f"case      {path}" for path in cases))
+    print_lines(*(f"case      {path}" for path in cases))
 
 
 def _home() -> Path:
@@ -65,5 +65,7 @@ def _files(home: Path, folder: Path) -> list[Path]:
             continue
         found.add(path)
         if path.suffix == ".yaml":
-            waiting += [path.parent / name for name in NAMED.findall(path.read_text("utf-8"))]
+            waiting += [
+                path.parent / name for name in FILE_NAME_PATTERN.findall(path.read_text("utf-8"))
+            ]
     return sorted(path for path in found if path.is_relative_to(home.resolve()))

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrosim.commands.options import From, Overwrite, Verbose, placed, require_file, window_of
+from hydrosim.commands.options import From, Overwrite, Verbose, output_for, require_file, window_of
 from hydrosim.commands.progress import progress
-from hydrosim.commands.terminal import show, show_document
+from hydrosim.commands.terminal import print_lines, show_document
 from hydrosim.errors import InputError
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ def explain(
     name = f"{stem_of(run_file)}_explained"
     run = runs_at(run_file)
     require_file(run_file, "the result of a run or of a study (RUN.nc)")
-    result = placed(output, name, "explanation", run_file, overwrite=overwrite)
+    result = output_for(output, name, "explanation", run_file, overwrite=overwrite)
     page = result.at(result.path.with_suffix(".png"), "picture").checked()
     between = window_of(start, end)
     many = run is not None
@@ -79,11 +79,11 @@ def explain(
         raise InputError(f"{run_file}: {error}") from None
     moved = _body(found, direction, body)
     write(found, result)
-    show(*so_far(run))
+    print_lines(*so_far(run))
     first, of_first = next(iter(parts.items()))
     draw_explained(run, of_first, moved, direction, page, first)
     show_document(explanation_document(run, parts, moved, direction), verbose)
-    show(f"result    {result.path}, {page.path}")
+    print_lines(f"result    {result.path}, {page.path}")
 
 
 Parts = dict[str, "xr.Dataset"]
@@ -107,10 +107,12 @@ def _of_many(runs: xr.Dataset, between: tuple[float, float]) -> tuple[xr.Dataset
     complete = runs.status.values == COMPLETE
     if not complete.any():
         raise InputError("found no complete run; see the variable status_message of the file.")
-    return found, {t: found.isel(run=at) for t, at in _combined(runs) if complete[at].any()}
+    return found, {
+        t: found.isel(run=at) for t, at in _runs_by_combination(runs) if complete[at].any()
+    }
 
 
-def _combined(runs: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:
+def _runs_by_combination(runs: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:
     """Name of each combination of parameters of a study, with the indices of its runs."""
     import numpy as np
 
@@ -121,10 +123,10 @@ def _combined(runs: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:
         yield "", np.arange(runs.sizes["run"])
         return
     for plan in plans(runs):
-        own = np.flatnonzero(np.isin(runs.run.values, plan.runs.run.values))
+        plan_runs = np.flatnonzero(np.isin(runs.run.values, plan.runs.run.values))
         for values, at in combinations(plan):
-            said = named_values(plan, values)
-            yield ": ".join(part for part in (plan.name, said) if part), own[at]
+            values_text = named_values(plan, values)
+            yield ": ".join(part for part in (plan.name, values_text) if part), plan_runs[at]
 
 
 def _body(found: xr.Dataset, direction: str, name: str | None) -> str:

@@ -16,12 +16,12 @@ from hydrosim.commands.options import (
     To,
     names_in,
     one_of,
-    placed,
+    output_for,
     seconds,
     window_of,
 )
 from hydrosim.commands.progress import progress
-from hydrosim.commands.terminal import not_complete, show
+from hydrosim.commands.terminal import not_complete, print_lines
 from hydrosim.errors import InputError
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from hydrosim.results.export.table import Table
 
 
-class Kept(StrEnum):
+class ExportUnits(StrEnum):
     """Whose units are written."""
 
     CASE = "case"
@@ -107,7 +107,7 @@ def export(
     from hydrosim.results.runs_file import open_runs
 
     if recording:
-        read_in = one_of(Kept, units or Kept.SI, "--units")
+        read_in = one_of(ExportUnits, units or ExportUnits.SI, "--units")
         _record(run_file, output, names_in(channels), step, digits, overwrite, read_in)
         return
     if step:
@@ -116,10 +116,10 @@ def export(
             " output times of the run."
         )
     suffix = _suffix(output)
-    kept = _kept(units, suffix)
+    kept = _chosen_units(units, suffix)
     begin = _date(date, suffix)
     window = window_of(start, end)
-    result = placed(output, "", "export", run_file, overwrite=overwrite, suffix=suffix)
+    result = output_for(output, "", "export", run_file, overwrite=overwrite, suffix=suffix)
     if (runs := open_runs(run_file)) is not None:
         raise InputError(
             f"{run_file}: holds {runs.sizes['run']} runs; expected the result of one run."
@@ -128,22 +128,22 @@ def export(
         )
     run = read(run_file)
     table = table_of(run, names_in(channels), *window)
-    if kept is Kept.CASE:
+    if kept is ExportUnits.CASE:
         table = table.read_in(units_of(run.attrs))
     with progress("writing"):
         _write(table, result, begin)
     count, span = len(table.columns), f"{table.time[0]:g} to {table.time[-1]:g} s"
-    show(f"export    {count} channels at {table.time.size} times, {span}")
-    show(*not_complete(table.attributes), f"result    {result.path}")
+    print_lines(f"export    {count} channels at {table.time.size} times, {span}")
+    print_lines(*not_complete(table.attributes), f"result    {result.path}")
 
 
-def _kept(units: str, suffix: str) -> Kept:
+def _chosen_units(units: str, suffix: str) -> ExportUnits:
     """Whose units a table has. That of CF is in SI."""
     if suffix == ".nc":
-        if units not in ("", Kept.SI):
+        if units not in ("", ExportUnits.SI):
             raise InputError(f"--units: found {units}; expected si, as .nc is always in SI.")
-        return Kept.SI
-    return one_of(Kept, units or Kept.CASE, "--units")
+        return ExportUnits.SI
+    return one_of(ExportUnits, units or ExportUnits.CASE, "--units")
 
 
 def _record(
@@ -153,7 +153,7 @@ def _record(
     step: str,
     digits: int,
     overwrite: bool,
-    kept: Kept,
+    kept: ExportUnits,
 ) -> None:
     """Write channels as a recording. Without names, it has the channels of motions, waves, forces,
     fenders and springs that are not zero."""
@@ -163,15 +163,15 @@ def _record(
     from hydrosim.recordings import write_recording
     from hydrosim.results.channels import chosen, usual
 
-    result = placed(output, "", "recording", run_file, overwrite=overwrite, suffix=None)
+    result = output_for(output, "", "recording", run_file, overwrite=overwrite, suffix=None)
     every = seconds("--step", step, 0.0) if step else None
     if every is not None and not every > 0.0:
         raise InputError(f"--step: found {every:g} s; expected a positive time, such as 0.5 s.")
     run = open_run(run_file)
     names = chosen(columns_of(run), asked, "--channels") if asked else usual(run)
-    own = units_of(run.attrs).shown if kept is Kept.CASE else None
+    own = units_of(run.attrs).shown if kept is ExportUnits.CASE else None
     write_recording(run, result, names, every, digits, own)
-    show(f"result    {result.path}, {len(names)} channels")
+    print_lines(f"result    {result.path}, {len(names)} channels")
 
 
 def _suffix(output: Path) -> str:

@@ -7,10 +7,17 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
-from hydrosim.commands.compiling import announced
-from hydrosim.commands.options import Overwrite, Settings, Verbose, placed, quantity, require_file
+from hydrosim.commands.compiling import announce_compiling
+from hydrosim.commands.options import (
+    Overwrite,
+    Settings,
+    Verbose,
+    output_for,
+    quantity,
+    require_file,
+)
 from hydrosim.commands.progress import progress
-from hydrosim.commands.terminal import progress_console, show, show_document
+from hydrosim.commands.terminal import print_lines, progress_console, show_document
 from hydrosim.errors import InputError
 
 if TYPE_CHECKING:
@@ -19,7 +26,7 @@ if TYPE_CHECKING:
     from hydrosim.studies.line import StillLine
 
 err = progress_console()
-EXPECTED = "a case file (YAML), or an input file of MoorDyn or MoorPy"
+EXPECTED_FILE = "a case file (YAML), or an input file of MoorDyn or MoorPy"
 
 
 def line(
@@ -50,7 +57,7 @@ def line(
     its fairlead, with the lines of the file at rest."""
     from hydrosim.case.lines.chains import is_mooring_file
 
-    require_file(file, EXPECTED)
+    require_file(file, EXPECTED_FILE)
     of_others = is_mooring_file(file)
     if of_others and settings:
         raise InputError(f"--set: found a setting, and {file} is no case; expected a case.")
@@ -62,8 +69,8 @@ def line(
     largest = quantity("--offset", offset, "length", "m", "20 m") if offset else None
     if largest is not None and not largest > 0.0:
         raise InputError(f"--offset: found {largest:g} m; expected a length above 0.")
-    page = placed(output, f"{file.stem}_line", "line", file, overwrite=overwrite, suffix=".png")
-    with page.held(), announced(err), progress("lines"):
+    page = output_for(output, f"{file.stem}_line", "line", file, overwrite=overwrite, suffix=".png")
+    with page.held(), announce_compiling(err), progress("lines"):
         found = _of_file(file) if of_others else _of_case(file, settings)
     chosen = _chosen(file, found.lines, name)
     shown = found._replace(lines=[chosen] if name else found.lines)
@@ -127,7 +134,7 @@ def _show(
     draw_line(named, chosen, (along, up), page, found.units)
     document = line_document(named, found.lines, (along, up), found.units, found.left_out)
     show_document(document, verbose)
-    show(f"picture   {page.path}")
+    print_lines(f"picture   {page.path}")
 
 
 def _print_keys(file: Path) -> None:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from hydrosim.commands.compiling import announced
+from hydrosim.commands.compiling import announce_compiling
 from hydrosim.commands.options import (
     CaseFile,
     Overwrite,
@@ -15,11 +15,11 @@ from hydrosim.commands.options import (
     Verbose,
     numbers,
     one_of,
-    placed,
+    output_for,
     seconds,
 )
 from hydrosim.commands.progress import progress
-from hydrosim.commands.terminal import progress_console, show, show_document
+from hydrosim.commands.terminal import print_lines, progress_console, show_document
 
 err = progress_console()
 
@@ -75,7 +75,7 @@ def linear(
     from hydrosim.linear.contacts import Contacts
     from hydrosim.plot.response import draw_response
     from hydrosim.results.netcdf import write
-    from hydrosim.studies.linear.seakeeping import Wanted, linear_analysis
+    from hydrosim.studies.linear.seakeeping import LinearRequest, linear_analysis
     from hydrosim.wording.linear import linear_document
 
     case = load_case(case_file, settings)
@@ -87,7 +87,7 @@ def linear(
         "--database": own,
         "--contacts": contacts,
     }
-    made = placed(
+    made = output_for(
         output,
         name,
         "linear",
@@ -97,7 +97,7 @@ def linear(
         settings=case.settings(asked),
     )
     page = made.at(made.path.with_suffix(".png"), "picture").checked()
-    wanted = Wanted(
+    wanted = LinearRequest(
         seconds("--time", time, 0.0),
         [float(np.radians(b)) for b in numbers(headings, "--headings", positive=False)]
         if headings
@@ -107,9 +107,9 @@ def linear(
         contacts=one_of(Contacts, contacts, "--contacts"),
     )
     scene = case.scene()
-    with made.held(), announced(err), progress("linear analysis"):
+    with made.held(), announce_compiling(err), progress("linear analysis"):
         found = linear_analysis(scene, wanted)
         write(found, made)
     draw_response(found, page)
     show_document(linear_document(found, raos=bool(periods)), verbose)
-    show(f"result    {made.path}, {page.path}")
+    print_lines(f"result    {made.path}, {page.path}")

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hydrosim.commands.terminal import show
+from hydrosim.commands.terminal import print_lines
 from hydrosim.errors import InputError, unwritable
 from hydrosim.outputs import make_folder
 
@@ -20,16 +20,14 @@ if TYPE_CHECKING:
     from hydrosim.case.particulars import Particulars
 
 FREQUENCY_STEP = 0.03  # rad/s: a memory of 105 s
-SHORT = 4.0  # frequency over sqrt(2 g / B): a box of 60 x 20 x 3 m needs more than 3.2 in surge
-PANELS = 3000  # at most, about, on the whole hull
-# Size of panels in water of finite depth over that in deep water. A pair of panels takes 7.5 times
-# as long there, for images in the bed of waves and panels: 7.5 / 1.32^4 = 2.5 times in all
-SHALLOW_SIZE = 1.32
-TURNS = "roll", "pitch", "yaw"
+# Frequency over sqrt(2 g / B): a box of 60 x 20 x 3 m needs more than 3.2 in surge
+SHORT_WAVE_FACTOR = 4.0
+MAX_PANELS = 3000  # at most, about, on the whole hull
+ROTATIONS = "roll", "pitch", "yaw"
 
 SAME_HULL = 0.1
 """Difference of displacements that one hull may have."""
-CASE = """\
+CASE_TEMPLATE = """\
 # Written by hydrosim new from: {given}.
 # ESTIMATE marks what was assumed. Replace it by what is known of your vessel.
 # Check it with "hydrosim check {name}", run it with "hydrosim run {name} --plot".
@@ -68,7 +66,7 @@ forces:
 solver: {{method: rk4, step: 0.1 s}}
 output: {{step: 0.5 s}}
 """
-UNTIL_THEN = """\
+COEFFICIENTS_TEMPLATE = """\
     # NO WAVE LOADS YET. Until there is a database, these are constant coefficients of a box of
     # {box:.4g} x {beam:g} x {draught:g} m, and the sea has no effect. For the database:
     # hydrosim db build {recipe}
@@ -83,15 +81,15 @@ UNTIL_THEN = """\
       damping:{damping}
     # Natural periods by these: heave {heave:.3g} s, roll {roll:.3g} s, pitch {pitch:.3g} s.
     wave_forces: {{first_order: false}}  # until there is a database"""
-INITIAL = """\
+INITIAL_TEMPLATE = """\
     # Offsets to decay from, so that there is something to see without wave loads.
     initial: {position: {heave: 0.5 m, roll: 2 deg, pitch: 0.5 deg}}
 """
-BILGES = """\
+BILGES_TEMPLATE = """\
   # ESTIMATE: viscous damping of roll, which potential flow lacks. Take it from a decay test.
   bilges: {type: linear_damping, body: barge, damping_ratio: {roll: 3 %}}
 """
-RECIPE = """\
+RECIPE_TEMPLATE = """\
 # Written by hydrosim new for {name}. "hydrosim db build {recipe}" computes {database}
 # with Capytaine, of the extra bem. The hull is a box with the displacement of the barge: a hull of
 # type barge or mesh is nearer to yours.
@@ -152,19 +150,28 @@ def new(
     depth = _depth(water_depth, barge)
     texts = sea | _texts(barge, recipe, depth, kg) | {"name": case_file.name}
     if database is None:
-        _write(recipe, RECIPE.format(**texts, **_resolution(barge, sea["period"], depth)))
-        own = UNTIL_THEN.format(**texts, **_coefficients(barge))
-        _write(case_file, CASE.format(**texts, hydrodynamics=own, start=INITIAL, bilges=""))
-        show(f"case      {case_file}", f"recipe    {recipe}")
-        show(f"next      hydrosim check {_quoted(case_file)}; hydrosim db build {_quoted(recipe)}")
+        _write(recipe, RECIPE_TEMPLATE.format(**texts, **_resolution(barge, sea["period"], depth)))
+        own = COEFFICIENTS_TEMPLATE.format(**texts, **_coefficients(barge))
+        _write(
+            case_file,
+            CASE_TEMPLATE.format(**texts, hydrodynamics=own, start=INITIAL_TEMPLATE, bilges=""),
+        )
+        print_lines(f"case      {case_file}", f"recipe    {recipe}")
+        print_lines(
+            f"next      hydrosim check {_shell_path(case_file)};"
+            f" hydrosim db build {_shell_path(recipe)}"
+        )
         return
     texts |= _of_database(database, depth, barge)
     own = f"    hydrodynamics: {Path(os.path.relpath(database, case_file.parent)).as_posix()}"
-    _write(case_file, CASE.format(**texts, hydrodynamics=own, start="", bilges=BILGES))
-    show(f"case      {case_file}", f"next      hydrosim check {_quoted(case_file)}")
+    _write(
+        case_file,
+        CASE_TEMPLATE.format(**texts, hydrodynamics=own, start="", bilges=BILGES_TEMPLATE),
+    )
+    print_lines(f"case      {case_file}", f"next      hydrosim check {_shell_path(case_file)}")
 
 
-def _quoted(path: Path) -> str:
+def _shell_path(path: Path) -> str:
     """A path as a shell takes it."""
     return shlex.quote(str(path))
 
@@ -291,7 +298,7 @@ def _coefficients(barge: Particulars) -> dict[str, Any]:
 
 def _by_direction(values: Mapping[str, float], along: str, about: str) -> str:
     """Values in units of 1000 SI, by direction, one a line."""
-    units = {dof: about if dof in TURNS else along for dof in values}
+    units = {dof: about if dof in ROTATIONS else along for dof in values}
     lines = (f"        {dof}: {_digits(x / 1e3)} {units[dof]}" for dof, x in values.items())
     return "\n" + "\n".join(lines)
 
@@ -309,16 +316,16 @@ def _resolution(barge: Particulars, period: float, depth: float) -> dict[str, fl
     lowest = Water(barge.density, barge.gravity, depth).lowest_frequency
     start = FREQUENCY_STEP * max(ceil(lowest / FREQUENCY_STEP), 1)
     of_sea = 3 * 2 * pi / period
-    of_hull = SHORT * sqrt(2 * barge.gravity / barge.beam)
+    of_hull = SHORT_WAVE_FACTOR * sqrt(2 * barge.gravity / barge.beam)
     stop = FREQUENCY_STEP * ceil(max(of_sea, of_hull) / FREQUENCY_STEP)
     wave = 2 * pi * barge.gravity / stop**2
     wet = barge.box_length * barge.beam + 2 * barge.draught * (barge.box_length + barge.beam)
-    panel = max(min(wave / 4, barge.draught / 2), sqrt(wet / PANELS))
+    panel = max(min(wave / 4, barge.draught / 2), sqrt(wet / MAX_PANELS))
     return {
         "step": FREQUENCY_STEP,
         "start": start,
         "stop": stop,
-        "panel": panel if depth == inf else SHALLOW_SIZE * panel,
+        "panel": panel,
     }
 
 

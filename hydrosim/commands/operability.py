@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrosim.commands.compiling import announced
-from hydrosim.commands.options import Overwrite, StudyFile, Verbose, Workers, placed
+from hydrosim.commands.compiling import announce_compiling
+from hydrosim.commands.options import Overwrite, StudyFile, Verbose, Workers, output_for
 from hydrosim.commands.progress import progress
 from hydrosim.commands.running import resumable
-from hydrosim.commands.terminal import progress_console, show, show_document
+from hydrosim.commands.terminal import print_lines, progress_console, show_document
 from hydrosim.errors import InputError
 
 if TYPE_CHECKING:
@@ -41,15 +41,15 @@ def operability(
     """
     from hydrosim.plot.operability import draw_limits
     from hydrosim.results.netcdf import write
-    from hydrosim.studies.many.unfinished import kept
+    from hydrosim.studies.many.unfinished import locked_journal
     from hydrosim.studies.operability.study import limits_of, load_limits
-    from hydrosim.studies.operability.weather import assessed, read_weather
+    from hydrosim.studies.operability.weather import assess_weather, read_weather
     from hydrosim.wording.limits import limits_tables
 
-    with announced(err):
+    with announce_compiling(err):
         study = load_limits(study_file)
     name = f"{study_file.stem}_operability"
-    result = placed(
+    result = output_for(
         output,
         name,
         "limits",
@@ -62,8 +62,8 @@ def operability(
     weather = read_weather(study_file.parent, study.wanted)
     with (
         resumable("--resume"),
-        kept(result, resume, study.identity) as journal,
-        announced(err),
+        locked_journal(result, resume, study.identity) as journal,
+        announce_compiling(err),
         progress("limits", "seas") as report,
     ):
 
@@ -71,12 +71,12 @@ def operability(
             report(done, study.seas, f"{sea}, {runs} runs")
 
         limits = limits_of(study, workers or os.cpu_count() or 1, tell, journal)
-        found = assessed(limits, weather)
+        found = assess_weather(limits, weather)
         write(found, result)
         journal.remove()
     draw_limits(found, page)
     show_document(limits_tables(found), verbose)
-    show(f"result    {result.path}, {page.path}")
+    print_lines(f"result    {result.path}, {page.path}")
     if remedy := _nowhere(found.sel(stage="all")):
         raise InputError(f"{study_file}: operability.heights: {remedy}. The result was written.")
 

@@ -63,7 +63,7 @@ def require_file(path: Path, expected: str) -> None:
         raise InputError(f"{path}: there is no such file; expected {expected}.")
 
 
-def placed(
+def output_for(
     given: Path | None,
     default: str,
     what: str,

@@ -10,7 +10,7 @@ import typer
 
 from hydrosim.commands.options import From, Overwrite, To, names_in, one_of, window_of
 from hydrosim.commands.progress import progress
-from hydrosim.commands.terminal import show
+from hydrosim.commands.terminal import print_lines
 from hydrosim.errors import InputError
 
 
@@ -64,7 +64,7 @@ def plot(
                 f"--channels, --from, --to: {run_file} is a study, which has no time series;"
                 " expected the result of a run."
             )
-        show(*so_far(runs))
+        print_lines(*so_far(runs))
         draw_runs(runs, folder, run_file, overwrite, kind)
         return
     dataset = open_run(run_file)
@@ -73,4 +73,4 @@ def plot(
     view = View(window, picked, kind)
     with progress("drawing"):
         pictures = draw(dataset, folder, run_file.stem, run_file, overwrite, view)
-    show(*(f"picture   {picture}" for picture in pictures))
+    print_lines(*(f"picture   {picture}" for picture in pictures))

@@ -8,21 +8,21 @@ from threading import Event, Thread
 from time import perf_counter
 from typing import NamedTuple, Protocol
 
-from hydrosim.commands.terminal import progress_console, say
+from hydrosim.commands.terminal import print_status, progress_console
 
-FIRST = 2.0
+FIRST_LINE_S = 2.0
 """Time [s] after which the first line is said. What takes less says none."""
-LONGEST = 60.0
+MAX_PAUSE_S = 60.0
 """Time [s] from one line to the next, at most."""
 
 
-class Report(Protocol):
+class ProgressReport(Protocol):
     """Takes how far the work is: so much ``done`` of a ``total``, and a remark."""
 
     def __call__(self, done: float = 0.0, total: float = 0.0, remark: str = "") -> None: ...
 
 
-class Far(NamedTuple):
+class ProgressState(NamedTuple):
     """How far the work is. A ``total`` of zero is not known."""
 
     done: float = 0.0
@@ -41,7 +41,7 @@ class Far(NamedTuple):
 
 
 @contextmanager
-def progress(what: str, unit: str = "") -> Iterator[Report]:
+def progress(what: str, unit: str = "") -> Iterator[ProgressReport]:
     """Shows ``what`` is being done, and how far it is, as it is told in a ``unit``."""
     shown = _bar if progress_console().is_terminal else _lines
     with shown(what, unit) as report:
@@ -49,7 +49,7 @@ def progress(what: str, unit: str = "") -> Iterator[Report]:
 
 
 @contextmanager
-def _bar(what: str, unit: str) -> Iterator[Report]:
+def _bar(what: str, unit: str) -> Iterator[ProgressReport]:
     from rich.progress import (
         BarColumn,
         Progress,
@@ -65,17 +65,17 @@ def _bar(what: str, unit: str) -> Iterator[Report]:
         task = bar.add_task(what, total=None, far="")
 
         def report(done: float = 0.0, total: float = 0.0, remark: str = "") -> None:
-            text = Far(done, total, remark).text(unit)
+            text = ProgressState(done, total, remark).text(unit)
             bar.update(task, completed=done, total=total or None, far=text)
 
         yield report
 
 
 @contextmanager
-def _lines(what: str, unit: str) -> Iterator[Report]:
-    lines = Lines(what, unit)
+def _lines(what: str, unit: str) -> Iterator[ProgressReport]:
+    lines = ProgressLines(what, unit)
     ended = Event()
-    teller = Thread(target=lines.tell, args=(ended.wait, say), daemon=True)
+    teller = Thread(target=lines.tell, args=(ended.wait, print_status), daemon=True)
     teller.start()
     try:
         yield lines.report
@@ -84,18 +84,18 @@ def _lines(what: str, unit: str) -> Iterator[Report]:
         teller.join()
 
 
-class Lines:
+class ProgressLines:
     """What is said of the progress of some work, at growing intervals."""
 
     def __init__(self, what: str, unit: str = "") -> None:
         self._what = what
         self._unit = unit
-        self._far = Far()
+        self._far = ProgressState()
         self._begun = perf_counter()
 
     def report(self, done: float = 0.0, total: float = 0.0, remark: str = "") -> None:
         """Take how far the work is."""
-        self._far = Far(done, total, remark)
+        self._far = ProgressState(done, total, remark)
 
     def tell(self, ended: Callable[[float], bool], say: Callable[[str], None]) -> None:
         """Say how far the work is, until it has ``ended`` within a time [s] that is waited for."""
@@ -116,8 +116,8 @@ class Lines:
 
 
 def pauses() -> Iterator[float]:
-    """The times [s] from one line to the next: they double, up to `LONGEST`."""
-    pause = FIRST
+    """The times [s] from one line to the next: they double, up to `MAX_PAUSE_S`."""
+    pause = FIRST_LINE_S
     while True:
         yield pause
-        pause = min(2.0 * pause, LONGEST)
+        pause = min(2.0 * pause, MAX_PAUSE_S)

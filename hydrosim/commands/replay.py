@@ -7,9 +7,9 @@ from typing import Annotated
 
 import typer
 
-from hydrosim.commands.options import Overwrite, placed, require_file
+from hydrosim.commands.options import Overwrite, output_for, require_file
 from hydrosim.commands.progress import progress
-from hydrosim.commands.terminal import show
+from hydrosim.commands.terminal import print_lines
 
 
 def replay(
@@ -26,7 +26,7 @@ def replay(
 
     name = f"{run_file.stem}_replay"
     require_file(run_file, "the result of a run (RUN.nc)")
-    page = placed(output, name, "replay", run_file, overwrite=overwrite, suffix=".html")
+    page = output_for(output, name, "replay", run_file, overwrite=overwrite, suffix=".html")
     with progress("replay"):
         size = written_page(replay_of(run_file), page)
-    show(f"replay    {page.path}, {size / 1e6:.1f} MB")
+    print_lines(f"replay    {page.path}, {size / 1e6:.1f} MB")

@@ -7,9 +7,9 @@ from typing import Annotated
 
 import typer
 
-from hydrosim.commands.options import Overwrite, placed, require_file
+from hydrosim.commands.options import Overwrite, output_for, require_file
 from hydrosim.commands.progress import progress
-from hydrosim.commands.terminal import show
+from hydrosim.commands.terminal import print_lines
 
 
 def report(
@@ -31,7 +31,7 @@ def report(
 
     name = f"{run_file.stem}_report"
     require_file(run_file, "the result of `hydrosim run`, `sweep`, `operability` or `compare`")
-    page = placed(output, name, "report", run_file, overwrite=overwrite, suffix=".html")
+    page = output_for(output, name, "report", run_file, overwrite=overwrite, suffix=".html")
     with progress("report"):
         size = written_page(report_of(run_file), page)
-    show(f"report    {page.path}, {size / 1e6:.1f} MB")
+    print_lines(f"report    {page.path}, {size / 1e6:.1f} MB")

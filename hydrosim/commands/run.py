@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrosim.commands.options import CaseFile, Overwrite, Settings, Verbose, placed, seconds
+from hydrosim.commands.options import CaseFile, Overwrite, Settings, Verbose, output_for, seconds
 from hydrosim.commands.plot import plot
-from hydrosim.commands.running import complete, first_word, simulate_with_progress
-from hydrosim.commands.terminal import say, show, show_document
+from hydrosim.commands.running import case_summary_line, run_earlier_stages, simulate_with_progress
+from hydrosim.commands.terminal import print_lines, print_status, show_document
 from hydrosim.errors import InputError, SimulationError
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ def run(
     from hydrosim.wording.run import run_document
 
     case = load_case(case_file, settings)
-    result = placed(
+    result = output_for(
         output,
         case_file.stem,
         "run",
@@ -64,21 +64,21 @@ def run(
     if apart < 0.0:
         raise InputError(f"--checkpoint: found {apart:g} s; expected a time of 0 s or more.")
 
-    def simulated(case: Case, result: Output) -> xr.Dataset:
+    def simulate_case(case: Case, result: Output) -> xr.Dataset:
         return simulate_with_progress(case, result, resume, apart)
 
-    say(first_word(case))
+    print_status(case_summary_line(case))
     with result.held():
-        complete(case, simulated)
+        run_earlier_stages(case, simulate_case)
         _require_room(case, result.path)
         try:
-            dataset = simulated(case, result)
+            dataset = simulate_case(case, result)
         except SimulationError as error:
-            show(f"result    {_save(error.dataset, result)}")
+            print_lines(f"result    {_save(error.dataset, result)}")
             raise
         path = _save(dataset, result)
     show_document(run_document(_with_places(dataset, case)), verbose)
-    show(f"result    {path}")
+    print_lines(f"result    {path}")
     if plot_too:
         plot(path, overwrite=overwrite)
     if dataset.attrs["status"] == "interrupted":

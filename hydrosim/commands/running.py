@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from hydrosim.commands.compiling import announced
+from hydrosim.commands.compiling import announce_compiling
 from hydrosim.commands.progress import progress
-from hydrosim.commands.terminal import progress_console, say
+from hydrosim.commands.terminal import print_status, progress_console
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,29 +28,29 @@ def resumable(by: str) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        say(f"interrupted: completed work is kept; {by} continues")
+        print_status(f"interrupted: completed work is kept; {by} continues")
         raise typer.Exit(130) from None
 
 
-def first_word(case: Case) -> str:
+def case_summary_line(case: Case) -> str:
     """What is about to be simulated, in one line."""
     data = case.data
-    counted = [_counted(len(data.bodies), "body", "bodies")]
-    counted.append(_counted(len(data.forces), "force element", "force elements"))
+    counted = [_count_text(len(data.bodies), "body", "bodies")]
+    counted.append(_count_text(len(data.forces), "force element", "force elements"))
     seas = "waves" if data.water.waves else "no waves"
     lasts = f"{data.duration:g} s by {data.solver.method}"
     return f"case      {data.title}: {', '.join([*counted, seas, lasts])}"
 
 
-def _counted(number: int, one: str, several: str) -> str:
+def _count_text(number: int, one: str, several: str) -> str:
     return f"{number} {one if number == 1 else several}"
 
 
-def complete(case: Case, run: Callable[[Case, Output], xr.Dataset]) -> None:
+def run_earlier_stages(case: Case, run: Callable[[Case, Output], xr.Dataset]) -> None:
     """Run the other cases that the case needs, and print their names."""
-    from hydrosim.studies.run.stages import complete as made
+    from hydrosim.studies.run.stages import complete_stages as made
 
-    made(case, run, lambda text: say(f"first stage: {text}"))
+    made(case, run, lambda text: print_status(f"first stage: {text}"))
 
 
 def simulate_with_progress(
@@ -61,12 +61,12 @@ def simulate_with_progress(
     from hydrosim.studies.run.checkpoint import Checkpoint, checkpoint_of
     from hydrosim.studies.run.simulation import simulate
 
-    kept = Checkpoint(checkpoint_of(result), every, resume, say)
+    kept = Checkpoint(checkpoint_of(result), every, resume, print_status)
     scene = opened(case.scene())
     start = begin(scene)
     begun = perf_counter()
     reached = start
-    with announced(err), progress("simulating", "s") as report:
+    with announce_compiling(err), progress("simulating", "s") as report:
 
         def tell(time: float, steps: int) -> None:
             nonlocal reached

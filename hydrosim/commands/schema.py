@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 
-class Kind(StrEnum):
+class FileKind(StrEnum):
     """Kinds of files that hydrosim reads."""
 
     CASE = "case"
@@ -18,7 +18,7 @@ class Kind(StrEnum):
 
 
 def schema(
-    kind: Annotated[Kind, typer.Argument(help="Kind of file.")] = Kind.CASE,
+    kind: Annotated[FileKind, typer.Argument(help="Kind of file.")] = FileKind.CASE,
 ) -> None:
     """Print the JSON schema of case files, of studies, or of recipes of databases.
 
@@ -29,20 +29,20 @@ def schema(
     typer.echo(json.dumps(schema_of(kind)))
 
 
-def schema_of(kind: Kind) -> dict[str, Any]:
+def schema_of(kind: FileKind) -> dict[str, Any]:
     """JSON schema (draft 2020-12) of files of a ``kind``."""
     from hydrosim.documents.json_schema import either_schema, json_schema
 
     match kind:
-        case Kind.CASE:
+        case FileKind.CASE:
             from hydrosim.case.schema import CaseFile
 
             return json_schema(CaseFile, "Case of hydrosim")
-        case Kind.STUDY:
+        case FileKind.STUDY:
             from hydrosim.studies.study_file import StudyFile
 
             return json_schema(StudyFile, "Study of hydrosim")
-        case Kind.RECIPE:
+        case FileKind.RECIPE:
             from hydrosim.database.build.recipe import OneBody, SeveralBodies
 
             one, several = (json_schema(model, "") for model in (OneBody, SeveralBodies))

@@ -13,14 +13,14 @@ from hydrosim.commands.options import (
     Overwrite,
     Verbose,
     names_in,
-    placed,
+    output_for,
     require_file,
     seconds,
 )
 from hydrosim.commands.progress import progress
-from hydrosim.commands.terminal import not_complete, show, show_document
+from hydrosim.commands.terminal import not_complete, print_lines, show_document
 
-SHORTEST = 0.1  # shortest duration of extremes, as a part of the record
+MIN_EXTREME_SHARE = 0.1  # shortest duration of extremes, as a part of the record
 
 
 def statistics(
@@ -70,7 +70,7 @@ def statistics(
         return
     require_file(run_file, "the result of a run or of a study (RUN.nc)")
     name = f"{run_file.stem}_statistics"
-    result = placed(output, name, "statistics", run_file, overwrite=overwrite)
+    result = output_for(output, name, "statistics", run_file, overwrite=overwrite)
     run = read(run_file)
     begin, end = seconds("--from", start, 0.0), float(run.time[-1])
     if not enough_from(run, begin):
@@ -78,7 +78,7 @@ def statistics(
             f"--from: found {begin:g} s; expected a time well before the end of the run at"
             f" {end:g} s."
         )
-    least = SHORTEST * (end - max(begin, float(run.time[0])))
+    least = MIN_EXTREME_SHARE * (end - max(begin, float(run.time[0])))
     exposure = seconds("--duration", duration, inf) if duration else None
     if exposure is not None and not least <= exposure < inf:
         raise InputError(
@@ -91,6 +91,6 @@ def statistics(
     with progress("statistics"):
         found = of_run(run, begin, exposure, chosen(known, asked, "--channels"))
         write(found, result)
-    show(*not_complete(run.attrs))
+    print_lines(*not_complete(run.attrs))
     show_document(statistics_document(run, found), verbose)
-    show(f"result    {result.path}")
+    print_lines(f"result    {result.path}")

@@ -7,7 +7,7 @@ import os
 import sys
 from typing import Any
 
-LOST: dict[str, type[OSError]] = {"stdout": BrokenPipeError, "stderr": OSError}
+LOST_WRITE_ERRORS: dict[str, type[OSError]] = {"stdout": BrokenPipeError, "stderr": OSError}
 """Errors of a stream, besides a closed terminal. A full disk below the standard output is reported.
 Messages and progress may be lost in silence."""
 
@@ -49,7 +49,7 @@ def _open_closed_descriptors() -> None:
 
 def _lasting(descriptor: int, name: str, stream: io.TextIOWrapper | None) -> io.TextIOWrapper:
     return io.TextIOWrapper(
-        io.BufferedWriter(_Lasting(descriptor, LOST[name])),
+        io.BufferedWriter(_Lasting(descriptor, LOST_WRITE_ERRORS[name])),
         encoding=stream.encoding if stream else "utf-8",
         errors="backslashreplace",
         line_buffering=stream is not None and stream.line_buffering,

@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hydrosim.commands.options import placed
-from hydrosim.commands.terminal import show, show_document
+from hydrosim.commands.options import output_for
+from hydrosim.commands.terminal import print_lines, show_document
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,7 +47,9 @@ def place_table(
     """Output for the tables of a ``file`` of runs: ``output``, or else a file in ``folder`` with
     the same stem. Raises InputError if it cannot be written; ``inputs`` are never replaced."""
     default = str(folder / stem_of(file))
-    return placed(output, default, "table", file, inputs=inputs, overwrite=overwrite, suffix=".csv")
+    return output_for(
+        output, default, "table", file, inputs=inputs, overwrite=overwrite, suffix=".csv"
+    )
 
 
 def show_study(runs: xr.Dataset, table: Output | None, verbose: bool = False) -> None:
@@ -59,7 +61,7 @@ def show_study(runs: xr.Dataset, table: Output | None, verbose: bool = False) ->
     if table is not None:
         with table.written() as path:
             path.write_text(f"# {table.mark}\n{as_csv(runs)}")
-        show(f"table     {table.path}")
+        print_lines(f"table     {table.path}")
 
 
 def draw_runs(
@@ -74,4 +76,4 @@ def draw_runs(
         folder / f"{stem_of(file)}.{form}", "picture", file, (file,), overwrite, "pictures"
     )
     for path in draw_study(runs, pictures):
-        show(f"picture   {path}")
+        print_lines(f"picture   {path}")

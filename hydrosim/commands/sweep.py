@@ -13,25 +13,25 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrosim.commands.compiling import announced
-from hydrosim.commands.options import Overwrite, StudyFile, Verbose, Workers, placed
+from hydrosim.commands.compiling import announce_compiling
+from hydrosim.commands.options import Overwrite, StudyFile, Verbose, Workers, output_for
 from hydrosim.commands.progress import progress
 from hydrosim.commands.running import resumable
 from hydrosim.commands.study import draw_runs, place_table, show_study
-from hydrosim.commands.terminal import progress_console, say, show
+from hydrosim.commands.terminal import print_lines, print_status, progress_console
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from hydrosim.outputs import Output
     from hydrosim.studies.many.pools import Pool
-    from hydrosim.studies.study_file import Enough
-    from hydrosim.studies.sweep.study import Study
+    from hydrosim.studies.study_file import SeedTarget
+    from hydrosim.studies.sweep.study import ParameterStudy
 
 # Seconds and number of runs after which the total time is estimated.
-LOOKED_AT = 10.0
-ENOUGH = 100
-MUCH = 60.0  # s: shorter sweeps get no estimate
+MIN_PACE_TIME_S = 10.0
+MIN_PACE_RUNS = 100
+MIN_ESTIMATED_TIME_S = 60.0  # s: shorter sweeps get no estimate
 LOCAL = "local"
 err = progress_console()
 
@@ -59,13 +59,13 @@ def sweep(
     verbose: Verbose = False,
 ) -> None:
     """Run a case over the parameters and seeds of a study; write one netCDF file and tables."""
-    from hydrosim.studies.many.reach import out_of_reach
+    from hydrosim.studies.many.reach import describe_outside_ranges
     from hydrosim.studies.sweep.study import load_study
 
     study = load_study(study_file)
-    for line in out_of_reach(study.scenes):
-        say(f"warning   {line}")
-    result = placed(
+    for line in describe_outside_ranges(study.scenes):
+        print_status(f"warning   {line}")
+    result = output_for(
         output,
         study_file.stem,
         "sweep",
@@ -79,21 +79,21 @@ def sweep(
         _until(study, study.until, result, (workers, scheduler), resume, table, plot_too, verbose)
         return
     pool = _pool(scheduler, workers)
-    with announced(err), _with_progress(study, result, workers, resume, pool) as runs:
+    with announce_compiling(err), _with_progress(study, result, workers, resume, pool) as runs:
         path = Path(runs.encoding["source"])
         if table is not None and path.name != result.path.name:  # a better result stands there
             table = _table_beside(path, study, overwrite)
-        _told(runs, study, path, table, overwrite, plot_too, verbose)
+        _show_runs(runs, study, path, table, overwrite, plot_too, verbose)
 
 
-def _table_beside(path: Path, study: Study, overwrite: bool) -> Output:
+def _table_beside(path: Path, study: ParameterStudy, overwrite: bool) -> Output:
     """Output for the tables of the runs at ``path``. Raises InputError if it cannot be written."""
     return place_table(path, None, path.parent, study.inputs, overwrite)
 
 
-def _told(
+def _show_runs(
     runs: xr.Dataset,
-    study: Study,
+    study: ParameterStudy,
     path: Path,
     table: Output | None,
     overwrite: bool,
@@ -103,24 +103,24 @@ def _told(
     """Print and draw the runs, with a ``table`` of figures. The exit code is that of the worst
     run."""
     status = runs.status.values.tolist()
-    known = table is not None and "complete" in status
-    show_study(runs, table if known else None, verbose)
-    show(f"result    {path}")
-    if known and plot_too:
+    has_table = table is not None and "complete" in status
+    show_study(runs, table if has_table else None, verbose)
+    print_lines(f"result    {path}")
+    if has_table and plot_too:
         draw_runs(runs, path.parent, path, overwrite)
     elif plot_too:
         lacks = "no run is complete" if study.figures else "the study asks for no figures"
-        show(f"picture   none: {lacks}")
+        print_lines(f"picture   none: {lacks}")
     if {"interrupted", "not run"} & {*status}:
-        show("completed runs are kept: --resume continues")
+        print_lines("completed runs are kept: --resume continues")
         raise typer.Exit(130)
     if "failed" in status:
         raise typer.Exit(3)
 
 
 def _until(
-    study: Study,
-    wanted: Enough,
+    study: ParameterStudy,
+    wanted: SeedTarget,
     result: Output,
     by: tuple[int | None, str | None],
     resume: bool,
@@ -134,7 +134,7 @@ def _until(
     from hydrosim.studies.sweep.precise import run_until
     from hydrosim.studies.sweep.sweep import run_study
 
-    def run(part: Study, path: Path) -> xr.Dataset:
+    def run(part: ParameterStudy, path: Path) -> xr.Dataset:
         pool = _pool(by[1], by[0])
         runs = run_study(part, path, by[0], resume=True, pool=pool)
         raise_if_interrupted()
@@ -142,12 +142,12 @@ def _until(
             raise KeyboardInterrupt
         return runs
 
-    with resumable("--resume"), announced(err), progress("runs"):
+    with resumable("--resume"), announce_compiling(err), progress("runs"):
         said = run_until(study, study.seeds, wanted, run, result, resume)
     runs = open_runs(result.path)
     assert runs is not None
-    show(said)
-    _told(runs, study, result.path, table, result.overwrite, plot_too, verbose)
+    print_lines(said)
+    _show_runs(runs, study, result.path, table, result.overwrite, plot_too, verbose)
 
 
 def _pool(scheduler: str | None, workers: int | None) -> Pool | None:
@@ -161,12 +161,12 @@ def _pool(scheduler: str | None, workers: int | None) -> Pool | None:
     from hydrosim.studies.many.cluster import Cluster
 
     pool = Cluster(scheduler)
-    say(f"cluster   {pool.title}")
+    print_status(f"cluster   {pool.title}")
     return pool
 
 
 def _with_progress(
-    study: Study, result: Output, workers: int | None, resume: bool, pool: Pool | None
+    study: ParameterStudy, result: Output, workers: int | None, resume: bool, pool: Pool | None
 ) -> xr.Dataset:
     from hydrosim.studies.many.unfinished import folder_of
     from hydrosim.studies.sweep.sweep import run_study
@@ -176,9 +176,9 @@ def _with_progress(
 
         def tell(done: int, total: int) -> None:
             report(done, total)
-            if pace is not None and pace.known(done):
+            if pace is not None and pace.has_become_known(done):
                 for line in _estimate(pace, len(study.scenes), folder_of(result)):
-                    say(line)
+                    print_status(line)
 
         return run_study(study, result, workers, tell, resume, pool)
 
@@ -191,13 +191,17 @@ class _Pace:
         self.done = 0
         self.each = nan
 
-    def known(self, done: int) -> bool:
+    def has_become_known(self, done: int) -> bool:
         """Whether the pace has just become known; True once."""
         now = perf_counter()
         self.first = self.first or (done, now)
         count = done - self.first[0]
         took = now - self.first[1]
-        if self.done or took < LOOKED_AT or (count < ENOUGH and took < MUCH):
+        if (
+            self.done
+            or took < MIN_PACE_TIME_S
+            or (count < MIN_PACE_RUNS and took < MIN_ESTIMATED_TIME_S)
+        ):
             return False
         self.done = done
         self.each = took / count
@@ -207,7 +211,7 @@ class _Pace:
 def _estimate(pace: _Pace, total: int, folder: Path) -> Iterator[str]:
     """Estimated duration and size of a sweep; no line if it ends soon."""
     left = (total - pace.done) * pace.each
-    if left < MUCH:
+    if left < MIN_ESTIMATED_TIME_S:
         return
     end = datetime.now() + timedelta(seconds=left)
     room = 2e-6 * total / pace.done * (folder / "runs").stat().st_size

@@ -11,7 +11,7 @@ from hydrosim.presentation.document import Document
 from hydrosim.presentation.terminal import print_document, print_parts
 
 
-def show(*parts: RenderableType) -> None:
+def print_lines(*parts: RenderableType) -> None:
     """Print tables and plain lines: no markup, no colours, no line breaks."""
     print_parts(Console(), *parts)
 
@@ -21,7 +21,7 @@ def show_document(document: Document, verbose: bool = False) -> None:
     print_document(document, Console(), verbose)
 
 
-def say(text: str) -> None:
+def print_status(text: str) -> None:
     """Print a plain line of text to the standard error."""
     print_parts(Console(stderr=True), text)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
 from collections.abc import Iterator
 from math import inf, pi
 from pathlib import Path
@@ -13,6 +14,7 @@ from hydrosim.radiation.retardation import FINER
 from hydrosim.scene import (
     AutomaticRadiation,
     Body,
+    Coefficients,
     ConvolutionRadiation,
     Density,
     Scene,
@@ -97,7 +99,7 @@ def _parts(scene: Scene) -> Iterator[Part]:
     wave = NUMBER * (6 + 8 * (1 + motions))
     waves = wave * sum(_waves(scene))
     yield Part("environment.waves.repeat_period", waves, "Shorten it")
-    tables = NUMBER * 3 * FINER * 36 * sum(map(_rows, scene.bodies)) * len(scene.bodies)
+    tables = NUMBER * 3 * FINER * 36 * _rows_of_pairs(scene)
     yield Part("bodies.radiation", tables, "Choose a larger step or a shorter length")
 
 
@@ -127,6 +129,20 @@ def _rows(body: Body) -> float:
         return 0.0
     length = LENGTH if table.length is None else table.length
     return length / table.step
+
+
+def _rows_of_pairs(scene: Scene) -> float:
+    """Rows of the tables of all pairs of bodies of one database; others do not feel each other."""
+    wet = [body for body in scene.bodies if _rows(body) > 0.0]
+    pairs = Counter(_database_key(body) for body in wet)
+    return sum(_rows(body) * pairs[_database_key(body)] for body in wet)
+
+
+def _database_key(body: Body) -> tuple[object, ...]:
+    """What bodies of one database have in common; a body of its own coefficients is alone."""
+    if isinstance(body.hydrodynamics, Coefficients):
+        return (body.name,)
+    return (body.hydrodynamics, *body.location, body.heading)
 
 
 def _waves(scene: Scene) -> Iterator[float]:

@@ -11,7 +11,7 @@ import numpy as np
 from hydrosim import radiation
 from hydrosim.compiling import restart
 from hydrosim.compiling.at_rest import states_at_rest
-from hydrosim.compiling.joints.closed import keep_independent_rows
+from hydrosim.compiling.joints.closed import keep_independent_rows, start_followers
 from hydrosim.compiling.joints.drives import follow_at
 from hydrosim.forces import new_modes
 from hydrosim.forces.events import settle
@@ -46,11 +46,13 @@ def first_state(scene: Scene, model: Model) -> State:
     settle(0.0, y, modes, motion, bodies, model.elements, tanks)
     state = State(y, modes, _history(scene, model))
     keep_independent_rows(model, state)
+    start_followers(model, state)
     if scene.at_rest:
         y[:] = states_at_rest(scene, model, state)
         follow_at(0.0, y, model)
         place_bodies(y[:n], y[n : 2 * n], bodies, motion)
         settle(0.0, y, modes, motion, bodies, model.elements, tanks)
+        start_followers(model, state)
     return state
 
 

@@ -70,10 +70,12 @@ class Source:
         except OSError as error:
             self.wrong(f"cannot be read ({error.strerror}); expected a recorded series")
 
-    def unknown(self, what: str, name: str, known: Sequence[str]) -> NoReturn:
+    def unknown(
+        self, what: str, name: str, known: Sequence[str], line: int | None = None
+    ) -> NoReturn:
         """Raises InputError: ``name`` is not among the ``known``."""
         text = f"found no {what} {value_text(name)}; expected one of: {', '.join(known) or 'none'}"
-        self.wrong(with_hint(text, suggestion(name, known)))
+        self.wrong(with_hint(text, suggestion(name, known)), line)
 
 
 @dataclass(frozen=True)

@@ -25,13 +25,13 @@ from hydrosim.stepping.dynamics import new_work, rhs
 from hydrosim.stepping.names import force_names
 from hydrosim.stepping.run import grid_time
 from hydrosim.stepping.state import POINT
-from hydrosim.studies.run.checkpoint import Checkpoint, Keeper
-from hydrosim.studies.run.course import Course
+from hydrosim.studies.run.checkpoint import Checkpoint, CheckpointWriter
+from hydrosim.studies.run.course import RunInProgress
 from hydrosim.studies.run.error_estimate import estimate_error
 from hydrosim.studies.run.simulation import (
     can_measure_error,
     compiled_to_run,
-    prepared,
+    prepare_scene,
     with_forces,
 )
 
@@ -61,13 +61,13 @@ class Simulation:
         forces: Mapping[str, ForceElement] | None = None,
         checkpoint: str | Path | None = None,
     ) -> None:
-        scene = with_forces(prepared(case), forces or {})
+        scene = with_forces(prepare_scene(case), forces or {})
         compiled = compiled_to_run(scene)
         if compiled.facts.exact:
             stepped = replace(scene.solver, linear=LinearScenes.STEP)
             compiled = compiled_to_run(replace(scene, solver=stepped))
         kept = _continued_from(Path(checkpoint)) if checkpoint is not None else None
-        self._course = Course(compiled, kept)
+        self._course = RunInProgress(compiled, kept)
         self._work = new_work(self._course.run.model)
         self._torn = False
         self._using = Lock()
@@ -86,7 +86,7 @@ class Simulation:
     @property
     def ended(self) -> bool:
         """Whether the run has reached its end."""
-        return self._course.ended
+        return self._course.has_ended
 
     def step(self, until: float | None = None) -> float:
         """Advance to the time ``until`` [s]; returns the time reached.
@@ -107,7 +107,7 @@ class Simulation:
         """`step` for the only user."""
         self._check()
         course = self._course
-        if course.ended:
+        if course.has_ended:
             raise InputError(f"step: the run is at its end, {self.end:g} s; nothing is left to do.")
         try:
             if until is None and course.compiled.method.adapts:
@@ -119,7 +119,7 @@ class Simulation:
         except Torn:
             self._torn = True
             raise
-        if course.failed:
+        if course.has_failed:
             course.dataset(last=False)  # raises
 
     def run(self) -> xr.Dataset:
@@ -159,7 +159,7 @@ class Simulation:
                 " or say External(..., repeatable=True) if it depends on its arguments alone."
             )
         output = as_output(path, "checkpoint")
-        Keeper(Checkpoint(output), course.compiled, course.run).write()
+        CheckpointWriter(Checkpoint(output), course.compiled, course.run).write()
         return output.path
 
     @property
@@ -226,7 +226,7 @@ class Simulation:
                 "step: an interrupt came within a step, which is not finished; expected a whole"
                 " step. Begin anew, or go on from a checkpoint."
             )
-        if self._course.failed:
+        if self._course.has_failed:
             self._course.dataset(last=False)
 
     def _next(self) -> float:

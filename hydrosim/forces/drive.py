@@ -50,12 +50,13 @@ HORIZONTAL = ("surge", "sway", "yaw")
 class Drive(ForceElement):
     """Moves ``body`` along its degree of freedom ``dof``; or, with a ``joint`` of the body, along
     the motion ``dof`` of the joint. ``position`` is the offset [m] or angle [rad] from the place at
-    rest over time."""
+    rest over time; ``quantity`` ("offset" or "angle") says which, if that is to be checked."""
 
     supplies: ClassVar[bool] = True
     dof: str
     position: Signal
     joint: str | None = None
+    quantity: str | None = None
 
     @property
     def driven(self) -> str:

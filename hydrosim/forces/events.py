@@ -137,7 +137,7 @@ def settle(t, y, modes, motion, bodies, elements, tanks):
 
 @kernel
 def find_margins(t, y, modes, motion, bodies, elements, tanks, headings, reactions, watched, out):
-    """Margins of all rows of modes into ``out``; for contact points only those that are
+    """Margins of all rows of modes into ``out``; for contact points and lines only those that are
     ``watched``."""
     fenders = elements.fenders
     springs = elements.springs
@@ -151,7 +151,7 @@ def find_margins(t, y, modes, motion, bodies, elements, tanks, headings, reactio
     if elements.bushings.each.size > 0:
         bushing.margins(modes, motion, bodies, elements.bushings, out)
     if elements.catenaries.lines.size > 0:
-        catenary.margins(t, y, modes, motion, bodies, elements.catenaries, out)
+        catenary.margins(t, y, modes, motion, bodies, elements.catenaries, watched, out)
     if elements.guides.pins.size > 0:
         guide.margins(modes, motion, bodies, elements, out)
     if elements.winches.each.size > 0:
@@ -164,6 +164,18 @@ def find_margins(t, y, modes, motion, bodies, elements, tanks, headings, reactio
         motions.margins(y, modes, bodies, elements.joint_motions, reactions, out)
     if elements.triggers.each.size > 0:
         trigger.margins(t, y, modes, motion, bodies, elements, tanks, out)
+
+
+@kernel
+def has_lines(elements):
+    """True if kinks of lines may be passed, see `end_step`."""
+    return elements.catenaries.lines.size > 0
+
+
+@kernel
+def end_step(t, y, modes, motion, bodies, elements, watched, out):
+    """Guesses and margins of lines at the end of a step, and which of them are ``watched``."""
+    catenary.end_step(t, y, modes, motion, bodies, elements.catenaries, watched, out)
 
 
 @kernel
@@ -286,10 +298,10 @@ def remembers(elements):
 
 
 @kernel
-def record_largest(t, y, modes, motion, bodies, elements):
-    """Store values that only single steps know in y."""
+def record_largest(t, y, modes, motion, bodies, elements, watched):
+    """Store values that only single steps know in y; lines ``watched`` have their modes."""
     if elements.catenaries.lines.size > 0:
-        catenary.remember(t, y, modes, motion, bodies, elements.catenaries)
+        catenary.remember(t, y, modes, motion, bodies, elements.catenaries, watched)
     transitions.record_largest(t, y, modes, motion, bodies, elements.fenders)
     if elements.winches.each.size > 0:
         winch.record_largest(t, y, modes, motion, bodies, elements.winches)

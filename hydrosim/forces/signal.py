@@ -21,24 +21,33 @@ from typing import Any
 
 import numpy as np
 
+from hydrosim.errors import InputError
 from hydrosim.jit.kernels import kernel
 from hydrosim.jit.search import piece_of
 
 
 @dataclass(frozen=True)
-class Table:
-    """Straight lines through ``value`` (n,) at the rising ``time`` (n,) [s]."""
+class Samples:
+    """``value`` (n,) at the rising ``time`` (n,) [s]; lists become arrays. Raises InputError where
+    their sizes differ."""
 
     time: np.ndarray
     value: np.ndarray
 
+    def __post_init__(self) -> None:
+        for name in ("time", "value"):
+            object.__setattr__(self, name, np.atleast_1d(np.asarray(getattr(self, name), float)))
+        if self.time.shape != self.value.shape or self.time.ndim != 1:
+            found = f"found times {self.time.shape} and values {self.value.shape}"
+            raise InputError(f"{type(self).__name__}: {found}; expected a value for each time.")
 
-@dataclass(frozen=True)
-class Recorded:
-    """A smooth curve through ``value`` (n,) at the rising ``time`` (n,) [s]; n is 4 or more."""
 
-    time: np.ndarray
-    value: np.ndarray
+class Table(Samples):
+    """Straight lines through the values."""
+
+
+class Recorded(Samples):
+    """A smooth curve through the values, four or more."""
 
     def miss(self) -> float:
         """Largest error, at the omitted values, of the spline through every other value. For a
@@ -49,13 +58,8 @@ class Recorded:
         return float(np.abs(_spline(time[::2], value[::2])(time[1:-1]) - value[1:-1]).max())
 
 
-@dataclass(frozen=True)
-class SmoothTable:
-    """A curve with continuous rate and without overshoot through ``value`` (n,) at the rising
-    ``time`` (n,) [s]; n is 2 or more."""
-
-    time: np.ndarray
-    value: np.ndarray
+class SmoothTable(Samples):
+    """A curve with continuous rate and without overshoot through the values, two or more."""
 
 
 @dataclass(frozen=True)
@@ -117,7 +121,7 @@ def signal_rate(signal: Signal) -> float:
     size = float(np.std(signal.value))
     if size == 0.0:
         return 0.0
-    spline = _spline(np.asarray(signal.time, float), np.asarray(signal.value, float))
+    spline = _spline(signal.time, signal.value)
     third = np.sqrt(np.average((6.0 * spline.c[0]) ** 2, weights=np.diff(spline.x)))
     return float((third / size) ** (1.0 / 3.0))
 
@@ -165,7 +169,7 @@ def _pieces(signal: Signal) -> np.ndarray:
     """Polynomials of a signal."""
     if isinstance(signal, Harmonic):
         return np.array([(0.0, signal.mean, 0.0, 0.0, 0.0)], dtype=PIECE)
-    time, value = np.asarray(signal.time, float), np.asarray(signal.value, float)
+    time, value = signal.time, signal.value
     if isinstance(signal, Recorded):
         return _stacked(time[:-1], _spline(time, value).c[::-1])
     if isinstance(signal, SmoothTable):

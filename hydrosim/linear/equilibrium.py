@@ -37,14 +37,7 @@ from hydrosim.linear.modes import FLAT, FREE
 from hydrosim.rigid.free import positions
 from hydrosim.rigid.kinematics import generalised_force, place_bodies
 from hydrosim.stepping.blending import settled
-from hydrosim.stepping.dynamics import (
-    Model,
-    Work,
-    add_forces,
-    new_work,
-    total_force,
-    update_contents,
-)
+from hydrosim.stepping.dynamics import Model, Work, new_work, rhs
 from hydrosim.stepping.state import State
 
 ITERATIONS = 100
@@ -106,6 +99,7 @@ class _Loads:
         self.rows = rows
         self.smooth = model._replace(elements=without_friction(model.elements))
         self.work: Work = new_work(model)
+        self.work.loads_only[0] = 1
 
     def at(self, q: np.ndarray) -> np.ndarray:
         """Generalised loads (n,) [N, N m] on bodies that rest at the coordinates ``q`` (n,)
@@ -117,10 +111,9 @@ class _Loads:
         load = np.zeros(q.size)
         place_bodies(q, np.zeros(q.size), model.bodies, work.motion)
         settle(self.time, y, state.modes, work.motion, model.bodies, model.elements, model.tanks)
-        update_contents(y, model, work)
-        add_forces(self.time, y, state.modes, state.history, model, work, np.zeros_like(y))
-        total_force(work.wrench if self.rows is None else work.wrench[[*self.rows]], work.total)
-        generalised_force(model.bodies, work.motion, work.total, load)
+        rhs(self.time, y, state.modes, state.history, model, work, np.zeros_like(y))
+        total = work.total if self.rows is None else work.wrench[[*self.rows]].sum(axis=0)
+        generalised_force(model.bodies, work.motion, total, load)
         return load
 
     def constraints(self, q: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ from hydrosim.outputs import Output, save_picture
 from hydrosim.plot.panels import labelled, wrapped
 from hydrosim.plot.styles import COLOURS
 from hydrosim.presentation.units import DEFAULT, Units
-from hydrosim.studies.line import Response, StillLine
+from hydrosim.studies.line import LineResponse, StillLine
 
 PROFILES = 5
 BED = "#8a7a5c"
@@ -22,7 +22,7 @@ BED = "#8a7a5c"
 def draw_line(
     title: str,
     line: StillLine,
-    responses: tuple[Response, Response],
+    responses: tuple[LineResponse, LineResponse],
     output: Path | Output,
     units: Units = DEFAULT,
 ) -> None:
@@ -36,17 +36,21 @@ def draw_line(
     save_picture(figure, output, dpi=100)
 
 
-def _way(found: Response) -> str:
+def _way(found: LineResponse) -> str:
     return "upward" if found.up else "away from the anchor"
 
 
-def _draw_profiles(axis: Axes, line: StillLine, found: Response, units: Units) -> None:
+def _draw_profiles(axis: Axes, line: StillLine, found: LineResponse, units: Units) -> None:
     length = units.shown("m")
     last = found.offsets.size - 1
     for k, i in enumerate(np.linspace(0, last, PROFILES).round().astype(int)):
         offset = float(found.offsets[i])
-        moved = line.moved(0.0, offset) if found.up else line.moved(offset, 0.0)
-        if not moved.pull().converged:
+        moved = (
+            line.with_moved_fairlead(0.0, offset)
+            if found.up
+            else line.with_moved_fairlead(offset, 0.0)
+        )
+        if not moved.end_forces().converged:
             continue
         places, _ = moved.profile()
         label = f"{digits_of(length.factor * offset)} {length.unit}"
@@ -61,7 +65,7 @@ def _draw_profiles(axis: Axes, line: StillLine, found: Response, units: Units) -
     axis.grid(alpha=0.3)
 
 
-def _draw_pull(axis: Axes, found: Response, units: Units) -> None:
+def _draw_pull(axis: Axes, found: LineResponse, units: Units) -> None:
     force = units.shown("N")
     series = {
         "tension": found.tension,
@@ -76,7 +80,7 @@ def _draw_pull(axis: Axes, found: Response, units: Units) -> None:
     axis.legend(frameon=False, fontsize="small")
 
 
-def _draw_stiffness(axis: Axes, found: Response, units: Units) -> None:
+def _draw_stiffness(axis: Axes, found: LineResponse, units: Units) -> None:
     stiffness, length = units.shown("N/m"), units.shown("m")
     _plot(axis, found, stiffness.factor * found.stiffness, units, COLOURS[0], "stiffness")
     axis.set_ylabel(labelled("stiffness", stiffness.unit))
@@ -90,7 +94,7 @@ def _draw_stiffness(axis: Axes, found: Response, units: Units) -> None:
 
 
 def _plot(
-    axis: Axes, found: Response, values: np.ndarray, units: Units, colour: str, name: str
+    axis: Axes, found: LineResponse, values: np.ndarray, units: Units, colour: str, name: str
 ) -> None:
     length = units.shown("m")
     axis.plot(length.factor * found.offsets, values, color=colour, linewidth=1.3, label=name)

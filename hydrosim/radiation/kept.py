@@ -1,14 +1,20 @@
 """Arrays stored on disk, so that slow computations run once.
 
-A damaged file is made again, see `hydrosim.cache`.
+A damaged file is made again, see `hydrosim.cache`. Results for the databases of the shipped cases
+come with the package, see `hydrosim.radiation.ship`.
 """
 
 from __future__ import annotations
 
 import hashlib
+import zlib
 from collections.abc import Callable, Mapping
+from contextlib import suppress
+from functools import cache
 from io import BytesIO
+from pathlib import Path
 from typing import Any, TypeVar
+from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 
@@ -17,6 +23,10 @@ from hydrosim.program import PACKAGE, digest_of_sources
 
 Arrays = Mapping[str, np.ndarray]
 T = TypeVar("T")
+SHIPPED = Path(__file__).with_name("shipped.zip")
+"""Results that came with the package, under their names in the cache."""
+STORING = ("kept.py", "ship.py")
+"""Modules that store results and compute none."""
 
 
 def kept(
@@ -27,14 +37,14 @@ def kept(
     of_arrays: Callable[[Arrays], T],
 ) -> T:
     """The result of ``make`` for the ``settings``, or the stored one from the folder ``kind`` of
-    the cache.
+    the cache or of `SHIPPED`.
 
-    The file's name is a hash of the settings and of this package's sources. So the settings must
+    The file's name is a hash of the settings and of the sources that compute. So the settings must
     include everything that the content depends on.
     """
     key = hashlib.sha256(repr((*settings, _version())).encode()).hexdigest()[:24]
     name = f"{kind}/{key}.npz"
-    found = stored(name)
+    found = stored(name) or shipped(name)
     if found is not None:
         with np.load(BytesIO(found), allow_pickle=False) as arrays:
             return of_arrays(dict(arrays))
@@ -45,6 +55,16 @@ def kept(
     return made
 
 
+def shipped(name: str, archive: Path = SHIPPED) -> bytes | None:
+    """The content of ``name`` in an ``archive``; None if it is not there, or is damaged."""
+    with suppress(KeyError, OSError, BadZipFile, zlib.error), ZipFile(archive) as entries:
+        return entries.read(name)
+    return None
+
+
+@cache
 def _version() -> str:
-    """Hash of this package's sources: a change of the computation changes the file."""
-    return digest_of_sources(PACKAGE, "radiation")
+    """Hash of the sources that compute results: a change of the computation changes the file."""
+    home = PACKAGE / "radiation"
+    computing = {path.name for path in home.glob("*.py")} - {*STORING}
+    return digest_of_sources(home, *sorted(computing))

@@ -154,6 +154,8 @@ def _joints(scene: Scene, shapes: Sequence[Shape], size: float) -> Iterator[dict
     """Joints as bars along their axes, a little longer than their body, or as cubes if they have no
     axis; each on its body."""
     for name, joint in scene.joints.items():
+        if joint.type == JointType.ROD:  # a line
+            continue
         number = _body_number(scene, joint.body)
         along = joint.axes()[0]
         long = float(np.ptp(shapes[number].triangles.reshape(-1, 3) @ along))
@@ -225,30 +227,44 @@ def _square(point: Any, normal: Any, half: float) -> np.ndarray:
 
 
 def _lines(frames: xr.Dataset, scene: Scene | None) -> dict[str, Any]:
-    """Lines of all kinds from point to anchor, with the sizes (nt, n) of their forces.
-    A catenary has a ``shape`` (nt, n, 2), see `shapes_in`."""
-    drawn = {n: e for n, e in scene.forces.items() if isinstance(e, LINES)} if scene else {}
+    """Lines of all kinds from point to anchor, and rods between their ends, with the sizes (nt, n)
+    of their forces. A catenary has a ``shape`` (nt, n, 2), see `shapes_in`."""
+    drawn = dict(_ends_of_lines(scene)) if scene else {}
     if scene is None or not drawn:
         return {"lines": [], "tensions": ""}
-    loads = [_load(frames, name, e) for name, e in drawn.items()]
+    loads = [_load(frames, scene, name) for name in drawn]
     shapes = {name: base64_of(each.ravel()) for name, _, each in shapes_in(frames, scene)}
     return {
         "lines": [
             {
                 "name": name,
-                "body": _body_number(scene, e.body),
-                "point": list(map(float, e.point)),
-                "anchor_body": _body_number(scene, e.anchor_body),
-                "anchor": list(map(float, e.anchor)),
+                "body": _body_number(scene, body),
+                "point": list(map(float, point)),
+                "anchor_body": _body_number(scene, anchor_body),
+                "anchor": list(map(float, anchor)),
                 "shape": shapes.get(name, ""),
             }
-            for name, e in drawn.items()
+            for name, (body, point, anchor_body, anchor) in drawn.items()
         ],
         "tensions": base64_of(np.abs(np.transpose(loads)).ravel()),
     }
 
 
-def _load(frames: xr.Dataset, name: str, element: Any) -> xr.DataArray:
-    """Force (nt,) in a line."""
-    load, dim = LOADS[type(element)]
-    return frames[load].sel({dim: name})
+def _ends_of_lines(scene: Scene) -> Iterator[tuple[str, tuple[str | None, Any, str | None, Any]]]:
+    """Name of each line and rod; its body with the point on it, and the same of its other end."""
+    for name, element in scene.forces.items():
+        if isinstance(element, LINES):
+            ends = element.body, element.point, element.anchor_body, element.anchor
+            yield name, ends
+    for name, joint in scene.joints.items():
+        if joint.type == JointType.ROD:
+            yield name, (joint.body, joint.point, joint.to, joint.to_point)
+
+
+def _load(frames: xr.Dataset, scene: Scene, name: str) -> np.ndarray:
+    """Force (nt,) in a line or rod."""
+    if name in scene.joints:
+        force = frames.joint_force.sel(joint=name).transpose("time", "dof").values
+        return np.asarray(np.linalg.norm(force[:, :3], axis=1))
+    load, dim = LOADS[type(scene.forces[name])]
+    return np.asarray(frames[load].sel({dim: name}).values)

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Mapping
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hydrosim.case.criteria import CRITERIA, TITLE_BLOCK
+from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.presentation.units import ATTRIBUTE, BASES, Units
 
@@ -50,7 +52,8 @@ def check_attributes(path: Path, attributes: Mapping[Any, Any]) -> None:
 def check_run(path: Path, run: xr.Dataset) -> None:
     """Raises InputError for attributes, units or numbers that no run has."""
     check_attributes(path, run.attrs)
-    for problem in (*_wrong_units(run), *_wrong_time(run), *_wrong_numbers(run)):
+    problems = _wrong_units(run), _wrong_names(run), _wrong_time(run), _wrong_numbers(run)
+    for problem in chain(*problems):
         raise InputError(f"{path}: {problem}. {REMEDY}")
 
 
@@ -61,6 +64,15 @@ def _wrong_units(run: xr.Dataset) -> Iterator[str]:
         if "dof_units" in variable.attrs and "dof" in run.dims and len(units) != run.sizes["dof"]:
             found = f"found {len(units)} units; expected {run.sizes['dof']}"
             yield f"attribute dof_units of {name}: {found}, one for each degree of freedom"
+
+
+def _wrong_names(run: xr.Dataset) -> Iterator[str]:
+    """Names along a dimension that are there twice, or that are no degrees of freedom."""
+    for name, index in run.indexes.items():
+        if not index.is_unique and name != "time":
+            yield f"{name}: found {index[index.duplicated()][0]!r} twice; expected each once"
+    if "dof" in run.indexes and not {*run.indexes["dof"]} <= {*DOFS}:
+        yield f"dof: found {', '.join(map(str, run.dof.values))}; expected degrees of freedom"
 
 
 def _wrong_time(run: xr.Dataset) -> Iterator[str]:
@@ -77,7 +89,8 @@ def _wrong_time(run: xr.Dataset) -> Iterator[str]:
 
 
 def _wrong_numbers(run: xr.Dataset) -> Iterator[str]:
-    """Motions that are not known at every time, or not finite when they are squared."""
+    """Motions that are not known at every time, or not finite when they are squared; and numbers
+    of anything that are infinite."""
     for name in filter(run.variables.__contains__, MOVING):
         values = run[name].values
         finite = np.isfinite(values)
@@ -85,6 +98,9 @@ def _wrong_numbers(run: xr.Dataset) -> Iterator[str]:
             yield f"{name}: found {np.count_nonzero(~finite)} values that are no numbers"
         elif np.abs(values).max(initial=0.0) > MAX_NUMBER:
             yield f"{name}: found a value above {MAX_NUMBER:g}; expected one that can be squared"
+    for key, variable in run.variables.items():
+        if variable.dtype.kind == "f" and np.isinf(variable.values).any():
+            yield f"{key}: found an infinite value; expected finite ones"
 
 
 def _is_texts(value: Any) -> bool:

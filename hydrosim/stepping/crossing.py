@@ -95,8 +95,14 @@ def _measure_end(t, run, out):
     """Margins at the end of the step. Reactions are margins of held points: the right hand side
     gives them, and its slope is kept."""
     scratch = run.scratch
+    end = scratch.states[END]
+    every = scratch.watched[EVERY]
     _find_end_reactions(t, run)
-    _measure(t, scratch.states[END], run, AT_END, scratch.watched[EVERY], out)
+    _measure(t, end, run, AT_END, every, out)
+    elements = run.model.elements
+    if events.has_lines(elements):
+        motion = run.work.motion
+        events.end_step(t, end, run.state.modes, motion, run.model.bodies, elements, every, out)
 
 
 @root
@@ -217,6 +223,8 @@ def _land(t, h, run):
     _look_over(t, h, run)
     for i in range(ended.size):
         ended[i] = 1 if any_negative(after[MARGINS * i : MARGINS * (i + 1)]) else 0
+    if events.has_lines(run.model.elements):  # not all of them had margins at the start
+        _measure(t, run.state.y, run, AT_START, ended, before)
     lo = 0.0
     f_lo = phi(before, before, after)
     hi = 1.0

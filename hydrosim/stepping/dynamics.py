@@ -153,6 +153,7 @@ class Work(NamedTuple):
     push: np.ndarray  # (6 nb,), impulse of flows that begin or end
     jump: np.ndarray  # (2, n), its effect
     clearances: np.ndarray  # (2, nt, 3), of surfaces in tanks at both ends of a step
+    loads_only: np.ndarray  # (1,), set where nothing but loads is asked for; kept
 
 
 def new_work(model: Model) -> Work:
@@ -184,6 +185,7 @@ def new_work(model: Model) -> Work:
         np.zeros(m),
         np.zeros((2, n)),
         np.zeros((2, len(model.liquids.solids.corners), 3)),
+        np.zeros(1, dtype=np.int64),
     )
 
 
@@ -216,7 +218,8 @@ def radiation_filters(model: Model) -> Filters:
 @root
 def rhs(t, y, modes, history, model, work, dy):
     """Fill ``dy`` = y'(t) for the contact ``modes`` and the velocity ``history``. Changes scratch
-    and ``dy`` only."""
+    and ``dy`` only. With ``work.loads_only`` it ends when the forces of all rows and their sum are
+    in ``work``."""
     n = model.bodies.active.size
     motion = work.motion
     place(y[:n], y[n : 2 * n], model.bodies, motion)
@@ -230,6 +233,8 @@ def rhs(t, y, modes, history, model, work, dy):
     add_forces(t, y, modes, history, model, work, dy)
 
     total_force(work.wrench, work.total)
+    if work.loads_only[0] != 0:
+        return
     acceleration = dy[n : 2 * n]
     assign(dy[:n], y[n : 2 * n])
     if model.bodies.tree.branches.size > 0:

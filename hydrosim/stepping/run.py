@@ -33,6 +33,7 @@ from hydrosim.stepping.state import (
     EVALUATIONS,
     EVENTS,
     EVENTS_THEN,
+    EVERY,
     LAST_ERROR,
     LOOKS,
     NEXT_STEP,
@@ -213,7 +214,8 @@ def _record_largest(t, run):
     motion = run.work.motion
     n = model.bodies.active.size
     place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
-    events.record_largest(t, y, run.state.modes, motion, model.bodies, model.elements)
+    watched = run.scratch.watched[EVERY]
+    events.record_largest(t, y, run.state.modes, motion, model.bodies, model.elements, watched)
 
 
 @root

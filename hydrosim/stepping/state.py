@@ -31,7 +31,8 @@ and for trials."""
 AT_START, AT_THIRD, AT_TWO_THIRDS, AT_END, BETWEEN = range(5)
 """Rows of `Scratch.reactions`: on the step as it is cut, and at the present place."""
 EVERY, SOME = range(2)
-"""Rows of `Scratch.watched`: all rows of modes, and those evaluated at present."""
+"""Rows of `Scratch.watched`: rows of modes that may end in this step, and those evaluated at
+present."""
 START_SLOPE, END_SLOPE, START_MARGINS = range(3)
 """Entries of `Scratch.known`, true if valid: k[0] as the slope at the current state,
 ``states[SLOPE]`` as the slope at the end of the step, ``margins[BEFORE]`` as the margins at the

@@ -28,13 +28,13 @@ if TYPE_CHECKING:
     from hydrosim.case.lines.system import System
     from hydrosim.compiling.compiled import Compiled
 
-ROWS = 21
+OFFSET_COUNT = 21
 """Offsets in a table."""
-SHARE = 0.1
+OFFSET_SHARE = 0.1
 """Largest usual offset, of the height of the fairlead above the anchor."""
-LEAST = 1.0  # m: largest usual offset of lines between ends of the same height
-POINTS = 161  # of a profile
-WATER = (1025.0, 9.81)  # of files that do not say
+MIN_OFFSET_M = 1.0  # m: largest usual offset of lines between ends of the same height
+PROFILE_POINTS = 161  # of a profile
+DEFAULT_WATER = (1025.0, 9.81)  # of files that do not say
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +56,7 @@ class StillLine:
         """Unstretched length [m]."""
         return float(self.pieces["length"].sum())
 
-    def pull(self) -> Pull:
+    def end_forces(self) -> Pull:
         """Its forces."""
         return Pull(*solve(*self.ends, nan, nan))
 
@@ -65,17 +65,17 @@ class StillLine:
         """Arguments of the functions of `hydrosim.forces.line.shape`."""
         return self.pieces, 0, self.pieces.size, self.x, self.z, self.bed, self.friction
 
-    def moved(self, along: float, up: float) -> StillLine:
+    def with_moved_fairlead(self, along: float, up: float) -> StillLine:
         """The line with its fairlead moved away from the anchor, and upward [m]."""
         return replace(self, x=abs(self.x + along), z=self.z + up)
 
     def profile(self) -> tuple[np.ndarray, np.ndarray]:
         """Places (n, 2) [m] from the fairlead to the anchor: the distance from the anchor, and the
         height above it; tensions (n,) [N]."""
-        places, tension = find_points(*self.ends, self.pull(), POINTS)
+        places, tension = find_points(*self.ends, self.end_forces(), PROFILE_POINTS)
         return np.stack([self.x - places[:, 0], places[:, 1]], axis=1), tension
 
-    def grounded(self, pull: Pull) -> float:
+    def grounded_length(self, pull: Pull) -> float:
         """Length on the bed [m]."""
         if not pull.touch < self.length:
             return 0.0 if pull.converged else nan
@@ -87,11 +87,11 @@ class StillLine:
 
     def usual_offset(self) -> float:
         """Largest offset [m] of tables and pictures that ask for none."""
-        return max(SHARE * abs(self.z), LEAST)
+        return max(OFFSET_SHARE * abs(self.z), MIN_OFFSET_M)
 
 
 @dataclass(frozen=True, eq=False)
-class Response:
+class LineResponse:
     """Over ``offsets`` (n,) [m] ``up`` or along the heading: ``tension``, ``horizontal`` and
     ``vertical`` pull at the fairlead, ``anchor`` tension [N], ``stiffness`` [N/m], ``grounded``
     length [m]. Where there is no line, all are nan, and ``reasons`` says why."""
@@ -107,19 +107,21 @@ class Response:
     reasons: Sequence[str] = ()
 
 
-def response(line: StillLine, offsets: np.ndarray, up: bool) -> Response:
+def response(line: StillLine, offsets: np.ndarray, up: bool) -> LineResponse:
     """Forces and stiffness of a line over offsets of its fairlead."""
     rows: list[list[float]] = []
     reasons: dict[str, None] = {}
     for offset in offsets:
-        moved = line.moved(0.0, offset) if up else line.moved(offset, 0.0)
-        pull = moved.pull()
+        moved = (
+            line.with_moved_fairlead(0.0, offset) if up else line.with_moved_fairlead(offset, 0.0)
+        )
+        pull = moved.end_forces()
         rows.append(_row(moved, pull, up))
         if not pull.converged:
             reasons[REASONS[pull.reason]] = None
     tension, horizontal, vertical, anchor, stiff, grounded = np.transpose(rows)
     forces = (tension, horizontal, vertical, anchor)
-    return Response(up, offsets, *forces, stiff, grounded, tuple(reasons))
+    return LineResponse(up, offsets, *forces, stiff, grounded, tuple(reasons))
 
 
 def _row(line: StillLine, pull: Pull, up: bool) -> list[float]:
@@ -133,13 +135,13 @@ def _row(line: StillLine, pull: Pull, up: bool) -> list[float]:
         pull.V,
         float(np.hypot(pull.anchor_H, pull.anchor_V)),
         slopes[3] if up else slopes[0],
-        line.grounded(pull),
+        line.grounded_length(pull),
     ]
 
 
 def offsets_to(largest: float) -> np.ndarray:
     """Offsets of a table, both ways."""
-    return np.linspace(-largest, largest, ROWS)
+    return np.linspace(-largest, largest, OFFSET_COUNT)
 
 
 def lines_of_case(compiled: Compiled) -> list[StillLine]:
@@ -167,7 +169,7 @@ def lines_of_system(system: System) -> list[StillLine]:
     """The lines of a mooring system, with the vessel where its file has it. Raises InputError."""
     source = Source(system.file)
     found = []
-    for name, line in mooring_lines(system, water_of(system, WATER), source).items():
+    for name, line in mooring_lines(system, water_of(system, DEFAULT_WATER), source).items():
         rows = [(s.length, s.weight, s.stiffness, s.hung) for s in line.segments]
         across = np.subtract(line.anchor, line.fairlead)
         bed = -inf if system.depth is None else min(-system.depth - line.anchor[2], 0.0)
@@ -188,7 +190,7 @@ def lines_of_system(system: System) -> list[StillLine]:
 
 def _check_strain(line: StillLine, source: Source) -> None:
     """Refuse a line that no line is, because it would be stretched by a fifth and more."""
-    pull = line.pull()
+    pull = line.end_forces()
     strain = float(np.hypot(pull.H, pull.V)) / float(line.pieces["stiffness"].min())
     if pull.converged and strain > STRAINED:
         source.wrong(

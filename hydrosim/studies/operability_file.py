@@ -10,8 +10,8 @@ from pydantic import Field, StrictStr, model_validator
 from hydrosim.documents import quantities as of
 from hydrosim.documents.units import Quantity, problem
 
-MOST_HEIGHTS = 1000
-TURN = 6.2832  # rad
+MAX_HEIGHTS = 1000
+FULL_TURN_RAD = 6.2832  # rad
 
 
 class Heights(of.Strict):
@@ -30,9 +30,9 @@ class Heights(of.Strict):
         if not 0.0 < self.low < self.high or self.high - self.low < self.apart:
             found = f"from {self.low:g} to {self.high:g} m, {self.apart:g} m apart"
             raise problem(found, "heights above zero that rise, two or more")
-        if (self.high - self.low) / self.apart > MOST_HEIGHTS:
+        if (self.high - self.low) / self.apart > MAX_HEIGHTS:
             count = (self.high - self.low) / self.apart
-            raise problem(f"{count:,.0f} heights", f"{MOST_HEIGHTS:,} or fewer")
+            raise problem(f"{count:,.0f} heights", f"{MAX_HEIGHTS:,} or fewer")
         return self
 
     def values(self) -> list[float]:
@@ -126,7 +126,7 @@ class Operability(of.Strict):
                 raise problem(f"{found}{' deg' * (name == 'headings')}", "values that rise")
         if self.hindcast is not None and self.operation is None:
             raise problem("a hindcast and no operation", "operation: {planned: 24 hour}")
-        if self.bearing is not None and abs(self.bearing) > TURN:
+        if self.bearing is not None and abs(self.bearing) > FULL_TURN_RAD:
             found = f"a bearing of {degrees(self.bearing):g} deg"
             raise problem(found, "one within a turn; a number without a unit is in rad")
         if self.hindcast is None and self.bearing is not None:

@@ -35,27 +35,27 @@ from hydrosim.statistics.results import (
 )
 from hydrosim.studies.operability_file import Operability
 
-SPAN = re.compile(r"(\d+)\s*-\s*(\d+)", re.ASCII)
-SEEDS = 'whole numbers from 0, as in 1-100 or [1, 5, 9]; or one, as in "7"'
-MOST_SEEDS = 1_000_000
+SEED_SPAN = re.compile(r"(\d+)\s*-\s*(\d+)", re.ASCII)
+SEEDS_EXPECTED = 'whole numbers from 0, as in 1-100 or [1, 5, 9]; or one, as in "7"'
+MAX_SEEDS = 1_000_000
 
 
-def _spelled_out(value: Any) -> Any:
+def _expand_seeds(value: Any) -> Any:
     """The numbers of "1-100", or of a single one."""
     if isinstance(value, int):
         return [value]
-    span = SPAN.fullmatch(value.strip()) if isinstance(value, str) else None
-    if span is not None and int(span[1]) <= int(span[2]) < int(span[1]) + MOST_SEEDS:
+    span = SEED_SPAN.fullmatch(value.strip()) if isinstance(value, str) else None
+    if span is not None and int(span[1]) <= int(span[2]) < int(span[1]) + MAX_SEEDS:
         return list(range(int(span[1]), int(span[2]) + 1))
     if span is not None and int(span[1]) > int(span[2]):
         found = f'"{value}", which runs backwards'
         raise problem(found, "the smaller seed first", f'write "{span[2]}-{span[1]}"')
     if isinstance(value, str):
-        raise problem(f'"{value}"', f"{SEEDS}; at most {MOST_SEEDS:,} of them")
+        raise problem(f'"{value}"', f"{SEEDS_EXPECTED}; at most {MAX_SEEDS:,} of them")
     return value
 
 
-def _some_once(values: tuple[Any, ...]) -> tuple[Any, ...]:
+def _check_distinct(values: tuple[Any, ...]) -> tuple[Any, ...]:
     texts = [json.dumps(value) for value in values]
     if not values or len(set(texts)) < len(texts):
         raise problem(f"[{', '.join(texts)}]", "one value or more, each once")
@@ -65,10 +65,10 @@ def _some_once(values: tuple[Any, ...]) -> tuple[Any, ...]:
 Seed = Annotated[StrictInt, Field(ge=0)]
 Seeds = Annotated[
     tuple[Seed, ...],
-    AfterValidator(_some_once),
-    BeforeValidator(_spelled_out, json_schema_input_type=Seed | str | tuple[Seed, ...]),
+    AfterValidator(_check_distinct),
+    BeforeValidator(_expand_seeds, json_schema_input_type=Seed | str | tuple[Seed, ...]),
 ]
-Values = Annotated[tuple[Any, ...], AfterValidator(_some_once)]
+Values = Annotated[tuple[Any, ...], AfterValidator(_check_distinct)]
 
 
 class Range(of.Strict):
@@ -82,17 +82,17 @@ class Range(of.Strict):
     """Whether all values are equally likely, or all logarithms of values."""
 
 
-def _spread(value: Any) -> str:
+def _spread_tag(value: Any) -> str:
     return "range" if isinstance(value, dict) else "values"
 
 
 Spread = Annotated[
     Annotated[tuple[Any, ...], Tag("values")] | Annotated[Range, Tag("range")],
-    Discriminator(_spread),
+    Discriminator(_spread_tag),
 ]
 
 
-class Linked(of.Strict):
+class LinkedKeys(of.Strict):
     """Keys of the case that are varied together, and what their values are called."""
 
     keys: Annotated[dict[StrictStr, Spread], Field(min_length=1)]
@@ -109,23 +109,23 @@ class Linked(of.Strict):
             found = f"{', '.join(map(str, sizes))} values{' and ranges' if any(ranges) else ''}"
             raise problem(found, "as many for each key that is linked, and as many names")
         if not any(ranges):
-            _some_once(tuple(zip(*self.keys.values(), strict=True)))
+            _check_distinct(tuple(zip(*self.keys.values(), strict=True)))
         return self
 
 
-def _linked(value: Any) -> str:
-    return "linked" if isinstance(value, dict) and "keys" in value else _spread(value)
+def _parameter_tag(value: Any) -> str:
+    return "linked" if isinstance(value, dict) and "keys" in value else _spread_tag(value)
 
 
 Parameter = Annotated[
     Annotated[Values, Tag("values")]
     | Annotated[Range, Tag("range")]
-    | Annotated[Linked, Tag("linked")],
-    Discriminator(_linked),
+    | Annotated[LinkedKeys, Tag("linked")],
+    Discriminator(_parameter_tag),
 ]
 
 
-class Plan(of.Strict):
+class DesignPlan(of.Strict):
     """Parameters, keys of the case as with `--set` or names of what is linked, and how values of
     several are combined; of ranges, so many ``samples``, drawn with the seed ``random``."""
 
@@ -142,7 +142,7 @@ class Plan(of.Strict):
     def _check_design(self) -> Self:
         drawn = self.design not in ("grid", "one_at_a_time")
         for name, parameter in self.parameters.items():
-            spreads = parameter.keys.values() if isinstance(parameter, Linked) else [parameter]
+            spreads = parameter.keys.values() if isinstance(parameter, LinkedKeys) else [parameter]
             if any(isinstance(spread, Range) != drawn for spread in spreads):
                 kind = "a list of values" if drawn else "a range"
                 other = "a range, {from: .., to: ..}" if drawn else "a list of values"
@@ -154,7 +154,7 @@ class Plan(of.Strict):
         return self
 
 
-class Kept(of.Strict):
+class OutputSettings(of.Strict):
     """What is kept of each run: ``variables`` every ``step``; statistics from ``start`` [s] on,
     also of ``channels`` (patterns such as "clearance.*"); with ``impulses`` what `hydrosim explain`
     says of it."""
@@ -308,7 +308,7 @@ class Limited(of.Strict):
     source: StrictStr = ""
     """Where the limit comes from: a document and its clause. Example: Fender data sheet 7."""
 
-    def least(self, figure: ScalarResult | StageResult | MotionCauseResult) -> bool:
+    def is_lower_limit(self, figure: ScalarResult | StageResult | MotionCauseResult) -> bool:
         """Whether the limit is the least that a figure may be."""
         return figure.at_least if self.side is None else self.side == "at least"
 
@@ -321,7 +321,7 @@ class StageCriterion(OfStages, Limited):
     """A result of stages and its limit."""
 
 
-def in_study(of: RunCriterion) -> ChannelCriterion | StageCriterion:
+def as_study_criterion(of: RunCriterion) -> ChannelCriterion | StageCriterion:
     """The criterion of a case as one of a study."""
     if of.result is not None:
         return StageCriterion.model_construct(
@@ -336,7 +336,7 @@ def in_study(of: RunCriterion) -> ChannelCriterion | StageCriterion:
     )
 
 
-def _of_what(value: Any) -> str:
+def _figure_tag(value: Any) -> str:
     """A tag that is no key of the file, so that messages leave it out of the place."""
     keys = value if isinstance(value, dict) else dir(value)
     return "of stages" if "result" in keys else "of a channel"
@@ -344,15 +344,15 @@ def _of_what(value: Any) -> str:
 
 Asked = Annotated[
     Annotated[OfChannel, Tag("of a channel")] | Annotated[OfStages, Tag("of stages")],
-    Discriminator(_of_what),
+    Discriminator(_figure_tag),
 ]
 Criterion = Annotated[
     Annotated[ChannelCriterion, Tag("of a channel")] | Annotated[StageCriterion, Tag("of stages")],
-    Discriminator(_of_what),
+    Discriminator(_figure_tag),
 ]
 
 
-class Enough(of.Strict):
+class SeedTarget(of.Strict):
     """More seeds, up to ``most``, until the 90 % interval of the mean of a ``figure`` is at most
     so ``wide``, for all values of the parameters."""
 
@@ -364,21 +364,21 @@ class Enough(of.Strict):
     """Largest number of seeds. Example: 500."""
 
 
-class StudyFile(Plan):
+class StudyFile(DesignPlan):
     """A whole study file: one plan, or several ``studies`` by name, of one case and with the same
     seeds; ``figures`` of each run, to compare."""
 
     case: StrictStr
     """Case file that is varied, relative to the study file. Example: ../base.yaml."""
-    studies: dict[StrictStr, Plan] = Field(default_factory=dict)
+    studies: dict[StrictStr, DesignPlan] = Field(default_factory=dict)
     """Several plans by name, in place of parameters."""
     seeds: Seeds | None = None
     """Seeds of the sea: 1-100, a list, or one number. Example: 1-100."""
-    until: Enough | None = None
+    until: SeedTarget | None = None
     """Accuracy that more seeds are run for."""
     duration: of.Period | None = None
     """Length of each run, in place of that of the case."""
-    output: Kept = Kept()
+    output: OutputSettings = OutputSettings()
     """Results that are kept of each run."""
     figures: dict[StrictStr, Asked] = Field(default_factory=dict)
     """Figures of each run by name."""
@@ -411,6 +411,6 @@ class StudyFile(Plan):
         until = self.until
         return found | ({} if until is None else {"until.wide": (until.figure, until.wide)})
 
-    def plans(self) -> dict[str, Plan]:
+    def plans(self) -> dict[str, DesignPlan]:
         """All plans by name; that of a file with one has none."""
         return self.studies or {"": self}

@@ -1,5 +1,5 @@
-"""Waves of few headings on a body that yaws slowly and does not drift: sums over the frequencies of
-its database, which are fewer than the waves.
+"""Waves of few headings on a body that yaws or drifts slowly: sums over the frequencies of its
+database, which are fewer than the waves.
 
     F1(t, psi) = Re sum_f X_f(b - psi) E_f(t) + X'_f(b - psi) S_f(t)
     F2(t, psi) =    sum_f D_f(b - psi) Re(z* E_f(t)) + D'_f(b - psi) Re(z* S_f(t)),    z = sum_f E_f
@@ -12,7 +12,11 @@ on the yaw. F2 is Newman's approximation; for the mean load, sum_i H_f |a_i|^2 r
 
 A band is one E_f or S_f. It is narrow. So its envelope E_f(t) exp(-i w_b t), about a frequency w_b
 in its middle, is stored at few times of the repeat period. It is interpolated by 6-point Lagrange
-polynomials, whose error is below 3e-9 for each wave. The envelopes are made by FFT.
+polynomials, whose error is below 3e-9 for each wave. The envelopes are made by FFT. Where a body
+drifts they change with its place, and `frequency_nodes` makes them along each block of its path.
+
+The loads of a table at its nodes of heading are kept for each band in the order in which sums read
+them: a body that hardly yaws needs the same few nodes at all times.
 """
 
 from __future__ import annotations
@@ -28,11 +32,26 @@ from hydrosim.jit.kernels import assign, clear, kernel, root, summing
 from hydrosim.scene import Place, SecondOrder
 from hydrosim.waves.forms import DIFFERENCE, MEAN, cells_of, moves_second_order
 from hydrosim.waves.forms import POINTS as DRIFT_POINTS
+from hydrosim.waves.frequency_nodes import (
+    MAX_NODES,
+    NARROWEST,
+    NodeSet,
+    NodeSums,
+    Span,
+    count_nodes,
+    fill_envelopes,
+    gather_waves,
+    has_nodes,
+    lagrange_weights,
+    new_node_sums,
+)
 from hydrosim.waves.loads import POINTS, lagrange, rise
+from hydrosim.waves.splines import interpolated
 
 if TYPE_CHECKING:
     from hydrosim.waves.body import WaveBody
     from hydrosim.waves.components import Components
+    from hydrosim.waves.following import FollowingLoads
     from hydrosim.waves.forms import BodyForms, Waves
 
 PHASE = 0.09
@@ -43,6 +62,8 @@ WIDE = 3.0
 """Largest ratio of the widest cell of frequencies to the mean one; it sets the resolution of
 envelopes."""
 NONE = -1
+SPARE = 2  # nodes of heading that are kept beside those of one yaw; even, as others
+UNKNOWN = np.iinfo(np.int64).min
 VALUE, SLOPE, LOW, LOW_DRIFT = range(4)
 """Factor of a band: the value or the slope of X and D at a frequency of the database. Below all of
 these, the first value of X alone, or of D alone, which fades to zero there."""
@@ -55,8 +76,9 @@ class Bands(NamedTuple):
 
     ``sets`` (nb + 1,) and ``span`` (ns + 1,) give the first set of each body and the first band of
     each set. The envelopes of a set, (times, 2, bands), real and imaginary, start at ``table`` in
-    ``values``, ``step`` apart. The factor of a band at heading 0 starts at ``load`` in the body's
-    table of X and at ``drift`` in the table of D; `NONE` if there is no such load.
+    ``values``, ``step`` apart; none where the body drifts. The factor of a band at heading 0 starts
+    at ``load`` in the body's table of X and at ``drift`` in the table of D; `NONE` if there is no
+    such load.
     """
 
     sets: np.ndarray
@@ -68,6 +90,8 @@ class Bands(NamedTuple):
     table: np.ndarray  # (ns,)
     values: np.ndarray
     omega: np.ndarray  # (n,) in the middle
+    kx: np.ndarray  # (n,) wavenumber in the middle, along the earth's x
+    ky: np.ndarray  # (n,)
     heading: np.ndarray  # (n,)
     load: np.ndarray  # (n,)
     drift: np.ndarray  # (n,)
@@ -76,18 +100,22 @@ class Bands(NamedTuple):
 
 
 class Set(NamedTuple):
-    """The bands of one set, as in `Bands`; ``values`` (times, 2, n)."""
+    """The bands of one set, as in `Bands`; ``values`` (times, 2, n). Its ``nodes`` if the body
+    drifts."""
 
     ramp: float
     pairing: int
     step: float
     values: np.ndarray
     omega: np.ndarray
+    kx: np.ndarray
+    ky: np.ndarray
     heading: np.ndarray
     load: np.ndarray
     drift: np.ndarray
     share: np.ndarray
     energy: np.ndarray
+    nodes: NodeSet | None
 
 
 def body_bands(
@@ -97,16 +125,30 @@ def body_bands(
     forms: BodyForms,
     w: np.ndarray,
     nodes: int,
+    span: Span,
+    missed: float,
 ) -> list[Set]:
     """The bands of ``waves`` on a body, whose table of X has frequencies ``w`` (nf,) and ``nodes``
-    headings. None if bands cannot represent the waves, or are not far fewer than the waves."""
-    on_grid = all(one.spacing > 0.0 for one in seas)
+    headings. None if bands cannot represent the waves, or are not far fewer than the waves.
+
+    Where the body drifts, its amplitudes at nodes are used over a ``span``, with an error of
+    ``missed``.
+    """
+    placed = body.wave_forces.position == Place.SLOW
+    on_grid = placed or all(one.spacing > 0.0 for one in seas)
     if not (on_grid and _has_bands(body) and _are_regular(waves, w)):
         return []
-    found = []
-    for number in np.unique(waves.sea):
-        at = np.flatnonzero(waves.sea == number)
-        found.append(_set(body, seas[number].spacing, waves, at, forms, w, nodes))
+    numbers = np.unique(waves.sea)
+    each = [_Cells(w, waves, np.flatnonzero(waves.sea == number)) for number in numbers]
+    count = 0
+    if placed:
+        count = count_nodes(max(np.max(one.high - one.low) for one in each), span, missed)
+        if count > MAX_NODES:
+            return []
+    found = [
+        _set(body, seas[number].spacing, cells, forms, nodes, count)
+        for number, cells in zip(numbers, each, strict=True)
+    ]
     few = WORTH * sum(one.omega.size for one in found) <= waves.omega.size
     return found if few else []
 
@@ -114,11 +156,10 @@ def body_bands(
 def _has_bands(body: WaveBody) -> bool:
     """True if bands can represent all loads on a body."""
     wanted = body.wave_forces
-    stays = wanted.position == Place.MEAN and not np.any(body.centre[:2])
-    turns = wanted.headings == Place.SLOW
+    slow = Place.INSTANTANEOUS not in (wanted.position, wanted.headings)
     known = (SecondOrder.NONE, SecondOrder.NEWMAN, SecondOrder.MEAN_DRIFT)
     second = wanted.second_order in known and not wanted.sum_frequency
-    return turns and stays and (second or not moves_second_order(body))
+    return slow and not np.any(body.centre[:2]) and (second or not moves_second_order(body))
 
 
 def _are_regular(waves: Waves, w: np.ndarray) -> bool:
@@ -129,94 +170,152 @@ def _are_regular(waves: Waves, w: np.ndarray) -> bool:
     return even and np.unique(waves.heading).size <= TRAINS
 
 
+class _Cells:
+    """The waves with indices ``at`` (n,), all of one sea, in cells of the frequencies ``w`` (nf,).
+
+    A slot (n,) is a cell of ``w``, or one of the slots, two cells wide, that continue below 0 and
+    from nf on. ``train`` (n,) is the index of a wave's heading among the ``trains``. The cells with
+    waves have the first of these waves, and the one after the last, and lie between ``low`` and
+    ``high`` [rad/s].
+    """
+
+    def __init__(self, w: np.ndarray, waves: Waves, at: np.ndarray) -> None:
+        self.w = w
+        self.at = at
+        self.omega = waves.omega[at]
+        self.wavenumber = waves.wavenumber[at]
+        self.ramp = float(waves.ramp[at[0]])
+        self.trains, self.train = np.unique(waves.heading[at], return_inverse=True)
+        cell, _, width = cells_of(w, self.omega)
+        wide = 2.0 * width.max(initial=0.0)
+        below = np.floor((self.omega - w[0]) / wide).astype(np.int64)
+        above = w.size + np.floor((self.omega - w[-1]) / wide).astype(np.int64)
+        high = self.omega > w[-1] * (1.0 + 1e-9)
+        self.slot = np.where(self.omega < w[0], below, np.where(high, above, cell))
+        edges = np.flatnonzero(np.diff(self.train) | np.diff(self.slot)) + 1
+        self.begin = np.concatenate([[0], edges]).astype(np.int64)
+        self.end = np.concatenate([edges, [at.size]]).astype(np.int64)
+        self.low = self.omega[self.begin]
+        self.high = np.maximum(self.omega[self.end - 1], self.low + NARROWEST * wide)
+
+    def shares(
+        self, omega: np.ndarray, slot: np.ndarray, train: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Bands (n, 3) of waves of ``omega`` (m,): train, slot and kind. Shares of the waves in
+        them: indices of the wave and of the band, and weight."""
+        w = self.w
+        cell = np.clip(slot, 0, w.size - 2)
+        h = np.diff(w)[cell]
+        u = (omega - w[cell]) / h
+        v = 1.0 - u
+        low = slot < 0
+        high = slot >= w.size
+        inside = ~(low | high)
+        shares = (
+            (inside, slot, VALUE, v * v * (1.0 + 2.0 * u)),
+            (inside, slot, SLOPE, h * u * v * v),
+            (inside, slot + 1, VALUE, u * u * (1.0 + 2.0 * v)),
+            (inside, slot + 1, SLOPE, -h * u * u * v),
+            (low, slot, LOW, np.ones(omega.size)),
+            (low, slot, LOW_DRIFT, omega / (w[0] or 1.0)),
+            (high, slot, VALUE, np.ones(omega.size)),
+        )
+        wave = np.concatenate([np.flatnonzero(chosen) for chosen, _, _, _ in shares])
+        slots = np.concatenate([at[chosen] for chosen, at, _, _ in shares])
+        kinds = np.concatenate([np.full(chosen.sum(), kind) for chosen, _, kind, _ in shares])
+        weight = np.concatenate([factor[chosen] for chosen, _, _, factor in shares])
+        bands, band = np.unique(
+            np.stack([train[wave], slots, kinds], axis=1), axis=0, return_inverse=True
+        )
+        return bands, wave, band.ravel(), weight
+
+    def wavenumbers_at(self, omega: np.ndarray) -> np.ndarray:
+        """Wavenumbers at frequencies among those of the waves."""
+        w, index = np.unique(self.omega, return_index=True)
+        return interpolated(w, self.wavenumber[index], omega)
+
+    def nodes(self, count: int, heading: float) -> NodeSet:
+        """``count`` nodes per cell on a body with this ``heading``."""
+        x = np.cos(np.pi * (np.arange(count) + 0.5) / count)
+        middle = (self.low + self.high)[:, None] / 2.0
+        of_cell = middle + (self.high - self.low)[:, None] / 2.0 * x
+        omega = of_cell.ravel()
+        train = np.repeat(self.train[self.begin], count)
+        slot = np.repeat(self.slot[self.begin], count)
+        _, node, band, factor = self.shares(omega, slot, train)
+        order = np.argsort(node, kind="stable")
+        cell = np.repeat(np.arange(self.begin.size), self.end - self.begin)
+        k = self.wavenumbers_at(omega)
+        to = heading + self.trains[train]
+        return NodeSet(
+            begin=self.at[0] + self.begin,
+            end=self.at[0] + self.end,
+            weight=lagrange_weights(of_cell[cell], self.omega),
+            omega=omega,
+            kx=k * np.cos(to),
+            ky=k * np.sin(to),
+            node=node[order],
+            band=band[order],
+            factor=factor[order],
+        )
+
+
 def _set(
-    body: WaveBody,
-    spacing: float,
-    waves: Waves,
-    at: np.ndarray,
-    forms: BodyForms,
-    w: np.ndarray,
-    nodes: int,
+    body: WaveBody, spacing: float, cells: _Cells, forms: BodyForms, nodes: int, count: int
 ) -> Set:
-    """The bands of the waves with indices ``at`` (n,), all of one sea."""
-    omega = waves.omega[at]
-    trains, train = np.unique(waves.heading[at], return_inverse=True)
-    wave, key, weight = _shares(w, omega)
-    lowest = key.min(initial=0)
-    count = key.max(initial=0) - lowest + 1
-    found, band = np.unique(train[wave] * count + key - lowest, return_inverse=True)
-    slot, what = np.divmod(found % count + lowest, KINDS)
+    """The bands of the waves of one sea; ``count`` nodes per cell where the body drifts, else
+    0."""
+    w = cells.w
+    bands, wave, band, weight = cells.shares(cells.omega, cells.slot, cells.train)
+    train, slot, what = bands.T
     inside = np.clip(slot, 0, w.size - 1)
     entry = 6 * (what == SLOPE)
     loads = (what != LOW_DRIFT) & (slot < w.size) & body.wave_forces.first_order
     drifts = (what != LOW) & bool(forms.forms)
-    elevation = forms.wave[at[wave]]
-    index = np.rint(omega / spacing).astype(np.int64)[wave]
-    middle, times, values = _envelopes(index, band, weight * elevation)
+    elevation = forms.wave[cells.at[wave]]
     drift_nodes = forms.drift.table.shape[1]
+    omega, step, values = _envelopes(cells.omega[wave], band, weight * elevation, spacing, count)
+    k = cells.wavenumbers_at(omega)
+    heading = body.heading + cells.trains[train]
     return Set(
-        ramp=float(waves.ramp[at[0]]),
+        ramp=cells.ramp,
         pairing=forms.forms[0].pairing if forms.forms else NONE,
-        step=2.0 * np.pi / (spacing * times),
+        step=step,
         values=values,
-        omega=spacing * middle,
-        heading=body.heading + trains[found // count],
+        omega=omega,
+        kx=k * np.cos(heading),
+        ky=k * np.sin(heading),
+        heading=heading,
         load=np.where(loads, ENTRIES * nodes * inside + entry, NONE),
         drift=np.where(drifts, ENTRIES * drift_nodes * inside + entry, NONE),
         share=np.isin(what, (VALUE, LOW)).astype(float),
         energy=np.bincount(band, weight * np.abs(elevation) ** 2),
-    )
-
-
-def _shares(w: np.ndarray, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Shares (m,) of waves of ``omega`` (n,) in bands: index of the wave, key of the band, weight.
-
-    A key is `KINDS` times a slot, plus the kind. A slot is the index of a frequency of ``w`` (nf,),
-    or one of the slots, two cells wide, that continue below 0 and from nf on.
-    """
-    cell, u, h = cells_of(w, omega)
-    v = 1.0 - u
-    every = np.arange(omega.size)
-    wide = 2.0 * h.max(initial=0.0)
-    low = omega < w[0]
-    high = omega > w[-1] * (1.0 + 1e-9)
-    inside = ~(low | high)
-    below = np.floor((omega - w[0]) / wide).astype(np.int64)
-    above = w.size + np.floor((omega - w[-1]) / wide).astype(np.int64)
-    shares = (
-        (inside, cell, VALUE, v * v * (1.0 + 2.0 * u)),
-        (inside, cell, SLOPE, h * u * v * v),
-        (inside, cell + 1, VALUE, u * u * (1.0 + 2.0 * v)),
-        (inside, cell + 1, SLOPE, -h * u * u * v),
-        (low, below, LOW, np.ones(omega.size)),
-        (low, below, LOW_DRIFT, omega / (w[0] or 1.0)),
-        (high, above, VALUE, np.ones(omega.size)),
-    )
-    return (
-        np.concatenate([every[chosen] for chosen, _, _, _ in shares]),
-        np.concatenate([KINDS * slot[chosen] + kind for chosen, slot, kind, _ in shares]),
-        np.concatenate([weight[chosen] for chosen, _, _, weight in shares]),
+        nodes=cells.nodes(count, body.heading) if count else None,
     )
 
 
 def _envelopes(
-    index: np.ndarray, band: np.ndarray, amplitude: np.ndarray
-) -> tuple[np.ndarray, int, np.ndarray]:
-    """Centre of every band as a multiple of the spacing, the number of times in the repeat period,
-    and the envelopes (times, 2, bands), for waves of the multiples ``index`` (m,)."""
+    omega: np.ndarray, band: np.ndarray, amplitude: np.ndarray, spacing: float, nodes: int
+) -> tuple[np.ndarray, float, np.ndarray]:
+    """Frequencies in the middle of bands, and the step and the values (times, 2, bands) of their
+    envelopes over the repeat period; there are none where there are ``nodes``."""
     count = band.max(initial=-1) + 1
-    lowest = np.full(count, np.iinfo(np.int64).max)
-    highest = np.zeros(count, dtype=np.int64)
-    np.minimum.at(lowest, band, index)
-    np.maximum.at(highest, band, index)
-    middle = (lowest + highest) // 2
+    lowest = np.full(count, np.inf)
+    highest = np.zeros(count)
+    np.minimum.at(lowest, band, omega)
+    np.maximum.at(highest, band, omega)
+    if nodes:
+        return (lowest + highest) / 2.0, 1.0, np.zeros((0, 2, count))
+    index = np.rint(omega / spacing).astype(np.int64)
+    middle = np.rint((lowest + highest) / (2.0 * spacing)).astype(np.int64)
     off = index - middle[band]
     reach = np.abs(off).max(initial=0)
     times = scipy.fft.next_fast_len(ceil(2.0 * np.pi * reach / PHASE) + 1)
     spectrum = np.zeros((times, count), dtype=complex)
     np.add.at(spectrum, (off % times, band), amplitude)
     values = scipy.fft.ifft(spectrum, axis=0, norm="forward", overwrite_x=True)
-    return middle, times, np.stack([values.real, values.imag], axis=1)
+    step = 2.0 * np.pi / (spacing * times)
+    return spacing * middle, step, np.stack([values.real, values.imag], axis=1)
 
 
 def bands_model(bodies: Sequence[Sequence[Set]]) -> Bands:
@@ -239,6 +338,8 @@ def bands_model(bodies: Sequence[Sequence[Set]]) -> Bands:
         table=np.cumsum([0, *(one.values.size for one in sets)])[: len(sets)],
         values=joined("values"),
         omega=joined("omega"),
+        kx=joined("kx"),
+        ky=joined("ky"),
         heading=joined("heading"),
         load=joined("load", np.int64),
         drift=joined("drift", np.int64),
@@ -248,36 +349,58 @@ def bands_model(bodies: Sequence[Sequence[Set]]) -> Bands:
 
 
 class BandSums(NamedTuple):
-    """Scratch for every band of a body: ``load`` (24, n), alternately real and imaginary, and
-    ``drift`` (12, n) at two yaws; ``phase`` (4, n), cos and sin of the phase in its middle and of
-    its change per row; ``value`` (2, n) of E_f; ``paired`` (n,), Re(z* E_f). Weight and table index
-    of each ``node`` of heading, for X and D."""
+    """Scratch for all bands: ``load`` (24, n), alternately real and imaginary, and ``drift`` (12,
+    n) at the ``yaw`` (2, nb) of each body; ``phase`` (4, n), cos and sin of the phase in the middle
+    and of its change per row; ``value`` (2, n) of E_f; ``paired`` (n,), Re(z* E_f). Envelopes along
+    the path of a body that drifts, from ``nodes``. Each ``weight`` of loads at nodes of heading;
+    these are kept for all bodies."""
 
+    yaw: np.ndarray
     load: np.ndarray
     drift: np.ndarray
     phase: np.ndarray
     value: np.ndarray
     paired: np.ndarray
+    envelope: np.ndarray
+    nodes: NodeSums
     weight: np.ndarray
-    node: np.ndarray
-    load_entry: np.ndarray
-    drift_entry: np.ndarray
+    loads: Columns
+    drifts: Columns
 
 
-def new_band_sums(p: Bands) -> BandSums:
-    """Scratch for these bands."""
-    most = int(np.diff(p.span[p.sets]).max(initial=0))
+class Columns(NamedTuple):
+    """Entries of a table of loads at a few nodes of heading, (columns, entries, n) for all bands,
+    in a ring. The node ``known`` (columns, n) of a column is said at the first band of a
+    heading."""
+
+    values: np.ndarray
+    known: np.ndarray
+
+
+def new_band_sums(p: FollowingLoads) -> BandSums:
+    """Scratch for the bands of these loads."""
+    bands = p.bands
+    drifts = p.gathered.per_cell > 0
+    drifting = int(np.diff(bands.span[bands.sets])[drifts].max(initial=0)) if drifts.any() else 0
     return BandSums(
-        np.zeros((24, most)),
-        np.zeros((12, most)),
-        np.zeros((4, most)),
-        np.zeros((2, most)),
-        np.zeros(most),
-        np.zeros((2, DRIFT_POINTS)),
-        np.zeros((2, DRIFT_POINTS), dtype=np.int64),
-        np.zeros(6, complex),
-        np.zeros(6),
+        np.full((2, p.body.size), np.nan),
+        np.zeros((24, bands.omega.size)),
+        np.zeros((12, bands.omega.size)),
+        np.zeros((4, bands.omega.size)),
+        np.zeros((2, bands.omega.size)),
+        np.zeros(bands.omega.size),
+        np.zeros(2 * POINTS * drifting),
+        new_node_sums(p.gathered),
+        np.zeros(DRIFT_POINTS),
+        _new_columns(POINTS, 12, bands.load),
+        _new_columns(DRIFT_POINTS, 6, bands.drift),
     )
+
+
+def _new_columns(points: int, entries: int, table: np.ndarray) -> Columns:
+    """Columns for bands with this place (n,) in a table; none if no band has any."""
+    shape = (points + SPARE, entries, table.size if np.any(table != NONE) else 0)
+    return Columns(np.zeros(shape), np.full((shape[0], shape[2]), UNKNOWN))
 
 
 @kernel
@@ -290,105 +413,175 @@ def has_bands(k, bands):
 def weigh_bands(k, yaw, end, p, work):
     """Compute the factors of the bands of the k-th body at this yaw, for the ``end`` of
     ``work``."""
+    if work.yaw[end, k] == yaw:
+        return
+    work.yaw[end, k] = yaw
     bands = p.bands
-    start = bands.span[bands.sets[k]]
-    of_load = work.weight[0, :POINTS]
-    of_drift = work.weight[1]
-    for n in range(start, bands.span[bands.sets[k + 1]]):
-        if n == start or bands.heading[n] != bands.heading[n - 1]:
-            to = bands.heading[n] - p.rest[k] - yaw
-            _weigh_nodes(to, p.nodes[k], work.node[0], of_load)
-            _weigh_nodes(to, p.second.nodes[k], work.node[1], of_drift)
-        clear(work.load_entry)
-        clear(work.drift_entry)
-        if bands.load[n] != NONE:
-            at = p.first[k] + bands.load[n]
-            _interpolate(at, p.load, work.node[0], of_load, work.load_entry)
-        if bands.drift[n] != NONE:
-            at = p.second.table[k] + bands.drift[n]
-            _interpolate(at, p.second.drift, work.node[1], of_drift, work.drift_entry)
-        for j in range(6):
-            work.load[12 * end + 2 * j, n - start] = work.load_entry[j].real
-            work.load[12 * end + 2 * j + 1, n - start] = work.load_entry[j].imag
-            work.drift[6 * end + j, n - start] = work.drift_entry[j]
+    first = bands.span[bands.sets[k]]
+    stop = bands.span[bands.sets[k + 1]]
+    while first < stop:
+        last = first + 1
+        while last < stop and bands.heading[last] == bands.heading[first]:
+            last += 1
+        to = bands.heading[first] - p.rest[k] - yaw
+        if work.loads.known.size > 0:
+            x = to * p.nodes[k] / (2.0 * pi)
+            node = floor(x) - POINTS // 2 + 1
+            for m in range(POINTS):
+                column = (node + m) % work.loads.known.shape[0]
+                if work.loads.known[column, first] != node + m:
+                    work.loads.known[column, first] = node + m
+                    at = p.first[k] + ENTRIES * ((node + m) % p.nodes[k])
+                    copy_loads(first, last, at, bands.load, p.load, work.loads.values[column])
+                work.weight[m] = lagrange(x - node, m, POINTS)
+            for j in range(12):
+                row = work.load[12 * end + j, first:last]
+                _weigh_columns(node, work.weight[:POINTS], j, first, work.loads.values, row)
+        if work.drifts.known.size > 0:
+            x = to * p.second.nodes[k] / (2.0 * pi)
+            node = floor(x) - DRIFT_POINTS // 2 + 1
+            for m in range(DRIFT_POINTS):
+                column = (node + m) % work.drifts.known.shape[0]
+                if work.drifts.known[column, first] != node + m:
+                    work.drifts.known[column, first] = node + m
+                    at = p.second.table[k] + ENTRIES * ((node + m) % p.second.nodes[k])
+                    table = p.second.drift
+                    copy_drifts(first, last, at, bands.drift, table, work.drifts.values[column])
+                work.weight[m] = lagrange(x - node, m, DRIFT_POINTS)
+            for j in range(6):
+                row = work.drift[6 * end + j, first:last]
+                _weigh_columns(node, work.weight, j, first, work.drifts.values, row)
+        first = last
 
 
 @kernel
-def _weigh_nodes(to, nodes, node, weight):
-    """Table indices and weights of the evenly spaced ``nodes`` of heading that interpolate waves
-    ``to`` a heading."""
-    x = to * nodes / (2.0 * pi)
-    first = floor(x) - weight.size // 2 + 1
-    for m in range(weight.size):
-        node[m] = ENTRIES * ((first + m) % nodes)
-        weight[m] = lagrange(x - first, m, weight.size)
+def copy_loads(first, last, at, entry, table, out):
+    """Copy the entries of bands from the node ``at`` of a complex ``table`` into a column (12,
+    n)."""
+    for n in range(first, last):
+        for j in range(6):
+            value = table[at + entry[n] + j] if entry[n] != NONE else 0.0j
+            out[2 * j, n] = value.real
+            out[2 * j + 1, n] = value.imag
+
+
+@kernel
+def copy_drifts(first, last, at, entry, table, out):
+    """Copy the entries of bands from the node ``at`` of a real ``table`` into a column (6, n)."""
+    for n in range(first, last):
+        for j in range(6):
+            out[j, n] = table[at + entry[n] + j] if entry[n] != NONE else 0.0
+
+
+@kernel
+def _weigh_columns(node, weight, j, first, columns, out):
+    """Entry j of bands from the one numbered ``first`` on, into ``out`` (n,): the weighted sum over
+    columns of nodes of heading from ``node`` on."""
+    ring = columns.shape[0]
+    clear(out)
+    for m in range(0, weight.size, 2):
+        one = columns[(node + m) % ring, j, first : first + out.size]
+        other = columns[(node + m + 1) % ring, j, first : first + out.size]
+        _add_two(weight[m], one, weight[m + 1], other, out)
 
 
 @summing
-def _interpolate(at, table, node, weight, out):
-    """Add the interpolated values from the table entry ``at`` on, from this number of heading
-    nodes."""
-    for m in range(weight.size):
-        share = weight[m]
-        values = table[at + node[m] : at + node[m] + 6]
-        for j in range(6):
-            out[j] += share * values[j]
-
-
-@kernel
-def find_phases(k, t, interval, bands, work):
-    """Phases of the middles of bands at the time t, and their change in an ``interval``."""
-    start = bands.span[bands.sets[k]]
-    for n in range(start, bands.span[bands.sets[k + 1]]):
-        angle = bands.omega[n] * t
-        turn = bands.omega[n] * interval
-        work.phase[0, n - start] = cos(angle)
-        work.phase[1, n - start] = sin(angle)
-        work.phase[2, n - start] = cos(turn)
-        work.phase[3, n - start] = sin(turn)
+def _add_two(one, near, other, far, out):
+    for i in range(out.size):
+        out[i] += one * near[i] + other * far[i]
 
 
 @root
-def add_bands(k, t, part, bands, work, first, second):
+def follow_path(k, t, middle, apart, path, p, work):
+    """Envelopes of a body that drifts, at `POINTS` times ``apart``, from t on. The block is about
+    the time ``middle``; ``path`` has the displacement at t and the velocity."""
+    bands = p.bands
+    since = middle - t
+    gather_waves(k, middle, path[0] + since * path[2], path[1] + since * path[3], p, work.nodes)
+    clear(work.envelope)
+    fill_envelopes(k, t, apart, path, p, work.nodes, work.envelope)
+    find_phases(k, t, apart, path, bands, work)
+    start = bands.span[bands.sets[k]]
+    for s in range(POINTS):
+        for i in range(bands.sets[k], bands.sets[k + 1]):
+            low = bands.span[i]
+            high = bands.span[i + 1]
+            at = 2 * POINTS * (low - start) + 2 * (high - low) * s
+            re = work.envelope[at : at + high - low]
+            im = work.envelope[at + high - low : at + 2 * (high - low)]
+            turn_back(work.phase[0, low:high], work.phase[1, low:high], re, im)
+        turn_phases(k, bands, work)
+
+
+@kernel
+def turn_phases(k, bands, work):
+    """Turn the phases of `find_phases` by one interval."""
+    low = bands.span[bands.sets[k]]
+    high = bands.span[bands.sets[k + 1]]
+    phase = work.phase
+    turn(phase[2, low:high], phase[3, low:high], phase[0, low:high], phase[1, low:high])
+
+
+@kernel
+def find_phases(k, t, interval, path, bands, work):
+    """Phases of the middles of bands at the time t, and their change in an ``interval``."""
+    for n in range(bands.span[bands.sets[k]], bands.span[bands.sets[k + 1]]):
+        angle = bands.omega[n] * t - bands.kx[n] * path[0] - bands.ky[n] * path[1]
+        met = bands.omega[n] - bands.kx[n] * path[2] - bands.ky[n] * path[3]
+        work.phase[0, n] = cos(angle)
+        work.phase[1, n] = sin(angle)
+        work.phase[2, n] = cos(met * interval)
+        work.phase[3, n] = sin(met * interval)
+
+
+@root
+def add_bands(k, t, part, sample, p, work, first, second):
     """Add the loads of both orders at the time t on the k-th body to ``first`` and ``second`` (6,),
-    in heading axes; ``part`` is the fraction of the way between the loads at the two yaws."""
+    in heading axes; ``part`` is the fraction of the way between the loads at the two yaws. The time
+    is ``sample`` samples behind the first one of `follow_path`."""
+    bands = p.bands
+    drifts = has_nodes(k, p.gathered)
     start = bands.span[bands.sets[k]]
     for s in range(bands.sets[k], bands.sets[k + 1]):
-        low = bands.span[s] - start
-        high = bands.span[s + 1] - start
+        low = bands.span[s]
+        high = bands.span[s + 1]
         grown = rise(t, bands.ramp[s])
-        _find_values(s, t, low, high, bands, work)
+        if drifts:
+            at = 2 * POINTS * (low - start)
+            _find_values(sample, 0, POINTS, at, low, high, work.envelope, work)
+        else:
+            x = t / bands.step[s]
+            before = floor(x) - POINTS // 2 + 1
+            at = bands.table[s]
+            _find_values(x - before, before, bands.times[s], at, low, high, bands.values, work)
         add_waves(grown, part, low, high, work.load, work.value, first)
         if bands.pairing[s] == DIFFERENCE:
-            pair_values(bands.share[start + low : start + high], low, high, work)
+            pair_values(bands.share[low:high], low, high, work)
         elif bands.pairing[s] == MEAN:
-            assign(work.paired[low:high], bands.energy[start + low : start + high])
+            assign(work.paired[low:high], bands.energy[low:high])
         if bands.pairing[s] != NONE:
             _add_drift(grown * grown, part, low, high, work.drift, work.paired, second)
 
 
 @kernel
-def _find_values(s, t, low, high, bands, work):
-    """E_f at the time t of the bands of set ``s``, the bands ``low`` to ``high`` of their body."""
-    x = t / bands.step[s]
-    before = floor(x) - POINTS // 2 + 1
+def _find_values(x, before, times, table, low, high, values, work):
+    """E_f of the bands of a set, x samples behind the one numbered ``before``, out of ``times``
+    that repeat, from ``table`` on in ``values``."""
     size = high - low
     re = work.value[0, low:high]
     im = work.value[1, low:high]
     clear(re)
     clear(im)
-    for m in range(POINTS):
-        at = bands.table[s] + 2 * size * ((before + m) % bands.times[s])
-        weight = lagrange(x - before, m, POINTS)
-        _add_times(weight, bands.values[at : at + size], re)
-        _add_times(weight, bands.values[at + size : at + 2 * size], im)
+    for m in range(0, POINTS, 2):
+        a = table + 2 * size * ((before + m) % times)
+        b = table + 2 * size * ((before + m + 1) % times)
+        one = lagrange(x, m, POINTS)
+        other = lagrange(x, m + 1, POINTS)
+        _add_two(one, values[a : a + size], other, values[b : b + size], re)
+        a += size
+        b += size
+        _add_two(one, values[a : a + size], other, values[b : b + size], im)
     turn(work.phase[0, low:high], work.phase[1, low:high], re, im)
-
-
-@summing
-def _add_times(weight, values, out):
-    for i in range(out.size):
-        out[i] += weight * values[i]
 
 
 @summing
@@ -417,7 +610,9 @@ def _add_drift(grown, part, low, high, drift, paired, row):
         other = 0.0
         for i in range(y.size):
             one += d0[i] * y[i]
-            other += d1[i] * y[i]
+        if part != 0.0:
+            for i in range(y.size):
+                other += d1[i] * y[i]
         row[j] += grown * ((1.0 - part) * one + part * other)
 
 
@@ -431,7 +626,9 @@ def add_waves(ramp, part, first, last, ends, waves, row):
         one, other = 0.0, 0.0
         for i in range(c.size):
             one += c[i] * re0[i] - s[i] * im0[i]
-            other += c[i] * re1[i] - s[i] * im1[i]
+        if part != 0.0:
+            for i in range(c.size):
+                other += c[i] * re1[i] - s[i] * im1[i]
         row[j] += ramp * ((1.0 - part) * one + part * other)
 
 
@@ -441,4 +638,13 @@ def turn(c, s, re, im):
     for i in range(c.size):
         real = re[i] * c[i] - im[i] * s[i]
         im[i] = re[i] * s[i] + im[i] * c[i]
+        re[i] = real
+
+
+@summing
+def turn_back(c, s, re, im):
+    """Multiply re + i im by c - i s, in place."""
+    for i in range(c.size):
+        real = re[i] * c[i] + im[i] * s[i]
+        im[i] = im[i] * c[i] - re[i] * s[i]
         re[i] = real

@@ -56,8 +56,8 @@ def wave_loads_model(
     for waves, one, two in zip(seas, first, second, strict=True):
         columns = [
             [Lines(waves.omega, waves.at(0.0, 0.0)[:, None])],
-            [Lines(one.omega, one.amplitude[:, first_dof])],
-            [Lines(line.omega, line.amplitude[:, second_dof]) for line in two],
+            [one.within(first_dof)],
+            [line.within(second_dof) for line in two],
         ]
         if waves.spacing > 0.0:
             tables.append(_table(waves, columns, widths, start, dt, duration))
@@ -91,16 +91,14 @@ def first_order(waves: Components, bodies: Sequence[WaveBody]) -> Lines:
 
 
 def second_order(waves: Components, bodies: Sequence[WaveBody]) -> list[Lines]:
-    """Second-order loads on all DOFs of the bodies. They are zero for locked DOFs, where none are
-    asked for, and where the waves follow the body (`forms`)."""
+    """Second-order loads of each body on its own DOFs. They are zero for locked DOFs; there are
+    none where none are asked for, and where the waves follow the body (`forms`)."""
     found = []
     for body in bodies:
         if body.database is not None and not (follows(body) and moves_second_order(body)):
             for own in _second_order(waves, body, body.database):
-                total = np.zeros((own.omega.size, _size(bodies)), dtype=complex)
-                load = body.in_earth_axes(own.amplitude)
-                total[:, _dofs(body)][:, body.active] = load[:, body.active]
-                found.append(Lines(own.omega, total))
+                load = np.where(body.active, body.in_earth_axes(own.amplitude), 0.0)
+                found.append(Lines(own.omega, load, body.offset))
     return found
 
 
@@ -137,7 +135,7 @@ def _dofs(body: WaveBody) -> slice:
 
 def _loaded(lines: Sequence[Lines]) -> np.ndarray:
     """DOFs (m,) on which any of the lines has a load."""
-    return np.flatnonzero(np.any([np.any(x.amplitude != 0.0, axis=0) for x in lines], axis=0))
+    return np.unique(np.concatenate([np.zeros(0, dtype=int), *(each.loaded for each in lines)]))
 
 
 def _table(
@@ -178,5 +176,5 @@ def _lines(
     for k, lines in enumerate(columns):
         for line in lines:
             rows = np.searchsorted(omega, line.omega)
-            np.add.at(total[:, ends[k] : ends[k + 1]], rows, line.amplitude)
+            np.add.at(total[:, ends[k] : ends[k + 1]][:, line.columns], rows, line.amplitude)
     return omega, np.full(omega.size, waves.ramp), np.stack([total.real, total.imag], axis=1)

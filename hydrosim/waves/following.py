@@ -43,6 +43,7 @@ from hydrosim.waves.forms import (
     moves_second_order,
     new_filtered,
 )
+from hydrosim.waves.frequency_nodes import FrequencyNodes, Span, nodes_model, span_of
 from hydrosim.waves.loads import POINTS, rise
 from hydrosim.waves.synthesis import MISSED, row_step
 from hydrosim.waves.transfer import TransferFunctions, transfer_table
@@ -54,6 +55,7 @@ if TYPE_CHECKING:
 NODES = 6  # nodes of heading per heading of the database
 CUT = 0.25  # of the mean frequency of the sea: motions below it are slow
 STATES = 16  # states of a body whose slow motion the waves follow, see `hydrosim.waves.slow`
+STEADY = 1e-4  # of the error between rows: that of a yaw which is taken as steady
 SMALL = 1e-9  # of the largest wave: smaller ones are left out
 
 
@@ -74,6 +76,7 @@ class FollowingLoads(NamedTuple):
     placed: np.ndarray  # (nb,) true if the position counts
     turns: np.ndarray  # (nb,) true if yaw counts
     nodes: np.ndarray  # (nb,) nodes of heading round the circle
+    steady: np.ndarray  # (nb,) [rad] change of yaw that no harmonic of the loads shows
     offset: np.ndarray  # (nb + 1,)
     first: np.ndarray  # (nb,)
     active: np.ndarray  # (nb, 6) true for DOFs that are not locked
@@ -88,6 +91,7 @@ class FollowingLoads(NamedTuple):
     load: np.ndarray  # complex
     second: Forms  # loads of second order
     bands: Bands  # bands of the waves of slow bodies, where these are summed in bands
+    gathered: FrequencyNodes  # nodes of the waves of those that drift, where bands need them
     slow: np.ndarray  # (nb,) bool
     state: np.ndarray  # (nb,) int64
     cut: np.ndarray  # (nb,)
@@ -110,7 +114,15 @@ class _Part(NamedTuple):
     table: np.ndarray
     cut: float
     forms: BodyForms
-    bands: list[Set]
+    waves: Waves
+    frequency: np.ndarray  # (nf,) of the table
+
+    def bands(
+        self, body: WaveBody, seas: Sequence[Components], span: Span, missed: float
+    ) -> list[Set]:
+        """Bands of these waves on the body."""
+        nodes = self.table.shape[1]
+        return body_bands(body, seas, self.waves, self.forms, self.frequency, nodes, span, missed)
 
 
 def follows(body: WaveBody) -> bool:
@@ -141,6 +153,12 @@ def following_model(
     cuts = {body.index: part.cut for body, part in zip(chosen[::-1], parts[::-1], strict=True)}
     first, load = join_once([part.table for part in parts], complex)
     step = row_step([line for part in parts for line in _lines(part)], block, missed)
+    spans = [span_of(part.omega, part.wavenumber, block, step) for part in parts]
+    bands = [
+        part.bands(body, seas, span, missed)
+        for part, body, span in zip(parts, chosen, spans, strict=True)
+    ]
+    nodes = [[one.nodes for one in each if one.nodes is not None] for each in bands]
 
     def joined(name: str, kind: type = float) -> np.ndarray:
         return np.concatenate([np.zeros(0, kind), *(getattr(part, name) for part in parts)])
@@ -153,6 +171,7 @@ def following_model(
         placed=np.array([body.wave_forces.position != Place.MEAN for body in chosen], dtype=bool),
         turns=np.array([body.wave_forces.headings != Place.MEAN for body in chosen], dtype=bool),
         nodes=np.array([part.table.shape[1] for part in parts], dtype=np.int64),
+        steady=np.array([STEADY * missed * 2 * NODES / part.table.shape[1] for part in parts]),
         offset=np.cumsum([0, *(part.omega.size for part in parts)]),
         first=first,
         active=np.array([body.active for body in chosen], dtype=bool).reshape(-1, 6),
@@ -164,13 +183,14 @@ def following_model(
         cell=joined("cell", np.int64),
         load=load,
         second=forms_model([part.forms for part in parts]),
-        bands=bands_model([part.bands for part in parts]),
+        bands=bands_model(bands),
+        gathered=nodes_model(nodes, spans),
         slow=slow,
         state=STATES * np.searchsorted(owners, [body.index for body in chosen]).astype(np.int64),
         cut=np.array([cuts[body.index] for body in chosen]),
         block=block,
         row_step=step,
-        rows=ceil(block / step) + POINTS + 2 if slow.any() else 0,
+        rows=ceil(block / step) + POINTS if slow.any() else 0,
     )
 
 
@@ -192,7 +212,7 @@ def _part(seas: Sequence[Components], body: WaveBody, database: TransferFunction
     order = np.lexsort((each[0], _trains(each[2]), sea))
     order = order[loaded[order]]
     omega, wavenumber, heading, ramp = (values[order] for values in each)
-    known = Waves(sea[order], omega, heading - body.heading, ramp)
+    known = Waves(sea[order], omega, wavenumber, heading - body.heading, ramp)
     forms = body_forms(body, known, elevation[order])
     elevation = np.where(first, elevation, 0.0)
     energy = np.where(first, size, 0.0)[order] ** 2 if first.any() else size[order] ** 2
@@ -200,8 +220,11 @@ def _part(seas: Sequence[Components], body: WaveBody, database: TransferFunction
     return _Part(
         *(omega, wavenumber, heading, ramp, elevation[order]),
         *cells_of(w, omega),
-        *(table, CUT * float(mean), forms),
-        body_bands(body, seas, known, forms, w, table.shape[1]),
+        table,
+        CUT * float(mean),
+        forms,
+        known,
+        w,
     )
 
 

@@ -126,6 +126,7 @@ class Waves(NamedTuple):
 
     sea: np.ndarray
     omega: np.ndarray
+    wavenumber: np.ndarray
     heading: np.ndarray
     ramp: np.ndarray
 

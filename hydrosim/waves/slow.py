@@ -19,8 +19,9 @@ L the error is (psi' T k L / 2)^2 / 8. The waves are summed once for each row. T
 hundredth of sums at each stage.
 
 Second-order loads (`forms`) are taken along the same path, linearly from the block's first heading
-to its last. If a body does not drift and the waves have few headings, `bands` gives the same sums
-at a thirtieth of the cost.
+to its last. If the waves have few headings, `bands` gives the same sums at a fraction of the cost.
+In bands, yaws that differ by less than `FollowingLoads.steady` have the same loads, so that a body
+that keeps its heading and its place needs each row once.
 """
 
 from __future__ import annotations
@@ -37,13 +38,16 @@ from hydrosim.waves.bands import (
     add_bands,
     add_waves,
     find_phases,
+    follow_path,
     has_bands,
     new_band_sums,
     turn,
+    turn_phases,
     weigh_bands,
 )
 from hydrosim.waves.following import STATES, FollowingLoads, loads_at_heading, turn_to_earth
 from hydrosim.waves.forms import Filtered, add_forms, find_filters, has_forms, new_filtered
+from hydrosim.waves.frequency_nodes import has_nodes
 from hydrosim.waves.loads import POINTS, lagrange, rise, rows_at
 
 TRACKED = (0, 1, 5)
@@ -63,7 +67,9 @@ class Block(NamedTuple):
     """Scratch: the states ``known`` (nb, 7) of the bodies for which their ``rows`` (nb, rows, 2, 6)
     of both orders were made, from time index ``first`` (nb,) on. For every wave: z and the factor
     to the next row, (4, nw), and the loads in heading axes at the block's ends, (24, nw). For a
-    cell of their table: (2, 2, 6)."""
+    cell of their table: (2, 2, 6). The ``path`` (4,) of a body: x, y at the first row,
+    velocity. Rows ``steady`` (nb, rows, 2, 6), in heading axes, of the last block in which a body
+    kept its yaw ``steady_yaw`` (nb,)."""
 
     known: np.ndarray
     first: np.ndarray
@@ -73,6 +79,10 @@ class Block(NamedTuple):
     cell: np.ndarray
     filtered: Filtered
     bands: BandSums
+    path: np.ndarray
+    steady: np.ndarray
+    steady_first: np.ndarray
+    steady_yaw: np.ndarray
 
 
 def new_block(p: FollowingLoads) -> Block:
@@ -88,7 +98,11 @@ def new_block(p: FollowingLoads) -> Block:
         np.zeros((24, most)),
         np.zeros((2, 2, 6), complex),
         new_filtered(p.second, p.offset),
-        new_band_sums(p.bands),
+        new_band_sums(p),
+        np.zeros(4),
+        np.zeros((slow, p.rows, 2, 6)),
+        np.zeros(slow, dtype=np.int64),
+        np.full(slow, np.nan),
     )
 
 
@@ -172,8 +186,11 @@ def _fill(k, y, p, block):
     """Fill the rows of body k for the block in its states."""
     at, begin = p.state[k], y[p.state[k] + BEGIN]
     assign(block.known[k], y[at + PLACE : at + STATES])
-    block.first[k] = floor(begin / p.row_step + 1e-9) - POINTS // 2
-    if has_bands(k, p.bands):
+    block.first[k] = floor(begin / p.row_step + 1e-9) - POINTS // 2 + 1
+    _find_path(k, block.first[k] * p.row_step - begin, y, p, block.path)
+    if has_bands(k, p.bands) and _is_steady(k, y, p):
+        _sum_steady(k, y, p, block)
+    elif has_bands(k, p.bands):
         _sum_bands(k, y, p, block)
     else:
         _sum_waves(k, y, p, block)
@@ -193,16 +210,71 @@ def _sum_bands(k, y, p, block):
     begin = y[p.state[k] + BEGIN]
     weigh_bands(k, _yaw(k, 0.0, y, p), 0, p, block.bands)
     weigh_bands(k, _yaw(k, p.block, y, p), 1, p, block.bands)
-    find_phases(k, block.first[k] * p.row_step, p.row_step, p.bands, block.bands)
-    phase = block.bands.phase
+    start = block.first[k] * p.row_step
+    samples = (POINTS - 1) / (p.rows - 1)
+    if has_nodes(k, p.gathered):
+        middle = begin + p.block / 2.0
+        follow_path(k, start, middle, p.row_step / samples, block.path, p, block.bands)
+    find_phases(k, start, p.row_step, block.path, p.bands, block.bands)
     for r in range(p.rows):
         t = (block.first[k] + r) * p.row_step
         first = block.rows[k, r, 0]
         second = block.rows[k, r, 1]
         clear(first)
         clear(second)
-        add_bands(k, t, (t - begin) / p.block, p.bands, block.bands, first, second)
-        turn(phase[2], phase[3], phase[0], phase[1])
+        add_bands(k, t, (t - begin) / p.block, samples * r, p, block.bands, first, second)
+        turn_phases(k, p.bands, block.bands)
+
+
+@kernel
+def _steady_yaw(k, y, p):
+    """The multiple of `FollowingLoads.steady` that is next to the yaw of body k in its block."""
+    return p.steady[k] * floor(_yaw(k, p.block / 2.0, y, p) / p.steady[k] + 0.5)
+
+
+@kernel
+def _is_steady(k, y, p):
+    """True if body k neither drifts nor yaws, as far as its loads show, in its block."""
+    if p.placed[k]:
+        return False
+    yaw = _steady_yaw(k, y, p)
+    first = abs(_yaw(k, 0.0, y, p) - yaw)
+    last = abs(_yaw(k, p.block, y, p) - yaw)
+    return max(first, last) <= p.steady[k]
+
+
+@root
+def _sum_steady(k, y, p, block):
+    """Fill the rows of body k in heading axes, from its bands at one yaw. Rows that the last block
+    has left are used again. So phases at a row depend on its number, not on the block."""
+    yaw = _steady_yaw(k, y, p)
+    rows = block.steady[k]
+    begin = block.first[k]
+    shift = begin - block.steady_first[k] if block.steady_yaw[k] == yaw else p.rows
+    kept = p.rows - shift if 0 <= shift < p.rows else 0
+    block.steady_yaw[k] = yaw
+    block.steady_first[k] = begin
+    weigh_bands(k, yaw, 0, p, block.bands)
+    for r in range(kept):
+        assign(rows[r, 0], rows[r + shift, 0])
+        assign(rows[r, 1], rows[r + shift, 1])
+    turns = 0
+    for r in range(kept, p.rows):
+        since = (begin + r - POINTS + 2) % (p.rows - POINTS)  # so that few blocks begin anew twice
+        if r == kept or since == 0:
+            start = (begin + r - since) * p.row_step
+            find_phases(k, start, p.row_step, block.path, p.bands, block.bands)
+            turns = since
+        for _ in range(turns):
+            turn_phases(k, p.bands, block.bands)
+        turns = 1
+        clear(rows[r, 0])
+        clear(rows[r, 1])
+        t = (begin + r) * p.row_step
+        add_bands(k, t, 0.0, 0.0, p, block.bands, rows[r, 0], rows[r, 1])
+    for r in range(p.rows):
+        assign(block.rows[k, r, 0], rows[r, 0])
+        assign(block.rows[k, r, 1], rows[r, 1])
 
 
 @root
@@ -216,7 +288,7 @@ def _sum_waves(k, y, p, block):
     if second:
         find_filters(k, _yaw(k, 0.0, y, p), 0, p, block.filtered)
         find_filters(k, _yaw(k, p.block, y, p), 1, p, block.filtered)
-    _find_waves(k, block.first[k] * p.row_step, y, p, block)
+    _find_waves(k, block.first[k] * p.row_step, p, block)
     for r in range(p.rows):
         t, row = (block.first[k] + r) * p.row_step, block.rows[k, r, 0]
         part = (t - begin) / p.block
@@ -248,18 +320,26 @@ def _yaw(k, since, y, p):
 
 
 @kernel
-def _find_waves(k, t, y, p, block):
+def _find_path(k, since, y, p, path):
+    """Displacement of body k on its slow path at the time ``since`` the start of the block, and its
+    velocity, into ``path`` (4,); 0 if they do not count."""
+    at = p.state[k]
+    clear(path)
+    if p.placed[k]:
+        for i in range(2):
+            path[i] = y[at + PLACE + i] + since * y[at + RATE + i]
+            path[2 + i] = y[at + RATE + i]
+
+
+@kernel
+def _find_waves(k, t, p, block):
     """z = exp(i (w t - k . d(t))) of every wave at the first row, and its factor to the next
     row."""
-    at = p.state[k]
-    x0, y0, vx, vy = 0.0, 0.0, 0.0, 0.0
-    if p.placed[k]:
-        vx, vy, since = y[at + RATE], y[at + RATE + 1], t - y[at + BEGIN]
-        x0, y0 = y[at + PLACE] + vx * since, y[at + PLACE + 1] + vy * since
+    x, y, vx, vy = block.path[0], block.path[1], block.path[2], block.path[3]
     for i in range(p.offset[k + 1] - p.offset[k]):
         n = p.offset[k] + i
         kx, ky = p.wavenumber[n] * cos(p.heading[n]), p.wavenumber[n] * sin(p.heading[n])
-        angle = p.omega[n] * t - kx * x0 - ky * y0
+        angle = p.omega[n] * t - kx * x - ky * y
         turn = (p.omega[n] - kx * vx - ky * vy) * p.row_step
         block.waves[0, i], block.waves[1, i] = cos(angle), sin(angle)
         block.waves[2, i], block.waves[3, i] = cos(turn), sin(turn)

@@ -24,10 +24,27 @@ with a smaller tolerance need less: they resolve the corners between two interpo
 @dataclass(frozen=True, eq=False)
 class Lines:
     """n loads Re sum_l A_l exp(i w_l t): frequencies ``omega`` (nl,) [rad/s], in any order and with
-    repetition, and complex ``amplitude`` (nl, n)."""
+    repetition, and complex ``amplitude`` (nl, n), of n columns of a table from ``first`` on."""
 
     omega: np.ndarray
     amplitude: np.ndarray
+    first: int = 0
+
+    @property
+    def columns(self) -> slice:
+        """The columns of the table."""
+        return slice(self.first, self.first + self.amplitude.shape[1])
+
+    @property
+    def loaded(self) -> np.ndarray:
+        """The columns (m,) that have a load."""
+        return self.first + np.flatnonzero(np.any(self.amplitude != 0.0, axis=0))
+
+    def within(self, chosen: np.ndarray) -> Lines:
+        """The same for a table of the ``chosen`` columns (m,), rising, alone."""
+        own = (chosen >= self.first) & (chosen < self.columns.stop)
+        first = int(np.searchsorted(chosen, self.first))
+        return Lines(self.omega, self.amplitude[:, chosen[own] - self.first], first)
 
     @property
     def highest(self) -> float:
@@ -100,11 +117,11 @@ def _stages_apart(stages: int, phase: float) -> int:
 
 
 def add_sum(grid: Grid, lines: Lines, total: np.ndarray) -> None:
-    """Add the loads on the grid to ``total`` (rows, n); all frequencies are multiples of the grid's
-    spacing."""
+    """Add the loads on the grid to their columns of ``total``; all frequencies are multiples of the
+    grid's spacing."""
     index = np.rint(lines.omega * grid.step * grid.period / (2.0 * np.pi)).astype(np.int64)
     half = np.where(index == 0, 1.0, 0.5) * grid.period
     for j in np.flatnonzero(np.any(lines.amplitude != 0.0, axis=0)):
         spectrum = np.zeros(grid.period // 2 + 1, dtype=complex)
         np.add.at(spectrum, index, half * lines.amplitude[:, j])
-        total[:, j] += grid.cut(scipy.fft.irfft(spectrum, grid.period))
+        total[:, lines.first + j] += grid.cut(scipy.fft.irfft(spectrum, grid.period))

@@ -26,7 +26,7 @@ from hydrosim.scene import TankTable
 
 if TYPE_CHECKING:
     from hydrosim.scene import Scene
-    from hydrosim.studies.ballast.ballasting import Plan
+    from hydrosim.studies.ballast.ballasting import PumpPlan
     from hydrosim.studies.ballast.loading import Condition, TankState
 
 SMALL = 2e-3
@@ -39,7 +39,7 @@ def ballast_document(
     found: Sequence[Condition],
     time: float,
     angle: float | None = None,
-    plan: Plan | None = None,
+    plan: PumpPlan | None = None,
     waiting: Sequence[str] = (),
 ) -> Document:
     """What bodies weigh and how they float at a ``time`` [s], with what free surfaces take at an
@@ -91,7 +91,7 @@ def _tank(found: TankState) -> list[Cell]:
     return [found.tank.name, _length(found.level), _mass(found.mass), filled, *reach]
 
 
-def _planned(plan: Plan) -> Iterator[Node]:
+def _planned(plan: PumpPlan) -> Iterator[Node]:
     heave, heel, trim = plan.position[0, 2:5]
     parts: list[Part] = [Value(plan.within, "s", 6), _length(heave), _angle(heel), _angle(trim)]
     yield Heading("Plan of the pumps")

@@ -41,7 +41,7 @@ from hydrosim.scene import Scene
 from hydrosim.scene.trees import floating_roots
 from hydrosim.stepping.names import coordinate_at
 from hydrosim.stepping.start_loads import start_loads
-from hydrosim.studies.ballast.loading import as_at
+from hydrosim.studies.ballast.loading import with_contents_at
 from hydrosim.studies.run.asked import check_criteria
 from hydrosim.studies.run.resolution import accuracy_limit, scene_combinations
 from hydrosim.studies.run.step_limits import scene_step_limits
@@ -77,7 +77,9 @@ def check_document(
     nodes += _periods_of(whole, "at the start of the run")
     end = [compiled.begin + scene.duration] if own.model.tanks.each.size else []
     for time in sorted({*times, *end}):
-        nodes += _later(as_at(compiled, time), as_at(whole, time), watch, time)
+        nodes += _later(
+            with_contents_at(compiled, time), with_contents_at(whole, time), watch, time
+        )
     nodes += [Heading("Details", "details", detail=True), *_details(own, compiled)]
     return Document(scene.title, nodes, units=units_of(scene.source))
 

@@ -21,7 +21,7 @@ from hydrosim.results.ledger import CLOSED
 from hydrosim.wording.parts import lines_of
 
 if TYPE_CHECKING:
-    from hydrosim.studies.run.converge import Study, Trial
+    from hydrosim.studies.run.converge import ConvergenceStudy, ConvergenceTrial
 
 
 def convergence(run: xr.Dataset) -> Iterator[Node]:
@@ -69,7 +69,7 @@ def _evidence(run: xr.Dataset) -> Iterator[tuple[str, Value, Value | str]]:
         yield "residual of the energy balance", found, Value(CLOSED, digits=2)
 
 
-def study_document(study: Study, title: str, units: Units = DEFAULT) -> Document:
+def study_document(study: ConvergenceStudy, title: str, units: Units = DEFAULT) -> Document:
     """The errors of each method and setting against run time."""
     head = ("method", "setting", "motion", "order", "crawl", "energy", "evaluations", "time")
     said = Sentence(
@@ -79,8 +79,8 @@ def study_document(study: Study, title: str, units: Units = DEFAULT) -> Document
     return Document(title, [said, Table(head, list(_trials(study)))], units=units)
 
 
-def _trials(study: Study) -> Iterator[list[Cell]]:
-    last: Trial | None = None
+def _trials(study: ConvergenceStudy) -> Iterator[list[Cell]]:
+    last: ConvergenceTrial | None = None
     for trial in study.trials:
         same = last is not None and last.method is trial.method
         order = trial.order(last) if last is not None and same else nan

@@ -19,7 +19,7 @@ from hydrosim.presentation.document import (
     warnings,
 )
 from hydrosim.presentation.units import DEFAULT, Units
-from hydrosim.studies.line import Response, StillLine, angle_at_fairlead
+from hydrosim.studies.line import LineResponse, StillLine, angle_at_fairlead
 
 AT_REST = (
     *("line", "to", "tension", "horizontal pull", "down at fairlead", "angle below level"),
@@ -34,7 +34,7 @@ FRICTION = (
 def line_document(
     title: str,
     lines: Sequence[StillLine],
-    responses: Sequence[Response],
+    responses: Sequence[LineResponse],
     units: Units = DEFAULT,
     left_out: Sequence[str] = (),
 ) -> Document:
@@ -50,7 +50,7 @@ def line_document(
 
 def _refused(lines: Sequence[StillLine]) -> Iterator[Verdict]:
     for line in lines:
-        pull = line.pull()
+        pull = line.end_forces()
         if not pull.converged:
             yield Verdict(Outcome.BAD, f"line {line.name} has no shape: {REASONS[pull.reason]}")
 
@@ -60,8 +60,8 @@ def _at_rest(lines: Sequence[StillLine]) -> Table:
 
 
 def _row_at_rest(line: StillLine) -> list[Cell]:
-    pull = line.pull()
-    grounded = line.grounded(pull)
+    pull = line.end_forces()
+    grounded = line.grounded_length(pull)
     return [
         line.name,
         Value(line.heading, "rad"),
@@ -75,7 +75,7 @@ def _row_at_rest(line: StillLine) -> list[Cell]:
     ]
 
 
-def _over_offsets(found: Response) -> Table:
+def _over_offsets(found: LineResponse) -> Table:
     way = "upward" if found.up else "away from the anchor"
     head = (
         *("offset", "tension", "horizontal pull", "down at fairlead", "anchor tension"),
@@ -96,6 +96,6 @@ def _over_offsets(found: Response) -> Table:
     return Table(head, rows, f"Offset of the fairlead {way}")
 
 
-def _gaps(found: Response) -> Iterator[Node]:
+def _gaps(found: LineResponse) -> Iterator[Node]:
     for reason in found.reasons:
         yield Sentence(f"A dash is where the line has no shape: {reason}.")

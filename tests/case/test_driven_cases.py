@@ -51,6 +51,9 @@ def written(folder: Path, right: str, wrong: str) -> Path:
     assert CASE.count(right) == 1
     path = folder / "case.yaml"
     path.write_text(CASE.replace(right, wrong))
+    (folder / "path.csv").write_text(
+        "time [s],x\n" + "".join(f"{k},{0.01 * k}\n" for k in range(22))
+    )
     return path
 
 
@@ -75,20 +78,42 @@ def test_drives_and_rods_of_a_case_run(tmp_path: Path) -> None:
     assert "turn moves angle of slew by a table of 3 values" in said
 
 
+@pytest.mark.parametrize(("factor", "size"), [("", 1.0), ("2", 2.0), ("1 cm", 0.01)])
+def test_a_recorded_path_may_have_a_factor(factor: str, size: float, tmp_path: Path) -> None:
+    more = f", factor: {factor}" if factor else ""
+    wanted = f"offset: {{file: path.csv, column: x{more}}}"
+    path = written(tmp_path, "offset: {amplitude: 0.2 m, period: 5 s}", wanted)
+    shake = load_case(path).scene().forces["shake"]
+    assert isinstance(shake, Drive)
+    assert shake.position.value[-1] == pytest.approx(0.21 * size, rel=1e-12)
+
+
 END = "to_point: [5 m, 0, 0]"
 TABLE = "angle: {time: [0 s, 10 s, 20 s], angle: [0 deg, 30 deg, 30 deg]}"
 SINE = "{amplitude: 1 m, period: 9 s}"
 AGAIN = "  again: {type: rod, body: load, to: boom, point: [0, 0, 1 m], to_point: [5 m, 0, 0]}"
 MISTAKES = {
-    "unknown dof": ("dof: surge", "dof: lift", 18, "forces.shake", "dof lift"),
+    "unknown dof": ("dof: surge", "dof: lift", 21, "forces.shake.dof: found lift"),
     "locked": ("dof: surge", "dof: sway", 21, "forces.shake.dof", "bodies.base.dofs"),
-    "a turn": ("offset: {amplitude: 0.2 m", "angle: {amplitude: 2 deg", 18, "angle of surge"),
+    "a turn": (
+        "offset: {amplitude: 0.2 m",
+        "angle: {amplitude: 2 deg",
+        22,
+        "found angle of surge of base; expected offset",
+    ),
     "unit of the joint": (TABLE, f"offset: {SINE}", 26, "forces.turn.offset", "angle"),
     "unknown body": ("body: base\n", "body: bse\n", 20, "forces.shake.body", "base"),
     "unknown joint": ("joint: slew", "joint: slw", 25, "forces.turn.joint", "slew"),
     "unknown motion": (
         *("joint: slew", "joint: slew\n    motion: lift", 26),
         *("forces.turn.motion", "angle"),
+    ),
+    "several motions": (
+        *(
+            "slew: {type: hinge, body: boom, to: base, axis",
+            "slew: {type: cylindrical, body: boom, to: base, axis",
+        ),
+        *(23, "forces.turn.motion: found none", "offset, angle"),
     ),
     "no drive of a rod": ("joint: slew", "joint: sling", 25, "forces.turn.joint"),
     "carried body": ("body: base\n", "body: boom\n", 20, "forces.shake.body", "slew"),
@@ -106,13 +131,24 @@ MISTAKES = {
         "dofs: [surge, yaw], initial: {position: {surge: 1 m}}",
         *(18, "forces.shake", "initial position of 1 m"),
     ),
-    "active": ("dof: surge", "dof: surge\n    active: {from: 2 s}", 18, "forces.shake", "active"),
+    "a constant": (
+        *("offset: {amplitude: 0.2 m, period: 5 s}", "offset: 1 m", 22, "forces.shake.offset"),
+        'found "1 m"; expected a sine {amplitude: 1 m, period: 8 s}, a table {time: [0 s, 9 s],',
+        "offset: [0 m, 1 m]}, or a record {file: path.csv, column: x}",
+    ),
+    "a factor of force": (
+        "offset: {amplitude: 0.2 m, period: 5 s}",
+        "offset: {file: path.csv, column: x, factor: 1 kN}",
+        *(22, "forces.shake.offset", "found a column without a unit and a factor in kN"),
+        "expected m of both together",
+    ),
+    "active": ("dof: surge", "dof: surge\n    active: {from: 2 s}", 22, "forces.shake.active"),
     "rod of no length": (END, "to_point: [5 m, 0, -7 m]", 16, "joints.sling", "both ends"),
     "negative length": (END, f"{END}, length: -1 m", 16, "joints.sling.length"),
     "another length": (END, f"{END}, length: 9 m", 16, "joints.sling", "close"),
     "a drive that moves the start": (
-        *("period: 5 s}", "period: 5 s, phase: 90 deg}", 16, "joints.sling: does not close"),
-        "Drives move the start (shake, turn)",
+        *("[0 deg, 30 deg, 30 deg]", "[5 deg, 30 deg, 30 deg]", 16, "joints.sling: does not close"),
+        "Drives move the start (turn)",
     ),
     "rod twice": ("forces:", f"{AGAIN}\nforces:", 17, "joints.again", "not determined"),
     "rod without an end": (f", {END}", "", 16, "joints.sling", "to_point"),

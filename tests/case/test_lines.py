@@ -156,7 +156,9 @@ def test_formats(tmp_path: Path, text: str, name: str) -> None:
 
 def test_equilibrium_of_moorpy(validated: Callable[..., None]) -> None:
     """Lines in series: MoorPy 1.3.0 finds the free points of its own file by iteration."""
-    found = {line.name: line.pull() for line in lines_of_system(read_system(Source(SEMI_TAUT)))}
+    found = {
+        line.name: line.end_forces() for line in lines_of_system(read_system(Source(SEMI_TAUT)))
+    }
     error = max(
         max(abs(found[name].H / H - 1.0), abs(found[name].V / V - 1.0))
         for name, H, V in (
@@ -173,7 +175,7 @@ def test_chain_of_moordyn() -> None:
     """A chain in water 50 m deep: 991.6 kN at the fairlead by OrcaFlex, without friction."""
     (line,) = lines_of_system(read_system(Source(unpacked("lines/chain_50m.txt"))))
     assert line.friction == 0.5
-    pull = replace(line, friction=0.0).pull()
+    pull = replace(line, friction=0.0).end_forces()
     assert np.hypot(pull.H, pull.V) == pytest.approx(991.6e3, rel=0.015)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import mooring_files as files
@@ -306,3 +307,48 @@ def test_sizes_are_bounded(tmp_path: Path, count: int, said: str) -> None:
     with pytest.raises(InputError) as caught:
         only_line(system_of(tmp_path, text))
     assert said in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        (files.version_2(), "lines.txt"),
+        (files.version_2("Body1  5  0  -10", "coupled 0 0 0 0 0 90 0 0 0 0 0 0"), "lines.txt"),
+        (files.DOCUMENTED_1, "lines.txt"),
+        (files.COUNTED_1.replace("{ends}", "NodeAnch NodeFair"), "lines.txt"),
+        (files.MOORPY_YAML, "lines.yaml"),
+    ],
+)
+def test_no_other_name_changes_what_is_read_in_silence(
+    tmp_path: Path, text: str, name: str
+) -> None:
+    """Names of sections, columns, options, types, keys."""
+
+    def read(text: str) -> tuple[str, set[str]]:
+        system = system_of(tmp_path, text, name)
+        found = repr((only_line(system), system.depth, system.friction, system.density))
+        return found, {entry.message for entry in system.left_out}
+
+    right, told = read(text)
+    words = re.split(r"([\s,{}:]+)", text)
+    for k in [k for k, word in enumerate(words) if re.match(r"[A-Za-z]", word)]:
+        for other in (f"{words[k]}x", "other"):
+            try:
+                found, told_now = read("".join([*words[:k], other, *words[k + 1 :]]))
+            except InputError:
+                continue
+            assert found == right or not told_now <= told, f"{words[k]} -> {other}"
+
+
+def test_a_remark_behind_the_columns_makes_no_file_of_map(tmp_path: Path) -> None:
+    text = files.version_2().replace("20       p\n", "20       p   # shared line\n")
+    assert only_line(system_of(tmp_path, text)).segments[0].length == 530.0
+    text = files.DOCUMENTED_1.replace("NumSegs", "NumNodes")
+    assert only_line(system_of(tmp_path, text)).segments[0].length == 530.0
+
+
+def test_stiffness_under_fast_loads_is_told(tmp_path: Path) -> None:
+    system = system_of(tmp_path, files.version_2().replace("400e6", "400e6|600e6|9e6"))
+    assert only_line(system).segments[0].stiffness == 400e6
+    (told,) = [entry.message for entry in system.left_out]
+    assert told.startswith("found EA of 600e6|9e6 under fast loads for main in line 6; it is left")

@@ -18,7 +18,7 @@ from command_line import Command, command, files
 from moored_barge import CASES, ROOT, hull
 
 import hydrosim as hs
-from hydrosim.commands.progress import Lines
+from hydrosim.commands.progress import ProgressLines
 from hydrosim.database.netcdf import write as write_database
 
 SHORT = ("--set", "duration=20 s")
@@ -137,11 +137,11 @@ class TestRun:
     def test_an_interrupt_leaves_what_was_computed(
         self, hydrosim: Command, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        def report(self: Lines, done: float, *_: Any) -> None:
+        def report(self: ProgressLines, done: float, *_: Any) -> None:
             if done > 1.0:  # a chunk has at most 100 times the steps of the one before
                 raise KeyboardInterrupt
 
-        monkeypatch.setattr(Lines, "report", report)
+        monkeypatch.setattr(ProgressLines, "report", report)
         result = hydrosim("run", "base.yaml", "-o", "run.nc", "--set", "duration=300 s")
         assert result.code == 130
         assert "interrupted" in result.out

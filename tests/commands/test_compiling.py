@@ -10,9 +10,9 @@ TESTS = Path(__file__).parents[1]
 PROGRAM = """
 import sys
 from rich.console import Console
-from hydrosim.commands.compiling import announced
+from hydrosim.commands.compiling import announce_compiling
 import linked_kernels, test_linking as here
-with announced(Console(file=sys.stdout)):
+with announce_compiling(Console(file=sys.stdout)):
     print("begin")
     linked_kernels.scaled(1.0, here.SCALE)
     linked_kernels.summed(here.VALUES, here.SCALE)

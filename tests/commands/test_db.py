@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from command_line import Command, command, files
 
+from hydrosim.commands.db import TimeLeft
 from hydrosim.database import HydroDatabase, netcdf
 from hydrosim.database.build import command as build_command
 from hydrosim.database.checks import CHECKS
@@ -395,3 +396,19 @@ def test_all_modules_that_are_absent_are_named_at_once(
     output = Output(tmp_path / "db.nc", "database", tmp_path / "recipe.yaml", (), False)
     with pytest.raises(InputError, match="found no module capytaine and no joblib; expected"):
         build_command.build_database(output, 1, picture=False)
+
+
+def test_time_left_is_expected_first_and_then_measured() -> None:
+    """Stored frequencies come within no time, and say nothing of the pace."""
+    now = [100.0]
+    left = TimeLeft(lambda: now[0])
+    left.expected = 60.0
+    assert left.update(0, 13) == 60.0
+    for done in (1, 2, 3):  # stored
+        now[0] += 0.001
+        assert left.update(done, 13) == 60.0
+    now[0] += 4.0
+    assert left.update(4, 13) == pytest.approx(36.0)
+    now[0] += 2.0
+    assert left.update(5, 13) == pytest.approx(24.0)
+    assert left.update(13, 13) == 0.0

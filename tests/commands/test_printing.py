@@ -19,7 +19,7 @@ from rich.table import Table
 from typer.main import get_command
 
 from hydrosim.__main__ import app
-from hydrosim.commands.terminal import show
+from hydrosim.commands.terminal import print_lines
 from hydrosim.presentation.terminal import printable
 
 ROOT = Path(__file__).parents[2]
@@ -53,7 +53,7 @@ def test_what_steers_is_shown_as_its_number(text: str, shown: str) -> None:
 def test_what_steers_is_shown_in_tables_too(capsys: pytest.CaptureFixture[str]) -> None:
     table = Table("\x1b[2Jname", title="a\u202eb")
     table.add_row("\x9b31m")
-    show(table)
+    print_lines(table)
     shown = capsys.readouterr().out
     for text in ("\\u001b[2Jname", "a\\u202eb", "\\u009b31m"):
         assert text in shown

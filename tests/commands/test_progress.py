@@ -7,7 +7,7 @@ from itertools import islice, pairwise
 
 import pytest
 
-from hydrosim.commands.progress import FIRST, LONGEST, Lines, pauses, progress
+from hydrosim.commands.progress import FIRST_LINE_S, MAX_PAUSE_S, ProgressLines, pauses, progress
 
 
 def ends_after(count: int) -> Callable[[float], bool]:
@@ -23,13 +23,13 @@ def ends_after(count: int) -> Callable[[float], bool]:
 
 def test_what_ends_before_the_first_line_is_due_says_nothing() -> None:
     said: list[str] = []
-    Lines("simulating").tell(ends_after(0), said.append)
+    ProgressLines("simulating").tell(ends_after(0), said.append)
     assert said == []
 
 
 def test_lines_say_what_is_done_and_how_far_it_is() -> None:
     said: list[str] = []
-    lines = Lines("simulating", "s")
+    lines = ProgressLines("simulating", "s")
     lines.report(35.0, 100.0, "250 steps/s")
     lines.tell(ends_after(2), said.append)
     assert len(said) == 2
@@ -46,23 +46,23 @@ def test_lines_say_what_is_done_and_how_far_it_is() -> None:
     ],
 )
 def test_what_is_not_known_is_left_out(far: tuple[float, float, str], line: str) -> None:
-    lines = Lines("linear analysis")
+    lines = ProgressLines("linear analysis")
     lines.report(*far)
     assert lines.line(14.2) == line
 
 
 def test_intervals_grow_from_two_seconds_to_a_minute() -> None:
     found = list(islice(pauses(), 8))
-    assert found[0] == FIRST == 2.0
+    assert found[0] == FIRST_LINE_S == 2.0
     assert all(b >= a for a, b in pairwise(found))
-    assert found[-1] == LONGEST == 60.0
+    assert found[-1] == MAX_PAUSE_S == 60.0
 
 
 def test_a_reader_that_went_away_ends_the_lines_alone() -> None:
     def closed(_: str) -> None:
         raise BrokenPipeError
 
-    Lines("simulating").tell(ends_after(5), closed)
+    ProgressLines("simulating").tell(ends_after(5), closed)
 
 
 def test_without_a_terminal_work_of_no_time_leaves_both_streams_empty(

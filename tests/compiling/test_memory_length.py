@@ -31,7 +31,7 @@ from hydrosim.scene import (
     Scene,
     Solver,
 )
-from hydrosim.studies.linear.seakeeping import Wanted, linear_analysis
+from hydrosim.studies.linear.seakeeping import LinearRequest, linear_analysis
 
 TESTS = Path(__file__).parents[1]
 DATA = TESTS / "data" / "draughts"
@@ -126,7 +126,7 @@ def test_a_length_that_is_not_resolved_is_cut_and_told(one: Scene, radiation: An
     (said,) = [text for text in compiled.notes.warnings if "length" in text]
     assert said.startswith("bodies.barge.radiation.length: found 40 s")
     assert "0.1 rad/s apart and resolve 31.4 s" in said
-    assert said in linear_analysis(scene, Wanted()).attrs["remarks"]
+    assert said in linear_analysis(scene, LinearRequest()).attrs["remarks"]
 
 
 def test_the_members_that_do_not_resolve_a_length_are_told(one: Scene) -> None:

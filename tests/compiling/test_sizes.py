@@ -67,6 +67,17 @@ def test_a_run_of_many_hours_is_asked_about() -> None:
     hs.compile_scene(replace(fine, accept=(Question.STEP,)))
 
 
+def test_bodies_that_do_not_feel_each_other_need_memory_for_themselves_alone() -> None:
+    """A table of retardation functions for each of them, not for each pair."""
+    scene = scene_of("free_floating")
+    still = replace(scene, environment=replace(scene.environment, waves=()), output_step=1e3)
+    (barge,) = still.bodies
+    apart = [replace(barge, name=f"{k}", location=(0.0, 500.0 * k)) for k in range(64)]
+    assert sizes.memory(replace(still, bodies=tuple(apart))) < 80.0 * sizes.memory(still)
+    near = [replace(each, location=barge.location) for each in apart]
+    assert sizes.memory(replace(still, bodies=tuple(near))) > 1000.0 * sizes.memory(still)
+
+
 def test_what_needs_no_memory_is_none_of_it() -> None:
     """A long run with few records, in waves that are summed one by one."""
     scene = scene_of("free_floating")

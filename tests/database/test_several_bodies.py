@@ -12,7 +12,7 @@ from hydrosim.errors import InputError
 
 pytest.importorskip("capytaine", reason="capytaine is not installed (pip install .[bem])")
 
-from hydrosim.database.build import bem, drift_of_each
+from hydrosim.database.build import bem, drift_of_each, mesh
 from hydrosim.database.build.afloat import afloat
 from hydrosim.database.build.build import build
 from hydrosim.database.build.drift import mean_drift
@@ -56,6 +56,30 @@ def close(one: np.ndarray, other: np.ndarray, error: float = 1e-5) -> None:
     size = np.abs(other).reshape(-1, other.shape[-1]).max(axis=0)
     size = np.repeat(size.reshape(-1, 3).max(axis=1), 3)
     assert (np.abs(one - other) <= error * size).all()
+
+
+@pytest.mark.parametrize(
+    ("place", "gap"),
+    [((0.0, 12.0, 0.0), 2.0), ((43.0, 1.3, 0.0), 3.0), ((26.5, 0.0, 90.0), 1.5)],
+)
+def test_the_gap_between_two_hulls_is_measured(tmp_path, place, gap):
+    """Beside, ahead and across; panels of 4 m at most, near the edges half as long."""
+    floats = afloat(load_recipe(boxes(tmp_path, (0.0, 0.0, 0.0), place)))
+    owner = np.array(floats.hull.owner)
+    found, widest = mesh.narrowest_gap(*(floats.panels[owner == number] for number in (0, 1)))
+    assert found == pytest.approx(gap, rel=0.05)
+    assert all(1.0 < size <= 4.0 for size in widest)
+
+
+def test_panels_wider_than_a_gap_are_told_at_build(tmp_path, recwarn):
+    places = (0.0, 0.0, 0.0), (0.0, 13.0, 0.0)
+    with pytest.warns(
+        UserWarning, match="found panels of 3.54 m on number_0 and 3.54 m on number_1 at"
+    ):
+        built(tmp_path, *places)
+    recwarn.clear()
+    built(tmp_path, *places, panels=2.5)
+    assert [str(warning.message) for warning in recwarn] == []
 
 
 def test_placed_and_turned(tmp_path):

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from hydrosim.commands.schema import Kind, schema_of
+from hydrosim.commands.schema import FileKind, schema_of
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "docs"))
 
@@ -77,8 +77,8 @@ def test_sections_are_named_by_places() -> None:
     assert titles == ["The file", "parts.NAME, type: cube", "parts.NAME, type: ball"]
 
 
-@pytest.mark.parametrize("kind", list(Kind))
-def test_pages_of_the_program(kind: Kind) -> None:
+@pytest.mark.parametrize("kind", list(FileKind))
+def test_pages_of_the_program(kind: FileKind) -> None:
     """Every key has a meaning and an example; links hold; nothing is named as in Python."""
     schema = schema_of(kind)
     text = pages_of(schema)

@@ -13,19 +13,19 @@ from jsonschema import Draft202012Validator
 from jsonschema.exceptions import ValidationError, best_match
 from markers import few
 
-from hydrosim.commands.schema import Kind, schema_of
+from hydrosim.commands.schema import FileKind, schema_of
 from hydrosim.documents.nodes import compose, plain
 
 ROOT = Path(__file__).parents[2]
 CASES = sorted(path for path in (ROOT / "cases").rglob("*.yaml") if path.parent.name != "studies")
 FILES = {
-    Kind.CASE: CASES,
-    Kind.STUDY: sorted((ROOT / "cases").rglob("studies/*.yaml")),
-    Kind.RECIPE: sorted((ROOT / "hydro_db").glob("*.yaml")),
+    FileKind.CASE: CASES,
+    FileKind.STUDY: sorted((ROOT / "cases").rglob("studies/*.yaml")),
+    FileKind.RECIPE: sorted((ROOT / "hydro_db").glob("*.yaml")),
 }
-BASE, STUDY = ROOT / "cases" / "reverse_float_over" / "base.yaml", FILES[Kind.STUDY][0]
+BASE, STUDY = ROOT / "cases" / "reverse_float_over" / "base.yaml", FILES[FileKind.STUDY][0]
 WHOLE = [(kind, path) for kind, paths in FILES.items() for path in paths]
-VALIDATORS = {kind: Draft202012Validator(schema_of(kind)) for kind in Kind}
+VALIDATORS = {kind: Draft202012Validator(schema_of(kind)) for kind in FileKind}
 BARGE, FENDER = "bodies.barge", "forces.interface"
 GONE = object()
 
@@ -34,13 +34,13 @@ def content(path: Path) -> Any:
     return plain(compose(path.read_text(), str(path)))
 
 
-@pytest.mark.parametrize("kind", few(sorted(Kind, reverse=True), 2))
-def test_schemas_are_schemas(kind: Kind) -> None:
+@pytest.mark.parametrize("kind", few(sorted(FileKind, reverse=True), 2))
+def test_schemas_are_schemas(kind: FileKind) -> None:
     Draft202012Validator.check_schema(schema_of(kind))
 
 
 @pytest.mark.parametrize(("kind", "path"), WHOLE, ids=lambda x: getattr(x, "stem", str(x)))
-def test_shipped_files_are_valid(kind: Kind, path: Path) -> None:
+def test_shipped_files_are_valid(kind: FileKind, path: Path) -> None:
     assert not list(VALIDATORS[kind].iter_errors(content(path)))
 
 
@@ -122,7 +122,7 @@ def test_mistakes_are_found_where_they_are(key: str, value: object) -> None:
         del place[last]
     else:
         place[last] = value
-    errors = list(VALIDATORS[Kind.CASE].iter_errors(case))
+    errors = list(VALIDATORS[FileKind.CASE].iter_errors(case))
     assert errors
     assert all(found(error)[: len(above)] == above for error in errors)
 
@@ -138,7 +138,7 @@ def test_mistakes_are_found_where_they_are(key: str, value: object) -> None:
 def test_directions_by_name_are_taken(key: str, value: object) -> None:
     case = deepcopy(content(BASE))
     case["bodies"]["barge"][key] = value
-    assert not list(VALIDATORS[Kind.CASE].iter_errors(case))
+    assert not list(VALIDATORS[FileKind.CASE].iter_errors(case))
 
 
 def found(error: ValidationError) -> list[str]:
@@ -154,14 +154,14 @@ def test_a_file_over_another_may_leave_keys_out_and_remove_them() -> None:
         "bodies": {"barge": {"mass": "3 tonne"}},
         "forces": {"lift": None},
     }
-    case = VALIDATORS[Kind.CASE]
+    case = VALIDATORS[FileKind.CASE]
     assert not list(case.iter_errors(over))
     assert list(case.iter_errors(over | {"bodies": {"barge": {"mas": 3}}}))
     assert list(case.iter_errors({"title": "alone", "duration": 3}))
 
 
-@pytest.mark.parametrize("kind", list(Kind))
-def test_every_key_has_a_meaning(kind: Kind) -> None:
+@pytest.mark.parametrize("kind", list(FileKind))
+def test_every_key_has_a_meaning(kind: FileKind) -> None:
     """A sentence each, and the unit of what has one."""
     definitions = schema_of(kind)["$defs"]
     for name, definition in definitions.items():
@@ -174,7 +174,7 @@ def test_every_key_has_a_meaning(kind: Kind) -> None:
 
 
 def test_every_quantity_has_a_unit_and_an_example() -> None:
-    definitions = schema_of(Kind.CASE)["$defs"]
+    definitions = schema_of(FileKind.CASE)["$defs"]
     quantities = [each for each in definitions.values() if "quantity" in each]
     assert len(quantities) > 40
     assert all(each["examples"] and each["unit"] is not None for each in quantities)
@@ -184,7 +184,7 @@ def test_every_quantity_has_a_unit_and_an_example() -> None:
 
 
 def test_every_key_has_an_example_or_its_choices() -> None:
-    for kind in Kind:
+    for kind in FileKind:
         definitions = schema_of(kind)["$defs"]
         for name, definition in definitions.items():
             if not any(part in name for part in ("Part_", "Over", "by_")):
@@ -206,11 +206,11 @@ def exemplified(value: dict[str, Any], definitions: dict[str, Any]) -> bool:
 
 
 def test_the_schema_of_cases_is_small() -> None:
-    assert len(json.dumps(schema_of(Kind.CASE))) < 330_000
+    assert len(json.dumps(schema_of(FileKind.CASE))) < 330_000
 
 
 def test_definitions_are_all_there_and_used() -> None:
-    for kind in Kind:
+    for kind in FileKind:
         text = json.dumps(schema_of(kind))
         used = set(re.findall(r'"#/\$defs/(\w+)', text))
         assert used == {*schema_of(kind)["$defs"]}

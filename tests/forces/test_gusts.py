@@ -32,9 +32,9 @@ from hydrosim.scene import (
 from hydrosim.streams.gusts import gust_at, gust_components, gust_table
 from hydrosim.streams.spectra import density, variance
 from hydrosim.streams.wind import gust_factor, mean_wind, turbulence_intensity
-from hydrosim.studies.linear.seakeeping import Wanted, linear_analysis
+from hydrosim.studies.linear.seakeeping import LinearRequest, linear_analysis
 from hydrosim.studies.operability.seas import Sea, in_sea
-from hydrosim.studies.sweep.study import seas
+from hydrosim.studies.sweep.study import scenes_with_seeds
 from hydrosim.waves import draws
 
 FOOT = 0.3048
@@ -304,7 +304,7 @@ def test_a_turned_scene_in_gusts_turns() -> None:
 
 def test_linear_response_to_gusts() -> None:
     """Along the wind the load changes by 2 c U u, and damps by 2 c U."""
-    found = linear_analysis(moored(gusty(repeat_period=10800.0)), Wanted())
+    found = linear_analysis(moored(gusty(repeat_period=10800.0)), LinearRequest())
     wind = mean_wind(gusty())
     parts = gust_components(Gusts(seed=3), wind, [HEIGHT])
     U, w = npd_speed(HEIGHT), parts.omega
@@ -319,11 +319,11 @@ def test_seeds_of_studies_draw_gusts_too() -> None:
     train = WaveTrain(hs.scene.Jonswap(2.0, 8.0))
     water = replace(gusty(), waves=(train,))
     still = moored(water)
-    for one in (seas(still, [7])[0], in_sea(still, Sea(8.0, 0.0), 2.0, 7)):
+    for one in (scenes_with_seeds(still, [7])[0], in_sea(still, Sea(8.0, 0.0), 2.0, 7)):
         assert one.environment.seeds == [7, 7]
     known = replace(still, environment=water.with_seed(5)).environment.without_waves()
     assert known == water.without_waves()
-    gusty_seas = seas(replace(still, environment=gusty()), [7, 8])
+    gusty_seas = scenes_with_seeds(replace(still, environment=gusty()), [7, 8])
     runs = hs.simulate_many(gusty_seas, channels=["wind_speed"], workers=1)
     assert runs.seed.values.tolist() == [7, 8]
 

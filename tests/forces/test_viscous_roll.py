@@ -22,7 +22,7 @@ from hydrosim.forces import LinearMooring
 from hydrosim.forces.damping.ikeda import SharpBarge
 from hydrosim.forces.damping.viscous_roll import ViscousRoll
 from hydrosim.scene import Kinematics, LinearScenes, Scene
-from hydrosim.studies.linear.seakeeping import Wanted, linear_analysis
+from hydrosim.studies.linear.seakeeping import LinearRequest, linear_analysis
 
 MASS, INERTIA = 2e3, 6e3
 STIFFNESS = np.diag([0.0, 0.0, 0.0, INERTIA, 0.0, 0.0])  # a natural frequency of 1 rad/s
@@ -200,7 +200,7 @@ def test_linear_analysis_in_a_sea_takes_the_mean_power() -> None:
     calm = scene_of("free_floating")
     B = {"linear": 1e9, "quadratic": 4e11, "cubic": 1e12}
     roll = [ViscousRoll("barge", **B), ViscousRoll("barge", linear=1e9)]
-    wanted = Wanted(frequencies=(0.4, 0.5, 0.6), headings=(pi / 2,))
+    wanted = LinearRequest(frequencies=(0.4, 0.5, 0.6), headings=(pi / 2,))
     beam = tuple(replace(train, heading=pi / 2) for train in calm.environment.waves)
     sea = in_waves(calm, *beam)
     found = linear_analysis(replace(sea, forces={"bilges": roll[0]}), wanted)

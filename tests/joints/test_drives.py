@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from itertools import pairwise
 from math import cos, pi, sin
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,12 +14,27 @@ import pytest
 import xarray as xr
 from jointed import G, apart, by_rk4, carried, completed, joint, moved, places, scene
 from scipy.interpolate import CubicSpline, PchipInterpolator
+from scipy.optimize import brentq
 from solutions import solved
 
 import hydrosim as hs
+from hydrosim.compare.exact import differences
 from hydrosim.errors import InputError
 from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import Drive, Harmonic, LinearMooring, Recorded, SmoothTable, Table
+from hydrosim.forces import (
+    Coulomb,
+    Drive,
+    Fender,
+    Harmonic,
+    LinearMooring,
+    Plane,
+    PrescribedNormal,
+    Recorded,
+    SmoothTable,
+    Table,
+)
+from hydrosim.forces.signal import compile_signals, corners
+from hydrosim.outputs import Output
 from hydrosim.scene import (
     Active,
     Joint,
@@ -34,6 +50,8 @@ from hydrosim.scene import (
     Weight,
     When,
 )
+from hydrosim.studies.run import course
+from hydrosim.studies.run.checkpoint import Checkpoint
 
 Validated = Callable[..., None]
 Figure = Callable[[str, float], None]
@@ -266,6 +284,32 @@ def refused(whole: Scene) -> str:
     return str(found.value)
 
 
+def test_lists_make_the_same_signals_as_arrays() -> None:
+    for form in (SmoothTable, Recorded, Table):
+        given = form([0, 4, 8, 11], [0, 1, 2, 1])  # type: ignore[arg-type]
+        same = form(np.array([0.0, 4.0, 8.0, 11.0]), np.array([0.0, 1.0, 2.0, 1.0]))
+        for ours, expected in zip(compile_signals([given]), compile_signals([same]), strict=True):
+            assert ours.tobytes() == expected.tobytes()
+        assert corners(given).tolist() == corners(same).tolist()
+    hs.compile_scene(cart_and_rod(SmoothTable([0.0, 11.0], [0.0, 0.0])))  # type: ignore[arg-type]
+    with pytest.raises(
+        InputError, match=r"^SmoothTable: found times \(2,\) and values \(3,\); exp"
+    ):
+        SmoothTable(np.arange(2.0), np.arange(3.0))
+
+
+@pytest.mark.parametrize("amplitude", [80.0, 86.0])
+def test_a_pitch_that_has_no_angle_is_refused_before_the_run(amplitude: float) -> None:
+    block = replace(carried("block", 12.0, (5.0, 9.0, 7.0), (0.0,) * 3), weight=Weight.BALANCED)
+    turned = {"turn": Drive("block", dof="pitch", position=Harmonic(np.radians(amplitude), 8.0))}
+    whole = scene([block], {}, 8.0, turned)
+    if amplitude < 85.0:
+        hs.compile_scene(whole)
+    else:
+        expected = "forces.turn.angle: found a pitch of up to 86 deg; expected less than 85 deg"
+        assert expected in refused(whole)
+
+
 def test_mistakes_are_told() -> None:
     short = SmoothTable(np.array([0.0, 5.0]), np.array([0.0, 1.0]))
     falling = SmoothTable(np.array([0.0, 6.0, 5.0, 11.0]), np.arange(4.0))
@@ -327,6 +371,185 @@ def test_a_joint_that_closes_against_a_drive_ends_the_run() -> None:
     stop = replace(joint("fixed", "cart", None), active=Active(When(2.0)), resistances=())
     with pytest.raises(hs.SimulationError, match="stop"):
         hs.simulate(replace(whole, joints={**whole.joints, "stop": stop}))
+
+
+@pytest.mark.parametrize("method", [Method.RK4, Method.DOPRI5])
+def test_work_and_impulse_of_a_drive_when_a_joint_closes(
+    method: Method, validated: Validated
+) -> None:
+    """A lock joins a block at rest to a driven cart: the drive gives the block its momentum m v.
+
+    Its work is m v^2, of which the impact loses one half; then it moves both.
+    """
+    mass, at = 7.0, 2.0
+    dry = {"weight": Weight.BALANCED, "dofs": ("surge",)}
+    cart = carried("cart", CART, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), **dry)
+    block = carried("block", mass, (1.0, 1.0, 1.0), (3.0, 0.0, 0.0), **dry)
+    lock = replace(joint("fixed", "block", "cart"), active=Active(When(at)))
+    push = Drive("cart", dof="surge", position=SHAKE)
+    whole = scene([cart, block], {"lock": lock}, DURATION, {"shake": push})
+    solver = replace(whole.solver, method=method, step=0.02)
+    whole = replace(whole, solver=solver, output_impulses=True)
+    run = completed(whole)
+    _, u, a = motion(SHAKE, TIME)
+    _, struck, _ = motion(SHAKE, at)
+    joined = TIME > at + 1e-9
+    _, begun, _ = motion(SHAKE, 0.0)
+    work = 0.5 * CART * (u**2 - begun**2) + joined * 0.5 * mass * (u**2 + struck**2)
+    claim, against = "drive with a lock that closes against it, work", "momentum and energy"
+    error = np.abs(run.energy_work_shake.values - work).max() / np.ptp(work)
+    validated(Kind.CLOSED_FORM, claim, against, error, 1e-6, Feature.DRIVES)
+    force = (CART + joined * mass) * a
+    np.testing.assert_allclose(run.drive_force[:, 0], force, rtol=0.0, atol=1e-9 * np.ptp(force))
+    lost = run.lock_loss.values[:, 0]
+    np.testing.assert_allclose(lost, joined * 0.5 * mass * struck**2, rtol=1e-9, atol=1e-9)
+    impulse = run.lock_impulse.sel(lock="lock", dof="surge").values
+    np.testing.assert_allclose(impulse[joined], mass * struck, rtol=1e-9)
+    given = run.impulse.sel(force="shake", body="cart", dof="surge").values
+    momentum = (CART + joined * mass) * u - CART * begun
+    np.testing.assert_allclose(given, momentum, rtol=0.0, atol=1e-6 * np.ptp(momentum))
+    followed = run.velocity.sel(body="block", dof="surge").values
+    np.testing.assert_allclose(followed, joined * u, rtol=0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("signal", [SHAKE, SmoothTable(KNOTS, VALUES)])
+def test_an_interrupted_run_resumes_to_the_bit(
+    signal: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In the middle of a drive, and of a piece of its table."""
+    monkeypatch.setattr(course, "CHUNK", 0.0)
+    whole = cart_and_rod(signal)
+
+    def stop(time: float, _: int) -> None:
+        if time >= 0.53 * DURATION:
+            raise KeyboardInterrupt
+
+    place = Output(tmp_path / "x.nc.checkpoint", "checkpoint", tmp_path / "x.yaml")
+    said: list[str] = []
+    begun = hs.simulate(whole, stop, Checkpoint(place, 0.0, True, said.append))
+    assert begun.attrs["status"] == "interrupted"
+    resumed = hs.simulate(whole, None, Checkpoint(place, 0.0, True, said.append))
+    assert "the run continues from" in said[-1]
+    assert differences(completed(whole), resumed) == []
+
+
+def slide_on_a_table(grip: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Place, speed and acceleration (nt,) of a block that friction accelerates by ``grip`` [m/s^2]
+    at most, on a table that moves by `SHAKE`: at rest on it, or at a constant acceleration."""
+
+    def table(t: float) -> Any:
+        return motion(SHAKE, t)
+
+    place, speed, pull = (np.array(x) for x in table(TIME))
+    t = aside = 0.0
+    while True:
+        look = t + np.arange(1, 20_000) * 1e-3
+        over = look[np.abs(table(look)[2]) > grip]
+        if not over.size or over[0] > DURATION:
+            return place, speed, pull
+        begin = brentq(lambda x: abs(table(x)[2]) - grip, over[0] - 1e-3, over[0])
+        x0, v0, push = table(begin)
+        side = np.sign(push)
+
+        def slip(x: float, begin: float = begin, v0: float = v0, side: float = side) -> float:
+            return float(v0 + side * grip * (x - begin) - table(x)[1])
+
+        look = begin + np.arange(2, 20_000) * 1e-3
+        end = look[np.sign(slip(begin + 1e-3)) * np.array([slip(x) for x in look]) < 0.0][0]
+        t = brentq(slip, end - 1e-3, end)
+        assert abs(table(t)[2]) < grip  # it comes to rest on the table
+        free = (begin < TIME) & (t > TIME)
+        after = TIME[free] - begin
+        place[free] = x0 + aside + v0 * after + 0.5 * side * grip * after**2
+        speed[free] = v0 + side * grip * after
+        pull[free] = side * grip
+        went = x0 + v0 * (t - begin) + 0.5 * side * grip * (t - begin) ** 2
+        aside += went - table(t)[0]
+        place[t <= TIME] = motion(SHAKE, TIME[t <= TIME])[0] + aside
+
+
+def test_a_block_slides_on_a_driven_table(validated: Validated) -> None:
+    """Rigid dry friction between a driven table and a block, which holds, slips and holds again."""
+    mass, pressed, grip = 7.0, 35.0, 1.8
+    dry = {"weight": Weight.BALANCED}
+    table = carried("table", CART, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), dofs=("surge",), **dry)
+    start, speed, _ = motion(SHAKE, 0.0)
+    begun = {"position": (start, 0, 0, 0, 0, 0), "velocity": (speed, 0, 0, 0, 0, 0)}
+    free = {"dofs": ("surge", "sway"), **begun, **dry}
+    block = carried("block", mass, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), **free)
+    normal = PrescribedNormal(Table(np.array([0.0]), np.array([pressed])))
+    top = Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), body="table")
+    mu = mass * grip / pressed
+    pad = Fender("block", np.zeros((1, 3)), top, normal, Coulomb(mu, mu))
+    forces = {"shake": Drive("table", dof="surge", position=SHAKE), "pad": pad}
+    run = completed(scene([table, block], {}, DURATION, forces))
+    place, speed, pull = slide_on_a_table(grip)
+    assert np.ptp(place - motion(SHAKE, TIME)[0]) > 0.05
+    found = run.position.sel(body="block", dof="surge").values
+    error = np.abs(found - place).max() / np.ptp(place)
+    claim, against = "block on a driven table with rigid dry friction", "parabolas between events"
+    validated(Kind.CLOSED_FORM, claim, against, error, 1e-6, Feature.DRIVES, Feature.COULOMB)
+    force = CART * motion(SHAKE, TIME)[2] + mass * pull
+    np.testing.assert_allclose(run.drive_force[:, 0], force, rtol=0.0, atol=1e-5 * np.ptp(force))
+    assert run.attrs["energy_residual_relative"] < 1e-9
+
+
+def four_bar(signal: Any, **changes: Any) -> Scene:
+    """A parallelogram of two cranks and a coupler, whose first crank is driven."""
+    long, apart_by = 2.0, 5.0
+    first = carried("first", 3.0, (1.0, 1.0, 1.0), (0.0, 0.0, 0.5 * long))
+    second = carried("second", 3.0, (1.0, 1.0, 1.0), (apart_by, 0.0, 0.5 * long))
+    coupler = carried("coupler", 9.0, (1.0, 20.0, 20.0), (0.5 * apart_by, 0.0, long))
+    foot, head = (0.0, 0.0, -0.5 * long), (0.0, 0.0, 0.5 * long)
+    joints = {
+        "a": joint("hinge", "first", None, point=foot, axis=Y),
+        "b": joint("hinge", "second", None, *changes.pop("second", ()), point=foot, axis=Y),
+        "c": joint("hinge", "coupler", "first", point=(-0.5 * apart_by, 0.0, 0.0), axis=Y),
+        "d": joint("ball", "second", "coupler", point=head),
+    }
+    crank = Drive("first", dof="angle", position=signal, joint="a")
+    return scene([first, second, coupler], joints, DURATION, {"crank": crank}, **changes)
+
+
+def test_a_driven_four_bar_begins_with_a_sine() -> None:
+    """Its followers start with the velocities that its joints need: the coupler does not turn."""
+    turn = Harmonic(0.7, 6.0)
+    run = completed(four_bar(turn))
+    q, u, a = motion(turn, TIME)
+    long, both, coupler = 2.0, 2.0 * (1.0 + 3.0 * 1.0**2), 9.0
+    for name in ("a angle", "b angle"):
+        angle = run.sel(joint_motion=name)
+        np.testing.assert_allclose(angle.joint_position, q, rtol=0.0, atol=1e-9)
+        np.testing.assert_allclose(angle.joint_velocity, u, rtol=0.0, atol=1e-9)
+    inertia = both + coupler * long**2
+    weight = (2.0 * 3.0 * 0.5 * long + coupler * long) * G
+    moment = inertia * a - weight * np.sin(q)
+    np.testing.assert_allclose(run.drive_force[:, 0], moment, rtol=0.0, atol=1e-7 * np.ptp(moment))
+
+
+def test_velocities_that_part_a_driven_linkage_are_refused() -> None:
+    turn = Harmonic(0.7, 6.0)
+    _, u, _ = motion(turn, 0.0)
+    with pytest.raises(InputError, match="the initial velocities part"):
+        hs.compile_scene(four_bar(turn, second=[moved(0.0, 2.0 * u)]))
+
+
+@pytest.mark.parametrize(("back", "ends"), [(False, False), (True, True)])
+def test_a_ratchet_may_be_closed_under_a_drive_from_the_start(back: bool, ends: bool) -> None:
+    """The drive rests until 2 s; then it goes the way of the ratchet, or back."""
+    signal = SmoothTable(RESTS.time[:4], (-1.0 if back else 1.0) * RESTS.value[:4])
+    signal = SmoothTable(
+        np.append(signal.time[:3], DURATION), np.append(signal.value[:3], signal.value[2])
+    )
+    whole = cart_and_rod(signal, step=0.05)
+    pawl = Joint(JointType.RATCHET, "cart", axis=X, ratchet=Ratchet())
+    held = replace(whole, joints={**whole.joints, "pawl": pawl})
+    if not ends:
+        found = completed(held).sel(body="cart", dof="surge").position
+        assert found[-1] == pytest.approx(0.6, abs=1e-12)
+        return
+    with pytest.raises(hs.SimulationError, match=r"t = 2\.[01]\d* s joints\.pawl .* drive moves"):
+        hs.simulate(held)
 
 
 RESTS = SmoothTable(

@@ -13,7 +13,7 @@ import hydrosim as hs
 from hydrosim.compiling.compile import Radiation
 from hydrosim.evidence import Feature, Kind
 from hydrosim.scene import Scene
-from hydrosim.studies.linear.seakeeping import Wanted, linear_analysis
+from hydrosim.studies.linear.seakeeping import LinearRequest, linear_analysis
 
 CASES = Path(__file__).parents[2] / "cases" / "hinged_barges"
 NAMES = ["fore", "aft"]
@@ -44,7 +44,7 @@ def test_linear_analysis_against_the_frequency_domain(barges, validated):
     """All motions, in waves from all sides, with added mass and damping of the database."""
     rows = range(6, barges.frequency.size, 6)
     columns = range(0, barges.heading.size, 2)
-    wanted = Wanted(
+    wanted = LinearRequest(
         headings=tuple(barges.heading[list(columns)]),
         frequencies=tuple(barges.frequency[list(rows)]),
         radiation=Radiation.DATABASE,

@@ -38,7 +38,7 @@ from hydrosim.scene import (
     WaveForces,
     WaveTrain,
 )
-from hydrosim.studies.run.resolution import ACCURATE
+from hydrosim.studies.run.resolution import MAX_MOTION_ERROR
 from hydrosim.wording.check import check_document
 
 Figure = Callable[[str, float], None]
@@ -115,7 +115,7 @@ def test_a_run_is_as_wrong_as_it_says(
     enough = float(re.search(r"solver.step: (\S+) s", warning).group(1))
     finer = ringing(method, enough, damping)
     assert not told(hs.simulate(finer))
-    assert apart(finer) < ACCURATE
+    assert apart(finer) < MAX_MOTION_ERROR
 
 
 def seen(decay: float, mode: int) -> tuple[float, float]:
@@ -148,7 +148,7 @@ def test_slow_forces_on_a_fast_mode_are_no_reason_to_warn() -> None:
         scene, bodies=(replace(scene.bodies[0], velocity=(0.3 / 8.91, 0, 0, 0, 0, 0)),)
     )
     assert not told(hs.simulate(settled))
-    assert apart(settled) < ACCURATE
+    assert apart(settled) < MAX_MOTION_ERROR
 
 
 def float_over(step: float) -> Scene:
@@ -188,7 +188,7 @@ def test_a_stable_step_that_damps_a_contact_away_is_warned_of(figure: Figure) ->
     assert not told(hs.simulate(float_over(enough)))
     figure("step that is asked for [s]", enough)
     figure("apart there", apart(float_over(enough)))
-    assert apart(float_over(enough)) < ACCURATE
+    assert apart(float_over(enough)) < MAX_MOTION_ERROR
     said = texts(check_document(scene).nodes)
     assert any("the largest stable step is" in line for line in said)
     assert any(line.startswith("Largest accurate step") for line in said)

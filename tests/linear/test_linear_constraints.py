@@ -44,7 +44,7 @@ from hydrosim.linear.linearise import Linear
 from hydrosim.linear.propagate import linear_equation, loads_at_rest, motions
 from hydrosim.scene import Body, Kinematics, RegularWave, Scene, Solver, WaveTrain, Weight
 from hydrosim.studies.linear.response import responder
-from hydrosim.studies.linear.seakeeping import Wanted, linear_analysis
+from hydrosim.studies.linear.seakeeping import LinearRequest, linear_analysis
 from hydrosim.studies.run.resolution import scene_combinations
 from hydrosim.studies.run.step_limits import scene_step_limits
 from hydrosim.waves import Components
@@ -477,7 +477,7 @@ def test_waves_that_let_a_rigid_grip_slip_are_told() -> None:
     for height, slips in ((0.01, False), (10.0, True)):
         train = WaveTrain(replace(SEA, significant_height=height))
         held = in_waves(replace(still, forces={**still.forces, "grip": grip}), train)
-        remarks = linear_analysis(held, Wanted()).remarks
+        remarks = linear_analysis(held, LinearRequest()).remarks
         assert ("grip 1 would slip" in remarks) == slips
         assert "no motion along the plane" in remarks
 
@@ -526,7 +526,7 @@ def test_a_change_of_radiation_moves_nothing_that_is_held() -> None:
 def test_where_motion_remains_rigid_friction_is_linear() -> None:
     body, law = block(2.0, ("surge", "heave")), Coulomb(0.5, 0.4)
     forces = {"weight": steady(heave=-100.0), "floor": on_floor(1e3, law)}
-    found = linear_analysis(scene(body, forces, 1.0, 0.1), Wanted())
+    found = linear_analysis(scene(body, forces, 1.0, 0.1), LinearRequest())
     assert list(found["mode"].values) == ["block heave"]
     assert float(found.natural_period[0]) == pytest.approx(2 * pi / np.sqrt(500.0), rel=1e-6)
     assert "floor 1 hold by friction: no motion along the plane" in found.remarks
@@ -535,7 +535,7 @@ def test_where_motion_remains_rigid_friction_is_linear() -> None:
 def test_where_none_remains_it_is_refused() -> None:
     forces = {"floor": gripped((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), force=1.0)}
     with pytest.raises(InputError, match="holds floor 1 at rest, so that nothing can move"):
-        linear_analysis(scene(block(2.0, ("surge", "sway")), forces, 1.0, 0.1), Wanted())
+        linear_analysis(scene(block(2.0, ("surge", "sway")), forces, 1.0, 0.1), LinearRequest())
 
 
 def test_what_holds_more_once_it_has_moved_is_refused() -> None:

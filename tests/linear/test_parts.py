@@ -18,7 +18,7 @@ from hydrosim.linear.components import find_components
 from hydrosim.linear.impedance import find_admittances
 from hydrosim.linear.linearise import Linear, linearise
 from hydrosim.scene import Scene
-from hydrosim.studies.run.step_limits import warned_of_steps
+from hydrosim.studies.run.step_limits import add_step_warnings
 
 NAMES = ("left", "right", "other")
 PARTS = 2  # of a barge: what moves in its plane, and what moves aside
@@ -97,7 +97,7 @@ def test_equal_components_are_solved_once(monkeypatch: pytest.MonkeyPatch) -> No
         compiled = hs.compile_scene(barges(count))
         with monkeypatch.context() as patched:
             patched.setattr(module.linalg, "eigvals", counted)
-            warned_of_steps(compiled)
+            add_step_warnings(compiled)
         assert asked.total() == different * PARTS
         asked.clear()
 

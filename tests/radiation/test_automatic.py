@@ -25,7 +25,7 @@ from hydrosim.scene import (
     Start,
     StateSpaceRadiation,
 )
-from hydrosim.studies.linear.seakeeping import Wanted, linear_analysis
+from hydrosim.studies.linear.seakeeping import LinearRequest, linear_analysis
 
 SURGE, LENGTH, STEP = 0, 40.0, 0.05
 AUTOMATIC = AutomaticRadiation(3e-4, LENGTH, STEP)
@@ -84,7 +84,7 @@ def test_states_where_they_hold_and_the_integral_elsewhere_with_the_reason() -> 
 def test_what_has_no_fit_is_linear_all_the_same_and_the_error_is_told() -> None:
     """Heave is as in a scene of states; surge is that of the nearest passive model."""
     rough, fitted = (
-        linear_analysis(scene(of, dofs), Wanted())
+        linear_analysis(scene(of, dofs), LinearRequest())
         for of, dofs in (
             (AUTOMATIC, ("surge", "heave")),
             (StateSpaceRadiation(3e-4, LENGTH, STEP), ("heave",)),

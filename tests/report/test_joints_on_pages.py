@@ -72,6 +72,43 @@ def test_a_submerged_hull_is_drawn_as_it_is():
     assert np.hypot(corners[:, 0], corners[:, 1]).max() == pytest.approx(5.0)
 
 
+SLUNG = """\
+title: A load on a sling
+duration: 2 s
+bodies:
+  boom:
+    {mass: 10 tonne, radii_of_gyration: [1, 3, 3], centre_of_gravity: [5, 0, 2], dofs: [heave]}
+  load:
+    {mass: 1 tonne, radii_of_gyration: [1, 1, 1], centre_of_gravity: [10, 0, -6], weight: carried}
+joints:
+  sling: {type: rod, body: load, to: boom, point: [0, 0, 1 m], to_point: [5 m, 0, 0]}
+forces:
+  lift: {type: drive, body: boom, dof: heave, offset: {amplitude: 0.2 m, period: 5 s}}
+solver: {step: 0.02 s}
+output: {step: 0.1 s}
+"""
+
+
+def test_a_rod_is_drawn_as_a_line_between_its_ends(tmp_path):
+    """7 m long in every record, in the colour of its force."""
+    path = tmp_path / "case.yaml"
+    path.write_text(SLUNG)
+    run = hs.simulate(hs.load_case(path))
+    data = data_of(html(replay_document(run), ""))["replay"]
+    assert data["joints"] == []
+    (line,) = data["lines"]
+    assert (line["name"], line["body"], line["anchor_body"]) == ("sling", 1, 0)
+    q = np.frombuffer(b64decode(data["position"]), "<f4").reshape(-1, 2, 6).astype(float)
+    ends = []
+    for body, point in ((line["body"], line["point"]), (line["anchor_body"], line["anchor"])):
+        turns = Rotation.from_euler("ZYX", q[:, body, 5:2:-1])
+        ends.append(data["rest"][body] + q[:, body, :3] + turns.apply(point))
+    np.testing.assert_allclose(np.linalg.norm(ends[0] - ends[1], axis=1), 7.0, atol=1e-5)
+    tensions = np.frombuffer(b64decode(data["tensions"]), "<f4")
+    acceleration = -0.2 * (2 * np.pi / 5) ** 2 * np.sin(2 * np.pi / 5 * run.time.values)
+    np.testing.assert_allclose(tensions, 1e3 * (9.81 + acceleration), rtol=1e-4)
+
+
 def test_panels_and_charts_of_joints(barges):
     """Motion and force. In head seas the moment of the hinge is rounding and has no panel."""
     labels = [axis.get_ylabel() for axis in picture(joints(barges), "").axes]

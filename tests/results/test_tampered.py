@@ -10,9 +10,11 @@ from typing import Any
 import netCDF4
 import numpy as np
 import pytest
+import xarray as xr
 from dry_scenes import block, scene
 
 import hydrosim as hs
+from hydrosim.commands.results import tells_absent_variables
 from hydrosim.errors import InputError
 from hydrosim.plot.load import open_run
 from hydrosim.report.document import replay_of, report_of
@@ -53,6 +55,14 @@ def last_time(file: netCDF4.Dataset) -> None:
     file["time"][-1] = np.nan
 
 
+def same_names(file: netCDF4.Dataset) -> None:
+    file["dof"][:] = np.full(6, "heave", object)
+
+
+def other_names(file: netCDF4.Dataset) -> None:
+    file["dof"][0] = "lift"
+
+
 TAMPERED: dict[str, tuple[Change, str]] = {
     "no JSON": (attribute("units_read", '{"N": "kN"}x'), "attribute units_read: found "),
     "no unit": (attribute("units_read", '{"N": "furlong"}'), "expected units by their SI unit"),
@@ -62,6 +72,9 @@ TAMPERED: dict[str, tuple[Change, str]] = {
     "nested": (attribute("criteria_asked", "[" * 10**5), "expected a list of criteria, as JSON"),
     "criteria": (attribute("criteria_asked", '[{"name": "x"}]'), "expected a list of criteria"),
     "one unit": (one_unit, "found 1 units; expected 6, one for each degree of freedom"),
+    "same names": (same_names, "dof: found 'heave' twice; expected each once"),
+    "other names": (other_names, "dof: found lift, sway, heave, roll, pitch, yaw; expected deg"),
+    "infinite": (values("energy_residual", np.inf), "energy_residual: found an infinite value"),
     "NaN": (values("position", np.nan), "position: found 126 values that are no numbers"),
     "huge": (values("position", 1e308), "position: found a value above 1e+100; expected one that"),
     "constant": (values("time", 0.0), "time: found 0 s after 0 s; expected times that rise"),
@@ -99,3 +112,20 @@ def test_tampered_sets_of_runs_are_refused(tmp_path: Path, design: str) -> None:
         file.setncattr("design", design)
     with pytest.raises(InputError, match=r"attribute design: found .*; expected the plans of a"):
         open_runs(path)
+
+
+@pytest.mark.parametrize("look", [lambda run: run.slip, lambda run: run["slip"]])
+def test_a_variable_that_a_command_lacks_is_told(
+    written: Path, look: Callable[[xr.Dataset], object]
+) -> None:
+    @tells_absent_variables
+    def show(run_file: Path) -> None:
+        look(netcdf.read(run_file))
+
+    with pytest.raises(InputError, match=r"run\.nc: found no variable slip, which .*was changed"):
+        show(run_file=written)
+
+
+def test_other_errors_of_a_command_stay() -> None:
+    with pytest.raises(KeyError, match="slip"):
+        tells_absent_variables(lambda run_file: {}["slip"])(run_file=Path("run.nc"))

@@ -70,12 +70,14 @@ def test_differences_are_taken_seed_by_seed() -> None:
 def test_sobol_indices_of_ishigami() -> None:
     """sin x1 + 7 sin^2 x2 + x3^4 sin(x1) / 10 (Ishigami and Homma 1990): variances in closed form,
     first 0.3139, 0.4424, 0, total 0.5576, 0.4424, 0.2437. The estimators are off by 1/sqrt(n)."""
-    from hydrosim.studies.study_file import Plan
-    from hydrosim.studies.sweep.designs import rows
+    from hydrosim.studies.study_file import DesignPlan
+    from hydrosim.studies.sweep.designs import design_rows
 
     ranges = {name: {"from": -np.pi, "to": np.pi} for name in ("x1", "x2", "x3")}
-    plan = Plan.model_validate({"design": "sobol_indices", "samples": 1024, "parameters": ranges})
-    points = [row.settings for row in rows(plan, lambda _, r: (r.low, r.high))]
+    plan = DesignPlan.model_validate(
+        {"design": "sobol_indices", "samples": 1024, "parameters": ranges}
+    )
+    points = [row.settings for row in design_rows(plan, lambda _, r: (r.low, r.high))]
     x1, x2, x3 = (np.array([p[name] for p in points]) for name in ranges)
     y = np.sin(x1) + 7.0 * np.sin(x2) ** 2 + 0.1 * x3**4 * np.sin(x1)
     runs = file_of("sobol_indices", {"x1": x1, "x2": x2, "x3": x3}, y)

@@ -22,6 +22,7 @@ Water = tuple[float, float]
 """Density [kg/m^3] and gravity [m/s^2]."""
 DEEPER = 1e-3  # of the depth: an anchor this little below the seabed is on it
 YAML = (".yaml", ".yml")
+CASE_KEYS = {"title", "duration", "environment", "bodies", "forces", "joints", "extends"}
 MAX_PIECES = 1000
 """Lines of a file; a wind farm has some hundreds."""
 
@@ -62,13 +63,14 @@ def mooring_lines(system: System, water: Water, source: Source) -> dict[str, Moo
             pieces, end = _follow(system, at, name, first, source)
             if len(pieces) > MAX_SEGMENTS:
                 text = f"found {len(pieces)} lines in series from line {first}"
-                source.wrong(f"{text}; expected at most {MAX_SEGMENTS}; join those that are alike")
+                text += f"; expected at most {MAX_SEGMENTS}; join those that are alike"
+                source.wrong(text, system.pieces[first].row)
             used.update(pieces)
             found[first] = _line(system, name, end, pieces, water)
     left = [name for name in system.pieces if name not in used]
     if left:
         text = f"found line {left[0]}, which leads to no point of a body; expected lines to bodies"
-        source.wrong(text)
+        source.wrong(text, system.pieces[left[0]].row)
     if not found:
         source.wrong("found no line that ends on a body; expected a point of type Coupled")
     return found
@@ -79,10 +81,10 @@ def _check_names(system: System, source: Source) -> None:
         source.wrong(f"found {len(system.pieces):,} lines; expected at most {MAX_PIECES:,}")
     for name, piece in system.pieces.items():
         if piece.type not in system.types:
-            source.unknown(f"line type of line {name},", piece.type, [*system.types])
+            source.unknown(f"line type of line {name},", piece.type, [*system.types], piece.row)
         for end in piece.ends:
             if end not in system.points:
-                source.unknown(f"point at an end of line {name},", end, [*system.points])
+                source.unknown(f"point at an end of line {name},", end, [*system.points], piece.row)
     _check_depths(system, source)
 
 
@@ -93,7 +95,8 @@ def _check_depths(system: System, source: Source) -> None:
         if point.held is Held.EARTH and -point.place[2] > depth * (1.0 + DEEPER):
             source.wrong(
                 f"found point {name} {-point.place[2]:g} m below the water, and a depth of"
-                f" {depth:g} m; expected points on the seabed or above it"
+                f" {depth:g} m; expected points on the seabed or above it",
+                point.row,
             )
 
 
@@ -123,28 +126,36 @@ def _follow(
         if held is Held.BODY:
             source.wrong(
                 f"found line {name} from one point of a body to another; expected an anchor;"
-                " lines between bodies are a catenary with anchor_body in the case"
+                " lines between bodies are a catenary with anchor_body in the case",
+                system.pieces[name].row,
             )
-        name = _next(at, point, name, source)
+        name = _next(system, at, point, name, source)
         if name in pieces:
-            source.wrong(f"found a ring of lines at point {point}; expected a line to an anchor")
+            text = f"found a ring of lines at point {point}; expected a line to an anchor"
+            source.wrong(text, system.points[point].row)
 
 
-def _next(at: Mapping[str, list[str]], point: str, name: str, source: Source) -> str:
-    """The line behind a free point."""
+def _next(
+    system: System, at: Mapping[str, list[str]], point: str, name: str, source: Source
+) -> str:
+    """The line behind a free ``point``."""
     others = [other for other in at[point] if other != name]
     if not others:
-        source.wrong(f"found the free end {point} of line {name}; expected a line or an anchor")
+        text = f"found the free end {point} of line {name}; expected a line or an anchor"
+        source.wrong(text, system.points[point].row)
     if len(others) > 1:
-        _refuse_bridle(at, point, source)
+        _refuse_bridle(system, at, point, source)
     return others[0]
 
 
-def _refuse_bridle(at: Mapping[str, list[str]], point: str, source: Source) -> NoReturn:
+def _refuse_bridle(
+    system: System, at: Mapping[str, list[str]], point: str, source: Source
+) -> NoReturn:
     source.wrong(
         f"found a bridle: lines {', '.join(at[point])} meet at the free point {point}; expected two"
         " lines at a free point. Model the point as a small body of the case, or lead one line"
-        " of the joint stiffness to the vessel"
+        " of the joint stiffness to the vessel",
+        system.points[point].row,
     )
 
 
@@ -184,11 +195,14 @@ def _hung(system: System, start: str, pieces: list[str], water: Water) -> Iterat
 
 
 def is_mooring_file(file: Path) -> bool:
-    """Whether a file is another program's, not a case."""
+    """Whether a file is another program's, not a case. YAML without any key of a case is."""
     if file.suffix.lower() not in YAML:
         return True
     try:
         node = compose(file.read_text("utf-8-sig"), str(file))
     except (OSError, UnicodeDecodeError, InputError):
         return False  # the reader of cases says what is wrong
-    return node is not None and is_moorpy(plain(node))
+    values = plain(node) if node is not None else None
+    if not isinstance(values, Mapping):
+        return False
+    return is_moorpy(values) or not CASE_KEYS & {*values}

@@ -22,6 +22,7 @@ import numpy as np
 from hydrosim.case.lines import quantities
 from hydrosim.case.lines.options import read_options
 from hydrosim.case.lines.sections import (
+    COLUMN_NAMES,
     WITHOUT_TABLE,
     FileSection,
     SectionTable,
@@ -37,6 +38,11 @@ WORDS = {  # what holds a point, by what its type begins with
     **dict.fromkeys(("fix", "anch", "ground"), Held.EARTH),
     **dict.fromkeys(("vess", "fair", "coupl", "cpld", "body", "turb"), Held.BODY),
     **dict.fromkeys(("con", "free", "point"), Held.LINES),
+}
+PASSED_COLUMNS = {  # names of columns that are not read
+    "types": r"(line|type)?name|(line)?type|ba\b.*|cintdamp.*|c[ad](ax|n|t)?|c[ad]end|cl|df|cf",
+    "points": r"id|node|point|con.*|type|att.*|c[ad]a?\*?",
+    "lines": r"id|line|(line)?type|(line)?name|num(segs|nodes)|.*(flags|out).*",
 }
 BODY_COLUMN_INITIALS = ("x", "y", "z", "r", "p", "y")
 """What the names of the columns of a body begin with, from the third on: places and angles."""
@@ -74,7 +80,8 @@ def read_moordyn(source: Source) -> System:
     sections = read_sections(source)
     for kind, what in REQUIRED_SECTIONS.items():
         if kind not in sections:
-            source.wrong(f"found no section {what}; expected an input file of MoorDyn or MoorPy")
+            expected = "an input file of MoorDyn or MoorPy with lines"
+            source.wrong(f"found no section {what}; expected {expected}")
     _refuse_map(source, sections)
     tables = {
         kind: read_table(source, section)
@@ -84,7 +91,7 @@ def read_moordyn(source: Source) -> System:
     _refuse_sections(source, sections, tables)
     options = read_options(source, sections.get("options", FileSection("options", "", 0)))
     bodies = dict(_read_bodies(tables["bodies"])) if "bodies" in tables else None
-    bending = tuple(_find_bending(tables["types"]))
+    stiffness = tuple(_find_stiffness_left_out(tables["types"]))
     return System(
         source.file,
         _types(tables["types"]),
@@ -94,21 +101,37 @@ def read_moordyn(source: Source) -> System:
         gravity=options.gravity,
         depth=options.depth,
         friction=options.friction,
-        left_out=(*bending, *_free_bodies(bodies or {}), *options.left_out),
+        left_out=(
+            *stiffness,
+            *(entry for kind in PASSED_COLUMNS for entry in _unknown_columns(kind, tables[kind])),
+            *_free_bodies(bodies or {}),
+            *options.left_out,
+        ),
     )
+
+
+def _unknown_columns(kind: str, table: SectionTable) -> Iterator[OmittedEntry]:
+    """Columns that are neither read nor among those that a line in static balance lacks."""
+    read = {table.column(what) for what in COLUMN_NAMES}
+    for number, name in enumerate(table.names):
+        if number not in read and not re.fullmatch(PASSED_COLUMNS[kind], name):
+            found = f"the column {name} of {table.title}"
+            advice = "No column of this name is known here; see that the line is as you mean it."
+            yield OmittedEntry(Question.FILES, found, "it is left out", advice)
 
 
 def _refuse_map(source: Source, sections: Mapping[str, FileSection]) -> None:
     """Refuse an input file of MAP++, from which MoorDyn's format comes."""
     rows = [
-        (line, words)
+        (line, words, len(next((w for w in rows.values() if len(w) > 2), ())))
         for kind in ("types", "points", "lines")
-        for line, words in sections[kind].rows.items()
+        for rows in [sections[kind].rows]
+        for line, words in rows.items()
     ]
-    for line, words in rows:
+    for line, words, columns in rows:
         names = [word.lower() for word in words]
-        is_line = "unstrlen" in names and "numsegs" not in names
-        iterated = any(re.fullmatch(r"#[-+.\d]*", word) for word in words[2:])
+        is_line = "unstrlen" in names and not any(name.startswith("num") for name in names)
+        iterated = any(re.fullmatch(r"#[-+.\d]*", word) for word in words[2:columns])
         if "cintdamp" in names and "cb" in names:
             text = "found the column CB"
         elif is_line:
@@ -148,8 +171,16 @@ def _types(rows: SectionTable) -> dict[str, LineType]:
     return found
 
 
-def _find_bending(rows: SectionTable) -> Iterator[OmittedEntry]:
+def _find_stiffness_left_out(rows: SectionTable) -> Iterator[OmittedEntry]:
+    """Bending stiffness, and what follows the first number of EA: the stiffness under fast
+    loads."""
+    axial = rows.required_column("stiffness")
     for line, words in rows:
+        _, _, fast = words[axial].partition("|")
+        if fast:
+            found = f"EA of {fast} under fast loads for {words[0]} in line {line}"
+            advice = "The stiffness of the line is that of slow loads. In waves it is too soft."
+            yield OmittedEntry(Question.FILES, found, "it is left out", advice)
         stiffness = rows.optional_number(line, words, "bending", quantities.BENDING_STIFFNESS)
         if stiffness > 0.0:
             yield OmittedEntry(
@@ -233,7 +264,7 @@ def _points(rows: SectionTable, depth: float | None, bodies: Bodies | None) -> d
         held, body, place = _locate_point(rows.source, line, words[1], (x, y, z), bodies)
         mass = rows.optional_number(line, words, "mass", quantities.MASS)
         volume = rows.optional_number(line, words, "volume", quantities.VOLUME)
-        found[number] = Point(held, place, mass, volume, body)
+        found[number] = Point(held, place, mass, volume, body, line)
     return found
 
 
@@ -273,7 +304,7 @@ def _pieces(rows: SectionTable) -> dict[str, Piece]:
         size = rows.number(
             line, words, length, quantities.LENGTH, f"the unstretched length of line {words[0]}"
         )
-        found[words[0]] = Piece(words[1], (ends[0], ends[1]), size)
+        found[words[0]] = Piece(words[1], (ends[0], ends[1]), size, line)
     return found
 
 

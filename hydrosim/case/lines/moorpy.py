@@ -54,6 +54,11 @@ class MappingEntry:
     keys: tuple[str | int, ...]
     values: Mapping[str, Any]
 
+    @property
+    def row(self) -> int:
+        """Its line in the file."""
+        return locate(self.node, self.keys)[1].line + 1
+
     def refuse(self, text: str, *keys: str | int) -> NoReturn:
         """Raises InputError with key and line."""
         name, mark = locate(self.node, (*self.keys, *keys))
@@ -135,7 +140,7 @@ def read_moorpy(source: Source) -> System:
     values = plain(node) if node else None
     if node is None or not isinstance(values, Mapping) or not is_moorpy(values):
         keys = f"{', '.join(REQUIRED_KEYS[:-1])} and {REQUIRED_KEYS[-1]}"
-        source.wrong(f"found no keys {keys}; expected a system of MoorPy")
+        source.wrong(f"found no keys {keys}; expected a system of MoorPy, or a case of hydrosim")
     if {*REQUIRED_KEYS} <= {*values}:
         return _system(MappingEntry(source, node, (), values))
     return _system(MappingEntry(source, node, ("mooring",), values["mooring"]))
@@ -198,10 +203,11 @@ def _point(entry: MappingEntry) -> Point:
         entry.optional_number("mass", quantities.MASS) or 0.0,
         entry.optional_number("volume", quantities.VOLUME) or 0.0,
         kind if "body" in kind else "",
+        entry.row,
     )
 
 
 def _piece(entry: MappingEntry) -> Piece:
     ends = (entry.read_name("endA"), entry.read_name("endB"))
     kind = entry.read_name("type", "lineType")
-    return Piece(kind, ends, entry.number("length", quantities.LENGTH))
+    return Piece(kind, ends, entry.number("length", quantities.LENGTH), entry.row)

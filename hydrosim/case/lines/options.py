@@ -22,7 +22,18 @@ NUMBER_OPTIONS: dict[str, tuple[tuple[str, ...], Quantity]] = {
     "friction": (("frictioncoefficient", "mu_ka"), quantities.FRICTION),
 }
 SOLUTION_OPTIONS = {
-    *("dtm", "cfl", "tscheme", "dtout", "echo", "writelog", "writeunits", "outswitch"),
+    *(
+        "dtm",
+        "dt",
+        "cfl",
+        "tscheme",
+        "dtout",
+        "fileic",
+        "echo",
+        "writelog",
+        "writeunits",
+        "outswitch",
+    ),
     *("disableoutput", "disableouttime", "inertialf", "inertialf_rampt"),
     *("kb", "kbot", "cb", "cbot", "fricdamp", "cv", "statdynfricscale", "mc"),
     *("dtic", "icdt", "tmaxic", "ictmax", "cdscaleic", "icdfac", "threshic", "icthresh"),

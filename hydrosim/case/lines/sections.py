@@ -35,6 +35,7 @@ SECTION_TITLES = {  # what the title of a section holds; the first that does so 
     "lines": "LINES|LINE LIST|LINE PROPERTIES",
 }
 WITHOUT_TABLE = ("front", "end", "options", "outputs")
+REPEATED_SECTIONS = ("front", "outputs", "ropes")
 COLUMN_NAMES = {  # names of columns, or their beginnings
     "diameter": ("diam", "d"),
     "mass": ("mass", "m"),
@@ -128,7 +129,7 @@ def read_sections(source: Source) -> dict[str, FileSection]:
         if section.kind == "end":
             break
         name = section.kind or section.title
-        if name in found and section.kind not in ("front", "outputs") and section.rows:
+        if name in found and section.kind not in REPEATED_SECTIONS and section.rows:
             source.wrong(
                 f"found a second section {section.title}; expected one, as in line"
                 f" {found[name].line}; join the tables",

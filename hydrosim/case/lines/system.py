@@ -37,23 +37,26 @@ class LineType:
 @dataclass(frozen=True)
 class Point:
     """``place`` [m]: in the axes of the body if one holds it, else in those of the file. ``body``
-    is its name there. ``mass`` [kg], ``volume`` [m^3]."""
+    is its name there. ``mass`` [kg], ``volume`` [m^3]. It stands in the line ``row`` of the
+    file."""
 
     held: Held
     place: tuple[float, float, float]
     mass: float = 0.0
     volume: float = 0.0
     body: str = ""
+    row: int | None = None
 
 
 @dataclass(frozen=True)
 class Piece:
-    """A line of a file: its ``type``, the points at both ``ends``, its unstretched ``length``
-    [m]."""
+    """A line of a file: its ``type``, the points at both ``ends``, its unstretched ``length`` [m].
+    It stands in the line ``row`` of the file."""
 
     type: str
     ends: tuple[str, str]
     length: float
+    row: int | None = None
 
 
 @dataclass(frozen=True)

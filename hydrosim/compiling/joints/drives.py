@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,10 +13,12 @@ from hydrosim.errors import InputError
 from hydrosim.forces import driven_coordinates
 from hydrosim.forces.drive import Drive
 from hydrosim.forces.events import follow_drives
-from hydrosim.forces.signal import SmoothTable, Table, compile_signals, find, find_motion
+from hydrosim.forces.signal import Harmonic, SmoothTable, Table, compile_signals, find, find_motion
 from hydrosim.scene.joint import MotionKind
+from hydrosim.scene.solver import Kinematics
 from hydrosim.scene.trees import arrangement, tree_joints
 from hydrosim.stepping.dynamics import new_work
+from hydrosim.stepping.run import STEEPEST
 
 if TYPE_CHECKING:
     from hydrosim.scene import Body, Joint, Scene
@@ -23,6 +26,8 @@ if TYPE_CHECKING:
     from hydrosim.stepping.state import State
 
 AGREES = 1e-6  # m, rad and per second: rounding of the input
+SAMPLES_PER_PIECE = 7
+SAMPLES_PER_PERIOD = 64
 
 
 def drives_of(scene: Scene) -> dict[str, Drive]:
@@ -37,6 +42,7 @@ def check_drives(scene: Scene, begin: float) -> None:
     bodies = {body.name: body for body in scene.bodies}
     for name, drive in drives_of(scene).items():
         problems = [*_problems_of_place(scene, bodies, drive)]
+        problems = problems or [*_problems_of_quantity(scene, drive)]
         problems = problems or [*_problems_of_signal(scene, bodies, drive, begin)]
         if drive.driven in taken:
             problems.append(f": {taken[drive.driven]} drives {drive.driven} already; remove one")
@@ -90,8 +96,8 @@ def _problems_of_joint(scene: Scene, drive: Drive) -> Iterator[str]:
     turning = [m.name for m in joint.motions if m.kind == MotionKind.SWIVEL]
     if drive.dof not in motions:
         yield (
-            f".motion: found {drive.dof}; expected a motion of {drive.joint}, a {joint.type}:"
-            f" {', '.join(motions) or 'it has none'}"
+            f".motion: found {drive.dof or 'none'}; expected a motion of {drive.joint}, a"
+            f" {joint.type}: {', '.join(motions) or 'it has none'}"
         )
     elif drive.dof in turning:
         yield (
@@ -103,6 +109,12 @@ def _problems_of_joint(scene: Scene, drive: Drive) -> Iterator[str]:
             f".joint: found friction in joints.{drive.joint}, in the motion that is driven;"
             " expected none there. It would add its own force to that of the drive"
         )
+
+
+def _problems_of_quantity(scene: Scene, drive: Drive) -> Iterator[str]:
+    wanted = "angle" if is_turn(scene, drive) else "offset"
+    if drive.quantity not in (None, wanted):
+        yield f".{drive.quantity}: found {drive.quantity} of {drive.driven}; expected {wanted}"
 
 
 def _has_friction(joint: Joint, motion: str) -> bool:
@@ -129,9 +141,9 @@ def _problems_of_signal(
     if isinstance(signal, Table):
         yield f"{key}: found straight lines; expected a SmoothTable, which has no corners of speed"
         return
+    last = begin + scene.duration
     if isinstance(signal, SmoothTable):
-        time = np.asarray(signal.time, float)
-        last = begin + scene.duration
+        time = signal.time
         if time.size < 2 or not np.all(np.diff(time) > 0.0):
             yield f"{key}.time: found {time.size} times; expected two or more, which rise"
             return
@@ -141,6 +153,15 @@ def _problems_of_signal(
                 f" the whole run, from {begin:g} s to {last:g} s. Repeat a value to stand still"
             )
             return
+    if drive.joint is None and drive.dof == "pitch" and scene.solver.kinematics is Kinematics.EXACT:
+        times = sample_times(drive, begin, last)
+        largest = max(abs(motion_at(drive, float(t))[0]) for t in times)
+        if largest > STEEPEST:
+            yield (
+                f"{key}: found a pitch of up to {np.degrees(largest):.4g} deg; expected less than"
+                f" {np.degrees(STEEPEST):.0f} deg, where angles of bodies are defined. Drive the"
+                " angle of a hinge to the earth instead"
+            )
     if scene.initial is None:
         yield from _problems_of_start(scene, bodies, drive)
 
@@ -180,6 +201,17 @@ def motion_at(drive: Drive, t: float) -> tuple[float, float, float]:
     signals, pieces = compile_signals([drive.position])
     position, speed, acceleration = find_motion(t, signals[0], pieces[find(t, signals[0], pieces)])
     return float(position), float(speed), float(acceleration)
+
+
+def sample_times(drive: Drive, begin: float, end: float) -> np.ndarray:
+    """Times of a run at which a drive is looked at."""
+    signal = drive.position
+    if isinstance(signal, Harmonic):
+        count = int(np.ceil(min((end - begin) / signal.period, 1.0) * SAMPLES_PER_PERIOD))
+        return np.linspace(begin, min(end, begin + signal.period), count + 1)
+    knots = np.clip(signal.time, begin, end)
+    inside = [np.linspace(a, b, SAMPLES_PER_PIECE, endpoint=False) for a, b in pairwise(knots)]
+    return np.unique(np.concatenate([*inside, [end]]))
 
 
 def follow_at(t: float, y: np.ndarray, model: Model) -> None:

@@ -229,7 +229,7 @@ def _extremes(signal: Signal, duration: float) -> tuple[float, float]:
     if isinstance(signal, Harmonic):
         found = np.array([-1.0, 1.0]) * signal.amplitude + signal.mean
     else:
-        time, value = np.asarray(signal.time, float), np.asarray(signal.value, float)
+        time, value = signal.time, signal.value
         ends = np.interp([0.0, duration], time, value)
         found = np.concatenate([ends, value[time <= duration]])
     return min(float(found.min()), 0.0), max(float(found.max()), 0.0)

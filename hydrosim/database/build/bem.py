@@ -19,6 +19,7 @@ import numpy as np
 from capytaine.bem.airy_waves import froude_krylov_force
 from capytaine.post_pro import compute_kochin
 
+import hydrosim
 from hydrosim.database.build import green
 from hydrosim.database.build.drift import DIRECTIONS, Complex, Real
 from hydrosim.database.build.store import key_of, remembered
@@ -27,6 +28,8 @@ from hydrosim.database.build.workers import compute_all
 from hydrosim.dofs import DOFS
 from hydrosim.program import digest_of_sources
 
+PACKAGE = Path(hydrosim.__file__).parent
+SOLVERS = "database/build/bem.py", "database/build/green.py", "waves/bed_reflection.py"
 Progress = Callable[[int, int], None]  # receives the number of completed frequencies and the total
 Point = tuple[float, float, float]
 
@@ -187,7 +190,7 @@ def solution_key(hull: Hull, water: Water, frequency: float, headings: Real) -> 
 
 def _sources() -> str:
     """Version of the program's own part of a solution."""
-    return digest_of_sources(Path(__file__).parent, "bem.py", "green.py")
+    return digest_of_sources(PACKAGE, *SOLVERS)
 
 
 def _given(hull: Hull, water: Water, frequency: float) -> dict[str, Any]:

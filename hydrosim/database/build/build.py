@@ -6,7 +6,7 @@ import json
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
-from itertools import count
+from itertools import combinations, count
 
 import capytaine
 import numpy as np
@@ -21,6 +21,7 @@ from hydrosim.database.build.estimate import estimated_seconds
 from hydrosim.database.build.extrapolate import Radiation, extrapolated
 from hydrosim.database.build.far_field import by_far_field
 from hydrosim.database.build.hull_keys import AnyHull, MeshHull, SphereHull
+from hydrosim.database.build.mesh import narrowest_gap
 from hydrosim.database.build.near_field import first_order_all, wetted_surface, whole
 from hydrosim.database.build.qtf import difference_qtf
 from hydrosim.database.build.recipe import DifferenceQtf, OneBody, Recipe, SeveralBodies
@@ -54,6 +55,7 @@ def build(
     body = floating(recipe, floats, water)
     _check_depth(recipe, floats, water)
     _warn_of_irregular(recipe, floats, water)
+    _warn_of_gaps(recipe, floats)
     if announce is not None:
         announce(_estimated(recipe, floats.hull, water, jobs))
     progress(0, recipe.steps)
@@ -173,6 +175,29 @@ def _warn_of_irregular(recipe: Recipe, floats: Afloat, water: Water) -> None:
             " auto.",
             stacklevel=3,
         )
+
+
+def _warn_of_gaps(recipe: Recipe, floats: Afloat) -> None:
+    """Warn of panels that are wider than a gap between two hulls: the water in it comes out wrong,
+    and a run may refuse the database."""
+    if not isinstance(recipe.data, SeveralBodies):
+        return
+    names = [*recipe.data.bodies]
+    owner = np.array(floats.hull.owner)
+    panels = [floats.panels[owner == number] for number in range(len(names))]
+    for i, j in combinations(range(len(names)), 2):
+        gap, widest = narrowest_gap(panels[i], panels[j])
+        wide = {names[k]: size for k, size in zip((i, j), widest, strict=True) if size > gap}
+        if wide:
+            said = " and ".join(f"{size:.3g} m on {name}" for name, size in wide.items())
+            keys = ", ".join(f"bodies.{name}.hull" for name in wide)
+            warnings.warn(
+                f"{recipe.path}: {keys}: found panels of {said} at the gap of {gap:.3g} m between"
+                f" {names[i]} and {names[j]}; expected panels narrower than the gap. Damping would"
+                " not agree with wave loads, and a run may refuse the database. Give smaller"
+                " panels, or a finer mesh.",
+                stacklevel=3,
+            )
 
 
 def _attributes(recipe: Recipe, floats: Afloat, solutions: Sequence[Solution]) -> dict[str, str]:

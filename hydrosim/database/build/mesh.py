@@ -18,6 +18,8 @@ from hydrosim.errors import InputError
 
 NONE: Panels = np.empty((0, 4, 3))
 _SAME = 1e-5  # of the hull's size: closer points are merged
+GRID = 5  # points along the edge of a panel, by which gaps are measured
+BESIDE = 1.5  # times a gap: distance of the panels that are looked at
 _INSIDE = 1e-3  # of a panel's size: depth of the point behind it
 _CLOSED = 0.01  # largest relative difference of the volumes of a closed hull
 
@@ -118,3 +120,22 @@ def _outward(panels: Panels, path: Path) -> Panels:
             " has holes below the water, or inconsistent normals."
         )
     return panels if volumes[2] > 0 else panels[:, ::-1]
+
+
+def narrowest_gap(one: Panels, other: Panels) -> tuple[float, tuple[float, float]]:
+    """Least distance [m] between points of the panels (n, 4, 3) of two hulls, and the longest edge
+    [m] of the panels of each that are hardly farther from the other hull."""
+    clouds = [_points_on(one), _points_on(other)]
+    trees = [scipy.spatial.cKDTree(cloud.reshape(-1, 3)) for cloud in clouds]
+    away = [trees[1].query(clouds[0])[0].min(axis=1), trees[0].query(clouds[1])[0].min(axis=1)]
+    gap = float(away[0].min())
+    edges = [np.linalg.norm(p - np.roll(p, 1, axis=1), axis=2).max(axis=1) for p in (one, other)]
+    widest = [float(e[a <= BESIDE * gap].max()) for e, a in zip(edges, away, strict=True)]
+    return gap, (widest[0], widest[1])
+
+
+def _points_on(panels: Panels) -> Panels:
+    """A grid of points (n, m, 3) on each panel."""
+    s, t = (x.ravel() for x in np.meshgrid(*2 * [np.linspace(0.0, 1.0, GRID)]))
+    weights = np.stack([(1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t], axis=1)
+    return np.einsum("mk,nkd->nmd", weights, panels)

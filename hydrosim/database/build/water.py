@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from hydrosim.waves.dispersion import wavenumber
 
-SHALLOWEST = 0.15  # kh, below which `green` has larger errors
+SHALLOWEST = 0.01  # kh down to which `green` is tested
 
 
 @dataclass(frozen=True)

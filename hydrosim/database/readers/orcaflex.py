@@ -42,6 +42,7 @@ from hydrosim.database.readers.qtf import Pairs, quadratic
 from hydrosim.database.readers.text import parse_number, read_text
 from hydrosim.database.transfer import velocity_transfer
 from hydrosim.documents.limits import DEEPEST
+from hydrosim.documents.units import value_text
 from hydrosim.errors import InputError
 from hydrosim.scene.given import NOTHING_GIVEN, Given
 
@@ -104,7 +105,7 @@ class _Node:
         self.name = name
         self.content = content
         if not isinstance(content, dict):
-            raise self.wrong("", f"{type(content).__name__} {str(content)[:40]!r}", "a mapping")
+            raise self.wrong("", value_text(content), "a mapping")
 
     def wrong(self, key: str, found: str, expected: str) -> InputError:
         """Error to raise about a key."""
@@ -127,14 +128,14 @@ class _Node:
         """The mappings in the list under a key."""
         items = self.get(key)
         if not isinstance(items, list):
-            raise self.wrong(key, str(items)[:40], "a list")
+            raise self.wrong(key, value_text(items), "a list")
         return [_Node(self.path, f"{self.name}{key}[{i}].", item) for i, item in enumerate(items)]
 
     def choice(self, key: str, choices: Sequence[str]) -> str:
         """Value of a key that is one of several words."""
         found = self.get(key)
         if found not in choices:
-            raise self.wrong(key, str(found)[:40], f"one of {', '.join(choices)}")
+            raise self.wrong(key, value_text(found).strip('"'), f"one of {', '.join(choices)}")
         return str(found)
 
     def number(self, key: str) -> float:
@@ -147,7 +148,7 @@ class _Node:
         flat = list(_flat(rows, len(shape)))
         values = [parse_number(word) if isinstance(word, str) else None for word in flat]
         if None in values:
-            raise self.wrong(key, repr(str(flat[values.index(None)])[:40]), "a number")
+            raise self.wrong(key, value_text(flat[values.index(None)]), "a number")
         try:
             return np.array(values, dtype=float).reshape(shape)
         except ValueError:
@@ -373,7 +374,9 @@ def _centre_key(draught: _Node) -> str:
 
 def _label(kind: _Node, draught: _Node) -> str:
     """Name of a draught: type and draught."""
-    return ", ".join(str(node.content.get("Name", "unnamed")) for node in (kind, draught))
+    return ", ".join(
+        value_text(node.content.get("Name", "unnamed")).strip('"') for node in (kind, draught)
+    )
 
 
 def _tables_of(draught: _Node) -> list[_Node]:

@@ -12,8 +12,10 @@ current. c and m stand for the quadratic drag of the whole line, linearised (`li
 
 The solution of the last accepted step is in the state. It is the first guess of the next solution,
 which does not depend on it. Modes are profiles: which segment touches down, where the friction of
-the bed ends, whether the line is slack. Stiffness jumps in its slope from one profile to the next.
-These places are events.
+the bed ends, whether the line is slack. The slope of the stiffness jumps from one profile to the
+next, and the tension has a kink in its second derivative. A kink is an event where it is `SHARP`
+over a step or the line is nearly slack. Other kinks are passed: they change the impulse of the line
+in that step by less than 3e-5 of its tension times the step.
 
 Without friction of the bed, the line has a potential: strain energy plus weight in water times
 height. The drag is its loss, and so is the work of a length that changes, with the opposite sign.
@@ -67,6 +69,8 @@ AHEAD = 1e-10  # s: first look ahead for the next profile
 FARTHEST = 1e-2  # s: and the last
 STEADY = -1  # no segment changes its length
 ON_BED = 1e-6  # m: an anchor this close to the seabed is on it
+SHARP = 1e-3  # of the tension: what a kink adds to the trapezoidal sum of the stiffness, at least
+NEARLY_SLACK = profile.TIGHT  # of the weight: horizontal pull below which slack may be near
 
 
 @dataclass(frozen=True)
@@ -249,6 +253,22 @@ def pull_of(i, s, H, V, pieces, p):
     return shape.Pull(H, V, anchor_V, anchor_H, touch, dead, converged, reason)
 
 
+@root_giving(float, float, float, float, float, float, bool, int)
+def find_known_pull(first, last, x, z, bed, friction, H, V, pieces):
+    """`find_pull` where H, V are the solution itself."""
+    a = shape.rebuild(pieces, first, last, x, z, bed, friction, H, V)
+    return a.H, a.V, a.anchor_V, a.anchor_H, a.touch, a.dead, a.converged, a.reason
+
+
+@kernel
+def known_pull(line, s, H, V, pieces):
+    """The `shape.Pull` of a line whose solution over its `Ends` ``s`` is H, V."""
+    H, V, anchor_V, anchor_H, touch, dead, converged, reason = find_known_pull(
+        line.first, line.last, s.x, s.z, s.bed, line.friction, H, V, pieces
+    )
+    return shape.Pull(H, V, anchor_V, anchor_H, touch, dead, converged, reason)
+
+
 @kernel
 def pull_now(i, t, y, s, motion, p):
     """The `shape.Pull` of line ``i``, and its pieces as they are now. A length that changes is
@@ -261,6 +281,10 @@ def pull_now(i, t, y, s, motion, p):
         pieces[line.first + line.paying].length = value(t, line.paid, p.signals)
     dx = s.x - y[k + 2]
     dz = s.z - y[k + 3]
+    if dx == 0.0 and dz == 0.0 and line.paying == STEADY:
+        pull = known_pull(line, s, y[k], y[k + 1], pieces)
+        if pull.converged:
+            return pull, pieces
     H = y[k] + y[k + 4] * dx + y[k + 5] * dz
     V = y[k + 1] + y[k + 6] * dx + y[k + 7] * dz
     near = y[k] <= 2.0 * H
@@ -400,18 +424,86 @@ def full_length(line, pieces):
 
 
 @root
-def margins(t, y, modes, motion, bodies, p, out):
-    """Margins of all lines into ``out`` (4 to a row of modes): the room in their profile."""
+def margins(t, y, modes, motion, bodies, p, watched, out):
+    """Margins of the ``watched`` lines into ``out`` (4 to a row of modes): the room in their
+    profile; inf of the others."""
     for i in range(p.lines.size):
         line = p.lines[i]
-        mode = modes[p.mode + i]
-        m = MARGINS * (p.mode + i)
-        for k in range(MARGINS):
-            out[m + k] = 1.0
-        if mode[MODE] == ACTING:
+        row = p.mode + i
+        fill_margins(row, inf, out)
+        if watched[row] != 0 and modes[row, MODE] == ACTING:
             s = find_ends(line, bodies, motion)
             pull, pieces = pull_now(i, t, y, s, motion, p)
-            out[m + SEGMENT_MARGIN] = room_of(line, s, pull, mode[SEGMENT], pieces)
+            fill_margins(row, room_of(line, s, pull, modes[row, SEGMENT], pieces), out)
+
+
+@kernel
+def fill_margins(row, room, out):
+    """Margins of a row of modes: its ``room``, and three that no line has."""
+    m = MARGINS * row
+    for k in range(MARGINS):
+        out[m + k] = inf
+    out[m + SEGMENT_MARGIN] = room
+
+
+@root
+def end_step(t, y, modes, motion, bodies, p, watched, out):
+    """Look at all lines at the end of a step, whose state ``y`` has the solutions of its start.
+
+    Solutions become guesses in ``y``. Kinks that are not sharp are passed. Lines that are nearly
+    slack at both ends of the step, and those at a sharp kink, are ``watched``. Margins go to
+    ``out``, inf where nothing can end."""
+    for i in range(p.lines.size):
+        row = p.mode + i
+        watched[row] = 0
+        fill_margins(row, inf, out)
+        if modes[row, MODE] == ACTING:
+            end_step_of_line(i, t, y, modes, motion, bodies, p, watched, out)
+
+
+@kernel
+def end_step_of_line(i, t, y, modes, motion, bodies, p, watched, out):
+    """`end_step` for line ``i``."""
+    line = p.lines[i]
+    row = p.mode + i
+    k = p.state + STATES * i
+    s = find_ends(line, bodies, motion)
+    pull, pieces = pull_now(i, t, y, s, motion, p)
+    if not pull.converged:  # `remember` reports it
+        return
+    slack_before = is_nearly_slack(line, y[k], modes[row, SEGMENT], pieces)
+    stiffness = stiffness_of(line, s, pull, pieces)
+    number = number_of(line, s, pull, pieces)
+    sharp = number != modes[row, SEGMENT] and (
+        slack_before or line.paying != STEADY or is_sharp(y[k : k + STATES], s, pull, stiffness)
+    )
+    keep_solution(y[k : k + STATES], s, pull, stiffness)
+    if not sharp:
+        modes[row, SEGMENT] = number
+    slack = is_nearly_slack(line, pull.H, number, pieces)
+    watched[row] = 1 if sharp or (slack and slack_before) else 0
+    if sharp or slack:
+        fill_margins(row, room_of(line, s, pull, modes[row, SEGMENT], pieces), out)
+
+
+@kernel
+def is_nearly_slack(line, H, number, pieces):
+    """True if a line with H in the profile ``number`` may become slack, or tight, soon."""
+    weight = abs(total_weight(line, pieces))
+    return number & profile.SLACK != 0 or NEARLY_SLACK * weight > H
+
+
+@kernel
+def is_sharp(known, s, pull, stiffness):
+    """True if the pull changes otherwise over a step than by the mean of the stiffnesses at its
+    ends, by `SHARP` or more. ``known`` are the states of `GUESS` at its start."""
+    dx = 0.5 * (s.x - known[2])
+    dz = 0.5 * (s.z - known[3])
+    Hx, Hz, Vx, Vz = stiffness
+    off_H = pull.H - known[0] - (known[4] + Hx) * dx - (known[5] + Hz) * dz
+    off_V = pull.V - known[1] - (known[6] + Vx) * dx - (known[7] + Vz) * dz
+    tension2 = pull.H * pull.H + pull.V * pull.V
+    return off_H * off_H + off_V * off_V > SHARP * SHARP * tension2
 
 
 @root_giving(float)
@@ -498,19 +590,33 @@ def settle_line(i, t, y, modes, motion, bodies, p):
 @kernel
 def accept(i, y, modes, s, pull, pieces, p):
     """Keep a solution, and its stiffness, for the next guesses; a line without one is lost."""
-    line = p.lines[i]
     k = p.state + STATES * i
-    y[k] = pull.H
-    y[k + 1] = pull.V
-    y[k + 2] = s.x
-    y[k + 3] = s.z
-    up = pull.anchor_V
-    a = line.first
-    y[k + 4], y[k + 5], y[k + 6], y[k + 7] = find_stiffness(
-        a, line.last, s.x, s.z, s.bed, line.friction, pull.H, pull.V, up, pull.touch, pieces
-    )
+    line = p.lines[i]
+    keep_solution(y[k : k + STATES], s, pull, stiffness_of(line, s, pull, pieces))
     modes[p.mode + i, MODE] = ACTING if pull.converged else LOST
     modes[p.mode + i, RISING] = pull.reason
+
+
+@kernel
+def keep_solution(known, s, pull, stiffness):
+    """Write a solution and its stiffness to the states ``known`` of `GUESS`."""
+    known[0] = pull.H
+    known[1] = pull.V
+    known[2] = s.x
+    known[3] = s.z
+    known[4], known[5], known[6], known[7] = stiffness
+
+
+@kernel
+def stiffness_of(line, s, pull, pieces):
+    """dH/dx, dH/dz, dV/dx, dV/dz [N/m] of a line."""
+    a = line.first
+    b = line.last
+    bed = s.bed
+    up = pull.anchor_V
+    return find_stiffness(
+        a, b, s.x, s.z, bed, line.friction, pull.H, pull.V, up, pull.touch, pieces
+    )
 
 
 @kernel
@@ -520,10 +626,19 @@ def deactivate(i, modes, p):
 
 
 @root
-def remember(t, y, modes, motion, bodies, p):
-    """Keep the solutions of an accepted step as the next guesses."""
+def remember(t, y, modes, motion, bodies, p, watched):
+    """Keep the solutions of an accepted step as the next guesses, where `end_step` has not: if the
+    step was cut since then, if lengths change or if there is no solution. Lines that are not
+    ``watched`` may not have reached their kink yet."""
     for i in range(p.lines.size):
-        if modes[p.mode + i, MODE] == ACTING:
-            s = find_ends(p.lines[i], bodies, motion)
+        row = p.mode + i
+        if modes[row, MODE] == ACTING:
+            line = p.lines[i]
+            k = p.state + STATES * i
+            s = find_ends(line, bodies, motion)
+            if s.x == y[k + 2] and s.z == y[k + 3] and line.paying == STEADY:
+                continue
             pull, pieces = pull_now(i, t, y, s, motion, p)
             accept(i, y, modes, s, pull, pieces, p)
+            if pull.converged and watched[row] == 0:
+                modes[row, SEGMENT] = number_of(line, s, pull, pieces)

@@ -39,7 +39,7 @@ __all__ = [
     "stored_energy",
 ]
 
-SAME = 1e-9  # relative change in the last step of Newton's method; the error is its square
+SAME = 3e-8  # relative change in the last step of Newton's method; the error is its square
 WARM = 20
 SOLVED, BELOW, FLOATS, TWICE, LOST, BURIED, LOOSE = range(7)
 REASONS = {
@@ -108,6 +108,17 @@ def solve(pieces, first, last, x, z, bed, friction, H, V):
         return failed(TWICE)
     q = rest(pieces, first, last, f, bed, p.H, p.V)
     return failed(LOOSE) if loose and q.V - q.anchor_V > f.weight else q
+
+
+@kernel
+def rebuild(pieces, first, last, x, z, bed, friction, H, V):
+    """The `Pull` of a line that `solve` has given H and V between these ends. It has not converged
+    if they do not say enough, as for a line that may rest on the bed between two hanging parts."""
+    f = frame(pieces, first, last, x, z)
+    lies = is_on_bed(f, bed)
+    if not (H >= 0.0 and f.heavy) or (isfinite(bed) and not lies):
+        return failed(LOST)
+    return pull_of(pieces, first, last, f, lies, friction, H, V)
 
 
 @kernel

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hydrosim.errors import InputError
-from hydrosim.studies.ballast.loading import Afloat, afloat, volumes_at
+from hydrosim.studies.ballast.loading import FloatingEquilibrium, floating_equilibrium, volumes_at
 from hydrosim.tanks.contents import Tanks, flow_names, quantity, tank_names
 from hydrosim.tanks.pieces import FIRST
 
@@ -28,14 +28,14 @@ if TYPE_CHECKING:
     from hydrosim.scene import Pump
 
 # rad; m: the plan is met
-LEVEL = 1e-8
-NEAR = 1e-7
-ROUNDS = 20
-SLACK = 1e-9  # of the largest mass
+MAX_TILT_RAD = 1e-8
+MAX_RISE_ERROR_M = 1e-7
+MAX_CORRECTIONS = 20
+RELATIVE_SLACK = 1e-9  # of the largest mass
 
 
 @dataclass(frozen=True)
-class Plan:
+class PumpPlan:
     """Pumps by name with the ``mass`` [kg] that each moves within ``within`` [s]. Afterwards,
     ``volume`` (nt,) is in the changing tanks, and ``position`` (nb, 6) is the equilibrium."""
 
@@ -47,9 +47,9 @@ class Plan:
     position: np.ndarray
 
 
-def plan(
+def find_pump_plan(
     compiled: Compiled, body: str, within: float, lift: float | None = None, rise: float = 0.0
-) -> Plan:
+) -> PumpPlan:
     """Plan that compensates a weight of ``lift`` [N] taken off a body, or lets it ``rise`` [m] from
     its equilibrium at the start, on level keel, within a time [s] from the start.
 
@@ -62,21 +62,21 @@ def plan(
     b = np.array([-(lift or 0.0) / g, 0.0, 0.0])
     now = problem.rest
     x = np.zeros(len(problem.pumps))
-    for turn in range(ROUNDS):
+    for correction in range(MAX_CORRECTIONS):
         missing = wanted - now.position[problem.body, [2, 3, 4]]
         if lift is not None:  # estimated rise by that weight, for the moments only
-            missing[0] = 0.0 if turn else lift / problem.stiffness(now)[0, 0]
-        done = abs(missing[0]) <= NEAR and np.abs(missing[1:]).max() <= LEVEL
+            missing[0] = 0.0 if correction else lift / problem.stiffness(now)[0, 0]
+        done = abs(missing[0]) <= MAX_RISE_ERROR_M and np.abs(missing[1:]).max() <= MAX_TILT_RAD
         if done and (lift is None or x.any()):
             names = tuple(name for name, _ in problem.pumps)
-            return Plan(names, x, x / within, within, volume, now.position)
+            return PumpPlan(names, x, x / within, within, volume, now.position)
         load = problem.stiffness(now) @ missing
         b = b + np.array([0.0 if lift is not None else -load[0], load[2], -load[1]]) / g
-        x = problem.solved(b, volume)
+        x = problem.find_masses(b, volume)
         volume = problem.volume(x)
-        now = afloat(compiled, volume)
+        now = floating_equilibrium(compiled, volume)
     raise InputError(
-        f"bodies.{body}: found no ballast plan that leaves {body} level. After {ROUNDS}"
+        f"bodies.{body}: found no ballast plan that leaves {body} level. After {MAX_CORRECTIONS}"
         f" corrections of the pumped volumes, it still heels or trims by"
         f" {np.degrees(np.abs(missing[1:]).max()):.2g} deg. Check that {body} is stable"
         " (hydrosim ballast prints GM)."
@@ -92,26 +92,26 @@ class _Program:
         self.within = within
         self.body = [each.name for each in scene.bodies].index(body)
         self.p: Tanks = compiled.model.tanks
-        own = scene.bodies[self.body].pumps
-        self.pumps: list[tuple[str, Pump]] = [(pump.name, pump) for pump in own]
+        pumps = scene.bodies[self.body].pumps
+        self.pumps: list[tuple[str, Pump]] = [(pump.name, pump) for pump in pumps]
         if not self.pumps:
             raise InputError(
                 f"bodies.{body}.pumps: found no pump; expected at least one. A ballast plan"
                 f" (--lift, --rise) moves water with the pumps of {body}. Add pumps to the case."
             )
         self.names = tank_names(scene)
-        first = flow_names(scene).index(f"{own[0].name} of {body}")
-        flows = self.p.flows[first : first + len(own)]
-        self.moves = np.zeros((self.p.each.size, len(own)))  # of mass into each tank
+        first = flow_names(scene).index(f"{pumps[0].name} of {body}")
+        flows = self.p.flows[first : first + len(pumps)]
+        self.moves = np.zeros((self.p.each.size, len(pumps)))  # of mass into each tank
         for j, flow in enumerate(flows):
             for end, sign in ((flow["source"], -1.0), (flow["target"], 1.0)):
                 if end >= 0:
                     self.moves[end, j] += sign
         self.most = np.array([pump.rate * within for _, pump in self.pumps])
         self.first = volumes_at(compiled, 0.0)
-        self.rest = afloat(compiled, self.first)
+        self.rest = floating_equilibrium(compiled, self.first)
 
-    def stiffness(self, now: Afloat) -> np.ndarray:
+    def stiffness(self, now: FloatingEquilibrium) -> np.ndarray:
         """Stiffness in heave, roll and pitch of the body, (3, 3)."""
         k = 6 * self.body + np.array([2, 3, 4])
         return now.stiffness[np.ix_(k, k)]
@@ -120,7 +120,7 @@ class _Program:
         """Volumes (nt,) in the tanks after the masses ``x`` moved."""
         return self.first + self.moves @ x / self.p.each["density"]
 
-    def solved(self, b: np.ndarray, volume: np.ndarray) -> np.ndarray:
+    def find_masses(self, b: np.ndarray, volume: np.ndarray) -> np.ndarray:
         """Masses (n,) that change weight and moments by ``b`` (3,). Tanks have their mean width on
         the way to ``volume`` (nt,)."""
         from scipy.optimize import linprog
@@ -133,19 +133,19 @@ class _Program:
         b = b / scale
         n = len(self.pumps)
         bounds = [(0.0, most) for most in self.most]
-        found = linprog(np.ones(n), *limits, A, b, bounds)
-        if found.status != 0:
+        smallest = linprog(np.ones(n), *limits, A, b, bounds)
+        if smallest.status != 0:
             raise InputError(self._refusal(A, b, limits))
         # among all plans that pump least, the one with the smallest utilisation of its busiest pump
-        beside = np.zeros((len(limits[0]), 1))
-        total = found.x.sum() * (1.0 + SLACK)
-        rows = [np.hstack([limits[0], beside]), np.append(np.ones(n), 0.0)[None]]
+        zeros = np.zeros((len(limits[0]), 1))
+        total = smallest.x.sum() * (1.0 + RELATIVE_SLACK)
+        rows = [np.hstack([limits[0], zeros]), np.append(np.ones(n), 0.0)[None]]
         rows.append(np.hstack([np.eye(n), -self.most[:, None]]))
         room = np.concatenate([limits[1], [total], np.zeros(n)])
         sides = np.hstack([A, np.zeros((3, 1))])
         least = np.append(np.zeros(n), 1.0)
-        even = linprog(least, np.vstack(rows), room, sides, b, [*bounds, (0.0, 1.0)])
-        return np.asarray(even.x[:n] if even.status == 0 else found.x)
+        balanced = linprog(least, np.vstack(rows), room, sides, b, [*bounds, (0.0, 1.0)])
+        return np.asarray(balanced.x[:n] if balanced.status == 0 else smallest.x)
 
     def _matrix(self, volume: np.ndarray) -> np.ndarray:
         """A (3, n): mass, and its moments about x and y, per mass moved by each pump."""
@@ -156,7 +156,7 @@ class _Program:
         """x and y (2,) of the centroid of fluid that enters or leaves a tank."""
         first = self.first[k]
         step = volume - first
-        if abs(step) < SLACK * self.p.each["capacity"][k]:
+        if abs(step) < RELATIVE_SLACK * self.p.each["capacity"][k]:
             step = 1e-6 * self.p.each["capacity"][k] * (1.0 if first == 0.0 else -1.0)
         ends = np.array([first, first + step])
         return np.array([np.diff(quantity(self.p, k, ends, FIRST + i))[0] / step for i in (0, 1)])
@@ -175,7 +175,7 @@ class _Program:
         n = len(self.pumps)
         cost = np.append(np.zeros(n), -1.0)
         free = np.zeros((len(limits[0]), 1))
-        found: Any = linprog(
+        feasible: Any = linprog(
             cost,
             A_ub=np.hstack([limits[0], free]),
             b_ub=limits[1],
@@ -184,20 +184,20 @@ class _Program:
             bounds=[(0.0, most) for most in self.most] + [(0.0, inf)],
         )
         key = f"bodies.{self.compiled.scene.bodies[self.body].name}.pumps"
-        part = 0.0 if found.status == 3 else float(found.x[-1])
-        if part <= SLACK:
+        part = 0.0 if feasible.status == 3 else float(feasible.x[-1])
+        if part <= RELATIVE_SLACK:
             return (
                 f"{key}: found pumps that cannot do any of this on level keel; expected pumps"
                 " that move weight on both sides, or in the other direction."
             )
         binding = [
             f"{name} ({pump.rate * 3.6:.4g} t/hour for {self.within:g} s)"
-            for (name, pump), dual in zip(self.pumps, found.upper.marginals[:n], strict=True)
-            if dual < -SLACK * 1e-9
+            for (name, pump), dual in zip(self.pumps, feasible.upper.marginals[:n], strict=True)
+            if dual < -RELATIVE_SLACK * 1e-9
         ]
         kinds = [f"{name} full" for name in self.names] + [f"{name} empty" for name in self.names]
-        duals = zip(kinds, found.ineqlin.marginals, strict=True)
-        binding += [kind for kind, dual in duals if dual < -SLACK * 1e-9]
+        duals = zip(kinds, feasible.ineqlin.marginals, strict=True)
+        binding += [kind for kind, dual in duals if dual < -RELATIVE_SLACK * 1e-9]
         return (
             f"{key}: found that at most {part:.1%} of this can be pumped on level keel, limited"
             f" by {', '.join(binding)}; expected a longer time, a higher rate or another tank."

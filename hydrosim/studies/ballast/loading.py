@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from hydrosim.stepping.state import State
 
 
-FINEST = 1e-8  # m, rad: finer differences are lost in rounding
+MIN_DIFFERENCE_STEP = 1e-8  # m, rad: finer differences are lost in rounding
 
 
 class TankState(NamedTuple):
@@ -74,7 +74,7 @@ class Condition:
     secant: float
 
 
-class Afloat(NamedTuple):
+class FloatingEquilibrium(NamedTuple):
     """All bodies at rest: ``position`` (nb, 6), and the stiffness K (6 nb, 6 nb), zero for locked
     coordinates. One K is that of all loads, the other, ``floating``, that of weight and buoyancy
     alone."""
@@ -90,7 +90,7 @@ def volumes_at(compiled: Compiled, time: float) -> np.ndarray:
     return follow(p, max(time, 1e-9)).at(time) if p.each.size else np.zeros(0)
 
 
-def pumped(compiled: Compiled, time: float) -> State:
+def state_with_contents_at(compiled: Compiled, time: float) -> State:
     """State at the start with the tank contents at a time [s]."""
     state = compiled.first_state()
     p = compiled.model.tanks
@@ -98,24 +98,26 @@ def pumped(compiled: Compiled, time: float) -> State:
     return state
 
 
-def as_at(compiled: Compiled, time: float) -> Compiled:
+def with_contents_at(compiled: Compiled, time: float) -> Compiled:
     """Scene without waves, with its tank contents at a time [s] and, if there is an equilibrium,
     with its bodies and their slow draught there. The linearisation is about this state. The table
     of wave loads along a slow path covers only the block that contains the state."""
-    state = pumped(compiled, time)
+    state = state_with_contents_at(compiled, time)
     scene = compiled.scene
     waveless = without_waves(compiled.model)
-    still = _still(waveless)
-    calm = still._replace(elements=without_friction(still.elements))
+    no_flows = _without_flows(waveless)
+    frictionless = no_flows._replace(elements=without_friction(no_flows.elements))
     weight = sum(body.mass for body in scene.bodies) * scene.environment.gravity
-    n = calm.bodies.active.size
-    slow = slice(calm.draught, calm.energy)
+    n = frictionless.bodies.active.size
+    slow = slice(frictionless.draught, frictionless.energy)
     y = state.y.copy()
     y[n : 2 * n] = 0.0
     try:
-        found = equilibrium(calm, state._replace(y=y, modes=state.modes.copy()), time, weight)
-        y[:n] = found.state.y[:n]
-        y[slow] = found.state.y[slow]
+        rest = equilibrium(
+            frictionless, state._replace(y=y, modes=state.modes.copy()), time, weight
+        )
+        y[:n] = rest.state.y[:n]
+        y[slow] = rest.state.y[slow]
     except InputError:
         y[:n] = state.y[:n]
         y[slow] = state.y[slow]
@@ -123,12 +125,12 @@ def as_at(compiled: Compiled, time: float) -> Compiled:
     return replace(compiled, facts=facts, state=state._replace(y=y))
 
 
-def afloat(
+def floating_equilibrium(
     compiled: Compiled, volume: np.ndarray, time: float = 0.0, within: float = np.inf
-) -> Afloat:
+) -> FloatingEquilibrium:
     """Equilibrium with these tank contents, and the stiffness there, by differences ``within`` an
     angle [rad]. Raises InputError if there is no equilibrium."""
-    model = _still(compiled.model)
+    model = _without_flows(compiled.model)
     state = compiled.first_state()
     scene = compiled.scene
     p = model.tanks
@@ -137,7 +139,7 @@ def afloat(
     state.y[n : 2 * n] = 0.0
     weight = sum(body.mass for body in scene.bodies) * scene.environment.gravity
     rest = equilibrium(model, state, time, weight)
-    step = max(0.25 * within, FINEST)
+    step = max(0.25 * within, MIN_DIFFERENCE_STEP)
     linear = linearise(rest.model, rest.state, time=time, step=min(step, STEP))
     rows = [k for k, row in enumerate(row_names(scene)) if k == HYDROSTATIC or row == WEIGHT]
     each = (
@@ -148,10 +150,10 @@ def afloat(
     for K, own in zip(whole, each, strict=True):
         free = linear.active[linear.active < len(K)]  # joints have no loading condition
         K[np.ix_(free, free)] = own[: free.size, : free.size]
-    return Afloat(rest.position, *whole)
+    return FloatingEquilibrium(rest.position, *whole)
 
 
-def _still(model: Model) -> Model:
+def _without_flows(model: Model) -> Model:
     """Model without flows."""
     p = model.tanks
     rates = p.rates.copy()
@@ -166,7 +168,7 @@ def conditions(compiled: Compiled, time: float = 0.0, heel: float | None = None)
     scene = compiled.scene
     contents = _contents(scene, volume)
     tanks = [[_tank_state(*item) for item in held] for held in contents]
-    found = afloat(compiled, volume, time, _least_reach([*chain(*tanks)]))
+    found = floating_equilibrium(compiled, volume, time, _least_reach([*chain(*tanks)]))
     surfaces = FreeSurfaces(compiled, volume, found.position)
     each = []
     for b, (body, held) in enumerate(zip(scene.bodies, contents, strict=True)):

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from hydrosim.stepping.dynamics import Model
     from hydrosim.stepping.state import State
 
-STEP = 1e-3  # m/s, of differences
+WIND_SPEED_STEP = 1e-3  # m/s, of differences
 
 
 def change_with_wind(linear: Linear, model: Model, state: State, time: float) -> np.ndarray:
@@ -34,13 +34,13 @@ def change_with_wind(linear: Linear, model: Model, state: State, time: float) ->
     count = len(heights_of_wind(model.elements))
     work = new_work(model)
     slope = np.empty(model.size)
-    found = np.zeros((count, n))
+    change = np.zeros((count, n))
     for column in range(count):
         for sign in (1.0, -1.0):
             values = np.zeros((1, count))
-            values[0, column] = sign * STEP
+            values[0, column] = sign * WIND_SPEED_STEP
             steady = GustTable(time, 1.0, 0.0, 0.0, values)
             there = model._replace(elements=in_gusts(model.elements, steady))
             rhs(time, state.y, state.modes, state.history, there, work, slope)
-            found[column] += sign * slope[n : 2 * n]
-    return np.asarray(found @ linear.inertia.T / (2.0 * STEP))
+            change[column] += sign * slope[n : 2 * n]
+    return np.asarray(change @ linear.inertia.T / (2.0 * WIND_SPEED_STEP))

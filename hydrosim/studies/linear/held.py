@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from hydrosim.linear.equilibrium import Rest
     from hydrosim.studies.linear.response import Responder
 
-LARGEST = 3.7  # standard deviations: most probable largest value of a thousand waves
+LARGEST_OVER_STD = 3.7  # standard deviations: most probable largest value of a thousand waves
 
 
 class Grip(NamedTuple):
@@ -44,7 +44,7 @@ def contact_remarks(
     found = pressed_points(rest.model, rest.state)
     if not found.size:
         return
-    which = _listed([names[i] for i in found])
+    which = _join_names([names[i] for i in found])
     if contacts != Contacts.STUCK:
         what = "slide without friction" if contacts == Contacts.SLIDING else "are taken as open"
         yield f"pressed at rest, {which} {what}, as requested."
@@ -52,7 +52,7 @@ def contact_remarks(
     rigid = compiled.model.elements.fenders.points["law"] == COULOMB
     how = "springs and dampers along the plane"
     if rigid[found].any():
-        held = _listed([names[i] for i in found if rigid[i]])
+        held = _join_names([names[i] for i in found if rigid[i]])
         how = "no motion along the plane" if rigid[found].all() else f"{how}, none at {held}"
     yield (
         f"pressed at rest, {which} hold by friction: {how}. The position at rest is computed"
@@ -93,12 +93,16 @@ def grip(i: int, compiled: Compiled, rest: Rest) -> Grip:
     return Grip(contact, load.N, float(point["static"]) * load.N, stiffness, damping)
 
 
-def _apart(i: int, grip: Grip, compiled: Compiled, motions: np.ndarray) -> np.ndarray:
+def _relative_displacements(
+    i: int, grip: Grip, compiled: Compiled, motions: np.ndarray
+) -> np.ndarray:
     """Complex displacements (nw, 3) of point ``i`` relative to its plane."""
     point = compiled.model.elements.fenders.points[i]
-    moved = _moved(int(point["body"]), grip.contact.arm, motions)
+    moved = _point_displacements(int(point["body"]), grip.contact.arm, motions)
     if point["plane_body"] != EARTH:
-        moved = moved - _moved(int(point["plane_body"]), grip.contact.plane_arm, motions)
+        moved = moved - _point_displacements(
+            int(point["plane_body"]), grip.contact.plane_arm, motions
+        )
     return moved
 
 
@@ -106,7 +110,7 @@ def _traction(
     grip: Grip, i: int, compiled: Compiled, omega: np.ndarray, motions: np.ndarray
 ) -> np.ndarray:
     """Complex traction (nw, 2) of the node of point ``i``; zero for rigid friction."""
-    moved = _apart(i, grip, compiled, motions)
+    moved = _relative_displacements(i, grip, compiled, motions)
     along = moved @ np.array([grip.contact.tangent1, grip.contact.tangent2]).T
     return np.asarray((grip.stiffness + 1j * omega * grip.damping)[:, None] * along)
 
@@ -122,9 +126,11 @@ def _let_go(
     """Remarks if the most probable largest value of a thousand waves of the ``traction`` (nw, 2)
     exceeds the friction limit, or that of the normal motion exceeds the compression."""
     point = compiled.model.elements.fenders.points[i]
-    moved = _apart(i, grip, compiled, motions)
-    apart = LARGEST * float(np.sqrt(0.5 * np.sum(np.abs(moved @ grip.contact.normal) ** 2)))
-    largest = LARGEST * float(np.sqrt(0.5 * np.sum(np.abs(traction) ** 2, axis=0).max()))
+    moved = _relative_displacements(i, grip, compiled, motions)
+    apart = LARGEST_OVER_STD * float(
+        np.sqrt(0.5 * np.sum(np.abs(moved @ grip.contact.normal) ** 2))
+    )
+    largest = LARGEST_OVER_STD * float(np.sqrt(0.5 * np.sum(np.abs(traction) ** 2, axis=0).max()))
     if largest > grip.holds:
         yield (
             f"in these waves {name} would slip: its friction would reach {largest:.3g} N, but the"
@@ -139,11 +145,11 @@ def _let_go(
         )
 
 
-def _moved(body: int, arm: tuple[float, ...], motions: np.ndarray) -> np.ndarray:
+def _point_displacements(body: int, arm: tuple[float, ...], motions: np.ndarray) -> np.ndarray:
     """Complex displacements (nw, 3) of a body's point."""
     q = motions[:, 6 * body : 6 * body + 6]
     return np.asarray(q[:, :3] + np.cross(q[:, 3:], np.asarray(arm)))
 
 
-def _listed(names: list[str]) -> str:
+def _join_names(names: list[str]) -> str:
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

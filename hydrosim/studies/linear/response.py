@@ -34,7 +34,7 @@ from hydrosim.scene import Body, Environment, Place, Scene
 from hydrosim.stepping.names import contact_names
 from hydrosim.streams.gusts import gust_components
 from hydrosim.streams.wind import mean_wind
-from hydrosim.studies.ballast.loading import pumped
+from hydrosim.studies.ballast.loading import state_with_contents_at
 from hydrosim.studies.linear.gusts import change_with_wind
 from hydrosim.waves.build import first_order
 from hydrosim.waves.components import Components
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from hydrosim.stepping.state import State
     from hydrosim.waves.body import WaveBody
 
-ROUNDING = 1e-12  # of the largest motion: smaller ones count as none
+MIN_RELATIVE_MOTION = 1e-12  # of the largest motion: smaller ones count as none
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ class Responder:
         """Complex amplitudes (nw, 6 nb) of all coordinates [m, rad] in waves of 1 m amplitude to
         ``heading`` [rad] at frequencies ``omega`` (nw,) [rad/s]. The time factor is exp(+i w t),
         with elevations at the earth's origin."""
-        return self.displaced(self.unit_motions(heading, omega))
+        return self.expand_amplitudes(self.unit_motions(heading, omega))
 
     @property
     def joints(self) -> int:
@@ -90,7 +90,7 @@ class Responder:
 
     def motions(self, waves: Components) -> np.ndarray:
         """Complex amplitudes (nw, 6 nb) of all coordinates [m, rad] in each of the given waves."""
-        return self.displaced(self.free_motions(waves))
+        return self.expand_amplitudes(self.free_motions(waves))
 
     def in_gusts(self) -> np.ndarray:
         """Standard deviations (6 nb,) [m, rad] of all coordinates in the gusts of the scene, see
@@ -101,14 +101,16 @@ class Responder:
         gusts = gust_components(water.gusts, mean_wind(water), self.wind_heights)
         D = self.dynamic_stiffness(gusts.omega)
         loads = gusts.amplitude @ self.wind_loads + 0j
-        free = self.displaced(self.linear.freedom.solve_motions(D, loads))
+        free = self.expand_amplitudes(self.linear.freedom.solve_motions(D, loads))
         return np.asarray(np.sqrt(0.5 * np.sum(np.abs(free) ** 2, axis=0)))
 
-    def displaced(self, free: np.ndarray) -> np.ndarray:
+    def expand_amplitudes(self, free: np.ndarray) -> np.ndarray:
         """Amplitudes (nw, 6 nb) of all coordinates for those of the ``free`` ones (nw, n)."""
-        found = free @ self.displacements.T
-        found[np.abs(found) <= ROUNDING * np.abs(found).max(initial=0.0)] = 0.0
-        return found
+        amplitudes = free @ self.displacements.T
+        amplitudes[
+            np.abs(amplitudes) <= MIN_RELATIVE_MOTION * np.abs(amplitudes).max(initial=0.0)
+        ] = 0.0
+        return amplitudes
 
     def free_motions(self, waves: Components) -> np.ndarray:
         """Complex amplitudes (nw, n) of the free coordinates in each of the given waves."""
@@ -171,7 +173,7 @@ def responder(
     compiled = scene if isinstance(scene, Compiled) else compile_for_linear(scene, radiation, time)
     scene = compiled.scene
     model = compiled.model
-    about = pumped(compiled, time)
+    about = state_with_contents_at(compiled, time)
     if state is not None:
         about = _of_model(model, state, about)
     if contacts is not None:

@@ -15,7 +15,7 @@ from hydrosim.forces import in_gusts, without_friction
 from hydrosim.linear.equilibrium import ENOUGH, Rest, equilibrium
 from hydrosim.scene import Body, Place, Scene, SecondOrder, WaveForces
 from hydrosim.streams.gusts import NO_GUSTS
-from hydrosim.studies.ballast.loading import pumped
+from hydrosim.studies.ballast.loading import state_with_contents_at
 from hydrosim.waves.build import wave_loads_model
 from hydrosim.waves.components import sea
 from hydrosim.waves.following import following_model
@@ -42,7 +42,7 @@ def at_rest(
     elements = in_gusts(without_friction(calm.model.elements), NO_GUSTS)
     model = calm.model._replace(elements=elements, following=following_model((), ()))
     weight = model.bodies.each["mass"].sum() * calm.scene.environment.gravity
-    rest = equilibrium(model, pumped(calm, time), time, weight)
+    rest = equilibrium(model, state_with_contents_at(calm, time), time, weight)
     if mean_drift:
         model = _in_mean_drift(model, calm, time)
         rest = equilibrium(model, rest.state, time, weight, rest.held)

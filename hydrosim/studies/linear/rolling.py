@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from hydrosim.studies.linear.response import Responder
     from hydrosim.waves.components import Components
 
-ROLL = DOFS.index("roll")
-MOST = 50  # iterations
-SAME = 1e-6  # relative change of the rates at which they end
+ROLL_INDEX = DOFS.index("roll")
+MAX_ITERATIONS = 50  # iterations
+RATE_RTOL = 1e-6  # relative change of the rates at which they end
 
 
 def respond(
@@ -38,12 +38,12 @@ def respond(
     if not seas or not (rolling["quadratic"].any() or rolling["cubic"].any()):
         return about, None
     rates = _roll_rates(about, seas, rolling["body"])
-    for _ in range(MOST):
+    for _ in range(MAX_ITERATIONS):
         about = respond_at(rates)
-        found = _roll_rates(about, seas, rolling["body"])
-        if np.abs(found - rates).max() <= SAME * rates.max():
+        new_rates = _roll_rates(about, seas, rolling["body"])
+        if np.abs(new_rates - rates).max() <= RATE_RTOL * rates.max():
             break
-        rates = np.sqrt(found * rates)
+        rates = np.sqrt(new_rates * rates)
     return about, rates
 
 
@@ -53,17 +53,17 @@ def _roll_rates(about: Responder, seas: Sequence[Components], bodies: np.ndarray
         0.5 * np.sum(np.abs(waves.omega[:, None] * about.motions(waves)) ** 2, axis=0)
         for waves in seas
     )
-    return np.sqrt(np.asarray(energy)[6 * bodies + ROLL])
+    return np.sqrt(np.asarray(energy)[6 * bodies + ROLL_INDEX])
 
 
 def rolling_remarks(compiled: Compiled, rates: np.ndarray | None) -> Iterator[str]:
     """Remarks on viscous roll damping that is linear for the sea, or left out."""
     rolling = KIND.of(compiled.model)
     if rates is not None:
-        said = ", ".join(f"{np.degrees(rate):.3g}" for rate in rates)
+        values = ", ".join(f"{np.degrees(rate):.3g}" for rate in rates)
         yield (
             "quadratic and cubic roll damping is linearised for the roll rates in this sea, of"
-            f" {said} deg/s (std). RAOs and natural modes are those of this sea; another height"
+            f" {values} deg/s (std). RAOs and natural modes are those of this sea; another height"
             " gives others."
         )
     elif rolling["quadratic"].any() or rolling["cubic"].any():

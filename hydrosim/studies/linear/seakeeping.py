@@ -43,16 +43,16 @@ if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
     from hydrosim.scene import Scene
 
-BINS = 200  # of a response spectrum
-EXPOSURE = 10800.0  # s
-MOTION = ("body", "dof")
+SPECTRUM_BINS = 200  # of a response spectrum
+DEFAULT_EXPOSURE_S = 10800.0  # s
+MOTION_DIMS = ("body", "dof")
 QUESTIONS_OF_RUNS = frozenset({Question.STEP, Question.RAMP, Question.FALL, Question.SPEED})
 """Questions about a run over time."""
-ROUGH = 1e-3  # error of radiation above which RAOs may show it
+MAX_FIT_ERROR = 1e-3  # error of radiation above which RAOs may show it
 
 
 @dataclass(frozen=True)
-class Wanted:
+class LinearRequest:
     """Settings of an analysis: ``time`` [s] of the applied forces; RAOs for ``headings`` [rad] at
     ``frequencies`` [rad/s] (default: those of the sea and of the databases); source of added mass
     and damping; ``exposure`` [s] of extremes; state of contacts that are pressed at rest."""
@@ -61,12 +61,12 @@ class Wanted:
     headings: Sequence[float] = ()
     frequencies: Sequence[float] = ()
     radiation: Radiation = Radiation.MODEL
-    exposure: float = EXPOSURE
+    exposure: float = DEFAULT_EXPOSURE_S
     contacts: Contacts = Contacts.STUCK
 
 
 @one_thread
-def linear_analysis(scene: Scene, wanted: Wanted) -> xr.Dataset:
+def linear_analysis(scene: Scene, wanted: LinearRequest) -> xr.Dataset:
     """Linear analysis about the equilibrium of a scene. Raises InputError if directions with a
     stiffness have no equilibrium. The attribute ``remarks`` names directions without a stiffness
     and other assumptions."""
@@ -88,27 +88,27 @@ def linear_analysis(scene: Scene, wanted: Wanted) -> xr.Dataset:
     answer = _in_unit_waves(scene, about, wanted)
     dataset = xr.merge(
         [
-            _at_rest(scene, rest, drifted),
-            _modes(scene, about, modes),
-            _raos(scene, about, answer),
-            _of_joints(scene, about, answer, modes),
-            _in_regular_waves(scene, regular, about),
-            _in_sea(scene, random, about, wanted.exposure),
-            _in_gusts(scene, about),
+            _rest_dataset(scene, rest, drifted),
+            _mode_dataset(scene, about, modes),
+            _rao_dataset(scene, about, answer),
+            _joint_dataset(scene, about, answer, modes),
+            _regular_wave_dataset(scene, regular, about),
+            _sea_dataset(scene, random, about, wanted.exposure),
+            _gust_dataset(scene, about),
         ]
     )
     start = describe_start(scene, compiled.facts, compiled.state, compiled.sea, scene.duration)
     remarks = [
         *describe_doubts(start, QUESTIONS_OF_RUNS),
         *(text for group in compiled.wet for text in group.cut_lengths),
-        *_rough_memory(compiled),
-        *_unloaded(compiled),
+        *_radiation_fit_remarks(compiled),
+        *_missing_wave_load_remarks(compiled),
         *rolling_remarks(compiled, roll_rates),
-        *_gusty(scene),
-        *_dragged(compiled),
-        *_drifting(scene, drifted),
-        *_unstable(scene, modes),
-        *_shallow(scene, rest, dataset),
+        *_gust_remarks(scene),
+        *_line_drag_remarks(compiled),
+        *_drift_remarks(scene, drifted),
+        *_instability_remarks(scene, modes),
+        *_free_surface_remarks(scene, rest, dataset),
         *contact_remarks(compiled, rest, about, wanted.contacts),
     ]
     dataset.attrs.update(
@@ -122,11 +122,11 @@ def linear_analysis(scene: Scene, wanted: Wanted) -> xr.Dataset:
     return dataset
 
 
-def _rough_memory(compiled: Compiled) -> Iterator[str]:
+def _radiation_fit_remarks(compiled: Compiled) -> Iterator[str]:
     """Remarks on fits that replace convolutions and are so rough that RAOs show it."""
     for group in compiled.wet:
         for fit in group.fits:
-            if not (fit.report.passive and fit.report.error <= ROUGH):
+            if not (fit.report.passive and fit.report.error <= MAX_FIT_ERROR):
                 yield (
                     f"the radiation of {dofs_of(fit.dofs, group.names)} uses the nearest passive"
                     f" state-space model, with an error of {fit.report.frequency_error:.1e}. RAOs"
@@ -135,7 +135,7 @@ def _rough_memory(compiled: Compiled) -> Iterator[str]:
                 )
 
 
-def _unloaded(compiled: Compiled) -> Iterator[str]:
+def _missing_wave_load_remarks(compiled: Compiled) -> Iterator[str]:
     for group in compiled.wet:
         if not group.read.heading.size:
             yield (
@@ -144,7 +144,7 @@ def _unloaded(compiled: Compiled) -> Iterator[str]:
             )
 
 
-def _drifting(scene: Scene, drifted: Rest) -> Iterator[str]:
+def _drift_remarks(scene: Scene, drifted: Rest) -> Iterator[str]:
     """Remark on free coordinates with mean loads but without stiffness."""
     names, lengths = coordinate_names(scene), are_lengths(drifted.model.bodies)
     weight = drifted.model.bodies.each["mass"].sum() * scene.environment.gravity
@@ -160,22 +160,22 @@ def _drifting(scene: Scene, drifted: Rest) -> Iterator[str]:
         )
 
 
-def _unstable(scene: Scene, modes: Sequence[NaturalMode]) -> Iterator[str]:
+def _instability_remarks(scene: Scene, modes: Sequence[NaturalMode]) -> Iterator[str]:
     for mode in modes:
         if mode.kind == Kind.UNSTABLE:
             yield (
-                f"{_called(scene, mode)} is unstable, and grows by a factor e in"
+                f"{_mode_name(scene, mode)} is unstable, and grows by a factor e in"
                 f" {1 / mode.eigenvalue.real:.3g} s, so the responses do not last. Check its"
                 " stiffness (metacentric height, line, load) and its damping."
             )
 
 
-def _shallow(scene: Scene, rest: Rest, found: xr.Dataset) -> Iterator[str]:
+def _free_surface_remarks(scene: Scene, rest: Rest, dataset: xr.Dataset) -> Iterator[str]:
     """Remarks on free surfaces that meet bottom or top of their tanks at the angles of the
     response."""
-    angles = np.abs(found.position_at_rest.values[:, 3:5])
-    if "response_maximum" in found:
-        angles = angles + np.nan_to_num(found.response_maximum.values[:, 3:5])
+    angles = np.abs(dataset.position_at_rest.values[:, 3:5])
+    if "response_maximum" in dataset:
+        angles = angles + np.nan_to_num(dataset.response_maximum.values[:, 3:5])
     p = rest.model.tanks
     volumes = rest.state.y[p.state : p.state + p.each.size]
     for b, tank, volume in contents_at(scene.bodies, volumes):
@@ -191,63 +191,67 @@ def _shallow(scene: Scene, rest: Rest, found: xr.Dataset) -> Iterator[str]:
                 )
 
 
-def _at_rest(scene: Scene, rest: Rest, drifted: Rest) -> xr.Dataset:
+def _rest_dataset(scene: Scene, rest: Rest, drifted: Rest) -> xr.Dataset:
     """Position at rest, and the offset by mean drift."""
     loads = np.zeros(6 * len(scene.bodies))
     free = own_coordinates(drifted.model.bodies)
     loads[free] = drifted.drift[: free.size]
     return xr.Dataset(
         {
-            "position_at_rest": (MOTION, rest.position, _motion("displacement at rest")),
+            "position_at_rest": (
+                MOTION_DIMS,
+                rest.position,
+                _motion_attributes("displacement at rest"),
+            ),
             "mean_drift_offset": (
-                MOTION,
+                MOTION_DIMS,
                 drifted.position - rest.position,
-                _motion("offset by the mean second-order loads of the sea"),
+                _motion_attributes("offset by the mean second-order loads of the sea"),
             ),
             "drift_load": (
-                MOTION,
+                MOTION_DIMS,
                 loads.reshape(-1, 6),
-                _said("mean loads in directions without stiffness", "N or N m"),
+                _attributes("mean loads in directions without stiffness", "N or N m"),
             ),
         },
         coords=_bodies(scene),
     )
 
 
-def _modes(scene: Scene, about: Responder, modes: Sequence[NaturalMode]) -> xr.Dataset:
+def _mode_dataset(scene: Scene, about: Responder, modes: Sequence[NaturalMode]) -> xr.Dataset:
     size = 6 * len(scene.bodies)
     active = about.linear.active
-    own = active < size  # the others are motions of joints
+    is_body_coordinate = active < size  # the others are motions of joints
     shapes = np.reshape([about.displacements @ mode.shape for mode in modes], (len(modes), size))
     share = np.zeros((len(modes), size))
     for k, mode in enumerate(modes):
-        share[k, active[own]] = mode.share[own]
+        share[k, active[is_body_coordinate]] = mode.share[is_body_coordinate]
     free = [mode.kind == Kind.FREE for mode in modes]
-    of, by_body = ("mode", *MOTION), (len(modes), -1, 6)
+    dims, by_body = ("mode", *MOTION_DIMS), (len(modes), -1, 6)
     damping = np.where(free, np.nan, [m.damping_ratio for m in modes])
     return xr.Dataset(
         {
             "mode_kind": ("mode", [str(m.kind) for m in modes], {"long_name": "kind of decay"}),
-            "natural_period": ("mode", [m.natural_period for m in modes], _said("", "s")),
-            "damped_period": ("mode", [m.damped_period for m in modes], _said("", "s")),
-            "damping_ratio": ("mode", damping, _said("of critical", "1")),
-            "mode_shape": (of, shapes.reshape(by_body), _motion("undamped motion")),
+            "natural_period": ("mode", [m.natural_period for m in modes], _attributes("", "s")),
+            "damped_period": ("mode", [m.damped_period for m in modes], _attributes("", "s")),
+            "damping_ratio": ("mode", damping, _attributes("of critical", "1")),
+            "mode_shape": (dims, shapes.reshape(by_body), _motion_attributes("undamped motion")),
             "mode_share": (
-                of,
+                dims,
                 share.reshape(by_body),
-                _said("fraction of the kinetic energy", "1"),
+                _attributes("fraction of the kinetic energy", "1"),
             ),
         },
-        coords={**_bodies(scene), "mode": [_called(scene, mode) for mode in modes]},
+        coords={**_bodies(scene), "mode": [_mode_name(scene, mode) for mode in modes]},
     )
 
 
-def _called(scene: Scene, mode: NaturalMode) -> str:
-    found = coordinate_at(scene, mode.coordinate)
-    return f"{found.body} {found.dof}"
+def _mode_name(scene: Scene, mode: NaturalMode) -> str:
+    coordinate = coordinate_at(scene, mode.coordinate)
+    return f"{coordinate.body} {coordinate.dof}"
 
 
-class Answer(NamedTuple):
+class UnitWaveAmplitudes(NamedTuple):
     """Amplitudes ``free`` (nh, nw, n) of the free coordinates in waves of 1 m to the ``headings``
     (nh,) [rad] at ``omega`` (nw,) [rad/s]."""
 
@@ -256,86 +260,107 @@ class Answer(NamedTuple):
     free: np.ndarray
 
 
-def _in_unit_waves(scene: Scene, about: Responder, wanted: Wanted) -> Answer:
+def _in_unit_waves(scene: Scene, about: Responder, wanted: LinearRequest) -> UnitWaveAmplitudes:
     omega = np.array(wanted.frequencies or _frequencies(about), dtype=float)
     headings = list(wanted.headings) or _headings(scene)
     free = np.array([about.unit_motions(heading, omega) for heading in headings])
-    return Answer(headings, omega, free)
+    return UnitWaveAmplitudes(headings, omega, free)
 
 
-def _raos(scene: Scene, about: Responder, answer: Answer) -> xr.Dataset:
+def _rao_dataset(scene: Scene, about: Responder, answer: UnitWaveAmplitudes) -> xr.Dataset:
     headings, omega, free = answer
-    found = np.array([about.displaced(each) for each in free])
-    found = found.reshape(len(headings), omega.size, len(scene.bodies), 6)
-    of = ("heading", "frequency", *MOTION)
+    motions = np.array([about.expand_amplitudes(each) for each in free])
+    motions = motions.reshape(len(headings), omega.size, len(scene.bodies), 6)
+    dims = ("heading", "frequency", *MOTION_DIMS)
     return xr.Dataset(
         {
             "rao_amplitude": (
-                of,
-                np.abs(found),
-                _said("motion per wave amplitude", "m/m or rad/m"),
+                dims,
+                np.abs(motions),
+                _attributes("motion per wave amplitude", "m/m or rad/m"),
             ),
-            "rao_phase": (of, np.angle(found), _said("phase lead over the elevation", "rad")),
+            "rao_phase": (
+                dims,
+                np.angle(motions),
+                _attributes("phase lead over the elevation", "rad"),
+            ),
         },
         coords={
             **_bodies(scene),
-            "heading": ("heading", headings, _said("heading that the waves go to", "rad")),
-            "frequency": ("frequency", omega, _said("angular frequency", "rad/s")),
+            "heading": ("heading", headings, _attributes("heading that the waves go to", "rad")),
+            "frequency": ("frequency", omega, _attributes("angular frequency", "rad/s")),
         },
     )
 
 
-def _of_joints(
-    scene: Scene, about: Responder, answer: Answer, modes: Sequence[NaturalMode]
+def _joint_dataset(
+    scene: Scene, about: Responder, answer: UnitWaveAmplitudes, modes: Sequence[NaturalMode]
 ) -> xr.Dataset:
     """RAOs of the motions of joints, and their parts in the modes."""
     if not about.joints:
         return xr.Dataset()
     joints = [f"{q.body} {q.dof}" for q in coordinates(scene)[-about.joints :]]
-    found = answer.free[:, :, -about.joints :]
-    of = ("heading", "frequency", "joint_motion")
-    own = ("mode", "joint_motion")
+    motions = answer.free[:, :, -about.joints :]
+    dims = ("heading", "frequency", "joint_motion")
+    mode_dims = ("mode", "joint_motion")
     return xr.Dataset(
         {
             "joint_rao_amplitude": (
-                of,
-                np.abs(found),
-                _said("motion in a joint per wave amplitude", "m/m or rad/m"),
+                dims,
+                np.abs(motions),
+                _attributes("motion in a joint per wave amplitude", "m/m or rad/m"),
             ),
-            "joint_rao_phase": (of, np.angle(found), _said("phase lead over the elevation", "rad")),
+            "joint_rao_phase": (
+                dims,
+                np.angle(motions),
+                _attributes("phase lead over the elevation", "rad"),
+            ),
             "joint_mode_shape": (
-                own,
+                mode_dims,
                 np.array([mode.shape[-about.joints :] for mode in modes]),
-                _motion("undamped motion in a joint"),
+                _motion_attributes("undamped motion in a joint"),
             ),
             "joint_mode_share": (
-                own,
+                mode_dims,
                 np.array([mode.share[-about.joints :] for mode in modes]),
-                _said("fraction of the kinetic energy", "1"),
+                _attributes("fraction of the kinetic energy", "1"),
             ),
         },
         coords={"joint_motion": joints},
     )
 
 
-def _in_regular_waves(scene: Scene, waves: Sequence[Components], about: Responder) -> xr.Dataset:
+def _regular_wave_dataset(
+    scene: Scene, waves: Sequence[Components], about: Responder
+) -> xr.Dataset:
     """Amplitude and phase of every motion in each regular wave of the scene."""
     if not waves:
         return xr.Dataset()
-    found = np.concatenate([about.motions(each) for each in waves]).reshape(len(waves), -1, 6)
-    lead = found / np.array([each.at(0.0, 0.0)[0] for each in waves])[:, None, None]
-    of, first = ("wave", *MOTION), [(w.omega[0], w.amplitude[0], w.heading[0]) for w in waves]
+    motions = np.concatenate([about.motions(each) for each in waves]).reshape(len(waves), -1, 6)
+    lead = motions / np.array([each.at(0.0, 0.0)[0] for each in waves])[:, None, None]
+    dims, first = (
+        ("wave", *MOTION_DIMS),
+        [(w.omega[0], w.amplitude[0], w.heading[0]) for w in waves],
+    )
     omega, amplitude, heading = np.array(first).T
     return xr.Dataset(
         {
-            "regular_amplitude": (of, np.abs(found), _motion("amplitude in a regular wave")),
-            "regular_phase": (of, np.angle(lead), _said("phase lead over the elevation", "rad")),
+            "regular_amplitude": (
+                dims,
+                np.abs(motions),
+                _motion_attributes("amplitude in a regular wave"),
+            ),
+            "regular_phase": (
+                dims,
+                np.angle(lead),
+                _attributes("phase lead over the elevation", "rad"),
+            ),
         },
         coords={
             **_bodies(scene),
-            "wave_period": ("wave", 2.0 * np.pi / omega, _said("period of the wave", "s")),
-            "wave_amplitude": ("wave", amplitude, _said("amplitude of the wave", "m")),
-            "wave_heading": ("wave", heading, _said("heading that the wave goes to", "rad")),
+            "wave_period": ("wave", 2.0 * np.pi / omega, _attributes("period of the wave", "s")),
+            "wave_amplitude": ("wave", amplitude, _attributes("amplitude of the wave", "m")),
+            "wave_heading": ("wave", heading, _attributes("heading that the wave goes to", "rad")),
         },
     )
 
@@ -348,7 +373,7 @@ def _most_probable(m0: float, m1: float, m2: float, exposure: float) -> float:
     return sqrt(m0) * find_excursions(m0, m1, m2, exposure).level(exp(-1.0))
 
 
-def _in_sea(
+def _sea_dataset(
     scene: Scene, seas: Sequence[Components], about: Responder, exposure: float
 ) -> xr.Dataset:
     """Spectrum and short-term statistics of every motion in the random waves of the scene."""
@@ -361,37 +386,41 @@ def _in_sea(
     m2 = omega**2 @ energy
     period = 2.0 * np.pi * np.sqrt(np.divide(m0, m2, out=np.full_like(m0, np.nan), where=m2 > 0))
     largest = [_most_probable(*each, exposure) for each in zip(m0, m1, m2, strict=True)]
-    edges = np.linspace(0.0, omega.max(), BINS + 1)
+    edges = np.linspace(0.0, omega.max(), SPECTRUM_BINS + 1)
     density = [np.histogram(omega, edges, weights=e)[0] / edges[1] for e in energy.T]
 
-    def of(values: np.ndarray, what: str, unit: str = "m or rad") -> tuple[object, ...]:
-        return (MOTION, values.reshape(-1, 6), _said(what, unit))
+    def motion_variable(
+        values: np.ndarray, what: str, unit: str = "m or rad"
+    ) -> tuple[object, ...]:
+        return (MOTION_DIMS, values.reshape(-1, 6), _attributes(what, unit))
 
     return xr.Dataset(
         {
-            "response_std": of(np.sqrt(m0), "standard deviation"),
-            "response_period": of(period, "mean zero-crossing period", "s"),
-            "response_maximum": of(np.array(largest), f"most probable maximum in {exposure:g} s"),
+            "response_std": motion_variable(np.sqrt(m0), "standard deviation"),
+            "response_period": motion_variable(period, "mean zero-crossing period", "s"),
+            "response_maximum": motion_variable(
+                np.array(largest), f"most probable maximum in {exposure:g} s"
+            ),
             "response_spectrum": (
-                ("sea_frequency", *MOTION),
-                np.array(density).T.reshape(BINS, -1, 6),
-                _said("one-sided spectral density", "m^2 s/rad or rad s"),
+                ("sea_frequency", *MOTION_DIMS),
+                np.array(density).T.reshape(SPECTRUM_BINS, -1, 6),
+                _attributes("one-sided spectral density", "m^2 s/rad or rad s"),
             ),
         },
         coords={**_bodies(scene), "sea_frequency": 0.5 * (edges[1:] + edges[:-1])},
     )
 
 
-def _in_gusts(scene: Scene, about: Responder) -> xr.Dataset:
+def _gust_dataset(scene: Scene, about: Responder) -> xr.Dataset:
     """Standard deviations of every motion in the gusts of the scene, without waves."""
     if scene.environment.gusts is None:
         return xr.Dataset()
-    found = about.in_gusts().reshape(-1, 6)
-    said = _said("standard deviation in gusts, linear about the mean wind", "m or rad")
-    return xr.Dataset({"gust_std": (MOTION, found, said)}, coords=_bodies(scene))
+    std = about.in_gusts().reshape(-1, 6)
+    attributes = _attributes("standard deviation in gusts, linear about the mean wind", "m or rad")
+    return xr.Dataset({"gust_std": (MOTION_DIMS, std, attributes)}, coords=_bodies(scene))
 
 
-def _dragged(compiled: Compiled) -> Iterator[str]:
+def _line_drag_remarks(compiled: Compiled) -> Iterator[str]:
     """Remark on the drag of lines, which is left out."""
     if LINES.of(compiled.model).lines["width"].any():
         yield (
@@ -400,7 +429,7 @@ def _dragged(compiled: Compiled) -> Iterator[str]:
         )
 
 
-def _gusty(scene: Scene) -> Iterator[str]:
+def _gust_remarks(scene: Scene) -> Iterator[str]:
     """Remark on what a linear response to gusts leaves out."""
     water = scene.environment
     if water.gusts is not None:
@@ -428,9 +457,9 @@ def _bodies(scene: Scene) -> dict[str, object]:
     return {"body": [body.name for body in scene.bodies], "dof": list(DOFS)}
 
 
-def _motion(what: str) -> dict[str, str]:
-    return _said(what, "m or rad")
+def _motion_attributes(what: str) -> dict[str, str]:
+    return _attributes(what, "m or rad")
 
 
-def _said(what: str, unit: str) -> dict[str, str]:
+def _attributes(what: str, unit: str) -> dict[str, str]:
     return {"long_name": what, **units_of(unit)}

@@ -27,26 +27,28 @@ from typing import TYPE_CHECKING, Any
 
 from hydrosim.errors import InputError
 from hydrosim.results.runs_file import NOT_RUN
-from hydrosim.studies.many.outcome import Outcome
+from hydrosim.studies.many.outcome import RunOutcome
 from hydrosim.studies.many.pools import outcome_of
-from hydrosim.studies.many.work import Packed, Work, pack, unpack
-from hydrosim.studies.run.checkpoint import program
+from hydrosim.studies.many.work import PackedTask, RunTask, pack, unpack
+from hydrosim.studies.run.checkpoint import program_identity
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
     from hydrosim.studies.many.pools import Digest
 
-PATIENCE = 4  # s, to be answered by a scheduler, and again by a worker
+CONNECT_TIMEOUT_S = 4  # s, to be answered by a scheduler, and again by a worker
 # s without a worker, after which none is waited for; between looks
-DESERTED = 60.0
-ASKED = 2.0
-LOOKS = 5  # without a worker, at least: one that a busy scheduler answers late proves nothing
+NO_WORKER_TIMEOUT_S = 60.0
+POLL_INTERVAL_S = 2.0
+MIN_POLLS = 5  # without a worker, at least: one that a busy scheduler answers late proves nothing
 # runs in a batch; batches for each worker, at least
-LARGEST = 50
-PARTS = 4
-MESSAGES = 10  # that dask keeps, each a batch: 1000 of them are much to look through for garbage
-Run = tuple[Future[Outcome], Packed]
-OPEN = "run whatever is sent to them: let nobody else reach these ports"
+MAX_BATCH_RUNS = 50
+MIN_BATCHES_PER_WORKER = 4
+MAX_LOG_MESSAGES = (
+    10  # that dask keeps, each a batch: 1000 of them are much to look through for garbage
+)
+Run = tuple[Future[RunOutcome], PackedTask]
+OPEN_PORT_WARNING = "run whatever is sent to them: let nobody else reach these ports"
 
 
 class Cluster:
@@ -64,27 +66,27 @@ class Cluster:
                 "--scheduler: needs dask.distributed; pip install 'hydrosim[cluster]'"
             ) from None
         logging.getLogger("distributed").setLevel(logging.CRITICAL)
-        dask.config.set({"distributed.admin.low-level-log-length": MESSAGES})
+        dask.config.set({"distributed.admin.low-level-log-length": MAX_LOG_MESSAGES})
         self._closed = Event()
-        self._client = self._connected(distributed, address)
+        self._client = self._connect(distributed, address)
         try:
-            self._count = self._checked()
+            self._count = self._count_workers()
         except BaseException:
             self.close()
             raise
-        self.size, self.ahead = LARGEST, LARGEST * self._count
+        self.size, self.ahead = MAX_BATCH_RUNS, MAX_BATCH_RUNS * self._count
         self._waiting: list[Run] = []
         self._calm: Compiled | None = None
         self._digest: Digest | None = None
         self._made: Any = None
-        self._tasks: dict[Any, list[Future[Outcome]]] = {}
+        self._tasks: dict[Any, list[Future[RunOutcome]]] = {}
         self._suspects: deque[tuple[Run, Any, Any]] = deque()
         self._lock = RLock()
         Thread(target=self._watch, daemon=True).start()
 
-    def _connected(self, distributed: Any, address: str) -> Any:
+    def _connect(self, distributed: Any, address: str) -> Any:
         try:
-            return distributed.Client(address, timeout=PATIENCE, set_as_default=False)
+            return distributed.Client(address, timeout=CONNECT_TIMEOUT_S, set_as_default=False)
         except TypeError:  # dask says so of tls:// without certificates
             raise InputError(
                 f"--scheduler: found {address}, but dask is told of no certificate; expected one"
@@ -93,26 +95,26 @@ class Cluster:
             ) from None
         except (OSError, ValueError, ImportError) as error:
             raise InputError(
-                f"--scheduler: found {address}, which does not answer within {PATIENCE} s"
+                f"--scheduler: found {address}, which does not answer within {CONNECT_TIMEOUT_S} s"
                 f" ({type(error).__name__}); expected the address of a scheduler, such as"
                 " tcp://127.0.0.1:8786, or local. Is it running (dask scheduler), and may this"
                 " machine reach it?"
             ) from None
 
-    def _checked(self) -> int:
+    def _count_workers(self) -> int:
         """How many workers there are, all with this program."""
         with suppress(TimeoutError):
-            self._client.wait_for_workers(1, timeout=PATIENCE)
-        own = program()
-        for worker, other in self._client.run(_program, on_error="return").items():
-            if isinstance(other, OSError):  # it has died just now: others make its runs
+            self._client.wait_for_workers(1, timeout=CONNECT_TIMEOUT_S)
+        own_program = program_identity()
+        for worker, worker_program in self._client.run(_program, on_error="return").items():
+            if isinstance(worker_program, OSError):  # it has died just now: others make its runs
                 continue
-            if other != own:
+            if worker_program != own_program:
                 missing = "cannot import hydrosim.studies.many.cluster"
-                said = other if isinstance(other, str) else missing
+                description = worker_program if isinstance(worker_program, str) else missing
                 raise InputError(
-                    f"--scheduler: found the worker {worker} with another program ({said});"
-                    f" expected {own}. Install the same versions there."
+                    f"--scheduler: found the worker {worker} with another program ({description});"
+                    f" expected {own_program}. Install the same versions there."
                 )
         count = len(self._client.scheduler_info(n_workers=-1)["workers"])
         if not count:
@@ -123,38 +125,40 @@ class Cluster:
     def title(self) -> str:
         """Who works, and whether anybody may send them code."""
         scheduler = self._client.scheduler.address
-        warning = "" if scheduler.startswith("tls://") else f"; scheduler and workers {OPEN}"
+        warning = (
+            "" if scheduler.startswith("tls://") else f"; scheduler and workers {OPEN_PORT_WARNING}"
+        )
         return f"{self._count} workers at {scheduler}{warning}"
 
     def begin(self, count: int) -> None:
         """Choose batches of which each worker has several."""
-        self.size = min(LARGEST, ceil(count / (PARTS * self._count)))
-        self.ahead = (PARTS - 1) * self.size * self._count
+        self.size = min(MAX_BATCH_RUNS, ceil(count / (MIN_BATCHES_PER_WORKER * self._count)))
+        self.ahead = (MIN_BATCHES_PER_WORKER - 1) * self.size * self._count
 
-    def submit(self, work: Work | Exception, digest: Digest) -> Future[Outcome]:
+    def submit(self, work: RunTask | Exception, digest: Digest) -> Future[RunOutcome]:
         """A run that goes with the next batch."""
-        found: Future[Outcome] = Future()
+        future: Future[RunOutcome] = Future()
         if isinstance(work, Exception):
-            found.set_result(outcome_of(work, digest, Event()))
-            return found
+            future.set_result(outcome_of(work, digest, Event()))
+            return future
         if work.calm is not self._calm:
             self.flush()
             self._calm = work.calm
             self._made = None
             self._digest = digest
-        self._waiting.append((found, pack(work)))
+        self._waiting.append((future, pack(work)))
         if len(self._waiting) >= self.size:
             self.flush()
-        return found
+        return future
 
     def flush(self) -> None:
         """Send the batch that waits."""
         if self._waiting:
             batch = self._waiting
             self._waiting = []
-            self._send(batch, self._compiled(), self._digest)
+            self._send(batch, self._send_compiled(), self._digest)
 
-    def _compiled(self) -> Any:
+    def _send_compiled(self) -> Any:
         """What is compiled, as bytes in a task: it is made again where its worker died."""
         if self._made is None:
             compiled = pickle.dumps(self._calm)
@@ -164,11 +168,15 @@ class Cluster:
     def _send(self, batch: Sequence[Run], made: Any, digest: Any, alone: bool = False) -> None:
         packed = [each for _, each in batch]
         with self._lock:
-            task = self._client.submit(run_batch, program(), made, packed, digest, pure=False)
+            task = self._client.submit(
+                run_batch, program_identity(), made, packed, digest, pure=False
+            )
             self._tasks[task] = [future for future, _ in batch]
-        task.add_done_callback(partial(self._taken, batch, made, digest, alone))
+        task.add_done_callback(partial(self._finish_batch, batch, made, digest, alone))
 
-    def _taken(self, batch: Sequence[Run], made: Any, digest: Any, alone: bool, task: Any) -> None:
+    def _finish_batch(
+        self, batch: Sequence[Run], made: Any, digest: Any, alone: bool, task: Any
+    ) -> None:
         """Hand on what a batch came to, or suspect its runs; once all is done, try one of these."""
         with self._lock:
             self._tasks.pop(task, None)
@@ -184,14 +192,14 @@ class Cluster:
         if task.status == "finished":
             outcomes = task.result()
         elif task.status == "cancelled":
-            outcomes = [Outcome(NOT_RUN)] * len(batch)
+            outcomes = [RunOutcome(NOT_RUN)] * len(batch)
         else:
             error = task.exception()
             if isinstance(error, InputError):
                 for future, _ in batch:
                     future.set_exception(error)
                 return
-            outcomes = [Outcome("failed", _told(error))] * len(batch)
+            outcomes = [RunOutcome("failed", _worker_error_message(error))] * len(batch)
         for (future, _), outcome in zip(batch, outcomes, strict=True):
             if not future.done():
                 future.set_result(outcome)
@@ -199,80 +207,80 @@ class Cluster:
     def _watch(self) -> None:
         """See that there are workers, or say that there are none; a scheduler that is gone has
         none."""
-        seen = monotonic()
-        looks = 0
-        while not self._closed.wait(ASKED):
-            looks += 1
+        last_seen = monotonic()
+        polls = 0
+        while not self._closed.wait(POLL_INTERVAL_S):
+            polls += 1
             with suppress(Exception):
                 if self._client.scheduler_info(n_workers=-1)["workers"]:
-                    seen = monotonic()
-                    looks = 0
-            if looks >= LOOKS and monotonic() - seen > DESERTED:
+                    last_seen = monotonic()
+                    polls = 0
+            if polls >= MIN_POLLS and monotonic() - last_seen > NO_WORKER_TIMEOUT_S:
                 self._give_up()
                 return
 
     def _give_up(self) -> None:
         """End all that is waited for with a message; what comes later is not looked at."""
         with self._lock:
-            left = [future for each in self._tasks.values() for future in each]
-            left += [future for future, _ in self._rest()]
+            waiting = [future for each in self._tasks.values() for future in each]
+            waiting += [future for future, _ in self._take_unsent()]
             tasks = list(self._tasks)
             self._tasks = {}
-        for future in left:
+        for future in waiting:
             if not future.done():
                 future.set_exception(
                     InputError(
-                        f"--scheduler: no worker has been there for {DESERTED:g} s. What is"
-                        " complete is kept: start workers, and give --resume."
+                        f"--scheduler: no worker has been there for {NO_WORKER_TIMEOUT_S:g} s. What"
+                        " is complete is kept: start workers, and give --resume."
                     )
                 )
         with suppress(Exception):
             self._client.cancel(tasks, force=True)
 
-    def _rest(self) -> list[Run]:
+    def _take_unsent(self) -> list[Run]:
         """Runs that have not been sent; there are none afterwards."""
-        left = [*self._waiting, *(run for run, *_ in self._suspects)]
+        unsent = [*self._waiting, *(run for run, *_ in self._suspects)]
         self._waiting = []
         self._suspects = deque()
-        return left
+        return unsent
 
     def stop(self) -> None:
         """Runs that are not done are not run."""
         with self._lock:
             tasks = list(self._tasks)
-            left = self._rest()
-        for future, _ in left:
-            future.set_result(Outcome(NOT_RUN))
+            unsent = self._take_unsent()
+        for future, _ in unsent:
+            future.set_result(RunOutcome(NOT_RUN))
         self._client.cancel(tasks, force=True)
 
     def close(self) -> None:
         """Leave the scheduler."""
         self._closed.set()
         with suppress(Exception):
-            self._client.close(timeout=PATIENCE)
+            self._client.close(timeout=CONNECT_TIMEOUT_S)
 
 
 def run_batch(
-    expected: str, calm: Compiled, works: Sequence[Packed], digest: Digest
-) -> list[Outcome]:
+    expected: str, calm: Compiled, works: Sequence[PackedTask], digest: Digest
+) -> list[RunOutcome]:
     """Runs that differ in their waves alone, on a worker; InputError if this is another program."""
-    if program() != expected:
+    if program_identity() != expected:
         raise InputError(
-            f"--scheduler: found a worker with {program()}; expected {expected}, as here. Install"
-            " the same version there, and start the worker again."
+            f"--scheduler: found a worker with {program_identity()}; expected {expected}, as"
+            " here. Install the same version there, and start the worker again."
         )
     return [outcome_of(unpack(packed, calm), digest, Event()) for packed in works]
 
 
 def _program() -> str:
-    return program()
+    return program_identity()
 
 
 def _is_death(error: BaseException | None) -> bool:
     return type(error).__name__ == "KilledWorker"
 
 
-def _told(error: BaseException | None) -> str:
+def _worker_error_message(error: BaseException | None) -> str:
     if _is_death(error):
         return "the workers that made this run died, each time; look at their memory"
     return f"{type(error).__name__}: {error}"

@@ -32,23 +32,25 @@ from hydrosim.outputs import Output, as_output
 from hydrosim.results.journal import KNOWN, RESULT, Journal, Kept
 from hydrosim.results.runs_file import BY_RUN, COMPLETE, RUN, RunsFile
 from hydrosim.scene import Scene
-from hydrosim.studies.many.form import STEPS, Form, find_form
+from hydrosim.studies.many.form import TRIAL_STEPS, RunLayout, merge_layouts
 from hydrosim.studies.many.garbage import collected_here
-from hydrosim.studies.many.outcome import Outcome, digested, fitted
+from hydrosim.studies.many.outcome import RunOutcome, pad_to_layout, reduce_run
 from hydrosim.studies.many.pools import Pool, Threads
-from hydrosim.studies.many.shared import Shared
-from hydrosim.studies.many.unfinished import folder_of, identity, is_whole, kept
-from hydrosim.studies.run.simulation import prepared, simulate
+from hydrosim.studies.many.shared import SceneCache
+from hydrosim.studies.many.unfinished import folder_of, identity, is_complete, locked_journal
+from hydrosim.studies.run.simulation import prepare_scene, simulate
 
 if TYPE_CHECKING:
     from hydrosim.case import Case
     from hydrosim.statistics.figures import RequestedStatistic
 
-COLLECTING = 0.05  # of the time, at most, is spent on collecting garbage
-EVERY = 50  # runs, of which the first measures its error: at most 2 % of the cost of all
-ESTIMATES = f"errors are measured in run 0 and in every {EVERY}th run after it"
-TOLD = 5  # messages of runs that are refused
-FEWEST = 4  # output times, to have statistics of
+GC_TIME_FRACTION = 0.05  # of the time, at most, is spent on collecting garbage
+ESTIMATE_INTERVAL = (
+    50  # runs, of which the first measures its error: at most 2 % of the cost of all
+)
+ESTIMATE_NOTE = f"errors are measured in run 0 and in every {ESTIMATE_INTERVAL}th run after it"
+MAX_MESSAGES = 5  # messages of runs that are refused
+MIN_OUTPUT_TIMES = 4  # output times, to have statistics of
 
 Digest = Callable[..., xr.Dataset]
 """What is kept of a run."""
@@ -109,42 +111,42 @@ def simulate_many(
     """
     if isinstance(cases, str | Path):
         raise InputError("found one file; expected several cases: hs.simulate_many([...]).")
-    scenes = [prepared(case) for case in cases]
+    scenes = [prepare_scene(case) for case in cases]
     _check(scenes, labels or {}, start)
     seeds = _seeds(scenes)
     along = {**({} if seeds is None else {"seed": seeds}), **(labels or {})}
     known = {name: _variable(values) for name, values in along.items()} | _sources(scenes)
     digest: Digest = partial(
-        digested,
+        reduce_run,
         variables=list(variables),
         start=start,
         figures=tuple(figures),
         channels=tuple(channels),
     )
-    form = find_form(scenes, partial(digest, start=0.0, lenient=True), simulate)
-    if not _has_all(form, [*variables, *(f.name for f in figures)], channels):
-        _check_found(scenes[0], digest)
+    form = merge_layouts(scenes, partial(digest, start=0.0, lenient=True), simulate)
+    if not _has_requested(form, [*variables, *(f.name for f in figures)], channels):
+        _check_requested(scenes[0], digest)
     if form is not None:
-        digest = partial(fitted, form=form, keep=partial(digest, lenient=True))
+        digest = partial(pad_to_layout, form=form, keep=partial(digest, lenient=True))
 
-    shared = Shared()
+    shared = SceneCache()
     result = None if output is None else as_output(output, "sweep")
     mark = "" if result is None else result.mark
-    said = {
-        "error_estimates": ESTIMATES,
+    attributes_of_file = {
+        "error_estimates": ESTIMATE_NOTE,
         **({} if form is None else form.attributes),
         **(attributes or {}),
         **({} if result is None else result.attributes),
     }
 
     def file_at(path: Path) -> RunsFile:
-        coordinates = [*along, *said.get(BY_RUN, "").split()]
-        return RunsFile(path, len(scenes), known, coordinates, mark, said)
+        coordinates = [*along, *attributes_of_file.get(BY_RUN, "").split()]
+        return RunsFile(path, len(scenes), known, coordinates, mark, attributes_of_file)
 
     def write(path: Path, journal: Journal | None) -> Path:
         file = file_at(path)
-        work = _Set(scenes, shared, digest, file, journal, first)
-        with _closed(file), collected_here():
+        work = _RunSet(scenes, shared, digest, file, journal, first)
+        with _close_at_end(file), collected_here():
             _run_all(work, pool or Threads(workers or os.cpu_count() or 1), progress)
         return path
 
@@ -152,18 +154,18 @@ def simulate_many(
         with TemporaryDirectory() as folder:
             return xr.load_dataset(write(Path(folder, RESULT), None), engine="netcdf4")
     values = {name: known[name].values for name in along}
-    asked = {"variables": tuple(variables), "start": start, "figures": tuple(figures)}
-    asked |= {"channels": tuple(channels)} if channels else {}
-    known_as = identity(scenes, shared.opened, values, asked)
-    here = folder_of(result)
-    with kept(result, resume, known_as) as journal:
-        file_at(here / f"{KNOWN}.partial").close()
-        journal.take_known(here / f"{KNOWN}.partial")
-        path = write(here / RESULT, journal)
-        ended = is_whole(path)
-        place = result.settled() if ended or not is_whole(result.path) else result.aside()
+    request = {"variables": tuple(variables), "start": start, "figures": tuple(figures)}
+    request |= {"channels": tuple(channels)} if channels else {}
+    set_identity = identity(scenes, shared.open_sources, values, request)
+    partial_folder = folder_of(result)
+    with locked_journal(result, resume, set_identity) as journal:
+        file_at(partial_folder / f"{KNOWN}.partial").close()
+        journal.take_known(partial_folder / f"{KNOWN}.partial")
+        path = write(partial_folder / RESULT, journal)
+        all_ended = is_complete(path)
+        place = result.settled() if all_ended or not is_complete(result.path) else result.aside()
         place.take(path)
-        if ended:
+        if all_ended:
             journal.remove()
     return xr.open_dataset(place.path, engine="netcdf4")
 
@@ -195,14 +197,14 @@ def _check(scenes: Sequence[Scene], labels: Mapping[str, Sized], start: float) -
                     f"simulate_many: found {what} {one} in run 0 and {other} in run {run}; expected"
                     " the same in all."
                 )
-    if first.initial is None and not start + FEWEST * first.output_step <= first.duration:
+    if first.initial is None and not start + MIN_OUTPUT_TIMES * first.output_step <= first.duration:
         raise InputError(
             f"simulate_many: found start {start:g} s; expected a time well before the end of the"
             f" runs, {first.duration:g} s."
         )
 
 
-def _has_all(form: Form | None, names: Sequence[str], patterns: Sequence[str]) -> bool:
+def _has_requested(form: RunLayout | None, names: Sequence[str], patterns: Sequence[str]) -> bool:
     """Whether some run has what is asked for, as far as it is known before the first."""
     if form is None:
         return not patterns
@@ -210,9 +212,9 @@ def _has_all(form: Form | None, names: Sequence[str], patterns: Sequence[str]) -
     return all(fits) and all(name in form.variables for name in names)
 
 
-def _check_found(scene: Scene, keep: Digest) -> None:
+def _check_requested(scene: Scene, keep: Digest) -> None:
     """Raises InputError where a few steps of a scene do not have what is asked for."""
-    short = replace(scene, duration=min(scene.duration, STEPS * scene.output_step))
+    short = replace(scene, duration=min(scene.duration, TRIAL_STEPS * scene.output_step))
     try:
         run = simulate(short)
     except HydrosimError:  # its own run will say it
@@ -224,13 +226,13 @@ def _seeds(scenes: Sequence[Scene]) -> np.ndarray | None:
     """Seeds (runs,), or (runs, trains) if there are several wave trains; None if there is none, or
     not as many in all runs. The seed of gusts follows those of the trains; it is left out if all of
     them are the same."""
-    found = [scene.environment.seeds for scene in scenes]
-    if not found[0] or len({len(seeds) for seeds in found}) > 1:
+    seeds_of_runs = [scene.environment.seeds for scene in scenes]
+    if not seeds_of_runs[0] or len({len(seeds) for seeds in seeds_of_runs}) > 1:
         return None
     gusty = any(scene.environment.gusts is not None for scene in scenes)
-    if gusty and all(len(set(seeds)) == 1 for seeds in found):
-        found = [seeds[:1] for seeds in found]
-    return np.array(found)[:, 0] if len(found[0]) == 1 else np.array(found)
+    if gusty and all(len(set(seeds)) == 1 for seeds in seeds_of_runs):
+        seeds_of_runs = [seeds[:1] for seeds in seeds_of_runs]
+    return np.array(seeds_of_runs)[:, 0] if len(seeds_of_runs[0]) == 1 else np.array(seeds_of_runs)
 
 
 def _variable(values: Sequence[object] | np.ndarray | xr.Variable) -> xr.Variable:
@@ -252,7 +254,7 @@ def _sources(scenes: Sequence[Scene]) -> dict[str, xr.Variable]:
 
 
 @contextmanager
-def _closed(file: RunsFile) -> Iterator[None]:
+def _close_at_end(file: RunsFile) -> Iterator[None]:
     """Closes the file in the end; what ends it early is told, not what follows from that."""
     try:
         yield
@@ -263,12 +265,12 @@ def _closed(file: RunsFile) -> Iterator[None]:
     file.close()
 
 
-def _run_all(work: _Set, pool: Pool, progress: Progress | None) -> None:
+def _run_all(work: _RunSet, pool: Pool, progress: Progress | None) -> None:
     """Run the scenes by a pool; what it finds is kept by this thread as it comes, and written in
     order."""
     done = 0
     due = 0.0
-    pending: deque[tuple[int, Future[Outcome]]] = deque()
+    pending: deque[tuple[int, Future[RunOutcome]]] = deque()
 
     def take() -> None:
         nonlocal done, due
@@ -279,13 +281,13 @@ def _run_all(work: _Set, pool: Pool, progress: Progress | None) -> None:
             wait([future for _, future in pending if not future.done()], None, FIRST_COMPLETED)
             work.keep(pending)
         with undisturbed():
-            if not work.has(run):
+            if not work.has_run(run):
                 work.keep(pending)
             work.write(run, first.result())
             pending.popleft()
             done += 1
         if perf_counter() > due:
-            due = _collected()
+            due = _collect_garbage()
         if progress is not None:
             progress(done, len(work.scenes))
 
@@ -294,7 +296,7 @@ def _run_all(work: _Set, pool: Pool, progress: Progress | None) -> None:
         work.check_possible()
         for run, scene in enumerate(work.scenes):
             raise_if_interrupted()
-            pending.append((run, work.begun(run, scene, pool)))
+            pending.append((run, work.start_run(run, scene, pool)))
             while len(pending) > pool.ahead:
                 take()
         while pending:
@@ -309,20 +311,20 @@ def _run_all(work: _Set, pool: Pool, progress: Progress | None) -> None:
         pool.close()
 
 
-def _collected() -> float:
+def _collect_garbage() -> float:
     """Collect garbage; when to do so again."""
-    begun = perf_counter()
+    started = perf_counter()
     gc.collect()
     ended = perf_counter()
-    return ended + (ended - begun) / COLLECTING
+    return ended + (ended - started) / GC_TIME_FRACTION
 
 
-class _Set(NamedTuple):
+class _RunSet(NamedTuple):
     """Scenes, what they share, what is taken of a run, the file, what is kept on the way, and the
     number of the ``first`` run in the whole set."""
 
     scenes: Sequence[Scene]
-    shared: Shared
+    shared: SceneCache
     digest: Callable[[xr.Dataset], xr.Dataset]
     file: RunsFile
     journal: Journal | None
@@ -335,31 +337,35 @@ class _Set(NamedTuple):
             return
         refused: dict[str, None] = {}
         for scene in self.scenes:
-            work = self.shared.prepared(scene)
+            work = self.shared.compile_task(scene)
             if not isinstance(work, HydrosimError):
                 return
             refused[str(work)] = None
         count = len(self.scenes)
-        more = [f"and {len(refused) - TOLD} more messages"] if len(refused) > TOLD else []
-        said = "\n".join([*list(refused)[:TOLD], *more])
-        whole = "The run is" if count == 1 else f"All {count} runs are"
-        raise InputError(f"{said}\n{whole} refused before the first step.")
+        overflow = (
+            [f"and {len(refused) - MAX_MESSAGES} more messages"]
+            if len(refused) > MAX_MESSAGES
+            else []
+        )
+        messages = "\n".join([*list(refused)[:MAX_MESSAGES], *overflow])
+        subject = "The run is" if count == 1 else f"All {count} runs are"
+        raise InputError(f"{messages}\n{subject} refused before the first step.")
 
-    def begun(self, run: int, scene: Scene, pool: Pool) -> Future[Outcome]:
+    def start_run(self, run: int, scene: Scene, pool: Pool) -> Future[RunOutcome]:
         """A run that is done, or is being done by the pool."""
         if self.journal is None or run not in self.journal:
-            estimates = (self.first + run) % EVERY == 0
-            return pool.submit(self.shared.prepared(scene, estimates), self.digest)
-        found, attributes, warnings = self.journal.read(run)
-        known: Future[Outcome] = Future()
-        known.set_result(Outcome(COMPLETE, "", warnings, found, attributes))
-        return known
+            estimates = (self.first + run) % ESTIMATE_INTERVAL == 0
+            return pool.submit(self.shared.compile_task(scene, estimates), self.digest)
+        dataset, attributes, warnings = self.journal.read(run)
+        future: Future[RunOutcome] = Future()
+        future.set_result(RunOutcome(COMPLETE, "", warnings, dataset, attributes))
+        return future
 
-    def has(self, run: int) -> bool:
+    def has_run(self, run: int) -> bool:
         """Whether a run is on the disk."""
         return self.journal is not None and run in self.journal
 
-    def keep(self, pending: Iterable[tuple[int, Future[Outcome]]]) -> None:
+    def keep(self, pending: Iterable[tuple[int, Future[RunOutcome]]]) -> None:
         """Put what is complete by now on the disk."""
         for run, future in pending:
             if self.journal is None or run in self.journal or not future.done():
@@ -369,12 +375,12 @@ class _Set(NamedTuple):
                 with undisturbed():
                     self.journal.add(run, kept)
 
-    def write(self, run: int, outcome: Outcome) -> None:
+    def write(self, run: int, outcome: RunOutcome) -> None:
         """Put a run into the file, or why there is none."""
         found = outcome.found
         file = self.file
         if found is not None and (name := file.differs(found)):
-            outcome = Outcome("failed", f"its {name} is not that of the runs before it")
+            outcome = RunOutcome("failed", f"its {name} is not that of the runs before it")
         if outcome.found is not None:
             file.add(run, outcome.found, outcome.attributes, outcome.warnings)
             return

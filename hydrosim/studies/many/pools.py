@@ -14,13 +14,15 @@ from hydrosim.compiling.calm import in_waves
 from hydrosim.documents.places import locating
 from hydrosim.errors import HydrosimError, InputError
 from hydrosim.results.runs_file import COMPLETE, NOT_RUN
-from hydrosim.studies.many.outcome import PER_RUN_ATTRIBUTES, Outcome
+from hydrosim.studies.many.outcome import PER_RUN_ATTRIBUTES, RunOutcome
 from hydrosim.studies.run.simulation import run_compiled
 
 if TYPE_CHECKING:
-    from hydrosim.studies.many.work import Work
+    from hydrosim.studies.many.work import RunTask
 
-AHEAD = 2  # runs for each worker that may be done or wait while an earlier one is not finished
+QUEUE_FACTOR = (
+    2  # runs for each worker that may be done or wait while an earlier one is not finished
+)
 Digest = Callable[[xr.Dataset], xr.Dataset]
 """What is kept of a run."""
 
@@ -32,7 +34,7 @@ class Stop(Protocol):
         """Whether they are to end now."""
 
 
-def outcome_of(work: Work | Exception, digest: Digest, stop: Stop) -> Outcome:
+def outcome_of(work: RunTask | Exception, digest: Digest, stop: Stop) -> RunOutcome:
     """One run, in a thread of its own; it ends early once ``stop`` is set. Whatever goes wrong in
     it is its own failure, but for what is asked of all runs."""
 
@@ -41,31 +43,31 @@ def outcome_of(work: Work | Exception, digest: Digest, stop: Stop) -> Outcome:
             raise KeyboardInterrupt
 
     if isinstance(work, Exception):
-        return Outcome("failed", _told(work))
+        return RunOutcome("failed", _error_message(work))
     if stop.is_set():
-        return Outcome(NOT_RUN)
+        return RunOutcome(NOT_RUN)
     try:
         with locating(work.scene.places):
             compiled = in_waves(work.calm, work.scene, work.sea)
         run = run_compiled(compiled, watch, estimates=work.estimates, repeats=False)
     except KeyboardInterrupt:
-        return Outcome("interrupted")
+        return RunOutcome("interrupted")
     except Exception as error:
-        return Outcome("failed", _told(error))
+        return RunOutcome("failed", _error_message(error))
     status = str(run.attrs["status"])
     if status != COMPLETE:
-        return Outcome(status)
+        return RunOutcome(status)
     common = {name: value for name, value in run.attrs.items() if name not in PER_RUN_ATTRIBUTES}
     try:
         found = digest(run)
     except InputError:
         raise
     except Exception as error:
-        return Outcome("failed", _told(error))
-    return Outcome(status, "", str(run.attrs.get("warnings", "")), found, common)
+        return RunOutcome("failed", _error_message(error))
+    return RunOutcome(status, "", str(run.attrs.get("warnings", "")), found, common)
 
 
-def _told(error: Exception) -> str:
+def _error_message(error: Exception) -> str:
     """A message; of an error that nobody has thought of also what it is."""
     return str(error) if isinstance(error, HydrosimError) else f"{type(error).__name__}: {error}"
 
@@ -78,7 +80,7 @@ class Pool(Protocol):
     def begin(self, count: int) -> None:
         """So many runs will come."""
 
-    def submit(self, work: Work | Exception, digest: Digest) -> Future[Outcome]:
+    def submit(self, work: RunTask | Exception, digest: Digest) -> Future[RunOutcome]:
         """A run that is begun now, or once there are others with it."""
 
     def flush(self) -> None:
@@ -95,14 +97,14 @@ class Threads:
     """So many threads of this process."""
 
     def __init__(self, workers: int) -> None:
-        self.ahead = (1 + AHEAD) * workers
+        self.ahead = (1 + QUEUE_FACTOR) * workers
         self._pool = ThreadPoolExecutor(workers)
         self._stop = Event()
 
     def begin(self, count: int) -> None:
         """Nothing to prepare."""
 
-    def submit(self, work: Work | Exception, digest: Digest) -> Future[Outcome]:
+    def submit(self, work: RunTask | Exception, digest: Digest) -> Future[RunOutcome]:
         """A run by the next thread that is free."""
         return self._pool.submit(outcome_of, work, digest, self._stop)
 

@@ -16,22 +16,22 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hydrosim.errors import InputError
 from hydrosim.interrupts import ENDING
-from hydrosim.studies.many.outcome import Outcome
-from hydrosim.studies.many.pools import AHEAD, Digest, outcome_of
-from hydrosim.studies.many.work import Work, pack, unpack
+from hydrosim.studies.many.outcome import RunOutcome
+from hydrosim.studies.many.pools import QUEUE_FACTOR, Digest, outcome_of
+from hydrosim.studies.many.work import RunTask, pack, unpack
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
 
 SPAWN = get_context("spawn")  # a forked process would keep locks that other threads hold
-TRIES = 2  # processes that a run may bring down
+MAX_PROCESSES_PER_RUN = 2  # processes that a run may bring down
 
 
 class Processes:
     """A pool of so many processes. Each has a thread here that waits for its answers."""
 
     def __init__(self, workers: int) -> None:
-        self.ahead = (1 + AHEAD) * workers
+        self.ahead = (1 + QUEUE_FACTOR) * workers
         self._threads = ThreadPoolExecutor(workers, initializer=_block_interrupts)
         self._stop, self._going = SPAWN.Pipe(duplex=False)
         self._idle: SimpleQueue[_Process | None] = SimpleQueue()
@@ -41,16 +41,16 @@ class Processes:
     def begin(self, count: int) -> None:
         """Nothing to prepare."""
 
-    def submit(self, work: Work | Exception, digest: Digest) -> Future[Outcome]:
+    def submit(self, work: RunTask | Exception, digest: Digest) -> Future[RunOutcome]:
         """A run by the next process that is free."""
         return self._threads.submit(self._make, work, digest)
 
-    def _make(self, work: Work | Exception, digest: Digest) -> Outcome:
+    def _make(self, work: RunTask | Exception, digest: Digest) -> RunOutcome:
         if isinstance(work, Exception):
             return outcome_of(work, digest, Event())
         process = self._idle.get()
         try:
-            for _ in range(TRIES):
+            for _ in range(MAX_PROCESSES_PER_RUN):
                 try:
                     process = process or _Process(self._stop)
                     return process.make(work, digest)
@@ -59,9 +59,10 @@ class Processes:
                     reason = type(error).__name__
         finally:
             self._idle.put(process)
-        return Outcome(
+        return RunOutcome(
             "failed",
-            f"its process ended without an answer, {TRIES} times ({reason}); look at its memory",
+            f"its process ended without an answer, {MAX_PROCESSES_PER_RUN} times ({reason});"
+            " look at its memory",
         )
 
     def flush(self) -> None:
@@ -91,7 +92,7 @@ class _Process:
         theirs.close()
         self._calm: Compiled | None = None
 
-    def make(self, work: Work, digest: Digest) -> Outcome:
+    def make(self, work: RunTask, digest: Digest) -> RunOutcome:
         """One run. Raises EOFError or OSError if the process died."""
         changed = None if work.calm is self._calm else work.calm
         self._pipe.send((changed, pack(work), digest))
@@ -125,7 +126,7 @@ def _serve(pipe: Connection, stop: Connection) -> None:
         except EOFError:
             return
         calm = calm if changed is None else changed
-        answer: Outcome | InputError
+        answer: RunOutcome | InputError
         try:
             answer = outcome_of(unpack(packed, calm), digest, _Stop(stop))
         except InputError as error:

@@ -19,9 +19,9 @@ from hydrosim.compiling.symmetry import wave_asymmetries
 from hydrosim.database.database import HydroDatabase
 from hydrosim.documents.places import locating
 from hydrosim.scene import Body, Coefficients, Family, Scene, Start
-from hydrosim.studies.many.alike import alike
-from hydrosim.studies.many.work import Work
-from hydrosim.studies.run.step_limits import warned_of_steps
+from hydrosim.studies.many.alike import scenes_equal
+from hydrosim.studies.many.work import RunTask
+from hydrosim.studies.run.step_limits import add_step_warnings
 from hydrosim.waves.components import Components, sea
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from hydrosim.compiling.wet import WetGroup
 
 
-class Shared:
+class SceneCache:
     """Compiles what each scene has in common with the one before it only once; reads databases, and
     the run to start from, only once."""
 
@@ -41,12 +41,12 @@ class Shared:
         self._made: tuple[list[str], Compiled | Exception] | None = None
         self._known: dict[bytes, list[str]] = {}
 
-    def prepared(self, scene: Scene, estimates: bool = False) -> Work | Exception:
+    def compile_task(self, scene: Scene, estimates: bool = False) -> RunTask | Exception:
         """A scene in calm water and its sea, or why there is none. Its run ``estimates`` its error,
         or does not."""
         calm = replace(scene, title="", source={})
         calm = replace(calm, environment=scene.environment.without_waves())
-        if self._calm is None or not alike(calm, self._calm):
+        if self._calm is None or not scenes_equal(calm, self._calm):
             self._calm = calm
             self._wet = ()
             self._made = None
@@ -54,62 +54,70 @@ class Shared:
         try:
             with locating(scene.places):
                 check_scene(scene)
-                scene = self.opened(scene)
+                scene = self.open_sources(scene)
                 drawn = sea(scene.environment)
-                made = self._compiled(scene, drawn)
+                compiled = self._compile_without_waves(scene, drawn)
         except Exception as error:
             return error
         # what is read from files is read: netCDF knows no threads
-        own = made.scene
-        scene = replace(scene, bodies=own.bodies, initial=own.initial, solver=own.solver)
-        return Work(scene, drawn, made, estimates)
+        compiled_scene = compiled.scene
+        scene = replace(
+            scene,
+            bodies=compiled_scene.bodies,
+            initial=compiled_scene.initial,
+            solver=compiled_scene.solver,
+        )
+        return RunTask(scene, drawn, compiled, estimates)
 
-    def _compiled(self, scene: Scene, drawn: Sequence[Components]) -> Compiled:
+    def _compile_without_waves(self, scene: Scene, drawn: Sequence[Components]) -> Compiled:
         """A scene in calm water, in the plane of symmetry that its sea leaves. What is wrong with
         it is found once for all of its seeds."""
         self._wet = self._wet or tuple(all_groups(scene, drawn, before(scene)))
-        aside = self._aside(scene, drawn)
-        if self._made is None or self._made[0] != aside:
-            self._made = aside, self._tried(scene, drawn)
-        made = self._made[1]
-        if isinstance(made, Exception):
-            raise made
-        return made
+        asymmetries = self._find_asymmetries(scene, drawn)
+        if self._made is None or self._made[0] != asymmetries:
+            self._made = asymmetries, self._try_compiling(scene, drawn)
+        compiled = self._made[1]
+        if isinstance(compiled, Exception):
+            raise compiled
+        return compiled
 
-    def _tried(self, scene: Scene, drawn: Sequence[Components]) -> Compiled | Exception:
+    def _try_compiling(self, scene: Scene, drawn: Sequence[Components]) -> Compiled | Exception:
         """A scene in calm water, or why there is none."""
         try:
-            return warned_of_steps(planar(compile_calm(scene, self._wet), drawn))
+            return add_step_warnings(planar(compile_calm(scene, self._wet), drawn))
         except Exception as error:
             return error
 
-    def _aside(self, scene: Scene, drawn: Sequence[Components]) -> list[str]:
+    def _find_asymmetries(self, scene: Scene, drawn: Sequence[Components]) -> list[str]:
         """`wave_asymmetries`, which scenes with waves to the same headings have in common."""
         headings = np.unique([heading for waves in drawn for heading in waves.heading]).tobytes()
         if headings not in self._known:
             self._known[headings] = list(wave_asymmetries(scene, self._wet, drawn))
         return self._known[headings]
 
-    def opened(self, scene: Scene) -> Scene:
+    def open_sources(self, scene: Scene) -> Scene:
         """A scene with its databases, and the run to start from, in memory."""
-        bodies = tuple(map(self._read, scene.bodies))
+        bodies = tuple(map(self._open_body, scene.bodies))
         scene = replace(scene, bodies=bodies)
         if scene.initial is None:
             return scene
-        if self._start is None or not alike(self._start[0], scene.initial):
+        if self._start is None or not scenes_equal(self._start[0], scene.initial):
             self._start = scene.initial, opened_start(scene.initial)
         return replace(scene, initial=self._start[1])
 
-    def _read(self, body: Body) -> Body:
+    def _open_body(self, body: Body) -> Body:
         source = body.hydrodynamics
         if source is None or isinstance(source, HydroDatabase | Coefficients):
             return body
         if isinstance(source, Family):
-            each = [replace(one, source=self._opened(one.source)) for one in source.members]
-            return replace(body, hydrodynamics=Family(tuple(each)))
-        return replace(body, hydrodynamics=self._opened(source))
+            members = [
+                replace(member, source=self._open_database(member.source))
+                for member in source.members
+            ]
+            return replace(body, hydrodynamics=Family(tuple(members)))
+        return replace(body, hydrodynamics=self._open_database(source))
 
-    def _opened(self, source: Source) -> HydroDatabase:
+    def _open_database(self, source: Source) -> HydroDatabase:
         if source not in self._databases:
             self._databases[source] = opened(source)
         return self._databases[source]

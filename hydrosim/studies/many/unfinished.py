@@ -15,8 +15,8 @@ from hydrosim.leftovers import check_folder
 from hydrosim.results.journal import Journal, forget, identity_of, is_earlier, is_empty, is_part
 from hydrosim.results.runs_file import NOT_RUN
 from hydrosim.scene import Scene
-from hydrosim.studies.run.checkpoint import program
-from hydrosim.studies.run.digest import APART, digest
+from hydrosim.studies.run.checkpoint import program_identity
+from hydrosim.studies.run.digest import IGNORED_FIELDS, digest
 
 if TYPE_CHECKING:
     from hydrosim.outputs import Output
@@ -28,7 +28,7 @@ def folder_of(result: Output) -> Path:
 
 
 @contextmanager
-def alone_with(result: Output) -> Iterator[Path]:
+def locked_folder(result: Output) -> Iterator[Path]:
     """The folder of a set, of this process alone. Raises InputError where another one writes the
     same."""
     folder = folder_of(result)
@@ -38,12 +38,12 @@ def alone_with(result: Output) -> Iterator[Path]:
 
 
 @contextmanager
-def kept(result: Output, resume: bool, identity: Mapping[str, str]) -> Iterator[Journal]:
+def locked_journal(result: Output, resume: bool, identity: Mapping[str, str]) -> Iterator[Journal]:
     """The journal of the set with this ``identity``, of this process alone, see `begun`. Nothing
     stays of a set without a run. Raises WritingError where it cannot be written."""
-    with alone_with(result):
+    with locked_folder(result):
         try:
-            journal = begun(result, resume, identity)
+            journal = open_journal(result, resume, identity)
             try:
                 yield journal
             finally:
@@ -54,7 +54,7 @@ def kept(result: Output, resume: bool, identity: Mapping[str, str]) -> Iterator[
             raise unwritable(result.path, error) from None
 
 
-def begun(result: Output, resume: bool, identity: Mapping[str, str]) -> Journal:
+def open_journal(result: Output, resume: bool, identity: Mapping[str, str]) -> Journal:
     """The journal of the set with this ``identity``: with what is there if it is to ``resume``,
     else a new one. Raises InputError where runs would be lost, or are of another set."""
     folder = folder_of(result)
@@ -71,10 +71,10 @@ def begun(result: Output, resume: bool, identity: Mapping[str, str]) -> Journal:
             f"--resume: the runs in {folder} were kept by an earlier version of the program, in"
             " another form. Go on with that program, or begin anew with --overwrite."
         )
-    elif stored and (other := [name for name in identity if stored.get(name) != identity[name]]):
+    elif stored and (changed := [name for name in identity if stored.get(name) != identity[name]]):
         raise InputError(
             f"--resume: these have changed since the runs in {folder} were made:"
-            f" {'; '.join(other)}. Restore them to go on, or begin anew with --overwrite, which"
+            f" {'; '.join(changed)}. Restore them to go on, or begin anew with --overwrite, which"
             " replaces the finished runs."
         )
     folder.mkdir(exist_ok=True)
@@ -93,17 +93,17 @@ def identity(
     read: dict[int, Any] = {}
     hulls: dict[tuple[int, int], str] = {}
     parts: dict[int, str] = {}
-    names = [f.name for f in fields(Scene) if f.name not in {*APART, "bodies", "initial"}]
+    names = [f.name for f in fields(Scene) if f.name not in {*IGNORED_FIELDS, "bodies", "initial"}]
     cases = []
     for scene in scenes:
-        at = id(scene.bodies), id(scene.initial)
-        if at not in hulls:
-            hulls[at] = digest(_hulls(scene, opened, read))
+        key = id(scene.bodies), id(scene.initial)
+        if key not in hulls:
+            hulls[key] = digest(_body_data(scene, opened, read))
         values = [getattr(scene, name) for name in names]
         parts.update((id(value), digest(value)) for value in values if id(value) not in parts)
-        cases.append(" ".join([hulls[at], *(parts[id(value)] for value in values)]))
+        cases.append(" ".join([hulls[key], *(parts[id(value)] for value in values)]))
     return {
-        "the program": program(),
+        "the program": program_identity(),
         "a database, or the run to start from": digest(list(read.values())),
         "what is kept of the runs": digest(dict(asked)),
         "the seeds or parameters": digest((len(scenes), dict(labels))),
@@ -111,20 +111,20 @@ def identity(
     }
 
 
-def _hulls(scene: Scene, opened: Callable[[Scene], Scene], read: dict[int, Any]) -> Any:
+def _body_data(scene: Scene, opened: Callable[[Scene], Scene], read: dict[int, Any]) -> Any:
     """Bodies, and the numbers of the files that they and the start are ``read`` from; or what is
     wrong with these."""
     try:
-        whole = opened(scene)
+        opened_scene = opened(scene)
     except HydrosimError as error:
         return str(error)
-    files = [*(body.hydrodynamics for body in whole.bodies), whole.initial]
+    files = [*(body.hydrodynamics for body in opened_scene.bodies), opened_scene.initial]
     read.update({id(file): file for file in files})
-    bodies = tuple(replace(body, hydrodynamics=None) for body in whole.bodies)
+    bodies = tuple(replace(body, hydrodynamics=None) for body in opened_scene.bodies)
     return bodies, [list(read).index(id(file)) for file in files]
 
 
-def is_whole(path: Path) -> bool:
+def is_complete(path: Path) -> bool:
     """Whether all runs in the file of a set came to an end."""
     try:
         with netCDF4.Dataset(path) as runs:  # xarray reads all texts when it opens a file

@@ -1,4 +1,4 @@
-"""`Work`: what it takes to make one run of many, here or in another process."""
+"""`RunTask`: what it takes to make one run of many, here or in another process."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from hydrosim.waves.components import Components
 
 
-class Work(NamedTuple):
+class RunTask(NamedTuple):
     """A scene, the sea drawn of its waves, and all else compiled; whether its run ``estimates`` its
     error."""
 
@@ -23,19 +23,19 @@ class Work(NamedTuple):
     estimates: bool = False
 
 
-class Packed(NamedTuple):
+class PackedTask(NamedTuple):
     """What another process must be sent of a work, beside its compiled model."""
 
     scene: Scene
     estimates: bool
 
 
-def pack(work: Work) -> Packed:
+def pack(work: RunTask) -> PackedTask:
     """The work without its sea and its compiled model."""
-    return Packed(replace(work.scene, bodies=(), initial=None), work.estimates)
+    return PackedTask(replace(work.scene, bodies=(), initial=None), work.estimates)
 
 
-def unpack(packed: Packed, calm: Compiled) -> Work:
+def unpack(packed: PackedTask, calm: Compiled) -> RunTask:
     """A work that was packed. Its sea is drawn again from its seeds."""
     scene = replace(packed.scene, bodies=calm.scene.bodies, initial=calm.scene.initial)
-    return Work(scene, sea(scene.environment), calm, packed.estimates)
+    return RunTask(scene, sea(scene.environment), calm, packed.estimates)

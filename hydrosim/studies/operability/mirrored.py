@@ -24,12 +24,12 @@ if TYPE_CHECKING:
     from hydrosim.statistics.figures import RequestedStatistic
     from hydrosim.studies.operability.seas import Swell
 
-EVEN = ("end_absolute", "change_absolute", "std", "largest_absolute")
+EVEN_STATISTICS = ("end_absolute", "change_absolute", "std", "largest_absolute")
 """Statistics that do not know the sign of what they are of."""
-MOTIONS = ("position", "velocity", "acceleration")
+MOTION_CHANNELS = ("position", "velocity", "acceleration")
 
 
-def with_other_side(
+def add_mirrored_limits(
     found: xr.Dataset,
     scene: Scene,
     figures: Sequence[RequestedStatistic],
@@ -41,15 +41,17 @@ def with_other_side(
     images = images_of(headings)
     if not images:
         return found
-    reasons = [*_sides_told_apart(figures, swells, scene), *_of_scene(scene, headings)]
+    reasons = [*_criteria_asymmetries(figures, swells, scene), *_scene_asymmetries(scene, headings)]
     if reasons:
         text = f"Limits are not mirrored to the other side: {'; '.join(reasons)}."
         return found.assign_attrs({MIRROR_REASON: text})
-    own = found.sel(heading=[heading for heading, _ in images])
-    own = own.assign_coords(heading=("heading", [at for _, at in images], found.heading.attrs))
+    mirrored = found.sel(heading=[heading for heading, _ in images])
+    mirrored = mirrored.assign_coords(
+        heading=("heading", [at for _, at in images], found.heading.attrs)
+    )
     for name in ("runs", "inferred", "otherwise"):
-        own[name] = xr.zeros_like(own[name])
-    both = xr.concat([found, own], "heading", combine_attrs="override").sortby("heading")
+        mirrored[name] = xr.zeros_like(mirrored[name])
+    both = xr.concat([found, mirrored], "heading", combine_attrs="override").sortby("heading")
     text = (
         "Scene and criteria are symmetric about the x axis. Limits to the other side are the same,"
         " without runs of their own."
@@ -57,24 +59,26 @@ def with_other_side(
     return both.assign_attrs({MIRROR_REASON: text, MIRRORED: np.sort([at for _, at in images])})
 
 
-def _sides_told_apart(
+def _criteria_asymmetries(
     figures: Sequence[RequestedStatistic], swells: Sequence[Swell | None], scene: Scene
 ) -> list[str]:
     """Criteria and swells that are others to the other side."""
-    found = [str(figure) for figure in figures if not _is_even(figure)]
-    found += [name for figure in figures for name in figure.elements if _is_aside(name, scene)]
-    aside = [s for s in swells if s is not None and abs(np.sin(s.heading)) > SAME_HEADING_RAD]
-    return found + [f"swell to {np.degrees(swell.heading):g} deg" for swell in aside]
+    names = [str(figure) for figure in figures if not _is_even(figure)]
+    names += [name for figure in figures for name in figure.elements if _is_asymmetric(name, scene)]
+    oblique_swells = [
+        s for s in swells if s is not None and abs(np.sin(s.heading)) > SAME_HEADING_RAD
+    ]
+    return names + [f"swell to {np.degrees(swell.heading):g} deg" for swell in oblique_swells]
 
 
-def _is_aside(name: str, scene: Scene) -> bool:
+def _is_asymmetric(name: str, scene: Scene) -> bool:
     """Whether an element, or a group of contacts, is not its own mirror image."""
-    own = {
+    elements = {
         element: of
         for element, of in scene.forces.items()
         if name in (element, getattr(of, "group", None))
     }
-    return bool(list(without_image(own, plane_of(scene))))
+    return bool(list(without_image(elements, plane_of(scene))))
 
 
 def _is_even(figure: RequestedStatistic) -> bool:
@@ -85,12 +89,12 @@ def _is_even(figure: RequestedStatistic) -> bool:
     if name == "speed" or figure.channel in ("wave_elevation", "wind_speed"):
         return True
     dof = of.rpartition(".")[2]
-    if name not in MOTIONS or dof not in DOFS:
+    if name not in MOTION_CHANNELS or dof not in DOFS:
         return False
-    return bool(MIRROR_SIGN[DOFS.index(dof)] > 0.0) or figure.statistic in EVEN
+    return bool(MIRROR_SIGN[DOFS.index(dof)] > 0.0) or figure.statistic in EVEN_STATISTICS
 
 
-def _of_scene(scene: Scene, headings: np.ndarray) -> list[str]:
+def _scene_asymmetries(scene: Scene, headings: np.ndarray) -> list[str]:
     try:
         return not_mirrored(compile_scene(scene), headings)
     except HydrosimError as error:

@@ -22,13 +22,13 @@ import scipy
 from hydrosim.errors import InputError
 
 CONFIDENCE = 0.9
-CHUNK = 8  # runs at a time, after which there may be enough
+RUNS_PER_CHUNK = 8  # runs at a time, after which there may be enough
 
 Outcomes = Callable[[Sequence[tuple[int, int]]], np.ndarray]
 """Whether runs (height, seed) hold each criterion: (n, criteria) of truth values."""
 
 
-class Bound(NamedTuple):
+class HeightLimit(NamedTuple):
     """The limit between two heights by their numbers, -1 if the smallest fails: the last at which
     no more fail than allowed, and the interval; how many seeds were ``inferred`` there before they
     were run, and how many of these were ``otherwise``."""
@@ -48,7 +48,7 @@ def fewest_seeds(probability: float) -> int:
     return n
 
 
-def allowed(count: int, probability: float) -> tuple[int, int, int]:
+def allowed_failures(count: int, probability: float) -> tuple[int, int, int]:
     """How many of so many seeds may fail: at the limit, and at the ends of its interval."""
     tail = 0.5 * (1.0 - CONFIDENCE)
     low, high = scipy.stats.binom.ppf([tail, 1.0 - tail], count, 1.0 - probability)
@@ -62,7 +62,7 @@ def allowed(count: int, probability: float) -> tuple[int, int, int]:
 
 
 @dataclass
-class Search:
+class LimitSearch:
     """Runs of a sea of any of the ``heights`` (how many) and seeds, and what is known of them."""
 
     heights: int
@@ -70,56 +70,58 @@ class Search:
     outcomes: Outcomes
     known: dict[tuple[int, int], np.ndarray] = field(default_factory=dict)
 
-    def bound(self, criteria: Sequence[int], probability: float) -> Bound:
+    def find_limit(self, criteria: Sequence[int], probability: float) -> HeightLimit:
         """The limit of some of the ``criteria``, all of which must hold."""
-        of = list(criteria)
-        most, least, largest = allowed(self.seeds, probability)
+        criterion_numbers = list(criteria)
+        most, least, largest = allowed_failures(self.seeds, probability)
         top = self.heights
         inferred, otherwise = 0, 0
         while True:
-            limit = self._last(of, most, top)
+            limit = self._last_allowed_height(criterion_numbers, most, top)
             if limit < 0:
                 break
-            rest = [s for s in range(self.seeds) if (limit, s) not in self.known]
-            guesses = [(s, self._inferred(of, limit, s)) for s in rest]
-            self._run([(limit, s) for s in rest])
-            known = [(s, guess) for s, guess in guesses if guess is not None]
-            wrong = [guess != self._holds(of, (limit, s)) for s, guess in known]
+            unknown_seeds = [s for s in range(self.seeds) if (limit, s) not in self.known]
+            guesses = [(s, self._infer_outcome(criterion_numbers, limit, s)) for s in unknown_seeds]
+            self._run([(limit, s) for s in unknown_seeds])
+            informed_guesses = [(s, guess) for s, guess in guesses if guess is not None]
+            wrong = [
+                guess != self._holds(criterion_numbers, (limit, s)) for s, guess in informed_guesses
+            ]
             inferred, otherwise = inferred + len(wrong), otherwise + sum(wrong)
-            if self._failing(of, limit) <= most:
+            if self._failing(criterion_numbers, limit) <= most:
                 break
             top = limit
-        low = self._last(of, least, max(limit, 0) + 1)
-        high = self._last(of, largest, self.heights, limit) + 1
-        return Bound(limit, min(low, limit), max(high, limit + 1), inferred, otherwise)
+        low = self._last_allowed_height(criterion_numbers, least, max(limit, 0) + 1)
+        high = self._last_allowed_height(criterion_numbers, largest, self.heights, limit) + 1
+        return HeightLimit(limit, min(low, limit), max(high, limit + 1), inferred, otherwise)
 
     def failures(self, criteria: Sequence[int], height: int) -> np.ndarray:
         """How many seeds fail each criterion at a height, of those that were run there."""
-        found = [self.known[height, s] for s in range(self.seeds) if (height, s) in self.known]
-        return np.sum(~np.array(found)[:, list(criteria)], axis=0) if found else np.zeros(0)
+        outcomes = [self.known[height, s] for s in range(self.seeds) if (height, s) in self.known]
+        return np.sum(~np.array(outcomes)[:, list(criteria)], axis=0) if outcomes else np.zeros(0)
 
-    def _last(self, of: list[int], most: int, above: int, below: int = -1) -> int:
+    def _last_allowed_height(self, of: list[int], most: int, above: int, below: int = -1) -> int:
         """The last height below ``above`` at which no more than ``most`` seeds fail."""
         while above - below > 1:
             middle = (below + above) // 2
-            if self._within(of, most, middle):
+            if self._is_allowed(of, most, middle):
                 below = middle
             else:
                 above = middle
         return below
 
-    def _within(self, of: list[int], most: int, height: int) -> bool:
+    def _is_allowed(self, of: list[int], most: int, height: int) -> bool:
         """Whether no more than so many seeds fail, with as few runs as decide it."""
         while True:
-            state = [self._inferred(of, height, s) for s in range(self.seeds)]
+            state = [self._infer_outcome(of, height, s) for s in range(self.seeds)]
             failing, unknown = state.count(False), [s for s, x in enumerate(state) if x is None]
             if failing > most:
                 return False
             if failing + len(unknown) <= most:
                 return True
-            self._run([(height, s) for s in unknown[:CHUNK]])
+            self._run([(height, s) for s in unknown[:RUNS_PER_CHUNK]])
 
-    def _inferred(self, of: list[int], height: int, seed: int) -> bool | None:
+    def _infer_outcome(self, of: list[int], height: int, seed: int) -> bool | None:
         """Whether a seed holds at a height, by its run there, or by those at others."""
         if (height, seed) in self.known:
             return self._holds(of, (height, seed))

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from hydrosim.errors import InputError
 from hydrosim.scene import Jonswap, Scene, Tma, Torsethaugen, WaveTrain
 
-HIGH = Jonswap | Tma | Torsethaugen
+SINGLE_PEAK_SPECTRUM = Jonswap | Tma | Torsethaugen
 """Spectra that have one significant height and one peak period."""
 
 
@@ -33,7 +33,7 @@ class Sea:
 def wind_sea(scene: Scene) -> WaveTrain:
     """The one wave train of a scene whose height is varied; InputError if there is no such one."""
     trains = scene.environment.waves
-    if len(trains) != 1 or not isinstance(trains[0].spectrum, HIGH):
+    if len(trains) != 1 or not isinstance(trains[0].spectrum, SINGLE_PEAK_SPECTRUM):
         raise InputError(
             f"environment.waves: found {len(trains)} wave trains"
             f"{', of another spectrum' if len(trains) == 1 else ''}; expected one, jonswap,"
@@ -46,7 +46,7 @@ def in_sea(scene: Scene, sea: Sea, height: float, seed: int) -> Scene:
     """The scene in this sea of a significant ``height`` [m]; wind sea and swell have one seed, and
     are told apart by their number."""
     train = wind_sea(scene)
-    assert isinstance(train.spectrum, HIGH)
+    assert isinstance(train.spectrum, SINGLE_PEAK_SPECTRUM)
     spectrum = replace(train.spectrum, significant_height=height, peak_period=sea.peak_period)
     trains = [replace(train, spectrum=spectrum, heading=sea.heading, seed=seed)]
     if sea.swell is not None:

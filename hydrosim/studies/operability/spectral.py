@@ -28,9 +28,9 @@ if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
     from hydrosim.statistics.figures import RequestedStatistic
 
-MOTIONS = {"position": 0, "velocity": 1, "acceleration": 2}
+DERIVATIVE_ORDERS = {"position": 0, "velocity": 1, "acceleration": 2}
 """Channels that are linear in the motions, and how often they are derived."""
-ABOUT_MEAN = ("largest", "smallest", "largest_absolute", "std")
+STATISTICS_ABOUT_MEAN = ("largest", "smallest", "largest_absolute", "std")
 
 
 class Spectral:
@@ -50,7 +50,7 @@ class Spectral:
         (waves,) = drawn(in_sea(self.scene, replace(sea, swell=None), 1.0, 1).environment)
         name, body, dof = figure.channel.split(".")
         names = [each.name for each in self.scene.bodies]
-        order = MOTIONS[name]
+        order = DERIVATIVE_ORDERS[name]
         at = 6 * names.index(body) + DOFS.index(dof)
         energy = 0.5 * np.abs(self.about.motions(waves)[:, at] * waves.omega**order) ** 2
         m0, m1, m2 = (float(energy @ waves.omega**n) for n in range(3))
@@ -71,9 +71,9 @@ def spectral(scene: Scene, figures: Sequence[RequestedStatistic], swell: bool) -
     """What gives limits by spectra; or, in words, why runs are needed."""
     for figure in figures:
         name, *rest = figure.channel.split(".")
-        if name not in MOTIONS or len(rest) != 2 or rest[1] not in DOFS:
+        if name not in DERIVATIVE_ORDERS or len(rest) != 2 or rest[1] not in DOFS:
             return f"{figure.channel or figure} is no motion of a body"
-        if figure.statistic not in ABOUT_MEAN or figure.phase is not None:
+        if figure.statistic not in STATISTICS_ABOUT_MEAN or figure.phase is not None:
             return f"{figure} has no closed form"
     if swell:
         return "there is swell"

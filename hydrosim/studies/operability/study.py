@@ -18,15 +18,15 @@ from hydrosim.presentation.document import Value
 from hydrosim.presentation.layout import text_of
 from hydrosim.presentation.units import units_of
 from hydrosim.program import program_version, versions
-from hydrosim.studies.many.shared import Shared
+from hydrosim.studies.many.shared import SceneCache
 from hydrosim.studies.many.unfinished import identity
-from hydrosim.studies.operability.mirrored import with_other_side
-from hydrosim.studies.operability.search import CONFIDENCE, Search, allowed
+from hydrosim.studies.operability.mirrored import add_mirrored_limits
+from hydrosim.studies.operability.search import CONFIDENCE, LimitSearch, allowed_failures
 from hydrosim.studies.operability.seas import Sea, Swell, in_sea, wind_sea
 from hydrosim.studies.operability.spectral import Spectral, spectral
 from hydrosim.studies.operability.trials import Trials
-from hydrosim.studies.run.simulation import prepared
-from hydrosim.studies.sweep.study import fixed_of, read_study, settings_with
+from hydrosim.studies.run.simulation import prepare_scene
+from hydrosim.studies.sweep.study import fixed_settings, read_study, settings_with
 from hydrosim.studies.sweep.trial import check_figures, check_units
 
 if TYPE_CHECKING:
@@ -36,8 +36,8 @@ if TYPE_CHECKING:
     from hydrosim.studies.operability_file import Operability
     from hydrosim.studies.study_file import StudyFile
 
-ALL = "all"  # stages together
-SEEDS = 50  # where the study says none
+ALL_STAGES = "all"  # stages together
+DEFAULT_SEEDS = 50  # where the study says none
 Progress = Callable[[str, int, int], None]
 """Called with the sea, the number of runs until now, and the seas that are done."""
 
@@ -62,13 +62,13 @@ class Limits:
     @property
     def seeds(self) -> tuple[int, ...]:
         """The seeds, 1 to 50 if the study says none."""
-        return self.data.seeds or tuple(range(1, SEEDS + 1))
+        return self.data.seeds or tuple(range(1, DEFAULT_SEEDS + 1))
 
     @property
     def swells(self) -> list[Swell | None]:
         """The swells, of which one is none."""
-        found = [Swell(s.significant_height, s.peak_period, s.heading) for s in self.wanted.swells]
-        return [None, *found]
+        swells = [Swell(s.significant_height, s.peak_period, s.heading) for s in self.wanted.swells]
+        return [None, *swells]
 
     @property
     def headings(self) -> tuple[float, ...]:
@@ -86,17 +86,17 @@ class Limits:
         heights = self.wanted.heights.values()
         varied = {"seeds": self.seeds, "heights": heights, "seas": [sea for _, sea in _seas(self)]}
         asked = {"criteria": self.figures, "limits": self.limits, "share": self.wanted.probability}
-        return identity([self.scene], Shared().opened, varied, asked)
+        return identity([self.scene], SceneCache().open_sources, varied, asked)
 
     def stages(self) -> dict[str, list[int]]:
         """The numbers of the criteria of all stages together and of each."""
-        found = {ALL: list(range(len(self.figures)))}
+        numbers = {ALL_STAGES: list(range(len(self.figures)))}
         for k, figure in enumerate(self.figures):
             if figure.phase is not None:
-                found.setdefault(figure.phase, []).append(k)
-        return found
+                numbers.setdefault(figure.phase, []).append(k)
+        return numbers
 
-    def held(self, values: np.ndarray, complete: np.ndarray) -> np.ndarray:
+    def limits_hold(self, values: np.ndarray, complete: np.ndarray) -> np.ndarray:
         """Whether figures (n, nf) of runs hold their limits: not where a run failed; where a run
         never came to a phase there is nothing to hold. A stage that never comes is later than any
         limit."""
@@ -121,8 +121,8 @@ def load_limits(path: Path) -> Limits:
         )
     if data.parameters or data.studies:
         raise InputError(f"{path}: found parameters and operability; expected a file for each.")
-    case = load_case(path.parent / data.case, fixed_of(data))
-    scene = prepared(case)
+    case = load_case(path.parent / data.case, fixed_settings(data))
+    scene = prepare_scene(case)
     wind_sea(scene)
     figures = tuple(c.figure(name, data.output.start) for name, c in data.criteria.items())
     with locating_in(path):
@@ -130,7 +130,7 @@ def load_limits(path: Path) -> Limits:
         check_units(path, data.bounds(), units)
     limits = tuple(each.limit.value for each in data.criteria.values())
     criteria = zip(data.criteria.values(), figures, strict=True)
-    least = tuple(criterion.least(figure) for criterion, figure in criteria)
+    least = tuple(criterion.is_lower_limit(figure) for criterion, figure in criteria)
     named = [data.operability.scatter, data.operability.hindcast]
     files = (path.parent / name for name in named if name is not None)
     inputs = (path, *case.inputs(), *files)
@@ -149,30 +149,32 @@ def limits_of(
     and the criterion that governs; 0 where the smallest height fails, and the largest
     height, its interval without an upper end, where that holds. A ``journal`` keeps the runs."""
     about = spectral(study.scene, study.figures, bool(study.wanted.swells))
-    known = isinstance(about, Spectral)
-    if not known:
-        allowed(len(study.seeds), study.wanted.probability)
+    is_spectral = isinstance(about, Spectral)
+    if not is_spectral:
+        allowed_failures(len(study.seeds), study.wanted.probability)
     trials = Trials(study.figures, workers, journal=journal)
-    table = _Table(study)
+    table = _LimitTable(study)
     for done, (at, sea) in enumerate(_seas(study)):
-        progress(_named(sea), trials.count, done)
+        progress(_sea_name(sea), trials.count, done)
         if isinstance(about, Spectral):
             table.add_spectral(at, sea, about)
         else:
             table.add_searched(at, sea, trials)
-    found = table.dataset()
+    dataset = table.dataset()
     if study.wanted.headings:
-        found = with_other_side(found, study.scene, study.figures, study.swells)
-    found.attrs.update(study.scene.source)
-    found.attrs |= {"program": f"hydrosim {program_version()}", "versions": versions()}
-    found.attrs["method"] = "by response spectra" if known else f"by runs: {about}"
-    found.attrs["runs"] = trials.count
-    found.attrs["runs_of_all"] = 0 if known else study.seas * len(table.heights) * len(study.seeds)
+        dataset = add_mirrored_limits(dataset, study.scene, study.figures, study.swells)
+    dataset.attrs.update(study.scene.source)
+    dataset.attrs |= {"program": f"hydrosim {program_version()}", "versions": versions()}
+    dataset.attrs["method"] = "by response spectra" if is_spectral else f"by runs: {about}"
+    dataset.attrs["runs"] = trials.count
+    dataset.attrs["runs_of_all"] = (
+        0 if is_spectral else study.seas * len(table.heights) * len(study.seeds)
+    )
     if trials.failed:
-        found.attrs["failed"] = (
+        dataset.attrs["failed"] = (
             f"{trials.failed} runs failed and count as not held; the first: {trials.message}"
         )
-    return found
+    return dataset
 
 
 def _seas(study: Limits) -> Iterator[tuple[tuple[int, int, int], Sea]]:
@@ -182,13 +184,13 @@ def _seas(study: Limits) -> Iterator[tuple[tuple[int, int, int], Sea]]:
                 yield (i, j, k), Sea(period, heading, swell)
 
 
-def _named(sea: Sea) -> str:
+def _sea_name(sea: Sea) -> str:
     swell = f", swell {sea.swell.significant_height:g} m" if sea.swell else ""
     return f"Tp {sea.peak_period:g} s, heading {np.degrees(sea.heading):g} deg{swell}"
 
 
 @dataclass
-class _Table:
+class _LimitTable:
     """Limits as they are found."""
 
     study: Limits
@@ -213,12 +215,12 @@ class _Table:
         ]
         for s, criteria in enumerate(self.stages.values()):
             least = min(criteria, key=lambda k: each[k])
-            for name, value in self._looked_at(each[least]).items():
+            for name, value in self._limit_among_heights(each[least]).items():
                 self.values[name][(s, *at)] = value
             reached = each[least] <= self.heights[-1]
             self.values["governing"][(s, *at)] = study.figures[least].name if reached else ""
 
-    def _looked_at(self, limit: float) -> dict[str, float]:
+    def _limit_among_heights(self, limit: float) -> dict[str, float]:
         """A limit among the heights; outside them as a search has it."""
         lowest, highest = map(float, self.heights[[0, -1]])
         if limit < lowest:
@@ -235,18 +237,18 @@ class _Table:
             scenes = [
                 in_sea(study.scene, sea, float(self.heights[h]), study.seeds[s]) for h, s in runs
             ]
-            return study.held(*trials.values(scenes))
+            return study.limits_hold(*trials.values(scenes))
 
-        search = Search(len(self.heights), len(study.seeds), outcomes)
+        search = LimitSearch(len(self.heights), len(study.seeds), outcomes)
         for s, criteria in enumerate(self.stages.values()):
-            found = search.bound(criteria, study.wanted.probability)
+            height_limit = search.find_limit(criteria, study.wanted.probability)
             place = (s, *at)
-            self.values["limit"][place] = self._height(found.limit)
-            self.values["low"][place] = self._height(found.low)
-            self.values["high"][place] = self._height(found.high)
-            self.values["inferred"][place] = found.inferred
-            self.values["otherwise"][place] = found.otherwise
-            self.values["governing"][place] = self._governing(search, criteria, found.limit)
+            self.values["limit"][place] = self._height(height_limit.limit)
+            self.values["low"][place] = self._height(height_limit.low)
+            self.values["high"][place] = self._height(height_limit.high)
+            self.values["inferred"][place] = height_limit.inferred
+            self.values["otherwise"][place] = height_limit.otherwise
+            self.values["governing"][place] = self._governing(search, criteria, height_limit.limit)
         self.values["runs"][at] = trials.count - before
 
     def _height(self, number: int) -> float:
@@ -254,7 +256,7 @@ class _Table:
             return 0.0
         return float(self.heights[number]) if number < len(self.heights) else inf
 
-    def _governing(self, search: Search, criteria: list[int], limit: int) -> str:
+    def _governing(self, search: LimitSearch, criteria: list[int], limit: int) -> str:
         """Which criterion fails most at the first height beyond the limit that was run."""
         for height in range(limit + 1, len(self.heights)):
             failing = search.failures(criteria, height)
@@ -264,8 +266,8 @@ class _Table:
 
     def dataset(self) -> xr.Dataset:
         study = self.study
-        of = ("stage", "swell", "heading", "peak_period")
-        said = {
+        dims = ("stage", "swell", "heading", "peak_period")
+        descriptions = {
             "limit": ("limiting significant height: 0 below, the last above those looked at", "m"),
             "low": (f"its lower end with {CONFIDENCE:.0%}", "m"),
             "high": (f"its upper end with {CONFIDENCE:.0%}, infinite if above all", "m"),
@@ -274,8 +276,12 @@ class _Table:
             "runs": ("runs", "1"),
             "governing": ("the criterion that fails first", ""),
         }
-        found = {
-            name: (of if values.ndim == len(of) else of[1:], _plain(values), _said(*said[name]))
+        variables = {
+            name: (
+                dims if values.ndim == len(dims) else dims[1:],
+                _as_text(values),
+                _attributes(*descriptions[name]),
+            )
             for name, values in self.values.items()
         }
         swells = [
@@ -287,11 +293,15 @@ class _Table:
         coordinates = {
             "stage": [*self.stages],
             "swell": swells,
-            "heading": ("heading", np.array(study.headings), _said("where waves go to", "rad")),
+            "heading": (
+                "heading",
+                np.array(study.headings),
+                _attributes("where waves go to", "rad"),
+            ),
             "peak_period": (
                 "peak_period",
                 np.array(study.wanted.peak_periods),
-                _said("peak period", "s"),
+                _attributes("peak period", "s"),
             ),
         }
         attributes = {
@@ -304,7 +314,7 @@ class _Table:
             "highest": float(self.heights[-1]),
             "apart": study.wanted.heights.apart,
         }
-        return xr.Dataset(found, coordinates, attributes)
+        return xr.Dataset(variables, coordinates, attributes)
 
 
 def _criteria(study: Limits) -> Iterator[str]:
@@ -316,9 +326,9 @@ def _criteria(study: Limits) -> Iterator[str]:
         yield f"{figure.name}: {figure} {side} {asked}"
 
 
-def _plain(values: np.ndarray) -> np.ndarray:
+def _as_text(values: np.ndarray) -> np.ndarray:
     return values.astype(str) if values.dtype == object else values
 
 
-def _said(what: str, unit: str) -> dict[str, str]:
+def _attributes(what: str, unit: str) -> dict[str, str]:
     return {"long_name": what, **({"units": unit} if unit else {})}

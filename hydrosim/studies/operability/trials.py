@@ -16,9 +16,9 @@ from hydrosim.results.runs_file import COMPLETE
 from hydrosim.statistics.figures import RequestedStatistic
 from hydrosim.statistics.results import Results
 from hydrosim.studies.many.garbage import collected_here
-from hydrosim.studies.many.outcome import Outcome
+from hydrosim.studies.many.outcome import RunOutcome
 from hydrosim.studies.many.pools import outcome_of
-from hydrosim.studies.many.shared import Shared
+from hydrosim.studies.many.shared import SceneCache
 
 if TYPE_CHECKING:
     from hydrosim.scene import Scene
@@ -38,7 +38,7 @@ class Trials:
     ) -> None:
         self.figures, self.workers, self.progress = tuple(figures), workers, progress
         self.count, self.failed, self.message = 0, 0, ""
-        self._shared = Shared()
+        self._shared = SceneCache()
         self._journal = journal
 
     def values(self, scenes: Sequence[Scene]) -> tuple[np.ndarray, np.ndarray]:
@@ -49,11 +49,11 @@ class Trials:
         with collected_here(), ThreadPoolExecutor(self.workers) as pool:
             try:
                 futures = [
-                    self._begun(run, scene, pool, stop)
+                    self._start_run(run, scene, pool, stop)
                     for run, scene in zip(runs, scenes, strict=True)
                 ]
                 outcomes = [
-                    self._kept(run, future.result())
+                    self._record_outcome(run, future.result())
                     for run, future in zip(runs, futures, strict=True)
                 ]
             finally:
@@ -61,27 +61,27 @@ class Trials:
         if any(outcome.status == "interrupted" for outcome in outcomes):
             raise KeyboardInterrupt
         self.count += len(scenes)
-        found = np.full((len(scenes), len(self.figures)), np.nan)
-        for row, outcome in zip(found, outcomes, strict=True):
+        figures = np.full((len(scenes), len(self.figures)), np.nan)
+        for row, outcome in zip(figures, outcomes, strict=True):
             if outcome.found is not None:
                 row[:] = [float(outcome.found[figure.name]) for figure in self.figures]
             else:
                 self.failed += 1
                 self.message = self.message or outcome.message
         self.progress(self.count)
-        return found, np.array([outcome.found is not None for outcome in outcomes])
+        return figures, np.array([outcome.found is not None for outcome in outcomes])
 
-    def _begun(
+    def _start_run(
         self, run: int, scene: Scene, pool: ThreadPoolExecutor, stop: Event
-    ) -> Future[Outcome]:
+    ) -> Future[RunOutcome]:
         """A run that is in the journal, or is being made."""
         if self._journal is None or run not in self._journal:
-            return pool.submit(outcome_of, self._shared.prepared(scene), self._figures, stop)
-        known: Future[Outcome] = Future()
-        known.set_result(Outcome(COMPLETE, found=self._journal.read(run).found))
-        return known
+            return pool.submit(outcome_of, self._shared.compile_task(scene), self._figures, stop)
+        future: Future[RunOutcome] = Future()
+        future.set_result(RunOutcome(COMPLETE, found=self._journal.read(run).found))
+        return future
 
-    def _kept(self, run: int, outcome: Outcome) -> Outcome:
+    def _record_outcome(self, run: int, outcome: RunOutcome) -> RunOutcome:
         """The outcome of a run, which is in the journal if it is complete."""
         journal = self._journal
         if journal is not None and run not in journal and outcome.found is not None:

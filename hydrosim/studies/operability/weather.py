@@ -19,10 +19,10 @@ from hydrosim.studies.operability.weather_files import read_hindcast, read_scatt
 if TYPE_CHECKING:
     from hydrosim.studies.operability_file import Operability, Operation
 
-HOUR = 3600.0
-YEAR = "year"  # the whole record
-QUANTILES = (0.5, 0.9)
-GAP = 3.0  # times as long as usual: what a state is not taken to last without a word
+SECONDS_PER_HOUR = 3600.0
+WHOLE_YEAR = "year"  # the whole record
+WAITING_QUANTILES = (0.5, 0.9)
+MAX_RELATIVE_GAP = 3.0  # times as long as usual: what a state is not taken to last without a word
 
 
 @dataclass(frozen=True)
@@ -60,14 +60,14 @@ def read_weather(folder: Path, wanted: Operability) -> Weather:
     return weather
 
 
-def assessed(found: xr.Dataset, weather: Weather) -> xr.Dataset:
+def assess_weather(found: xr.Dataset, weather: Weather) -> xr.Dataset:
     """The limits ``found`` with what they are worth in the weather: ``scatter_workable`` and
     ``scatter_outside``; ``alpha`` [1] of each limit; of the hindcast, over the ``season``, the
     year and each month, the shares ``workable``, ``startable`` and ``never``, and ``waiting`` [s]
     by ``quantile``. The least limit of all swells counts, stages together; of all headings, too,
     unless a bearing turns the directions of the hindcast into headings."""
     limit = found.limit.sel(stage="all").min("swell").transpose("heading", "peak_period")
-    is_open = limit >= _open_from(found)
+    is_open = limit >= _lowest_open_height(found)
     new: dict[str, xr.DataArray] = {}
     if weather.scatter is not None:
         least = limit.min("heading").values
@@ -82,53 +82,58 @@ def assessed(found: xr.Dataset, weather: Weather) -> xr.Dataset:
         new["alpha"] = limit.copy(data=factors).assign_attrs(long_name=alpha.source, units="1")
         limit = limit * factors
     if operation is not None and weather.hindcast is not None:
-        held, known = (_limits(of, is_open, weather) for of in (limit, bare))
-        new |= _of_hindcast(weather.hindcast, held, known, window(operation))
-    return found.assign(new).assign_attrs(_assumed(weather))
+        held, known = (_limits_over_time(of, is_open, weather) for of in (limit, bare))
+        new |= _hindcast_variables(weather.hindcast, held, known, window_length(operation))
+    return found.assign(new).assign_attrs(_assumption_attributes(weather))
 
 
-def _open_from(found: xr.Dataset) -> float:
+def _lowest_open_height(found: xr.Dataset) -> float:
     """The height [m] from which a limit is open: the largest that was tried, or near it where runs
     tried heights apart."""
     near = 0.5 * found.attrs.get("apart", 0.0) if found.attrs.get("runs") else 0.0
     return float(found.attrs.get("highest", np.inf)) - near
 
 
-def _assumed(weather: Weather) -> dict[str, str | float]:
+def _assumption_attributes(weather: Weather) -> dict[str, str | float]:
     """What the worth of the limits depends on, as attributes."""
-    known: dict[str, str | float] = {}
+    attributes: dict[str, str | float] = {}
     if weather.operation is not None:
-        known = {"planned": weather.operation.planned, "window": window(weather.operation)}
+        attributes = {
+            "planned": weather.operation.planned,
+            "window": window_length(weather.operation),
+        }
     if (alpha := weather.alpha()) is not None:
-        known["alpha_table"] = alpha.source
-        known["alpha_lowest"] = float(alpha.heights[0])
+        attributes["alpha_table"] = alpha.source
+        attributes["alpha_lowest"] = float(alpha.heights[0])
     if weather.bearing is not None:
-        known["bearing"] = weather.bearing
+        attributes["bearing"] = weather.bearing
     if weather.hindcast is not None:
-        known["hindcast"] = record(weather.hindcast)
-    return known
+        attributes["hindcast"] = describe_record(weather.hindcast)
+    return attributes
 
 
-def record(hindcast: Hindcast) -> str:
+def describe_record(hindcast: Hindcast) -> str:
     """How long a hindcast is, from when on, and how far apart its states are."""
     apart = np.diff(hindcast.time)
     usual, most, k = float(np.median(apart)), float(apart.max()), int(apart.argmax())
     begins = "" if hindcast.date is None else f" from {np.datetime_as_string(hindcast.date, 'D')}"
-    days = float(hindcast.ends[-1] - hindcast.time[0]) / (24.0 * HOUR)
-    said = f"{days:.4g} days{begins}, {hindcast.time.size} states {usual / HOUR:.3g} h apart"
-    if most > GAP * usual:
-        where = f"{float(hindcast.time[k]) / HOUR:.6g} h after it begins"
-        said += f"; one is taken to last for {most / HOUR:.4g} h, {where}, as none follows sooner"
-    return said
+    days = float(hindcast.ends[-1] - hindcast.time[0]) / (24.0 * SECONDS_PER_HOUR)
+    states = f"{hindcast.time.size} states {usual / SECONDS_PER_HOUR:.3g} h apart"
+    text = f"{days:.4g} days{begins}, {states}"
+    if most > MAX_RELATIVE_GAP * usual:
+        where = f"{float(hindcast.time[k]) / SECONDS_PER_HOUR:.6g} h after it begins"
+        text += f"; one is taken to last for {most / SECONDS_PER_HOUR:.4g} h, {where}, as none"
+        text += " follows sooner"
+    return text
 
 
-def window(operation: Operation) -> float:
+def window_length(operation: Operation) -> float:
     """The planned time and its contingency [s]."""
     spare = operation.planned if operation.contingency is None else operation.contingency
     return operation.planned + spare
 
 
-def _limits(limit: xr.DataArray, is_open: xr.DataArray, weather: Weather) -> np.ndarray:
+def _limits_over_time(limit: xr.DataArray, is_open: xr.DataArray, weather: Weather) -> np.ndarray:
     """The limit [m] in each state of a hindcast, NaN where it is not known."""
     hindcast, bearing = weather.hindcast, weather.bearing
     assert hindcast is not None
@@ -142,31 +147,31 @@ def _limits(limit: xr.DataArray, is_open: xr.DataArray, weather: Weather) -> np.
     )
 
 
-def _of_hindcast(
+def _hindcast_variables(
     hindcast: Hindcast, limit: np.ndarray, bare: np.ndarray, length: float
 ) -> dict[str, xr.DataArray]:
     """What a hindcast says of a ``limit`` in each of its states, and of the ``bare`` one without an
     alpha factor, which has more of them where the table of factors begins above the limits."""
-    held = hindcast.height <= limit
+    is_workable = hindcast.height <= limit
     months = list(hindcast.months())
-    each = [waiting(hindcast, held, length)]
-    each += [waiting(hindcast, held, length, spans) for _, spans in months]
-    season = {"season": [YEAR, *(month_name[month] for month, _ in months)]}
-    said = {
+    waits = [waiting(hindcast, is_workable, length)]
+    waits += [waiting(hindcast, is_workable, length, spans) for _, spans in months]
+    season = {"season": [WHOLE_YEAR, *(month_name[month] for month, _ in months)]}
+    descriptions = {
         "workable": "share of the time that is workable",
         "startable": "share of the time in which a window may be begun",
         "none": "share of the time after the last window of the record",
     }
     values = {
         "hindcast_" + ("never" if name == "none" else name): xr.DataArray(
-            [getattr(one, name) for one in each], season, attrs=_said(text, "1")
+            [getattr(one, name) for one in waits], season, attrs=_attributes(text, "1")
         )
-        for name, text in said.items()
+        for name, text in descriptions.items()
     }
-    times = [[one.median, one.p90] for one in each]
-    at = {**season, "quantile": list(QUANTILES)}
-    attributes = _said("time until a window begins; infinite beyond the record", "s")
-    values["waiting"] = xr.DataArray(times, at, attrs={**attributes, "window": length})
+    times = [[one.median, one.p90] for one in waits]
+    coordinates = {**season, "quantile": list(WAITING_QUANTILES)}
+    attributes = _attributes("time until a window begins; infinite beyond the record", "s")
+    values["waiting"] = xr.DataArray(times, coordinates, attrs={**attributes, "window": length})
     spans = hindcast.ends - hindcast.time
     outside, unknown = (float(spans[np.isnan(of)].sum() / spans.sum()) for of in (bare, limit))
     values["hindcast_outside"] = _share(outside, "share of the time that has no limit")
@@ -177,8 +182,8 @@ def _of_hindcast(
 
 
 def _share(value: float, text: str) -> xr.DataArray:
-    return xr.DataArray(value, attrs=_said(text, "1"))
+    return xr.DataArray(value, attrs=_attributes(text, "1"))
 
 
-def _said(text: str, unit: str) -> dict[str, str]:
+def _attributes(text: str, unit: str) -> dict[str, str]:
     return {"long_name": text, "units": unit}

@@ -20,7 +20,7 @@ from hydrosim.stepping.state import EVALUATIONS
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
     from hydrosim.results.error_figures import ErrorEstimate
-    from hydrosim.studies.run.course import Course
+    from hydrosim.studies.run.course import RunInProgress
 
 MAX_COST = 3.0
 """Cost of all repeated runs over that of the first."""
@@ -34,15 +34,15 @@ ERROR_MARGIN = 0.15
 MAX_TIGHTENING = 1e-4
 """Smallest factor on the tolerance from one run to the next."""
 
-Solve = Callable[["Compiled"], "Course"]
+Solve = Callable[["Compiled"], "RunInProgress"]
 """Runs a compiled scene to its end."""
-Measure = Callable[["Course"], "ErrorEstimate"]
+Measure = Callable[["RunInProgress"], "ErrorEstimate"]
 """Measures the error of a course."""
 
 
 def repeat_until_accurate(
-    course: Course, solve: Solve, measure: Measure
-) -> tuple[Course, ErrorEstimate]:
+    course: RunInProgress, solve: Solve, measure: Measure
+) -> tuple[RunInProgress, ErrorEstimate]:
     """The ``course`` and the estimate of its error if it keeps the accuracy of its scene, or if
     that has none; else those of a run that was made again."""
     estimate = measure(course)

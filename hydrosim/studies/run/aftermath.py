@@ -1,7 +1,7 @@
 """Checks of a run against its assumptions. Bodies may be far from the position where waves act on
 them, coupled bodies may move apart, angles may be large, and fenders may be compressed by metres.
 
-`noticed` reads the motions of a run; it changes nothing.
+`validity_warnings` reads the motions of a run; it changes nothing.
 """
 
 from __future__ import annotations
@@ -36,29 +36,29 @@ if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
     from hydrosim.database.database import HydroDatabase
 
-CHANGED = 0.1  # of the loads: change by slow yaw below which nothing is reported
+MIN_REPORTED_LOAD_CHANGE = 0.1  # of the loads: change by slow yaw below which nothing is reported
 # rad: phase of waves of rms wave number over a slow drift, below which nothing is reported
-PHASE = 0.5
-APART, TURNED = 0.1, np.radians(3.0)
+MIN_REPORTED_PHASE_RAD = 0.5
+MIN_REPORTED_DISTANCE_CHANGE, MIN_REPORTED_TURN_RAD = 0.1, np.radians(3.0)
 """Relative change of distance, and angle between headings of coupled bodies, below which nothing is
 reported."""
 # of the interval between draughts: distance beyond the last one, below which nothing is reported
-BEYOND = 0.2
-SMALL = np.radians(10.0)  # errors of sin and cos are 0.5 and 1.5 % there
-SAMPLES = 200  # waves of equal energy that represent a sea
-BLOCK = 1024  # records at once, because all records of a long run would need much memory
-PERIODS = 3.0  # of the waves: longer periods are slow
+MIN_REPORTED_DRAUGHT_EXCESS = 0.2
+MAX_SMALL_ANGLE_RAD = np.radians(10.0)  # errors of sin and cos are 0.5 and 1.5 % there
+SEA_SAMPLES = 200  # waves of equal energy that represent a sea
+RECORDS_PER_BLOCK = 1024  # at once, because all records of a long run would need much memory
+SLOW_WAVE_PERIODS = 3.0  # of the waves: longer periods are slow
 
 
-class Sample(NamedTuple):
-    """Waves that represent a sea: frequency, heading and wave number, (`SAMPLES`,) each."""
+class SampledSea(NamedTuple):
+    """Waves that represent a sea: frequency, heading and wave number, (`SEA_SAMPLES`,) each."""
 
     omega: np.ndarray
     heading: np.ndarray
     wavenumber: np.ndarray
 
 
-def noticed(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
+def validity_warnings(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
     """Warnings after a ``run`` of the compiled scene, as texts with figures."""
     scene = compiled.scene
     seas = compiled.sea
@@ -66,26 +66,26 @@ def noticed(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
     if run.sizes["time"] < 2 or not np.isfinite(run.position.values).all():
         return
     if Question.SOFTNESS not in scene.accept:
-        yield from _pressed_by_metres(scene, run)
-    yield from _beside_seats(compiled, run)
-    yield from _missed_windows(compiled, run)
+        yield from _compression_warnings(scene, run)
+    yield from _missed_seat_warnings(compiled, run)
+    yield from _missed_window_warnings(compiled, run)
     if not exact:
-        yield from _large_angles(run)
-    yield from _shallow(scene, run)
+        yield from _large_angle_warnings(run)
+    yield from _free_surface_warnings(scene, run)
     if exact and seas:
-        yield from _met_elsewhere(compiled, run, _sampled(seas))
+        yield from _wave_position_warnings(compiled, run, _sample_sea(seas))
     for group in compiled.wet if exact else ():
-        yield from _coupled(group, run)
-        yield from _beyond_draughts(group, run)
+        yield from _coupling_warnings(group, run)
+        yield from _draught_warnings(group, run)
 
 
-def _pressed_by_metres(scene: Scene, run: xr.Dataset) -> Iterator[str]:
+def _compression_warnings(scene: Scene, run: xr.Dataset) -> Iterator[str]:
     """Warn of fenders with an implausibly large compression."""
     for name, fender in scene.forces.items():
         if not isinstance(fender, Contact) or isinstance(fender.normal, PrescribedNormal):
             continue
-        own = _of_points(run, fender.unit_names(name))
-        deep = np.where(own.fender_mode == OPEN, 0.0, own.fender_compression)
+        contacts = _select_points(run, fender.unit_names(name))
+        deep = np.where(contacts.fender_mode == OPEN, 0.0, contacts.fender_compression)
         at, point = np.unravel_index(int(np.argmax(deep)), deep.shape)
         if deep[at, point] > SOFTEST:
             yield (
@@ -96,12 +96,12 @@ def _pressed_by_metres(scene: Scene, run: xr.Dataset) -> Iterator[str]:
             )
 
 
-def _of_points(run: xr.Dataset, names: Iterable[str]) -> xr.Dataset:
+def _select_points(run: xr.Dataset, names: Iterable[str]) -> xr.Dataset:
     """Modes and compressions of some contact points, without a copy of all other data."""
     return run[["fender_mode", "fender_compression"]].sel(fender=list(names))
 
 
-def _beside_seats(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
+def _missed_seat_warnings(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
     """Warn of landings that came down beside their seats, which then carry nothing."""
     landings = {
         name: element
@@ -109,11 +109,11 @@ def _beside_seats(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
         if isinstance(element, Landing) and element.active is None
     }
     for name, landing in landings.items():
-        own = _of_points(run, landing.unit_names(name))
-        below = (own.fender_mode.values == OPEN) & (own.fender_compression.values == 0.0)
+        contacts = _select_points(run, landing.unit_names(name))
+        below = (contacts.fender_mode.values == OPEN) & (contacts.fender_compression.values == 0.0)
         for point in np.flatnonzero(below.any(axis=0)):
             late = np.flatnonzero(below[:, point])
-            off = _off_seat(compiled, run.isel(time=late), landing, int(point))
+            off = _distance_from_seat(compiled, run.isel(time=late), landing, int(point))
             beside = np.flatnonzero(off > landing.reach())
             if not beside.size:  # points that only begin to touch
                 continue
@@ -126,7 +126,7 @@ def _beside_seats(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
             break
 
 
-def _missed_windows(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
+def _missed_window_warnings(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
     """Tell how near to its window each joint came that waited for it until the end."""
     for name, joint in compiled.scene.joints.items():
         window = joint.window
@@ -163,7 +163,9 @@ def _distance_of_points(compiled: Compiled, run: xr.Dataset, joint: Joint) -> np
     return np.asarray((point - places[:, a] - rotations[:, a] @ on_other)[1:])
 
 
-def _off_seat(compiled: Compiled, run: xr.Dataset, landing: Landing, point: int) -> np.ndarray:
+def _distance_from_seat(
+    compiled: Compiled, run: xr.Dataset, landing: Landing, point: int
+) -> np.ndarray:
     """Distance of a point of a landing from the axis of its seat [m], at each time (nt,)."""
     index = {body.name: i for i, body in enumerate(compiled.scene.bodies)}
     places, rotations = frames_of(compiled.model, run.position.values.reshape(run.time.size, -1))
@@ -179,34 +181,34 @@ def _off_seat(compiled: Compiled, run: xr.Dataset, landing: Landing, point: int)
     return np.asarray(np.linalg.norm(across, axis=-1) / np.linalg.norm(axis, axis=-1))
 
 
-def _met_elsewhere(compiled: Compiled, run: xr.Dataset, sea: Sample) -> Iterator[str]:
+def _wave_position_warnings(compiled: Compiled, run: xr.Dataset, sea: SampledSea) -> Iterator[str]:
     """Warn of bodies that were not where waves act on them."""
     scene = compiled.scene
     alone = compiled.facts.databases
     for body in scene.bodies:
         if body.name in alone and body.wave_forces.any:
             chosen = compiled.facts.met[body.name]
-            slow = _slow(run, body.name, sea)
+            slow = _slow_motion(run, body.name, sea)
             if body.wave_forces.first_order and chosen.position == Place.MEAN:
-                yield from _drifted(body, run, slow, sea)
+                yield from _drift_warnings(body, run, slow, sea)
             if chosen.headings == Place.MEAN:
-                yield from _turned_first(body, run, slow, sea, alone[body.name])
+                yield from _first_order_yaw_warnings(body, run, slow, sea, alone[body.name])
             if second_order_at_rest(chosen, alone[body.name]):
-                yield from _turned_second(body, run, slow, sea, alone[body.name])
+                yield from _second_order_yaw_warnings(body, run, slow, sea, alone[body.name])
 
 
-def _large_angles(run: xr.Dataset) -> Iterator[str]:
+def _large_angle_warnings(run: xr.Dataset) -> Iterator[str]:
     angles = np.abs(run.position.values[:, :, 3:])
-    if angles.max() > SMALL:
+    if angles.max() > MAX_SMALL_ANGLE_RAD:
         _, b, j = np.unravel_index(angles.argmax(), angles.shape)
         yield (
             f"solver.kinematics: linear assumes small angles, but {run.dof.values[3 + j]} of"
             f" {run.body.values[b]} reached {np.degrees(angles.max()):.3g} deg; expected less"
-            f" than {np.degrees(SMALL):.2g} deg. Choose exact."
+            f" than {np.degrees(MAX_SMALL_ANGLE_RAD):.2g} deg. Choose exact."
         )
 
 
-def _shallow(scene: Scene, run: xr.Dataset) -> Iterator[str]:
+def _free_surface_warnings(scene: Scene, run: xr.Dataset) -> Iterator[str]:
     """Warn of tanks without a cut shape whose free surface met bottom or top."""
     names = run.variables["tank"].values.tolist() if "tank_mass" in run else []
     angles = np.abs(run.position.values[:, :, 3:5])
@@ -232,44 +234,48 @@ def _shallow(scene: Scene, run: xr.Dataset) -> Iterator[str]:
                 )
 
 
-def _slow(run: xr.Dataset, name: str, sea: Sample) -> np.ndarray:
+def _slow_motion(run: xr.Dataset, name: str, sea: SampledSea) -> np.ndarray:
     """Slow surge, sway and yaw (nt, 3): running means over several wave periods."""
-    of = run.variables["body"].values.tolist().index(name)
-    q = run.variables["position"].values[:, of, [0, 1, 5]]
+    index = run.variables["body"].values.tolist().index(name)
+    q = run.variables["position"].values[:, index, [0, 1, 5]]
     step = float(np.median(np.diff(run.variables["time"].values)))
-    width = min(max(round(PERIODS * 2.0 * np.pi / float(sea.omega.mean()) / step), 1), len(q))
+    width = min(
+        max(round(SLOW_WAVE_PERIODS * 2.0 * np.pi / float(sea.omega.mean()) / step), 1), len(q)
+    )
     sums = np.cumsum(np.vstack([np.zeros((1, 3)), q]), axis=0)
     means = (sums[width:] - sums[:-width]) / width
     before = (len(q) - len(means)) // 2
     return np.pad(means, ((before, len(q) - len(means) - before), (0, 0)), mode="edge")
 
 
-def _drifted(body: Body, run: xr.Dataset, slow: np.ndarray, sea: Sample) -> Iterator[str]:
+def _drift_warnings(
+    body: Body, run: xr.Dataset, slow: np.ndarray, sea: SampledSea
+) -> Iterator[str]:
     """Warn of a body that was far from its position at rest while waves act on it there."""
-    blocks = (slow[k : k + BLOCK] for k in range(0, len(slow), BLOCK))
+    blocks = (slow[k : k + RECORDS_PER_BLOCK] for k in range(0, len(slow), RECORDS_PER_BLOCK))
     phase = np.concatenate([_phases(block, sea) for block in blocks])
     at = int(phase.argmax())
-    if phase[at] > PHASE:
+    if phase[at] > MIN_REPORTED_PHASE_RAD:
         yield (
             f"bodies.{body.name}: waves act on it at its position at rest, but at"
             f" {run.time.values[at]:.4g} s it was {np.hypot(*slow[at, :2]):.3g} m away,"
-            f" {phase[at]:.2g} rad of the waves' phase; expected less than {PHASE:g} rad. Set"
-            " wave_forces.position: slow."
+            f" {phase[at]:.2g} rad of the waves' phase; expected less than"
+            f" {MIN_REPORTED_PHASE_RAD:g} rad. Set wave_forces.position: slow."
         )
 
 
-def _phases(slow: np.ndarray, sea: Sample) -> np.ndarray:
+def _phases(slow: np.ndarray, sea: SampledSea) -> np.ndarray:
     """Root mean square phase [rad], (nt,), of the waves between rest and the positions ``slow``
     (nt, 3)."""
     along = slow[:, :1] * np.cos(sea.heading) + slow[:, 1:2] * np.sin(sea.heading)
     return np.asarray(np.sqrt(np.mean(np.square(sea.wavenumber * along), axis=1)))
 
 
-def _turned_first(
-    body: Body, run: xr.Dataset, slow: np.ndarray, sea: Sample, db: HydroDatabase
+def _first_order_yaw_warnings(
+    body: Body, run: xr.Dataset, slow: np.ndarray, sea: SampledSea, db: HydroDatabase
 ) -> Iterator[str]:
     """Warn of a body that turned away from the heading at which waves act on it."""
-    at, yaw = _most_turned(slow)
+    at, yaw = _largest_yaw(slow)
     if yaw == 0.0 or not body.wave_forces.first_order:
         return
     to = sea.heading - body.heading
@@ -277,49 +283,49 @@ def _turned_first(
     turned = loads_about_z(turned, yaw)
     if is_long(db):  # moments are used in the axes of the hull
         here = np.hstack([here[:, :3], loads_about_z(here[:, 3:], yaw)])
-    change = _change(here, turned, 0.0)
-    if change > CHANGED:
+    change = _load_change(here, turned, 0.0)
+    if change > MIN_REPORTED_LOAD_CHANGE:
         yield (
             f"bodies.{body.name}: waves act on it at its heading at rest, but"
-            f" {_there(run, at, yaw)} {change:.0%}; expected less than {CHANGED:.0%}. Set"
-            " wave_forces.headings: slow."
+            f" {_yaw_text(run, at, yaw)} {change:.0%}; expected less than"
+            f" {MIN_REPORTED_LOAD_CHANGE:.0%}. Set wave_forces.headings: slow."
         )
 
 
-def _turned_second(
-    body: Body, run: xr.Dataset, slow: np.ndarray, sea: Sample, db: HydroDatabase
+def _second_order_yaw_warnings(
+    body: Body, run: xr.Dataset, slow: np.ndarray, sea: SampledSea, db: HydroDatabase
 ) -> Iterator[str]:
     """Warn of the same for second-order loads, from the change of mean drift."""
-    at, yaw = _most_turned(slow)
+    at, yaw = _largest_yaw(slow)
     if yaw == 0.0 or db.mean_drift is None:
         return
     to = sea.heading - body.heading
     here, turned = (mean_drift_at(db, to - x, sea.omega).mean(axis=0)[None] for x in (0.0, yaw))
     arm = float(np.sqrt(body.inertia[2, 2] / body.mass))
-    change = _change(here, loads_about_z(turned, yaw), arm)
-    if change > CHANGED:
+    change = _load_change(here, loads_about_z(turned, yaw), arm)
+    if change > MIN_REPORTED_LOAD_CHANGE:
         yield (
             f"bodies.{body.name}: second-order loads are computed for its heading at rest, but"
-            f" {_there(run, at, yaw)} {change:.0%}; expected less than {CHANGED:.0%}. Set"
-            " wave_forces.headings: slow, with loads (and QTFs) for all headings; or set"
-            f" bodies.{body.name}.heading to its mean heading."
+            f" {_yaw_text(run, at, yaw)} {change:.0%}; expected less than"
+            f" {MIN_REPORTED_LOAD_CHANGE:.0%}. Set wave_forces.headings: slow, with loads (and"
+            f" QTFs) for all headings; or set bodies.{body.name}.heading to its mean heading."
         )
 
 
-def _most_turned(slow: np.ndarray) -> tuple[int, float]:
+def _largest_yaw(slow: np.ndarray) -> tuple[int, float]:
     """Index of the largest slow yaw, and that yaw [rad]."""
     at = int(np.abs(slow[:, 2]).argmax())
     return at, float(slow[at, 2])
 
 
-def _there(run: xr.Dataset, at: int, yaw: float) -> str:
+def _yaw_text(run: xr.Dataset, at: int, yaw: float) -> str:
     return (
         f"at {run.time.values[at]:.4g} s its slow yaw was {np.degrees(yaw):.3g} deg, which"
         " changes the loads by"
     )
 
 
-def _change(here: np.ndarray, turned: np.ndarray, arm: float) -> float:
+def _load_change(here: np.ndarray, turned: np.ndarray, arm: float) -> float:
     """Root mean square change of forces or moments (n, 6), whichever is larger, relative to
     ``here``. Moments are at least the force times ``arm`` [m], because symmetry may make them
     zero."""
@@ -331,19 +337,19 @@ def _change(here: np.ndarray, turned: np.ndarray, arm: float) -> float:
     return float(np.divide(change, size, out=np.zeros(2), where=size > 0.0).max())
 
 
-def _sampled(seas: Sequence[Components]) -> Sample:
+def _sample_sea(seas: Sequence[Components]) -> SampledSea:
     """Waves of equal energy out of all seas."""
     omega, heading, k, amplitude = (
         np.concatenate([getattr(waves, name) for waves in seas])
         for name in ("omega", "heading", "wavenumber", "amplitude")
     )
     energy = np.cumsum(amplitude**2)
-    wanted = energy[-1] * (np.arange(SAMPLES) + 0.5) / SAMPLES
-    at = np.searchsorted(energy, wanted)
-    return Sample(omega[at], heading[at], k[at])
+    wanted = energy[-1] * (np.arange(SEA_SAMPLES) + 0.5) / SEA_SAMPLES
+    chosen = np.searchsorted(energy, wanted)
+    return SampledSea(omega[chosen], heading[chosen], k[chosen])
 
 
-def _beyond_draughts(group: WetGroup, run: xr.Dataset) -> Iterator[str]:
+def _draught_warnings(group: WetGroup, run: xr.Dataset) -> Iterator[str]:
     """Warn of a body whose slow draught left the range of its family of databases."""
     if not group.members:
         return
@@ -352,7 +358,7 @@ def _beyond_draughts(group: WetGroup, run: xr.Dataset) -> Iterator[str]:
     slow = run.slow_draught.sel(body=name).values
     beyond = np.maximum(draughts[0] - slow, slow - draughts[-1])
     at = int(beyond.argmax())
-    if beyond[at] > BEYOND * float(np.diff(draughts).min()):
+    if beyond[at] > MIN_REPORTED_DRAUGHT_EXCESS * float(np.diff(draughts).min()):
         yield (
             f"bodies.{name}.hydrodynamics: at {run.time.values[at]:.4g} s its slow draught was"
             f" {slow[at]:.4g} m, but its databases cover {draughts[0]:g} to {draughts[-1]:g} m."
@@ -360,22 +366,26 @@ def _beyond_draughts(group: WetGroup, run: xr.Dataset) -> Iterator[str]:
         )
 
 
-def _coupled(group: WetGroup, run: xr.Dataset) -> Iterator[str]:
+def _coupling_warnings(group: WetGroup, run: xr.Dataset) -> Iterator[str]:
     """Warn of bodies of one database that moved from the positions for which it was computed."""
     names = run.variables["body"].values.tolist()
-    of = [names.index(name) for name in group.names]
-    q = run.variables["position"].values[:, of]
-    places = run.variables["reference_position"].values[of]
-    for one, other in combinations(range(len(group.bodies)), 2):
-        away = np.hypot(*(q[:, one, :2] - q[:, other, :2]).T)
-        turned = np.abs(q[:, one, 5] - q[:, other, 5])
-        distance = float(np.linalg.norm(places[one] - places[other]))
-        if away.max() > APART * distance or turned.max() > TURNED:
+    indices = [names.index(name) for name in group.names]
+    q = run.variables["position"].values[:, indices]
+    places = run.variables["reference_position"].values[indices]
+    for first, second in combinations(range(len(group.bodies)), 2):
+        away = np.hypot(*(q[:, first, :2] - q[:, second, :2]).T)
+        turned = np.abs(q[:, first, 5] - q[:, second, 5])
+        distance = float(np.linalg.norm(places[first] - places[second]))
+        if (
+            away.max() > MIN_REPORTED_DISTANCE_CHANGE * distance
+            or turned.max() > MIN_REPORTED_TURN_RAD
+        ):
             yield (
-                f"bodies.{group.names[one]}, {group.names[other]}: the database has the waves"
+                f"bodies.{group.names[first]}, {group.names[second]}: the database has the waves"
                 f" between them for their places at rest, {distance:.4g} m apart and parallel. In"
                 f" the run their relative place changed by up to {away.max():.3g} m and"
                 f" {np.degrees(turned.max()):.3g} deg; expected less than"
-                f" {APART * distance:.3g} m and {np.degrees(TURNED):.2g} deg. Compute a database"
-                " for their mean places in the run."
+                f" {MIN_REPORTED_DISTANCE_CHANGE * distance:.3g} m and"
+                f" {np.degrees(MIN_REPORTED_TURN_RAD):.2g} deg. Compute a database for"
+                " their mean places in the run."
             )

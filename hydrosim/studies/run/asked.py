@@ -31,9 +31,9 @@ def check_criteria(compiled: Compiled) -> None:
     if not asked:
         return
     run = blank_run(compiled)
-    found = [text for each in asked if (text := _refused(run, each))]
-    if found:
-        raise NotAskable("\n".join(found))
+    reasons = [text for each in asked if (text := _refusal_reason(run, each))]
+    if reasons:
+        raise NotAskable("\n".join(reasons))
 
 
 def blank_run(compiled: Compiled) -> xr.Dataset:
@@ -45,7 +45,7 @@ def blank_run(compiled: Compiled) -> xr.Dataset:
     return to_dataset(compiled.scene, model, layout, compiled.sea, record, 1, history, {})
 
 
-def _refused(run: xr.Dataset, asked: dict[str, str]) -> str:
+def _refusal_reason(run: xr.Dataset, asked: dict[str, str]) -> str:
     """Why a criterion cannot be judged, at its key; empty if it can be."""
     try:
         figure = figure_of(run, figure_asked(asked))
@@ -53,10 +53,10 @@ def _refused(run: xr.Dataset, asked: dict[str, str]) -> str:
         given = [key for key in ("group", "phase", "channel") if asked.get(key)]
         wrong = next((key for key in given if asked[key] in str(error)), "result")
         return f"criteria.{asked['name']}.{wrong}: {error}"
-    return _refused_unit(str(figure.attrs["units"]), asked)
+    return _unit_refusal_reason(str(figure.attrs["units"]), asked)
 
 
-def _refused_unit(own: str, asked: dict[str, str]) -> str:
+def _unit_refusal_reason(own: str, asked: dict[str, str]) -> str:
     """Why a limit cannot be compared with a figure in its ``own`` SI unit; empty if it can be."""
     unit = "" if own == "1" else own
     try:

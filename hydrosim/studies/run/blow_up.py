@@ -24,12 +24,13 @@ if TYPE_CHECKING:
     from hydrosim.stepping.dynamics import Model
     from hydrosim.stepping.record import Record
 
-FAR = 10.0  # times the possible energy
-LEAST = 1e-3  # J/kg of all bodies, as at 0.04 m/s: less energy is not tested
+MAX_ENERGY_RATIO = 10.0  # times the possible energy
+MIN_TESTED_ENERGY = 1e-3  # J/kg of all bodies, as at 0.04 m/s: less energy is not tested
 
 
-def blown_up(scene: Scene, model: Model, record: Record, first: int, count: int) -> int | None:
-    """First record, from ``first`` to ``count``, at which the energy is `FAR` times its supply."""
+def find_blow_up(scene: Scene, model: Model, record: Record, first: int, count: int) -> int | None:
+    """First record, from ``first`` to ``count``, at which the energy is `MAX_ENERGY_RATIO`
+    times its supply."""
     if count <= first:
         return None
     start = unpack(model, record, 1)
@@ -45,18 +46,18 @@ def blown_up(scene: Scene, model: Model, record: Record, first: int, count: int)
     for row in range(model.rows):
         if supplies(scene, row):
             given += np.maximum(since[:, row], 0.0)
-        elif _may_give(scene, row):
+        elif _can_add_energy(scene, row):
             lost = since[:, row]
             if row in lost_besides:
                 lost = lost + lost_besides[row] - lost_before[row]
             given += np.maximum(-lost, 0.0)
-    least = LEAST * sum(body.mass for body in scene.bodies)
+    least = MIN_TESTED_ENERGY * sum(body.mass for body in scene.bodies)
     had = abs(start["kinetic"][0] + start["stored"][0].sum())
-    beyond = np.flatnonzero(held > FAR * (had + given) + least)
+    beyond = np.flatnonzero(held > MAX_ENERGY_RATIO * (had + given) + least)
     return first + int(beyond[0]) if beyond.size else None
 
 
-def holder(scene: Scene, model: Model, record: Record, count: int) -> str:
+def largest_energy_holder(scene: Scene, model: Model, record: Record, count: int) -> str:
     """Name of the part with most energy at the last record: an element that stores it, or a degree
     of freedom of a single body, such as "heave of body barge"."""
     values = unpack(model, record, count)
@@ -69,7 +70,7 @@ def holder(scene: Scene, model: Model, record: Record, count: int) -> str:
     return f"{DOFS[dof]} of body {scene.bodies[body].name}"
 
 
-def _may_give(scene: Scene, row: int) -> bool:
+def _can_add_energy(scene: Scene, row: int) -> bool:
     """Whether a row of dissipation may be negative; radiation memory returns energy that it had at
     the start."""
     element = element_of(scene, row)

@@ -27,14 +27,14 @@ from hydrosim.program import program_version, versions
 from hydrosim.results.validation import FUNCTION_STATES
 from hydrosim.stepping.state import POINT, RECORDS, RUNNING, STATUS, Run
 from hydrosim.studies.run.digest import digest
-from hydrosim.studies.run.functions import described, restore, states_of
+from hydrosim.studies.run.functions import describe_functions, restore_functions, states_of
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
 
-EVERY = 60.0  # s of wall time
-SHARE = 0.01  # of the wall time: largest cost of checkpoints
-CASE = "case"
+CHECKPOINT_INTERVAL_S = 60.0  # s of wall time
+MAX_COST_SHARE = 0.01  # of the wall time: largest cost of checkpoints
+CASE_KEY = "case"
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Checkpoint:
     checkpoint. ``say`` receives messages."""
 
     output: Output
-    every: float = EVERY
+    every: float = CHECKPOINT_INTERVAL_S
     resume: bool = False
     say: Callable[[str], None] = field(default=lambda _: None)
 
@@ -61,12 +61,12 @@ def checkpoint_of(result: Output) -> Output:
     return result.at(path, "checkpoint").checked()
 
 
-def program() -> str:
+def program_identity() -> str:
     """Versions and digests of all parts of the program that numbers depend on."""
     return f"hydrosim {program_version()}, {versions()}, {sources_digest()}"
 
 
-class Keeper:
+class CheckpointWriter:
     """Checkpoints of a ``run`` of a compiled scene."""
 
     def __init__(self, kept: Checkpoint, compiled: Compiled, run: Run) -> None:
@@ -87,7 +87,7 @@ class Keeper:
         """Seconds that the run has taken, including those before the checkpoint."""
         return self._before + running_time() - self._start
 
-    def take_up(self) -> None:
+    def resume_run(self) -> None:
         """Restore the run from its checkpoint, if it is to continue. Raises InputError if the
         checkpoint is damaged, or belongs to another case, database or program."""
         path = self._kept.output.path
@@ -101,7 +101,7 @@ class Keeper:
             done = self._run.counters[POINT] / self._run.clock.points
             self._kept.say(f"the run continues from {path}, {done:.1%} complete")
 
-    def look(self) -> None:
+    def save_if_due(self) -> None:
         """Save the run if it is due."""
         if perf_counter() > self._next:
             self.save()
@@ -116,15 +116,15 @@ class Keeper:
         except (WritingError, InputError) as error:
             self._kept.say(f"warning: {error} The run continues without a new checkpoint.")
         cost = perf_counter() - begun
-        self._next = perf_counter() + max(self._kept.every, cost / SHARE)
+        self._next = perf_counter() + max(self._kept.every, cost / MAX_COST_SHARE)
 
     def write(self) -> None:
         """Save the run; raises WritingError or InputError if that cannot be."""
         output = self._kept.output
         mark = np.frombuffer(output.mark.encode(), dtype=np.uint8)
         states = states_of(self._compiled.scene)
-        known = {**self._identity(), "wall_time": self.wall_time, FUNCTION_STATES: states}
-        texts = json.dumps(known)
+        texts_by_name = {**self._identity(), "wall_time": self.wall_time, FUNCTION_STATES: states}
+        texts = json.dumps(texts_by_name)
         arrays = {f"a{k}": array for k, array in enumerate(_arrays(self._run))}
         arrays = {"mark": mark, "texts": np.frombuffer(texts.encode(), dtype=np.uint8), **arrays}
         with output.written() as path, path.open("wb") as file:
@@ -136,12 +136,15 @@ class Keeper:
         # the number of records comes first: it gives the length of the record
         self._run.counters[:] = stored["a0"]
         for k, array in enumerate(_arrays(self._run)):
-            kept = stored.get(f"a{k}")
-            if kept is None or (kept.shape, kept.dtype) != (array.shape, array.dtype):
-                raise _damaged(self._kept.output, f"a{k} has changed")
-            array[...] = kept
+            array_then = stored.get(f"a{k}")
+            if array_then is None or (array_then.shape, array_then.dtype) != (
+                array.shape,
+                array.dtype,
+            ):
+                raise _damage_error(self._kept.output, f"a{k} has changed")
+            array[...] = array_then
         scene = self._compiled.scene
-        restore(scene, scene.forces, texts.get(FUNCTION_STATES, {}), "the checkpoint")
+        restore_functions(scene, scene.forces, texts.get(FUNCTION_STATES, {}), "the checkpoint")
         return float(texts["wall_time"])
 
     def _identity(self) -> dict[str, str]:
@@ -153,21 +156,23 @@ class Keeper:
         }
         model = run.model._replace(elements=without_numbers(run.model.elements))
         return {
-            "the program": program(),
+            "the program": program_identity(),
             **databases,
             "the case": digest((run.clock, model, run.method, compiled.state)),
-            "the external forces": described(compiled.scene),
-            CASE: compiled.scene.source.get(CASE, ""),
+            "the external forces": describe_functions(compiled.scene),
+            CASE_KEY: compiled.scene.source.get(CASE_KEY, ""),
         }
 
     def _check(self, stored: dict[str, str]) -> None:
-        here = self._identity()
-        other = [name for name in here if name != CASE and stored.get(name) != here[name]]
-        if not other:
+        identity = self._identity()
+        changed = [
+            name for name in identity if name != CASE_KEY and stored.get(name) != identity[name]
+        ]
+        if not changed:
             return
-        lines = _changes(stored.get(CASE, ""), here[CASE])
+        lines = _changes(stored.get(CASE_KEY, ""), identity[CASE_KEY])
         raise InputError(
-            f"--resume: {' and '.join(other)} changed after {self._kept.output.path} was"
+            f"--resume: {' and '.join(changed)} changed after {self._kept.output.path} was"
             f" written; expected no change.{lines} Undo the change, or run from the start without"
             " --resume."
         )
@@ -204,10 +209,10 @@ def _read(output: Output) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
             arrays = {name: stored[name] for name in stored.files}
         return dict(json.loads(arrays["texts"].tobytes())), arrays
     except Exception as error:  # a damaged archive raises exceptions of many types
-        raise _damaged(output, error) from None
+        raise _damage_error(output, error) from None
 
 
-def _damaged(output: Output, found: object) -> InputError:
+def _damage_error(output: Output, found: object) -> InputError:
     text = f"--resume: {output.path} is damaged ({found}). Run again without --resume."
     return InputError(text)
 

@@ -4,9 +4,9 @@ A companion shares the model, the waves and the checks of its run. Only its cloc
 
 * With a fixed step it makes ``short`` steps in the time of ``long`` steps of the run. It is coarser
   where a coarser step is stable, and finer elsewhere.
-* With an adaptive method its tolerance is `LOOSER` times that of the run. What else limits the
-  steps of the run limits those of the companion less: output times by a wider grid (`WIDER_GRIDS`),
-  rates of loads and signals by `WIDER_LIMITS`.
+* With an adaptive method its tolerance is `LOOSE_TOLERANCE_RATIO` times that of the run. What
+  else limits the steps of the run limits those of the companion less: output times by a wider grid
+  (`WIDER_GRIDS`), rates of loads and signals by `WIDER_LIMITS`.
 
 Run and companion are compared at the output times that both have.
 """
@@ -45,7 +45,7 @@ from hydrosim.stepping.state import (
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
 
-LOOSER = 16.0
+LOOSE_TOLERANCE_RATIO = 16.0
 """Ratio of the tolerance of a companion to that of its run."""
 COARSER_BY = 1.25
 """Ratio of the fixed step of a companion to that of its run, where nothing is against it."""
@@ -109,7 +109,7 @@ class Companion:
         return int(self._run.counters[EVALUATIONS])
 
     @property
-    def failed(self) -> bool:
+    def has_failed(self) -> bool:
         """Whether the companion cannot continue."""
         return bool(self._run.counters[STATUS] != RUNNING)
 
@@ -118,7 +118,7 @@ class Companion:
         """Integral of the estimated error of its steps, see `local_errors`."""
         return local_errors(self._run)
 
-    def sampled(self, watch: Watch | None = None) -> Iterator[SampledMotion]:
+    def sample_motions(self, watch: Watch | None = None) -> Iterator[SampledMotion]:
         """Advance to the end; yields motions piece by piece, for all common output times."""
         run = self._run
         while run.counters[POINT] < self.clock.points and run.counters[STATUS] == RUNNING:
@@ -166,14 +166,14 @@ def new_companion(compiled: Compiled, run: Run, finer: bool = False) -> Companio
     if not clock.control.adaptive:
         return _with_stride(compiled, run, _fixed_stride(compiled, run, finer), 1.0)
     if finer:
-        return _with_stride(compiled, run, Stride(1, 2), 1.0 / LOOSER)
+        return _with_stride(compiled, run, Stride(1, 2), 1.0 / LOOSE_TOLERANCE_RATIO)
     for stride in map(Stride._make, WIDER_GRIDS):
         if _fits(stride, run):
-            return _with_stride(compiled, run, stride, LOOSER)
+            return _with_stride(compiled, run, stride, LOOSE_TOLERANCE_RATIO)
     limited = run.counters[STEPS] < LIMITED_STEPS * clock.points
     if limited:
         return _with_stride(compiled, run, Stride(1, 2), 1.0)
-    return _with_stride(compiled, run, Stride(1, 1), LOOSER)
+    return _with_stride(compiled, run, Stride(1, 1), LOOSE_TOLERANCE_RATIO)
 
 
 def _with_stride(compiled: Compiled, run: Run, stride: Stride, looser: float) -> Companion:

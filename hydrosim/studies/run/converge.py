@@ -18,13 +18,13 @@ from hydrosim.errors import InputError, SimulationError
 from hydrosim.scene import LinearScenes, Method, Scene, Tolerance
 from hydrosim.studies.run.simulation import simulate
 
-FINER = 4  # ratio of the smallest step to the step of the reference
-ORDER = 4  # of the reference
+REFERENCE_STEP_RATIO = 4  # ratio of the smallest step to the step of the reference
+REFERENCE_ORDER = 4  # of the reference
 Report = Callable[[str], None]
 
 
 @dataclass(frozen=True)
-class Trial:
+class ConvergenceTrial:
     """One run. ``setting`` is its step [s], or the tolerance of an adaptive method. Errors are the
     largest over bodies and times: ``motion`` [m], ``angle`` [rad], and ``crawl`` [m], the error of
     the final horizontal position. They are NaN with a ``remark`` if the run failed or was
@@ -40,7 +40,7 @@ class Trial:
     seconds: float
     remark: str = ""
 
-    def order(self, coarser: Trial) -> float:
+    def order(self, coarser: ConvergenceTrial) -> float:
         """Observed order of convergence, against a run of the same method with a larger step."""
         if self.method.adapts or not (self.motion > 0.0 and coarser.motion > 0.0):
             return np.nan
@@ -48,10 +48,10 @@ class Trial:
 
 
 @dataclass(frozen=True)
-class Study:
+class ConvergenceStudy:
     """All ``trials``, and the step and estimated error [m] of their reference."""
 
-    trials: tuple[Trial, ...]
+    trials: tuple[ConvergenceTrial, ...]
     reference_step: float
     reference_error: float
 
@@ -62,23 +62,23 @@ def converge(
     steps: Sequence[float],
     tolerances: Sequence[float],
     report: Report = lambda text: None,
-) -> Study:
+) -> ConvergenceStudy:
     """Run the scene with every method and step (adaptive methods: tolerance).
 
     Raises InputError if the steps have no common multiple at which to compare, and SimulationError
     if the reference fails.
     """
-    fine = min(steps) / FINER
+    fine = min(steps) / REFERENCE_STEP_RATIO
     scene = replace(scene, output_step=common_multiple([*steps, 2 * fine], scene.output_step))
     report(f"reference: rk4 at {fine:g} s")
-    reference = simulate(_with(scene, Method.RK4, fine))
-    coarser = simulate(_with(scene, Method.RK4, 2 * fine))
-    own = _errors(coarser, reference)[0] / (2**ORDER - 1)
+    reference = simulate(_with_setting(scene, Method.RK4, fine))
+    coarser = simulate(_with_setting(scene, Method.RK4, 2 * fine))
+    reference_error = _errors(coarser, reference)[0] / (2**REFERENCE_ORDER - 1)
     trials = []
     for method, setting in _settings(methods, steps, tolerances):
         report(f"{method} at {setting:g}")
         trials.append(_trial(scene, method, setting, reference))
-    return Study(tuple(trials), fine, own)
+    return ConvergenceStudy(tuple(trials), fine, reference_error)
 
 
 def common_multiple(steps: Sequence[float], wanted: float) -> float:
@@ -93,7 +93,7 @@ def common_multiple(steps: Sequence[float], wanted: float) -> float:
     )
 
 
-def to_dataset(study: Study, title: str) -> xr.Dataset:
+def to_dataset(study: ConvergenceStudy, title: str) -> xr.Dataset:
     """Study as a dataset over ``trial``."""
     trials = study.trials
     units = {"motion": "m", "angle": "rad", "crawl": "m", "energy": "1"}
@@ -117,7 +117,7 @@ def _settings(
             yield method, setting
 
 
-def _with(scene: Scene, method: Method, setting: float) -> Scene:
+def _with_setting(scene: Scene, method: Method, setting: float) -> Scene:
     """Scene with this method and step, or with this tolerance in m and 1; the tolerance of angles
     is a hundredth of it, as for an arm of 100 m."""
     solver = replace(scene.solver, linear=LinearScenes.STEP, accuracy=None)
@@ -127,15 +127,15 @@ def _with(scene: Scene, method: Method, setting: float) -> Scene:
     return replace(scene, solver=replace(solver, method=method, step=setting))
 
 
-def _trial(scene: Scene, method: Method, setting: float, reference: xr.Dataset) -> Trial:
+def _trial(scene: Scene, method: Method, setting: float, reference: xr.Dataset) -> ConvergenceTrial:
     try:
-        run = simulate(_with(scene, method, setting))
+        run = simulate(_with_setting(scene, method, setting))
     except (InputError, SimulationError) as error:  # refused, or failed
         figures = (np.nan, np.nan, np.nan, np.nan, 0, np.nan)
-        return Trial(method, setting, *figures, remark=str(error).splitlines()[0])
+        return ConvergenceTrial(method, setting, *figures, remark=str(error).splitlines()[0])
     a = run.attrs
     costs = (a["energy_residual_relative"], a["solver_evaluations"], a["wall_time"])
-    return Trial(method, setting, *_errors(run, reference), *costs)
+    return ConvergenceTrial(method, setting, *_errors(run, reference), *costs)
 
 
 def _errors(run: xr.Dataset, reference: xr.Dataset) -> tuple[float, float, float]:

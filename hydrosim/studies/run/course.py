@@ -35,23 +35,27 @@ from hydrosim.stepping.state import (
     Run,
     new_run,
 )
-from hydrosim.studies.run.aftermath import noticed
-from hydrosim.studies.run.blow_up import blown_up
-from hydrosim.studies.run.checkpoint import Checkpoint, Keeper
+from hydrosim.studies.run.aftermath import validity_warnings
+from hydrosim.studies.run.blow_up import find_blow_up
+from hydrosim.studies.run.checkpoint import Checkpoint, CheckpointWriter
 from hydrosim.studies.run.failure import failure
-from hydrosim.studies.run.functions import changed, record_of, warnings_of_delays
+from hydrosim.studies.run.functions import (
+    delay_warnings,
+    function_attributes,
+    repeatability_warnings,
+)
 from hydrosim.studies.run.provenance import provenance
-from hydrosim.studies.run.resolution import unresolved
+from hydrosim.studies.run.resolution import unresolved_vibration_warnings
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from hydrosim.compiling.compiled import Compiled
 
-CHUNK = 0.1  # s of processor time between reports of progress
+CHUNK_CPU_TIME_S = 0.1  # s of processor time between reports of progress
 
 
-class Course:
+class RunInProgress:
     """A run of a ``compiled`` scene, which has begun: its first record is made. With ``kept``, it
     continues from a checkpoint and saves others. With ``propagate``, that advances the run, without
     steps (`hydrosim.linear.propagate`)."""
@@ -75,9 +79,9 @@ class Course:
         self._status = "complete"
         self._torn = False
         stepped = propagate is None  # otherwise computed at once: no checkpoint
-        self._keeper = Keeper(kept, compiled, self.run) if kept and stepped else None
+        self._keeper = CheckpointWriter(kept, compiled, self.run) if kept and stepped else None
         if self._keeper:
-            self._keeper.take_up()
+            self._keeper.resume_run()
         self._propagated = propagate(self.run) if propagate else None
         self.time = (
             next(self._propagated) if self._propagated else advance_until(0, inf, self._held)
@@ -92,36 +96,36 @@ class Course:
         return int(self.run.counters[STEPS])
 
     @property
-    def failed(self) -> bool:
+    def has_failed(self) -> bool:
         """Whether the run cannot continue."""
         return bool(self.run.counters[STATUS] != RUNNING)
 
     @property
-    def ended(self) -> bool:
+    def has_ended(self) -> bool:
         """Whether the run is at its end, or cannot continue."""
-        return self.failed or int(self.run.counters[POINT]) >= self.run.clock.points
+        return self.has_failed or int(self.run.counters[POINT]) >= self.run.clock.points
 
     def chunks(self, until: float = inf) -> Iterator[float]:
         """Advance to the end, or to the time ``until``, in chunks; yields the time reached. The
         last chunk ends at the record at which the run blows up, if it does; later records are
         discarded. Between chunks, the caller may stop; checkpoints are saved when they are due."""
-        for time in self._propagated or self._stepped(until):
+        for time in self._propagated or self._advance_in_chunks(until):
             self.time = time
-            self._look_at_functions()
-            self._look_for_blow_up()
+            self._raise_interrupts()
+            self._stop_at_blow_up()
             yield self.time
             if self._keeper:
-                self._keeper.look()
-            if self.failed:
+                self._keeper.save_if_due()
+            if self.has_failed:
                 return
 
     def take_step(self) -> None:
         """Advance by one step of an adaptive method."""
         before = self.time
-        while self.time == before and not self.ended:
+        while self.time == before and not self.has_ended:
             self.time = self._advance(1, inf)
-        self._look_at_functions()
-        self._look_for_blow_up()
+        self._raise_interrupts()
+        self._stop_at_blow_up()
 
     def interrupt(self, reason: KeyboardInterrupt) -> None:
         """End the run early."""
@@ -130,20 +134,20 @@ class Course:
         if self._keeper and not self._torn:
             self._keeper.save()
 
-    def _stepped(self, until: float) -> Iterator[float]:
+    def _advance_in_chunks(self, until: float) -> Iterator[float]:
         """Advance in chunks of about 0.1 s of processor time, so that an interrupt is handled.
 
         The processor time of this thread counts. Otherwise, a chunk that waits for other processes
         would shorten the next ones, each of which is followed by a test of its records.
         """
         counters = self.run.counters
-        while not self.ended and self.run.scratch.pace[REACHED] < until:
+        while not self.has_ended and self.run.scratch.pace[REACHED] < until:
             begin = thread_time()
             before = int(count_evaluations(counters))
             reached = self._advance(self._evaluations, until)
             spent = int(count_evaluations(counters)) - before
             pace = spent / max(thread_time() - begin, 1e-6)
-            self._evaluations = int(min(max(CHUNK * pace, 1), 100 * self._evaluations))
+            self._evaluations = int(min(max(CHUNK_CPU_TIME_S * pace, 1), 100 * self._evaluations))
             yield reached
 
     def _advance(self, evaluations: int, until: float) -> float:
@@ -157,7 +161,7 @@ class Course:
             self.time = float(self.run.scratch.pace[REACHED])
             raise
 
-    def _look_at_functions(self) -> None:
+    def _raise_interrupts(self) -> None:
         """Raises an interrupt that came while a function of the user was called: the step is not
         finished. An exception of a signal that came where its call began is lost, and so is the
         call."""
@@ -168,12 +172,12 @@ class Course:
             self.run.counters[STATUS] = RUNNING
             raise Torn from next(iter(interrupts), None)
 
-    def _look_for_blow_up(self) -> None:
+    def _stop_at_blow_up(self) -> None:
         """Stop at the record at which the run blows up, if it does."""
         run = self.run
         counters = run.counters
         count = int(counters[RECORDS])
-        found = blown_up(self.compiled.scene, run.model, run.record, self._seen, count)
+        found = find_blow_up(self.compiled.scene, run.model, run.record, self._seen, count)
         self._seen = count
         if found is not None:
             counters[RECORDS] = found + 1
@@ -183,7 +187,7 @@ class Course:
     @property
     def complete(self) -> bool:
         """Whether the run has ended as it should."""
-        return self._status == "complete" and not self.failed
+        return self._status == "complete" and not self.has_failed
 
     def dataset(self, estimate: ErrorEstimate | None = None, last: bool = True) -> xr.Dataset:
         """The dataset of the run until now, with the ``estimate`` of its error. After the ``last``
@@ -191,8 +195,8 @@ class Course:
         with the dataset if the run cannot continue."""
         compiled = self.compiled
         run = self.run
-        message = failure(compiled, run, self.time) if self.failed else None
-        status = self._status if last or self.ended else "interrupted"
+        message = failure(compiled, run, self.time) if self.has_failed else None
+        status = self._status if last or self.has_ended else "interrupted"
         attributes = self._attributes("failed" if message else status, message, estimate)
         record = run.record
         count = int(run.counters[RECORDS])
@@ -205,7 +209,7 @@ class Course:
         sea = compiled.sea
         scene = compiled.scene
         dataset = to_dataset(scene, compiled.model, layout, sea, record, count, history, attributes)
-        warn(dataset, noticed(compiled, dataset))
+        warn(dataset, validity_warnings(compiled, dataset))
         if estimate is not None:
             add_error_estimate(dataset, estimate)
         if message:
@@ -224,14 +228,14 @@ class Course:
         warnings = [*compiled.notes.warnings]
         if estimate is None or estimate.warnings:
             warnings += compiled.step_warnings
-            warnings += unresolved(compiled, self.run.record, count)
-        warnings += [] if self.failed else changed(compiled, self.run)
-        warnings += warnings_of_delays(compiled, self.run)
+            warnings += unresolved_vibration_warnings(compiled, self.run.record, count)
+        warnings += [] if self.has_failed else repeatability_warnings(compiled, self.run)
+        warnings += delay_warnings(compiled, self.run)
         kept = self._keeper
         return {
             **provenance(compiled),
             # functions are further than the last complete step of a torn run
-            **record_of(compiled.scene, nan if self._torn else self.time),
+            **function_attributes(compiled.scene, nan if self._torn else self.time),
             "solver_linear": solution(compiled.scene, compiled.facts),
             "solver_steps": int(counters[STEPS]),
             "solver_rejected": int(counters[REJECTED]),

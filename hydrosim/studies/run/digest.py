@@ -9,21 +9,21 @@ from typing import Any
 
 import numpy as np
 
-APART = {"title", "source", "places"}  # of a scene: they change no number
+IGNORED_FIELDS = {"title", "source", "places"}  # of a scene: they change no number
 
 
 def digest(tree: Any) -> str:
     """SHA-256 (hex) of nested tuples, lists, mappings and dataclasses with arrays, numbers and
     texts. Databases count by their checksum, datasets by their values."""
-    found = hashlib.sha256()
+    checksum = hashlib.sha256()
     for leaf in _leaves(tree):
         if isinstance(leaf, np.ndarray) and not leaf.dtype.hasobject:
-            found.update(f"{leaf.shape} {leaf.dtype.str};".encode())
-            found.update(np.ascontiguousarray(leaf).tobytes())
+            checksum.update(f"{leaf.shape} {leaf.dtype.str};".encode())
+            checksum.update(np.ascontiguousarray(leaf).tobytes())
         else:
             text = repr(leaf.tolist() if isinstance(leaf, np.ndarray) else leaf)
-            found.update(f"{len(text)} {text};".encode("utf-8", "backslashreplace"))
-    return found.hexdigest()
+            checksum.update(f"{len(text)} {text};".encode("utf-8", "backslashreplace"))
+    return checksum.hexdigest()
 
 
 def _leaves(tree: Any) -> Iterator[Any]:
@@ -36,7 +36,7 @@ def _leaves(tree: Any) -> Iterator[Any]:
     elif is_dataclass(tree):
         yield type(tree).__name__
         for item in fields(tree):
-            if item.name not in APART:
+            if item.name not in IGNORED_FIELDS:
                 yield item.name
                 yield from _leaves(getattr(tree, item.name))
     elif isinstance(tree, Mapping):

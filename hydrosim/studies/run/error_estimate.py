@@ -84,11 +84,11 @@ def estimate_error(compiled: Compiled, run: Run, watch: Watch | None = None) -> 
     """Error of a ``run`` of the compiled scene, which has ended. ``watch`` is called with the time
     that the companion has reached."""
     companion = new_companion(compiled, run)
-    distances = compare_motions(compiled.scene, run, companion.sampled(watch))
+    distances = compare_motions(compiled.scene, run, companion.sample_motions(watch))
     evaluations = companion.evaluations
-    if companion.failed:
+    if companion.has_failed:
         companion = new_companion(compiled, run, finer=True)
-        distances = compare_motions(compiled.scene, run, companion.sampled(watch))
+        distances = compare_motions(compiled.scene, run, companion.sample_motions(watch))
         evaluations += companion.evaluations
     share = error_share(compiled, run, companion)
     relative = errors_of_run(distances.time, distances.relative, share)

@@ -30,7 +30,7 @@ from hydrosim.stepping.state import (
     State,
 )
 from hydrosim.stepping.state_layout import StateKind
-from hydrosim.studies.run.blow_up import holder
+from hydrosim.studies.run.blow_up import largest_energy_holder
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
@@ -67,7 +67,7 @@ MIN_SWITCH_SHARE = 0.5
 MAX_NAMED_UNITS = 4
 """Most units that a message names."""
 
-NAMED = {
+STATE_DESCRIPTIONS = {
     StateKind.SLOW_PLACE: "the slow position in waves, {entry.name}",
     StateKind.SLOW_DRAUGHT: "the {entry.name}",
     StateKind.RADIATION: "a radiation state",
@@ -86,7 +86,7 @@ def failure(compiled: Compiled, run: Run, time: float) -> str:
     count = int(counters[RECORDS])
     status = int(counters[STATUS])
     if status == BLOWN_UP:
-        where = holder(scene, model, run.record, count)
+        where = largest_energy_holder(scene, model, run.record, count)
     elif status == SINGULAR:
         where = singular_joints(scene, model, run.state)
     elif status == DRIVEN_APART:
@@ -94,7 +94,7 @@ def failure(compiled: Compiled, run: Run, time: float) -> str:
     elif status == CHATTERING:
         where = _alternating_units(compiled, run)
     else:
-        where = _where(compiled, run.state)
+        where = _failed_part(compiled, run.state)
     what = MESSAGES[status].format(where=where)
     remedy = REMEDIES.get(status) or choose_remedy(status, scene.solver.method)
     for name, reason in lost_units(model, scene, run.state.modes):
@@ -133,7 +133,7 @@ def _alternating_units(compiled: Compiled, run: Run) -> str:
     return ", with ".join(names[i] for i in often[:MAX_NAMED_UNITS]) + more or "a contact or spring"
 
 
-def _where(compiled: Compiled, state: State) -> str:
+def _failed_part(compiled: Compiled, state: State) -> str:
     """Name of the state that is not finite, or else of the body with the steepest angle."""
     scene = compiled.scene
     model = compiled.model
@@ -148,8 +148,8 @@ def _where(compiled: Compiled, state: State) -> str:
     kind, entry = compiled.facts.layout.at(first)
     if kind in (StateKind.COORDINATE, StateKind.RATE):
         return f"{entry.component} of body {entry.owner}"
-    if kind in NAMED:
-        return NAMED[StateKind(kind)].format(entry=entry)
+    if kind in STATE_DESCRIPTIONS:
+        return STATE_DESCRIPTIONS[StateKind(kind)].format(entry=entry)
     return f"the {kind} of {entry.owner}"
 
 

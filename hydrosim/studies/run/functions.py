@@ -30,16 +30,16 @@ if TYPE_CHECKING:
     from hydrosim.scene import Scene
     from hydrosim.stepping.state import Run
 
-ACTED = "external_forces"
+EXTERNAL_FORCES = "external_forces"
 """Attribute: name, function, bodies and coupling of each external force, one a line."""
 SEPARATOR = ": "
 MAX_OVERSHOOT = 3.0
 """Extrapolated force over the largest that its function had returned. A line through the ends of
 equal steps goes no further."""
-SAME = 1e-9  # of the largest component: wrenches this close are the same
+WRENCH_RTOL = 1e-9  # of the largest component: wrenches this close are the same
 
 
-def described(scene: Scene) -> str:
+def describe_functions(scene: Scene) -> str:
     """Description of all external forces of a scene, one a line."""
     every = externals_of(scene.forces).items()
     return "\n".join(f"{name}{SEPARATOR}{e.describe()}" for name, e in every)
@@ -66,7 +66,7 @@ def _state_of(name: str, function: Any) -> Any:
         ) from error
 
 
-def record_of(scene: Scene, time: float) -> dict[str, object]:
+def function_attributes(scene: Scene, time: float) -> dict[str, object]:
     """Attributes of a run that has reached this ``time`` [s]. States that cannot be had are left
     out: a run is not lost by them."""
     try:
@@ -74,15 +74,17 @@ def record_of(scene: Scene, time: float) -> dict[str, object]:
     except InputError:
         states = {}
     text = json.dumps({"time": float(time), "states": states}) if states else None
-    return {ACTED: described(scene) or None, FUNCTION_STATES: text}
+    return {EXTERNAL_FORCES: describe_functions(scene) or None, FUNCTION_STATES: text}
 
 
-def restore(scene: Scene, names: Iterable[str], states: Mapping[str, Any], source: str) -> None:
+def restore_functions(
+    scene: Scene, names: Iterable[str], states: Mapping[str, Any], source: str
+) -> None:
     """Give the functions of the forces with these ``names`` their ``states`` back. Raises
     InputError if one of them may remember and cannot be given its state."""
-    ours = externals_of(scene.forces)
+    externals = externals_of(scene.forces)
     for name in names:
-        e = ours.get(name)
+        e = externals.get(name)
         if e is None or not e.delayed or e.repeatable:
             continue
         if not e.restarts:
@@ -100,7 +102,7 @@ def restore(scene: Scene, names: Iterable[str], states: Mapping[str, Any], sourc
         function.set_state(states[name])
 
 
-def continued(compiled: Compiled) -> Compiled:
+def resume_functions(compiled: Compiled) -> Compiled:
     """A compiled scene that may continue an earlier run: its functions are as they were then.
     A force that acted then and is missing now is a warning. Raises InputError if the state of a
     function cannot be kept or restored."""
@@ -108,12 +110,14 @@ def continued(compiled: Compiled) -> Compiled:
     states_of(scene)  # before anything is computed
     start = scene.initial
     attributes = getattr(start.run, "attrs", {}) if start else {}
-    before = names_in(str(attributes.get(ACTED, "")))
+    before = names_in(str(attributes.get(EXTERNAL_FORCES, "")))
     if start is None or not before:
         return compiled
-    kept = json.loads(str(attributes.get(FUNCTION_STATES, "{}")))
-    there = bool(kept) and np.isclose(kept["time"], compiled.begin, rtol=1e-9, atol=1e-9)
-    restore(scene, before, kept["states"] if there else {}, "the earlier run")
+    states_then = json.loads(str(attributes.get(FUNCTION_STATES, "{}")))
+    there = bool(states_then) and np.isclose(
+        states_then["time"], compiled.begin, rtol=1e-9, atol=1e-9
+    )
+    restore_functions(scene, before, states_then["states"] if there else {}, "the earlier run")
     missing = [name for name in before if name not in scene.forces]
     texts = [
         f"initial.run: the function {name} gave a force in that run; here it gives none. Run the"
@@ -123,7 +127,7 @@ def continued(compiled: Compiled) -> Compiled:
     return replace(compiled, notes=compiled.notes.warned(texts))
 
 
-def changed(compiled: Compiled, run: Run) -> Iterator[str]:
+def repeatability_warnings(compiled: Compiled, run: Run) -> Iterator[str]:
     """Warnings about functions that are called at stages and now give another wrench at the start
     than they gave then: they remember, or depend on something else."""
     scene = compiled.scene
@@ -142,7 +146,7 @@ def changed(compiled: Compiled, run: Run) -> Iterator[str]:
         e.forgive()  # an error here is no error of the run
     for row, wrench in again.items():
         then = start["wrench"][0, row]
-        if not np.allclose(wrench, then, rtol=SAME, atol=SAME * np.abs(then).max()):
+        if not np.allclose(wrench, then, rtol=WRENCH_RTOL, atol=WRENCH_RTOL * np.abs(then).max()):
             yield (
                 f"the function of {force_names(scene)[row]} gives another force for the start, at"
                 f" {time:g} s, when it is asked again after the run; expected the same, because it"
@@ -151,7 +155,7 @@ def changed(compiled: Compiled, run: Run) -> Iterator[str]:
             )
 
 
-def warnings_of_delays(compiled: Compiled, run: Run) -> Iterator[str]:
+def delay_warnings(compiled: Compiled, run: Run) -> Iterator[str]:
     """Warnings about external forces that were continued far beyond what their functions had
     returned."""
     for row, overshoot in overshoots(EXTERNALS.of(run.model), run.state.y):

@@ -55,7 +55,7 @@ def provenance(compiled: Compiled) -> dict[str, object]:
         "streams": "\n".join(notes.streams) or None,
         "radiation_errors": "\n".join(notes.memory) or None,
         "radiation_error": notes.radiation_error if isfinite(notes.radiation_error) else None,
-        **_met(compiled),
+        **_wave_position_attributes(compiled),
         **{
             f"{key}_{name}": value
             for wet in compiled.wet
@@ -65,7 +65,7 @@ def provenance(compiled: Compiled) -> dict[str, object]:
     }
 
 
-def _met(compiled: Compiled) -> dict[str, str]:
+def _wave_position_attributes(compiled: Compiled) -> dict[str, str]:
     """Positions where waves act on each wet body, for runs that continue this one."""
     met = compiled.facts.met
     wet = [name for name in met if name in compiled.facts.databases]

@@ -12,9 +12,9 @@ from hydrosim.compiling.restart import MET
 from hydrosim.documents.layers import apply_setting, settings_of, written
 from hydrosim.documents.nodes import compose, plain
 from hydrosim.errors import InputError
-from hydrosim.studies.run.functions import ACTED
+from hydrosim.studies.run.functions import EXTERNAL_FORCES
 
-RESOLVED, RUN = "case_resolved", "run"
+RESOLVED_CASE, RUN_DIM = "case_resolved", "run"
 
 
 def case_of(result: xr.Dataset, number: int | None = None) -> str:
@@ -24,39 +24,43 @@ def case_of(result: xr.Dataset, number: int | None = None) -> str:
     The choice of radiation: automatic is only a comment, because it follows from database and
     settings. Raises InputError if the result is not from a case file.
     """
-    run = _one(result, number)
-    text = run.attrs.get(RESOLVED)
-    document = compose(str(text), RESOLVED) if text else None
+    run = _select_run(result, number)
+    text = run.attrs.get(RESOLVED_CASE)
+    document = compose(str(text), RESOLVED_CASE) if text else None
     if document is None or "body" not in run:
         raise InputError("found no resolved case; expected the result of a case file.")
-    settings = [*_met(run), *_contents(run), *_seeds(run, plain(document))]
+    settings = [
+        *_wave_position_settings(run),
+        *_checksum_settings(run),
+        *_seed_settings(run, plain(document)),
+    ]
     for setting in settings_of(dict(settings)):
         document = apply_setting(document, setting)
     remarks = "".join(f"# {' '.join(line.split())}\n" for line in _remarks(run))
     return f"{remarks}{written(document)}"
 
 
-def _one(result: xr.Dataset, number: int | None) -> xr.Dataset:
+def _select_run(result: xr.Dataset, number: int | None) -> xr.Dataset:
     """One run of many, with its own texts as attributes."""
-    if RUN not in result.dims:
+    if RUN_DIM not in result.dims:
         if number is not None:
             raise InputError(
                 f"--run: found {number}, but the file holds one run, so there is nothing to"
                 " choose; expected no --run. Leave the option out."
             )
         return result
-    last = result.sizes[RUN] - 1
+    last = result.sizes[RUN_DIM] - 1
     if number is None or not 0 <= number <= last:
         found = "no option, but the file holds many runs" if number is None else f"{number}"
         raise InputError(f"--run: found {found}; expected the number of one run, from 0 to {last}.")
-    run = result.isel({RUN: number})
+    run = result.isel({RUN_DIM: number})
     texts = {
         str(name): str(one.values) for name, one in run.variables.items() if one.dtype.kind in "OU"
     }
     return run.assign_attrs(texts)
 
 
-def _met(run: xr.Dataset) -> Iterator[tuple[str, str]]:
+def _wave_position_settings(run: xr.Dataset) -> Iterator[tuple[str, str]]:
     """Keys for the position where waves act on bodies."""
     for body in map(str, run.body.values):
         chosen = str(run.attrs.get(f"{MET}_{body}", "")).split()
@@ -64,14 +68,14 @@ def _met(run: xr.Dataset) -> Iterator[tuple[str, str]]:
             yield f"bodies.{body}.wave_forces.{key}", place
 
 
-def _contents(run: xr.Dataset) -> Iterator[tuple[str, str]]:
+def _checksum_settings(run: xr.Dataset) -> Iterator[tuple[str, str]]:
     """Keys for the checksums of the databases."""
     for body in map(str, run.body.values):
         if checksum := run.attrs.get(f"database_checksum_{body}"):
             yield f"bodies.{body}.database_checksum", str(checksum)
 
 
-def _seeds(run: xr.Dataset, case: Any) -> Iterator[tuple[str, int]]:
+def _seed_settings(run: xr.Dataset, case: Any) -> Iterator[tuple[str, int]]:
     """Keys of one run of many, to which a study may have given other seeds than its case."""
     if "seed" in run.variables:
         keys = list(_keys_of_seeds(case["environment"]))
@@ -97,5 +101,5 @@ def _remarks(run: xr.Dataset) -> Iterator[str]:
     for body in map(str, run.body.values):
         if chosen := run.attrs.get(f"radiation_{body}"):
             yield f"radiation of {body}: {chosen}"
-    for line in str(run.attrs.get(ACTED, "")).splitlines():
+    for line in str(run.attrs.get(EXTERNAL_FORCES, "")).splitlines():
         yield f"not in this file, but from Python by simulate(case, forces=...): {line}"

@@ -19,15 +19,15 @@ if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
     from hydrosim.stepping.state import Record
 
-ACCURATE = 1e-3  # of the range of a motion: an error that is worth a warning
-FADED, ROOM = 0.1, 8.0
+MAX_MOTION_ERROR = 1e-3  # of the range of a motion: an error that is worth a warning
+MAX_FADING, FADING_ERROR_RATIO = 0.1, 8.0
 """If the method damps a vibration by more than the first number, a finer step leaves more of it.
 Its accepted error is then smaller by the second number."""
-RESOLVED = 1e-2  # of the amplitude of a vibration, at the end of a run
-STILL = 1e-6  # m, rad: a smaller range counts as none
+MAX_AMPLITUDE_ERROR = 1e-2  # of the amplitude of a vibration, at the end of a run
+MIN_MOTION_RANGE = 1e-6  # m, rad: a smaller range counts as none
 
 
-class Need(NamedTuple):
+class StepNeed(NamedTuple):
     """The ``step`` [s] that a vibration needs, and the ``error`` of motions, relative to their
     range, at the step of the run."""
 
@@ -46,7 +46,7 @@ def scene_combinations(
 
 @one_thread
 def scene_vibrations(
-    compiled: Compiled, found: Sequence[Combination], error: float = ACCURATE
+    compiled: Compiled, found: Sequence[Combination], error: float = MAX_MOTION_ERROR
 ) -> tuple[Vibration, ...]:
     """Vibrations in the combinations ``found`` with an error of more than ``error`` of their
     amplitude at the step of the scene, see `accuracy`."""
@@ -59,25 +59,28 @@ def accuracy_limit(compiled: Compiled, found: Sequence[Combination]) -> str:
     """Line on the largest step that resolves all possible vibrations in the combinations of
     contacts ``found``. Only a run can tell which vibrations are excited."""
     scene = compiled.scene
-    of = (compiled.method, scene.solver.step, scene.duration, RESOLVED)
-    needs = [(v.accurate_step(*of), v) for v in scene_vibrations(compiled, found, RESOLVED)]
+    of = (compiled.method, scene.solver.step, scene.duration, MAX_AMPLITUDE_ERROR)
+    needs = [
+        (v.accurate_step(*of), v) for v in scene_vibrations(compiled, found, MAX_AMPLITUDE_ERROR)
+    ]
     if not needs:
         return (
-            f"at {scene.solver.step:g} s all vibrations are accurate within {RESOLVED:g} of their"
-            " amplitude"
+            f"at {scene.solver.step:g} s all vibrations are accurate within"
+            f" {MAX_AMPLITUDE_ERROR:g} of their amplitude"
         )
     step, vibration = min(needs, key=lambda need: need[0])
     return (
-        f"largest accurate step {step:.3g} s, within {RESOLVED:g} of its amplitude over the run:"
-        f" {described(vibration, compiled)} at {scene.solver.step:g} s. It matters if waves,"
-        " impacts or the start excite it; the run reports whether they do"
+        f"largest accurate step {step:.3g} s, within {MAX_AMPLITUDE_ERROR:g} of its amplitude over"
+        f" the run: {describe_vibration(vibration, compiled)} at {scene.solver.step:g} s. It"
+        " matters if waves, impacts or the start excite it; the run reports whether they do"
     )
 
 
-def unresolved(compiled: Compiled, record: Record, count: int) -> Iterator[str]:
+def unresolved_vibration_warnings(compiled: Compiled, record: Record, count: int) -> Iterator[str]:
     """Warning if a vibration that a run with ``count`` records excited has an error above
-    `ACCURATE` of the range of a motion. The error is that of one vibration alone. If contacts
-    change often, errors are several times as large, see `hydrosim.studies.run.error_estimate`."""
+    `MAX_MOTION_ERROR` of the range of a motion. The error is that of one vibration alone. If
+    contacts change often, errors are several times as large, see
+    `hydrosim.studies.run.error_estimate`."""
     needs = list(_needs(compiled, record, count))
     if needs:
         step = min(need.step for need in needs)
@@ -85,13 +88,13 @@ def unresolved(compiled: Compiled, record: Record, count: int) -> Iterator[str]:
         worst = max(needs, key=lambda need: need.error)
         yield (
             f"solver.step {scene.solver.step:g} s does not resolve"
-            f" {described(worst.vibration, compiled)}. The run excites it, and motions may be"
-            f" wrong by {worst.error:.1g} of their range. Choose solver.step:"
+            f" {describe_vibration(worst.vibration, compiled)}. The run excites it, and motions"
+            f" may be wrong by {worst.error:.1g} of their range. Choose solver.step:"
             f" {fitting_step(scene.output_step, step):.6g} s, or solver.method: dopri5."
         )
 
 
-def described(vibration: Vibration, compiled: Compiled) -> str:
+def describe_vibration(vibration: Vibration, compiled: Compiled) -> str:
     """Text on a vibration, and on the error of the method."""
     scene = compiled.scene
     omega = vibration.eigenvalue.imag
@@ -102,7 +105,7 @@ def described(vibration: Vibration, compiled: Compiled) -> str:
     )
 
 
-def _needs(compiled: Compiled, record: Record, count: int) -> Iterator[Need]:
+def _needs(compiled: Compiled, record: Record, count: int) -> Iterator[StepNeed]:
     if count < 2 or not compiled.vibrations:
         return
     values = unpack(compiled.model, record, count)
@@ -118,14 +121,14 @@ def _needs(compiled: Compiled, record: Record, count: int) -> Iterator[Need]:
         excited, lasting = vibration.excited(*seen, fading)
         part = min(float((excited / ranges).max()), 1.0)
         error = part * vibration.error(method, scene.solver.step, lasting)
-        if error > ACCURATE:
-            room = ROOM if fading * lasting > FADED else 1.0
-            of = (method, scene.solver.step, lasting, ACCURATE / (room * part))
-            yield Need(vibration.accurate_step(*of), min(error, WRONG), vibration)
+        if error > MAX_MOTION_ERROR:
+            room = FADING_ERROR_RATIO if fading * lasting > MAX_FADING else 1.0
+            of = (method, scene.solver.step, lasting, MAX_MOTION_ERROR / (room * part))
+            yield StepNeed(vibration.accurate_step(*of), min(error, WRONG), vibration)
 
 
 def _ranges(motion: np.ndarray, kind: np.ndarray) -> np.ndarray:
     """Range (n,) of each coordinate of ``motion`` (nt, n): that of its body in the direction of its
     largest range, or about the axis of its largest range."""
     own = np.ptp(motion, axis=0)
-    return np.maximum([own[kind == k].max() for k in kind], STILL)
+    return np.maximum([own[kind == k].max() for k in kind], MIN_MOTION_RANGE)

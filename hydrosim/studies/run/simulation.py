@@ -19,11 +19,11 @@ from hydrosim.scene import ForceElement, Scene
 from hydrosim.studies.run.accuracy import repeat_until_accurate
 from hydrosim.studies.run.asked import check_criteria
 from hydrosim.studies.run.checkpoint import Checkpoint
-from hydrosim.studies.run.course import Course
+from hydrosim.studies.run.course import RunInProgress
 from hydrosim.studies.run.error_estimate import estimate_error
-from hydrosim.studies.run.functions import continued
-from hydrosim.studies.run.stages import complete
-from hydrosim.studies.run.step_limits import warned_of_steps
+from hydrosim.studies.run.functions import resume_functions
+from hydrosim.studies.run.stages import complete_stages
+from hydrosim.studies.run.step_limits import add_step_warnings
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from hydrosim.case import Case
     from hydrosim.results.error_figures import ErrorEstimate
 
-NAME = re.compile(r"\w+")
+FORCE_NAME = re.compile(r"\w+")
 Progress = Callable[[float, int], None]
 """Function that is called at times with the simulated time [s] and the number of steps. While the
 error of a run is measured, it is called with those at the end. If the run is made again, the time
@@ -60,12 +60,12 @@ def simulate(
     if isinstance(case, Compiled):
         if forces:
             raise InputError("forces: found a compiled scene; add them to the scene before.")
-        return run_compiled(checked(case), progress, kept)
+        return run_compiled(check_compiled(case), progress, kept)
     if isinstance(case, Scene):
         scene = with_forces(case, forces or {})
         # no name for the compiled scene: `run_compiled` lets go of its waves
         return run_compiled(compiled_to_run(scene), progress, kept)
-    return simulate(prepared(case, progress), progress, kept, forces)
+    return simulate(prepare_scene(case, progress), progress, kept, forces)
 
 
 def compiled_to_run(scene: Scene) -> Compiled:
@@ -75,12 +75,12 @@ def compiled_to_run(scene: Scene) -> Compiled:
         scene = replace(scene, forces=with_own_functions(scene.forces))
     with locating(scene.places):
         try:
-            compiled = checked(compile_scene(scene, in_plane=True))
+            compiled = check_compiled(compile_scene(scene, in_plane=True))
         except Exception:
             _check_functions(scene)  # the cause, if it is one of them
             raise
         _check_functions(scene)
-        return continued(compiled)
+        return resume_functions(compiled)
 
 
 def _check_functions(scene: Scene) -> None:
@@ -101,34 +101,34 @@ def with_forces(scene: Scene, forces: Mapping[str, ForceElement]) -> Scene:
     for name in forces:
         if name in scene.forces:
             raise InputError(f"forces.{name}: the case has one of that name; choose another.")
-        if not NAME.fullmatch(name):
+        if not FORCE_NAME.fullmatch(name):
             raise InputError(
                 f"forces: found the name {name!r}; expected letters, digits and underscores, as"
                 " in a case file."
             )
-    found = replace(scene, forces={**scene.forces, **forces})
-    delayed = [name for name, e in externals_of(found.forces).items() if e.delayed]
-    if found.at_rest and delayed:
+    extended = replace(scene, forces={**scene.forces, **forces})
+    delayed = [name for name, e in externals_of(extended.forces).items() if e.delayed]
+    if extended.at_rest and delayed:
         raise InputError(
             f"forces.{', '.join(delayed)}: at_rest looks for the place of rest before the run, and"
             " a function that is called once per step gives no force by then. Give the positions"
             " of the bodies instead, or coupling stage."
         )
-    return found
+    return extended
 
 
-def checked(compiled: Compiled) -> Compiled:
+def check_compiled(compiled: Compiled) -> Compiled:
     """The scene with warnings of its step, once its run is known to have what its criteria ask."""
     check_criteria(compiled)
-    return warned_of_steps(compiled)
+    return add_step_warnings(compiled)
 
 
-def prepared(case: Case | Scene | str | Path, progress: Progress | None = None) -> Scene:
+def prepare_scene(case: Case | Scene | str | Path, progress: Progress | None = None) -> Scene:
     """Scene of a case or of the case in a file, after the runs that it needs were made."""
     if isinstance(case, Scene):
         return case
     read = load_case(case) if isinstance(case, str | Path) else case
-    complete(read, lambda stage, _: simulate(stage, progress))
+    complete_stages(read, lambda stage, _: simulate(stage, progress))
     return read.scene()
 
 
@@ -142,23 +142,23 @@ def run_compiled(
     """`simulate` for a compiled scene whose step limits are known. With ``estimates``, a companion
     measures the error of the run. With ``repeats``, a run that misses the accuracy of its scene is
     then made again."""
-    course = Course(compiled, kept, propagate if compiled.facts.exact else None)
+    course = RunInProgress(compiled, kept, propagate if compiled.facts.exact else None)
     del compiled  # the course lets go of its waves
 
-    def advance(course: Course) -> Course:
+    def advance(course: RunInProgress) -> RunInProgress:
         for time in course.chunks():
             if progress is not None:
                 progress(time, course.steps)
         return course
 
-    def solve(compiled: Compiled) -> Course:
-        return advance(Course(compiled))
+    def solve(compiled: Compiled) -> RunInProgress:
+        return advance(RunInProgress(compiled))
 
     def watch(_: float) -> None:
         if progress is not None:
             progress(course.time, course.steps)
 
-    def measure(course: Course) -> ErrorEstimate:
+    def measure(course: RunInProgress) -> ErrorEstimate:
         return estimate_error(course.compiled, course.run, watch)
 
     estimate = None
@@ -174,7 +174,7 @@ def run_compiled(
     return course.dataset(estimate)
 
 
-def can_measure_error(course: Course) -> bool:
+def can_measure_error(course: RunInProgress) -> bool:
     """True if the error of a course can be measured: it is complete and stepped, and no function is
     called once per step, which may remember."""
     compiled = course.compiled

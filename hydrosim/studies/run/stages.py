@@ -1,8 +1,8 @@
 """Runs in stages: cases that use the results of other cases.
 
-A recorded series of a case may name the case that produces it. `complete` simulates such a case if
-its result is missing, or was made from a different text of that case or by another version of the
-program.
+A recorded series of a case may name the case that produces it. `complete_stages` simulates such a
+case if its result is missing, or was made from a different text of that case or by another version
+of the program.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from hydrosim.case.load import Case, Stage
 
 
-def outdated(stage: Stage) -> str | None:
+def outdated_reason(stage: Stage) -> str | None:
     """Reason why the case of a stage must be run, for the first time or again. None if the
     existing result belongs to the present case and program."""
     if not os.path.isfile(stage.file):
@@ -45,7 +45,7 @@ def outdated(stage: Stage) -> str | None:
     return None
 
 
-def complete(
+def complete_stages(
     case: Case,
     run: Callable[[Case, Output], xr.Dataset],
     announce: Callable[[str], None] = lambda _: None,
@@ -68,8 +68,8 @@ def complete(
                 f"{case.path}: found a series from a run of {stage.case.path}, which itself needs"
                 " a run of this case; expected cases that do not need each other."
             )
-        anew = complete(stage.case, run, announce, chain)
-        reason = f"{stage.file} needs another run" if anew else outdated(stage)
+        anew = complete_stages(stage.case, run, announce, chain)
+        reason = f"{stage.file} needs another run" if anew else outdated_reason(stage)
         if reason:
             result = _result(stage)
             announce(f"{reason}: simulating {stage.case.path}")

@@ -12,7 +12,7 @@ from hydrosim.linear.stability import smallest_step, step_limits
 from hydrosim.radiation.threads import one_thread
 from hydrosim.scene import Unstable
 from hydrosim.scene.solver import fitting_step
-from hydrosim.studies.ballast.loading import as_at
+from hydrosim.studies.ballast.loading import with_contents_at
 from hydrosim.studies.run.resolution import (
     scene_combinations,
     scene_vibrations,
@@ -25,31 +25,31 @@ if TYPE_CHECKING:
 
 
 @one_thread
-def warned_of_steps(compiled: Compiled) -> Compiled:
+def add_step_warnings(compiled: Compiled) -> Compiled:
     """Compiled scene with its largest stable step, with warnings about a step above it, and with
     the modes that the step does not resolve. Raises InputError if the scene refuses such a step."""
     scene = compiled.scene
     step = scene.solver.step
     if compiled.method.adapts or compiled.facts.exact:
         return compiled
-    looked_at = scene_combinations(compiled)
-    stable = smallest_step(looked_at, compiled.method)
-    limits = _limits_below(step, compiled, looked_at, stable)
-    found = [limit.describe(step) for limit in limits]
-    if not found and compiled.model.tanks.each.size:
+    scene_contacts = scene_combinations(compiled)
+    stable = smallest_step(scene_contacts, compiled.method)
+    limits = _limits_below(step, compiled, scene_contacts, stable)
+    texts = [limit.describe(step) for limit in limits]
+    if not texts and compiled.model.tanks.each.size:
         end = compiled.begin + scene.duration
-        later = as_at(compiled, end)
+        later = with_contents_at(compiled, end)
         combinations = scene_combinations(later)
         limits = _limits_below(step, later, combinations, smallest_step(combinations, later.method))
         now = f", with tanks as at the end, {end:g} s"
-        found = [limit.describe(step) + now for limit in limits]
-    if found and scene.solver.unstable == Unstable.ERROR:
-        raise InputError(f"solver.step {step:g} s: {'. '.join(found)}. {_advice(scene, limits[0])}")
+        texts = [limit.describe(step) + now for limit in limits]
+    if texts and scene.solver.unstable == Unstable.ERROR:
+        raise InputError(f"solver.step {step:g} s: {'. '.join(texts)}. {_advice(scene, limits[0])}")
     return replace(
         compiled,
         stable_step=stable,
-        step_warnings=tuple(f"solver.step {step:g} s: {text}" for text in found),
-        vibrations=scene_vibrations(compiled, looked_at),
+        step_warnings=tuple(f"solver.step {step:g} s: {text}" for text in texts),
+        vibrations=scene_vibrations(compiled, scene_contacts),
     )
 
 

@@ -11,7 +11,7 @@ from pydantic import BaseModel
 from hydrosim.documents.units import Cyclic, Quantity
 
 
-class Coordinate(NamedTuple):
+class CaseValue(NamedTuple):
     """A ``value`` in a case, and its SI ``unit`` if the schema knows one; whether that is
     ``cyclic``, of a frequency of waves or a density over it."""
 
@@ -26,13 +26,13 @@ class Coordinate(NamedTuple):
         return self.value if plain else None
 
 
-def at_key(data: BaseModel, key: str) -> Coordinate:
+def value_at_key(data: BaseModel, key: str) -> CaseValue:
     """What a validated case has at a dotted ``key``; a list of one may be passed over."""
     node: Any = data
     about: tuple[Any, ...] = ()
     for part in key.split("."):
         if isinstance(node, Sequence) and not part.isdigit() and len(node) == 1:
-            node, about = node[0], _of_item(about, 0)
+            node, about = node[0], _item_annotations(about, 0)
         if isinstance(node, BaseModel):
             field = next((f for n, f in type(node).model_fields.items() if n == part), None)
             about = (field.annotation, *field.metadata) if field else ()
@@ -40,31 +40,31 @@ def at_key(data: BaseModel, key: str) -> Coordinate:
         elif isinstance(node, Mapping):
             node, about = node.get(part), tuple(a for each in about for a in get_args(each))
         elif isinstance(node, Sequence) and part.isdigit() and int(part) < len(node):
-            node, about = node[int(part)], _of_item(about, int(part))
+            node, about = node[int(part)], _item_annotations(about, int(part))
         else:
-            return Coordinate(None)
+            return CaseValue(None)
     quantities = [quantity for each in about for quantity in _quantities(each)]
     units = {quantity.unit for quantity in quantities}
     if len(units) != 1:
-        return Coordinate(node)
-    return Coordinate(node, units.pop(), any(isinstance(each, Cyclic) for each in quantities))
+        return CaseValue(node)
+    return CaseValue(node, units.pop(), any(isinstance(each, Cyclic) for each in quantities))
 
 
-def column(values: Sequence[Any]) -> list[Any]:
+def label_values(values: Sequence[Any]) -> list[Any]:
     """Numbers as they are if all are; else texts."""
-    if all(Coordinate(value).number is not None for value in values):
+    if all(CaseValue(value).number is not None for value in values):
         return list(values)
     return [value if isinstance(value, str) else json.dumps(value, default=str) for value in values]
 
 
-def _of_item(about: tuple[Any, ...], index: int) -> tuple[Any, ...]:
+def _item_annotations(about: tuple[Any, ...], index: int) -> tuple[Any, ...]:
     """Annotations of an item of a tuple; of any where they are not told apart."""
-    found: list[Any] = []
+    annotations: list[Any] = []
     for each in about:
         arguments = get_args(each)
         fixed = getattr(each, "__origin__", None) is tuple and Ellipsis not in arguments
-        found += [arguments[index]] if fixed and index < len(arguments) else arguments
-    return tuple(found)
+        annotations += [arguments[index]] if fixed and index < len(arguments) else arguments
+    return tuple(annotations)
 
 
 def _quantities(annotation: Any) -> Iterator[Quantity]:

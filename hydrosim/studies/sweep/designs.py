@@ -18,14 +18,14 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy
 
-from hydrosim.studies.study_file import Linked, Parameter, Plan, Range
+from hydrosim.studies.study_file import DesignPlan, LinkedKeys, Parameter, Range
 
 Ends = Callable[[str, Range], tuple[float, float]]
 """The ends of the range of a key, in SI; of type int where the key takes whole numbers alone."""
 Settings = Mapping[str, Any]
 
 
-class Row(NamedTuple):
+class DesignRow(NamedTuple):
     """Settings of the case, by key, and what the values of linked parameters are ``called``; which
     parameter was ``varied``, one at a time."""
 
@@ -36,11 +36,11 @@ class Row(NamedTuple):
 
 def keys_of(name: str, parameter: Parameter) -> dict[str, Any]:
     """The keys of a parameter, of each its values or range."""
-    return dict(parameter.keys) if isinstance(parameter, Linked) else {name: parameter}
+    return dict(parameter.keys) if isinstance(parameter, LinkedKeys) else {name: parameter}
 
 
-def size(plan: Plan) -> int:
-    """How many rows `rows` gives."""
+def design_size(plan: DesignPlan) -> int:
+    """How many rows `design_rows` gives."""
     counts = [
         len(next(iter(keys_of(n, p).values())))
         for n, p in plan.parameters.items()
@@ -56,37 +56,37 @@ def size(plan: Plan) -> int:
     return int(plan.samples or 0)
 
 
-def rows(plan: Plan, ends: Ends) -> Iterator[Row]:
+def design_rows(plan: DesignPlan, ends: Ends) -> Iterator[DesignRow]:
     """The combinations of a plan, in order."""
     match plan.design:
         case "grid":
             for each in product(*(_values(n, p) for n, p in plan.parameters.items())):
-                yield _together(each)
+                yield _merge_rows(each)
         case "one_at_a_time":
-            yield Row({}, {})
+            yield DesignRow({}, {})
             for name, parameter in plan.parameters.items():
                 for row in _values(name, parameter):
                     yield row._replace(varied=name)
         case _:
             ranges = [_Ranges(n, p, ends) for n, p in plan.parameters.items()]
             for point in _samples(plan):
-                yield _together([r.at(u) for r, u in zip(ranges, point, strict=True)])
+                yield _merge_rows([r.row_at(u) for r, u in zip(ranges, point, strict=True)])
 
 
-def _together(parts: Any) -> Row:
+def _merge_rows(parts: Any) -> DesignRow:
     settings: dict[str, Any] = {}
     called: dict[str, str] = {}
     for part in parts:
         settings |= part.settings
         called |= part.called
-    return Row(settings, called)
+    return DesignRow(settings, called)
 
 
-def _values(name: str, parameter: Parameter) -> list[Row]:
+def _values(name: str, parameter: Parameter) -> list[DesignRow]:
     keys = keys_of(name, parameter)
-    names = (parameter.called or ()) if isinstance(parameter, Linked) else ()
+    names = (parameter.called or ()) if isinstance(parameter, LinkedKeys) else ()
     each = [dict(zip(keys, values, strict=True)) for values in zip(*keys.values(), strict=True)]
-    return [Row(e, {name: names[k]} if names else {}) for k, e in enumerate(each)]
+    return [DesignRow(e, {name: names[k]} if names else {}) for k, e in enumerate(each)]
 
 
 class _Ranges:
@@ -98,18 +98,18 @@ class _Ranges:
             for key, spread in keys_of(name, parameter).items()
         }
 
-    def at(self, part: float) -> Row:
+    def row_at(self, part: float) -> DesignRow:
         """A ``part`` of the way from one end to the other."""
-        return Row({k: _between(*ends, part) for k, ends in self.each.items()}, {})
+        return DesignRow({k: _interpolate(*ends, part) for k, ends in self.each.items()}, {})
 
 
-def _between(logarithmic: bool, low: float, high: float, part: float) -> float:
+def _interpolate(logarithmic: bool, low: float, high: float, part: float) -> float:
     if isinstance(low, int):  # the first and the last are as likely as others
-        return floor(_between(logarithmic, float(low), high + 1.0, part))
+        return floor(_interpolate(logarithmic, float(low), high + 1.0, part))
     return float(low * (high / low) ** part if logarithmic else low + (high - low) * part)
 
 
-def _samples(plan: Plan) -> np.ndarray:
+def _samples(plan: DesignPlan) -> np.ndarray:
     """Points (n, d) of the unit cube; for indices A, B, and A with each column of B."""
     count, d = int(plan.samples or 0), len(plan.parameters)
     if plan.design == "latin_hypercube":

@@ -20,25 +20,25 @@ from hydrosim.results.journal import forget, is_part
 from hydrosim.results.netcdf import write
 from hydrosim.results.runs_file import RUN
 from hydrosim.statistics import effects
-from hydrosim.studies.many.shared import Shared
-from hydrosim.studies.many.unfinished import identity, is_whole
+from hydrosim.studies.many.shared import SceneCache
+from hydrosim.studies.many.unfinished import identity, is_complete
 from hydrosim.studies.run.digest import digest
-from hydrosim.studies.sweep.study import Study, seas
+from hydrosim.studies.sweep.study import ParameterStudy, scenes_with_seeds
 
 if TYPE_CHECKING:
     from hydrosim.outputs import Output
-    from hydrosim.studies.study_file import Enough
+    from hydrosim.studies.study_file import SeedTarget
 
-ROUND = r"\d+-[0-9a-f]{16}\.nc"
+ROUND_NAME_PATTERN = r"\d+-[0-9a-f]{16}\.nc"
 """Names of rounds: the number, and what the round is of."""
-Run = Callable[[Study, Path], xr.Dataset]
+Run = Callable[[ParameterStudy, Path], xr.Dataset]
 """Makes the runs of a study into a file, those that are kept of it taken over."""
 
 
 def run_until(
-    study: Study,
+    study: ParameterStudy,
     seeds: tuple[int, ...],
-    wanted: Enough,
+    wanted: SeedTarget,
     run: Run,
     output: Output,
     resume: bool = False,
@@ -49,35 +49,35 @@ def run_until(
     Rounds are kept until the end in the folder ``output``.rounds, under names that say what they
     are of: as the seeds of a round follow from those before it, a study that was killed goes on
     with ``resume``. Raises InputError where rounds would be lost, or are of another study."""
-    known = list(seeds)
+    all_seeds = list(seeds)
     part = study
     folder = Path(f"{output.path}.rounds")
-    shared = Shared()
-    with output.held(), _gone_if_empty(folder):
-        _begin(folder, resume, output)
+    shared = SceneCache()
+    with output.held(), _remove_if_empty(folder):
+        _begin_rounds(folder, resume, output)
         rounds: list[xr.Dataset] = []
         while True:
-            rounds.append(_made(part, len(rounds), shared, folder, run))
+            rounds.append(_make_round(part, len(rounds), shared, folder, run))
             runs = xr.concat(rounds, RUN, data_vars="all", combine_attrs="override")
             runs = runs.assign_coords({RUN: np.arange(runs.sizes[RUN])})
-            width = widest(runs, wanted.figure)
-            count = len(known)
-            more = min(count, wanted.most - count)
-            if width <= wanted.wide.value or more <= 0 or wanted.figure not in runs:
+            width = widest_interval(runs, wanted.figure)
+            count = len(all_seeds)
+            count_of_new = min(count, wanted.most - count)
+            if width <= wanted.wide.value or count_of_new <= 0 or wanted.figure not in runs:
                 break
-            new = [max(known) + 1 + k for k in range(more)]
+            new = [max(all_seeds) + 1 + k for k in range(count_of_new)]
             part = replace(with_seeds(study, len(seeds), new), first=runs.sizes[RUN])
-            known = [*known, *new]
+            all_seeds = [*all_seeds, *new]
         write(runs, output)
         for each in rounds:
             each.close()
         _clear(folder)
     unit = str(runs[wanted.figure].attrs.get("units", "")) if wanted.figure in runs else ""
-    return _said(width, unit, count, wanted)
+    return _width_text(width, unit, count, wanted)
 
 
 @contextmanager
-def _gone_if_empty(folder: Path) -> Iterator[None]:
+def _remove_if_empty(folder: Path) -> Iterator[None]:
     """Leaves no folder of rounds without a round."""
     try:
         yield
@@ -86,17 +86,17 @@ def _gone_if_empty(folder: Path) -> Iterator[None]:
             folder.rmdir()
 
 
-def _said(width: float, unit: str, count: int, wanted: Enough) -> str:
+def _width_text(width: float, unit: str, count: int, wanted: SeedTarget) -> str:
     if width == inf:
         return f"{count} seeds: some combination has fewer than two values of {wanted.figure}"
     wide = wanted.wide.value
     unit = unit and f" {unit}"
-    said = f"{count} seeds: the widest 90 % interval of the mean of {wanted.figure} is"
-    said += f" {width:.3g}{unit}"
-    return said if width <= wide else f"{said}, not {wide:g}{unit} as asked for"
+    text = f"{count} seeds: the widest 90 % interval of the mean of {wanted.figure} is"
+    text += f" {width:.3g}{unit}"
+    return text if width <= wide else f"{text}, not {wide:g}{unit} as asked for"
 
 
-def _begin(folder: Path, resume: bool, output: Output) -> None:
+def _begin_rounds(folder: Path, resume: bool, output: Output) -> None:
     """Begins anew, unless rounds are to be taken up; refuses to lose any that nobody has said may
     go, and to touch what is of others."""
     check_folder(folder, _is_round)
@@ -113,11 +113,13 @@ def _begin(folder: Path, resume: bool, output: Output) -> None:
 def _is_round(path: Path) -> bool:
     """Whether a path is that of a round, of one on its way with all that is in it, or of the lock
     of one that was killed."""
-    if re.fullmatch(ROUND, path.name):
+    if re.fullmatch(ROUND_NAME_PATTERN, path.name):
         return is_marked(path, "sweep")
-    if re.fullmatch(rf"{ROUND}\.partial", path.name):
+    if re.fullmatch(rf"{ROUND_NAME_PATTERN}\.partial", path.name):
         return is_folder(path) and all(map(is_part, path.iterdir()))
-    return bool(re.fullmatch(rf"\.hydrosim-{ROUND}\.lock", path.name)) and is_lock(path)
+    return bool(re.fullmatch(rf"\.hydrosim-{ROUND_NAME_PATTERN}\.lock", path.name)) and is_lock(
+        path
+    )
 
 
 def _clear(folder: Path) -> None:
@@ -127,25 +129,29 @@ def _clear(folder: Path) -> None:
     remove_folder(folder, _is_round)
 
 
-def _made(part: Study, number: int, shared: Shared, folder: Path, run: Run) -> xr.Dataset:
+def _make_round(
+    part: ParameterStudy, number: int, shared: SceneCache, folder: Path, run: Run
+) -> xr.Dataset:
     """The runs of a round: those that are there, if they are all and of this study."""
-    asked = {"figures": part.figures, "kept": repr(part.kept), "design": part.design}
+    request = {"figures": part.figures, "kept": repr(part.kept), "design": part.design}
     labels = {name: label.values for name, label in part.labels.items()}
-    state = digest(identity(part.scenes, shared.opened, labels, asked))
+    state = digest(identity(part.scenes, shared.open_sources, labels, request))
     path = folder / f"{number}-{state[:16]}.nc"
-    others = {file for file in folder.glob(f"{number}-*") if not file.name.startswith(path.name)}
-    if others and number == 0:
+    other_files = {
+        file for file in folder.glob(f"{number}-*") if not file.name.startswith(path.name)
+    }
+    if other_files and number == 0:
         raise InputError(
             f"--resume: these have changed since the runs in {folder} were made: the program, a"
             " database, or the study. Restore them to go on, or begin anew with --overwrite, which"
             " replaces the finished runs."
         )
-    if path.exists() and is_whole(path):
+    if path.exists() and is_complete(path):
         return xr.open_dataset(path, engine="netcdf4")
     return run(part, path)
 
 
-def widest(runs: xr.Dataset, figure: str) -> float:
+def widest_interval(runs: xr.Dataset, figure: str) -> float:
     """The width of the widest interval of the mean of a figure over all combinations, infinite
     where there are too few values."""
     rows = [row for plan in effects.plans(runs) for row in effects.rows(plan)]
@@ -153,9 +159,9 @@ def widest(runs: xr.Dataset, figure: str) -> float:
     return max((inf if isnan(width) else width for width in widths), default=inf)
 
 
-def with_seeds(study: Study, count: int, new: list[int]) -> Study:
+def with_seeds(study: ParameterStudy, count: int, new: list[int]) -> ParameterStudy:
     """The same combinations, of which the study has so many seeds each, with others."""
-    scenes = [sea for scene in study.scenes[::count] for sea in seas(scene, new)]
+    scenes = [sea for scene in study.scenes[::count] for sea in scenes_with_seeds(scene, new)]
     labels = {
         name: xr.Variable(RUN, np.repeat(label.values[::count], len(new)), label.attrs)
         for name, label in study.labels.items()

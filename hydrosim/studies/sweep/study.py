@@ -32,19 +32,19 @@ from hydrosim.errors import InputError
 from hydrosim.outputs import settings_text
 from hydrosim.results.runs_file import RUN, TEXTS
 from hydrosim.statistics.effects import CYCLIC
-from hydrosim.studies.run.simulation import prepared
+from hydrosim.studies.run.simulation import prepare_scene
 from hydrosim.studies.study_file import (
     Criterion,
-    Enough,
-    Kept,
-    Linked,
-    Plan,
+    DesignPlan,
+    LinkedKeys,
+    OutputSettings,
     Range,
+    SeedTarget,
     StudyFile,
-    in_study,
+    as_study_criterion,
 )
 from hydrosim.studies.sweep import designs
-from hydrosim.studies.sweep.coordinates import Coordinate, at_key, column
+from hydrosim.studies.sweep.coordinates import CaseValue, label_values, value_at_key
 
 if TYPE_CHECKING:
     from hydrosim.documents.units import Scale
@@ -52,15 +52,18 @@ if TYPE_CHECKING:
     from hydrosim.statistics.figures import RequestedStatistic
 
 # coordinates of runs: the plan, and what of it is varied
-STUDY = "study"
-VARIED = "varied"
-MOST_RUNS = 1_000_000
-OWN = {*TEXTS, RUN, STUDY, VARIED, "seed"}  # names that files of runs have
-TAKEN = f"found such a name; expected one that is not taken ({', '.join(sorted(OWN))}), without /"
+STUDY_LABEL = "study"
+VARIED_LABEL = "varied"
+MAX_RUNS = 1_000_000
+RESERVED_NAMES = {*TEXTS, RUN, STUDY_LABEL, VARIED_LABEL, "seed"}  # names that files of runs have
+RESERVED_NAME_MESSAGE = (
+    "found such a name; expected one that is not taken"
+    f" ({', '.join(sorted(RESERVED_NAMES))}), without /"
+)
 
 
 @dataclass(frozen=True)
-class Study:
+class ParameterStudy:
     """The ``scenes`` of a study and their ``labels``, along the runs: parameters and seeds; what is
     kept of the runs and which ``figures`` are asked for; the files that are read, ``inputs``; the
     ``design`` in words of the file (JSON); the ``seeds`` of each combination, and ``until`` when
@@ -69,12 +72,12 @@ class Study:
 
     scenes: tuple[Scene, ...]
     labels: dict[str, xr.Variable]
-    kept: Kept
+    kept: OutputSettings
     inputs: tuple[Path, ...] = ()
     figures: tuple[RequestedStatistic, ...] = ()
     design: str = "{}"
     seeds: tuple[int, ...] = ()
-    until: Enough | None = None
+    until: SeedTarget | None = None
     settings: str = ""
     bounds: Mapping[str, tuple[str, Scale]] = field(default_factory=dict)
     first: int = 0
@@ -93,7 +96,7 @@ def read_study(path: Path) -> StudyFile:
     return validate_document(read_case(path)[1], StudyFile, further)
 
 
-def load_study(path: Path | str) -> Study:
+def load_study(path: Path | str) -> ParameterStudy:
     """All combinations of the parameters and seeds of the study in the YAML file ``path``, the
     seeds of one combination after each other.
 
@@ -102,22 +105,22 @@ def load_study(path: Path | str) -> Study:
     path = Path(path)
     data = read_study(path)
     with locating_in(path):
-        return _loaded(path, data)
+        return _build_study(path, data)
 
 
-def _loaded(path: Path, data: StudyFile) -> Study:
+def _build_study(path: Path, data: StudyFile) -> ParameterStudy:
     builder = _Builder(path, data)
     data = with_criteria_of(builder.base(), data)
     rows = [row for name, plan in data.plans().items() for row in builder.rows(name, plan)]
     _check_once(path, _labels(data, rows))
     runs = [(row, scene) for row in rows for scene in row.seas(path, data)]
-    return Study(
+    return ParameterStudy(
         tuple(scene for _, scene in runs),
         _labels(data, [row for row, _ in runs]),
         data.output,
         (*builder.inputs,),
-        figures_of(data),
-        json.dumps(described(data)),
+        requested_figures(data),
+        json.dumps(describe_study(data)),
         data.seeds or (),
         data.until,
         settings_with(data, rows[0].case),
@@ -128,9 +131,9 @@ def _loaded(path: Path, data: StudyFile) -> Study:
 def with_criteria_of(case: Case, data: StudyFile) -> StudyFile:
     """A study that also holds its runs against the criteria of its ``case``, under their names,
     where the study does not use these itself."""
-    known = {*data.figures, *data.criteria, *OWN}
+    names = {*data.figures, *data.criteria, *RESERVED_NAMES}
     of_case = case.data.criteria
-    taken = {name: in_study(each) for name, each in of_case.items() if name not in known}
+    taken = {name: as_study_criterion(each) for name, each in of_case.items() if name not in names}
     return data.model_copy(update={"criteria": {**taken, **data.criteria}}) if taken else data
 
 
@@ -141,18 +144,18 @@ def settings_with(data: StudyFile, case: Case) -> str:
     return settings_text(study, {f"case.{key}": value for key, value in of_case.items()})
 
 
-def figures_of(data: StudyFile) -> tuple[RequestedStatistic, ...]:
+def requested_figures(data: StudyFile) -> tuple[RequestedStatistic, ...]:
     """What is asked of each run: the figures, and those of the criteria."""
     asked = {**data.figures, **data.criteria}
     return tuple(each.figure(name, data.output.start) for name, each in asked.items())
 
 
-def fixed_of(data: StudyFile) -> dict[str, Any]:
+def fixed_settings(data: StudyFile) -> dict[str, Any]:
     """What a study sets in its case whatever varies, by key. Impulses are recorded where a figure
     needs them."""
     output = data.output
     impulses = output.impulses
-    if impulses is None and any(figure.needs_impulses for figure in figures_of(data)):
+    if impulses is None and any(figure.needs_impulses for figure in requested_figures(data)):
         impulses = True
     fixed = {
         "duration": data.duration,
@@ -162,7 +165,7 @@ def fixed_of(data: StudyFile) -> dict[str, Any]:
     return {key: value for key, value in fixed.items() if value is not None}
 
 
-def described(data: StudyFile) -> dict[str, Any]:
+def describe_study(data: StudyFile) -> dict[str, Any]:
     """What the file of runs says of a study: of each plan its design and the keys of its
     parameters; the figures; what is asked of criteria."""
     plans = {
@@ -173,40 +176,40 @@ def described(data: StudyFile) -> dict[str, Any]:
         }
         for name, plan in data.plans().items()
     }
-    criteria = {name: _asked(name, each) for name, each in data.criteria.items()}
+    criteria = {name: _criterion_record(name, each) for name, each in data.criteria.items()}
     return {"plans": plans, "figures": [*data.figures, *data.criteria], "criteria": criteria}
 
 
-def _asked(name: str, criterion: Criterion) -> dict[str, Any]:
+def _criterion_record(name: str, criterion: Criterion) -> dict[str, Any]:
     """What `hydrosim.statistics.criteria` judges a criterion by."""
     figure = criterion.figure(name, 0.0)
     return {
         "limit": criterion.limit.value,
         "source": criterion.source,
-        "at_least": criterion.least(figure),
+        "at_least": criterion.is_lower_limit(figure),
         "never_is_late": figure.late_if_missing,
     }
 
 
-def seas(scene: Scene, seeds: Iterable[int]) -> list[Scene]:
+def scenes_with_seeds(scene: Scene, seeds: Iterable[int]) -> list[Scene]:
     """One scene per seed. Its wave trains and its gusts use independent streams of that seed."""
     water = scene.environment
     return [replace(scene, environment=water.with_seed(seed)) for seed in seeds]
 
 
 def _problems(data: StudyFile) -> Iterator[Problem]:
-    count = sum(map(designs.size, data.plans().values())) * len(data.seeds or (0,))
-    if count > MOST_RUNS:
+    count = sum(map(designs.design_size, data.plans().values())) * len(data.seeds or (0,))
+    if count > MAX_RUNS:
         yield Problem(
             (),
             f"found {count:,} runs, {count / len(data.seeds or (0,)):,.0f} combinations with"
-            f" {len(data.seeds or (0,)):,} seeds; expected {MOST_RUNS:,} or fewer; at ten runs a"
+            f" {len(data.seeds or (0,)):,} seeds; expected {MAX_RUNS:,} or fewer; at ten runs a"
             f" second they would take {count / 864_000:,.1f} days. Take a Latin hypercube, fewer"
             " values, or fewer seeds",
         )
-    known = [*data.figures, *data.criteria]
-    if data.until is not None and data.until.figure not in known:
-        text = f"found {data.until.figure}; expected one of: {', '.join(known) or 'none'}"
+    figure_names = [*data.figures, *data.criteria]
+    if data.until is not None and data.until.figure not in figure_names:
+        text = f"found {data.until.figure}; expected one of: {', '.join(figure_names) or 'none'}"
         yield Problem(("until", "figure"), text)
     if data.until is not None and data.until.most < (given := len(data.seeds or ())):
         text = f"found {data.until.most:,} and {given:,} seeds; expected as many as these, or more"
@@ -217,26 +220,26 @@ def _problems(data: StudyFile) -> Iterator[Problem]:
         name: where
         for plan, each in data.plans().items()
         for name, parameter in each.parameters.items()
-        if isinstance(parameter, Linked)
+        if isinstance(parameter, LinkedKeys)
         for where in [(*(("studies", plan) if plan else ()), "parameters", name)]
     }
     for kind, names in (("figures", data.figures), ("criteria", data.criteria)):
         for name in names:
             if not name.isidentifier():
                 yield Problem((kind, name), "found such a name; expected letters, digits and _")
-            if name in OWN or name in linked:
-                yield Problem((kind, name), TAKEN)
+            if name in RESERVED_NAMES or name in linked:
+                yield Problem((kind, name), RESERVED_NAME_MESSAGE)
     for name, where in linked.items():
-        if name in OWN or "/" in name:
-            yield Problem(where, TAKEN)
+        if name in RESERVED_NAMES or "/" in name:
+            yield Problem(where, RESERVED_NAME_MESSAGE)
 
 
 @dataclass(frozen=True)
-class _Row:
+class _Combination:
     """A combination: the plan, what was set, the case and its scene."""
 
     plan: str
-    row: designs.Row
+    row: designs.DesignRow
     case: Case
     scene: Scene
 
@@ -248,7 +251,7 @@ class _Row:
             raise InputError(
                 f"{path}: seeds: the case {data.case} has neither waves nor gusts; remove the key"
             )
-        return seas(self.scene, data.seeds)
+        return scenes_with_seeds(self.scene, data.seeds)
 
 
 class _Builder:
@@ -258,24 +261,24 @@ class _Builder:
         self.path = path
         self.case = path.parent / data.case
         self.read = read_case(self.case)
-        self.fixed = fixed_of(data)
+        self.fixed = fixed_settings(data)
         self.inputs: dict[Path, None] = {path: None}
 
     def base(self) -> Case:
         """The case of the study, without what is varied."""
         return self._case({})
 
-    def rows(self, name: str, plan: Plan) -> list[_Row]:
+    def rows(self, name: str, plan: DesignPlan) -> list[_Combination]:
         """The combinations of a plan. One at a time, the case itself is there once, also where it
         is among the values of parameters."""
-        found: list[_Row] = []
-        for row in designs.rows(plan, self._ends):
+        found: list[_Combination] = []
+        for row in designs.design_rows(plan, self._ends):
             case = self._case(row.settings)
             if plan.design == "one_at_a_time" and row.varied and _is_same(found[0].case, case, row):
                 found[0].row.called.update(row.called)
                 continue
             self.inputs |= dict.fromkeys(case.inputs())
-            found.append(_Row(name, row, case, prepared(case)))
+            found.append(_Combination(name, row, case, prepare_scene(case)))
         return found
 
     def _case(self, settings: Mapping[str, Any]) -> Case:
@@ -288,7 +291,7 @@ class _Builder:
         """The ends of a range in SI, each as the case reads it."""
         found = []
         for value in (spread.low, spread.high):
-            number = at_key(self._case({key: value}).data, key).number
+            number = value_at_key(self._case({key: value}).data, key).number
             if number is None:
                 raise InputError(f"{self.path}: {key}: found {value}; expected a number")
             found.append(number)
@@ -301,28 +304,29 @@ class _Builder:
         return low, high
 
 
-def _is_same(base: Case, case: Case, row: designs.Row) -> bool:
+def _is_same(base: Case, case: Case, row: designs.DesignRow) -> bool:
     """Whether a case has the values of the ``base`` for all that a row sets."""
-    return all(at_key(base.data, key) == at_key(case.data, key) for key in row.settings)
+    return all(value_at_key(base.data, key) == value_at_key(case.data, key) for key in row.settings)
 
 
-def _labels(data: StudyFile, rows: list[_Row]) -> dict[str, xr.Variable]:
+def _labels(data: StudyFile, rows: list[_Combination]) -> dict[str, xr.Variable]:
     """Coordinates of all runs: the values of all keys that are varied somewhere; names."""
     plans = data.plans()
     labels: dict[str, list[Any]] = {}
     if data.studies:
-        labels[STUDY] = [row.plan for row in rows]
+        labels[STUDY_LABEL] = [row.plan for row in rows]
     if any(plan.design == "one_at_a_time" for plan in plans.values()):
-        labels[VARIED] = [row.row.varied for row in rows]
-    said: dict[str, dict[str, Any]] = {}
+        labels[VARIED_LABEL] = [row.row.varied for row in rows]
+    attributes: dict[str, dict[str, Any]] = {}
     for plan in plans.values():
         for name, parameter in plan.parameters.items():
-            if isinstance(parameter, Linked) and parameter.called is not None:
+            if isinstance(parameter, LinkedKeys) and parameter.called is not None:
                 labels[name] = [row.row.called.get(name, "") for row in rows]
             for key in designs.keys_of(name, parameter):
-                labels[key], said[key] = _along(key, rows)
+                labels[key], attributes[key] = _values_of_key(key, rows)
     return {
-        name: xr.Variable(RUN, column(values), said.get(name)) for name, values in labels.items()
+        name: xr.Variable(RUN, label_values(values), attributes.get(name))
+        for name, values in labels.items()
     }
 
 
@@ -341,16 +345,16 @@ def _check_once(path: Path, labels: Mapping[str, xr.Variable]) -> None:
         seen.add(row)
 
 
-def _along(key: str, rows: list[_Row]) -> tuple[list[Any], dict[str, Any]]:
+def _values_of_key(key: str, rows: list[_Combination]) -> tuple[list[Any], dict[str, Any]]:
     """The values of a key in all cases, in SI if they are numbers, and what is said of these."""
-    found = {id(row): at_key(row.case.data, key) for row in rows}
-    values = [found[id(row)] for row in rows]
+    case_values = {id(row): value_at_key(row.case.data, key) for row in rows}
+    values = [case_values[id(row)] for row in rows]
     if all(value.number is not None for value in values):
-        known = [value for value in values if value.unit is not None]
-        return [value.number for value in values], _attributes(known[0]) if known else {}
+        with_units = [value for value in values if value.unit is not None]
+        return [value.number for value in values], _attributes(with_units[0]) if with_units else {}
     given = [row.row.settings.get(key, v.value) for row, v in zip(rows, values, strict=True)]
     return given, {}
 
 
-def _attributes(of: Coordinate) -> dict[str, Any]:
+def _attributes(of: CaseValue) -> dict[str, Any]:
     return {"units": of.unit or "1", **({CYCLIC: 1} if of.cyclic else {})}

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from hydrosim.documents.places import locating_in
 from hydrosim.errors import InputError
 from hydrosim.results.validation import DESIGN
-from hydrosim.studies.many.form import one_of_each
+from hydrosim.studies.many.form import one_scene_of_each_kind
 from hydrosim.studies.many.many import simulate_many
 from hydrosim.studies.sweep.trial import check_figures, check_units
 
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from hydrosim.outputs import Output
     from hydrosim.studies.many.many import Progress
     from hydrosim.studies.many.pools import Pool
-    from hydrosim.studies.sweep.study import Study
+    from hydrosim.studies.sweep.study import ParameterStudy
 
 
 def run_study(
-    study: Study,
+    study: ParameterStudy,
     output: Path | Output,
     workers: int | None = None,
     progress: Progress | None = None,
@@ -35,7 +35,7 @@ def run_study(
     """Run a study into the file ``output``, see `simulate_many`. Raises InputError first where its
     runs have no such figures."""
     file = study.inputs[0]
-    kinds = one_of_each(study.scenes) if study.figures else []
+    kinds = one_scene_of_each_kind(study.scenes) if study.figures else []
     with locating_in(file), _named_as(f"{file}: output:"):
         check_units(file, study.bounds, check_figures(file, kinds, study.figures))
         return simulate_many(

@@ -17,7 +17,7 @@ from hydrosim.studies.run.simulation import simulate
 if TYPE_CHECKING:
     from hydrosim.scene import Scene
 
-STEPS = 4  # of output
+TRIAL_STEPS = 4  # of output
 
 
 def check_figures(
@@ -33,7 +33,7 @@ def check_figures(
         left = [figure for figure in figures if figure.name not in units]
         if not left or scene.initial is not None:
             break
-        for name, unit in _tried(scene, left).items():
+        for name, unit in _try_figures(scene, left).items():
             if isinstance(unit, InputError):
                 refused.setdefault(name, f"{file}: {name}: {unit}")
             else:
@@ -44,24 +44,26 @@ def check_figures(
     return units
 
 
-def _tried(scene: Scene, figures: Sequence[RequestedStatistic]) -> dict[str, str | InputError]:
+def _try_figures(
+    scene: Scene, figures: Sequence[RequestedStatistic]
+) -> dict[str, str | InputError]:
     """The unit of each figure in a few steps of a scene, or why there is none; nothing where the
     scene cannot be run."""
-    short = replace(scene, duration=min(scene.duration, STEPS * scene.output_step))
+    short = replace(scene, duration=min(scene.duration, TRIAL_STEPS * scene.output_step))
     try:
         run = simulate(short)
     except NotAskable:
         raise
     except HydrosimError:
         return {}
-    found: dict[str, str | InputError] = {}
+    units: dict[str, str | InputError] = {}
     results = Results(run)
     for figure in figures:
         try:
-            found[figure.name] = str(figure.evaluate(results).attrs["units"])
+            units[figure.name] = str(figure.evaluate(results).attrs["units"])
         except InputError as error:
-            found[figure.name] = error
-    return found
+            units[figure.name] = error
+    return units
 
 
 def check_units(

@@ -20,9 +20,9 @@ from hydrosim.errors import InputError
 from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import LinearMooring
 from hydrosim.scene import Box, FreeSurface, Pump, Tank, TankTable, Weight
-from hydrosim.studies.ballast.ballasting import plan
+from hydrosim.studies.ballast.ballasting import find_pump_plan
 from hydrosim.studies.ballast.loading import conditions
-from hydrosim.studies.linear.seakeeping import Wanted, linear_analysis
+from hydrosim.studies.linear.seakeeping import LinearRequest, linear_analysis
 
 G, DENSITY, LEVEL = 9.81, 1025.0, 9.0
 LOW, HIGH = -12.0, 2.0
@@ -147,7 +147,7 @@ def corners(compiled: Compiled, lift: float, most: np.ndarray) -> float:
 def test_a_plan_is_the_best_corner_and_keeps_level_keel(lift: float, uneven: bool) -> None:
     pumps = out(aft_sb=5e6 / 3600) if uneven else out()
     compiled = compile_in_calm(barge(*pumps))
-    found = plan(compiled, "barge", 3600.0, lift)
+    found = find_pump_plan(compiled, "barge", 3600.0, lift)
     most = np.array([pump.rate * 3600.0 for pump in pumps])
     assert found.mass.sum() == pytest.approx(corners(compiled, lift, most), rel=1e-6)
     assert found.mass.sum() == pytest.approx(lift / G, rel=1e-6)
@@ -156,7 +156,7 @@ def test_a_plan_is_the_best_corner_and_keeps_level_keel(lift: float, uneven: boo
 
 
 def test_a_plan_for_a_rise_ends_at_that_height() -> None:
-    found = plan(compile_in_calm(barge(*out())), "barge", 3600.0, rise=0.5)
+    found = find_pump_plan(compile_in_calm(barge(*out())), "barge", 3600.0, rise=0.5)
     start = conditions(compile_in_calm(barge(*out())))[0].position
     assert found.position[0, 2] - start[2] == pytest.approx(0.5, abs=1e-6)
     assert np.abs(found.position[0, 3:5]).max() <= 1e-6
@@ -166,11 +166,11 @@ def test_a_plan_that_cannot_be_met_says_what_limits_it() -> None:
     """Of 40,000 t in an hour 24,000 t at most; then in ten hours more than the tanks hold."""
     compiled = compile_in_calm(barge(*out()))
     with pytest.raises(InputError, match=r"at most 5\d\.\d% of this .* t/hour for 3600 s\)"):
-        plan(compiled, "barge", 3600.0, 40e6 * G)
+        find_pump_plan(compiled, "barge", 3600.0, 40e6 * G)
     with pytest.raises(InputError, match=r"limited by .*aft_.* of barge empty"):
-        plan(compiled, "barge", 36000.0, 70e6 * G)
+        find_pump_plan(compiled, "barge", 36000.0, 70e6 * G)
     with pytest.raises(InputError, match="cannot do any of this"):
-        plan(compiled, "barge", 3600.0, -1e6)
+        find_pump_plan(compiled, "barge", 3600.0, -1e6)
 
 
 def test_periods_are_those_of_the_mass_at_the_time() -> None:
@@ -187,7 +187,7 @@ def test_periods_are_those_of_the_mass_at_the_time() -> None:
     scene = with_body(base, tanks=(tank,), pumps=(pump,))
     lighter = with_body(base, tanks=(), mass=base.bodies[0].mass - 2e7)
     periods = [
-        linear_analysis(each, Wanted(time)).natural_period.sel(mode="barge heave").item()
+        linear_analysis(each, LinearRequest(time)).natural_period.sel(mode="barge heave").item()
         for each, time in ((scene, 3600.0), (lighter, 0.0), (scene, 0.0))
     ]
     assert periods[0] == pytest.approx(periods[1], rel=1e-6)
@@ -252,8 +252,8 @@ def test_at_rest_with_a_list_a_surface_takes_what_it_does_as_it_lies() -> None:
 
 def test_a_response_beyond_what_a_surface_is_free_to_is_remarked() -> None:
     still = shallow(0.05)
-    calm, base = linear_analysis(still, Wanted()), scene_of("free_floating")
+    calm, base = linear_analysis(still, LinearRequest()), scene_of("free_floating")
     assert "free surface" not in calm.attrs["remarks"]
-    found = linear_analysis(replace(still, environment=base.environment), Wanted())
+    found = linear_analysis(replace(still, environment=base.environment), LinearRequest())
     assert "the free surface in mid of barge is taken as at rest" in found.attrs["remarks"]
     assert "at a trim of 0.057 deg" in found.attrs["remarks"]

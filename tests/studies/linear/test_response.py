@@ -19,7 +19,7 @@ from hydrosim.linear.linearise import Linear
 from hydrosim.scene import RegularWave, Scene, Solver, WaveForces, WaveTrain
 from hydrosim.statistics.excursions import find_excursions
 from hydrosim.studies.linear.response import responder
-from hydrosim.studies.linear.seakeeping import Wanted, linear_analysis
+from hydrosim.studies.linear.seakeeping import LinearRequest, linear_analysis
 
 Figure = Callable[[str, float], None]
 PERIODS = (5.0, 6.0, 7.5, 8.0, 9.6, 10.0, 12.0, 15.0, 20.0, 24.0)  # s; all of them divide FITTED
@@ -90,7 +90,7 @@ def test_spectrum_is_the_average_of_many_runs(figure: Figure) -> None:
     """Variances of 50 seeds, each motion within four standard errors of the linear analysis."""
     scene = replace(free(), solver=Solver(step=0.2), output_step=1.0)
     train = WaveTrain(SEA, heading=np.radians(45.0), ramp=100.0)
-    wanted = Wanted()
+    wanted = LinearRequest()
     expected = linear_analysis(in_waves(scene, train), wanted).response_std.values[0]
     found = []
     for seed in range(1, SEEDS + 1):
@@ -109,7 +109,7 @@ def test_analysis_as_a_dataset() -> None:
     """Sums over the spectrum; the largest value is that of the spectrum's bins, and below that of
     waves that know nothing of each other."""
     scene = in_waves(free(), WaveTrain(SEA))
-    found = linear_analysis(scene, Wanted(headings=[0.0, np.pi / 2], frequencies=[0.5, 0.8]))
+    found = linear_analysis(scene, LinearRequest(headings=[0.0, np.pi / 2], frequencies=[0.5, 0.8]))
     assert dict(found.sizes)["heading"] == 2
     step = float(np.diff(found.sea_frequency)[0])
     variance = found.response_spectrum.sum("sea_frequency") * step

@@ -35,7 +35,7 @@ from hydrosim.scene import (
 )
 from hydrosim.studies.linear.response import responder
 from hydrosim.studies.linear.rest import at_rest
-from hydrosim.studies.linear.seakeeping import Wanted, linear_analysis
+from hydrosim.studies.linear.seakeeping import LinearRequest, linear_analysis
 
 Figure = Callable[[str, float], None]
 PRESSED = 4100.0  # s
@@ -99,19 +99,21 @@ def test_a_block_on_its_nodes() -> None:
         (Contacts.SLIDING, (100.0, 1025.0)),
         (Contacts.OPEN, (100.0, 25.0)),
     ):
-        found = linear_analysis(standing, Wanted(contacts=contacts))
+        found = linear_analysis(standing, LinearRequest(contacts=contacts))
         np.testing.assert_allclose(
             (2 * np.pi / found.natural_period) ** 2, squares, rtol=1e-6, err_msg=contacts
         )
         assert "floor 1 and floor 2" in found.remarks
     rigid = {**forces, "floor": on_floor(1e3, Coulomb(0.5, 0.4))}
-    held = linear_analysis(replace(standing, forces=rigid), Wanted())
+    held = linear_analysis(replace(standing, forces=rigid), LinearRequest())
     assert list(held["mode"].values) == ["block heave"]
     np.testing.assert_allclose((2 * np.pi / held.natural_period) ** 2, 525.0, rtol=1e-6)
     along = replace(standing, bodies=(block(2.0, ["surge"], position=moving(heave=-0.1)),))
     with pytest.raises(InputError, match=r"rigid friction .* holds floor 1 at rest, so that"):
-        linear_analysis(replace(along, forces=rigid), Wanted())
-    assert linear_analysis(replace(standing, forces=rigid), Wanted(contacts=Contacts.OPEN)).remarks
+        linear_analysis(replace(along, forces=rigid), LinearRequest())
+    assert linear_analysis(
+        replace(standing, forces=rigid), LinearRequest(contacts=Contacts.OPEN)
+    ).remarks
 
 
 def test_base_case_open_and_stuck() -> None:
@@ -121,7 +123,7 @@ def test_base_case_open_and_stuck() -> None:
     added = np.interp(2 * np.pi / 129.8, hull().frequency, hull().added_mass[:, 0, 0])
     alone = 2 * np.pi * np.sqrt((barge.mass + added) / stiffness)
     found = {
-        contacts: linear_analysis(scene_of("base"), Wanted(time=PRESSED, contacts=contacts))
+        contacts: linear_analysis(scene_of("base"), LinearRequest(time=PRESSED, contacts=contacts))
         for contacts in Contacts
     }
     for contacts in (Contacts.OPEN, Contacts.SLIDING):
@@ -137,7 +139,7 @@ def test_what_waves_do_to_stuck_contacts_is_said() -> None:
     """Small waves leave the contacts as they are; in waves ten times as high they slip."""
     for height, slips in ((0.01, False), (10.0, True)):
         train = WaveTrain(replace(SEA, significant_height=height))
-        found = linear_analysis(in_waves(pressed(), train), Wanted())
+        found = linear_analysis(in_waves(pressed(), train), LinearRequest())
         assert ("interface 1 would slip" in found.remarks) == slips
 
 
@@ -151,7 +153,7 @@ def drifting() -> Scene:
 def test_a_free_barge_has_modes_and_responses() -> None:
     """No equilibrium is needed where nothing holds: heave, roll and pitch stay at rest, and the
     loads on the others are the mean of the second-order loads."""
-    found = linear_analysis(drifting(), Wanted(frequencies=[0.6]))
+    found = linear_analysis(drifting(), LinearRequest(frequencies=[0.6]))
     kinds = {str(m): str(k) for m, k in zip(found.mode.values, found.mode_kind.values, strict=True)}
     free = {f"barge {dof}" for dof in ("surge", "sway", "yaw")}
     assert {mode for mode, kind in kinds.items() if kind == Kind.FREE} == free
@@ -164,7 +166,9 @@ def test_a_free_barge_has_modes_and_responses() -> None:
         assert float(found.drift_load.sel(dof=dof)[0]) == pytest.approx(
             float(load.sel(dof=dof)), rel=1e-6
         )
-    still = linear_analysis(in_waves(drifting()), Wanted(headings=[np.pi / 4], frequencies=[0.6]))
+    still = linear_analysis(
+        in_waves(drifting()), LinearRequest(headings=[np.pi / 4], frequencies=[0.6])
+    )
     np.testing.assert_allclose(found.rao_amplitude, still.rao_amplitude, rtol=1e-9)
     with pytest.raises(InputError, match="act in directions without stiffness"):
         at_rest(drifting(), mean_drift=True)
@@ -174,15 +178,15 @@ def test_regular_waves_have_an_amplitude_and_a_phase() -> None:
     """The RAO times the amplitude, and its phase, for a wave of any phase; no random figures."""
     wave = WaveTrain(RegularWave(0.5, 9.0, phase=1.0), heading=np.radians(45.0))
     case = with_body(scene_of("free_floating"), wave_forces=WaveForces(True, SecondOrder.NONE))
-    found = linear_analysis(in_waves(case, wave), Wanted(frequencies=[2 * np.pi / 9.0]))
+    found = linear_analysis(in_waves(case, wave), LinearRequest(frequencies=[2 * np.pi / 9.0]))
     np.testing.assert_allclose(
         found.regular_amplitude[0], 0.5 * found.rao_amplitude[0, 0], rtol=1e-9
     )
     turned = found.regular_phase[0] - found.rao_phase[0, 0]
     np.testing.assert_allclose(np.exp(1j * turned), 1.0, atol=1e-9)
     assert "response_maximum" not in found
-    both = linear_analysis(in_waves(case, wave, WaveTrain(SEA)), Wanted(frequencies=[0.7]))
-    alone = linear_analysis(in_waves(case, WaveTrain(SEA)), Wanted(frequencies=[0.7]))
+    both = linear_analysis(in_waves(case, wave, WaveTrain(SEA)), LinearRequest(frequencies=[0.7]))
+    alone = linear_analysis(in_waves(case, WaveTrain(SEA)), LinearRequest(frequencies=[0.7]))
     np.testing.assert_allclose(both.response_std, alone.response_std, rtol=1e-9)
     assert both.sizes["wave"] == 1
 
@@ -241,7 +245,7 @@ def test_coefficients_alone_have_modes_and_are_said_to_feel_no_waves(tmp_path) -
     a, c = (value * np.diag(np.eye(6)[2]) for value in (5e5, 8e5))
     given = Coefficients(a, 0.0 * a, c)
     body = Body("buoy", 1e6, np.eye(3), hydrodynamics=given, dofs=("heave",))
-    found = linear_analysis(Scene("buoy", 1.0, (body,)), Wanted())
+    found = linear_analysis(Scene("buoy", 1.0, (body,)), LinearRequest())
     expected = 2.0 * np.pi * np.sqrt(1.5e6 / 8e5)
     assert float(found.natural_period[0]) == pytest.approx(expected, rel=1e-9)
     assert (
@@ -259,7 +263,7 @@ def test_what_check_asks_is_told() -> None:
         waves=(replace(scene.environment.waves[0], spectrum=RegularWave(0.1, 40.0)),),
     )
     odd = replace(scene, environment=water)
-    remarks = linear_analysis(odd, Wanted()).remarks
+    remarks = linear_analysis(odd, LinearRequest()).remarks
     assert "a period of 40 s" in remarks
-    accepted = linear_analysis(replace(odd, accept=(Question.WAVES,)), Wanted()).remarks
+    accepted = linear_analysis(replace(odd, accept=(Question.WAVES,)), LinearRequest()).remarks
     assert "a period of 40 s" not in accepted

@@ -23,8 +23,8 @@ from hydrosim.compare.exact import differences
 from hydrosim.errors import InputError
 from hydrosim.scene import WaveTrain
 from hydrosim.studies.many.cluster import Cluster, run_batch
-from hydrosim.studies.many.outcome import Outcome
-from hydrosim.studies.many.work import Work
+from hydrosim.studies.many.outcome import RunOutcome
+from hydrosim.studies.many.work import RunTask
 
 pytest.importorskip("distributed")
 import xarray as xr
@@ -134,7 +134,7 @@ def test_a_scheduler_with_tls_needs_a_certificate(sweep: Command) -> None:
 def test_another_program_is_refused(
     cluster: tuple[str, list[int]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("hydrosim.studies.many.cluster.program", lambda: "hydrosim 0.0.9")
+    monkeypatch.setattr("hydrosim.studies.many.cluster.program_identity", lambda: "hydrosim 0.0.9")
     with pytest.raises(InputError, match=r"with another program \(hydrosim .*expected hydrosim 0"):
         Cluster(cluster[0])
     with pytest.raises(InputError, match=r"a worker with hydrosim 0.0.9; expected another"):
@@ -168,8 +168,8 @@ def test_nobody_is_waited_for_where_no_worker_is_left(
     sweep: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The only one dies: what it has made is kept, and the rest is made here."""
-    monkeypatch.setattr("hydrosim.studies.many.cluster.DESERTED", 10.0)
-    monkeypatch.setattr("hydrosim.studies.many.cluster.ASKED", 0.2)
+    monkeypatch.setattr("hydrosim.studies.many.cluster.NO_WORKER_TIMEOUT_S", 10.0)
+    monkeypatch.setattr("hydrosim.studies.many.cluster.POLL_INTERVAL_S", 0.2)
     kept = Path("runs.nc.partial") / "runs"
     with running(tmp_path, 1) as (address, workers):
         killer = Thread(target=kill_when, args=(kept, 5000, workers[0]))
@@ -201,8 +201,8 @@ class Task:
         for call in self.calls:
             call(self)
 
-    def result(self) -> list[Outcome]:
-        return [Outcome("complete") for _ in self.seeds]
+    def result(self) -> list[RunOutcome]:
+        return [RunOutcome("complete") for _ in self.seeds]
 
     def exception(self) -> Exception:
         return KilledWorker()
@@ -225,13 +225,13 @@ def test_a_run_that_kills_its_workers_has_failed_and_no_other(
     """Two batches of three are given up, as dask blames what waits beside the one that kills: each
     run is made once more, with nothing beside it; the one that kills then, too, has failed."""
     client = Client()
-    monkeypatch.setattr(Cluster, "_connected", lambda *_: client)
-    monkeypatch.setattr(Cluster, "_checked", lambda _: 1)
+    monkeypatch.setattr(Cluster, "_connect", lambda *_: client)
+    monkeypatch.setattr(Cluster, "_count_workers", lambda _: 1)
     pool = Cluster("tcp://nobody")
     pool.size = 3
     scenes = [in_waves(in_contact(20.0), WaveTrain(SEA, seed=k)) for k in range(9)]
     calm = cast(Any, object())
-    found = [pool.submit(Work(scene, (), calm), cast(Any, None)) for scene in scenes]
+    found = [pool.submit(RunTask(scene, (), calm), cast(Any, None)) for scene in scenes]
     first, other, last = client.sent[1:]
     first.end("error")
     other.end("error")

@@ -20,7 +20,7 @@ from hydrosim.scene import Scene, Weight
 from hydrosim.statistics.explain import explain_run, explanations_of_runs
 from hydrosim.statistics.figures import ScalarResult
 from hydrosim.studies.many import many
-from hydrosim.studies.many.form import one_of_each
+from hydrosim.studies.many.form import one_scene_of_each_kind
 
 
 def sliding(kinetic: float = 0.1, points: int = 1, impulses: bool = True) -> Scene:
@@ -180,7 +180,7 @@ def test_a_padded_set_that_is_interrupted_goes_on_to_the_same(tmp_path: Path) ->
 def test_a_kind_of_scene_is_tried_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """As many trials as there are kinds of names, not values; and none of seeds."""
     scenes = [sliding(0.01 * k, points) for points in (1, 2) for k in range(5, 10)]
-    assert len(one_of_each(scenes)) == 2
+    assert len(one_scene_of_each_kind(scenes)) == 2
     tried: list[Scene] = []
     simulate = many.simulate
     monkeypatch.setattr(many, "simulate", lambda s: (tried.append(s), simulate(s))[1])

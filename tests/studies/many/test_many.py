@@ -22,7 +22,7 @@ from hydrosim.results.runs_file import LARGE
 from hydrosim.scene import Scene, Solver, Start, Unstable, WaveTrain
 from hydrosim.statistics.statistics import statistics
 from hydrosim.studies.many import shared
-from hydrosim.studies.many.alike import alike
+from hydrosim.studies.many.alike import scenes_equal
 
 SHORT = 60.0  # s: with contact from the start
 
@@ -246,16 +246,16 @@ def test_scenes_are_alike_entry_by_entry() -> None:
     """Two readings of one file are alike; any number, array or name that differs tells."""
     one, other = (hs.load_case(CASES / "base.yaml").scene() for _ in range(2))
     assert one is not other
-    assert alike(one, other)
-    assert alike(one.bodies, other.bodies)
+    assert scenes_equal(one, other)
+    assert scenes_equal(one.bodies, other.bodies)
     (barge,) = one.bodies
     inertia = barge.inertia.copy()
     inertia[0, 0] += 1.0
     for change in ({"inertia": inertia}, {"name": "ship"}, {"dofs": ("surge",)}, {"mass": 1.0}):
-        assert not alike(one, with_body(other, **change))
-    assert not alike(one, replace(other, forces={}))
-    assert not alike(one, scene_of("free_floating"))
-    assert not alike(object(), object())
+        assert not scenes_equal(one, with_body(other, **change))
+    assert not scenes_equal(one, replace(other, forces={}))
+    assert not scenes_equal(one, scene_of("free_floating"))
+    assert not scenes_equal(object(), object())
 
 
 def test_what_every_run_is_refused_for_is_told_once_and_at_once(tmp_path: Path) -> None:
@@ -272,7 +272,7 @@ def test_what_every_run_is_refused_for_is_told_once_and_at_once(tmp_path: Path) 
 
 def test_some_runs_measure_their_errors_by_their_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
     """The first of so many runs does, and the dataset says so."""
-    monkeypatch.setattr("hydrosim.studies.many.many.EVERY", 2)
+    monkeypatch.setattr("hydrosim.studies.many.many.ESTIMATE_INTERVAL", 2)
     runs = hs.simulate_many(seeds(1, 2, 3), workers=2)
     assert [*np.isfinite(runs.error_relative.values)] == [True, False, True]
     single = hs.simulate(seeds(1)[0])

@@ -20,8 +20,8 @@ from hydrosim.compare.exact import differences
 from hydrosim.errors import InputError
 from hydrosim.scene import WaveTrain
 from hydrosim.studies.many.processes import Processes
-from hydrosim.studies.many.shared import Shared
-from hydrosim.studies.many.work import Work
+from hydrosim.studies.many.shared import SceneCache
+from hydrosim.studies.many.work import RunTask
 
 FATAL, REFUSED = 3, 5  # seeds
 
@@ -84,10 +84,10 @@ def fatal_digest(run: xr.Dataset) -> xr.Dataset:
 @pytest.mark.slow
 def test_a_run_that_kills_its_processes_has_failed_and_no_other(pool: Processes) -> None:
     """After `stop`, runs end."""
-    shared = Shared()
+    shared = SceneCache()
     scenes = [in_waves(in_contact(20.0), WaveTrain(SEA, seed=k)) for k in range(7)]
-    works = [shared.prepared(scene) for scene in scenes]
-    assert all(isinstance(work, Work) for work in works)
+    works = [shared.compile_task(scene) for scene in scenes]
+    assert all(isinstance(work, RunTask) for work in works)
     found = [pool.submit(work, fatal_digest) for work in works]
     ends = [future.exception() or future.result().status for future in found]
     assert ends[FATAL] == "failed"

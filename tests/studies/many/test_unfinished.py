@@ -23,7 +23,7 @@ from hydrosim.results import journal
 from hydrosim.results.runs_file import RunsFile
 from hydrosim.scene import Scene, WaveTrain
 from hydrosim.studies.many import pools, shared
-from hydrosim.studies.many.unfinished import alone_with, begun, folder_of
+from hydrosim.studies.many.unfinished import folder_of, locked_folder, open_journal
 
 
 def seeds(count: int, duration: float = 20.0) -> list[Scene]:
@@ -165,7 +165,7 @@ def test_two_processes_do_not_write_one_set(tmp_path: Path) -> None:
     read, write = os.pipe()
     path, pid = tmp_path / "runs.nc", os.fork()
     if pid == 0:
-        with alone_with(Output(path, "sweep", tmp_path / "x.yaml")):
+        with locked_folder(Output(path, "sweep", tmp_path / "x.yaml")):
             os.write(write, b"!")
             signal.pause()
     os.read(read, 1)
@@ -181,8 +181,8 @@ def test_two_processes_do_not_write_one_set(tmp_path: Path) -> None:
 
 def kept_in(result: Output) -> None:
     """Three runs of a set that did not come to its end, one of which has failed."""
-    with alone_with(result):
-        book = begun(result, False, IDENTITY)
+    with locked_folder(result):
+        book = open_journal(result, False, IDENTITY)
         for k in (1, 2):
             found = xr.Dataset({"a": ("x", [k + 0.5, 2.0])}, {"x": [3.0, 4.0]})
             book.add(k, journal.Kept(found, {"k": k, "g": np.float64(k)}, ""))
@@ -192,8 +192,8 @@ def kept_in(result: Output) -> None:
 
 def read_again(result: Output) -> dict[int, journal.Kept]:
     """The runs that a set which goes on takes over."""
-    with alone_with(result):
-        book = begun(result, True, IDENTITY)
+    with locked_folder(result):
+        book = open_journal(result, True, IDENTITY)
         found = {run: book.read(run) for run in range(100) if run in book}
         book.close()
     return found
@@ -251,8 +251,8 @@ def test_a_journal_of_an_earlier_version_is_refused_in_words(tmp_path: Path) -> 
     (folder_of(result) / journal.RUNS).write_bytes(line)
     with pytest.raises(hs.InputError, match=r"--resume: .*earlier version.*--overwrite"):
         read_again(result)
-    with alone_with(result):
-        begun(replace(result, overwrite=True), False, IDENTITY).close()
+    with locked_folder(result):
+        open_journal(replace(result, overwrite=True), False, IDENTITY).close()
     assert read_again(result) == {}
 
 

@@ -19,11 +19,11 @@ from hydrosim.scene import Scene
 from hydrosim.statistics.figures import ScalarResult as Asked
 from hydrosim.statistics.headings import image_of, without_images
 from hydrosim.statistics.results import MotionCauseResult, StageResult
-from hydrosim.studies.operability.mirrored import with_other_side
+from hydrosim.studies.operability.mirrored import add_mirrored_limits
 from hydrosim.studies.operability.seas import Swell
 from hydrosim.studies.operability.study import limits_of, load_limits
 from hydrosim.studies.operability.trials import Trials
-from hydrosim.studies.operability.weather import assessed, read_weather
+from hydrosim.studies.operability.weather import assess_weather, read_weather
 from hydrosim.wording.limits import distinct_lines, limits_tables
 
 REMOVAL = CASES.parent / "topside_removal" / "removal.yaml"
@@ -51,7 +51,7 @@ def limits(folder: Path, headings: str, more: str = "") -> xr.Dataset:
     path.write_text(FREE % headings + more)
     study = load_limits(path)
     found = limits_of(study, 1)
-    return assessed(found, read_weather(folder, study.wanted))
+    return assess_weather(found, read_weather(folder, study.wanted))
 
 
 def test_limits_to_the_other_side_are_those_that_are_computed_there(tmp_path: Path) -> None:
@@ -107,7 +107,7 @@ def removal() -> Scene:
 def test_what_tells_the_sides_apart_is_not_mirrored(
     removal: Scene, asked: Asked, swells: list[Swell | None], mirrored: bool
 ) -> None:
-    found = with_other_side(known([0.0, 1.0]), removal, [asked], swells)
+    found = add_mirrored_limits(known([0.0, 1.0]), removal, [asked], swells)
     assert found.sizes["heading"] == (3 if mirrored else 2)
     assert ("not mirrored" in found.attrs["mirror"]) != mirrored
     if mirrored:
@@ -122,7 +122,7 @@ def test_a_scene_that_is_not_its_own_image_is_not_mirrored(removal: Scene) -> No
     lopsided = replace(barge, inertia=barge.inertia + products)
     scene = replace(removal, bodies=(lopsided, topside))
     asked = StageResult("a", "recontact_force", "legs")
-    found = with_other_side(known([0.0, 1.0]), scene, [asked], [None])
+    found = add_mirrored_limits(known([0.0, 1.0]), scene, [asked], [None])
     assert found.sizes["heading"] == 2
     assert "products of inertia of barge" in found.attrs["mirror"]
 
@@ -130,7 +130,7 @@ def test_a_scene_that_is_not_its_own_image_is_not_mirrored(removal: Scene) -> No
 def test_headings_on_both_sides_need_no_image(removal: Scene) -> None:
     asked = StageResult("a", "recontact_force", "legs")
     for headings in ([0.0], [0.0, np.pi], [-1.0, 0.0, 1.0], [1.0, 2.0 * np.pi - 1.0]):
-        found = with_other_side(known(headings), removal, [asked], [None])
+        found = add_mirrored_limits(known(headings), removal, [asked], [None])
         assert found.identical(known(headings))
 
 
@@ -184,7 +184,7 @@ def test_stages_are_criteria(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     assert [study.units[name] for name in ("impact", "off", "clear")] == ["N", "s", "m"]
     never = np.nan
     values = np.array([[never, never, 0.2, 0.1], [6e6, 3e3, 0.0, 0.0], [4e6, 4e3, 0.2, 0.1]])
-    held = study.held(values, np.array([True, True, True]))
+    held = study.limits_hold(values, np.array([True, True, True]))
     assert held.tolist() == [
         [True, False, True, True],
         [False, True, False, False],

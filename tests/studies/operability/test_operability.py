@@ -16,9 +16,9 @@ from moored_barge import CASES
 from hydrosim.compare.exact import differences
 from hydrosim.evidence import Feature, Kind
 from hydrosim.scene import Scene
-from hydrosim.studies.linear.seakeeping import Wanted, linear_analysis
+from hydrosim.studies.linear.seakeeping import LinearRequest, linear_analysis
 from hydrosim.studies.many import pools
-from hydrosim.studies.many.outcome import Outcome
+from hydrosim.studies.many.outcome import RunOutcome
 from hydrosim.studies.operability.study import limits_of, load_limits
 from hydrosim.studies.operability.trials import Trials
 
@@ -70,7 +70,7 @@ def test_the_limit_of_a_linear_scene_is_that_of_its_spectrum(
     assert found.attrs["case_file"] == str(tmp_path / "heave.yaml")
     assert "dofs: [heave]" in found.attrs["case_resolved"]
     omega = np.linspace(0.25, 6.0, 2000)
-    raos = linear_analysis(load_limits(path).scene, Wanted(frequencies=tuple(omega)))
+    raos = linear_analysis(load_limits(path).scene, LinearRequest(frequencies=tuple(omega)))
     rao = raos.rao_amplitude.sel(body="sphere", dof="heave").values[0]
     for period in (6.0, 9.0):
         response = jonswap(omega, 1.0, period) * rao**2
@@ -248,10 +248,10 @@ def test_a_search_that_is_interrupted_goes_on_to_the_same_limits(
     study(tmp_path, STAGED)
     operability = command(monkeypatch, capsys, "operability", "limits.yaml", "--workers", "2")
     operability("-o", "whole.nc")
-    once = Trials._kept
+    once = Trials._record_outcome
     runs: list[int] = []
 
-    def interrupted(self: Trials, run: int, outcome: Outcome) -> Outcome:
+    def interrupted(self: Trials, run: int, outcome: RunOutcome) -> RunOutcome:
         kept = once(self, run, outcome)
         runs.append(run)
         if len(runs) == 11:
@@ -259,7 +259,7 @@ def test_a_search_that_is_interrupted_goes_on_to_the_same_limits(
         return kept
 
     with monkeypatch.context() as patch:
-        patch.setattr(Trials, "_kept", interrupted)
+        patch.setattr(Trials, "_record_outcome", interrupted)
         ended = operability("-o", "part.nc")
     assert ended.code == 130
     assert "completed work is kept; --resume continues" in ended.err

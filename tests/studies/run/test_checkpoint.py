@@ -27,7 +27,7 @@ from hydrosim.studies.run.checkpoint import Checkpoint
 @pytest.fixture(autouse=True)
 def short_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Many calls of the kernels, however fast the machine is."""
-    monkeypatch.setattr(course, "CHUNK", 0.0)
+    monkeypatch.setattr(course, "CHUNK_CPU_TIME_S", 0.0)
 
 
 def kept(

@@ -226,6 +226,6 @@ def test_a_companion_that_fails_gives_way_to_a_finer_one(monkeypatch: pytest.Mon
     """Coarser steps of a stiff ball are unstable; the limit is not known here."""
     ball = bouncing((0.0, 0.0, 0.0), damping=30.0)
     failing = property(lambda companion: companion.stride.ratio > 1.0)
-    monkeypatch.setattr("hydrosim.studies.run.companion.Companion.failed", failing)
+    monkeypatch.setattr("hydrosim.studies.run.companion.Companion.has_failed", failing)
     run = hs.simulate(ball)
     assert "at 0.0008" in run.attrs["error_companion"] or "at 0.000833" in str(run.attrs)

@@ -15,7 +15,7 @@ from moored_barge import ROOT
 
 import hydrosim as hs
 from hydrosim.__main__ import main
-from hydrosim.studies.run.stages import outdated
+from hydrosim.studies.run.stages import outdated_reason
 
 FIRST = """\
 title: Swinging block
@@ -110,7 +110,7 @@ def test_why_a_run_is_made_again(cases: Path) -> None:
 
     def reason() -> str | None:
         (stage,) = hs.load_case("second.yaml").stages()
-        return outdated(stage)
+        return outdated_reason(stage)
 
     def marked(**attributes: str) -> str | None:
         run = xr.load_dataset("first.nc")

@@ -18,7 +18,7 @@ from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import natural_modes
 from hydrosim.presentation.document import Document, Value, Verdict
 from hydrosim.scene import Box, Environment, Method, Pump, Scene, Tank, Unstable, Weight
-from hydrosim.studies.ballast.loading import as_at
+from hydrosim.studies.ballast.loading import with_contents_at
 from hydrosim.wording.check import check_document
 
 MASS, STIFFNESS, RATE = 2e4, 8e5, 80.0
@@ -60,7 +60,7 @@ def test_waves_along_a_slow_path_do_not_count_later() -> None:
     to say: beyond it, it grows like its third power."""
     path = CASES.parent / "topside_removal" / "tanks.yaml"
     case = hs.load_case(path, {"bodies.barge.tanks.fore_sb.box.0.0": "0 m"})
-    end = as_at(hs.compile_scene(case.scene()), 10800.0)
+    end = with_contents_at(hs.compile_scene(case.scene()), 10800.0)
     modes = natural_modes(linearise(end.model, end.state, time=10800.0))
     heave = next(mode for mode in modes if mode.coordinate == 2)
     assert heave.natural_period == pytest.approx(10.14, abs=0.01)

@@ -7,18 +7,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hydrosim.studies.study_file import Plan, Range
-from hydrosim.studies.sweep.designs import Row, rows, size
+from hydrosim.studies.study_file import DesignPlan, Range
+from hydrosim.studies.sweep.designs import DesignRow, design_rows, design_size
 
 
 def ends(_: str, spread: Range) -> tuple[float, float]:
     return float(spread.low), float(spread.high)
 
 
-def of(**keys: Any) -> tuple[Plan, list[Row]]:
-    plan = Plan.model_validate(keys)
-    found = list(rows(plan, ends))
-    assert len(found) == size(plan)
+def of(**keys: Any) -> tuple[DesignPlan, list[DesignRow]]:
+    plan = DesignPlan.model_validate(keys)
+    found = list(design_rows(plan, ends))
+    assert len(found) == design_size(plan)
     return plan, found
 
 
@@ -51,10 +51,10 @@ def test_each_parameter_is_once_in_each_part_of_its_range(design: str) -> None:
 
 def test_whole_numbers_are_all_as_likely() -> None:
     """Of a key that takes whole numbers alone; 1 to 4 in 64 parts, each 16 times."""
-    plan = Plan.model_validate(
+    plan = DesignPlan.model_validate(
         {"design": "latin_hypercube", "samples": 64, "parameters": {"n": {"from": 1, "to": 4}}}
     )
-    found = [row.settings["n"] for row in rows(plan, lambda *_: (1, 4))]
+    found = [row.settings["n"] for row in design_rows(plan, lambda *_: (1, 4))]
     assert [found.count(n) for n in (1, 2, 3, 4)] == [16] * 4
 
 

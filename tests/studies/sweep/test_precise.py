@@ -15,7 +15,7 @@ from hydrosim.errors import InputError
 from hydrosim.outputs import Output, as_output
 from hydrosim.results.netcdf import write
 from hydrosim.studies.sweep.precise import run_until
-from hydrosim.studies.sweep.study import Study, load_study, read_study
+from hydrosim.studies.sweep.study import ParameterStudy, load_study, read_study
 
 TEXT = f"""
 case: {CASES}/base.yaml
@@ -27,7 +27,7 @@ figures: {{crawl: {{channel: position.barge.surge, statistic: end}}}}
 """
 
 
-def known(study: Study, path: Path) -> xr.Dataset:
+def known(study: ParameterStudy, path: Path) -> xr.Dataset:
     """Normal figures, of the standard deviation 1 m at 8 s and of 0.5 m at 6 s."""
     seed = [scene.environment.waves[0].seed for scene in study.scenes]
     period = study.labels["environment.waves.peak_period"]
@@ -51,7 +51,7 @@ def test_rounds_double_until_it_is_enough(tmp_path: Path, wide: str, seeds: int)
     output = Output(tmp_path / "runs.nc", "sweep", path)
     firsts = []
 
-    def numbered(part: Study, file: Path) -> xr.Dataset:
+    def numbered(part: ParameterStudy, file: Path) -> xr.Dataset:
         firsts.append(part.first)
         return known(part, file)
 
@@ -73,7 +73,7 @@ def test_rounds_that_are_there_are_taken_up(tmp_path: Path) -> None:
     assert data.until is not None
     assert data.seeds is not None
 
-    def whole(part: Study, file: Path) -> xr.Dataset:
+    def whole(part: ParameterStudy, file: Path) -> xr.Dataset:
         made.append(len(part.scenes))
         write(
             known(part, file).assign(status=("run", ["complete"] * len(part.scenes))),
@@ -81,7 +81,7 @@ def test_rounds_that_are_there_are_taken_up(tmp_path: Path) -> None:
         )
         return xr.open_dataset(file)
 
-    def killed(part: Study, file: Path) -> xr.Dataset:
+    def killed(part: ParameterStudy, file: Path) -> xr.Dataset:
         if len(made) == 2:
             raise KeyboardInterrupt
         return whole(part, file)

@@ -271,7 +271,7 @@ def test_a_study_until_that_is_interrupted_as_a_round_ends_is_not_gone_on_with(
     before = {number: signal.getsignal(number) for number in ENDING}
     signal.signal(signal.SIGINT, signal.default_int_handler)  # it may be ignored
     with monkeypatch.context() as patch:
-        patch.setattr(many, "_collected", lambda: signal.raise_signal(signal.SIGINT))
+        patch.setattr(many, "_collect_garbage", lambda: signal.raise_signal(signal.SIGINT))
         ended = sweep(path, "-o", tmp_path / "runs.nc")
     for number, handler in before.items():
         signal.signal(number, handler)

@@ -1,0 +1,76 @@
+"""Fits that come with the package, and those that tests bring: used, and what is made anew."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from zipfile import ZipFile
+
+import kept_fits
+import numpy as np
+import pytest
+from moored_barge import scene_of
+
+import hydrosim as hs
+from hydrosim.radiation import StateSpace, fits
+from hydrosim.radiation.kept import SHIPPED, shipped
+from hydrosim.radiation.ship import pack
+from hydrosim.stepping.dynamics import Model
+
+SAME = 1e-6  # of the largest entry: fits of one database agree to this rounding
+
+
+@pytest.fixture
+def fits_made(monkeypatch: pytest.MonkeyPatch) -> list[np.ndarray]:
+    """The degrees of freedom of each fit that is made, where the cache has none."""
+    monkeypatch.setattr("hydrosim.radiation.kept.stored", lambda name: None)
+    made = []
+    fit_group = fits.fit_group
+
+    def noting(memory: object, dofs: np.ndarray, *others: object) -> StateSpace:
+        made.append(dofs)
+        return fit_group(memory, dofs, *others)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(fits, "fit_group", noting)
+    return made
+
+
+def radiation_of_base() -> Model:
+    return hs.compile_scene(scene_of("free_floating")).model
+
+
+def test_no_fit_of_a_shipped_case_is_made(fits_made: list[np.ndarray]) -> None:
+    """If this fails after a change of the radiation's sources: `python -m hydrosim.radiation.ship
+    cases/*/*.yaml`."""
+    radiation_of_base()
+    assert not fits_made
+
+
+def test_fits_made_anew_are_those_that_were_shipped(
+    fits_made: list[np.ndarray], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = radiation_of_base().states
+    monkeypatch.setattr("hydrosim.radiation.kept.shipped", lambda name: None)
+    anew = radiation_of_base().states
+    assert fits_made
+    for name in found._fields:
+        one, other = np.asarray(getattr(found, name)), np.asarray(getattr(anew, name))
+        assert np.abs(one - other).max(initial=0.0) <= SAME * np.abs(one).max(initial=0.0), name
+
+
+def test_a_damaged_archive_is_not_believed(tmp_path: Path) -> None:
+    archive = tmp_path / "fits.zip"
+    (tmp_path / "fits").mkdir()
+    (tmp_path / "fits" / "one.npz").write_bytes(bytes(32) + b"content" * 9)
+    assert pack(tmp_path, archive) == ["fits/one.npz"]
+    assert shipped("fits/one.npz", archive) == b"content" * 9
+    assert shipped("fits/two.npz", archive) is None
+    content = bytearray(archive.read_bytes())
+    content[45] ^= 0x10
+    archive.write_bytes(content)
+    assert shipped("fits/one.npz", archive) is None
+    assert shipped("fits/one.npz", tmp_path / "none.zip") is None
+
+
+def test_tests_bring_only_what_the_package_lacks() -> None:
+    with ZipFile(SHIPPED) as ours, ZipFile(kept_fits.ARCHIVE) as others:
+        assert not {*ours.namelist()} & {*others.namelist()}
