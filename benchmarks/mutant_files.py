@@ -189,6 +189,8 @@ def _change_variable(file: netCDF4.Dataset, what: str, random: Random) -> str:
 
 def show_result(path: Path, command: str) -> None:
     """Show a result by one of `COMMANDS`."""
-    out = path.with_name(f"out_{command}{SUFFIXES[command]}")
+    is_table = command == "statistics" and path.stem == "runs"
+    suffix = ".csv" if is_table else SUFFIXES[command]
+    out = path.with_name(f"out_{command}{suffix}")
     others = [str(path.with_name(f"right_{path.name}"))] if command == "compare" else []
     ask([command, str(path), *others, "-o", str(out), "--overwrite"])

@@ -24,7 +24,10 @@ if TYPE_CHECKING:
     from hydrosim.linear.modes import natural_modes
     from hydrosim.plot.load import open_run
     from hydrosim.scene import Scene
+    from hydrosim.statistics.figures import ScalarResult
+    from hydrosim.statistics.results import MotionCauseResult, StageResult
     from hydrosim.studies.many.many import simulate_many
+    from hydrosim.studies.many.pools import Pool
     from hydrosim.studies.run.simulation import simulate
     from hydrosim.wording.check import check
 
@@ -46,6 +49,10 @@ _HOME = {
     "simulate": "studies.run.simulation",
     "Simulation": "door.simulation",
     "simulate_many": "studies.many.many",
+    "Figure": "statistics.figures",
+    "StageResult": "statistics.results",
+    "WhyResult": "statistics.results",
+    "Pool": "studies.many.pools",
     "check": "wording.check",
 }
 __all__ = sorted(_HOME)

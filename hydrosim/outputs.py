@@ -64,6 +64,10 @@ class Output:
     option: str = "--output"
     settings: str = ""
 
+    def __fspath__(self) -> str:
+        """The path."""
+        return os.fspath(self.path)
+
     @property
     def mark(self) -> str:
         """Text that describes the file in itself."""
@@ -217,7 +221,7 @@ def make_folder(folder: Path) -> None:
         raise InputError(f"{folder}: the folder cannot be made ({error.strerror}).") from None
 
 
-def as_output(target: Path | str | Output, what: str) -> Output:
+def as_output(target: str | os.PathLike[str], what: str) -> Output:
     """Output of a path or an output given in Python. A plain path may replace an earlier file of
     the same kind."""
     if isinstance(target, Output):

@@ -21,7 +21,7 @@ from hydrosim.compare.circumstances import codes_apart, durations_apart, is_code
 from hydrosim.documents.series import unit_of
 from hydrosim.errors import InputError
 from hydrosim.results.error_figures import RELATIVE
-from hydrosim.results.runs_file import RUN
+from hydrosim.results.runs_file import RUN, with_keys
 from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY
 
 SIGNIFICANCE_LEVEL = 0.05
@@ -74,6 +74,7 @@ class StudyComparison(NamedTuple):
 def compare_studies(ours: xr.Dataset, theirs: xr.Dataset) -> StudyComparison:
     """Differences between two sets of runs, channel by channel. Raises InputError if they have no
     channel in common, or too few runs."""
+    ours, theirs = with_keys(ours), with_keys(theirs)
     pairs = _pairs(ours, theirs)
     if pairs is not None:
         ours, theirs = (
@@ -120,7 +121,7 @@ def _refuse_pooled(*sets: xr.Dataset) -> None:
     """Refuse sets whose runs differ in parameters, because these are not other seeds."""
     for runs in sets:
         for name in map(str, runs.coords):
-            varied = runs[name].dims == (RUN,) and name not in (RUN, "seed")
+            varied = runs[name].dims == (RUN,) and name != RUN and not name.startswith("seed")
             if varied and np.unique(runs[name].values.astype(str)).size > 1:
                 raise InputError(
                     f"compare: found runs with several values of {name}, which the two files do"

@@ -36,6 +36,7 @@ SYNONYMS = {
     "draught": "draft t",
     "length": "l lpp loa unstretched_length l0",
     "beam": "breadth width b",
+    "database_body": "body body_number number index",
     "hydrodynamics": "database hydro bem rao wamit",
     "location": "place xy origin",
     "dofs": "dof degrees_of_freedom free",

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from string import ascii_uppercase
 from textwrap import fill, shorten
 
-from hydrosim.documents.value_text import value_text
+from hydrosim.documents.value_text import letter_of, value_text
 
 MAX_LETTERS_OF_NAME = 12
 MAX_LETTERS_OF_AXIS = 54
@@ -27,7 +26,7 @@ class ValueNames:
         room = min(MAX_LETTERS_OF_NAME, max(4, MAX_LETTERS_OF_AXIS // max(len(texts), 1)))
         if all(len(text) <= room for text in texts):
             return texts
-        return [self._letters.setdefault(text, _letter(len(self._letters))) for text in texts]
+        return [self._letters.setdefault(text, letter_of(len(self._letters))) for text in texts]
 
     def key(self) -> list[str]:
         """Each letter with its value, in lines that fit beside a picture."""
@@ -38,9 +37,3 @@ class ValueNames:
             )
             for text, letter in self._letters.items()
         ]
-
-
-def _letter(index: int) -> str:
-    """A, B, ..., Z, AA, AB, ..."""
-    before, own = divmod(index, len(ascii_uppercase))
-    return (_letter(before - 1) if before else "") + ascii_uppercase[own]

@@ -5,6 +5,7 @@ Every variable recorded over time gives channels (`hydrosim.documents.series`):
 Other channels are derived:
 
     speed.BODY                              horizontal, of the centre of gravity
+    offset.BODY                             horizontal distance from the place at rest
     fender_normal_force.GROUP               sum over the contact points of a group, "interface"
     point_velocity.POINT.AXIS               of a named point, "bow of barge"
     point_acceleration.POINT.AXIS           the same, in a run that records accelerations
@@ -66,6 +67,8 @@ CAPABLE = {
 }
 """Units that may have a capacity (`fender_capacity`, `strut_capacity`), and the load that is
 compared with it."""
+LINES = ("spring", "line", "winch", "compensator")
+"""Units that pull."""
 TENSIONS = (
     "spring_tension",
     "winch_tension",
@@ -74,7 +77,14 @@ TENSIONS = (
     "line_anchor_tension",
     "line_grounded",
 )
-NEVER_NEGATIVE = ("fender_normal_force", *TENSIONS, "speed", "relative_speed", "utilisation")
+NEVER_NEGATIVE = (
+    "fender_normal_force",
+    *TENSIONS,
+    "offset",
+    "speed",
+    "relative_speed",
+    "utilisation",
+)
 """Kinds of channels that are never negative: contacts only push, lines only pull."""
 
 
@@ -171,6 +181,11 @@ def _labels(run: xr.Dataset, dim: str) -> list[str]:
 def _speed(run: xr.Dataset, body: str) -> np.ndarray:
     v = run.velocity.sel(body=body)
     return np.hypot(v.sel(dof="surge").values, v.sel(dof="sway").values)
+
+
+def _offset(run: xr.Dataset, body: str) -> np.ndarray:
+    x = run.position.sel(body=body)
+    return np.hypot(x.sel(dof="surge").values, x.sel(dof="sway").values)
 
 
 def _groups(run: xr.Dataset) -> list[str]:
@@ -293,6 +308,7 @@ def _utilisation(run: xr.Dataset, unit: str) -> np.ndarray:
 
 KINDS = {
     "speed": Kind(lambda run: _labels(run, "body"), _speed, "m/s"),
+    "offset": Kind(lambda run: _labels(run, "body"), _offset, "m"),
     "fender_normal_force": Kind(_groups, _group_force, "N"),
     "point_velocity": Kind(_points, _along(_velocity), "m/s"),
     "point_acceleration": Kind(_moving_points, _along(_acceleration), "m/s^2"),

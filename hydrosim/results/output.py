@@ -30,7 +30,7 @@ from hydrosim.results.ledger import guard
 from hydrosim.results.netcdf import RECORDED
 from hydrosim.results.phases import group_phases
 from hydrosim.results.stages import staged
-from hydrosim.results.variables import EARTH, describe
+from hydrosim.results.variables import EARTH, describe, unit_coordinates
 from hydrosim.stepping.blending import STATES as STATES_OF_DRAUGHT
 from hydrosim.stepping.names import (
     force_names,
@@ -91,7 +91,8 @@ def to_dataset(
     data.update({name: (("time",), e) for name, e in _ledger(scene, model, values).items()})
     states, of_states = _states(scene, model, layout, record, count)
     memories, of_memory = memory.packed(scene, model, history)
-    coords = {**_coordinates(scene, time), **of_states, **of_memory}
+    of_scene = _coordinates(scene, time)
+    coords = {**of_scene, **unit_coordinates(data, of_scene), **of_states, **of_memory}
     dataset = assembled({**data, **states, **memories}, coords)
     describe(dataset)
     dataset = staged(dataset, remembered_groups(model, values["y"]))

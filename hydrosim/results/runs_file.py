@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -20,6 +21,8 @@ MISSING = -1  # whole numbers of runs that have none
 IN_RUN = "_in_run"  # ends the name of a coordinate that says which names a run has
 DIFFER = "runs_differ"  # attribute: what not all runs have, in words, a line each
 BY_RUN = "by_run"  # attribute: coordinates that have a value for each run
+KEY = "key"  # attribute of a coordinate: the key of the case whose values it has
+LETTERS = "letters"  # attribute of a coordinate: what its letters stand for, as JSON
 LARGE = 1024  # values of a run from which on they are stored apart from those of other runs
 # runs that are written at once, or as many as have so many bytes
 BLOCK = 256
@@ -46,6 +49,18 @@ def open_runs(path: Path) -> xr.Dataset | None:
         return runs
     runs.close()
     return None
+
+
+def with_keys(runs: xr.Dataset) -> xr.Dataset:
+    """Runs whose parameters are called by their keys, and lists by their text, as in files of
+    earlier versions."""
+    keys = {str(name): str(of.attrs[KEY]) for name, of in runs.coords.items() if KEY in of.attrs}
+    lists = {name: of for name, of in runs.coords.items() if LETTERS in of.attrs}
+    for name, of in lists.items():
+        meaning = json.loads(of.attrs[LETTERS])
+        texts = np.array([meaning[letter] for letter in of.values.tolist()], dtype=object)
+        runs = runs.assign_coords({name: of.copy(data=texts)})
+    return runs.rename({name: key for name, key in keys.items() if key != name})
 
 
 def is_of_runs(found: xr.Dataset) -> bool:
@@ -85,8 +100,11 @@ class RunsFile:
         if mark:
             self._file.history = mark
         self._file.setncatts(attributes or {})
-        for name, values in {RUN: xr.Variable(RUN, np.arange(count)), **along}.items():
-            self._along(name, values.values).setncatts(values.attrs)
+        numbers = xr.Variable(
+            RUN, np.arange(count), {"units": "1", "long_name": "number of the run"}
+        )
+        for name, values in {RUN: numbers, **along}.items():
+            self._along(name, values.values).setncatts({"long_name": name, **values.attrs})
         for name, what in TEXTS.items():
             self._file.createVariable(name, str, (RUN,)).long_name = what
 
@@ -170,6 +188,8 @@ class RunsFile:
             else:
                 self._variable(str(name), variable)
                 self._names.append(str(name))
+        beside = [str(name) for name in found.coords if name not in found.dims]
+        self._file.coordinates = " ".join([self._file.coordinates, *beside]).strip()
         self._attributes = dict(attributes)
         self._file.setncatts(self._attributes)
 

@@ -1,14 +1,18 @@
 """Variables of a run: their long names, units and frames, and the meanings of modes.
 
-If degrees of freedom have different units, `dof_units` replaces `units`.
+If degrees of freedom have different units, `dof_units` replaces `units`, and a coordinate such as
+`force_unit` (dof) holds the same beside the values. Variables of no interest but for a restart have
+the attribute `purpose: restart`.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hydrosim.documents.series import unit_of
 from hydrosim.forces import KINDS
 from hydrosim.forces.kind import Variable
 from hydrosim.results.phases import Phase
@@ -69,6 +73,43 @@ OWN = {
         "velocity history at the last step but one, with the acceleration", MIXED, HEADING
     ),
 }
+LABELS = {
+    # names of coordinates, with what their labels name
+    "axis": "axis of the frame",
+    "channel": "channel of the run",
+    "direction": "axis of the frame",
+    "dof": "degree of freedom",
+    "extreme": "most probable extreme of a run and its interval; extreme of another run",
+    "fender": "contact point",
+    "gap": "clearance",
+    "lock": "joint that comes and goes",
+    "mode": "contact mode",
+    "part": "cause of a part of friction",
+    "phase": "phase of an operation",
+    "point": "named point of a body",
+    "probe": "wave probe",
+    "pto": "power take-off",
+    "radiation_dof": "coordinate whose motion radiates waves",
+    "side": "side of an extreme",
+    "span": "stage of the run",
+    "stage": "stage of an operation",
+    "statistic": "statistic of a channel",
+    "trigger": "element or pump with a condition",
+    "unit": "unit of the channel",
+}
+"""What labels of coordinates name. Of others it is the name of the coordinate."""
+UNITS_BY_DOF = {
+    "m or rad": "position_unit",
+    "m/s or rad/s": "velocity_unit",
+    "m/s^2 or rad/s^2": "acceleration_unit",
+    "N or N m": "force_unit",
+    "N s or N m s": "impulse_unit",
+}
+"""Coordinates with the units of the six degrees of freedom."""
+RESTART = ("state", "memory_", "radiation_dof")
+"""Beginnings of the names of dimensions and coordinates that only serve to continue a run."""
+PURPOSE = "purpose"
+"""Attribute of what a run keeps to be continued."""
 VARIABLES: dict[str, Variable] = OWN | {
     name: variable for kind in KINDS for name, variable in kind.variables.items()
 }
@@ -77,16 +118,45 @@ VARIABLES: dict[str, Variable] = OWN | {
 def units_of(units: str) -> dict[str, str]:
     """The common unit; or units of the six degrees of freedom; or a note that each number has its
     own."""
-    translation, _, rotation = units.partition(" or ")
-    if rotation:
-        return {"dof_units": ", ".join([translation] * 3 + [rotation] * 3)}
+    if " or " in units:
+        return {"dof_units": ", ".join(_units_by_dof(units))}
     return {"comment": "each number in SI, angles in rad"} if units == MIXED else {"units": units}
+
+
+def unit_coordinates(
+    data: Mapping[str, tuple[tuple[str, ...], Any]], coords: Mapping[str, Any]
+) -> dict[str, object]:
+    """Coordinates with units, of ``data`` whose degrees of freedom, joint motions or drives have
+    different ones; ``coords`` has the labels of these."""
+    found: dict[str, object] = {}
+    for name, (dims, _) in data.items():
+        units = VARIABLES[_key(name)].units
+        if " or " not in units:
+            continue
+        if "dof" in dims:
+            quantity = UNITS_BY_DOF[units]
+            said = {"long_name": f"{quantity.replace('_', ' ')} of each degree of freedom"}
+            found[quantity] = ("dof", _units_by_dof(units), said)
+        else:
+            each = [unit_of(units_of(units), [label]) for label in coords[dims[-1]][1]]
+            found[f"{name}_unit"] = (dims[-1], each, {"long_name": f"unit of {name}"})
+    return found
+
+
+def _units_by_dof(units: str) -> list[str]:
+    translation, _, rotation = units.partition(" or ")
+    return [translation] * 3 + [rotation] * 3
+
+
+def _key(name: str) -> str:
+    """Name in `VARIABLES` of a variable."""
+    return name if name in VARIABLES else next(k for k in VARIABLES if name.startswith(k))
 
 
 def describe(dataset: xr.Dataset) -> None:
     """Units, long_name and frame of every variable, from the table; meanings of modes."""
     for name in map(str, dataset.data_vars):
-        key = name if name in VARIABLES else next(k for k in VARIABLES if name.startswith(k))
+        key = _key(name)
         variable = VARIABLES[key]
         what = name[len(key) :].replace("_", " ") if key.endswith("_") else ""
         long_name = f"{what}: {variable.long_name}" if what else variable.long_name
@@ -99,3 +169,14 @@ def describe(dataset: xr.Dataset) -> None:
             values = np.arange(len(variable.flags.split()), dtype=np.int8)
             attributes |= {"flag_values": values, "flag_meanings": variable.flags}
         dataset.variables[name].attrs.update(attributes)
+    describe_coordinates(dataset)
+    for each, array in dataset.variables.items():
+        if any(str(label).startswith(RESTART) for label in (each, *array.dims)):
+            array.attrs[PURPOSE] = "restart"
+
+
+def describe_coordinates(dataset: xr.Dataset) -> None:
+    """The long_name of every coordinate that has none."""
+    for name in map(str, dataset.coords):
+        text = LABELS.get(name, name.replace("_", " "))
+        dataset.variables[name].attrs.setdefault("long_name", text)

@@ -37,6 +37,8 @@ from hydrosim.rigid.tree import (
 )
 from hydrosim.rigid.vectors import add, cross, matvec, vector
 
+LARGEST_TILT = 1.48  # rad (85 deg): beyond it the rates of angles lose their meaning
+
 BODY = np.dtype(
     [
         *(("mass", float), ("inertia", float, (3, 3)), ("origin", float, 3), ("heading", float)),

@@ -31,6 +31,7 @@ import xarray as xr
 from hydrosim.errors import InputError
 from hydrosim.presentation.units import CYCLES
 from hydrosim.results.growing import GATHERED
+from hydrosim.results.runs_file import with_keys
 from hydrosim.results.validation import DESIGN
 from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY
 from hydrosim.statistics.results import LOWEST_ATTRIBUTE
@@ -124,6 +125,7 @@ def plans(runs: xr.Dataset) -> list[PlanRuns]:
             " not come from a study file of this version. Run the study again with hydrosim"
             " sweep."
         )
+    runs = with_keys(runs)
     known = json.loads(runs.attrs[DESIGN])
     found = []
     for name, plan in known["plans"].items():

@@ -15,11 +15,13 @@ from hydrosim.results.runs_file import RUN
 from hydrosim.results.stages import FIGURES
 from hydrosim.statistics.figures import SIDE
 from hydrosim.statistics.results import LARGEST_RESULTS, LOWEST_ATTRIBUTE
-from hydrosim.statistics.statistics import EXTREME_SIDES, NAMED_CHANNELS
+from hydrosim.statistics.statistics import CHANNELS, EXTREME_SIDES, NAMED_CHANNELS
 
-FORCE_DIMS = {"fender_force": "fender", "spring_force": "spring"}
+UNIT_DIMS = ("fender", "spring", "line", "winch", "compensator")
+"""Dimensions of what pushes or pulls, whose forces have statistics."""
+FORCE_DIMS = {f"{unit}_force": unit for unit in UNIT_DIMS}
 """Statistics of forces, and the dimension of what they are of."""
-SUMMARISED_SERIES = {"position", "wave_elevation", "fender_normal_force", "spring_tension"}
+SUMMARISED_SERIES = {variable for variable, *_ in CHANNELS.values()}
 """Variables over time that have statistics of their own."""
 MAX_SERIES_SIZE = 50_000_000
 """Values of a variable over time: of more, extremes are not looked for."""

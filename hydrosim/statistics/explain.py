@@ -27,7 +27,7 @@ import xarray as xr
 from hydrosim.errors import InputError
 from hydrosim.results.phases import Phase
 from hydrosim.results.stages import STAGES, TIME, WEIGHT
-from hydrosim.results.variables import units_of
+from hydrosim.results.variables import describe_coordinates, units_of
 
 DIRECTION_AXES = {"surge": "x", "sway": "y", "heave": "z"}
 SHOWN_FRACTION = 1e-6
@@ -94,6 +94,7 @@ def explain_run(run: xr.Dataset, start: float = -np.inf, until: float = np.inf) 
     for name, (what, unit) in VARIABLE_LABELS.items():
         if name in found:
             found[name].attrs = {"long_name": what, **units_of(unit)}
+    describe_coordinates(found)
     return found
 
 

@@ -14,6 +14,7 @@ import xarray as xr
 
 from hydrosim.errors import InputError
 from hydrosim.results.validation import DESIGN
+from hydrosim.results.variables import LABELS
 from hydrosim.statistics.effects import combinations, plans
 from hydrosim.statistics.ends import (
     SmallestAndLargest,
@@ -38,6 +39,8 @@ P90 = 0.9
 GUMBEL_METHOD = "Gumbel's law"
 ORDER_METHOD = "order of the runs"
 DIM = "extreme"
+TEXTS = ("long_name", "units")
+"""Attributes of parameters that columns take over."""
 
 
 class SeedExtremes(NamedTuple):
@@ -83,8 +86,22 @@ def extremes_over_seeds(runs: xr.Dataset) -> xr.Dataset:
             f" parameters, of which there are at most {most}; run more seeds."
         )
     names = dict.fromkeys(name for row in rows for name in row)
-    columns = {name: (DIM, np.array([row.get(name, np.nan) for row in rows])) for name in names}
+    columns = {
+        name: (DIM, np.array([row.get(name, np.nan) for row in rows]), _described(name, runs))
+        for name in names
+    }
     return xr.Dataset(columns)
+
+
+def _described(name: str, runs: xr.Dataset) -> dict[str, str]:
+    """What a column is, and its unit, which is in the column ``unit`` for values of channels."""
+    if name in runs.variables and name not in LABELS:
+        return {key: str(runs[name].attrs[key]) for key in TEXTS if key in runs[name].attrs}
+    said = {"long_name": LABELS.get(name, name.replace("_", " "))}
+    if name in ("runs", "another_probability"):
+        return {**said, "units": "1"}
+    is_value = name.startswith(("most_probable", "p90", "another"))
+    return {**said, "comment": "each in the unit of its channel"} if is_value else said
 
 
 def figures_in(runs: xr.Dataset) -> list[str]:

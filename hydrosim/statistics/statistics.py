@@ -17,10 +17,10 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from hydrosim.documents.series import APART
 from hydrosim.results.assembled import assembled
-from hydrosim.results.channels import lowest_value, series
+from hydrosim.results.channels import CAPABLE, LINES, lowest_value, series
 from hydrosim.results.phases import Phase
 from hydrosim.results.stages import stages
-from hydrosim.results.variables import units_of
+from hydrosim.results.variables import describe_coordinates, units_of
 from hydrosim.statistics.contact import contact_statistics
 from hydrosim.statistics.extremes import (
     CHANGES,
@@ -72,12 +72,18 @@ OWN_COORDINATES = {  # coordinates of statistics
 Variables = dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, Any]]]
 """Dimensions, values and attributes of a variable."""
 UNIT_OF_CHANNEL = ""  # units for the coordinate ``unit``
-OWN_UNITS = {APART: "period: s, skewness: 1, kurtosis: 1, peak_shape: 1"}
+AS_CHANNEL = "that of the channel"
+UNITS_APART = {"period": "s", "skewness": "1", "kurtosis": "1", "peak_shape": "1"}
+"""Units of statistics that do not have that of their channel."""
+OWN_UNITS = {APART: ", ".join(f"{name}: {unit}" for name, unit in UNITS_APART.items())}
 CHANNELS = {  # variables that a run may have: name, variable, its dimensions without time, units
     "motion": ("position", MOTION_DIMS, "m or rad"),
     "wave": ("wave_elevation", (), "m"),
     "fender_force": ("fender_normal_force", ("fender",), "N"),
     "spring_force": ("spring_tension", ("spring",), "N"),
+    "line_force": ("line_tension", ("line",), "N"),
+    "winch_force": ("winch_tension", ("winch",), "N"),
+    "compensator_force": ("compensator_tension", ("compensator",), "N"),
 }
 
 
@@ -99,14 +105,34 @@ def statistics(
     and its slip, and each group of fenders the crawl by phase. Raises InputError if a channel does
     not exist."""
     found, coords, attributes = columns(run, start, exposure, channels)
-    return assembled({**found, **of_contacts(run)}, coords, attributes)
+    made = assembled({**found, **of_units(run)}, coords, attributes)
+    describe_coordinates(made)
+    return made
 
 
-def of_contacts(run: xr.Dataset) -> dict[str, xr.DataArray]:
-    """Statistics of the contacts of a run, if it has any."""
+def of_units(run: xr.Dataset) -> dict[str, xr.DataArray]:
+    """Statistics of the lines and contacts of a run, if it has any."""
     if "contact_group" not in run.dims:
-        return {}
-    return {**contact_statistics(run), **stages(run)}
+        return of_lines(run)
+    return {**of_lines(run), **contact_statistics(run), **stages(run)}
+
+
+def of_lines(run: xr.Dataset) -> dict[str, xr.DataArray]:
+    """Of all that pulls, the tension at the start of a run; of what has a capacity, the largest
+    share of it that was used, at output times."""
+    found = {}
+    for dim in LINES:
+        if CAPABLE[dim] not in run or not run.sizes["time"]:
+            continue
+        tension = run[CAPABLE[dim]]
+        start = tension.isel(time=0, drop=True)
+        found[f"{dim}_start"] = start.assign_attrs(_attributes("tension at the start", "N"))
+        if (capacity := f"{dim}_capacity") in run.coords:
+            used = tension.max("time") / run[capacity]
+            found[f"{dim}_used"] = used.assign_attrs(
+                _attributes("largest tension over capacity", "1")
+            )
+    return found
 
 
 def columns(
@@ -169,7 +195,14 @@ def _coordinates(run: xr.Dataset, found: Variables) -> dict[str, Any]:
     dims = {dim for over, *_ in found.values() for dim in over}
     of_run = {str(name): run.variables[name] for name in run.coords}
     of_run = {name: each for name, each in of_run.items() if {*each.dims} <= dims}
-    return of_run | {name: list(each) for name, each in OWN_COORDINATES.items() if name in dims}
+    own: dict[str, Any] = {
+        name: list(each) for name, each in OWN_COORDINATES.items() if name in dims
+    }
+    own["statistic_unit"] = (
+        "statistic",
+        [UNITS_APART.get(name, AS_CHANNEL) for name in STATISTIC_NAMES],
+    )
+    return of_run | own
 
 
 def _requested_channels(

@@ -14,7 +14,7 @@ from hydrosim.integrate import error_norm, step_factor
 from hydrosim.jit.kernels import assign, clear, kernel, root, root_giving, summing
 from hydrosim.radiation.history import count_anew, drop, push
 from hydrosim.rigid.heading import accelerations_along
-from hydrosim.rigid.kinematics import accelerations, place_bodies
+from hydrosim.rigid.kinematics import LARGEST_TILT, accelerations, place_bodies
 from hydrosim.rigid.tree import rechart
 from hydrosim.stepping.clock import STEP_ROUNDING, TIME_ROUNDING
 from hydrosim.stepping.closing import keep_closed
@@ -60,7 +60,6 @@ from hydrosim.tanks.surface import find_clearances, first_passage
 from hydrosim.waves.slow import BEGIN, begin_block
 
 PITCH = 4  # among a body's six coordinates
-STEEPEST = 1.48  # rad (85 deg): beyond it the angles' rates lose their meaning
 UPRIGHT = 0.087  # cosine of that angle
 PARTS = 3  # of a step, while a contact node relaxes fast after an event
 SHORTEST = 1e-12  # s, or relative to the time: smallest step of an adaptive method
@@ -458,14 +457,14 @@ def check(y, model, counters):
     too large."""
     bodies = model.bodies
     for j in model.hulls.roll:
-        if abs(y[j]) > STEEPEST:
+        if abs(y[j]) > LARGEST_TILT:
             counters[STATUS] = CAPSIZED
     for j in model.liquids.roll:
-        if abs(y[j]) > STEEPEST:
+        if abs(y[j]) > LARGEST_TILT:
             counters[STATUS] = CAPSIZED
     own = bodies.active.size - bodies.tree.coordinates
     for j in range(own if bodies.exact else 0):
-        if bodies.active[j] % 6 == PITCH and abs(y[j]) > STEEPEST:
+        if bodies.active[j] % 6 == PITCH and abs(y[j]) > LARGEST_TILT:
             counters[STATUS] = CAPSIZED
     if zero_if_finite(y) != 0.0:
         counters[STATUS] = NOT_FINITE

@@ -51,8 +51,8 @@ from hydrosim.waves.splines import interpolated
 if TYPE_CHECKING:
     from hydrosim.waves.body import WaveBody
     from hydrosim.waves.components import Components
-    from hydrosim.waves.following import FollowingLoads
     from hydrosim.waves.forms import BodyForms, Waves
+    from hydrosim.waves.frequency_nodes import FrequencyNodes
 
 PHASE = 0.09
 """Largest turn of a wave's phase [rad] about the middle of its band between two stored times."""
@@ -377,20 +377,20 @@ class Columns(NamedTuple):
     known: np.ndarray
 
 
-def new_band_sums(p: FollowingLoads) -> BandSums:
-    """Scratch for the bands of these loads."""
-    bands = p.bands
-    drifts = p.gathered.per_cell > 0
+def new_band_sums(bodies: int, bands: Bands, gathered: FrequencyNodes) -> BandSums:
+    """Scratch for the bands of the loads on this number of ``bodies``, and for the nodes that are
+    ``gathered``."""
+    drifts = gathered.per_cell > 0
     drifting = int(np.diff(bands.span[bands.sets])[drifts].max(initial=0)) if drifts.any() else 0
     return BandSums(
-        np.full((2, p.body.size), np.nan),
+        np.full((2, bodies), np.nan),
         np.zeros((24, bands.omega.size)),
         np.zeros((12, bands.omega.size)),
         np.zeros((4, bands.omega.size)),
         np.zeros((2, bands.omega.size)),
         np.zeros(bands.omega.size),
         np.zeros(2 * POINTS * drifting),
-        new_node_sums(p.gathered),
+        new_node_sums(gathered),
         np.zeros(DRIFT_POINTS),
         _new_columns(POINTS, 12, bands.load),
         _new_columns(DRIFT_POINTS, 6, bands.drift),

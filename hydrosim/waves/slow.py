@@ -98,7 +98,7 @@ def new_block(p: FollowingLoads) -> Block:
         np.zeros((24, most)),
         np.zeros((2, 2, 6), complex),
         new_filtered(p.second, p.offset),
-        new_band_sums(p),
+        new_band_sums(p.body.size, p.bands, p.gathered),
         np.zeros(4),
         np.zeros((slow, p.rows, 2, 6)),
         np.zeros(slow, dtype=np.int64),

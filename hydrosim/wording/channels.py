@@ -9,6 +9,7 @@ import xarray as xr
 
 from hydrosim.presentation.document import Between, Value
 from hydrosim.presentation.units import unit_of_dof
+from hydrosim.statistics.ends import UNIT_DIMS
 from hydrosim.statistics.extremes import ExtremeModel
 from hydrosim.statistics.statistics import EXTREME_SIDES
 
@@ -61,7 +62,7 @@ def _every(found: xr.Dataset) -> Iterator[Channel]:
             yield Channel("motion", {"body": body, "dof": dof}, f"{body} {dof}", unit_of_dof(dof))
     if "wave" in found:
         yield Channel("wave", {}, "wave elevation", "m")
-    for kind in ("fender", "spring"):
+    for kind in UNIT_DIMS:
         for name in map(str, found[kind].values if kind in found.coords else ()):
             if f"{kind}_force" in found:
                 yield Channel(f"{kind}_force", {kind: name}, f"force of {name}", "N")

@@ -34,6 +34,8 @@ from hydrosim.wording.parts import attribute_text, lines_of, title_of
 from hydrosim.wording.stages import stage_nodes
 
 MODES = (OPEN, STICK, SLIP)
+TENSION = ("tension at the start", "mean", "largest")
+"""Columns of tables of lines."""
 RADIATION_GOOD = 0.01
 """Change of motions by the fits of radiation up to which they are good."""
 SOLVER = {
@@ -90,20 +92,20 @@ def result_tables(run: xr.Dataset) -> Iterator[Node]:
         if not is_part(run):
             yield from stage_nodes(run)
     if "spring" in run.dims:
-        yield Table(("line", "mean tension", "largest", "slack"), list(_lines(run)))
+        yield Table(("line", *TENSION, "slack"), list(_lines(run)))
     if "line" in run.dims:
-        columns = ("catenary", "mean tension", "largest", "smallest on the seabed")
+        columns = ("catenary", *TENSION, "smallest on the seabed")
         yield Table(columns, list(_catenaries(run)))
     if "winch" in run.dims:
-        lengths = ("winch", "mean tension", "largest", "slack", "shortest", "longest")
+        lengths = ("winch", *TENSION, "slack", "shortest", "longest")
         yield Table(lengths, list(_winches(run)))
     if "compensator" in run.dims:
-        loads = list(_ranges(run.compensator_tension, "compensator", "N"))
-        yield Table(("compensator", "mean tension", "smallest", "largest"), loads)
+        loads = list(_compensators(run))
+        yield Table(("compensator", *TENSION, "smallest"), loads)
     yield from _links(run)
     if rows := list(_capacities(run)):
         shares = ("of a capacity", "largest load", "at", "capacity", "used")
-        yield Table(shares, rows, "Loads beside capacities")
+        yield Table(shares, rows, "Loads beside capacities, at output times")
     yield from _externals(run)
     if "gap" in run.dims:
         yield Table(("clearance", "smallest", "at the end"), list(_clearances(run)))
@@ -295,17 +297,27 @@ def _contacts(run: xr.Dataset) -> Iterator[list[Cell]]:
 def _lines(run: xr.Dataset) -> Iterator[list[Cell]]:
     for name in map(str, run.spring.values):
         line = run.sel(spring=name)
-        tension = line.spring_tension.values
         slack = Value(float(np.mean(line.spring_mode == 0)), "share", 2)
-        yield [name, Value(float(tension.mean()), "N"), Value(float(tension.max()), "N"), slack]
+        yield [name, *_tension(run, line.spring_tension), slack]
 
 
 def _catenaries(run: xr.Dataset) -> Iterator[list[Cell]]:
     for name in map(str, run.line.values):
         line = run.sel(line=name)
-        tension = line.line_tension.values
         least = Value(float(line.line_grounded.min()), "m")
-        yield [name, Value(float(tension.mean()), "N"), Value(float(tension.max()), "N"), least]
+        yield [name, *_tension(run, line.line_tension), least]
+
+
+def _compensators(run: xr.Dataset) -> Iterator[list[Cell]]:
+    for name in map(str, run.compensator.values):
+        tension = run.compensator_tension.sel(compensator=name)
+        yield [name, *_tension(run, tension), Value(float(tension.min()), "N")]
+
+
+def _tension(run: xr.Dataset, tension: xr.DataArray) -> list[Cell]:
+    """Tension (nt,) at the start of a run, its mean, its largest value."""
+    start: Cell = "" if is_part(run) else Value(float(tension[0]), "N")
+    return [start, Value(float(tension.mean()), "N"), Value(float(tension.max()), "N")]
 
 
 def _winches(run: xr.Dataset) -> Iterator[list[Cell]]:
@@ -316,7 +328,8 @@ def _winches(run: xr.Dataset) -> Iterator[list[Cell]]:
         slack = Value(float(np.mean(tension == 0.0)), "share", 2)
         off = winch.winch_length.values
         ends = (Value(float(off.min()), "m"), Value(float(off.max()), "m"))
-        yield [name, Value(float(tension.mean()), "N"), largest, slack, *ends]
+        start, mean, _ = _tension(run, winch.winch_tension)
+        yield [name, start, mean, largest, slack, *ends]
 
 
 def _links(run: xr.Dataset) -> Iterator[Node]:

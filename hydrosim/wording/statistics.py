@@ -20,6 +20,7 @@ from hydrosim.presentation.document import (
     Verdict,
 )
 from hydrosim.presentation.units import units_of
+from hydrosim.results.channels import LINES
 from hydrosim.results.phases import is_operation
 from hydrosim.statistics.extremes import LAWS, ExtremeModel
 from hydrosim.statistics.orders import VALUES_FOR_INTERVAL
@@ -107,8 +108,22 @@ CHATTERS = (
 
 def statistics_document(run: xr.Dataset, found: xr.Dataset) -> Document:
     """What `statistics` ``found`` of a run."""
-    nodes = [*figures(found), *contact_nodes(found)]
+    nodes = [*figures(found), *line_nodes(found), *contact_nodes(found)]
     return Document(title_of(run), nodes, units=units_of(run.attrs))
+
+
+def line_nodes(found: xr.Dataset) -> Iterator[Node]:
+    """Tensions of lines at the start of the run, and how much of their capacities they use."""
+    rows: list[list[Cell]] = []
+    for dim in LINES:
+        if (start := f"{dim}_start") in found:
+            for name in map(str, found[dim].values):
+                used = found[f"{dim}_used"].sel({dim: name}) if f"{dim}_used" in found else np.nan
+                share: Cell = Value(float(used), "share", 3) if np.isfinite(used) else ""
+                rows.append([name, Value(float(found[start].sel({dim: name})), "N"), share])
+    if rows:
+        head = ("line", "tension at the start", "largest of capacity")
+        yield Table(head, rows, "Tensions over the whole run")
 
 
 def statistics_of(run: xr.Dataset) -> xr.Dataset | None:

@@ -28,7 +28,7 @@ from hydrosim.presentation.units import units_of
 from hydrosim.results.error_figures import RELATIVE, reported_beyond
 from hydrosim.results.growing import GATHERED
 from hydrosim.results.ledger import CLOSED
-from hydrosim.results.runs_file import COMPLETE, DIFFER
+from hydrosim.results.runs_file import COMPLETE, DIFFER, with_keys
 from hydrosim.results.validation import DESIGN
 from hydrosim.statistics import effects
 from hydrosim.statistics.effects import DRAWN, Difference, EffectRow, PlanRuns
@@ -304,6 +304,7 @@ def _measured_errors(runs: xr.Dataset) -> Iterator[Node]:
         yield Sentence("No run measured the error by the steps of the solver.")
         return
     axes = [plan.axis(p) for plan in effects.plans(runs) for p in plan.parameters]
+    runs = with_keys(runs)
     names = [name for name in ("seed", *dict.fromkeys(axes)) if runs[name].dims == ("run",)]
     rows: list[list[Cell]] = []
     for run in measured:

@@ -24,7 +24,7 @@ MAKERS = (
     "nonlinearities",
     "each_alone",
     "initial_headings",
-    "places",
+    "met_by_waves",
 )
 MODELS = 3  # in calm water, in its plane of symmetry, in its sea
 BEFORE = {  # what is asked of a scene before there is a model, and by whom
@@ -36,7 +36,12 @@ BEFORE = {  # what is asked of a scene before there is a model, and by whom
     "initial_headings": {"compiling/facts.py", "compiling/model.py"},
     "state_layout": {"compiling/facts.py"},
     "nonlinearities": {"compiling/facts.py"},
-    "places": {"compiling/facts.py"},
+    "met_by_waves": {
+        "compiling/facts.py",
+        "compiling/model.py",
+        "studies/linear/response.py",
+        "studies/linear/rest.py",
+    },
 }
 
 

@@ -417,7 +417,7 @@ def test_an_interrupted_run_resumes_to_the_bit(
     signal: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """In the middle of a drive, and of a piece of its table."""
-    monkeypatch.setattr(course, "CHUNK", 0.0)
+    monkeypatch.setattr(course, "CHUNK_CPU_TIME_S", 0.0)
     whole = cart_and_rod(signal)
 
     def stop(time: float, _: int) -> None:

@@ -268,6 +268,7 @@ def test_a_pin_that_never_closes_changes_no_byte() -> None:
     assert new == {
         *("joint", "joint_force", "lock", "lock_mode", "lock_rows", "lock_segment"),
         *("lock_impulse", "lock_loss", "force_joints", "energy_dissipated_joints"),
+        "impulse_unit",
         *("trigger", "trigger_stage", "trigger_waits"),
     }
     by_state = ("state", "state_kind", "state_owner", "state_component", "state_value")

@@ -204,6 +204,7 @@ def test_a_long_title_is_within_the_picture() -> None:
         ("true", "true"),
         ("[]", "none"),
         ("[1, 2.5]", "1; 2.5"),
+        ('[["1 m", 2], ["3 m", 4]]', "1 m, 2; 3 m, 4"),
         ('{"a": [1, "x"]}', "a 1; x"),
         ("{not a table}", "{not a table}"),
     ],

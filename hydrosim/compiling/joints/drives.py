@@ -14,11 +14,11 @@ from hydrosim.forces import driven_coordinates
 from hydrosim.forces.drive import Drive
 from hydrosim.forces.events import follow_drives
 from hydrosim.forces.signal import Harmonic, SmoothTable, Table, compile_signals, find, find_motion
+from hydrosim.rigid.kinematics import LARGEST_TILT
 from hydrosim.scene.joint import MotionKind
 from hydrosim.scene.solver import Kinematics
 from hydrosim.scene.trees import arrangement, tree_joints
 from hydrosim.stepping.dynamics import new_work
-from hydrosim.stepping.run import STEEPEST
 
 if TYPE_CHECKING:
     from hydrosim.scene import Body, Joint, Scene
@@ -156,11 +156,11 @@ def _problems_of_signal(
     if drive.joint is None and drive.dof == "pitch" and scene.solver.kinematics is Kinematics.EXACT:
         times = sample_times(drive, begin, last)
         largest = max(abs(motion_at(drive, float(t))[0]) for t in times)
-        if largest > STEEPEST:
+        if largest > LARGEST_TILT:
             yield (
                 f"{key}: found a pitch of up to {np.degrees(largest):.4g} deg; expected less than"
-                f" {np.degrees(STEEPEST):.0f} deg, where angles of bodies are defined. Drive the"
-                " angle of a hinge to the earth instead"
+                f" {np.degrees(LARGEST_TILT):.0f} deg, where angles of bodies are defined. Drive"
+                " the angle of a hinge to the earth instead"
             )
     if scene.initial is None:
         yield from _problems_of_start(scene, bodies, drive)

@@ -9,7 +9,7 @@ frequencies; their results have no meaning.
 from __future__ import annotations
 
 from dataclasses import replace
-from time import perf_counter
+from time import perf_counter, process_time
 
 import numpy as np
 from scipy.linalg import lu_factor
@@ -20,7 +20,7 @@ from hydrosim.database.build.drift import Real
 from hydrosim.database.build.store import entry_name
 from hydrosim.database.build.water import Water
 
-SAMPLES = (80, 240)  # panels
+SAMPLES = (150, 600)  # panels
 FACTORISED = 700  # size of the sample of a matrix
 TRIALS = 3  # factorisations that are timed
 SHORTEST_S = 1e-3  # of a sample, by the resolution of clocks
@@ -47,41 +47,34 @@ def _missing_limits(hull: Hull, water: Water) -> int:
 
 def _seconds_of_one(hull: Hull, water: Water, frequency: float, headings: Real) -> float:
     """Time [s] of one frequency near ``frequency`` [rad/s], in this process."""
-    _sample_seconds(hull, water, frequency, headings, min(SAMPLES))  # loads tables
-    counts = []
-    times = []
-    for k, wanted in enumerate(SAMPLES):
-        # another frequency each time: the solver remembers its last matrices
-        count, seconds = _sample_seconds(
-            hull, water, frequency * (1.01 + 0.01 * k), headings, wanted
-        )
-        counts.append(count)
-        times.append(seconds)
+    begin = perf_counter(), process_time()
+    samples = [_sample_seconds(hull, water, frequency, headings, wanted) for wanted in SAMPLES]
+    factorisations = _factorisation_seconds()
+    # other programs delay short samples by chance, so that all share one delay
+    delay = (perf_counter() - begin[0]) / max(process_time() - begin[1], SHORTEST_S)
     size = len(hull.panels) + len(hull.lid)
-    if counts[0] == counts[1]:  # a hull of few panels
-        return times[0]
-    powers = np.array([[count**2, count] for count in counts], dtype=float)
-    quadratic, linear = np.linalg.solve(powers, times)
-    each = max(quadratic, 0.0) * size**2 + max(linear, 0.0) * size
-    return float(each) + _factorisation_seconds(hull, size)
+    if samples[0][0] == samples[1][0]:  # a hull of few panels
+        return delay * samples[1][1]
+    powers = np.array([[count**2, count] for count, _ in samples], dtype=float)
+    quadratic, linear = np.linalg.solve(powers, [seconds for _, seconds in samples])
+    matrices = (2 if hull.symmetric else 1) * (2 if hull.direct else 1)
+    factorised = matrices * factorisations * (size / FACTORISED) ** 3
+    return delay * float(max(quadratic, 0.0) * size**2 + max(linear, 0.0) * size + factorised)
 
 
-def _factorisation_seconds(hull: Hull, size: int) -> float:
-    """Time [s] of the factorisations of matrices of ``size`` in one frequency."""
-    count = (2 if hull.symmetric else 1) * (2 if hull.direct else 1)
+def _factorisation_seconds() -> float:
+    """CPU time [s] of the factorisation of a matrix of the size `FACTORISED`."""
     matrix = np.eye(FACTORISED) + 1j / (1.0 + np.arange(FACTORISED))
-    times = []
-    for _ in range(TRIALS):  # other programs may delay a short one
-        begin = perf_counter()
+    begin = process_time()
+    for _ in range(TRIALS):
         lu_factor(matrix)
-        times.append(perf_counter() - begin)
-    return count * max(float(np.median(times)), SHORTEST_S) * (size / FACTORISED) ** 3
+    return max(process_time() - begin, SHORTEST_S) / TRIALS
 
 
 def _sample_seconds(
     hull: Hull, water: Water, frequency: float, headings: Real, wanted: int
 ) -> tuple[int, float]:
-    """Number of panels of a sample with about as many as ``wanted``, and its time [s]."""
+    """Number of panels of a sample with about as many as ``wanted``, and its CPU time [s]."""
     size = len(hull.panels) + len(hull.lid)
     stride = max(size // wanted, 1)
     owner = np.array(hull.owner, dtype=int)
@@ -92,6 +85,8 @@ def _sample_seconds(
         lid=hull.lid[::stride],
         owner=tuple(sides.ravel().tolist()),
     )
-    begin = perf_counter()
-    solve(sample, water, frequency, headings)
-    return len(sample.panels) + len(sample.lid), max(perf_counter() - begin, SHORTEST_S)
+    # the first loads tables and makes the mesh, the second shows what all others take
+    for share in (1.0, 1.01):
+        begin = process_time()
+        solve(sample, water, share * frequency, headings)
+    return len(sample.panels) + len(sample.lid), max(process_time() - begin, SHORTEST_S)

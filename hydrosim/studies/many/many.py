@@ -17,6 +17,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import partial
+from os import PathLike
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter
@@ -28,7 +29,7 @@ import xarray as xr
 from hydrosim.errors import HydrosimError, InputError
 from hydrosim.forces import externals_of
 from hydrosim.interrupts import raise_if_interrupted, undisturbed
-from hydrosim.outputs import Output, as_output
+from hydrosim.outputs import as_output
 from hydrosim.results.journal import KNOWN, RESULT, Journal, Kept
 from hydrosim.results.runs_file import BY_RUN, COMPLETE, RUN, RunsFile
 from hydrosim.scene import Scene
@@ -42,7 +43,8 @@ from hydrosim.studies.run.simulation import prepare_scene, simulate
 
 if TYPE_CHECKING:
     from hydrosim.case import Case
-    from hydrosim.statistics.figures import RequestedStatistic
+    from hydrosim.statistics.figures import ScalarResult
+    from hydrosim.statistics.results import MotionCauseResult, StageResult
 
 GC_TIME_FRACTION = 0.05  # of the time, at most, is spent on collecting garbage
 ESTIMATE_INTERVAL = (
@@ -60,16 +62,16 @@ Progress = Callable[[int, int], None]
 
 def simulate_many(
     cases: Iterable[Case | Scene | str | Path],
-    output: Path | str | Output | None = None,
+    output: str | PathLike[str] | None = None,
     *,
     variables: Sequence[str] = ("position",),
     channels: Sequence[str] = (),
     labels: Mapping[str, Sequence[object] | xr.Variable] | None = None,
-    figures: Sequence[RequestedStatistic] = (),
+    figures: Sequence[ScalarResult | StageResult | MotionCauseResult] = (),
     attributes: Mapping[str, str] | None = None,
     start: float = 0.0,
     workers: int | None = None,
-    progress: Progress | None = None,
+    progress: Callable[[int, int], None] | None = None,
     resume: bool = False,
     pool: Pool | None = None,
     first: int = 0,
@@ -84,8 +86,8 @@ def simulate_many(
     * its `statistics` from ``start`` [s] on, also of the ``channels`` that patterns fit,
     * `end_position`, and the time of the `first_contact`,
     * the ``figures`` that are asked for,
-    * ``seed``, of several wave trains (run, seed_1), and the ``labels`` that are given, with the
-      attributes that these have,
+    * ``seed``, and the ``labels`` that are given, with the attributes that these have. Wave trains
+      with seeds of their own also have ``seed_2`` and so on,
     * ``status``, and ``status_message`` where it is not "complete".
 
     It is the same to the bit as that of single runs, and to the byte whatever the number of
@@ -113,8 +115,7 @@ def simulate_many(
         raise InputError("found one file; expected several cases: hs.simulate_many([...]).")
     scenes = [prepare_scene(case) for case in cases]
     _check(scenes, labels or {}, start)
-    seeds = _seeds(scenes)
-    along = {**({} if seeds is None else {"seed": seeds}), **(labels or {})}
+    along = {**_seeds(scenes), **(labels or {})}
     known = {name: _variable(values) for name, values in along.items()} | _sources(scenes)
     digest: Digest = partial(
         reduce_run,
@@ -152,7 +153,7 @@ def simulate_many(
 
     if result is None:
         with TemporaryDirectory() as folder:
-            return xr.load_dataset(write(Path(folder, RESULT), None), engine="netcdf4")
+            return _by_seed(xr.load_dataset(write(Path(folder, RESULT), None), engine="netcdf4"))
     values = {name: known[name].values for name in along}
     request = {"variables": tuple(variables), "start": start, "figures": tuple(figures)}
     request |= {"channels": tuple(channels)} if channels else {}
@@ -167,7 +168,12 @@ def simulate_many(
         place.take(path)
         if all_ended:
             journal.remove()
-    return xr.open_dataset(place.path, engine="netcdf4")
+    return _by_seed(xr.open_dataset(place.path, engine="netcdf4"))
+
+
+def _by_seed(runs: xr.Dataset) -> xr.Dataset:
+    """Runs that can be selected by their seeds."""
+    return runs.set_xindex("seed") if "seed" in runs.coords else runs
 
 
 def _check(scenes: Sequence[Scene], labels: Mapping[str, Sized], start: float) -> None:
@@ -222,17 +228,23 @@ def _check_requested(scene: Scene, keep: Digest) -> None:
     keep(run, start=0.0)
 
 
-def _seeds(scenes: Sequence[Scene]) -> np.ndarray | None:
-    """Seeds (runs,), or (runs, trains) if there are several wave trains; None if there is none, or
-    not as many in all runs. The seed of gusts follows those of the trains; it is left out if all of
-    them are the same."""
-    seeds_of_runs = [scene.environment.seeds for scene in scenes]
-    if not seeds_of_runs[0] or len({len(seeds) for seeds in seeds_of_runs}) > 1:
-        return None
-    gusty = any(scene.environment.gusts is not None for scene in scenes)
-    if gusty and all(len(set(seeds)) == 1 for seeds in seeds_of_runs):
-        seeds_of_runs = [seeds[:1] for seeds in seeds_of_runs]
-    return np.array(seeds_of_runs)[:, 0] if len(seeds_of_runs[0]) == 1 else np.array(seeds_of_runs)
+def _seeds(scenes: Sequence[Scene]) -> dict[str, xr.Variable]:
+    """Seeds of the runs as coordinates; none if the runs have different numbers of wave trains.
+    ``seed`` is that of the first train. Where trains and gusts have other seeds, these follow as
+    ``seed_2`` and so on."""
+    each = [scene.environment.seeds for scene in scenes]
+    if not each[0] or len({len(seeds) for seeds in each}) > 1:
+        return {}
+    first, *others = np.array(each).T
+    found = {"seed": _seed(first, "seed of the waves")}
+    if any((other != first).any() for other in others):
+        for k, other in enumerate(others, 2):
+            found[f"seed_{k}"] = _seed(other, f"seed of wave train {k}, or of the gusts")
+    return found
+
+
+def _seed(values: np.ndarray, what: str) -> xr.Variable:
+    return xr.Variable(RUN, values, {"units": "1", "long_name": what})
 
 
 def _variable(values: Sequence[object] | np.ndarray | xr.Variable) -> xr.Variable:

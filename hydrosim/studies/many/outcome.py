@@ -21,14 +21,20 @@ from hydrosim.results.error_figures import (
     RELATIVE,
 )
 from hydrosim.results.memory import MEMORY_PREFIX
+from hydrosim.results.variables import describe_coordinates
 from hydrosim.statistics.figures import RequestedStatistic
 from hydrosim.statistics.results import Results
-from hydrosim.statistics.statistics import RECORDED_SUFFIX, columns, of_contacts
+from hydrosim.statistics.statistics import RECORDED_SUFFIX, columns, of_units
 
 if TYPE_CHECKING:
     from hydrosim.studies.many.form import RunLayout
 
-COUNT_ATTRIBUTES = ("solver_steps", "solver_events", "energy_residual_relative")
+COUNT_ATTRIBUTES = {
+    "solver_steps": "steps of the solver",
+    "solver_events": "events of the solver",
+    "energy_residual_relative": "largest residual of the energy balance, of the energy exchanged",
+}
+"""Attributes of a run that are variables of a set, and what they are."""
 PER_RUN_ATTRIBUTES = {
     *(*COUNT_ATTRIBUTES, "solver_rejected", "solver_evaluations", "wall_time", "seeds", "warnings"),
     *(RELATIVE, CONTACT_FORCE, PARTED, COMPANION, EVALUATIONS),
@@ -69,7 +75,7 @@ def reduce_run(
     statistics = {name: of for name, of in statistics.items() if not name.endswith(RECORDED_SUFFIX)}
     variables_of_run: dict[str, Any] = {
         **statistics,
-        **of_contacts(run),
+        **of_units(run),
         "end_position": _end_position(run),
     }
     if "fender" in run.dims:
@@ -77,7 +83,10 @@ def reduce_run(
             "first_contact": _first_contact(run),
             "contact_sequence": _contact_sequence(run),
         }
-    variables_of_run |= {name: xr.Variable((), run.attrs[name]) for name in COUNT_ATTRIBUTES}
+    variables_of_run |= {
+        name: xr.Variable((), run.attrs[name], {"units": "1", "long_name": what})
+        for name, what in COUNT_ATTRIBUTES.items()
+    }
     variables_of_run[RELATIVE] = _relative_error(run)
     results = Results(run)
     why = results.explanation if "impulse" in run else xr.Dataset()
@@ -97,6 +106,7 @@ def reduce_run(
         reduced = xr.merge([reduced, why], join="exact", compat="equals")
     if variables:
         reduced = xr.merge([run[variables], reduced], join="outer", compat="equals")
+    describe_coordinates(reduced)
     # adaptive runs end their last steps at different times
     return reduced.drop_vars(
         [name for name in reduced.coords if str(name).startswith(MEMORY_PREFIX)]
@@ -138,7 +148,7 @@ def _contact_sequence(run: xr.Dataset) -> xr.Variable:
     modes = run.fender_mode.transpose("time", "fender").values
     changed = np.any(modes[1:] != modes[:-1], axis=1)
     order = modes[np.append(True, changed)].astype(np.int8)
-    attributes = {"long_name": "checksum of the order of contact modes"}
+    attributes = {"units": "1", "long_name": "checksum of the order of contact modes"}
     return xr.Variable((), np.int64(crc32(np.ascontiguousarray(order).tobytes())), attributes)
 
 

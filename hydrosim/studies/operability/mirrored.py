@@ -86,7 +86,7 @@ def _is_even(figure: RequestedStatistic) -> bool:
     if not figure.channel:
         return figure.is_even
     name, _, of = figure.channel.partition(".")
-    if name == "speed" or figure.channel in ("wave_elevation", "wind_speed"):
+    if name in ("offset", "speed") or figure.channel in ("wave_elevation", "wind_speed"):
         return True
     dof = of.rpartition(".")[2]
     if name not in MOTION_CHANNELS or dof not in DOFS:

@@ -79,7 +79,8 @@ def _seed_settings(run: xr.Dataset, case: Any) -> Iterator[tuple[str, int]]:
     """Keys of one run of many, to which a study may have given other seeds than its case."""
     if "seed" in run.variables:
         keys = list(_keys_of_seeds(case["environment"]))
-        seeds = np.ravel(run["seed"].values)
+        several = [f"seed_{k}" for k in range(2, len(keys) + 1) if f"seed_{k}" in run.variables]
+        seeds = np.concatenate([np.ravel(run[name].values) for name in ("seed", *several)])
         each = np.repeat(seeds, len(keys)) if seeds.size == 1 else seeds
         for key, seed in zip(keys, each, strict=True):
             if key:

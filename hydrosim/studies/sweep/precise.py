@@ -57,7 +57,8 @@ def run_until(
         _begin_rounds(folder, resume, output)
         rounds: list[xr.Dataset] = []
         while True:
-            rounds.append(_make_round(part, len(rounds), shared, folder, run))
+            one_round = _make_round(part, len(rounds), shared, folder, run)
+            rounds.append(one_round.drop_indexes("seed", errors="ignore"))
             runs = xr.concat(rounds, RUN, data_vars="all", combine_attrs="override")
             runs = runs.assign_coords({RUN: np.arange(runs.sizes[RUN])})
             width = widest_interval(runs, wanted.figure)

@@ -28,9 +28,10 @@ from hydrosim.documents.messages import Problem
 from hydrosim.documents.nodes import SETTING
 from hydrosim.documents.places import locating_in
 from hydrosim.documents.validate import validate_document
+from hydrosim.documents.value_text import letter_of
 from hydrosim.errors import InputError
 from hydrosim.outputs import settings_text
-from hydrosim.results.runs_file import RUN, TEXTS
+from hydrosim.results.runs_file import KEY, LETTERS, RUN, TEXTS
 from hydrosim.statistics.effects import CYCLIC
 from hydrosim.studies.run.simulation import prepare_scene
 from hydrosim.studies.study_file import (
@@ -49,7 +50,8 @@ from hydrosim.studies.sweep.coordinates import CaseValue, label_values, value_at
 if TYPE_CHECKING:
     from hydrosim.documents.units import Scale
     from hydrosim.scene import Scene
-    from hydrosim.statistics.figures import RequestedStatistic
+    from hydrosim.statistics.figures import ScalarResult
+    from hydrosim.statistics.results import MotionCauseResult, StageResult
 
 # coordinates of runs: the plan, and what of it is varied
 STUDY_LABEL = "study"
@@ -74,7 +76,7 @@ class ParameterStudy:
     labels: dict[str, xr.Variable]
     kept: OutputSettings
     inputs: tuple[Path, ...] = ()
-    figures: tuple[RequestedStatistic, ...] = ()
+    figures: tuple[ScalarResult | StageResult | MotionCauseResult, ...] = ()
     design: str = "{}"
     seeds: tuple[int, ...] = ()
     until: SeedTarget | None = None
@@ -144,7 +146,9 @@ def settings_with(data: StudyFile, case: Case) -> str:
     return settings_text(study, {f"case.{key}": value for key, value in of_case.items()})
 
 
-def requested_figures(data: StudyFile) -> tuple[RequestedStatistic, ...]:
+def requested_figures(
+    data: StudyFile,
+) -> tuple[ScalarResult | StageResult | MotionCauseResult, ...]:
     """What is asked of each run: the figures, and those of the criteria."""
     asked = {**data.figures, **data.criteria}
     return tuple(each.figure(name, data.output.start) for name, each in asked.items())
@@ -310,24 +314,56 @@ def _is_same(base: Case, case: Case, row: designs.DesignRow) -> bool:
 
 
 def _labels(data: StudyFile, rows: list[_Combination]) -> dict[str, xr.Variable]:
-    """Coordinates of all runs: the values of all keys that are varied somewhere; names."""
+    """Coordinates of all runs: the values of all keys that are varied somewhere; names. A
+    coordinate of a key has underscores for its dots, so that it can be an attribute in Python."""
     plans = data.plans()
-    labels: dict[str, list[Any]] = {}
+    labels: dict[str, xr.Variable] = {}
     if data.studies:
-        labels[STUDY_LABEL] = [row.plan for row in rows]
+        labels[STUDY_LABEL] = _label([row.plan for row in rows], {"long_name": "plan of the study"})
     if any(plan.design == "one_at_a_time" for plan in plans.values()):
-        labels[VARIED_LABEL] = [row.row.varied for row in rows]
-    attributes: dict[str, dict[str, Any]] = {}
+        attributes = {"long_name": "parameter that is varied, none in the case itself"}
+        labels[VARIED_LABEL] = _label([row.row.varied for row in rows], attributes)
     for plan in plans.values():
         for name, parameter in plan.parameters.items():
-            if isinstance(parameter, LinkedKeys) and parameter.called is not None:
-                labels[name] = [row.row.called.get(name, "") for row in rows]
-            for key in designs.keys_of(name, parameter):
-                labels[key], attributes[key] = _values_of_key(key, rows)
-    return {
-        name: xr.Variable(RUN, label_values(values), attributes.get(name))
-        for name, values in labels.items()
-    }
+            each = {key: _values_of_key(key, rows) for key in designs.keys_of(name, parameter)}
+            if isinstance(parameter, LinkedKeys):
+                values, attributes = _values_of_linked(
+                    name, parameter, rows, next(iter(each.values()))
+                )
+                labels[name] = _label(
+                    values, {"long_name": f"linked: {', '.join(each)}", **attributes}
+                )
+            for key, (values, attributes) in each.items():
+                coordinate = key.replace(".", "_")
+                key_there = labels.get(coordinate, _label([])).attrs.get(KEY, key)
+                is_taken = coordinate in RESERVED_NAMES or key_there != key
+                label = _label(values, {"long_name": key, KEY: key, **attributes})
+                labels[key if is_taken else coordinate] = label
+    return labels
+
+
+def _values_of_linked(
+    name: str,
+    parameter: LinkedKeys,
+    rows: list[_Combination],
+    first: tuple[list[Any], dict[str, Any]],
+) -> tuple[list[Any], dict[str, Any]]:
+    """Values of what is linked: their names, or else the values of its first key."""
+    if parameter.called is None:
+        return first
+    return [row.row.called.get(name, "") for row in rows], {}
+
+
+def _label(values: list[Any], attributes: Mapping[str, Any] | None = None) -> xr.Variable:
+    """A coordinate of runs. Lists become letters, with a key to them."""
+    texts = label_values(values)
+    if not any(isinstance(value, list | tuple | dict) for value in values):
+        return xr.Variable(RUN, texts, attributes)
+    letters = {text: letter_of(k) for k, text in enumerate(dict.fromkeys(texts))}
+    meaning = {letter: text for text, letter in letters.items()}
+    return xr.Variable(
+        RUN, [letters[text] for text in texts], {**(attributes or {}), LETTERS: json.dumps(meaning)}
+    )
 
 
 def _check_once(path: Path, labels: Mapping[str, xr.Variable]) -> None:
@@ -337,7 +373,8 @@ def _check_once(path: Path, labels: Mapping[str, xr.Variable]) -> None:
     seen: set[tuple[Any, ...]] = set()
     for row in rows:
         if row in seen:
-            text = ", ".join(f"{name} {value}" for name, value in zip(labels, row, strict=True))
+            names = (labels[name].attrs.get(KEY, name) for name in labels)
+            text = ", ".join(f"{name} {value}" for name, value in zip(names, row, strict=True))
             raise InputError(
                 f"{path}: parameters: found {text} twice; expected each combination of values once,"
                 " as the same runs twice say no more than once."

@@ -211,7 +211,7 @@ def test_seeds_of_several_wave_trains() -> None:
     swell = replace(SEA, peak_period=12.0)
     trains = [(WaveTrain(SEA, seed=k), WaveTrain(swell, seed=k + 10)) for k in (1, 2)]
     runs = hs.simulate_many([in_waves(in_contact(5.0), *pair) for pair in trains])
-    assert runs.seed.values.tolist() == [[1, 11], [2, 12]]
+    assert (runs.seed.values.tolist(), runs.seed_2.values.tolist()) == ([1, 2], [11, 12])
 
 
 @pytest.mark.parametrize(

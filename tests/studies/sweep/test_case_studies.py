@@ -48,7 +48,7 @@ def test_friction_fenders_and_deballasting_are_explained_in_one_study(
         assert four[runs.number.values == "two"].tolist() == [2]
         assert four[runs.number.values == "six"].tolist() == [6]
         kinetic = runs.fender_kinetic.max("fender").values
-        assert kinetic.tolist() == runs["forces.interface.friction.kinetic"].values.tolist()
+        assert kinetic.tolist() == runs.forces_interface_friction_kinetic.values.tolist()
         force = runs.mean_force.sel(span="in contact", force="interface", dof="surge")
         assert force.squeeze("body").values.tolist() == runs.fenders_push.values.tolist()
         assert runs.friction_part.sel(fender="interface 6").notnull().sum() > 0

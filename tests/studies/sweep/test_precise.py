@@ -30,13 +30,13 @@ figures: {{crawl: {{channel: position.barge.surge, statistic: end}}}}
 def known(study: ParameterStudy, path: Path) -> xr.Dataset:
     """Normal figures, of the standard deviation 1 m at 8 s and of 0.5 m at 6 s."""
     seed = [scene.environment.waves[0].seed for scene in study.scenes]
-    period = study.labels["environment.waves.peak_period"]
+    period = study.labels["environment_waves_peak_period"]
     values = [
         np.random.default_rng(s).normal(0.0, 1.0 if t == 8.0 else 0.5)
         for s, t in zip(seed, period.values, strict=True)
     ]
     runs = xr.Dataset({"crawl": ("run", values, {"units": "m"})}, attrs={"design": study.design})
-    return runs.assign_coords({"seed": ("run", seed), "environment.waves.peak_period": period})
+    return runs.assign_coords({"seed": ("run", seed), "environment_waves_peak_period": period})
 
 
 @pytest.mark.parametrize(("wide", "seeds"), [("0.5 m", 64), ("1 mm", 100), ("100 m", 4)])
