@@ -77,7 +77,8 @@ def read_vessel(path: Path) -> Reading:
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
         database = read_database(path)
-    values = (getattr(database, field.name) for field in fields(database))
+    names = (field.name for field in fields(database) if field.name != "source")
+    values = (getattr(database, name) for name in names)
     digest = sha256()
     for value in values:
         digest.update(value.tobytes() if isinstance(value, np.ndarray) else repr(value).encode())

@@ -52,6 +52,7 @@ _GRAVITY = 9.80665  # OrcaFlex's own, m/s^2
 _SAME = 1e-6  # relative difference of equal frequencies
 _HEAVE_ROLL_PITCH = [2, 3, 4]
 _DOFS = ("Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw")
+_PAIR = ("RAOPeriodOrFrequency1", "RAOPeriodOrFrequency2", "RAODirection1", "RAODirection2")
 
 # keys of the six sign conventions, and our values
 _POSITIVE = {
@@ -469,6 +470,7 @@ def _by_direction(vessel: _Vessel, node: _Node) -> tuple[Real, Real, tuple[list[
     if len(first) == 0:
         raise items[0].wrong("RAOPeriodOrFrequency", "an empty table", "rows")
     for item, (names, rows) in zip(items, tables, strict=True):
+        _require_motions(item, names[1:])
         if names != columns or rows.shape != first.shape or (rows[:, 0] != first[:, 0]).any():
             raise item.wrong(
                 "RAOPeriodOrFrequency", "other columns or waves", "those of the first direction"
@@ -477,6 +479,14 @@ def _by_direction(vessel: _Vessel, node: _Node) -> tuple[Real, Real, tuple[list[
     omega = frequencies(node.path, first[:, 0], vessel.conventions.abscissa)
     stack = np.stack([rows for _, rows in tables], axis=1)
     return omega, np.radians(heading), (columns, stack)
+
+
+def _require_motions(node: _Node, columns: list[str]) -> None:
+    """Refuse columns that are no amplitude or phase of a motion: they would count as zero."""
+    known = [f"RAO{dof}{what}" for dof in _DOFS for what in ("Amp", "Phase")]
+    unknown = [name for name in columns if name not in known]
+    if unknown:
+        raise node.wrong("", f"a column {shown(unknown[0])}", "RAOSurgeAmp to RAOYawPhase")
 
 
 def _sizes_and_phases(columns: list[str], rows: Real) -> tuple[Real, Real]:
@@ -541,14 +551,13 @@ def _second_order(vessel: _Vessel) -> dict[str, Any]:
 def _pairs(vessel: _Vessel, key: str, difference: bool) -> Pairs | None:
     """Rows of one table about the origin of the matrices."""
     node = vessel.draught.node(key) if key in vessel.draught.content else None
-    if node is None or not any(k.startswith("RAOPeriodOrFrequency1") for k in node.content):
+    if node is None or not any("," in each for each in node.content):
         return None
-    columns, rows = node.table("RAOPeriodOrFrequency1")
-    if len(rows) == 0 or columns[1:4] != [
-        "RAOPeriodOrFrequency2",
-        "RAODirection1",
-        "RAODirection2",
-    ]:
+    columns, rows = node.table(_PAIR[0])
+    if tuple(columns[:4]) != _PAIR:
+        raise node.wrong(columns[0], f"the columns {', '.join(columns[:4])}", ", ".join(_PAIR))
+    _require_motions(node, columns[4:])
+    if len(rows) == 0:
         return None
     size, phase = _sizes_and_phases(columns, rows)
     lag = vessel.conventions.lag(phase, 0 if difference else 2)

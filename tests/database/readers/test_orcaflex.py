@@ -267,6 +267,11 @@ def test_quadratic_transfer_functions(barge, model, tmp_path):
     assert difference[0, 1] == pytest.approx(np.conj(difference[1, 0]))
     assert total[1, 0] == pytest.approx(value * np.exp(-1j * (k[1] + k[0]) * 30))
     assert total[0, 1] == total[1, 0]
+    for old, new in (("RAOYawPhase", "RAOYawLag"), ("RAODirection1", "Heading1")):
+        own["SumFrequencyQTFs"] = {k: v for k, v in rao.items() if k != key}
+        own["SumFrequencyQTFs"][key.replace(old, new)] = table
+        with pytest.raises(InputError, match=rf"SumFrequencyQTFs.*{new}"):
+            read(write(tmp_path / "barge.yml", other))
     own["SumFrequencyQTFs"] = rao | {key: table[:1]}
     with pytest.raises(InputError, match="have other waves"):
         read(write(tmp_path / "barge.yml", other))
