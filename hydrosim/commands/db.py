@@ -74,7 +74,7 @@ def check(
     asked = given_database(file, given)
     db = read(file, asked.given)
     findings = findings_of(db)
-    refused = any(finding.refused for finding in findings)
+    refused = any(finding.is_refused for finding in findings)
     show_document(verdicts(db, findings))
     print_lines(*_caveats(db, asked.given))
     if drawn is not None:
@@ -84,7 +84,7 @@ def check(
         print_lines(f"picture   {output}")
     if refused:
         raise typer.Exit(2)
-    if strict and not all(finding.passed for finding in findings):
+    if strict and not all(finding.has_passed for finding in findings):
         raise typer.Exit(1)
 
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.compiling.coefficients import CONSTANT, database_of
-from hydrosim.database.changes import APART, apply_changes
+from hydrosim.database.changes import BODIES_APART, apply_changes
 from hydrosim.database.checks import in_order
 from hydrosim.database.database import HydroDatabase
 from hydrosim.database.load import overruled_values, read
@@ -99,7 +99,7 @@ def _of_body(
         body = replace(body, radiation=ConstantRadiation(CONSTANT))
     else:
         db = known[source] = known[source] if source in known else opened(source)
-        if APART in db.attributes and 1 <= body.database_body <= db.bodies:
+        if BODIES_APART in db.attributes and 1 <= body.database_body <= db.bodies:
             db = body_of(db, body.database_body - 1)
             body = replace(body, database_body=1)
     if water.waves and not db.heading.size:

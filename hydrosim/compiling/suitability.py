@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from hydrosim.compiling.coefficients import SOURCE
-from hydrosim.database.checks import SYMMETRIES, Part, Use, doubts, refusing_findings
+from hydrosim.database.checks import SYMMETRIES, CheckSubject, Use, doubts, refusing_findings
 from hydrosim.database.database import HydroDatabase
 from hydrosim.database.transfer import velocity_transfer
 from hydrosim.errors import InputError
@@ -91,19 +91,19 @@ def _unsaid_points(db: HydroDatabase, free: np.ndarray) -> Iterator[str]:
         )
 
 
-def _parts(body: Body, waves: bool) -> Iterator[Part]:
+def _parts(body: Body, waves: bool) -> Iterator[CheckSubject]:
     wanted = body.wave_forces
-    yield from (Part.ORDER, Part.RADIATION, Part.STIFFNESS)
+    yield from (CheckSubject.ORDER, CheckSubject.RADIATION, CheckSubject.STIFFNESS)
     if not waves:
         return
     if wanted.first_order:
-        yield Part.LOADS
+        yield CheckSubject.LOADS
     if wanted.second_order != SecondOrder.NONE:
-        yield Part.DRIFT
+        yield CheckSubject.DRIFT
     if wanted.second_order == SecondOrder.QTF:
-        yield Part.DIFFERENCE
+        yield CheckSubject.DIFFERENCE
     if wanted.sum_frequency:
-        yield Part.SUM
+        yield CheckSubject.SUM
 
 
 def _highest(db: HydroDatabase, seas: Sequence[Components]) -> float:

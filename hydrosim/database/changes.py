@@ -19,7 +19,7 @@ from hydrosim.errors import InputError
 from hydrosim.scene import Changes, Without
 
 CHANGED = "changed"  # attribute: changes as text
-APART = "bodies_apart"  # attribute: "yes" if bodies have no hydrodynamic interaction
+BODIES_APART = "bodies_apart"  # attribute: "yes" if bodies have no hydrodynamic interaction
 
 _WITHOUT = {
     Without.DRIFT: ("mean_drift", "mean_drift_held", "drift_imbalance"),
@@ -92,7 +92,7 @@ def _uncouple_bodies(db: HydroDatabase) -> HydroDatabase:
     """Database without the blocks of the matrices that couple bodies."""
     body = np.arange(6 * db.bodies) // 6
     own = (body[:, None] == body).astype(float)
-    attributes = {**db.attributes, APART: "yes"}
+    attributes = {**db.attributes, BODIES_APART: "yes"}
     return replace(db, **_matrices(db, own), attributes=attributes)
 
 

@@ -22,7 +22,7 @@ from hydrosim.errors import InputError
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-TURN = 2 * np.pi
+TURN_RAD = 2 * np.pi
 SAME_HEADING = 1e-9  # rad: closer headings are equal
 PANELS = "panels"  # attribute of databases built from panels: their numbers, as JSON
 
@@ -266,8 +266,8 @@ def _full_circle(db: HydroDatabase, angle: Real) -> tuple[Real, NDArray[np.intp]
     if db.port_starboard_symmetric:
         angle, rows = np.concatenate([angle, -angle]), np.tile(rows, 2)
         mirrored = np.concatenate([mirrored, ~mirrored])
-    angle = np.mod(angle, TURN)
-    angle[TURN - angle < SAME_HEADING] = 0.0
+    angle = np.mod(angle, TURN_RAD)
+    angle[TURN_RAD - angle < SAME_HEADING] = 0.0
     keep = np.unique(_directions(angle), axis=0, return_index=True)[1]
     sign = np.where(mirrored[keep, None], np.tile(MIRROR_SIGN, db.bodies), 1.0)
     return angle[keep], rows[keep], sign
@@ -277,5 +277,5 @@ def _directions(angle: Real) -> NDArray[np.intp]:
     """Integers that increase with the angles, equal for equal directions."""
     order = np.argsort(angle, axis=None)
     numbers = np.empty(angle.size, dtype=np.intp)
-    numbers[order] = np.cumsum(np.diff(angle.ravel()[order], prepend=-TURN) > SAME_HEADING)
+    numbers[order] = np.cumsum(np.diff(angle.ravel()[order], prepend=-TURN_RAD) > SAME_HEADING)
     return numbers.reshape(angle.shape)

@@ -23,7 +23,7 @@ from hydrosim.scene import Hull
 
 Triangles = np.ndarray  # (nt, 3 corners, 3 coordinates), normals into the water
 
-CLOSED = 1e-6  # of the area and of the volume: rounding of the file of a closed hull
+OPEN_FRACTION = 1e-6  # of the area and of the volume: rounding of the file of a closed hull
 SUBMERGED = 1e-9  # of the volume to 2/3: area of a waterplane that is only rounding
 
 
@@ -60,7 +60,7 @@ def outward(corners: Triangles, source: str) -> Triangles:
     area = areas(corners)
     volumes = np.sum(area * corners.mean(axis=1), axis=0)
     open_by = np.abs(area.sum(axis=0)).max() / np.abs(area).sum()
-    if open_by > CLOSED or np.ptp(volumes) > CLOSED * np.abs(volumes).max():
+    if open_by > OPEN_FRACTION or np.ptp(volumes) > OPEN_FRACTION * np.abs(volumes).max():
         found = ", ".join(f"{volume:.6g}" for volume in volumes)
         raise InputError(
             f"{source}: found an open mesh: the sum of its area vectors is {open_by:.1e} of its"
@@ -76,18 +76,18 @@ def integrals(corners: Triangles) -> Hydrostatics:
     weight = areas(corners)[:, 2] / 3
     x, y, z = np.moveaxis((corners + np.roll(corners, -1, axis=1)) / 2, -1, 0)
 
-    def over(f: np.ndarray) -> float:
+    def surface_integral(f: np.ndarray) -> float:
         return float(np.sum(weight @ f))
 
-    volume = over(z)
-    moments = [over(x * z), over(y * z), over(z * z) / 2]
+    volume = surface_integral(z)
+    moments = [surface_integral(x * z), surface_integral(y * z), surface_integral(z * z) / 2]
     waterplane = {
-        "area": -over(np.ones_like(x)),
-        "moment_x": -over(x),
-        "moment_y": -over(y),
-        "second_xx": -over(x * x),
-        "second_yy": -over(y * y),
-        "second_xy": -over(x * y),
+        "area": -surface_integral(np.ones_like(x)),
+        "moment_x": -surface_integral(x),
+        "moment_y": -surface_integral(y),
+        "second_xx": -surface_integral(x * x),
+        "second_yy": -surface_integral(y * y),
+        "second_xy": -surface_integral(x * y),
     }
     if abs(waterplane["area"]) < SUBMERGED * abs(volume) ** (2 / 3):
         waterplane = dict.fromkeys(waterplane, 0.0)

@@ -19,7 +19,7 @@ from hydrosim.errors import InputError
 from hydrosim.scene import Changes
 from hydrosim.scene.given import NOTHING_GIVEN, POINTS_UNKNOWN, Given
 
-HEAD = 4096  # bytes by which a format is recognised
+HEAD_BYTES = 4096  # bytes by which a format is recognised
 NOTHING_CHANGED = Changes()
 NOT_READ = {  # files beside databases, or files of programs without a reader
     ".lis": "a listing of AQWA, which is read beside an .AH1 file; give the .AH1 file",
@@ -106,6 +106,6 @@ def _files(path: Path) -> list[Path]:
 def _head(file: Path) -> bytes:
     try:
         with file.open("rb") as opened:
-            return opened.read(HEAD)
+            return opened.read(HEAD_BYTES)
     except OSError as error:
         raise InputError(f"{file}: cannot be read ({error.strerror}).") from None

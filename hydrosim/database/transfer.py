@@ -18,7 +18,7 @@ MATRICES = (
     "hydrostatic_stiffness",
     "inertia_matrix",
 )
-LOADS = (
+LOAD_NAMES = (
     "excitation",
     "froude_krylov",
     "mean_drift",
@@ -26,7 +26,7 @@ LOADS = (
     "qtf_difference",
     "qtf_sum",
 )
-POINTS = ("reference_point", "centre_of_gravity", "centre_of_buoyancy")
+BODY_POINTS = ("reference_point", "centre_of_gravity", "centre_of_buoyancy")
 
 
 def move_reference(db: HydroDatabase, centre_of_gravity: ArrayLike) -> HydroDatabase:
@@ -91,8 +91,8 @@ def body_of(db: HydroDatabase, index: int) -> HydroDatabase:
     return replace(
         db,
         **{name: part(getattr(db, name), own, own) for name in MATRICES},
-        **{name: part(getattr(db, name), own) for name in LOADS},
-        **{name: part(getattr(db, name), row, slice(None)) for name in POINTS},
+        **{name: part(getattr(db, name), own) for name in LOAD_NAMES},
+        **{name: part(getattr(db, name), row, slice(None)) for name in BODY_POINTS},
         volume=part(db.volume, row),
         drift_imbalance=None,
     )

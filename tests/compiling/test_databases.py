@@ -86,7 +86,7 @@ def two() -> HydroDatabase:
 def test_two_bodies_with_noise_in_sway_and_roll_run_in_heave(two) -> None:
     """As they are; in all that moves they are refused, with frequency, pair and size."""
     bad = noisy(two, 0.2, SWAY, ROLL)
-    assert {f.name for f in check(bad) if f.refused} >= {"symmetry of added mass"}
+    assert {f.name for f in check(bad) if f.is_refused} >= {"symmetry of added mass"}
     run, sound = (hs.simulate(pair(db, ("heave",))) for db in (bad, two))
     assert run.attrs["status"] == "complete"
     np.testing.assert_array_equal(run.position, sound.position)
@@ -147,10 +147,10 @@ def test_moments_of_noise_are_no_wrong_convention(share) -> None:
     lever = share * np.cbrt(db.volume[0])
     loads = db.excitation.copy()
     loads[..., ROLL] += lever * loads[..., HEAVE]
-    found = [finding for finding in check(replace(db, excitation=loads)) if finding.refused]
+    found = [finding for finding in check(replace(db, excitation=loads)) if finding.is_refused]
     assert not found
     loads[..., ROLL] *= -1.0
-    assert any(finding.refused for finding in check(replace(db, excitation=loads)))
+    assert any(finding.is_refused for finding in check(replace(db, excitation=loads)))
 
 
 def test_a_database_made_in_python_is_checked() -> None:
@@ -216,7 +216,7 @@ def test_ways_past_a_refusal_are_recorded(way) -> None:
 
 def test_symmetrising_mends_noise_and_nothing_else(two) -> None:
     mended = apply_changes(noisy(two, 0.2, SWAY, ROLL), Changes(symmetrise=True))
-    assert not any(finding.refused for finding in check(mended))
+    assert not any(finding.is_refused for finding in check(mended))
     for name in MATRICES:
         matrix = getattr(mended, name)
         np.testing.assert_array_equal(matrix, matrix.swapaxes(1, 2))

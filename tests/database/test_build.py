@@ -251,7 +251,7 @@ def test_shallow_water_keeps_the_energy(tmp_path):
     the drift: 3 per cent."""
     recipe, water = a_box(tmp_path, panels=4, depth="15 m", frequencies="[0.9]"), Water(depth=15.0)
     solution = bem.solve(afloat(recipe).hull, water, 0.9, recipe.headings)
-    waves = np.sum(np.abs(solution.kochin_radiation) ** 2, axis=1) * drift.STEP
+    waves = np.sum(np.abs(solution.kochin_radiation) ** 2, axis=1) * drift.DIRECTION_STEP
     k = water.wavenumber(0.9)
     leaving = 2 * drift._factors(k, 0.9, water)[1] / (k * 0.9) * waves
     np.testing.assert_allclose(leaving[:3], np.diag(solution.damping)[:3], rtol=0.05)
@@ -354,7 +354,7 @@ def test_changed_inputs_are_solved_again(tmp_path):
     keys = [
         bem.solution_key(hull, water, 0.5, headings),
         bem.solution_key(replace(hull, panels=moved), water, 0.5, headings),
-        bem.solution_key(replace(hull, lid=mesh.NONE), water, 0.5, headings),
+        bem.solution_key(replace(hull, lid=mesh.NO_PANELS), water, 0.5, headings),
         bem.solution_key(replace(hull, symmetric=False), water, 0.5, headings),
         bem.solution_key(replace(hull, centres=((0.0, 0.0, 1.0),)), water, 0.5, headings),
         bem.solution_key(hull, Water(density=1000.0), 0.5, headings),
@@ -447,7 +447,7 @@ def test_hydrostatics_of_panels_are_the_closed_form():
     """For plane panels exact, about any axes and without symmetry."""
     shape = barge.Barge(260.0, 63.0, 12.4, 42.0, 100.0, 51.23, 2.4, 19.0)
     exact = barge.hydrostatics(shape)
-    panels = barge.mirrored(barge.half_hull(shape, barge.resolution(shape, 15.0)))
+    panels = barge.with_mirror_image(barge.half_hull(shape, barge.resolution(shape, 15.0)))
     found = mesh.integrals(panels)
     for name in ("area", "moment_x", "second_xx", "second_yy", "volume", "centre_of_buoyancy"):
         np.testing.assert_allclose(

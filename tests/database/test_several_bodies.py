@@ -153,7 +153,7 @@ def test_drift_of_each_adds_up_to_that_of_all(tmp_path):
     water, headings = Water(), np.radians([0.0, 30.0, 90.0])
     floats = afloat(beside)
     solution = bem.solve(floats.hull, water, 1.2, headings)
-    near = drift_of_each._near(floats.hull, None, water, 1.2, headings)
+    near = drift_of_each._near_field_drifts(floats.hull, None, water, 1.2, headings)
     far = mean_drift(solution.kochin_diffraction, 1.2, headings, water).force
     both = near.reshape(3, 2, 6).sum(axis=1)
     largest = np.abs(far[:, :2]).max()

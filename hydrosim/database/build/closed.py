@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from hydrosim.database.build.barge import Barge, hydrostatics, patch
-from hydrosim.database.build.hull_keys import MeshHull, SphereHull
+from hydrosim.database.build.hull_keys import MeshFileHull, SphereHull
 from hydrosim.database.build.recipe import load_recipe
 from hydrosim.database.hull import close_hull, read_closed, triangles_of
 from hydrosim.dofs import about_z
@@ -29,12 +29,12 @@ def shape_of_recipe(path: Path, body: int = 1, depth: float | None = None) -> np
         raise InputError(f"{path}: has {len(recipe.data.parts)} bodies; expected body {body}.")
     part = recipe.data.parts[body - 1]
     hull = part.hull
-    if isinstance(hull, SphereHull) or isinstance(hull, MeshHull) == (depth is not None):
+    if isinstance(hull, SphereHull) or isinstance(hull, MeshFileHull) == (depth is not None):
         raise InputError(
             f"{path}: its hull is a {hull.type}, and depth is {depth}; expected a barge or a box"
             " with a depth (keel to deck), or a mesh without one. Give a file as mesh instead."
         )
-    if isinstance(hull, MeshHull):
+    if isinstance(hull, MeshFileHull):
         own = read_closed(path.parent / hull.file, hull)
     else:
         own = barge_with_deck(hull.shape(recipe.data.water), float(depth or 0.0))

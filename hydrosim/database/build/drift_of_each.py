@@ -39,7 +39,7 @@ def drift_of_each(
     solutions, found = list(solutions), {}
     for kind in kinds:
         floating = body if kind is Drifting.FREE else None
-        one = joblib.delayed(_stored)
+        one = joblib.delayed(_stored_drifts)
         calls = (one(hull, floating, water, s.frequency, headings) for s in solutions)
         near = []
         for drift in compute_all(calls, jobs):
@@ -72,15 +72,17 @@ def _far(body: Floating, kind: Drifting, s: Solution, headings: Real, water: Wat
     return mean_drift(waves, s.frequency, headings, water).force
 
 
-def _stored(
+def _stored_drifts(
     hull: Hull, floating: Floating | None, water: Water, frequency: float, headings: Real
 ) -> Real:
     held = (np.empty(0),) if floating is None else (floating.inertia, floating.stiffness)
     key = key_of("drift of each", solution_key(hull, water, frequency, headings), *held)
-    return remembered(key, lambda: [_near(hull, floating, water, frequency, headings)])[0]
+    return remembered(
+        key, lambda: [_near_field_drifts(hull, floating, water, frequency, headings)]
+    )[0]
 
 
-def _near(
+def _near_field_drifts(
     hull: Hull, floating: Floating | None, water: Water, frequency: float, headings: Real
 ) -> Real:
     """Drift (headings, n) of each body from the pressures on its hull."""

@@ -20,7 +20,7 @@ Count = Annotated[int, Field(strict=True, ge=1, le=1000)]
 PANELS = 1000  # number of panels of default size that would cover the wetted hull
 
 
-class Water(Strict):
+class WaterKeys(Strict):
     """Density, gravity and depth."""
 
     density: of.Density = 1025.0
@@ -96,7 +96,7 @@ class BargeHull(Strict):
             raise problem(f"a wall_depth of {self.wall_depth:g} m", "the draught at most")
         return self
 
-    def shape(self, water: Water) -> barge.Barge:
+    def shape(self, water: WaterKeys) -> barge.Barge:
         """The barge afloat in ``water``."""
         taper = (self.beam + self.bow_beam) / 2
         stern = self.stern_length
@@ -122,7 +122,7 @@ class BoxHull(Strict):
     panels: PanelsOf | None = None
     """Largest size of panels, or their numbers."""
 
-    def shape(self, _: Water) -> barge.Barge:
+    def shape(self, _: WaterKeys) -> barge.Barge:
         """The box as a barge."""
         return barge.box(self.length, self.beam, self.draught)
 
@@ -142,7 +142,7 @@ class SphereHull(Strict):
         return self.panels or math.sqrt(2 * math.pi * self.radius**2 / PANELS)
 
 
-class MeshHull(MeshKeys):
+class MeshFileHull(MeshKeys):
     """A hull from a file beside the recipe."""
 
     type: Literal["mesh"]
@@ -151,7 +151,7 @@ class MeshHull(MeshKeys):
     """Mesh file, relative to the recipe. Example: hull.stl."""
 
 
-AnyHull = Annotated[BargeHull | BoxHull | SphereHull | MeshHull, Discriminator("type")]
+AnyHull = Annotated[BargeHull | BoxHull | SphereHull | MeshFileHull, Discriminator("type")]
 
 
 def resolution(hull: BargeHull | BoxHull, shape: barge.Barge) -> barge.Resolution:
@@ -163,7 +163,7 @@ def resolution(hull: BargeHull | BoxHull, shape: barge.Barge) -> barge.Resolutio
     return barge.resolution(shape, hull.panels or usual)
 
 
-def check_hull(hull: AnyHull, water: Water) -> None:
+def check_hull(hull: AnyHull, water: WaterKeys) -> None:
     """Refuse a barge whose corners are in the wrong order."""
     if isinstance(hull, BargeHull | BoxHull):
         _check_corners(hull.shape(water))

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.database.checks.use import EVERYTHING, Part, Use
+from hydrosim.database.checks.use import EVERYTHING, CheckSubject, Use
 from hydrosim.database.database import HydroDatabase, Real
 from hydrosim.dofs import DOFS
 
@@ -32,18 +32,18 @@ class Finding:
     accepted: bool = False
 
     @property
-    def passed(self) -> bool:
+    def has_passed(self) -> bool:
         """Whether the figure is within the limit."""
         return self.figure <= self.limit
 
     @property
-    def doubted(self) -> bool:
+    def is_doubted(self) -> bool:
         """Whether the figure exceeds the limit and is not accepted; always true above the
         refusal."""
-        return not self.passed and not (self.accepted and self.figure <= self.refusal)
+        return not self.has_passed and not (self.accepted and self.figure <= self.refusal)
 
     @property
-    def refused(self) -> bool:
+    def is_refused(self) -> bool:
         """Whether the figure exceeds the refusal."""
         return self.figure > self.refusal and not self.accepted
 
@@ -51,7 +51,7 @@ class Finding:
     def summary(self) -> str:
         """The figure, its place and its limit, without advice."""
         place = f" {self.place}" if self.place else ""
-        said = ", accepted" if self.accepted and not self.passed else ""
+        said = ", accepted" if self.accepted and not self.has_passed else ""
         return f"{self.name}: found {self.figure:.3g}{place}, expected at most {self.limit:g}{said}"
 
     def __str__(self) -> str:
@@ -102,7 +102,7 @@ class Check:
     errors: Callable[[HydroDatabase], Errors]
     limit: float
     advice: str
-    of: frozenset[Part]
+    of: frozenset[CheckSubject]
     refusal: float = np.inf
     needs: tuple[str, ...] = ()
     proves: Callable[[HydroDatabase], bool] = proves_always
@@ -117,17 +117,17 @@ class Check:
                 raise LeftOut(f"nothing uses the {min(self.of)}")
             if lacking:
                 raise LeftOut(f"the database has no {lacking[0].replace('_', ' ')}")
-            if Part.LOADS in self.of and not db.excitation.any():
+            if CheckSubject.LOADS in self.of and not db.excitation.any():
                 raise LeftOut("the database has no wave loads")
-            errors = self.errors(use.seen(db) if self.of_all else db)
+            errors = self.errors(use.without_fixed_damping(db) if self.of_all else db)
         except LeftOut as reason:
             return Finding(self.name, 0.0, self.limit, f"left out: {reason}", left_out=True)
-        return self._found(db, use, errors)
+        return self._find_worst(db, use, errors)
 
-    def _found(self, db: HydroDatabase, use: Use, errors: Errors) -> Finding:
+    def _find_worst(self, db: HydroDatabase, use: Use, errors: Errors) -> Finding:
         """Refusal applies to DOFs that the waves excite; errors of others are doubts."""
-        whole = use.of(np.asarray(errors.relative), errors.axes)
-        excited = use.excited(whole, errors.axes, db.frequency)
+        whole = use.without_fixed_dofs(np.asarray(errors.relative), errors.axes)
+        excited = use.at_wave_frequencies(whole, errors.axes, db.frequency)
         proves = self.of <= use.parts and self.proves(db)
         refuses = proves and largest(excited) > self.refusal
         worst = excited if refuses else whole

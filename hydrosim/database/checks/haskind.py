@@ -14,9 +14,9 @@ from __future__ import annotations
 import numpy as np
 
 from hydrosim.database.checks.finding import Check, Errors, LeftOut
-from hydrosim.database.checks.scales import MODES, damping_scale, length, radius
-from hydrosim.database.checks.use import Part
-from hydrosim.database.database import PANELS, TURN, HydroDatabase, Real, all_headings
+from hydrosim.database.checks.scales import LENGTH_POWERS, damping_scale, length, radius
+from hydrosim.database.checks.use import CheckSubject
+from hydrosim.database.database import PANELS, TURN_RAD, HydroDatabase, Real, all_headings
 from hydrosim.waves.dispersion import wavenumber
 
 _WIDEST = np.radians(46.0)  # between headings: a larger gap does not close the circle
@@ -28,7 +28,7 @@ def _error(db: HydroDatabase) -> Errors:
     """Largest difference of B_ij from that by the loads, within each body, relative to the
     diagonal."""
     circle = all_headings(db)
-    gaps = np.diff(circle.heading, append=circle.heading[0] + TURN)
+    gaps = np.diff(circle.heading, append=circle.heading[0] + TURN_RAD)
     if gaps.max() > _WIDEST:
         raise LeftOut(
             "needs headings all around, at most 45 deg apart; the widest gap is"
@@ -50,7 +50,7 @@ def _error(db: HydroDatabase) -> Errors:
 
 def _is_resolved(k: Real, radius: float, gap: float) -> np.ndarray:
     """Whether the trapezoidal rule over the headings is exact: |X|^2 has 2 k R waves in a turn."""
-    seen = 2 * k * radius + 2 < TURN / gap
+    seen = 2 * k * radius + 2 < TURN_RAD / gap
     if not seen.any():
         raise LeftOut("needs a lower frequency, or more headings")
     return seen
@@ -61,7 +61,7 @@ def _scale(db: HydroDatabase, seen: np.ndarray) -> Real:
     remainder of loads that should cancel is a small fraction of the body's largest load."""
     largest = np.abs(np.diagonal(db.radiation_damping[seen], axis1=1, axis2=2)).max(axis=0)
     own = np.maximum(np.sqrt(largest), 0.1 * damping_scale(db)).reshape(db.bodies, 6)
-    lever = length(db)[:, None] ** MODES
+    lever = length(db)[:, None] ** LENGTH_POWERS
     noise = _LEVER * lever * (own / lever).max(axis=1, keepdims=True)
     return np.maximum(own, noise).ravel()
 
@@ -93,7 +93,7 @@ HASKIND = (
         " relative to the diagonal; refine the panels, or look for factors of rho, g, w or 2,"
         " DOFs in another order or sign, rotated axes, or a wrong depth",
         refusal=0.5,
-        of=frozenset({Part.RADIATION, Part.LOADS}),
+        of=frozenset({CheckSubject.RADIATION, CheckSubject.LOADS}),
         cause=_wide_panels,
     ),
 )

@@ -6,7 +6,7 @@ import numpy as np
 
 from hydrosim.database.checks.finding import Check, Errors
 from hydrosim.database.checks.scales import diagonal, displaced_mass
-from hydrosim.database.checks.use import Part
+from hydrosim.database.checks.use import CheckSubject
 from hydrosim.database.database import HydroDatabase, Real, require_array
 
 
@@ -83,7 +83,7 @@ HYDROSTATICS = (
         " submerged body, else the stiffness is missing or its sign is wrong",
         refusal=0.5,
         needs=("hydrostatic_stiffness",),
-        of=frozenset({Part.STIFFNESS}),
+        of=frozenset({CheckSubject.STIFFNESS}),
     ),
     Check(
         "symmetry of the stiffness",
@@ -92,7 +92,7 @@ HYDROSTATICS = (
         "largest |C_ij - C_ji| / sqrt(C_ii C_jj) in heave, roll and pitch, zero in theory; look"
         " for a wrong sign or an exchanged entry",
         needs=("hydrostatic_stiffness",),
-        of=frozenset({Part.STIFFNESS}),
+        of=frozenset({CheckSubject.STIFFNESS}),
     ),
     Check(
         "metacentric heights",
@@ -101,7 +101,7 @@ HYDROSTATICS = (
         "1 if a roll or pitch stiffness is negative; the body capsizes, or its centre of gravity"
         " or the sign is wrong",
         needs=("hydrostatic_stiffness",),
-        of=frozenset({Part.STIFFNESS}),
+        of=frozenset({CheckSubject.STIFFNESS}),
     ),
     Check(
         "moments of the waterplane",
@@ -111,7 +111,7 @@ HYDROSTATICS = (
         " for wrong units, a stiffness without gravity, or centres in another frame",
         refusal=0.5,
         needs=("hydrostatic_stiffness", "volume", "centre_of_buoyancy", "centre_of_gravity"),
-        of=frozenset({Part.STIFFNESS}),
+        of=frozenset({CheckSubject.STIFFNESS}),
     ),
     Check(
         "weight",
@@ -121,6 +121,6 @@ HYDROSTATICS = (
         " difference, else volume, density or mass is wrong",
         refusal=0.9,
         needs=("inertia_matrix", "volume"),
-        of=frozenset({Part.SPARE}),
+        of=frozenset({CheckSubject.SPARE}),
     ),
 )

@@ -22,7 +22,7 @@ import numpy as np
 from hydrosim.database.checks.finding import Check, Errors
 from hydrosim.database.checks.scales import compact, diagonal, displaced_mass, first_wavenumber
 from hydrosim.database.checks.scales import length as sides
-from hydrosim.database.checks.use import Part
+from hydrosim.database.checks.use import CheckSubject
 from hydrosim.database.database import Complex, HydroDatabase, Real, of_frequencies, require_array
 from hydrosim.waves.dispersion import wavenumber
 
@@ -93,13 +93,13 @@ def _of_dofs(db: HydroDatabase, values: Real, *dofs: int, size: Real | None = No
     """Errors (nh, nb) or (nh, nb, len(dofs)) of those degrees of freedom of each body at the first
     frequency, and the absolute ``size`` of the latter."""
 
-    def spread(numbers: Real) -> Real:
+    def to_all_dofs(numbers: Real) -> Real:
         out = np.full((1, db.heading.size, db.bodies, 6), np.nan)
         out[0, ..., list(dofs)] = np.moveaxis(np.atleast_3d(numbers), -1, 0)
         return out.reshape(1, db.heading.size, -1)
 
-    sizes = None if size is None else spread(size)
-    return Errors(spread(values), ("frequency", "heading", "dof"), sizes, ("N", "/m"))
+    sizes = None if size is None else to_all_dofs(size)
+    return Errors(to_all_dofs(values), ("frequency", "heading", "dof"), sizes, ("N", "/m"))
 
 
 def _horizontal_phase(db: HydroDatabase) -> Errors:
@@ -238,7 +238,7 @@ LONG_WAVES = (
         _PHASE,
         refusal=60.0,
         proves=compact,
-        of=frozenset({Part.LOADS}),
+        of=frozenset({CheckSubject.LOADS}),
     ),
     Check(
         "phase of the heave load in long waves",
@@ -248,7 +248,7 @@ LONG_WAVES = (
         refusal=60.0,
         needs=("hydrostatic_stiffness",),
         proves=_heave_is_static,
-        of=frozenset({Part.LOADS}),
+        of=frozenset({CheckSubject.LOADS}),
     ),
     Check(
         "size of the heave load in long waves",
@@ -259,7 +259,7 @@ LONG_WAVES = (
         refusal=0.25,
         needs=("hydrostatic_stiffness",),
         proves=_heave_is_static,
-        of=frozenset({Part.LOADS, Part.STIFFNESS}),
+        of=frozenset({CheckSubject.LOADS, CheckSubject.STIFFNESS}),
     ),
     Check(
         "size of the horizontal load in long waves",
@@ -269,7 +269,7 @@ LONG_WAVES = (
         " frequency; start at a lower frequency, or look for a wrong water depth (it determines"
         " k), volume, density or factor rho",
         needs=("volume",),
-        of=frozenset({Part.LOADS}),
+        of=frozenset({CheckSubject.LOADS}),
     ),
     Check(
         "roll and pitch moments in long waves",
@@ -281,7 +281,7 @@ LONG_WAVES = (
         refusal=0.5,
         needs=("hydrostatic_stiffness", "volume", "centre_of_gravity"),
         proves=compact,
-        of=frozenset({Part.LOADS, Part.STIFFNESS}),
+        of=frozenset({CheckSubject.LOADS, CheckSubject.STIFFNESS}),
     ),
     Check(
         "Froude-Krylov loads in long waves",
@@ -292,6 +292,6 @@ LONG_WAVES = (
         refusal=0.5,
         needs=("froude_krylov", "hydrostatic_stiffness", "volume"),
         proves=compact,
-        of=frozenset({Part.SPARE}),
+        of=frozenset({CheckSubject.SPARE}),
     ),
 )

@@ -8,7 +8,7 @@ import numpy as np
 
 from hydrosim.database.checks.finding import Check, Errors, LeftOut
 from hydrosim.database.checks.scales import added_mass_scale, damping_scale
-from hydrosim.database.checks.use import Part
+from hydrosim.database.checks.use import CheckSubject
 from hydrosim.database.database import HydroDatabase, Real, require_array
 from hydrosim.dofs import MIRROR_SIGN
 from hydrosim.radiation.retardation import (
@@ -22,7 +22,7 @@ _LOWEST = 0.05  # of the highest frequency: below it added mass is not compared 
 _STEP = 0.4  # time step of that function, times the highest frequency
 
 
-ADDED_MASS, DAMPING = ("kg", ""), ("kg", "/s")
+ADDED_MASS_UNITS, DAMPING_UNITS = ("kg", ""), ("kg", "/s")
 _ALONG = ("frequency", "dof", "motion")
 
 
@@ -34,12 +34,12 @@ def _of_pairs(error: Real, scale: Real, unit: tuple[str, str]) -> Errors:
 
 def _added_mass_asymmetry(db: HydroDatabase) -> Errors:
     A = db.added_mass
-    return _of_pairs(A - A.transpose(0, 2, 1), added_mass_scale(db), ADDED_MASS)
+    return _of_pairs(A - A.transpose(0, 2, 1), added_mass_scale(db), ADDED_MASS_UNITS)
 
 
 def _damping_asymmetry(db: HydroDatabase) -> Errors:
     B = db.radiation_damping
-    return _of_pairs(B - B.transpose(0, 2, 1), damping_scale(db), DAMPING)
+    return _of_pairs(B - B.transpose(0, 2, 1), damping_scale(db), DAMPING_UNITS)
 
 
 def _mirror(db: HydroDatabase) -> Errors:
@@ -48,8 +48,8 @@ def _mirror(db: HydroDatabase) -> Errors:
         raise LeftOut("the bodies are not symmetric about y = 0")
     sign = np.tile(MIRROR_SIGN, db.bodies)
     reversed_ = np.outer(sign, sign) < 0
-    mass = _of_pairs(db.added_mass * reversed_, added_mass_scale(db), ADDED_MASS)
-    damping = _of_pairs(db.radiation_damping * reversed_, damping_scale(db), DAMPING)
+    mass = _of_pairs(db.added_mass * reversed_, added_mass_scale(db), ADDED_MASS_UNITS)
+    damping = _of_pairs(db.radiation_damping * reversed_, damping_scale(db), DAMPING_UNITS)
     return max(mass, damping, key=lambda errors: errors.relative.max())
 
 
@@ -68,12 +68,12 @@ def _causality(db: HydroDatabase) -> Errors:
     share = db.frequency / db.frequency[-1]
     inner = (share >= _LOWEST) & (share <= OGILVIE_BAND)
     left = np.where(inner[:, None, None], left, np.nan)
-    return _of_pairs(left, scale, ADDED_MASS)
+    return _of_pairs(left, scale, ADDED_MASS_UNITS)
 
 
 def _infinite(db: HydroDatabase) -> Errors:
     gap = require_array(db, "added_mass_infinite") - _ogilvie(db)[0]
-    return _of_pairs(gap, added_mass_scale(db), ADDED_MASS)
+    return _of_pairs(gap, added_mass_scale(db), ADDED_MASS_UNITS)
 
 
 def _zero(db: HydroDatabase) -> Errors:
@@ -83,7 +83,7 @@ def _zero(db: HydroDatabase) -> Errors:
     dofs = np.arange(6 * db.bodies) % 6
     level = (dofs < 2) | (dofs == 5) | np.isinf(db.water_depth)
     return _of_pairs(
-        np.where(np.outer(level, level), gap, np.nan), added_mass_scale(db), ADDED_MASS
+        np.where(np.outer(level, level), gap, np.nan), added_mass_scale(db), ADDED_MASS_UNITS
     )
 
 
@@ -108,7 +108,7 @@ RADIATION = (
         "largest |M_ij - M_ji| / sqrt(M_ii M_jj), zero in theory; refine the panels, or look for"
         " mixed units or DOFs in another order",
         refusal=0.1,
-        of=frozenset({Part.RADIATION}),
+        of=frozenset({CheckSubject.RADIATION}),
     ),
     Check(
         "symmetry of radiation damping",
@@ -117,7 +117,7 @@ RADIATION = (
         "largest |M_ij - M_ji| / sqrt(M_ii M_jj), zero in theory; refine the panels, or look for"
         " mixed units or DOFs in another order",
         refusal=0.1,
-        of=frozenset({Part.RADIATION}),
+        of=frozenset({CheckSubject.RADIATION}),
     ),
     Check(
         "port and starboard",
@@ -126,7 +126,7 @@ RADIATION = (
         "largest coupling of surge, heave or pitch with sway, roll or yaw, zero for a hull that"
         " is symmetric about y = 0; look for DOFs in another order or rotated axes",
         refusal=0.1,
-        of=frozenset({Part.RADIATION}),
+        of=frozenset({CheckSubject.RADIATION}),
     ),
     Check(
         "positive damping",
@@ -137,7 +137,7 @@ RADIATION = (
         " panels or a wrong sign",
         refusal=0.3,
         of_all=True,
-        of=frozenset({Part.RADIATION}),
+        of=frozenset({CheckSubject.RADIATION}),
     ),
     Check(
         "added mass against damping",
@@ -146,7 +146,7 @@ RADIATION = (
         "largest difference of A(w) from that by the damping (Ogilvie 1964), relative to the"
         " diagonal; compute higher or denser frequencies, or look for frequencies not in rad/s,"
         " or a factor w or rho in one of the two",
-        of=frozenset({Part.RADIATION}),
+        of=frozenset({CheckSubject.RADIATION}),
     ),
     Check(
         "added mass at infinite frequency",
@@ -155,7 +155,7 @@ RADIATION = (
         "largest difference from the value that A(w) and the damping give by Ogilvie's (1964)"
         " relation, relative to the diagonal; hydrosim uses the latter",
         needs=("added_mass_infinite",),
-        of=frozenset({Part.SPARE}),
+        of=frozenset({CheckSubject.SPARE}),
     ),
     Check(
         "added mass at zero frequency",
@@ -164,6 +164,6 @@ RADIATION = (
         "largest difference from the lowest frequency, relative to the diagonal; start at a lower"
         " frequency, or look for a factor rho",
         needs=("added_mass_zero",),
-        of=frozenset({Part.SPARE}),
+        of=frozenset({CheckSubject.SPARE}),
     ),
 )

@@ -12,7 +12,7 @@ from hydrosim.database.checks.scales import (
     diagonal,
     load_floor,
 )
-from hydrosim.database.checks.use import Part
+from hydrosim.database.checks.use import CheckSubject
 from hydrosim.database.database import Complex, HydroDatabase, Real
 from hydrosim.radiation.retardation import (
     TAIL_EXPONENTS,
@@ -136,14 +136,14 @@ def _at_least(db: HydroDatabase, count: int) -> None:
         raise LeftOut(f"needs {count} frequencies, the database has {db.frequency.size}")
 
 
-ORDER = (
+ORDER_CHECKS = (
     Check(
         "frequencies",
         _frequencies,
         0.0,
         "number of frequencies that are not above zero and the previous one; sort them, in rad/s",
         refusal=0.0,
-        of=frozenset({Part.ORDER}),
+        of=frozenset({CheckSubject.ORDER}),
     ),
     Check(
         "headings",
@@ -151,7 +151,7 @@ ORDER = (
         0.0,
         "number of headings that do not increase or lie beyond a full turn; sort them, in rad",
         refusal=0.0,
-        of=frozenset({Part.ORDER}),
+        of=frozenset({CheckSubject.ORDER}),
     ),
 )
 
@@ -162,7 +162,7 @@ RANGES = (
         0.0,
         "1 if the numbers are not those that hydrosim wrote into the file; accept it if you"
         " changed them on purpose, else convert the original again",
-        of=frozenset(Part),
+        of=frozenset(CheckSubject),
     ),
     Check(
         "kernel truncation",
@@ -171,7 +171,7 @@ RANGES = (
         "largest fraction of a retardation function at time zero that comes from above the"
         " highest frequency, where hydrosim continues the damping by a power law; compute higher"
         " frequencies",
-        of=frozenset({Part.RADIATION}),
+        of=frozenset({CheckSubject.RADIATION}),
     ),
     Check(
         "frequency spacing",
@@ -179,7 +179,7 @@ RANGES = (
         0.02,
         "remaining retardation functions, relative to their peak, after the time pi/dw that the"
         " widest step dw between frequencies resolves; compute frequencies in between",
-        of=frozenset({Part.RADIATION}),
+        of=frozenset({CheckSubject.RADIATION}),
     ),
     Check(
         "irregular frequencies",
@@ -188,7 +188,7 @@ RANGES = (
         "largest spike in added mass or damping relative to the largest damping; remove"
         " irregular frequencies with a lid, or leave those frequencies out; acceptable if bodies"
         " trap a wave between them",
-        of=frozenset({Part.RADIATION}),
+        of=frozenset({CheckSubject.RADIATION}),
     ),
     Check(
         "smooth loads",
@@ -197,6 +197,6 @@ RANGES = (
         "largest error of the excitation between frequencies, estimated from its departure from"
         " the cubic through its neighbours; compute more frequencies, or look for phases of"
         " another origin or rows in another order",
-        of=frozenset({Part.LOADS}),
+        of=frozenset({CheckSubject.LOADS}),
     ),
 )

@@ -8,10 +8,10 @@ import numpy as np
 
 from hydrosim.database.checks.finding import Check, Errors, LeftOut, single_error
 from hydrosim.database.checks.scales import length
-from hydrosim.database.checks.use import Part
+from hydrosim.database.checks.use import CheckSubject
 from hydrosim.database.database import (
     SAME_HEADING,
-    TURN,
+    TURN_RAD,
     Complex,
     HydroDatabase,
     Real,
@@ -124,7 +124,7 @@ def _worst(errors: Errors) -> float:
 
 
 def _heading_distance(a: Real | float, b: Real | float) -> np.ndarray:
-    return np.abs((np.asarray(a) - b + TURN / 2) % TURN - TURN / 2) < SAME_HEADING
+    return np.abs((np.asarray(a) - b + TURN_RAD / 2) % TURN_RAD - TURN_RAD / 2) < SAME_HEADING
 
 
 _SYMMETRY = (
@@ -140,7 +140,7 @@ SECOND_ORDER = (
         " without current and damping: look for a wrong sign, or headings that waves come from",
         refusal=0.3,
         needs=("mean_drift",),
-        of=frozenset({Part.DRIFT}),
+        of=frozenset({CheckSubject.DRIFT}),
     ),
     Check(
         "size of the drift",
@@ -150,7 +150,7 @@ SECOND_ORDER = (
         " for a factor such as rho g, or wave heights used for amplitudes",
         refusal=1.5,
         needs=("mean_drift",),
-        of=frozenset({Part.DRIFT}),
+        of=frozenset({CheckSubject.DRIFT}),
     ),
     Check(
         "QTF is Hermitian",
@@ -159,7 +159,7 @@ SECOND_ORDER = (
         f"largest |T-_12 - conj T-_21|, relative to the largest; {_SYMMETRY}",
         refusal=0.1,
         needs=("qtf_difference", "qtf_heading"),
-        of=frozenset({Part.DIFFERENCE}),
+        of=frozenset({CheckSubject.DIFFERENCE}),
     ),
     Check(
         "sum QTF is symmetric",
@@ -168,7 +168,7 @@ SECOND_ORDER = (
         f"largest |T+_12 - T+_21|, relative to the largest; {_SYMMETRY}",
         refusal=0.1,
         needs=("qtf_sum", "qtf_heading"),
-        of=frozenset({Part.SUM}),
+        of=frozenset({CheckSubject.SUM}),
     ),
     Check(
         "QTF against mean drift",
@@ -178,6 +178,6 @@ SECOND_ORDER = (
         " use more frequencies or finer panels, or look for a factor such as 2 or rho g",
         refusal=1.0,
         needs=("qtf_difference", "qtf_frequency", "qtf_heading", "mean_drift"),
-        of=frozenset({Part.DIFFERENCE}),
+        of=frozenset({CheckSubject.DIFFERENCE}),
     ),
 )

@@ -42,10 +42,11 @@ from hydrosim.scene.given import NOTHING_GIVEN, Given
 NAME = "AQWA .AH1"
 
 _KEYWORD = re.compile(r"[A-Z][A-Z_]+\s*$")
-_NUMBER = r"=\s*([-+]?\d*\.?\d+(?:[EeDd][-+]?\d+)?)"
-_LISTED_VOLUME = re.compile(r"MESH BASED DISPLACEMENT[^=\n]*" + _NUMBER)
+_NUMBER_AFTER_EQUALS = r"=\s*([-+]?\d*\.?\d+(?:[EeDd][-+]?\d+)?)"
+_LISTED_VOLUME = re.compile(r"MESH BASED DISPLACEMENT[^=\n]*" + _NUMBER_AFTER_EQUALS)
 _LISTED_CENTRE = re.compile(
-    r"POSITION OF THE CENTRE OF BUOYANCY" + r"[^\n]*\n".join(rf"[^=\n]*{_NUMBER}" for _ in range(3))
+    r"POSITION OF THE CENTRE OF BUOYANCY"
+    + r"[^\n]*\n".join(rf"[^=\n]*{_NUMBER_AFTER_EQUALS}" for _ in range(3))
 )
 
 _Rows = list[tuple[int, list[str]]]  # line and words

@@ -18,7 +18,7 @@ from hydrosim.errors import InputError
 # Loads in the mirror image in x = 0: surge, pitch and yaw change sign.
 _FORE_AFT_SIGN = np.array([-1.0, 1.0, 1.0, 1.0, -1.0, -1.0])
 _FASTEST = 1e4  # rad/s: waves shorter than a micrometre; larger numbers come from a damaged file
-_SAME = 1e-6  # relative difference below which two frequencies or headings are equal
+_HEADING_TOLERANCE = 1e-6  # rad: headings beyond a quarter of a turn by less are within it
 _BY_FREQUENCY = ("added_mass", "radiation_damping")
 _BY_WAVE = ("excitation", "froude_krylov", "mean_drift")
 
@@ -75,9 +75,9 @@ def elevation(
 def with_fore_aft_headings(heading: Real, loads: Any) -> tuple[Real, Any]:
     """Headings 0 to 180 degrees, and their loads, of a hull that is symmetric about x = 0, from
     headings of the first quadrant. Headings beyond the quadrant are left as they are."""
-    if (np.abs(heading - np.pi / 4) > np.pi / 4 + _SAME).any():
+    if (np.abs(heading - np.pi / 4) > np.pi / 4 + _HEADING_TOLERANCE).any():
         return heading, loads
-    new = heading < np.pi / 2 - _SAME
+    new = heading < np.pi / 2 - _HEADING_TOLERANCE
     mirrored = np.pi - heading[new][::-1]
     images = loads[:, new][:, ::-1] * _FORE_AFT_SIGN
     return np.concatenate([heading, mirrored]), np.concatenate([loads, images], axis=1)

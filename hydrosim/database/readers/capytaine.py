@@ -40,7 +40,7 @@ from hydrosim.scene.given import NOTHING_GIVEN, POINTS_UNKNOWN, Given
 NAME = "Capytaine netCDF"
 
 _CLASSIC = b"CDF"
-_MOST = 10**7  # numbers in one variable; more is a damaged file's
+_MAX_VARIABLE_SIZE = 10**7  # numbers in one variable; more is a damaged file's
 # exceptions of the libraries about damaged files
 _UNREADABLE = (
     OSError,
@@ -183,8 +183,10 @@ class _File:
         if name not in self.file.variables:
             raise self.wrong(name, "none", "one of Capytaine's")
         stored = self.file.variables[name]
-        if math.prod(stored.shape) > _MOST:
-            raise self.wrong(name, f"{math.prod(stored.shape)} values", f"at most {_MOST}")
+        if math.prod(stored.shape) > _MAX_VARIABLE_SIZE:
+            raise self.wrong(
+                name, f"{math.prod(stored.shape)} values", f"at most {_MAX_VARIABLE_SIZE}"
+            )
         return stored
 
     def real(self, name: str, *dimensions: str) -> Real:

@@ -50,7 +50,7 @@ _EVERY = {
 
 
 @dataclass(frozen=True)
-class Entry:
+class LinearEntry:
     """One entry: ``value`` (nw, nh) of a ``component`` that is numbered from 1."""
 
     text: Text
@@ -97,17 +97,17 @@ def read(paths: Sequence[Path], given: Given) -> HydroDatabase:
     )
 
 
-def _entry_of(entries: Sequence[Entry], kind: str, component: int) -> Entry:
+def _entry_of(entries: Sequence[LinearEntry], kind: str, component: int) -> LinearEntry:
     return next(e for e in entries if (e.kind, e.component) == (kind, component))
 
 
-def _matrix(entries: Sequence[Entry], kind: str) -> Real:
+def _matrix(entries: Sequence[LinearEntry], kind: str) -> Real:
     """(nw, 6, 6), in the order of the components."""
     columns = [_entry_of(entries, kind, component).value[:, 0].real for component in _EVERY[kind]]
     return np.stack(columns, axis=-1).reshape(-1, 6, 6)
 
 
-def _check_entries(path: Path, entries: Sequence[Entry]) -> Entry:
+def _check_entries(path: Path, entries: Sequence[LinearEntry]) -> LinearEntry:
     """The first entry. Raises `InputError` if one is missing, occurs twice or has other waves."""
     for kind, wanted in _EVERY.items():
         components = [entry.component for entry in entries if entry.kind == kind]
@@ -134,7 +134,7 @@ def _check_entries(path: Path, entries: Sequence[Entry]) -> Entry:
     return first
 
 
-def _entry(text: Text) -> Entry:
+def _entry(text: Text) -> LinearEntry:
     """Entry of a file. Raises `InputError` for data that are missing or not supported."""
     head = head_of(text)
     check_head(text, head, ("RAOTYPE", "COMPONENT", "HEADING"))
@@ -148,7 +148,7 @@ def _entry(text: Text) -> Entry:
     if not len(rows) or (np.diff(rows[:, 0]) <= 0).any():
         raise text.wrong(len(text.lines) - 1, "frequencies out of order", "ascending ones")
     size, phase = rows[:, 1 : 1 + heading.size], rows[:, 1 + heading.size :]
-    return Entry(
+    return LinearEntry(
         text,
         water_of(text),
         kind,

@@ -46,7 +46,7 @@ _LONG = 0.3  # k V^(1/3) of waves that show the centre of flotation
 _PARA = "numbers of frequencies and headings, above zero, and a symmetry of 0, 1 or 2"
 
 
-class _Record(NamedTuple):
+class _KeywordRecord(NamedTuple):
     line: int
     keyword: str
     fields: list[str]
@@ -91,7 +91,9 @@ class _Reader:
         self.text = text
         rows = ((line, content[:80]) for line, content in enumerate(text.lines))
         cut = [
-            _Record(line, row[:_WIDTH].strip(), [row[i : i + 10] for i in range(_WIDTH, 80, 10)])
+            _KeywordRecord(
+                line, row[:_WIDTH].strip(), [row[i : i + 10] for i in range(_WIDTH, 80, 10)]
+            )
             for line, row in rows
             if row.strip()
         ]
@@ -106,7 +108,7 @@ class _Reader:
         self.next += 1
         return self.text.numbers(record.line, record.fields[:count], count)
 
-    def peek(self, expected: str) -> _Record:
+    def peek(self, expected: str) -> _KeywordRecord:
         """The next record. Raises `InputError` at the end of the file."""
         if self.next >= len(self.records):
             self.text.line(len(self.text.lines), expected)

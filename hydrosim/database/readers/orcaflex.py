@@ -49,7 +49,7 @@ from hydrosim.scene.given import NOTHING_GIVEN, Given
 NAME = "OrcaFlex vessel type"
 
 _GRAVITY = 9.80665  # OrcaFlex's own, m/s^2
-_SAME = 1e-6  # relative difference of equal frequencies
+_FREQUENCY_RTOL = 1e-6  # relative difference of equal frequencies
 _HEAVE_ROLL_PITCH = [2, 3, 4]
 _DOFS = ("Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw")
 _PAIR = ("RAOPeriodOrFrequency1", "RAOPeriodOrFrequency2", "RAODirection1", "RAODirection2")
@@ -486,7 +486,7 @@ def _require_motions(node: _Node, columns: list[str]) -> None:
     known = [f"RAO{dof}{what}" for dof in _DOFS for what in ("Amp", "Phase")]
     unknown = [name for name in columns if name not in known]
     if unknown:
-        raise node.wrong("", f"a column {shown(unknown[0])}", "RAOSurgeAmp to RAOYawPhase")
+        raise node.wrong("", f"a column {value_text(unknown[0])}", "RAOSurgeAmp to RAOYawPhase")
 
 
 def _sizes_and_phases(columns: list[str], rows: Real) -> tuple[Real, Real]:
@@ -513,7 +513,7 @@ def _matching(draught: _Node, omega: Real, waves: Real) -> list[int]:
     finite = np.isfinite(omega) & (omega > 0)
     near = np.abs(waves - np.where(finite, omega, 0.0)[:, None])
     rows = near.argmin(axis=1)
-    fits = near[np.arange(omega.size), rows] <= _SAME * omega
+    fits = near[np.arange(omega.size), rows] <= _FREQUENCY_RTOL * omega
     if not fits[finite].all() or finite.sum() != waves.size:
         raise draught.wrong(
             "FrequencyDependentAddedMassAndDamping",

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from hydrosim.database.database import Complex, HydroDatabase, Real, require_array
 from hydrosim.database.readers.common import inverse, quotient
 
-_NUMBER = "%24.16e"
+_NUMBER_FORMAT = "%24.16e"
 
 
 def write(db: HydroDatabase, stem: Path) -> None:
@@ -84,7 +84,7 @@ def _difference(point: Real, origin: Real) -> Real:
 
 
 def _labelled_line(label: str, values: Real | list[float]) -> str:
-    return f" {label} " + " ".join(_NUMBER % value for value in values)
+    return f" {label} " + " ".join(_NUMBER_FORMAT % value for value in values)
 
 
 def _matrix_rows(before: list[float], *matrices: Real) -> list[list[float | int]]:
@@ -131,7 +131,9 @@ def _degrees(angle: Real) -> Real:
 
 
 def _lines(rows: list[list[float | int]]) -> list[str]:
-    return ["".join(f"{x:6d}" if isinstance(x, int) else _NUMBER % x for x in r) for r in rows]
+    return [
+        "".join(f"{x:6d}" if isinstance(x, int) else _NUMBER_FORMAT % x for x in r) for r in rows
+    ]
 
 
 def _write(db: HydroDatabase, stem: Path, suffix: str, rows: list[list[float | int]]) -> None:
