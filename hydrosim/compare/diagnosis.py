@@ -27,7 +27,7 @@ MIN_WAVE_STD = 0.05  # of the std: smaller motion in the wave band counts as non
 CLEAR = 0.3  # of the rms: an effect that is named
 MOSTLY = 0.7  # of the mean square
 UNIT_GAIN_TOLERANCE = 0.03  # relative distance of a gain from that of a unit
-ROUNDING_FRACTION = 1e-12  # of the largest value
+SERIES_ROUNDING_FRACTION = 1e-12  # of the largest value
 CONFUSED_UNITS = {  # units that may be mistaken for ours
     "m": ("mm", "cm", "ft"),
     "m/s": ("mm/s", "cm/s", "km/h", "ft/s"),
@@ -53,7 +53,7 @@ def diagnose(
     largest = float(np.abs(np.concatenate([ours, recorded])).max())
     if largest == 0.0:
         return "both zero"
-    if found.peak <= 1.001 * pair.precision + ROUNDING_FRACTION * largest:
+    if found.peak <= 1.001 * pair.precision + SERIES_ROUNDING_FRACTION * largest:
         return f"equal to print precision ({pair.precision:.2g} {pair.unit})"
     if found.std == 0.0 or varies(ours) == 0.0:
         return _constant(pair, found, varies(ours))

@@ -28,7 +28,7 @@ from hydrosim.report.supports import EARTH, column, keel_of, supports_of
 from hydrosim.report.supports import SAID as FOR_THE_EYE
 from hydrosim.report.tanks import SAID, tanks_of
 from hydrosim.scene import JointType, Scene
-from hydrosim.wording.parts import title_of
+from hydrosim.wording.sections import title_of
 
 ROOM = 2_200_000  # bytes of all moments, as 32-bit numbers
 FACTORS = (1, 2, 5, 10, 20, 50)  # of motions

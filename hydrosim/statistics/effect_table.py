@@ -16,7 +16,7 @@ from hydrosim.statistics.effects import EffectRow, PlanRuns
 from hydrosim.statistics.ends import ends_of_figures
 from hydrosim.statistics.over_seeds import find_extremes
 
-COLUMNS = ("runs", "mean", "mean_low", "mean_high", "another_low", "another_high")
+MEAN_COLUMNS = ("runs", "mean", "mean_low", "mean_high", "another_low", "another_high")
 EXTREMES = (
     *("most_probable", "most_probable_low", "most_probable_high"),
     *("p90", "p90_low", "p90_high", "by"),
@@ -39,7 +39,15 @@ def as_csv(runs: xr.Dataset) -> str:
     table = csv.writer(text, lineterminator="\n")
     heads = (_head(name, plan, units) for name, plan in names.items())
     table.writerow(
-        ["study", *map(escape_unprintable, heads), "figure", "unit", *COLUMNS, *EXTREMES, *CRITERIA]
+        [
+            "study",
+            *map(escape_unprintable, heads),
+            "figure",
+            "unit",
+            *MEAN_COLUMNS,
+            *EXTREMES,
+            *CRITERIA,
+        ]
     )
     for plan, row in each:
         cells = _cells(plan, row, list(names), units)

@@ -87,7 +87,7 @@ HALF_TEST_PROBABILITY = 0.0025
 # mean number of exceedances of the largest value by the tail of the other waves
 MIN_TAIL_EXCEEDANCES = 1e-3
 MIN_SLOW_KURTOSIS = 1.9  # kurtosis of a slow part: 1.5 for a sine, 1.8 uniform, 3 normal
-ROUNDING_FRACTION = 1e-12  # of the largest value
+RECORD_ROUNDING_FRACTION = 1e-12  # of the largest value
 LOWER_END_FACTOR = 1.4
 """Reach of the lower end of confidence in a slow record that leans, in a run with contacts. Slow
 drift has an exponential tail, what leans on a contact a lighter one, and both look alike."""
@@ -239,7 +239,7 @@ def refusal_reason(x: np.ndarray) -> ExtremeModel | None:
     """Reason why a record x (nt,) has no extremes without any fit."""
     if not np.isfinite(x).all():
         return ExtremeModel.NOT_FINITE
-    if not np.ptp(x) > ROUNDING_FRACTION * np.abs(x).max():
+    if not np.ptp(x) > RECORD_ROUNDING_FRACTION * np.abs(x).max():
         return ExtremeModel.CONSTANT
     return ExtremeModel.TOO_SHORT if upcrossings(x - x.mean()).size <= MIN_WAVES else None
 

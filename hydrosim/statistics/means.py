@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 MEAN_DIFFERENCE_FRACTION = 0.01
-NORMAL_FORCE = "fender_normal_force"
+FENDER_NORMAL_FORCE = "fender_normal_force"
 
 
 def means_between_records(run: xr.Dataset, name: str, values: np.ndarray) -> np.ndarray | None:
@@ -33,7 +33,7 @@ def means_between_records(run: xr.Dataset, name: str, values: np.ndarray) -> np.
 def _impulse(run: xr.Dataset, name: str) -> np.ndarray | None:
     """Time integral (nt,) of a force channel, if the run has it."""
     kind, _, of = name.partition(".")
-    if kind == NORMAL_FORCE and "contact_impulse" in run:
+    if kind == FENDER_NORMAL_FORCE and "contact_impulse" in run:
         own = [of] if of in run.fender.values else run.fender.values[run.fender_group.values == of]
         impulse = run.contact_impulse.sel(fender=own).transpose("time", ...)
         return np.asarray(impulse.values.reshape(run.sizes["time"], -1).sum(axis=1))

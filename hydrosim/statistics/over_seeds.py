@@ -87,13 +87,17 @@ def extremes_over_seeds(runs: xr.Dataset) -> xr.Dataset:
         )
     names = dict.fromkeys(name for row in rows for name in row)
     columns = {
-        name: (DIM, np.array([row.get(name, np.nan) for row in rows]), _described(name, runs))
+        name: (
+            DIM,
+            np.array([row.get(name, np.nan) for row in rows]),
+            _column_attributes(name, runs),
+        )
         for name in names
     }
     return xr.Dataset(columns)
 
 
-def _described(name: str, runs: xr.Dataset) -> dict[str, str]:
+def _column_attributes(name: str, runs: xr.Dataset) -> dict[str, str]:
     """What a column is, and its unit, which is in the column ``unit`` for values of channels."""
     if name in runs.variables and name not in LABELS:
         return {key: str(runs[name].attrs[key]) for key in TEXTS if key in runs[name].attrs}

@@ -25,7 +25,7 @@ from hydrosim.statistics.contact import contact_statistics
 from hydrosim.statistics.extremes import (
     CHANGES,
     LAWS,
-    ROUNDING_FRACTION,
+    RECORD_ROUNDING_FRACTION,
     ExtremeModel,
     RecordExtremes,
     extremes,
@@ -33,7 +33,7 @@ from hydrosim.statistics.extremes import (
     refusal_reason,
 )
 from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY
-from hydrosim.statistics.means import NORMAL_FORCE, means_between_records
+from hydrosim.statistics.means import FENDER_NORMAL_FORCE, means_between_records
 from hydrosim.statistics.peaks import fit_weibull, peaks
 from hydrosim.statistics.series import lowest_frequency, upcrossings
 
@@ -156,7 +156,7 @@ def columns(
             lowest = np.full(each.shape[:-1], lowest_value(variable))
             found |= _of_channels(name, each, lowest, how, growing, unit)
     if "fender_force" in found:
-        names = [f"{NORMAL_FORCE}.{fender}" for fender in run.fender.values]
+        names = [f"{FENDER_NORMAL_FORCE}.{fender}" for fender in run.fender.values]
         found |= _by_impulse("fender_force", run.isel(time=late), names, found)
     if channels:
         named, coords = _requested_channels(run, late, channels)
@@ -284,7 +284,11 @@ def _figures(x: np.ndarray, step: float) -> list[float]:
     size = max(int(PART_FRACTION * x.size), 1)
     parts = x[:size], x[-size:]
     ends = *(part.mean() for part in parts), *(part.std() for part in parts)
-    z = (x - mean) / std if std > ROUNDING_FRACTION * np.abs(x).max() else np.full(x.size, np.nan)
+    z = (
+        (x - mean) / std
+        if std > RECORD_ROUNDING_FRACTION * np.abs(x).max()
+        else np.full(x.size, np.nan)
+    )
     moments = (z**3).mean(), (z**4).mean()
     more = (*moments, *fit_weibull(peaks(x)))
     return [*map(float, (mean, std, 4.0 * std, period, *ends, x.min(), x.max(), *more))]

@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     from hydrosim.studies.ballast.ballasting import PumpPlan
     from hydrosim.studies.ballast.loading import Condition, TankState
 
-SMALL = 2e-3
+COMMON_HEEL_RAD = 2e-3
 """Heel that any body has [rad]."""
-PLACE = ("x", "y", "z")
+COORDINATES = ("x", "y", "z")
 
 
 def ballast_document(
@@ -51,7 +51,7 @@ def ballast_document(
         nodes.append(Verdict(Outcome.WARNING, text, [", ".join(waiting)]))
     for each in found:
         nodes += [Heading(f"{each.body.name} at {time:g} s"), *_condition(each, angle)]
-    nodes += [] if plan is None else _planned(plan)
+    nodes += [] if plan is None else _pump_plan(plan)
     return Document(scene.title, nodes, units=units_of(scene.source))
 
 
@@ -59,7 +59,7 @@ def _condition(found: Condition, angle: float | None) -> Iterator[Node]:
     """What a body weighs and how it floats; its tanks; its mass matrix."""
     weights = (("lightship", found.lightship), ("with its tanks", found.loading))
     rows: list[list[Cell]] = [[name, _mass(x.mass), *_lengths(x.centre)] for name, x in weights]
-    yield Table(("", "mass", *PLACE), rows)
+    yield Table(("", "mass", *COORDINATES), rows)
     heave, heel, trim = found.position[2:5]
     at_rest: list[Cell] = [_length(round(heave, 4)), *(_angle(round(x, 6)) for x in (heel, trim))]
     yield Table(("", "heave", "heel", "trim"), [["at rest", *at_rest]])
@@ -91,7 +91,7 @@ def _tank(found: TankState) -> list[Cell]:
     return [found.tank.name, _length(found.level), _mass(found.mass), filled, *reach]
 
 
-def _planned(plan: PumpPlan) -> Iterator[Node]:
+def _pump_plan(plan: PumpPlan) -> Iterator[Node]:
     heave, heel, trim = plan.position[0, 2:5]
     parts: list[Part] = [Value(plan.within, "s", 6), _length(heave), _angle(heel), _angle(trim)]
     yield Heading("Plan of the pumps")
@@ -107,7 +107,7 @@ def _shallow(found: Sequence[Condition]) -> Iterator[Node]:
     """Free surfaces that meet bottom or top at once: GM is another beyond."""
     for each in found:
         for tank in each.tanks:
-            if 0.0 < tank.reach[0] < SMALL:
+            if 0.0 < tank.reach[0] < COMMON_HEEL_RAD:
                 yield Verdict(
                     Outcome.WARNING,
                     "{}: its surface meets bottom or top at {} of heel. GM is the slope at rest. At"

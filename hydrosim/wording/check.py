@@ -99,7 +99,7 @@ def _verdicts(own: Compiled, compiled: Compiled, watch: Watch) -> Iterator[Node]
         yield from _of_step(compiled, watch)
     if isfinite(own.notes.radiation_error):
         yield radiation_verdict(own.notes.radiation_error)
-    yield Sentence("{}.", [_begun(solution(own.scene, own.facts))])
+    yield Sentence("{}.", [_capitalise(solution(own.scene, own.facts))])
 
 
 def _of_step(compiled: Compiled, watch: Watch) -> Iterator[Node]:
@@ -111,7 +111,7 @@ def _of_step(compiled: Compiled, watch: Watch) -> Iterator[Node]:
     if not limits:
         yield Verdict(Outcome.GOOD, "{} is stable at any step.", [str(solver.method)])
     if not compiled.method.adapts:
-        yield Sentence("{}.", [_begun(accuracy_limit(compiled, found))])
+        yield Sentence("{}.", [_capitalise(accuracy_limit(compiled, found))])
 
 
 def _of_limit(limit: StepLimit, step: float) -> Verdict:
@@ -152,7 +152,7 @@ def _describe_roots(scene: Scene) -> Iterator[str]:
             )
 
 
-def _begun(text: str) -> str:
+def _capitalise(text: str) -> str:
     """A text with a capital at its beginning. Names in it keep theirs."""
     return text[:1].upper() + text[1:]
 

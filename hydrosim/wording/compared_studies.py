@@ -21,31 +21,36 @@ from hydrosim.presentation.document import (
 )
 from hydrosim.presentation.figures import Curve, Curves
 from hydrosim.presentation.units import units_of
-from hydrosim.wording.comparison import compared, files
-from hydrosim.wording.parts import Parts, nodes_of
+from hydrosim.wording.comparison import files, names_compared
+from hydrosim.wording.sections import MAX_TABLE_ROWS, Sections, build_sections
 
-NEEDED = ("ours", "theirs", "difference", "low", "high", "chance", "differs")
-PICTURES, ROWS = 12, 300  # at most
+STUDY_COMPARISON_VARIABLES = ("ours", "theirs", "difference", "low", "high", "chance", "differs")
+MAX_PICTURES = 12
 
 
 def is_of_studies(found: xr.Dataset) -> bool:
     """Whether a dataset is what `hydrosim compare` writes of two files of many runs."""
-    return all(name in found for name in NEEDED)
+    return all(name in found for name in STUDY_COMPARISON_VARIABLES)
 
 
 def studies_document(found: xr.Dataset) -> Document:
     """The report of a comparison of two sets of runs."""
-    return Document(compared(found), nodes_of(PARTS, found), _counted(found), units_of(found.attrs))
+    return Document(
+        names_compared(found),
+        build_sections(STUDY_COMPARISON_SECTIONS, found),
+        _run_counts(found),
+        units_of(found.attrs),
+    )
 
 
 def studies_tables(found: xr.Dataset) -> Document:
     """What differs and what may be chance, without pictures."""
-    others = (replace(node, detail=True) for node in _others(found))
+    others = (replace(node, detail=True) for node in _other_channels(found))
     nodes = [*_outcome(found), *others]
-    return Document(compared(found), nodes, _counted(found), units_of(found.attrs))
+    return Document(names_compared(found), nodes, _run_counts(found), units_of(found.attrs))
 
 
-def _counted(found: xr.Dataset) -> str:
+def _run_counts(found: xr.Dataset) -> str:
     """How many runs were compared, and how."""
     counts = f"{found.sizes['run']} and {found.sizes['other_run']} runs"
     return f"{counts}: {found.attrs['compared']}"
@@ -81,11 +86,11 @@ def _pictures(found: xr.Dataset) -> Iterator[Node]:
         return
     order = "theirs rise; one above the other are runs of the same seed" if paired else "each rise"
     yield Sentence(
-        f"Values in all runs of the channels that differ most certainly, {PICTURES} at most:"
+        f"Values in all runs of the channels that differ most certainly, {MAX_PICTURES} at most:"
         f" {order}. Of channels that are alike, as by symmetry, the first is drawn."
     )
     alike = {one.theirs.values.tobytes(): one for one in reversed(list(_rows(differing)))}
-    for one in list(reversed(alike.values()))[:PICTURES]:
+    for one in list(reversed(alike.values()))[:MAX_PICTURES]:
         yield _picture(one, paired)
 
 
@@ -99,16 +104,16 @@ def _picture(one: xr.Dataset, paired: bool) -> Curves:
     return Curves(str(one.channel.values), label, "share", "value", unit, curves)
 
 
-def _others(found: xr.Dataset) -> Iterator[Sentence | Table]:
+def _other_channels(found: xr.Dataset) -> Iterator[Sentence | Table]:
     rest = found.isel(channel=np.flatnonzero((found.differs == 0) & ~_equal(found)))
     rest = rest.isel(channel=np.argsort(rest.chance.values))
     if rest.sizes["channel"]:
-        yield _table(rest.isel(channel=slice(ROWS)))
+        yield _table(rest.isel(channel=slice(MAX_TABLE_ROWS)))
     if names := [str(name) for name in found.channel.values[_equal(found)]]:
         yield Sentence(f"Equal in all runs: {', '.join(names)}.")
 
 
-def _assumed(found: xr.Dataset) -> Iterator[Node]:
+def _test_assumptions(found: xr.Dataset) -> Iterator[Node]:
     paired = bool(found.attrs.get("paired"))
     test = (
         "Runs of the same seed and parameters are pairs; their differences are tested by"
@@ -166,10 +171,10 @@ def _curve(values: np.ndarray) -> Curve:
     return Curve(share, values, none, none)
 
 
-PARTS: Parts[xr.Dataset] = {
+STUDY_COMPARISON_SECTIONS: Sections[xr.Dataset] = {
     "outcome": ("What differs", _outcome),
     "pictures": ("Both sets of runs", _pictures),
-    "others": ("What may be chance", _others),
-    "assumptions": ("How it was tested", _assumed),
+    "others": ("What may be chance", _other_channels),
+    "assumptions": ("How it was tested", _test_assumptions),
 }
 """Sections by name: the heading, and what gives the nodes below it, of a comparison of studies."""

@@ -30,7 +30,7 @@ from hydrosim.statistics.explain import (
     significant_entries,
     stages_with_values,
 )
-from hydrosim.wording.parts import title_of
+from hydrosim.wording.sections import title_of
 
 SLIPS = {
     "mean N in slip": ("slip_mean_load", "N"),
@@ -42,14 +42,14 @@ SLIPS = {
     "slip towards -": ("slip_astern", "m"),
 }
 """What is said of the slip of a point: the variable and its SI unit."""
-MODES = {
+CONTACT_MODE_ROWS = {
     "share of time": ("mode_share", "share"),
     "moved": ("mode_moved", "m"),
     "work of friction": ("mode_work", "J"),
 }
 
 
-class Row(NamedTuple):
+class ExplainedFigure(NamedTuple):
     """A figure by its name: ``values`` (span,) or (run, span) in an SI ``unit``."""
 
     name: str
@@ -71,7 +71,7 @@ def explanation_document(
 def explanation(found: xr.Dataset, body: str, direction: str) -> Iterator[Node]:
     """The balance of mean forces on a body in a direction; what the friction of each group of
     contacts comes from; how its points slip, and what they do in each mode."""
-    found = found.sel(span=told_spans(found))
+    found = found.sel(span=reported_spans(found))
     yield _table(f"{body} in {direction}", _balance(found.sel(body=body, dof=direction)))
     if "friction_part" in found:
         for group in dict.fromkeys(found.fender_group.values.ravel()):
@@ -83,7 +83,7 @@ def explanation(found: xr.Dataset, body: str, direction: str) -> Iterator[Node]:
     yield _closing(found)
 
 
-def _table(title: str, rows: Iterator[Row]) -> Table:
+def _table(title: str, rows: Iterator[ExplainedFigure]) -> Table:
     each = list(rows)
     spans = stages_with_values(each[0].values)
     table = [
@@ -109,7 +109,7 @@ def _of_group(found: xr.Dataset, group: str) -> list[str]:
     return [s for s in map(str, found.span.values) if ": " not in s or s.startswith(f"{group}: ")]
 
 
-def told_spans(found: xr.Dataset) -> list[str]:
+def reported_spans(found: xr.Dataset) -> list[str]:
     """All spans but the phases of groups of contacts that go through no operation."""
     there = {str(s) for s in found.span.values if found.span_end.sel(span=s).notnull().any()}
     names = [str(s) for s in found.span.values]
@@ -128,32 +128,34 @@ def _phases_beside(span: str, there: set[str]) -> Iterator[int]:
     yield from (k for k, phase in enumerate(EXPLAINED_PHASES) if f"{prefix}{phase}" in there)
 
 
-def _balance(found: xr.Dataset) -> Iterator[Row]:
+def _balance(found: xr.Dataset) -> Iterator[ExplainedFigure]:
     """Times, displacements, mean forces by what exerts them."""
-    yield Row("duration", found.span_end - found.span_begin, "s")
-    yield Row("displacement", found.displacement, "m")
+    yield ExplainedFigure("duration", found.span_end - found.span_begin, "s")
+    yield ExplainedFigure("displacement", found.displacement, "m")
     for name in significant_entries(found.mean_force, "force"):
-        yield Row(f"mean force, {name.replace('_', ' ')}", found.mean_force.sel(force=name), "N")
-    yield Row("change of momentum", found.momentum_rate, "N")
+        yield ExplainedFigure(
+            f"mean force, {name.replace('_', ' ')}", found.mean_force.sel(force=name), "N"
+        )
+    yield ExplainedFigure("change of momentum", found.momentum_rate, "N")
 
 
-def _friction(found: xr.Dataset) -> Iterator[Row]:
+def _friction(found: xr.Dataset) -> Iterator[ExplainedFigure]:
     """Mean friction of a group, by what it comes from."""
     part = found.friction_part.sum("fender").where(found.span_end.notnull())
     for name in FRICTION_PARTS:
         if name != OTHER or name in significant_entries(part, "part"):
-            yield Row(name, part.sel(part=name), "N")
-    yield Row("sum", part.sum("part", skipna=False), "N")
+            yield ExplainedFigure(name, part.sel(part=name), "N")
+    yield ExplainedFigure("sum", part.sum("part", skipna=False), "N")
 
 
-def _points(found: xr.Dataset) -> Iterator[Row]:
+def _points(found: xr.Dataset) -> Iterator[ExplainedFigure]:
     """How a point of the group slips, on average, and what it does in each mode."""
     for mode in map(str, found.contact_mode.values):
         of = found.sel(contact_mode=mode)
-        for name, (variable, unit) in MODES.items():
-            yield Row(f"{mode}: {name}", of[variable].mean("fender"), unit)
+        for name, (variable, unit) in CONTACT_MODE_ROWS.items():
+            yield ExplainedFigure(f"{mode}: {name}", of[variable].mean("fender"), unit)
     for name, (variable, unit) in SLIPS.items():
-        yield Row(name, found[variable].mean("fender"), unit)
+        yield ExplainedFigure(name, found[variable].mean("fender"), unit)
 
 
 def _closing(found: xr.Dataset) -> Sentence:

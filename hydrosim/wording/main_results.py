@@ -12,10 +12,10 @@ from hydrosim.presentation.document import Cell, Node, Outcome, Sentence, Table,
 from hydrosim.statistics.extremes import LAWS
 from hydrosim.statistics.orders import VALUES_FOR_INTERVAL
 from hydrosim.statistics.statistics import EXTREME_SIDES
-from hydrosim.wording.channels import Channel, channels_of
+from hydrosim.wording.channels import StatisticsChannel, channels_of
 from hydrosim.wording.criteria import criteria_nodes
-from hydrosim.wording.parts import lines_of
 from hydrosim.wording.run import element_verdicts, solution_verdicts, status_verdict
+from hydrosim.wording.sections import lines_of
 
 NO_CRITERIA = "The case asks for no criteria."
 ASK = "Limits with their sources under `criteria:` in the case are judged in the results."
@@ -71,7 +71,7 @@ def largest_values(found: xr.Dataset) -> Iterator[Node]:
     )
 
 
-def _largest(found: xr.Dataset, channel: Channel) -> list[Cell]:
+def _largest(found: xr.Dataset, channel: StatisticsChannel) -> list[Cell]:
     side = max(EXTREME_SIDES, key=lambda side: abs(channel.figure(found, side).number))
     seen = channel.figure(found, side)
     if channel.basis(found, side) not in LAWS:

@@ -23,16 +23,15 @@ from hydrosim.statistics.ends import (
 from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY
 from hydrosim.statistics.orders import VALUES_FOR_INTERVAL
 from hydrosim.statistics.over_seeds import GUMBEL_METHOD, MIN_RUNS, SeedExtremes, find_extremes
+from hydrosim.wording.sections import MAX_TABLE_ROWS
 
-SHOWN = 5
+MAX_COMBINATIONS = 5
 """Combinations of parameters that are shown."""
-MOST = 300
-"""Rows of a table."""
-CLEARANCE = FIGURES["end_clearance"][0]
+CLEARANCE_FIGURE = FIGURES["end_clearance"][0]
 """The only result of stages that may be negative."""
 VARIED = "varied"
 """Coordinate of runs: the parameter that is varied, one at a time."""
-HOW = (
+EXTREMES_METHOD_NOTE = (
     f"Intervals hold 90 %, over {MIN_RUNS} seeds or more. Where maxima follow Gumbel's law they are"
     " by it; else by the order of the runs, without a law."
 )
@@ -40,14 +39,14 @@ HOW = (
 
 def seed_nodes(plan: PlanRuns) -> Iterator[Node]:
     """Extremes over the seeds of each combination of the parameters of a plan without figures."""
-    yield Sentence(HOW, detail=True)
+    yield Sentence(EXTREMES_METHOD_NOTE, detail=True)
     each = list(combinations(plan))
-    for values, at in each[:SHOWN]:
+    for values, at in each[:MAX_COMBINATIONS]:
         of = plan.runs.isel(run=at)
         title = named_values(plan, values)
         yield from nodes_over_seeds(of, f"{title or 'All'}: {at.size} runs")
-    if len(each) > SHOWN:
-        more = str(len(each) - SHOWN)
+    if len(each) > MAX_COMBINATIONS:
+        more = str(len(each) - MAX_COMBINATIONS)
         yield Sentence("{} more combinations are in motion, in the file.", [more])
 
 
@@ -64,14 +63,14 @@ def extreme_nodes(plan: PlanRuns) -> Iterator[Node]:
         of = plan.runs.isel(run=at)
         name = named_values(plan, values) or "all"
         figures += [[name, *row] for row in _rows(ends_of_figures(of, plan.figures))]
-        if k < SHOWN:
+        if k < MAX_COMBINATIONS:
             channels += [
                 [name, *row] for row in _rows([*ends_of_motions(of), *ends_of_channels(of)])
             ]
     yield from _tables("figure", figures, of=True)
     yield from _tables("channel", channels, of=True, detail=True)
     if figures or channels:
-        yield Sentence(HOW, detail=True)
+        yield Sentence(EXTREMES_METHOD_NOTE, detail=True)
 
 
 def _tables(
@@ -85,9 +84,9 @@ def _tables(
     n = len(begin)
     title = "The most probable extreme of a run, and where the extreme of another run lies"
     head = (*begin, "most probable", "interval", "another run")
-    yield Table(head, [row[: n + 3] for row in rows[:MOST]], title, detail)
+    yield Table(head, [row[: n + 3] for row in rows[:MAX_TABLE_ROWS]], title, detail)
     title = "P90: 90 % of runs do not exceed this largest value, or do not fall below this smallest"
-    each = [[*row[:n], *row[n + 3 :]] for row in rows[:MOST]]
+    each = [[*row[:n], *row[n + 3 :]] for row in rows[:MAX_TABLE_ROWS]]
     yield Table((*begin, "P90", "interval", "by"), each, title, detail)
 
 
@@ -171,7 +170,7 @@ def _stages(runs: xr.Dataset) -> Iterator[list[Cell]]:
         for what, each in {**stages, **{FIGURES[f][0]: of[f] for f in FIGURES}}.items():
             known = each.values[np.isfinite(each.values)]
             if known.size and np.ptp(known) > 0.0:
-                at = seed_spread(known, -np.inf if what == CLEARANCE else 0.0)
+                at = seed_spread(known, -np.inf if what == CLEARANCE_FIGURE else 0.0)
                 unit = str(each.attrs["units"])
                 ends = Between(at.low, at.high, unit), Between(known.min(), known.max(), unit)
                 yield [what, str(name), Value(at.mean, unit), *ends, str(known.size)]

@@ -25,21 +25,21 @@ from hydrosim.results.phases import is_operation
 from hydrosim.statistics.extremes import LAWS, ExtremeModel
 from hydrosim.statistics.orders import VALUES_FOR_INTERVAL
 from hydrosim.statistics.statistics import EXTREME_SIDES, STATISTIC_NAMES, statistics
-from hydrosim.wording.channels import Channel, channels_of
-from hydrosim.wording.parts import title_of
+from hydrosim.wording.channels import StatisticsChannel, channels_of
+from hydrosim.wording.sections import title_of
 from hydrosim.wording.stages import stage_nodes
 
-FEWEST = 16
+MIN_RECORDS = 16
 """Records that figures are made of."""
 MOMENTS = ("mean", "std", "significant", "period", "smallest", "largest")
-LAW = {
+LAW_NAMES = {
     ExtremeModel.GAUSSIAN: "a Gaussian process",
     ExtremeModel.CLIPPED_GAUSSIAN: "a clipped Gaussian process",
     ExtremeModel.GUMBEL: "Gumbel's law",
     ExtremeModel.IMPACTS: "impacts of exponential sizes",
 }
 SEEDS = f"run {VALUES_FOR_INTERVAL} seeds"
-HOW = (
+STATISTICS_METHOD_NOTE = (
     f"To run {VALUES_FOR_INTERVAL} seeds, write a study file with `case: CASE.yaml` and"
     f" `seeds: 1-{VALUES_FOR_INTERVAL}`. Then call `hydrosim sweep STUDY.yaml`. The smallest and"
     f" the largest of {VALUES_FOR_INTERVAL} runs hold the value of another run in 90 % of cases."
@@ -128,7 +128,7 @@ def line_nodes(found: xr.Dataset) -> Iterator[Node]:
 
 def statistics_of(run: xr.Dataset) -> xr.Dataset | None:
     """Statistics of a run from where its waves have grown; None where it has too few records."""
-    return statistics(run, grown_from(run)) if has_statistics(run) else None
+    return statistics(run, ramp_end(run)) if has_statistics(run) else None
 
 
 def statistics_nodes(run: xr.Dataset, found: xr.Dataset | None) -> Iterator[Node]:
@@ -136,7 +136,7 @@ def statistics_nodes(run: xr.Dataset, found: xr.Dataset | None) -> Iterator[Node
     if found is None:
         yield Sentence("The run has too few finite records for statistics.")
         return
-    if start := grown_from(run):
+    if start := ramp_end(run):
         yield Sentence("Figures start at {}, when the waves have grown.", [Value(start, "s")])
     yield from figures(found)
     yield from contact_nodes(found)
@@ -163,10 +163,10 @@ def figures(found: xr.Dataset) -> Iterator[Node]:
         )
         head = ("channel", "side", "observed", "most probable", "interval", "another run", "law")
         yield Table(head, rows)
-    if without := list(_without(found, channels)):
+    if without := list(_reasons_without_extremes(found, channels)):
         yield List(without, "No extremes:")
         if any(SEEDS in item.text for item in without):
-            yield Sentence(HOW)
+            yield Sentence(STATISTICS_METHOD_NOTE)
     yield from _in_phases(found, channels)
 
 
@@ -186,17 +186,17 @@ def contact_nodes(found: xr.Dataset) -> Iterator[Node]:
 
 def has_statistics(run: xr.Dataset) -> bool:
     """Whether a run has enough finite records for figures."""
-    return run.time.size >= FEWEST and bool(np.isfinite(run.position).all())
+    return run.time.size >= MIN_RECORDS and bool(np.isfinite(run.position).all())
 
 
-def grown_from(run: xr.Dataset) -> float:
+def ramp_end(run: xr.Dataset) -> float:
     """The time from which the waves have grown [s], if that is well before the end; else 0."""
     ramp = float(run.attrs.get("wave_ramp", 0.0))
     first, last = run.time.values[[0, -1]]
     return ramp if first < ramp < 0.5 * (first + last) else 0.0
 
 
-def _mean_verdicts(found: xr.Dataset, channels: Sequence[Channel]) -> Iterator[Node]:
+def _mean_verdicts(found: xr.Dataset, channels: Sequence[StatisticsChannel]) -> Iterator[Node]:
     """Warnings of channels whose records have another mean than their impulses."""
     for channel in channels:
         recorded = channel.recorded_mean(found)
@@ -204,11 +204,11 @@ def _mean_verdicts(found: xr.Dataset, channels: Sequence[Channel]) -> Iterator[N
             yield Verdict(Outcome.WARNING, CHATTERS, [channel.title, recorded])
 
 
-def _moments(found: xr.Dataset, channel: Channel) -> list[Cell]:
+def _moments(found: xr.Dataset, channel: StatisticsChannel) -> list[Cell]:
     return [channel.title, *(channel.figure(found, name) for name in MOMENTS)]
 
 
-def _extremes(found: xr.Dataset, channel: Channel) -> Iterator[list[Cell]]:
+def _extremes(found: xr.Dataset, channel: StatisticsChannel) -> Iterator[list[Cell]]:
     for side in EXTREME_SIDES:
         basis = channel.basis(found, side)
         if basis in LAWS:
@@ -219,11 +219,13 @@ def _extremes(found: xr.Dataset, channel: Channel) -> Iterator[list[Cell]]:
                 channel.extreme(found, side, "mpm"),
                 channel.interval(found, side, "mpm"),
                 channel.interval(found, side, "predicted"),
-                LAW[basis],
+                LAW_NAMES[basis],
             ]
 
 
-def _without(found: xr.Dataset, channels: Sequence[Channel]) -> Iterator[Sentence]:
+def _reasons_without_extremes(
+    found: xr.Dataset, channels: Sequence[StatisticsChannel]
+) -> Iterator[Sentence]:
     """Why channels have no extremes: those that have the same reason together."""
     names: dict[Sentence, list[str]] = {}
     for channel in channels:
@@ -246,13 +248,13 @@ def _both_sides(names: Sequence[str]) -> Iterator[str]:
     )
 
 
-def _reason(found: xr.Dataset, channel: Channel, basis: ExtremeModel) -> Sentence:
+def _reason(found: xr.Dataset, channel: StatisticsChannel, basis: ExtremeModel) -> Sentence:
     text, names = REASONS[basis]
     text = text.replace("{ramp:g}", f"{float(found.attrs['wave_ramp']):g}")
     return Sentence(text, tuple(channel.figure(found, name) for name in names))
 
 
-def _in_phases(found: xr.Dataset, channels: Sequence[Channel]) -> Iterator[Node]:
+def _in_phases(found: xr.Dataset, channels: Sequence[StatisticsChannel]) -> Iterator[Node]:
     """Figures of the channels that were asked for by name, in each phase."""
     if "named_phase" not in found:
         return

@@ -33,19 +33,17 @@ from hydrosim.results.validation import DESIGN
 from hydrosim.statistics import effects
 from hydrosim.statistics.effects import DRAWN, Difference, EffectRow, PlanRuns
 from hydrosim.wording.assumptions import assumptions, case_nodes
-from hydrosim.wording.one_table import has_one_table, one_table
-from hydrosim.wording.parts import Parts, nodes_of, title_of
+from hydrosim.wording.one_table import has_results_table, results_table
+from hydrosim.wording.sections import MAX_TABLE_ROWS, Sections, build_sections, title_of
 from hydrosim.wording.seeds import extreme_nodes, seed_nodes, short, value_of
 from hydrosim.wording.study_criteria import study_criteria
 from hydrosim.wording.title_block import title_block
 
-MOST = 300
-"""Rows of a table, and remarks of a list."""
 TOLD = 5
 """Warnings that a summary tells."""
-NAMED = 10
+MAX_RUNS_NAMED = 10
 """Runs that a remark is of."""
-LINES = 12
+MAX_LINES_PER_CHART = 12
 """Lines of a picture."""
 MEANS = (
     "The 90 % interval contains the true mean over all seeds with a probability of 90 %. The"
@@ -57,17 +55,17 @@ MEANS = (
 
 def study_document(runs: xr.Dataset) -> Document:
     """The report of a file of many runs."""
-    nodes = [*title_block(runs), *nodes_of(PARTS, runs)]
-    return Document(title_of(runs), nodes, counted(runs), units_of(runs.attrs))
+    nodes = [*title_block(runs), *build_sections(STUDY_SECTIONS, runs)]
+    return Document(title_of(runs), nodes, counts_by_status(runs), units_of(runs.attrs))
 
 
 def study_tables(runs: xr.Dataset) -> Document:
     """Criteria, how the runs went, what they warn of and what parameters do, without the case."""
-    nodes = [*_outcome(runs), *_warned(runs, TOLD), *_results(runs)]
+    nodes = [*_outcome(runs), *_frequent_warnings(runs, TOLD), *_results(runs)]
     return Document(title_of(runs), nodes, units=units_of(runs.attrs))
 
 
-def counted(runs: xr.Dataset) -> str:
+def counts_by_status(runs: xr.Dataset) -> str:
     """How many runs came to which end."""
     ends = ", ".join(f"{number} {name}" for name, number in _counts(runs).items())
     return f"{runs.sizes['run']} runs: {ends}"
@@ -101,10 +99,10 @@ def _ends(runs: xr.Dataset) -> Iterator[Node]:
         return
     text = "{} of {} runs are complete. Figures are of these."
     yield Verdict(Outcome.BAD, text, [str(complete), str(count)])
-    yield List(_at_most([_of_runs(text, own) for text, own in _unfinished(runs).items()]))
+    yield List(_at_most([_of_runs(text, own) for text, own in _unfinished_runs(runs).items()]))
 
 
-def _unfinished(runs: xr.Dataset) -> dict[str, list[int]]:
+def _unfinished_runs(runs: xr.Dataset) -> dict[str, list[int]]:
     """The numbers of the runs that are not complete, by what became of them."""
     found: dict[str, list[int]] = {}
     ends = zip(runs.status.values, runs.status_message.values, strict=True)
@@ -116,7 +114,9 @@ def _unfinished(runs: xr.Dataset) -> dict[str, list[int]]:
 
 def _of_runs(text: str, own: list[int]) -> Sentence:
     """A remark with the numbers of the runs that it is of."""
-    named = ", ".join(map(str, own[:NAMED])) + (", ..." if len(own) > NAMED else "")
+    named = ", ".join(map(str, own[:MAX_RUNS_NAMED])) + (
+        ", ..." if len(own) > MAX_RUNS_NAMED else ""
+    )
     runs = "run" if len(own) == 1 else f"{len(own)} runs:"
     return Sentence("{} ({} {})", [text, runs, named])
 
@@ -128,7 +128,7 @@ def _results(runs: xr.Dataset) -> Iterator[Node]:
         yield Sentence(text)
         return
     plans = effects.plans(runs)
-    yield from one_table(plans)
+    yield from results_table(plans)
     for plan in plans:
         title = " ".join(f"{plan.name} {plan.design}".replace("_", " ").split())
         yield Sentence("Plan: {}, {} runs.", [title, str(plan.runs.sizes["run"])])
@@ -146,11 +146,11 @@ def _of_values(plan: PlanRuns) -> Iterator[Node]:
     rows = list(effects.rows(plan))
     names = [*dict.fromkeys(name for row in rows for name in row.values)]
     head = ("figure", *map(short, names), "mean", "90 % interval", "another seed", "runs")
-    again = has_one_table(plan)
-    yield Table(head, [_cells(plan, row, names) for row in rows[:MOST]], detail=again)
+    again = has_results_table(plan)
+    yield Table(head, [_cells(plan, row, names) for row in rows[:MAX_TABLE_ROWS]], detail=again)
     yield Sentence(MEANS, detail=True)
-    if len(rows) > MOST:
-        more = str(len(rows) - MOST)
+    if len(rows) > MAX_TABLE_ROWS:
+        more = str(len(rows) - MAX_TABLE_ROWS)
         yield Sentence("{} more rows are in the table that hydrosim statistics writes.", [more])
     if told := [_difference(plan, each) for each in _differences(plan)]:
         yield List(told, "What the parameters change:", detail=again)
@@ -206,9 +206,9 @@ def _pictures(plan: PlanRuns, rows: list[EffectRow]) -> Iterator[Node]:
     axis = numbers[0]
     for figure in plan.figures:
         own = [row for row in rows if row.figure == figure]
-        others = [_others(plan, row, axis) for row in own]
+        others = [_other_parameters(plan, row, axis) for row in own]
         kinds = list(dict.fromkeys(others))
-        if len(kinds) <= LINES:
+        if len(kinds) <= MAX_LINES_PER_CHART:
             curves = {
                 ", ".join(kind) or figure: _curve(
                     [row for row, other in zip(own, others, strict=True) if other == kind], axis
@@ -220,7 +220,7 @@ def _pictures(plan: PlanRuns, rows: list[EffectRow]) -> Iterator[Node]:
             yield Curves(title, short(axis), plan.unit(axis), figure, unit, curves)
 
 
-def _others(plan: PlanRuns, row: EffectRow, axis: str) -> tuple[str, ...]:
+def _other_parameters(plan: PlanRuns, row: EffectRow, axis: str) -> tuple[str, ...]:
     """The values of all parameters but one, as they are read."""
     units = units_of(plan.runs.attrs)
     rest = {name: value for name, value in row.values.items() if name != axis}
@@ -265,15 +265,15 @@ def _case(runs: xr.Dataset) -> Iterator[Node]:
     yield from case_nodes(runs.assign_attrs(first))
 
 
-def _assumed(runs: xr.Dataset) -> Iterator[Node]:
+def _study_assumptions(runs: xr.Dataset) -> Iterator[Node]:
     """Warnings with how many runs have them, then what the runs have in common."""
-    told = list(_warned(runs, MOST))
+    told = list(_frequent_warnings(runs, MAX_TABLE_ROWS))
     yield from told or [Sentence("The runs hold no warnings.")]
     yield Sentence("The rest is the same in all complete runs.")
     yield assumptions(runs)
 
 
-def _warned(runs: xr.Dataset, most: int) -> Iterator[Node]:
+def _frequent_warnings(runs: xr.Dataset, most: int) -> Iterator[Node]:
     """The most frequent warnings, each with how many runs have it."""
     if "warnings" not in runs:
         return
@@ -316,17 +316,17 @@ def _measured_errors(runs: xr.Dataset) -> Iterator[Node]:
 
 
 def _at_most(items: list[Sentence]) -> list[Sentence]:
-    more = len(items) - MOST
+    more = len(items) - MAX_TABLE_ROWS
     if more <= 0:
         return items
-    return [*items[:MOST], Sentence("{} more are in the result file.", [str(more)])]
+    return [*items[:MAX_TABLE_ROWS], Sentence("{} more are in the result file.", [str(more)])]
 
 
-PARTS: Parts[xr.Dataset] = {
+STUDY_SECTIONS: Sections[xr.Dataset] = {
     "outcome": ("Outcome", _outcome),
     "results": ("What parameters do", _results),
     "case": ("Case", _case),
-    "assumptions": ("Assumptions and warnings", _assumed),
+    "assumptions": ("Assumptions and warnings", _study_assumptions),
     "convergence": ("Convergence", _convergence),
 }
 """Sections by name: the heading, and what gives the nodes below it."""

@@ -18,10 +18,8 @@ from hydrosim.wording.criteria import (
     meanings,
     met_or_not,
 )
+from hydrosim.wording.sections import MAX_TABLE_ROWS
 from hydrosim.wording.seeds import named_values
-
-MOST = 300
-"""Rows of a table."""
 
 
 def study_criteria(runs: xr.Dataset, plans: Sequence[PlanRuns]) -> Iterator[Node]:
@@ -46,7 +44,7 @@ def study_criteria(runs: xr.Dataset, plans: Sequence[PlanRuns]) -> Iterator[Node
         for each in found
     ]
     yield Table((*head, *more), rows, "Criteria")
-    yield from (_without(each) for each in found if each.without)
+    yield from (_runs_without_event(each) for each in found if each.without)
     yield from _by_value(plans)
     yield meanings(worst)
 
@@ -81,7 +79,7 @@ def _plan(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> str:
     return of.plan.name.replace("_", " ") if len(plans) > 1 else ""
 
 
-def _without(of: JudgedCriterion) -> Sentence:
+def _runs_without_event(of: JudgedCriterion) -> Sentence:
     return Sentence(
         "{} of {} runs never come to {} ({}). They count as runs that meet it.",
         [str(of.without), str(of.runs), of.worst.name, of.worst.what],
@@ -96,10 +94,10 @@ def _by_value(plans: Sequence[PlanRuns]) -> Iterator[Table | Sentence]:
     if not each:
         return
     head = ("criterion", "at", "worst value", "margin", "", "runs within")
-    rows = [_row_at(judged, plans) for judged in each[:MOST]]
+    rows = [_row_at(judged, plans) for judged in each[:MAX_TABLE_ROWS]]
     yield Table(head, rows, "Criteria at each value")
-    if len(each) > MOST:
-        more = str(len(each) - MOST)
+    if len(each) > MAX_TABLE_ROWS:
+        more = str(len(each) - MAX_TABLE_ROWS)
         yield Sentence("{} more rows are in the table that hydrosim statistics writes.", [more])
 
 

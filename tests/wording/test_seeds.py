@@ -18,7 +18,7 @@ from hydrosim.statistics.ends import ends_of_channels, ends_of_figures
 from hydrosim.statistics.gumbel import fit_maxima
 from hydrosim.statistics.over_seeds import MIN_RUNS, extremes_over_seeds
 from hydrosim.statistics.statistics import EXTREME_SIDES, STATISTIC_NAMES
-from hydrosim.wording.one_table import one_table
+from hydrosim.wording.one_table import results_table
 from hydrosim.wording.seeds import extreme_nodes
 
 SEEDS = 40
@@ -205,7 +205,7 @@ def test_one_table_has_a_row_for_each_value_and_the_means_of_all_figures() -> No
         },
         {"design": json.dumps({"plans": plans, "figures": ["x", "y"], "limits": {}})},
     )
-    table = next(iter(one_table(effects.plans(runs))))
+    table = next(iter(results_table(effects.plans(runs))))
     assert isinstance(table, Table)
     assert list(table.head) == ["study", "value", "x", "±", "y", "±", "runs"]
     assert [row[0] for row in table.rows] == ["one", "one", "two", "two"]

@@ -19,7 +19,7 @@ from hydrosim.presentation.document import (
 TERMS = (("p1", "1/s"), ("p2", "1/rad"), ("p3", "s/rad^2"))
 AMPLITUDES = 5
 """Rows of damping ratios, from the smallest to the largest recorded roll."""
-DIGITS = 5
+COEFFICIENT_DIGITS = 5
 KEYS = ("s^-1", "rad^-1", "s/rad^2")
 """Units in a case file."""
 
@@ -56,7 +56,7 @@ def _terms(fit: DecayFit) -> Table:
 
 
 def _row(name: str, interval: Interval, used: float) -> list[Cell]:
-    return [name, *(f"{x:.{DIGITS}g}" for x in (*interval, used))]
+    return [name, *(f"{x:.{COEFFICIENT_DIGITS}g}" for x in (*interval, used))]
 
 
 def _untold(fit: DecayFit) -> Node:
