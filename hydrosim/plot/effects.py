@@ -26,7 +26,7 @@ from hydrosim.outputs import Output, save_picture
 from hydrosim.plot.panels import labelled, wrapped
 from hydrosim.plot.styles import COLOURS
 from hydrosim.plot.value_names import ValueNames
-from hydrosim.presentation.units import Shown, units_of
+from hydrosim.presentation.units import DisplayUnit, units_of
 from hydrosim.statistics import effects
 from hydrosim.statistics.effects import EffectRow, PlanRuns, SeedSpread
 
@@ -147,9 +147,9 @@ def _named(plan: PlanRuns, parameter: str) -> str:
     return labelled(plan.short(parameter), _shown(plan, plan.axis(parameter)).unit)
 
 
-def _shown(plan: PlanRuns, name: str) -> Shown:
+def _shown(plan: PlanRuns, name: str) -> DisplayUnit:
     """In which unit a figure or the coordinate of a parameter is read."""
-    return units_of(plan.runs.attrs).shown(plan.unit(name))
+    return units_of(plan.runs.attrs).display_unit(plan.unit(name))
 
 
 def _read(plan: PlanRuns, name: str, values: Any) -> Any:

@@ -61,12 +61,12 @@ def _pushes(run: xr.Dataset, body: str, direction: str) -> Iterator[Panel]:
     units = units_of(run.attrs)
     time = run.time.values
     at = {"body": body, "dof": direction}
-    yield lines(time, direction, units.shown("m"), {"": run.position.sel(at).values})
+    yield lines(time, direction, units.display_unit("m"), {"": run.position.sel(at).values})
     each = run.impulse.sel(at) - run.impulse.sel(at).isel(time=0)
     matters = significant_entries(each, "force", LITTLE)
     pushes = {str(name).replace("_", " "): each.sel(force=name).values for name in matters}
     if pushes:
-        yield lines(time, "impulses", units.shown("N s"), pushes)
+        yield lines(time, "impulses", units.display_unit("N s"), pushes)
 
 
 def _contacts(run: xr.Dataset, axis: str) -> Iterator[Panel]:
@@ -90,17 +90,17 @@ def _contacts(run: xr.Dataset, axis: str) -> Iterator[Panel]:
             "slip towards -": slip - ahead,
         }
         made = {name: x.values for name, x in impulses.items()}
-        yield lines(time, f"friction{of}", units.shown("N s"), made)
+        yield lines(time, f"friction{of}", units.display_unit("N s"), made)
         moved = own.contact_moved.mean("fender")
         each = {str(m): moved.sel(contact_mode=m).values for m in run.contact_mode.values}
-        yield lines(time, f"moved{of}", units.shown("m"), each)
+        yield lines(time, f"moved{of}", units.display_unit("m"), each)
     yield bands(time, {str(f): run.fender_mode.sel(fender=f).values for f in run.fender.values})
 
 
 def _of_runs(found: xr.Dataset, body: str, direction: str, units: Units) -> Figure:
     """Bars of means over runs, of mean forces and, where there are contacts, of friction and
     displacements."""
-    force, length = units.shown("N"), units.shown("m")
+    force, length = units.display_unit("N"), units.display_unit("m")
     mean = found.mean_force.sel(body=body, dof=direction)
     kinds = [(force.factor * mean, "force", labelled("mean force", force.unit))]
     if "friction_part" in found:

@@ -33,11 +33,11 @@ def run_document(run: xr.Dataset) -> Document:
     if missing := [name for name in DIMENSIONS if name not in run.coords]:
         raise InputError(f"the result has no coordinate {', '.join(missing)}; {REMEDY}.")
     time = run.time.values.astype(float)
-    nodes = [*title_block(run), *build_sections(RUN_SECTIONS, Shown(run))]
+    nodes = [*title_block(run), *build_sections(RUN_SECTIONS, ReportData(run))]
     return Document(title_of(run), nodes, _subtitle(run), units_of(run.attrs), time)
 
 
-class Shown:
+class ReportData:
     """A ``run`` that is shown, and what several sections need of it: its ``statistics``, if it has
     any, and its ``scene``, if its case can be read again."""
 
@@ -47,7 +47,7 @@ class Shown:
         self.scene = scene_of(run)
 
 
-def _results(of: Shown) -> Iterator[Node]:
+def _results(of: ReportData) -> Iterator[Node]:
     yield from main_results(of.run)
     if of.statistics is not None:
         yield from largest_values(of.statistics)
@@ -92,7 +92,7 @@ def _series(run: xr.Dataset) -> Iterator[Node]:
     yield from charts
 
 
-RUN_SECTIONS: Sections[Shown] = {
+RUN_SECTIONS: Sections[ReportData] = {
     "results": ("Results", _results),
     "arrangement": ("Arrangement", lambda of: arrangement_nodes(of.run, of.scene)),
     "outcome": ("Motions and contacts", lambda of: result_tables(of.run)),

@@ -17,10 +17,10 @@ from hydrosim.studies.run.repeat import case_of
 from hydrosim.waves import Components, sea
 
 DECK = 1.2  # times the draught: depth of a hull whose recipe gives none
-UNKNOWN = 10.0  # m: side of the box for a body of unknown size
+UNKNOWN_BOX_SIDE_M = 10.0  # m: side of the box for a body of unknown size
 THIN = 0.1  # of its longest side: the shortest side of a box
-MOST = 1200  # wave components on a page
-SAME = 1e-6  # of the largest elevation: accuracy of recomputed waves
+MAX_COMPONENTS = 1200  # wave components on a page
+ELEVATION_RTOL = 1e-6  # of the largest elevation: accuracy of recomputed waves
 TRIED = 50  # records at which they are compared
 FACES = np.array(
     [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
@@ -52,7 +52,8 @@ def shape_of(body: Body | None, keel: float | None = None) -> Shape:
     """Shape of a body: its hull, or else a box with its radii of gyration, down to its ``keel`` [m]
     if known, which is the height at which it is touched from below."""
     if body is None:
-        return Shape(box(np.full(3, UNKNOWN)), "a box, because its case cannot be read again")
+        corners = box(np.full(3, UNKNOWN_BOX_SIDE_M))
+        return Shape(corners, "a box, because its case cannot be read again")
     if body.hydrostatics is not None:
         return Shape(body.hydrostatics.corners - body.centre_of_gravity, "its hull")
     found = _recipe_hull(body)
@@ -129,7 +130,9 @@ def waves_of(scene: Scene | None, run: xr.Dataset) -> tuple[list[Components], st
     at = np.unique(np.linspace(0, run.time.size - 1, TRIED).astype(int))
     time, known = run.time.values[at], run.wave_elevation.values[at]
     made = np.sum([_at_origin(waves, time) for waves in sets], axis=0)
-    if not np.allclose(made, known, rtol=0.0, atol=SAME * np.abs(run.wave_elevation).max().item()):
+    if not np.allclose(
+        made, known, rtol=0.0, atol=ELEVATION_RTOL * np.abs(run.wave_elevation).max().item()
+    ):
         return [], level
     return _largest(sets)
 
@@ -143,17 +146,17 @@ def _at_origin(waves: Components, time: np.ndarray) -> np.ndarray:
 
 def _largest(sets: list[Components]) -> tuple[list[Components], str]:
     amplitude = np.concatenate([waves.amplitude for waves in sets])
-    if amplitude.size <= MOST:
+    if amplitude.size <= MAX_COMPONENTS:
         return sets, f"The water is the sum of all {amplitude.size} components of the waves."
-    least = np.sort(amplitude)[-MOST]
+    least = np.sort(amplitude)[-MAX_COMPONENTS]
     share = np.sum(amplitude[amplitude >= least] ** 2) / np.sum(amplitude**2)
-    kept = [_where(waves, waves.amplitude >= least) for waves in sets]
+    kept = [_select_components(waves, waves.amplitude >= least) for waves in sets]
     return kept, (
-        f"The water is the sum of the {MOST} largest of {amplitude.size} components of the waves,"
-        f" which have {share:.0%} of their energy."
+        f"The water is the sum of the {MAX_COMPONENTS} largest of {amplitude.size} components of"
+        f" the waves, which have {share:.0%} of their energy."
     )
 
 
-def _where(waves: Components, these: np.ndarray) -> Components:
+def _select_components(waves: Components, these: np.ndarray) -> Components:
     each = ("omega", "amplitude", "phase", "wavenumber", "heading")
     return replace(waves, **{name: getattr(waves, name)[these] for name in each})

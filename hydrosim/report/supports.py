@@ -19,18 +19,20 @@ from hydrosim.scene import Scene
 THICK = 0.008  # of the size of the scene: half the side of an arm or a column
 DEEP = 0.15  # of the size of the scene: depth of columns below the water, at most to the bed
 ACROSS = 0.9  # vertical part of a normal, above which a plane is nearly level
-SAID = "Arms and columns at landings are illustrations; the case has positions, not shapes."
-EARTH = -1  # in place of the index of a body
+SUPPORTS_NOTE = (
+    "Arms and columns at landings are illustrations; the case has positions, not shapes."
+)
+NO_BODY = -1  # in place of the index of a body
 
 
 def keel_of(scene: Scene, name: str) -> float | None:
     """Height in the body frame [m] at which a landing or a plane of the body is touched from below;
     None if there is none."""
-    found = [z for element in scene.forces.values() for z in _touched(element, name)]
+    found = [z for element in scene.forces.values() for z in _contact_heights(element, name)]
     return min((z for z in found if z < 0.0), default=None)
 
 
-def _touched(element: object, name: str) -> Iterator[float]:
+def _contact_heights(element: object, name: str) -> Iterator[float]:
     if isinstance(element, Landing) and element.body == name:
         yield from map(float, element.points[:, 2])
     elif isinstance(element, Fender) and element.plane.body == name:
@@ -52,7 +54,7 @@ def supports_of(scene: Scene, shapes: Sequence[np.ndarray], size: float) -> list
                 own = numbers[element.body]
                 ends = [(own, point, _nearest(shapes[own], point))]
                 if element.on is None:
-                    ends += [(EARTH, seat, np.array([seat[0], seat[1], -depth]))]
+                    ends += [(NO_BODY, seat, np.array([seat[0], seat[1], -depth]))]
                 else:
                     on = numbers[element.on]
                     ends += [(on, seat, _nearest(shapes[on], seat))]

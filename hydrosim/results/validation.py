@@ -113,7 +113,7 @@ def _is_units(value: Any) -> bool:
         return False
     try:
         units = Units(value)
-        return all(np.isfinite(units.shown(base).factor) for base in BASES)
+        return all(np.isfinite(units.display_unit(base).factor) for base in BASES)
     except (ValueError, LookupError, ArithmeticError):
         return False
 

@@ -66,13 +66,13 @@ def _criterion(of: JudgedCriterion | None, units: Units) -> list[str]:
     if of is None:
         return ["" for _ in CRITERIA]
     worst = of.worst
-    factor = units.shown(worst.unit).factor
+    factor = units.display_unit(worst.unit).factor
     numbers = (f"{factor * x:.6g}" for x in (worst.value, worst.limit, worst.margin))
     return [*numbers, str(of.met), "yes" if of.is_met else "no", worst.source]
 
 
 def _head(name: str, plan: PlanRuns, units: Units) -> str:
-    unit = units.shown(plan.unit(name)).unit
+    unit = units.display_unit(plan.unit(name)).unit
     return f"{name} [{unit}]" if unit else name
 
 
@@ -80,9 +80,9 @@ def _cells(plan: PlanRuns, row: EffectRow, names: list[str], units: Units) -> It
     yield row.plan
     for name in names:
         value = row.values.get(name, "")
-        factor = units.shown(plan.unit(name)).factor if name in row.values else 1.0
+        factor = units.display_unit(plan.unit(name)).factor if name in row.values else 1.0
         yield f"{factor * value:.9g}" if isinstance(value, float) else str(value)
-    unit, factor = units.shown(row.unit)
+    unit, factor = units.display_unit(row.unit)
     yield from (row.figure, unit, str(row.spread.n))
     yield from (f"{factor * value:.6g}" for value in row.spread[1:])
     yield from _extremes(plan, row, factor)

@@ -19,7 +19,7 @@ from hydrosim.presentation.document import (
     Value,
     Verdict,
 )
-from hydrosim.presentation.figures import Curve, Curves
+from hydrosim.presentation.figures import Curves, PlottedCurve
 from hydrosim.presentation.units import units_of
 from hydrosim.wording.comparison import files, names_compared
 from hydrosim.wording.sections import MAX_TABLE_ROWS, Sections, build_sections
@@ -165,10 +165,10 @@ def _row(one: xr.Dataset) -> list[Cell]:
     return [str(one.channel.values), *mean, apart, share, interval, chance]
 
 
-def _curve(values: np.ndarray) -> Curve:
+def _curve(values: np.ndarray) -> PlottedCurve:
     none = np.full(values.size, np.nan)
     share = (np.arange(values.size) + 0.5) / max(values.size, 1)
-    return Curve(share, values, none, none)
+    return PlottedCurve(share, values, none, none)
 
 
 STUDY_COMPARISON_SECTIONS: Sections[xr.Dataset] = {

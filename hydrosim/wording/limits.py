@@ -20,7 +20,7 @@ from hydrosim.presentation.document import (
     Value,
     Verdict,
 )
-from hydrosim.presentation.figures import Curve, Curves
+from hydrosim.presentation.figures import Curves, PlottedCurve
 from hydrosim.presentation.units import units_of
 from hydrosim.statistics.headings import MIRROR_REASON as SIDES
 from hydrosim.statistics.headings import image_of, without_images
@@ -244,14 +244,14 @@ def _degrees(heading: float) -> str:
     return f"{round(np.degrees(heading), 6):g}"
 
 
-def _curve(at: xr.Dataset, found: xr.Dataset) -> Curve:
+def _curve(at: xr.Dataset, found: xr.Dataset) -> PlottedCurve:
     """A curve of the limits that lie within the heights; a sea without one has no point."""
     top = float(found.attrs.get("highest", np.inf))
     points = zip(at.peak_period.values, at.governing.values, strict=True)
     remarks = [f"m at {period:g} s {_governing_words(by)}" for period, by in points]
     within = np.array([not side_of(float(limit), found) for limit in at.limit.values])
     limit, low, high = (np.where(within, at[name].values, np.nan) for name in LIMIT_VARIABLES[:3])
-    return Curve(at.peak_period.values, limit, low, np.minimum(high, top), remarks)
+    return PlottedCurve(at.peak_period.values, limit, low, np.minimum(high, top), remarks)
 
 
 def _governing_words(by: object) -> str:

@@ -22,7 +22,7 @@ from hydrosim.presentation.document import (
     Value,
     Verdict,
 )
-from hydrosim.presentation.figures import Curve, Curves
+from hydrosim.presentation.figures import Curves, PlottedCurve
 from hydrosim.presentation.layout import text_of
 from hydrosim.presentation.units import units_of
 from hydrosim.results.error_figures import RELATIVE, reported_beyond
@@ -228,11 +228,11 @@ def _other_parameters(plan: PlanRuns, row: EffectRow, axis: str) -> tuple[str, .
     return tuple(text_of(value, units) for value in each)
 
 
-def _curve(rows: list[EffectRow], axis: str) -> Curve:
+def _curve(rows: list[EffectRow], axis: str) -> PlottedCurve:
     rows = sorted(rows, key=lambda row: float(row.values[axis]))
     x = np.array([float(row.values[axis]) for row in rows])
     y, low, high = np.array([row.spread[1:4] for row in rows], float).T
-    return Curve(x, y, low, high)
+    return PlottedCurve(x, y, low, high)
 
 
 def _of_samples(plan: PlanRuns) -> Iterator[Node]:

@@ -13,7 +13,7 @@ from report_pages import HOSTILE, Page, chart, data_of, hostile_run
 
 from hydrosim.presentation.document import Document
 from hydrosim.report import run as run_report
-from hydrosim.report.page import LARGEST, html, without_folders
+from hydrosim.report.page import MAX_PAGE_BYTES, html, without_folders
 from hydrosim.report.run import RUN_SECTIONS, run_document
 from hydrosim.results.netcdf import write
 
@@ -161,7 +161,7 @@ def test_long_runs_with_much_in_them_fit() -> None:
     time = xr.DataArray(0.5 * np.arange(count), dims="time", attrs={"units": "s"})
     long = run.isel(time=np.arange(count) % run.time.size).assign_coords(time=time)
     more = {f"force_{k}": long.force_mooring for k in range(40)}
-    assert len(page_of(long.assign(more))) < LARGEST
+    assert len(page_of(long.assign(more))) < MAX_PAGE_BYTES
 
 
 def test_the_command_writes_a_page(report: Command, tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ import xarray as xr
 from reading import ends, number, rows, tables, texts
 
 from hydrosim.errors import InputError
-from hydrosim.presentation.layout import laid_out
+from hydrosim.presentation.layout import render_table
 from hydrosim.presentation.units import DEFAULT
 from hydrosim.statistics import effects
 from hydrosim.statistics.effect_table import as_csv
@@ -123,7 +123,7 @@ def test_tables_say_what_there_is_and_nothing_else() -> None:
     assert ends(one["90 % interval"], "m") == pytest.approx((-4.314e-5, 8.314e-5), rel=1e-3)
     assert ends(one["another seed"], "m") == pytest.approx((-8.936e-5, 1.294e-4), rel=1e-3)
     assert (number(none["a"], "s"), none["mean"], none["runs"]) == (2.0, "no run has a value", "0")
-    (shown, _) = laid_out(*tables(nodes, "figure"), DEFAULT).rows
+    (shown, _) = render_table(*tables(nodes, "figure"), DEFAULT).rows
     assert [cell.text for cell in shown] == [
         *("y", "1", "0.00002", "-0.000043 to 0.000083", "-0.000089 to 0.000129", "2")
     ]

@@ -394,5 +394,5 @@ def test_a_frequency_of_waves_is_read_in_radians_per_second_and_a_turn_in_degree
     runs = xr.Dataset(coords={"lowest": lowest, "rate": ("run", [0.1, 0.2], {"units": "rad/s"})})
     plan = PlanRuns("", "grid", {}, [], None, runs)
     degrees = Units({"rad": "deg"})
-    assert degrees.shown(plan.unit("lowest")) == ("rad/s", 1.0)
-    assert degrees.shown(plan.unit("rate")).unit == "deg/s"
+    assert degrees.display_unit(plan.unit("lowest")) == ("rad/s", 1.0)
+    assert degrees.display_unit(plan.unit("rate")).unit == "deg/s"
