@@ -20,7 +20,7 @@ Count = Annotated[int, Field(strict=True, ge=1, le=1000)]
 PANELS = 1000  # number of panels of default size that would cover the wetted hull
 
 
-class WaterKeys(Strict):
+class RecipeWater(Strict):
     """Density, gravity and depth."""
 
     density: of.Density = 1025.0
@@ -96,7 +96,7 @@ class BargeHull(Strict):
             raise problem(f"a wall_depth of {self.wall_depth:g} m", "the draught at most")
         return self
 
-    def shape(self, water: WaterKeys) -> barge.Barge:
+    def shape(self, water: RecipeWater) -> barge.Barge:
         """The barge afloat in ``water``."""
         taper = (self.beam + self.bow_beam) / 2
         stern = self.stern_length
@@ -122,7 +122,7 @@ class BoxHull(Strict):
     panels: PanelsOf | None = None
     """Largest size of panels, or their numbers."""
 
-    def shape(self, _: WaterKeys) -> barge.Barge:
+    def shape(self, _: RecipeWater) -> barge.Barge:
         """The box as a barge."""
         return barge.box(self.length, self.beam, self.draught)
 
@@ -163,7 +163,7 @@ def resolution(hull: BargeHull | BoxHull, shape: barge.Barge) -> barge.Resolutio
     return barge.resolution(shape, hull.panels or usual)
 
 
-def check_hull(hull: AnyHull, water: WaterKeys) -> None:
+def check_hull(hull: AnyHull, water: RecipeWater) -> None:
     """Refuse a barge whose corners are in the wrong order."""
     if isinstance(hull, BargeHull | BoxHull):
         _check_corners(hull.shape(water))

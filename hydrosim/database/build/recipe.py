@@ -14,7 +14,7 @@ import numpy as np
 from pydantic import AfterValidator, Discriminator, StrictStr, Tag, model_validator
 
 from hydrosim.database.build.drift import DIRECTION_STEP, Drifting, Real
-from hydrosim.database.build.hull_keys import AnyHull, MeshFileHull, WaterKeys, check_hull
+from hydrosim.database.build.hull_keys import AnyHull, MeshFileHull, RecipeWater, check_hull
 from hydrosim.documents import quantities as of
 from hydrosim.documents.layers import apply_setting, read_case, written
 from hydrosim.documents.messages import Problem
@@ -167,7 +167,7 @@ class Common(Strict):
 
     title: StrictStr
     """Title of the database, for people. Example: Barge at a draught of 6 m."""
-    water: WaterKeys = WaterKeys()
+    water: RecipeWater = RecipeWater()
     """Water that the hull floats in."""
     frequencies: Frequencies
     """Wave frequencies: steps, or a list of values and steps."""
