@@ -28,10 +28,10 @@ from hydrosim.recordings import Recording
 MIN_COMMON_TIMES = 10  # common times
 MAX_GAP_STEPS = 10.0  # usual steps
 EQUAL_TIMES_STEPS = 1e-6  # of a step: times that differ by less are equal
-MONOTONE = "fender_normal_force"
-MOVED = ("position", "velocity")  # quantities of a point
-SMALLEST = 1e-250  # of a size: smaller values have no countable digits
-EXACT = 16  # digits: more digits look like rounding
+MONOTONE_CHANNEL = "fender_normal_force"
+POINT_QUANTITIES = ("position", "velocity")  # quantities of a point
+MIN_COUNTABLE_SIZE = 1e-250  # of a size: smaller values have no countable digits
+EXACT_DIGITS = 16  # digits: more digits look like rounding
 Interpolate = Callable[[np.ndarray, np.ndarray], Any]
 
 
@@ -77,7 +77,7 @@ def align(
     for channel, place in places.items():
         interpolate = (
             scipy.interpolate.PchipInterpolator
-            if channel.startswith(MONOTONE)
+            if channel.startswith(MONOTONE_CHANNEL)
             else scipy.interpolate.CubicSpline
         )
         with _naming(place):
@@ -235,9 +235,9 @@ def precision_of(values: np.ndarray) -> float:
     largest, eps = float(np.abs(values).max()), float(np.finfo(float).eps)
     if np.unique(values).size < MIN_COMMON_TIMES:
         return largest * eps / 2.0
-    sizes = np.maximum(np.where(values == 0.0, 1.0, np.abs(values)), SMALLEST)
+    sizes = np.maximum(np.where(values == 0.0, 1.0, np.abs(values)), MIN_COUNTABLE_SIZE)
     exponent = np.floor(np.log10(sizes))
-    for digits in range(1, EXACT):
+    for digits in range(1, EXACT_DIGITS):
         unit = 10.0 ** (exponent - digits + 1)
         if np.allclose(np.round(values / unit) * unit, values, rtol=4e-16, atol=0.0):
             return float(0.5 * unit.max())
@@ -253,8 +253,8 @@ def _ours(run: xr.Dataset, channel: str, place: ChannelPlace) -> tuple[np.ndarra
         source.wrong("found no unit; expected an attribute units or dof_units, as runs have")
     if place.point is not None:
         variable, *labels = channel.split(".")
-        if variable not in MOVED:
-            expected = " or ".join(MOVED)
+        if variable not in POINT_QUANTITIES:
+            expected = " or ".join(POINT_QUANTITIES)
             source.wrong(f"found a point for {variable}; expected one for {expected} only")
         (dof,) = (label for label in labels if label in DOFS)  # or there would be no values
         body = next((label for label in labels if label != dof), str(run.body.values[0]))

@@ -13,7 +13,7 @@ import xarray as xr
 
 from hydrosim.compare.align import Overlap, Pair, align
 from hydrosim.compare.diagnosis import diagnose
-from hydrosim.compare.figures import EDGES, ContactComparison, Figures, contact, figures
+from hydrosim.compare.figures import BAND_EDGES_RAD_S, ContactComparison, Figures, contact, figures
 from hydrosim.compare.guess import guess
 from hydrosim.compare.mapping import ChannelPlace, MappingFile, TimeColumn
 from hydrosim.compare.signals import Fit, fit
@@ -21,7 +21,7 @@ from hydrosim.recordings import Recording
 from hydrosim.results.channels import channels, chosen
 
 MAX_LAG_FRACTION, MAX_LAG_S = 0.1, 60.0  # of the time, and s: largest lag of the search
-SHIFT = 0.5  # of the time: the largest shift
+MAX_SHIFT_FRACTION = 0.5  # of the time: the largest shift
 MIN_SHIFT_CORRELATION = 0.9  # smallest correlation of channels from which a time shift is estimated
 
 
@@ -63,7 +63,7 @@ def compare(
     *,
     shift: bool = False,
     between: tuple[float, float] = (-inf, inf),
-    edges: tuple[float, float] = EDGES,
+    edges: tuple[float, float] = BAND_EDGES_RAD_S,
     only: Sequence[str] = ("*",),
 ) -> Comparison:
     """Compare a run with a recording, by a ``mapping`` or by guesses from names and units.
@@ -128,7 +128,10 @@ def _result(time: np.ndarray, pair: Pair, edges: tuple[float, float]) -> Result:
 def _shift(time: np.ndarray, pairs: Sequence[Pair]) -> float:
     """Time shift to add to the recorded times [s]: the median over the channels that then
     correlate; NaN if none does."""
-    fits = [fit(time, pair.ours, pair.recorded, SHIFT * float(np.ptp(time))) for pair in pairs]
+    fits = [
+        fit(time, pair.ours, pair.recorded, MAX_SHIFT_FRACTION * float(np.ptp(time)))
+        for pair in pairs
+    ]
     lags = [-found.lag for found in fits if abs(found.correlation) > MIN_SHIFT_CORRELATION]
     return float(np.median(lags)) if lags else float("nan")
 

@@ -19,13 +19,13 @@ from hydrosim.compare.figures import Figures, varies
 from hydrosim.compare.signals import Fit, fit, rms, split_bands
 from hydrosim.documents.units import factor
 
-EQUAL = 1e-3  # rms over std: smaller differences count as equal
+EQUAL_RMS_RATIO = 1e-3  # rms over std: smaller differences count as equal
 MIN_NAMED_CORRELATION = 0.8  # correlation: below it no gain, lag or offset is named
-UNLIKE = 0.5  # correlation in the wave band: below it the waves are others
-SPECTRUM = 1.5  # ratio of std in the wave band: above it the spectrum is another
+MIN_WAVE_CORRELATION = 0.5  # correlation in the wave band: below it the waves are others
+MAX_STD_RATIO = 1.5  # ratio of std in the wave band: above it the spectrum is another
 MIN_WAVE_STD = 0.05  # of the std: smaller motion in the wave band counts as none
-CLEAR = 0.3  # of the rms: an effect that is named
-MOSTLY = 0.7  # of the mean square
+MIN_EFFECT_FRACTION = 0.3  # of the rms: an effect that is named
+DOMINANT_FRACTION = 0.7  # of the mean square
 UNIT_GAIN_TOLERANCE = 0.03  # relative distance of a gain from that of a unit
 SERIES_ROUNDING_FRACTION = 1e-12  # of the largest value
 CONFUSED_UNITS = {  # units that may be mistaken for ours
@@ -57,10 +57,10 @@ def diagnose(
         return f"equal to print precision ({pair.precision:.2g} {pair.unit})"
     if found.std == 0.0 or varies(ours) == 0.0:
         return _constant(pair, found, varies(ours))
-    if found.relative < EQUAL:
+    if found.relative < EQUAL_RMS_RATIO:
         return f"equal within {100.0 * found.relative:.2g} % of the std"
     other = _other_waves(time, pair, edges, most)
-    if other and abs(fitted.correlation) < UNLIKE:
+    if other and abs(fitted.correlation) < MIN_WAVE_CORRELATION:
         return "another realisation (same spectrum, no correlation): another seed?"
     if abs(fitted.correlation) < MIN_NAMED_CORRELATION:
         said = f"different (correlation {fitted.correlation:.2f}){_worst_band(found)}"
@@ -87,10 +87,10 @@ def _other_waves(time: np.ndarray, pair: Pair, edges: tuple[float, float], most:
     sizes = float(np.std(a)), float(np.std(r))
     if min(sizes) < MIN_WAVE_STD * min(np.std(pair.ours), np.std(pair.recorded)):
         return False
-    if not 1.0 / SPECTRUM < sizes[0] / sizes[1] < SPECTRUM:
+    if not 1.0 / MAX_STD_RATIO < sizes[0] / sizes[1] < MAX_STD_RATIO:
         return False
     even = np.linspace(time[0], time[-1], time.size)
-    return abs(fit(even, a, r, most).correlation) < UNLIKE
+    return abs(fit(even, a, r, most).correlation) < MIN_WAVE_CORRELATION
 
 
 def _describe_differences(
@@ -112,9 +112,9 @@ def _describe_differences(
     std = found.std / size
     causes = list(_causes(fitted, pair.unit, before, std))
     yield from causes
-    if causes and fitted.rest > max(EQUAL * std, CLEAR * before):
+    if causes and fitted.rest > max(EQUAL_RMS_RATIO * std, MIN_EFFECT_FRACTION * before):
         yield f"{100.0 * fitted.rest / std:.3g} % of the std left"
-    if not causes and before > EQUAL * std:
+    if not causes and before > EQUAL_RMS_RATIO * std:
         yield f"differs by {100.0 * before / std:.3g} % of the std{_worst_band(found)}"
 
 
@@ -126,9 +126,9 @@ def _causes(fitted: Fit, unit: str, before: float, std: float) -> Iterator[str]:
     leaves, or against the ``std`` that counts as equal.
     """
     effects = (fitted.gain_effect, fitted.lag_effect, fitted.offset_effect)
-    clear = CLEAR * before
+    clear = MIN_EFFECT_FRACTION * before
     if max(effects) <= clear and fitted.rest < clear:
-        clear = max(CLEAR * fitted.rest, EQUAL * std)
+        clear = max(MIN_EFFECT_FRACTION * fitted.rest, EQUAL_RMS_RATIO * std)
     if fitted.gain_effect > clear:
         yield f"gain {fitted.gain:.4g}"
     if fitted.lag_effect > clear:
@@ -159,7 +159,7 @@ def _worst_band(found: Figures) -> str:
     squares = np.square(found.band_rms)
     squares[0] += found.mean**2
     worst = int(np.argmax(squares))
-    if squares[worst] < MOSTLY * squares.sum():
+    if squares[worst] < DOMINANT_FRACTION * squares.sum():
         return ""
     return f", mostly {('slow', 'in the wave band', 'fast')[worst]}"
 

@@ -10,11 +10,11 @@ from hydrosim.compare.align import Pair
 from hydrosim.compare.signals import correlation, rms, split_bands
 
 BANDS = ("slow", "waves", "fast")
-EDGES = (0.1, 2.5)  # rad/s, between them
+BAND_EDGES_RAD_S = (0.1, 2.5)  # rad/s, between them
 DRIFT_END_FRACTION = 0.1  # of the time: intervals at its start and end whose means give the drift
-CONSTANT = 1e-12  # of the largest value: smaller variation counts as constant
+CONSTANT_FRACTION = 1e-12  # of the largest value: smaller variation counts as constant
 CONTACT_VARIABLES = ("fender_normal_force", "fender_compression")
-TOUCH = 1e-3  # of the largest value: larger values are contact
+CONTACT_FRACTION = 1e-3  # of the largest value: larger values are contact
 
 
 class Figures(NamedTuple):
@@ -71,14 +71,14 @@ def figures(time: np.ndarray, pair: Pair, edges: tuple[float, float]) -> Figures
 def varies(values: np.ndarray) -> float:
     """Standard deviation; 0 if it is only rounding."""
     std = float(np.std(values))
-    return std if std > CONSTANT * float(np.abs(values).max()) else 0.0
+    return std if std > CONSTANT_FRACTION * float(np.abs(values).max()) else 0.0
 
 
 def contact(time: np.ndarray, pair: Pair) -> ContactComparison | None:
     """First contact and fraction of contact of a fender; None for other channels."""
     if not pair.channel.startswith(CONTACT_VARIABLES):
         return None
-    touching = [x > TOUCH * float(np.abs(x).max()) for x in (pair.ours, pair.recorded)]
+    touching = [x > CONTACT_FRACTION * float(np.abs(x).max()) for x in (pair.ours, pair.recorded)]
     first = [float(time[np.argmax(t)]) if t.any() else float("nan") for t in touching]
     return ContactComparison(*first, *(float(np.mean(t)) for t in touching))
 

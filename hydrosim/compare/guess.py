@@ -19,7 +19,7 @@ from hydrosim.dofs import DOFS
 from hydrosim.recordings.recording import Column, Recording, is_time
 from hydrosim.results.channels import Channel
 
-OURS = {  # words of other programs, and our word for each
+OUR_WORDS = {  # words of other programs, and our word for each
     "x": "surge",
     "y": "sway",
     "z": "heave",
@@ -95,7 +95,7 @@ def _fits(words: frozenset[str], channel: str) -> bool:
 
 def _words(name: str) -> frozenset[str]:
     """Words in a name, in our terms; letters and digits are separated."""
-    return frozenset(OURS.get(word, word) for word in re.findall(r"[a-z]+|\d+", name.lower()))
+    return frozenset(OUR_WORDS.get(word, word) for word in re.findall(r"[a-z]+|\d+", name.lower()))
 
 
 def _converts(unit: str | None, ours: str) -> bool:

@@ -15,8 +15,8 @@ from hydrosim.compiling.coefficients import SOURCE, no_memory
 from hydrosim.compiling.databases import Group, groups
 from hydrosim.compiling.hydrostatics.hulls import with_hulls
 from hydrosim.compiling.suitability import judged, suited
-from hydrosim.database.changes import CHANGED
-from hydrosim.database.checks import ACCEPTED
+from hydrosim.database.changes import CHANGED_ATTRIBUTE
+from hydrosim.database.checks import ACCEPTED_ATTRIBUTE
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces.layout import Resonance
@@ -126,7 +126,10 @@ class WetGroup:
             }
         if self.given:
             return {"database": self.read.source, "radiation": self._described()}
-        said = {f"database_{key}": self.read.attributes.get(key) for key in (CHANGED, ACCEPTED)}
+        said = {
+            f"database_{key}": self.read.attributes.get(key)
+            for key in (CHANGED_ATTRIBUTE, ACCEPTED_ATTRIBUTE)
+        }
         return {
             "database": self.read.source,
             "database_checksum": self.read.checksum,

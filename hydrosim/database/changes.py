@@ -11,14 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from hydrosim.database.checks import ACCEPTED, accepted_findings, unknown
+from hydrosim.database.checks import ACCEPTED_ATTRIBUTE, accepted_findings, unknown
 from hydrosim.database.database import HydroDatabase, Real, of_frequencies
 from hydrosim.database.transfer import MATRICES
 from hydrosim.dofs import MIRROR_SIGN
 from hydrosim.errors import InputError
 from hydrosim.scene import Changes, Without
 
-CHANGED = "changed"  # attribute: changes as text
+CHANGED_ATTRIBUTE = "changed"  # attribute: changes as text
 BODIES_APART = "bodies_apart"  # attribute: "yes" if bodies have no hydrodynamic interaction
 
 _WITHOUT = {
@@ -37,10 +37,12 @@ def apply_changes(db: HydroDatabase, changes: Changes) -> HydroDatabase:
         db = _uncouple_bodies(db)
     if changes.symmetrise:
         db = _symmetric(db)
-    said = [*filter(None, [db.attributes.get(CHANGED)]), *_words(changes)]
-    more = {CHANGED: "; ".join(said)} if said else {}
+    said = [*filter(None, [db.attributes.get(CHANGED_ATTRIBUTE)]), *_words(changes)]
+    more = {CHANGED_ATTRIBUTE: "; ".join(said)} if said else {}
     if changes.accept:
-        more[ACCEPTED] = ", ".join([*accepted_findings(db), *map(_finding_name, changes.accept)])
+        more[ACCEPTED_ATTRIBUTE] = ", ".join(
+            [*accepted_findings(db), *map(_finding_name, changes.accept)]
+        )
     return replace(db, attributes={**db.attributes, **more})
 
 

@@ -24,7 +24,7 @@ Complex = NDArray[np.complex128]
 
 TURN_RAD = 2 * np.pi
 SAME_HEADING = 1e-9  # rad: closer headings are equal
-PANELS = "panels"  # attribute of databases built from panels: their numbers, as JSON
+PANELS_ATTRIBUTE = "panels"  # attribute of databases built from panels: their numbers, as JSON
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -182,7 +182,7 @@ def remedy_for_gaps(frequency: Real, bad: NDArray[np.bool_]) -> str:
     )
 
 
-GIVABLE = {"volume", "centre_of_buoyancy", "centre_of_gravity"}
+GIVEN_ARRAYS = {"volume", "centre_of_buoyancy", "centre_of_gravity"}
 """Optional arrays that a case may give under `hydrodynamics`."""
 
 
@@ -199,7 +199,7 @@ def require_array(db: HydroDatabase, name: str) -> Real:
 
 def _remedy(name: str) -> str:
     """Advice on how to give an optional array that a database lacks."""
-    if name not in GIVABLE:
+    if name not in GIVEN_ARRAYS:
         return f"Use a database that holds the array {name} (`hydrosim db build` writes it)."
     return (
         f"Give it in the case, `hydrodynamics: {{file: ..., {name}: ...}}`, or store it in the"

@@ -24,7 +24,7 @@ from hydrosim.scene import Hull
 Triangles = np.ndarray  # (nt, 3 corners, 3 coordinates), normals into the water
 
 OPEN_FRACTION = 1e-6  # of the area and of the volume: rounding of the file of a closed hull
-SUBMERGED = 1e-9  # of the volume to 2/3: area of a waterplane that is only rounding
+WATERPLANE_ROUNDING = 1e-9  # of the volume to 2/3: area of a waterplane that is only rounding
 
 
 def read_hull(path: Path, keys: MeshKeys = MeshKeys()) -> Hull:
@@ -89,7 +89,7 @@ def integrals(corners: Triangles) -> Hydrostatics:
         "second_yy": -surface_integral(y * y),
         "second_xy": -surface_integral(x * y),
     }
-    if abs(waterplane["area"]) < SUBMERGED * abs(volume) ** (2 / 3):
+    if abs(waterplane["area"]) < WATERPLANE_ROUNDING * abs(volume) ** (2 / 3):
         waterplane = dict.fromkeys(waterplane, 0.0)
     return Hydrostatics(volume=volume, centre_of_buoyancy=np.array(moments) / volume, **waterplane)
 

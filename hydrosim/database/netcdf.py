@@ -27,12 +27,13 @@ if TYPE_CHECKING:
     import netCDF4
 
 NAME = "hydrosim netCDF"
-CHECKSUM = "checksum"  # attribute of a file: checksum of the database when it was written
-NUMBERS = "numbers"  # attribute of a database: result of the comparison with that checksum
+CHECKSUM_ATTRIBUTE = "checksum"  # attribute of a file: checksum of the database when it was written
+NUMBERS_ATTRIBUTE = "numbers"
+"""Attribute of a database: result of the comparison with that checksum."""
 AS_WRITTEN, ALTERED = "as written", "altered"
 _MOST_ALONG = 10_000  # frequencies, headings, pairs of headings
 _MAX_NUMBERS = 10**8  # numbers in a file
-FRAME = (
+FRAME_CONVENTION = (
     "origin on the still waterline, x forward, y to port, z up; headings: directions that"
     " waves go to"
 )
@@ -142,12 +143,12 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
             ) from error
         texts = {name: str(file.getncattr(name)) for name in file.ncattrs()}
     symmetric = texts.pop("port_starboard_symmetric", "no") == "yes"
-    written = texts.pop(CHECKSUM, None)
+    written = texts.pop(CHECKSUM_ATTRIBUTE, None)
     db = HydroDatabase(
         source=str(path), port_starboard_symmetric=symmetric, attributes=texts, **arrays
     )
-    if written is not None and texts.get(NUMBERS) != ALTERED:
-        texts[NUMBERS] = AS_WRITTEN if db.checksum == written else ALTERED
+    if written is not None and texts.get(NUMBERS_ATTRIBUTE) != ALTERED:
+        texts[NUMBERS_ATTRIBUTE] = AS_WRITTEN if db.checksum == written else ALTERED
     added = _of_bodies(given, path, db.bodies)
     lacking = {name: value for name, value in added.items() if getattr(db, name) is None}
     return replace(db, **lacking) if lacking else db
@@ -243,14 +244,14 @@ def _attributes(db: HydroDatabase) -> dict[str, str]:
     standard = {
         "Conventions": "CF-1.11",
         "title": "Hydrodynamic database",
-        "frame": FRAME,
+        "frame": FRAME_CONVENTION,
         "phase_convention": PHASE_CONVENTION,
         "port_starboard_symmetric": "yes" if db.port_starboard_symmetric else "no",
     }
     own = dict(db.attributes)
-    if own.get(NUMBERS) != ALTERED:
-        own.pop(NUMBERS, None)
-    return {**standard, **own, CHECKSUM: db.checksum}
+    if own.get(NUMBERS_ATTRIBUTE) != ALTERED:
+        own.pop(NUMBERS_ATTRIBUTE, None)
+    return {**standard, **own, CHECKSUM_ATTRIBUTE: db.checksum}
 
 
 def _dimensions(file: netCDF4.Dataset, db: HydroDatabase) -> None:

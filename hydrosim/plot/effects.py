@@ -129,7 +129,7 @@ def runs_title(runs: xr.Dataset) -> str:
 def _chart(plan: PlanRuns) -> Callable[[Sequence[Axes], PlanRuns, str, ValueNames], None]:
     if plan.design == "sobol_indices":
         return _bars
-    if plan.design in effects.DRAWN:
+    if plan.design in effects.SAMPLED_DESIGNS:
         return _points
     if not plan.parameters:
         return _by_seed

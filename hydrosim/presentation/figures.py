@@ -79,4 +79,4 @@ class Drawing:
 
 
 Figure = Code | Chart | Curves | Replay | Drawing
-FIGURES = (Code, Chart, Curves, Replay, Drawing)
+FIGURE_NODES = (Code, Chart, Curves, Replay, Drawing)

@@ -27,13 +27,13 @@ from hydrosim.presentation.nodes import (
 )
 from hydrosim.presentation.units import Units
 
-MARKS = {Outcome.GOOD: "ok", Outcome.WARNING: "warning", Outcome.BAD: "failed"}
+OUTCOME_MARKS = {Outcome.GOOD: "ok", Outcome.WARNING: "warning", Outcome.BAD: "failed"}
 MARK_WIDTH = len("warning") + 2  # of a mark with the room after it
 COLUMN_GAP = 2  # of columns: a blank on the right, and one between
-BOX = Box("    \n" * 2 + " ── \n" + "    \n" * 5)
+TABLE_BOX = Box("    \n" * 2 + " ── \n" + "    \n" * 5)
 """A line below the head alone."""
-WORD = 20  # characters of a word that is not broken
-PRINTED = 120  # characters in a line of a document as text
+MAX_UNBROKEN_WORD = 20  # characters of a word that is not broken
+TEXT_WIDTH = 120  # characters in a line of a document as text
 
 
 class TextColumn(NamedTuple):
@@ -45,16 +45,17 @@ class TextColumn(NamedTuple):
 
     @property
     def min_width(self) -> int:
-        """The least width: numbers are never broken, words where they are longer than `WORD`."""
+        """The least width: numbers are never broken, words where they are longer than
+        `MAX_UNBROKEN_WORD`."""
         if self.numeric:
             return max(map(len, [*self.texts, *self.name.split()]))
         words = [word for text in (self.name, *self.texts) for word in text.split()]
-        return min(max(map(len, words), default=0), WORD)
+        return min(max(map(len, words), default=0), MAX_UNBROKEN_WORD)
 
 
 def text_of(document: DocumentContents, details: bool = True) -> str:
     """The document as text."""
-    out = Console(file=StringIO(), width=PRINTED, no_color=True)
+    out = Console(file=StringIO(), width=TEXT_WIDTH, no_color=True)
     print_document(document, out, details)
     found = out.file.getvalue()  # type: ignore[attr-defined]
     return str(found)
@@ -112,7 +113,7 @@ def _render_node(node: Node, units: Units, width: int) -> Iterator[RenderableTyp
         case Sentence():
             yield words_of(node, units)
         case Verdict(outcome=outcome):
-            yield f"{MARKS[outcome]:{MARK_WIDTH}}{words_of(node.sentence, units)}"
+            yield f"{OUTCOME_MARKS[outcome]:{MARK_WIDTH}}{words_of(node.sentence, units)}"
         case List(items=items, title=title):
             yield from filter(None, [title])
             yield from (f"  {words_of(item, units)}" for item in items)
@@ -133,7 +134,7 @@ def _grid(head: list[str], rows: list[list[RenderedCell]], width: int) -> Grid:
     widths = _widths(columns, width)
     total = sum(widths) + COLUMN_GAP * (len(columns) - 1)
     grid = Grid(
-        box=BOX,
+        box=TABLE_BOX,
         padding=(0, 1, 0, 0),
         pad_edge=False,
         show_edge=False,

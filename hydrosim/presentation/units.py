@@ -28,13 +28,13 @@ WHOLE_UNITS = {
     "share": ("%", 100.0),
 }
 """Units that are not read by their parts. A share is a number of which 1 is the whole."""
-CYCLES = " of cycles"
+CYCLES_SUFFIX = " of cycles"
 """Ends the unit of a frequency of waves, or of a density over it. Its radians are of a phase, not
 of an angle that a case may write in degrees, so it is read as it is."""
 UNIT_SYMBOLS = {"tonne": "t", "tonne_force": "tf", "degree": "deg", "metre": "m", "meter": "m"}
-BASES = ("N", "m", "rad", "kg")
+BASE_UNITS = ("N", "m", "rad", "kg")
 """What a case can choose a unit for."""
-ATTRIBUTE = "units_read"
+UNITS_ATTRIBUTE = "units_read"
 """The attribute of a result that holds the choice, as JSON."""
 FACTOR_PATTERN = re.compile(r"([^\s*^]+)(?:\^(-?\d+))?")
 
@@ -60,8 +60,8 @@ class Units:
         a unit that is not known stays as it is."""
         if unit in ("", "1"):
             return DisplayUnit("", 1.0)
-        if unit.endswith(CYCLES):
-            return DisplayUnit(unit.removesuffix(CYCLES), 1.0)
+        if unit.endswith(CYCLES_SUFFIX):
+            return DisplayUnit(unit.removesuffix(CYCLES_SUFFIX), 1.0)
         if unit in self._known:
             return self._known[unit]
         if unit in WHOLE_UNITS:
@@ -93,8 +93,8 @@ DEFAULT = Units()
 
 def chosen_units(written: Iterable[tuple[str, str]]) -> dict[str, str]:
     """Of SI units and the units ``written`` in their place: the one written most often for each of
-    `BASES`, the first of those that are written equally often."""
-    counts = Counter(pair for pair in written if pair[0] in BASES)
+    `BASE_UNITS`, the first of those that are written equally often."""
+    counts = Counter(pair for pair in written if pair[0] in BASE_UNITS)
     chosen: dict[str, str] = {}
     for (base, unit), _ in counts.most_common():
         chosen.setdefault(base, unit)
@@ -103,17 +103,19 @@ def chosen_units(written: Iterable[tuple[str, str]]) -> dict[str, str]:
 
 def as_attribute(chosen: Mapping[str, str]) -> dict[str, str]:
     """The choice as an attribute of a result; none where nothing was chosen."""
-    return {ATTRIBUTE: json.dumps(dict(chosen))} if chosen else {}
+    return {UNITS_ATTRIBUTE: json.dumps(dict(chosen))} if chosen else {}
 
 
 def choice_in(attributes: Mapping[Any, Any]) -> dict[str, str]:
     """The choice among the attributes of a result, for a result that is made of it."""
-    return {ATTRIBUTE: str(attributes[ATTRIBUTE])} if ATTRIBUTE in attributes else {}
+    return (
+        {UNITS_ATTRIBUTE: str(attributes[UNITS_ATTRIBUTE])} if UNITS_ATTRIBUTE in attributes else {}
+    )
 
 
 def units_of(attributes: Mapping[Any, Any]) -> Units:
     """The units that a result asks to be read in, by its attributes."""
-    text = attributes.get(ATTRIBUTE)
+    text = attributes.get(UNITS_ATTRIBUTE)
     return Units(json.loads(str(text))) if text else DEFAULT
 
 

@@ -29,18 +29,18 @@ from hydrosim.scene import GivenComponents, Scene
 DRAWING_WIDTH = 720.0
 DRAWING_MARGIN = 70.0
 """Margin around the drawing, for names and arrows."""
-TALLEST = 420.0
+MAX_VIEW_HEIGHT = 420.0
 """Largest height of a view; taller views are scaled down."""
-LABEL = 12.0
+LABEL_HEIGHT = 12.0
 """Height of a line of text."""
-ARROW = 46.0
+ARROW_LENGTH = 46.0
 CONTACT_LABEL_SHIFT, LINE_LABEL_SHIFT = np.array([6.0, -6.0]), np.array([6.0, 14.0])
 """Offset of a name from its contact, and from the start of its line."""
 PLAN, SIDE = (0, 1), (0, 2)
 SCALE_BAR_STEPS = (1.0, 2.0, 5.0, 10.0)
 Points = np.ndarray
 
-STRAIGHT = (Spring, Strut, Winch, Compensator)  # lines from a point to an anchor
+STRAIGHT_LINES = (Spring, Strut, Winch, Compensator)  # lines from a point to an anchor
 
 
 class DrawnBody(NamedTuple):
@@ -107,7 +107,7 @@ def arrange_scene(scene: Scene) -> SceneArrangement:
     lines = [
         DrawnLine(name, to_earth(each.body, each.point), to_earth(each.anchor_body, each.anchor))
         for name, each in scene.forces.items()
-        if isinstance(each, STRAIGHT)
+        if isinstance(each, STRAIGHT_LINES)
     ]
     lines += [DrawnLine(name, p[0], p[-1], p) for name, p in catenaries_at_rest(scene).items()]
     joints = {
@@ -122,7 +122,7 @@ def svg(of: SceneArrangement, units: Units) -> str:
     views = [("plan", PLAN), ("side", SIDE)]
     scale = (DRAWING_WIDTH - 2.0 * DRAWING_MARGIN) / (high - low)[0]
     tall = max(float((high - low)[axes[1]]) for _, axes in views)
-    scale = min(scale, TALLEST / tall)
+    scale = min(scale, MAX_VIEW_HEIGHT / tall)
     parts = []
     top = 0.0
     for name, axes in views:
@@ -200,8 +200,8 @@ def _names(of: SceneArrangement, view: _View) -> Iterator[str]:
     taken: list[tuple[float, float]] = []
     for kind, labels in (("middle strong", middles), ("start", contacts), ("start", lines)):
         for name, (x, y) in labels.items():
-            while any(abs(y - b) < LABEL and abs(x - a) < 6.0 * len(name) for a, b in taken):
-                y += LABEL
+            while any(abs(y - b) < LABEL_HEIGHT and abs(x - a) < 6.0 * len(name) for a, b in taken):
+                y += LABEL_HEIGHT
             taken.append((x, y))
             yield _text(x, y, name, kind)
 
@@ -224,7 +224,7 @@ def _axes(view: _View) -> Iterator[str]:
     yield _text(x, y - 40.0, second, "middle")
 
 
-def _arrow(middle: tuple[float, float], heading: float, length: float = ARROW) -> str:
+def _arrow(middle: tuple[float, float], heading: float, length: float = ARROW_LENGTH) -> str:
     """An arrow towards a heading, counter-clockwise from the x axis to the right."""
     along = np.array([cos(heading), -sin(heading)])
     across = np.array([-along[1], along[0]])

@@ -13,7 +13,7 @@ from hydrosim.presentation.figures import Curves, PlottedCurve
 from hydrosim.presentation.units import Units
 
 CHART_WIDTH, CHART_HEIGHT, LEFT_EDGE, RIGHT_EDGE, TOP_EDGE, BOTTOM_EDGE = 720, 320, 70, 700, 24, 270
-PAD = 0.05  # of a range, on both sides
+RANGE_MARGIN_FRACTION = 0.05  # of a range, on both sides
 TICK_STEPS = (1.0, 2.0, 5.0, 10.0)  # between ticks, times a power of ten
 
 
@@ -95,7 +95,7 @@ def _range(values: np.ndarray) -> tuple[float, float]:
     if known.size == 0:
         return 0.0, 1.0
     low, high = float(known.min()), float(known.max())
-    pad = PAD * (high - low) or PAD * abs(high) or 1.0
+    pad = RANGE_MARGIN_FRACTION * (high - low) or RANGE_MARGIN_FRACTION * abs(high) or 1.0
     return low - pad, high + pad
 
 

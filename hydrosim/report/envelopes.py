@@ -15,7 +15,7 @@ from hydrosim.results.envelopes import envelope
 MAX_SERIES_BYTES = 4_000_000  # bytes of all series of a page together, as 32-bit numbers
 MAX_STRETCHES = 5000  # stretches
 CLOSED_MODES = (1, 2)  # stick and slip: their fractions of an interval; the rest is open
-STRETCHES = 800  # of modes
+MODE_INTERVALS = 800  # of modes
 
 
 def stretch(count: int, lines: int) -> int:
@@ -41,8 +41,8 @@ def chart_data(chart: Chart, size: int, units: Units) -> dict[str, Any]:
 
 
 def shares(modes: np.ndarray) -> np.ndarray:
-    """Fractions (2, n) of the time in `CLOSED_MODES` in each of `STRETCHES` equal intervals."""
-    starts = np.unique(np.linspace(0, modes.size, STRETCHES + 1)[:-1].astype(int))
+    """Fractions (2, n) of the time in `CLOSED_MODES`, in `MODE_INTERVALS` equal intervals."""
+    starts = np.unique(np.linspace(0, modes.size, MODE_INTERVALS + 1)[:-1].astype(int))
     length = np.diff(np.append(starts, modes.size))
     return np.array(
         [np.add.reduceat((modes == k).astype(float), starts) / length for k in CLOSED_MODES]

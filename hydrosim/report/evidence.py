@@ -12,7 +12,7 @@ from hydrosim.presentation.document import Cell, List, Node, Sentence, Table
 from hydrosim.scene import Scene
 
 EVIDENCE_COLUMNS = ("claim", "against", "kind", "error", "limit")
-READING = (
+EVIDENCE_NOTE = (
     "These comparisons are about parts of this scene. They were made when the program was tested,"
     " with scenes of their own. An error is the largest that a test found, a limit the bound that"
     " it asserts. Both are relative unless the claim names a unit."
@@ -31,7 +31,7 @@ def evidence_nodes(run: xr.Dataset, scene: Scene | None) -> Iterator[Node]:
     used = features_of(scene, {str(name): value for name, value in run.attrs.items()})
     lines = lines_about(used)
     if lines:
-        yield Sentence(READING)
+        yield Sentence(EVIDENCE_NOTE)
         yield Table(EVIDENCE_COLUMNS, [_row(line) for line in lines])
     if bare := without_line(used, lines):
         yield Sentence("No line of evidence is about these parts of the scene by themselves:")

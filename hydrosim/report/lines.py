@@ -18,7 +18,7 @@ from hydrosim.forces.signal import compile_signals, value
 from hydrosim.scene import Scene
 
 POINTS_PER_LINE = 41  # of a line at rest
-COARSE = 13  # of a line in a replay
+POINTS_PER_REPLAY_LINE = 13  # of a line in a replay
 
 
 class BodyPose(NamedTuple):
@@ -45,9 +45,9 @@ def shapes_in(frames: xr.Dataset, scene: Scene) -> Iterator[tuple[str, Catenary,
     fairlead to the anchor, and height [m] above the straight line between them."""
     places = list(_body_poses(frames, scene))
     for name, line in _catenaries(scene):
-        found = np.zeros((len(places), COARSE, 2))
+        found = np.zeros((len(places), POINTS_PER_REPLAY_LINE, 2))
         for k, (t, bodies) in enumerate(zip(frames.time.values, places, strict=True)):
-            points = _points(line, bodies, scene, float(t), COARSE)
+            points = _points(line, bodies, scene, float(t), POINTS_PER_REPLAY_LINE)
             chord = points[-1] - points[0]
             across = chord[:2] @ chord[:2]
             share = (points[:, :2] - points[0, :2]) @ chord[:2] / max(across, 1e-12)

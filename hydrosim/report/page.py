@@ -24,7 +24,7 @@ from hydrosim.report.curves import plot_curves
 from hydrosim.report.envelopes import base64_of, chart_data, stretch
 
 MAX_PAGE_BYTES = 10_000_000  # bytes of a page
-PATHS = re.compile(
+PATH_PATTERN = re.compile(
     r"""
     (?m:(?:^|(?<=:[ ]))(?:[A-Za-z]:)?/[^:\n'"]*/(?=[^/:\n'"]+(?::[ ]|$)))  # a value, a line's start
     | (?<=['"])(?:[A-Za-z]:)?/[^'"\n]*/(?=[^'"/\n]+['"])  # between quotes
@@ -35,7 +35,7 @@ PATHS = re.compile(
 )
 """Folders of absolute paths in a text. Folders with spaces are known where a path stands alone
 or between quotes."""
-ESCAPED = {ord(c): f"\\u{ord(c):04x}" for c in "<>&'"}  # none of them occurs outside a text
+HTML_ESCAPES = {ord(c): f"\\u{ord(c):04x}" for c in "<>&'"}  # none of them occurs outside a text
 
 
 def written_page(document: Document, output: Output) -> int:
@@ -91,12 +91,12 @@ def html(document: Document, mark: str) -> str:
 def without_folders(text: str) -> str:
     """Text with the file name of each absolute path: folders of a machine mean nothing to a
     reader, and tell whose machine it was."""
-    return PATHS.sub("", text)
+    return PATH_PATTERN.sub("", text)
 
 
 def json_for_html(data: Any) -> str:
     """JSON that can stand in an HTML element."""
-    return json.dumps(data, allow_nan=False).translate(ESCAPED)
+    return json.dumps(data, allow_nan=False).translate(HTML_ESCAPES)
 
 
 def _data(document: Document) -> dict[str, Any]:

@@ -21,7 +21,7 @@ from hydrosim.presentation.document import Document, Heading, Node
 from hydrosim.presentation.figures import Replay
 from hydrosim.presentation.units import units_of
 from hydrosim.report.envelopes import base64_of
-from hydrosim.report.lines import COARSE as POINTS_OF_LINE
+from hydrosim.report.lines import POINTS_PER_REPLAY_LINE as POINTS_OF_LINE
 from hydrosim.report.lines import shapes_in
 from hydrosim.report.scenery import Shape, scene_of, shape_of, waves_of
 from hydrosim.report.supports import NO_BODY, SUPPORTS_NOTE, column, keel_of, supports_of
@@ -35,8 +35,11 @@ MAX_WAVE_INTERVAL_S = 1.0  # s: moments further apart do not resolve waves
 COARSE_NOTE = ", linearly interpolated: too far apart to follow waves"
 INTERPOLATED_NOTE = ", linearly interpolated"
 MOTION_FRACTION = 0.02  # of the size of the scene: drawn size of motions
-ENLARGED = "Joints are drawn as bars along their axes; motions that are enlarged pull them apart."
-BAR, THIN = 0.55, 0.012  # of its body: half the length of a joint; of the scene: half its side
+ENLARGED_NOTE = (
+    "Joints are drawn as bars along their axes; motions that are enlarged pull them apart."
+)
+JOINT_HALF_LENGTH = 0.55  # of the size of its body
+JOINT_HALF_WIDTH = 0.012  # of the size of the scene: half its side
 LINE_ELEMENTS = (Spring, Strut, Catenary, Winch, Compensator)
 LOAD_VARIABLES = {
     Spring: ("spring_tension", "spring"),
@@ -45,8 +48,8 @@ LOAD_VARIABLES = {
     Compensator: ("compensator_tension", "compensator"),
     Strut: ("strut_force", "strut"),
 }
-SINGLE = ("spring", "strut", "winch", "compensator", "tank")  # with one value a record
-PLANE = 0.12  # of the size of the scene: half the side of a plane without corners
+SCALAR_KINDS = ("spring", "strut", "winch", "compensator", "tank")  # with one value a record
+PLANE_HALF_SIDE = 0.12  # of the size of the scene: half the side of a plane without corners
 
 
 AXIAL_JOINTS = {JointType.HINGE, JointType.SLIDER, JointType.CYLINDRICAL, JointType.UNIVERSAL}
@@ -108,13 +111,13 @@ def replay_nodes(run: xr.Dataset, scene: Scene | None) -> Iterator[Node]:
     }
     notes += [TANKS_NOTE] if data["tanks"] else []
     notes += [SUPPORTS_NOTE] if data["supports"] else []
-    notes += [ENLARGED] if data["joints"] else []
+    notes += [ENLARGED_NOTE] if data["joints"] else []
     yield Replay(data, notes)
 
 
 def _stride(run: xr.Dataset) -> int:
     """Number of records from one moment to the next."""
-    single = sum(run.sizes.get(dim, 0) for dim in SINGLE)
+    single = sum(run.sizes.get(dim, 0) for dim in SCALAR_KINDS)
     single += (1 + 2 * POINTS_OF_LINE) * run.sizes.get("line", 0)
     each = 6 * run.sizes["body"] + 2 * run.sizes.get("fender", 0) + single
     return -(-run.time.size * 4 * each // MAX_REPLAY_BYTES)
@@ -159,9 +162,9 @@ def _joints(scene: Scene, shapes: Sequence[Shape], size: float) -> Iterator[dict
         number = _body_number(scene, joint.body)
         along = joint.axes()[0]
         long = float(np.ptp(shapes[number].triangles.reshape(-1, 3) @ along))
-        half = BAR * long if joint.type in AXIAL_JOINTS else THIN * size
+        half = JOINT_HALF_LENGTH * long if joint.type in AXIAL_JOINTS else JOINT_HALF_WIDTH * size
         place = np.array(joint.point)
-        bar = column(place - half * along, place + half * along, THIN * size)
+        bar = column(place - half * along, place + half * along, JOINT_HALF_WIDTH * size)
         yield {
             "name": name,
             "body": number,
@@ -207,13 +210,13 @@ def _planes(scene: Scene, size: float) -> Iterator[dict[str, Any]]:
     for element in scene.forces.values():
         if isinstance(element, Fender):
             plane = element.plane
-            corners = plane.corners or _square(plane.point, plane.normal, PLANE * size)
+            corners = plane.corners or _square(plane.point, plane.normal, PLANE_HALF_SIDE * size)
             number = _body_number(scene, plane.body)
             yield {"body": number, "corners": [list(map(float, c)) for c in corners]}
         elif isinstance(element, Landing):
             number = _body_number(scene, element.on)
             for seat in element.seats:
-                corners = _square(seat, element.axis, 0.15 * PLANE * size)
+                corners = _square(seat, element.axis, 0.15 * PLANE_HALF_SIDE * size)
                 yield {"body": number, "corners": [list(map(float, c)) for c in corners]}
 
 

@@ -21,7 +21,7 @@ from hydrosim.wording.convergence import convergence
 from hydrosim.wording.main_results import largest_values, main_results, next_steps
 from hydrosim.wording.run import result_tables, solution_verdicts, solver_tables
 from hydrosim.wording.sections import Sections, build_sections, title_of
-from hydrosim.wording.series import READING, energies, ledger, main_charts, more_charts
+from hydrosim.wording.series import CHARTS_NOTE, energies, ledger, main_charts, more_charts
 from hydrosim.wording.statistics import statistics_nodes, statistics_of
 from hydrosim.wording.title_block import title_block
 
@@ -88,7 +88,7 @@ def _series(run: xr.Dataset) -> Iterator[Node]:
         )
     else:
         yield Sentence(f"Lines show every record, {step:g} s apart.")
-    yield Sentence(READING)
+    yield Sentence(CHARTS_NOTE)
     yield from charts
 
 

@@ -16,16 +16,16 @@ from hydrosim.scene import Body, ChangedDatabase, Family, Scene
 from hydrosim.studies.run.repeat import case_of
 from hydrosim.waves import Components, sea
 
-DECK = 1.2  # times the draught: depth of a hull whose recipe gives none
+DECK_HEIGHT_RATIO = 1.2  # times the draught: depth of a hull whose recipe gives none
 UNKNOWN_BOX_SIDE_M = 10.0  # m: side of the box for a body of unknown size
-THIN = 0.1  # of its longest side: the shortest side of a box
+MIN_SIDE_RATIO = 0.1  # of its longest side: the shortest side of a box
 MAX_COMPONENTS = 1200  # wave components on a page
 ELEVATION_RTOL = 1e-6  # of the largest elevation: accuracy of recomputed waves
-TRIED = 50  # records at which they are compared
-FACES = np.array(
+RECORDS_COMPARED = 50  # records at which they are compared
+BOX_FACES = np.array(
     [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
 )
-CORNERS = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+BOX_CORNERS = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
 
 
 class Shape(NamedTuple):
@@ -58,11 +58,12 @@ def shape_of(body: Body | None, keel: float | None = None) -> Shape:
         return Shape(body.hydrostatics.corners - body.centre_of_gravity, "its hull")
     found = _recipe_hull(body)
     if found is not None:
-        said = f"the hull of its database's recipe, with a deck at {DECK:g} times the draught"
+        deck = f"a deck at {DECK_HEIGHT_RATIO:g} times the draught"
+        said = f"the hull of its database's recipe, with {deck}"
         return Shape(found - body.centre_of_gravity, said)
     square = np.diag(body.inertia) / body.mass
     sides = 6.0 * (square.sum() - 2.0 * square)  # of a homogeneous box
-    least = max(float(sides.max()), 1e-6) * THIN**2
+    least = max(float(sides.max()), 1e-6) * MIN_SIDE_RATIO**2
     made = box(np.sqrt(np.maximum(sides, least)))
     if keel is None:
         return Shape(made, "a box with its radii of gyration")
@@ -72,7 +73,7 @@ def shape_of(body: Body | None, keel: float | None = None) -> Shape:
 
 def box(sides: np.ndarray) -> np.ndarray:
     """Triangles (12, 3, 3) of a box about the origin."""
-    quads = (CORNERS * sides)[FACES]
+    quads = (BOX_CORNERS * sides)[BOX_FACES]
     return np.concatenate([quads[:, [0, 2, 1]], quads[:, [0, 3, 2]]])
 
 
@@ -110,7 +111,7 @@ def _depth(recipe: Path, body: int) -> float | None:
 
     parts = load_recipe(recipe).data.parts
     draught = getattr(parts[body - 1].hull, "draught", None) if body <= len(parts) else None
-    return DECK * float(draught) if draught else None
+    return DECK_HEIGHT_RATIO * float(draught) if draught else None
 
 
 def waves_of(scene: Scene | None, run: xr.Dataset) -> tuple[list[Components], str]:
@@ -127,7 +128,7 @@ def waves_of(scene: Scene | None, run: xr.Dataset) -> tuple[list[Components], st
         sets = list(sea(scene.environment))
     except InputError:
         return [], level
-    at = np.unique(np.linspace(0, run.time.size - 1, TRIED).astype(int))
+    at = np.unique(np.linspace(0, run.time.size - 1, RECORDS_COMPARED).astype(int))
     time, known = run.time.values[at], run.wave_elevation.values[at]
     made = np.sum([_at_origin(waves, time) for waves in sets], axis=0)
     if not np.allclose(

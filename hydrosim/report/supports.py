@@ -16,9 +16,10 @@ from hydrosim.forces.contact.landing import Landing
 from hydrosim.report.envelopes import base64_of
 from hydrosim.scene import Scene
 
-THICK = 0.008  # of the size of the scene: half the side of an arm or a column
-DEEP = 0.15  # of the size of the scene: depth of columns below the water, at most to the bed
-ACROSS = 0.9  # vertical part of a normal, above which a plane is nearly level
+ARM_HALF_SIDE = 0.008  # of the size of the scene: half the side of an arm or a column
+COLUMN_DEPTH = 0.15
+"""Of the size of the scene: depth of columns below the water, at most to the bed."""
+LEVEL_NORMAL = 0.9  # vertical part of a normal, above which a plane is nearly level
 SUPPORTS_NOTE = (
     "Arms and columns at landings are illustrations; the case has positions, not shapes."
 )
@@ -37,7 +38,7 @@ def _contact_heights(element: object, name: str) -> Iterator[float]:
         yield from map(float, element.points[:, 2])
     elif isinstance(element, Fender) and element.plane.body == name:
         normal = np.asarray(element.plane.normal, float)
-        if abs(normal[2]) > ACROSS * np.linalg.norm(normal):
+        if abs(normal[2]) > LEVEL_NORMAL * np.linalg.norm(normal):
             yield float(element.plane.point[2])
 
 
@@ -45,7 +46,7 @@ def supports_of(scene: Scene, shapes: Sequence[np.ndarray], size: float) -> list
     """Arms and columns as triangles in the frame of a body or the earth, each with the index of its
     contact. ``shapes`` are the triangles of the bodies."""
     numbers = {body.name: k for k, body in enumerate(scene.bodies)}
-    depth = min(DEEP * size, scene.environment.water_depth)
+    depth = min(COLUMN_DEPTH * size, scene.environment.water_depth)
     found: list[dict[str, Any]] = []
     contact = 0
     for element in scene.forces.values():
@@ -62,7 +63,7 @@ def supports_of(scene: Scene, shapes: Sequence[np.ndarray], size: float) -> list
                     {
                         "body": body,
                         "contact": contact + k,
-                        "triangles": base64_of(column(a, b, THICK * size).ravel()),
+                        "triangles": base64_of(column(a, b, ARM_HALF_SIDE * size).ravel()),
                     }
                     for body, a, b in ends
                 ]

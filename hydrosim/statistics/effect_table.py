@@ -17,12 +17,12 @@ from hydrosim.statistics.ends import ends_of_figures
 from hydrosim.statistics.over_seeds import find_extremes
 
 MEAN_COLUMNS = ("runs", "mean", "mean_low", "mean_high", "another_low", "another_high")
-EXTREMES = (
+EXTREME_COLUMNS = (
     *("most_probable", "most_probable_low", "most_probable_high"),
     *("p90", "p90_low", "p90_high", "by"),
 )
 """Extremes over seeds, of figures that are the largest or the smallest value of a run."""
-CRITERIA = ("worst", "limit", "margin", "runs_met", "met", "source")
+CRITERION_COLUMNS = ("worst", "limit", "margin", "runs_met", "met", "source")
 """What a criterion comes to: the value of the worst run, and how many runs meet the limit."""
 
 
@@ -45,8 +45,8 @@ def as_csv(runs: xr.Dataset) -> str:
             "figure",
             "unit",
             *MEAN_COLUMNS,
-            *EXTREMES,
-            *CRITERIA,
+            *EXTREME_COLUMNS,
+            *CRITERION_COLUMNS,
         ]
     )
     for plan, row in each:
@@ -64,7 +64,7 @@ def _key(plan: PlanRuns, figure: str, values: Mapping[str, object]) -> Hashable:
 def _criterion(of: JudgedCriterion | None, units: Units) -> list[str]:
     """What a criterion comes to at values of the parameters; empty for other figures."""
     if of is None:
-        return ["" for _ in CRITERIA]
+        return ["" for _ in CRITERION_COLUMNS]
     worst = of.worst
     factor = units.display_unit(worst.unit).factor
     numbers = (f"{factor * x:.6g}" for x in (worst.value, worst.limit, worst.margin))
@@ -93,7 +93,7 @@ def _extremes(plan: PlanRuns, row: EffectRow, factor: float) -> list[str]:
     own = ends_of_figures(plan.runs.isel(run=row.runs), [row.figure])
     found = [extremes for ends in own for _, extremes in find_extremes(ends)]
     if not found:
-        return ["" for _ in EXTREMES]
+        return ["" for _ in EXTREME_COLUMNS]
     one = found[0]
     numbers = (one.probable, *one.interval, one.p90, *one.p90_interval)
     return [*(f"{factor * number:.6g}" for number in numbers), one.method]

@@ -29,7 +29,7 @@ import scipy
 import xarray as xr
 
 from hydrosim.errors import InputError
-from hydrosim.presentation.units import CYCLES
+from hydrosim.presentation.units import CYCLES_SUFFIX
 from hydrosim.results.growing import GATHERED
 from hydrosim.results.runs_file import with_keys
 from hydrosim.results.validation import DESIGN
@@ -38,7 +38,7 @@ from hydrosim.statistics.results import LOWEST_ATTRIBUTE
 
 CYCLIC = "cyclic"
 """Attribute of coordinates that are frequencies of waves, or densities over these."""
-DRAWN = ("latin_hypercube", "sobol", "sobol_indices")
+SAMPLED_DESIGNS = ("latin_hypercube", "sobol", "sobol_indices")
 
 
 class PlanRuns(NamedTuple):
@@ -66,7 +66,7 @@ class PlanRuns(NamedTuple):
         """Unit of the values of a coordinate, empty if there is none."""
         said = self.runs[name].attrs
         unit = str(said.get("units", "")).removeprefix("1")
-        return f"{unit}{CYCLES}" if CYCLIC in said else unit
+        return f"{unit}{CYCLES_SUFFIX}" if CYCLIC in said else unit
 
 
 class SeedSpread(NamedTuple):

@@ -13,7 +13,7 @@ from hydrosim.presentation.units import unit_of_dof
 from hydrosim.results.channels import lowest_value
 from hydrosim.results.runs_file import RUN
 from hydrosim.results.stages import FIGURES
-from hydrosim.statistics.figures import SIDE
+from hydrosim.statistics.figures import SIDE_ATTRIBUTE
 from hydrosim.statistics.results import LARGEST_RESULTS, LOWEST_ATTRIBUTE
 from hydrosim.statistics.statistics import CHANNELS, EXTREME_SIDES, NAMED_CHANNELS
 
@@ -80,7 +80,7 @@ def ends_of_channels(runs: xr.Dataset) -> Iterator[SmallestAndLargest]:
 def ends_of_figures(runs: xr.Dataset, figures: list[str]) -> Iterator[SmallestAndLargest]:
     """Of the figures that are the largest or the smallest of something."""
     for name in figures:
-        side = runs[name].attrs.get(SIDE)
+        side = runs[name].attrs.get(SIDE_ATTRIBUTE)
         values = _finite_values(runs[name].values)
         unit = str(runs[name].attrs.get("units", ""))
         lowest = float(runs[name].attrs.get(LOWEST_ATTRIBUTE, -np.inf))

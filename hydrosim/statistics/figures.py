@@ -37,7 +37,7 @@ STATISTICS: dict[str, Statistic] = {
     "largest": np.max,
     "largest_absolute": lambda x: np.abs(x).max(),
 }
-SIDE = "side"  # attribute of figures that are the largest or the smallest of something
+SIDE_ATTRIBUTE = "side"  # attribute of figures that are the largest or the smallest of something
 STATISTIC_SIDES = {"largest": "largest", "largest_absolute": "largest", "smallest": "smallest"}
 MAGNITUDE_STATISTICS = ("end_absolute", "change_absolute", "std", "largest_absolute")
 """Statistics that are never negative."""
@@ -155,7 +155,9 @@ class ScalarResult(NamedTuple):
 
 
 def _side(of: ScalarResult) -> dict[str, str]:
-    return {SIDE: STATISTIC_SIDES[of.statistic]} if of.statistic in STATISTIC_SIDES else {}
+    return (
+        {SIDE_ATTRIBUTE: STATISTIC_SIDES[of.statistic]} if of.statistic in STATISTIC_SIDES else {}
+    )
 
 
 def _lowest(of: ScalarResult) -> dict[str, float]:

@@ -22,7 +22,7 @@ from hydrosim.statistics.ends import (
     ends_of_figures,
     ends_of_motions,
 )
-from hydrosim.statistics.figures import SIDE
+from hydrosim.statistics.figures import SIDE_ATTRIBUTE
 from hydrosim.statistics.gumbel import (
     INTERVAL_PROBABILITY,
     Gumbel,
@@ -38,8 +38,8 @@ P90 = 0.9
 """Probability that the largest of a run is below, or that the smallest is above."""
 GUMBEL_METHOD = "Gumbel's law"
 ORDER_METHOD = "order of the runs"
-DIM = "extreme"
-TEXTS = ("long_name", "units")
+EXTREME_DIM = "extreme"
+COPIED_ATTRIBUTES = ("long_name", "units")
 """Attributes of parameters that columns take over."""
 
 
@@ -88,7 +88,7 @@ def extremes_over_seeds(runs: xr.Dataset) -> xr.Dataset:
     names = dict.fromkeys(name for row in rows for name in row)
     columns = {
         name: (
-            DIM,
+            EXTREME_DIM,
             np.array([row.get(name, np.nan) for row in rows]),
             _column_attributes(name, runs),
         )
@@ -100,7 +100,9 @@ def extremes_over_seeds(runs: xr.Dataset) -> xr.Dataset:
 def _column_attributes(name: str, runs: xr.Dataset) -> dict[str, str]:
     """What a column is, and its unit, which is in the column ``unit`` for values of channels."""
     if name in runs.variables and name not in LABELS:
-        return {key: str(runs[name].attrs[key]) for key in TEXTS if key in runs[name].attrs}
+        return {
+            key: str(runs[name].attrs[key]) for key in COPIED_ATTRIBUTES if key in runs[name].attrs
+        }
     said = {"long_name": LABELS.get(name, name.replace("_", " "))}
     if name in ("runs", "another_probability"):
         return {**said, "units": "1"}
@@ -110,7 +112,7 @@ def _column_attributes(name: str, runs: xr.Dataset) -> dict[str, str]:
 
 def figures_in(runs: xr.Dataset) -> list[str]:
     """Figures that are the largest or the smallest value of each run."""
-    return [str(name) for name, each in runs.data_vars.items() if SIDE in each.attrs]
+    return [str(name) for name, each in runs.data_vars.items() if SIDE_ATTRIBUTE in each.attrs]
 
 
 def _groups(runs: xr.Dataset) -> Iterator[tuple[dict[str, Any], xr.Dataset]]:

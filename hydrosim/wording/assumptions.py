@@ -25,7 +25,7 @@ ATTRIBUTE_LABELS = {
     "versions": "Versions",
     "case_file": "Case file",
 }
-FILES = ("initial_run", "case_file", "database")
+PATH_ATTRIBUTES = ("initial_run", "case_file", "database")
 """Attributes that are paths."""
 OF_BODIES = {
     "radiation": "Radiation of",
@@ -75,7 +75,7 @@ def _attribute_words(key: str, value: Any) -> str:
     """An attribute; of a file the end of its path, of the place in the waves both words of it."""
     if key == "waves_meet":
         return _place_in_waves(str(value))
-    return file_name(str(value)) if key in FILES else attribute_text(value)
+    return file_name(str(value)) if key in PATH_ATTRIBUTES else attribute_text(value)
 
 
 def _place_in_waves(stored: str) -> str:

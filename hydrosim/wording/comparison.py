@@ -24,10 +24,10 @@ from hydrosim.presentation.document import (
 from hydrosim.presentation.figures import Chart
 from hydrosim.presentation.units import units_of
 from hydrosim.wording.sections import Sections, build_sections, lines_of
-from hydrosim.wording.series import READING
+from hydrosim.wording.series import CHARTS_NOTE
 
 COMPARISON_VARIABLES = ("ours", "recorded", "residual", "verdict")
-SHARES = (1e-3, 0.01, 0.1)
+RMS_SHARES = (1e-3, 0.01, 0.1)
 """Rms over std, between which channels are counted."""
 KIND_ORDER = ("position", "wave", "fender", "spring", "", "energy")
 """Kinds of channels."""
@@ -99,13 +99,13 @@ def _outcome(found: xr.Dataset) -> Iterator[Node]:
 def _counts_by_difference(found: xr.Dataset) -> str:
     """How many channels differ by how much."""
     size = _error(found)
-    edges = [f"{100.0 * share:g}" for share in SHARES]
+    edges = [f"{100.0 * share:g}" for share in RMS_SHARES]
     ranges = [
         f"below {edges[0]} %",
         *(f"from {low} to {high} %" for low, high in pairwise(edges)),
         f"{edges[-1]} % or more",
     ]
-    counts = np.bincount(np.digitize(size, SHARES), minlength=len(ranges))
+    counts = np.bincount(np.digitize(size, RMS_SHARES), minlength=len(ranges))
     parts = [f"{count} {text}" for count, text in zip(counts, ranges, strict=True) if count]
     return (
         "The rms difference of each channel, relative to the std of the recording:"
@@ -165,7 +165,7 @@ def _row(one: xr.Dataset) -> list[Cell]:
 
 
 def _series(found: xr.Dataset) -> Iterator[Node]:
-    yield Sentence(READING)
+    yield Sentence(CHARTS_NOTE)
     for rank, k in enumerate(_furthest(found)):
         one = found.isel(channel=k)
         unit = str(one.units.values)
@@ -202,7 +202,7 @@ def _band(at: xr.Dataset, std: float) -> str:
     if std == 0.0:
         return "–"
     share = f"{100.0 * float(at.band_rms) / std:.3g} %"
-    known = float(at.band_recorded) > SHARES[0] * std
+    known = float(at.band_recorded) > RMS_SHARES[0] * std
     return f"{share} ({float(at.band_ours / at.band_recorded):.3f})" if known else share
 
 

@@ -32,7 +32,7 @@ from hydrosim.statistics.explain import (
 )
 from hydrosim.wording.sections import title_of
 
-SLIPS = {
+SLIP_ROWS = {
     "mean N in slip": ("slip_mean_load", "N"),
     "mean direction d": ("slip_mean_direction", ""),
     "Cov(N, d)": ("slip_covariance", "N"),
@@ -154,7 +154,7 @@ def _points(found: xr.Dataset) -> Iterator[ExplainedFigure]:
         of = found.sel(contact_mode=mode)
         for name, (variable, unit) in CONTACT_MODE_ROWS.items():
             yield ExplainedFigure(f"{mode}: {name}", of[variable].mean("fender"), unit)
-    for name, (variable, unit) in SLIPS.items():
+    for name, (variable, unit) in SLIP_ROWS.items():
         yield ExplainedFigure(name, found[variable].mean("fender"), unit)
 
 

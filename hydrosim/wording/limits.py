@@ -50,11 +50,11 @@ ASSUMPTION_LABELS = {
     "versions": "versions",
     "case_file": "case file",
 }
-OF_RUNS = ("confidence", "seeds", "runs", "runs_of_all")
+RUN_ATTRIBUTES = ("confidence", "seeds", "runs", "runs_of_all")
 """What means nothing where spectra give the limits."""
 MAX_SHARE_OUTSIDE = 0.5
 """Share of the time without a limit from which headings or periods are lacking."""
-HOUR = 3600.0
+HOUR_S = 3600.0
 LIMIT_DIMS = ("stage", "swell", "heading", "peak_period")
 
 
@@ -138,7 +138,7 @@ def weather_nodes(found: xr.Dataset) -> Iterator[Node]:
         yield Sentence(
             "The operation is planned to take {}, with a contingency of {}. A contingency that is"
             " not given is as long as the operation.",
-            [Value(planned / HOUR, "h"), Value((window - planned) / HOUR, "h")],
+            [Value(planned / HOUR_S, "h"), Value((window - planned) / HOUR_S, "h")],
         )
     if "alpha" in found:
         yield from _alpha(found)
@@ -188,7 +188,7 @@ def _hindcast(found: xr.Dataset) -> Iterator[Node]:
         share = Value(float(found.hindcast_below_alpha), "share", 3)
         text = "{} of the time has a limit below the alpha table, and counts as not workable."
         yield Verdict(Outcome.WARNING, text, [share])
-    window = float(found.waiting.attrs["window"]) / HOUR
+    window = float(found.waiting.attrs["window"]) / HOUR_S
     head = ("season", "workable", "a window can begin in", "waiting P50", "P90", "after the last")
     rows = [_season(found.sel(season=season)) for season in found.season.values]
     yield Table(head, rows, f"Windows of {window:g} h")
@@ -200,7 +200,7 @@ def _season(at: xr.Dataset) -> list[Cell]:
         for name in ("workable", "startable", "never")
     )
     waits = [
-        Value(float(w) / HOUR, "h") if np.isfinite(w) else "beyond the record"
+        Value(float(w) / HOUR_S, "h") if np.isfinite(w) else "beyond the record"
         for w in at.waiting.values
     ]
     return [str(at.season.values), workable, startable, *waits, never]
@@ -302,7 +302,7 @@ def _limit_assumptions(found: xr.Dataset) -> Iterator[Node]:
     known = {
         said: attribute_text(found.attrs[name])
         for name, said in ASSUMPTION_LABELS.items()
-        if name in found.attrs and not (spectra and name in OF_RUNS)
+        if name in found.attrs and not (spectra and name in RUN_ATTRIBUTES)
     }
     yield Table(("assumption", ""), list(known.items()))
     yield Sentence(

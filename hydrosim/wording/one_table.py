@@ -9,7 +9,7 @@ import numpy as np
 
 from hydrosim.presentation.document import Cell, Node, Sentence, Table, Value
 from hydrosim.statistics import effects
-from hydrosim.statistics.effects import DRAWN, EffectRow, PlanRuns
+from hydrosim.statistics.effects import SAMPLED_DESIGNS, EffectRow, PlanRuns
 from hydrosim.wording.sections import MAX_TABLE_ROWS
 from hydrosim.wording.seeds import named_values
 
@@ -22,7 +22,7 @@ METHOD_NOTE = (
 
 def has_results_table(plan: PlanRuns) -> bool:
     """Whether a plan is in the one table of its study."""
-    return plan.design not in DRAWN and len(plan.figures) >= MIN_FIGURES
+    return plan.design not in SAMPLED_DESIGNS and len(plan.figures) >= MIN_FIGURES
 
 
 def results_table(plans: Sequence[PlanRuns]) -> Iterator[Node]:

@@ -29,7 +29,7 @@ MAX_COMBINATIONS = 5
 """Combinations of parameters that are shown."""
 CLEARANCE_FIGURE = FIGURES["end_clearance"][0]
 """The only result of stages that may be negative."""
-VARIED = "varied"
+VARIED_COORDINATE = "varied"
 """Coordinate of runs: the parameter that is varied, one at a time."""
 EXTREMES_METHOD_NOTE = (
     f"Intervals hold 90 %, over {MIN_RUNS} seeds or more. Where maxima follow Gumbel's law they are"
@@ -108,8 +108,8 @@ def nodes_over_seeds(runs: xr.Dataset, title: str = "") -> Iterator[Node]:
 def named_values(plan: PlanRuns, values: Mapping[str, object]) -> str:
     """The values of the parameters of runs, in the units that they are read in; of one parameter at
     a time, the one that is varied."""
-    varied = str(values.get(VARIED, ""))
-    if VARIED in values and not varied:
+    varied = str(values.get(VARIED_COORDINATE, ""))
+    if VARIED_COORDINATE in values and not varied:
         return "the case"
     names = [plan.axis(varied)] if varied else [*values]
     units = units_of(plan.runs.attrs)

@@ -23,7 +23,7 @@ CHART_ROUNDING_FRACTION = 1e-9
 """Of the largest of a chart's lines: what is less throughout is rounding."""
 LOAD_UNITS = {"N", "N m", "W"}
 """Units of charts in which small lines have an axis of their own."""
-READING = (
+CHARTS_NOTE = (
     "Drag over a chart to look closer, double-click to see all; all charts follow. By keyboard:"
     " arrows move the cursor, + and - look closer and wider, 0 shows all. A name in a legend hides"
     " its line."

@@ -38,13 +38,13 @@ LAW_NAMES = {
     ExtremeModel.GUMBEL: "Gumbel's law",
     ExtremeModel.IMPACTS: "impacts of exponential sizes",
 }
-SEEDS = f"run {VALUES_FOR_INTERVAL} seeds"
+SEEDS_HINT = f"run {VALUES_FOR_INTERVAL} seeds"
 STATISTICS_METHOD_NOTE = (
     f"To run {VALUES_FOR_INTERVAL} seeds, write a study file with `case: CASE.yaml` and"
     f" `seeds: 1-{VALUES_FOR_INTERVAL}`. Then call `hydrosim sweep STUDY.yaml`. The smallest and"
     f" the largest of {VALUES_FOR_INTERVAL} runs hold the value of another run in 90 % of cases."
 )
-LATER = "use a part that is stationary (--from)"
+STATIONARY_HINT = "use a part that is stationary (--from)"
 REASONS: dict[ExtremeModel, tuple[str, tuple[str, ...]]] = {
     ExtremeModel.REGULAR: ("The motion is regular: it repeats itself.", ()),
     ExtremeModel.CLIPPED: ("It stays at its bound for much of the time.", ()),
@@ -53,15 +53,15 @@ REASONS: dict[ExtremeModel, tuple[str, tuple[str, ...]]] = {
         " to {} (first and last fifth). Simulate longer.",
         ("first_mean", "last_mean"),
     ),
-    ExtremeModel.RARE: (f"There is too little contact. Simulate longer, or {SEEDS}.", ()),
+    ExtremeModel.RARE: (f"There is too little contact. Simulate longer, or {SEEDS_HINT}.", ()),
     ExtremeModel.MEAN_CHANGES: (
         "It is not stationary: the mean goes from {} to {} (first and last fifth). Either"
-        f" {LATER}, or {SEEDS}.",
+        f" {STATIONARY_HINT}, or {SEEDS_HINT}.",
         ("first_mean", "last_mean"),
     ),
     ExtremeModel.STD_CHANGES: (
         "It is not stationary: the standard deviation goes from {} to {} (first and last fifth), or"
-        f" changes in between. Either {LATER}, or {SEEDS}.",
+        f" changes in between. Either {STATIONARY_HINT}, or {SEEDS_HINT}.",
         ("first_std", "last_std"),
     ),
     ExtremeModel.WAVES_GROW: (
@@ -70,26 +70,27 @@ REASONS: dict[ExtremeModel, tuple[str, tuple[str, ...]]] = {
     ),
     ExtremeModel.OPERATION: (
         "It is not stationary: contact goes through phases while other channels change. Either"
-        f" {LATER}, or {SEEDS}.",
+        f" {STATIONARY_HINT}, or {SEEDS_HINT}.",
         (),
     ),
     ExtremeModel.ALONE: (
         "The largest values follow another law than the rest (impacts?), and are too few for a law"
-        f" of their own. Simulate longer, or {SEEDS}.",
+        f" of their own. Simulate longer, or {SEEDS_HINT}.",
         (),
     ),
     ExtremeModel.HALVES: (
         "A law that holds for one half of the record makes the largest value of the other half"
-        f" impossible (impacts, a change?). Instead, {SEEDS}.",
+        f" impossible (impacts, a change?). Instead, {SEEDS_HINT}.",
         (),
     ),
     ExtremeModel.BOUNDED: (
-        f"Its slow part moves between bounds; no law of extremes covers that. Instead, {SEEDS}.",
+        "Its slow part moves between bounds; no law of extremes covers that."
+        f" Instead, {SEEDS_HINT}.",
         (),
     ),
     ExtremeModel.CURVED: (
         "Its highest crests follow none of the laws (a contact that carries a weight again and"
-        f" again?). Instead, {SEEDS}.",
+        f" again?). Instead, {SEEDS_HINT}.",
         (),
     ),
     ExtremeModel.TRANSIENT: (
@@ -99,7 +100,7 @@ REASONS: dict[ExtremeModel, tuple[str, tuple[str, ...]]] = {
     ExtremeModel.NOT_FINITE: ("It is not finite.", ()),
 }
 """Why a channel has no extremes: a text, and the figures in its places."""
-CHATTERS = (
+CHATTER_NOTE = (
     "{}: this mean is by impulses; the mean of the records is {}. The force changes between"
     " records. If it chatters from step to step, use a smaller solver.step, dopri5 or esdirk4. If"
     " it knocks, use a smaller output.step."
@@ -165,7 +166,7 @@ def figures(found: xr.Dataset) -> Iterator[Node]:
         yield Table(head, rows)
     if without := list(_reasons_without_extremes(found, channels)):
         yield List(without, "No extremes:")
-        if any(SEEDS in item.text for item in without):
+        if any(SEEDS_HINT in item.text for item in without):
             yield Sentence(STATISTICS_METHOD_NOTE)
     yield from _in_phases(found, channels)
 
@@ -201,7 +202,7 @@ def _mean_verdicts(found: xr.Dataset, channels: Sequence[StatisticsChannel]) -> 
     for channel in channels:
         recorded = channel.recorded_mean(found)
         if np.isfinite(recorded.number):
-            yield Verdict(Outcome.WARNING, CHATTERS, [channel.title, recorded])
+            yield Verdict(Outcome.WARNING, CHATTER_NOTE, [channel.title, recorded])
 
 
 def _moments(found: xr.Dataset, channel: StatisticsChannel) -> list[Cell]:

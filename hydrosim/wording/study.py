@@ -31,7 +31,7 @@ from hydrosim.results.ledger import CLOSED
 from hydrosim.results.runs_file import COMPLETE, DIFFER, with_keys
 from hydrosim.results.validation import DESIGN
 from hydrosim.statistics import effects
-from hydrosim.statistics.effects import DRAWN, Difference, EffectRow, PlanRuns
+from hydrosim.statistics.effects import SAMPLED_DESIGNS, Difference, EffectRow, PlanRuns
 from hydrosim.wording.assumptions import assumptions, case_nodes
 from hydrosim.wording.one_table import has_results_table, results_table
 from hydrosim.wording.sections import MAX_TABLE_ROWS, Sections, build_sections, title_of
@@ -39,13 +39,13 @@ from hydrosim.wording.seeds import extreme_nodes, seed_nodes, short, value_of
 from hydrosim.wording.study_criteria import study_criteria
 from hydrosim.wording.title_block import title_block
 
-TOLD = 5
+MAX_WARNINGS_TOLD = 5
 """Warnings that a summary tells."""
 MAX_RUNS_NAMED = 10
 """Runs that a remark is of."""
 MAX_LINES_PER_CHART = 12
 """Lines of a picture."""
-MEANS = (
+INTERVALS_NOTE = (
     "The 90 % interval contains the true mean over all seeds with a probability of 90 %. The"
     ' interval "another seed" contains the value of one more seed with the same probability. Both'
     " use Student's t, which is exact if a figure is normally distributed over seeds. Intervals of"
@@ -61,7 +61,7 @@ def study_document(runs: xr.Dataset) -> Document:
 
 def study_tables(runs: xr.Dataset) -> Document:
     """Criteria, how the runs went, what they warn of and what parameters do, without the case."""
-    nodes = [*_outcome(runs), *_frequent_warnings(runs, TOLD), *_results(runs)]
+    nodes = [*_outcome(runs), *_frequent_warnings(runs, MAX_WARNINGS_TOLD), *_results(runs)]
     return Document(title_of(runs), nodes, units=units_of(runs.attrs))
 
 
@@ -133,8 +133,8 @@ def _results(runs: xr.Dataset) -> Iterator[Node]:
         title = " ".join(f"{plan.name} {plan.design}".replace("_", " ").split())
         yield Sentence("Plan: {}, {} runs.", [title, str(plan.runs.sizes["run"])])
         if plan.figures:
-            yield from _of_samples(plan) if plan.design in DRAWN else _of_values(plan)
-            if plan.design not in DRAWN and "motion" in runs:
+            yield from _of_samples(plan) if plan.design in SAMPLED_DESIGNS else _of_values(plan)
+            if plan.design not in SAMPLED_DESIGNS and "motion" in runs:
                 yield from extreme_nodes(plan)
         elif "motion" in runs:
             yield from seed_nodes(plan)
@@ -148,7 +148,7 @@ def _of_values(plan: PlanRuns) -> Iterator[Node]:
     head = ("figure", *map(short, names), "mean", "90 % interval", "another seed", "runs")
     again = has_results_table(plan)
     yield Table(head, [_cells(plan, row, names) for row in rows[:MAX_TABLE_ROWS]], detail=again)
-    yield Sentence(MEANS, detail=True)
+    yield Sentence(INTERVALS_NOTE, detail=True)
     if len(rows) > MAX_TABLE_ROWS:
         more = str(len(rows) - MAX_TABLE_ROWS)
         yield Sentence("{} more rows are in the table that hydrosim statistics writes.", [more])

@@ -10,7 +10,7 @@ import xarray as xr
 from hydrosim.presentation.document import Cell, Node, Outcome, Sentence, Table, Verdict
 from hydrosim.results.runs_file import COMPLETE
 from hydrosim.statistics.criteria import Criterion, JudgedCriterion, judge_plan, judge_study
-from hydrosim.statistics.effects import DRAWN, PlanRuns
+from hydrosim.statistics.effects import SAMPLED_DESIGNS, PlanRuns
 from hydrosim.wording.criteria import (
     criteria_verdict,
     criterion_figures,
@@ -88,7 +88,7 @@ def _runs_without_event(of: JudgedCriterion) -> Sentence:
 
 def _by_value(plans: Sequence[PlanRuns]) -> Iterator[Table | Sentence]:
     """Each criterion at each value of the parameters, of plans that have values."""
-    own = [plan for plan in plans if plan.parameters and plan.design not in DRAWN]
+    own = [plan for plan in plans if plan.parameters and plan.design not in SAMPLED_DESIGNS]
     each = [judged for plan in own for judged in judge_plan(plan)]
     each.sort(key=lambda judged: [*own[0].criteria].index(judged.worst.name))
     if not each:

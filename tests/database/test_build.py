@@ -15,7 +15,7 @@ from scipy.special import hankel1, jv, kn
 from validation_data import unpacked
 
 from hydrosim.database.build import barge, drift, store
-from hydrosim.database.build.water import SHALLOWEST, Water
+from hydrosim.database.build.water import MIN_TESTED_KH, Water
 from hydrosim.errors import InputError
 from hydrosim.evidence import Feature, Kind
 from hydrosim.outputs import Output
@@ -176,7 +176,7 @@ def test_the_sea_bed_adds_what_a_series_of_eigenfunctions_says(validated):
     """To the Green function of deep water and the source's image in the bed."""
     depth = 20.0
     errors = []
-    for kh in (SHALLOWEST, 0.15, 2.0, 8.0):
+    for kh in (MIN_TESTED_KH, 0.15, 2.0, 8.0):
         k = kh / depth
         nu = k * np.tanh(kh)
         tables = green.bed_tables(k, nu, depth, 100.0, 5.0)

@@ -280,7 +280,9 @@ DOUBTED = {
     "centre of gravity 25 m higher": (capsizing, "metacentric heights"),
     "mass with 5 % more": ({"inertia_matrix": times(1.05)}, "weight"),
     "drift doubled in the file": (
-        lambda db: replace(db, attributes={**db.attributes, netcdf.NUMBERS: netcdf.ALTERED}),
+        lambda db: replace(
+            db, attributes={**db.attributes, netcdf.NUMBERS_ATTRIBUTE: netcdf.ALTERED}
+        ),
         "numbers as written",
     ),
     "QTF per two amplitudes": ({"qtf_difference": times(2)}, "QTF against mean drift"),

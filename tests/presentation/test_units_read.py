@@ -9,8 +9,8 @@ import pytest
 
 import hydrosim as hs
 from hydrosim.presentation.units import (
-    ATTRIBUTE,
     DEFAULT,
+    UNITS_ATTRIBUTE,
     Units,
     as_attribute,
     chosen_units,
@@ -81,7 +81,7 @@ def test_the_unit_written_most_often_is_chosen() -> None:
 
 def test_the_choice_is_kept_in_results() -> None:
     attributes = as_attribute({"N": "MN"})
-    assert json.loads(attributes[ATTRIBUTE]) == {"N": "MN"}
+    assert json.loads(attributes[UNITS_ATTRIBUTE]) == {"N": "MN"}
     assert units_of(attributes).display_unit("N").unit == "MN"
     assert as_attribute({}) == {}
     assert units_of({}) is DEFAULT

@@ -13,7 +13,7 @@ import xarray as xr
 from hydrosim.dofs import DOFS
 from hydrosim.presentation.document import Between, Sentence, Table, Value
 from hydrosim.statistics import effects
-from hydrosim.statistics.effect_table import EXTREMES, as_csv
+from hydrosim.statistics.effect_table import EXTREME_COLUMNS, as_csv
 from hydrosim.statistics.ends import ends_of_channels, ends_of_figures
 from hydrosim.statistics.gumbel import fit_maxima
 from hydrosim.statistics.over_seeds import MIN_RUNS, extremes_over_seeds
@@ -140,10 +140,10 @@ def test_extremes_in_python_and_in_the_table_are_those_that_are_printed() -> Non
     lines = {line["figure"]: line for line in csv.DictReader(as_csv(runs).splitlines())}
     line = lines["push"]
     assert line["unit"] == "kN"
-    for name in EXTREMES[:-1]:
+    for name in EXTREME_COLUMNS[:-1]:
         assert float(line[name]) == pytest.approx(numbers[name] / 1e3, rel=1e-5)
     assert line["by"] == "Gumbel's law"
-    assert [lines["crawl"][name] for name in EXTREMES] == [""] * len(EXTREMES)
+    assert [lines["crawl"][name] for name in EXTREME_COLUMNS] == [""] * len(EXTREME_COLUMNS)
 
 
 def test_p90_of_the_smallest_is_what_runs_do_not_fall_below() -> None:

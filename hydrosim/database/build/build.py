@@ -25,8 +25,8 @@ from hydrosim.database.build.mesh import narrowest_gap
 from hydrosim.database.build.near_field import first_order_all, wetted_surface, whole
 from hydrosim.database.build.qtf import difference_qtf
 from hydrosim.database.build.recipe import DifferenceQtf, OneBody, Recipe, SeveralBodies
-from hydrosim.database.build.water import SHALLOWEST, Water
-from hydrosim.database.database import PANELS
+from hydrosim.database.build.water import MIN_TESTED_KH, Water
+from hydrosim.database.database import PANELS_ATTRIBUTE
 from hydrosim.errors import InputError
 
 QTF = "near field, with Pinkster's second-order potential; surge, sway and yaw scaled to mean_drift"
@@ -158,7 +158,7 @@ def _check_depth(recipe: Recipe, floats: Afloat, water: Water) -> None:
         raise InputError(
             f"{recipe.path}: frequencies: found {lowest:g} rad/s; expected at least {least:.3g}"
             f" rad/s in {water.depth:g} m of water. The solver cannot compute waves more than"
-            f" {2 * np.pi / SHALLOWEST:.0f} times longer than the depth."
+            f" {2 * np.pi / MIN_TESTED_KH:.0f} times longer than the depth."
         )
 
 
@@ -210,7 +210,7 @@ def _attributes(recipe: Recipe, floats: Afloat, solutions: Sequence[Solution]) -
     return {
         "title": recipe.data.title,
         "hull": json.dumps(_hull_descriptions(recipe)),
-        PANELS: json.dumps(panels),
+        PANELS_ATTRIBUTE: json.dumps(panels),
         "solver": f"Capytaine {capytaine.__version__}, {recipe.data.method} method",
         "mean_drift_of": "without viscous damping; Maruo's far field",
         "raw_asymmetry": json.dumps(raw),

@@ -45,7 +45,7 @@ def drift_of_each(
         for drift in compute_all(calls, jobs):
             near.append(drift)
             progress(len(near), len(solutions))
-        far = np.array([_far(body, kind, s, headings, water) for s in solutions])
+        far = np.array([_far_field_drifts(body, kind, s, headings, water) for s in solutions])
         found[kind] = brought_to(np.array(near), far)
     return found
 
@@ -61,7 +61,9 @@ def brought_to(near: Real, far: Real) -> Real:
     return np.where(told, each + shared, each).reshape(near.shape)
 
 
-def _far(body: Floating, kind: Drifting, s: Solution, headings: Real, water: Water) -> Real:
+def _far_field_drifts(
+    body: Floating, kind: Drifting, s: Solution, headings: Real, water: Water
+) -> Real:
     """Drift (headings, 6) of all bodies together."""
     free = kind is Drifting.FREE
     waves = (

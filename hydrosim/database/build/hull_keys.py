@@ -17,7 +17,7 @@ from hydrosim.documents.units import Quantity, problem
 Size = Annotated[float, Quantity("length", "m", "12.4 m", above=0)]
 Stiffness = Annotated[float, Quantity("stiffness", "N/m", "132105 kN/m", above=0)]
 Count = Annotated[int, Field(strict=True, ge=1, le=1000)]
-PANELS = 1000  # number of panels of default size that would cover the wetted hull
+DEFAULT_PANELS = 1000  # number of panels of default size that would cover the wetted hull
 
 
 class RecipeWater(Strict):
@@ -139,7 +139,7 @@ class SphereHull(Strict):
 
     def size(self) -> float:
         """Largest size of the panels [m]."""
-        return self.panels or math.sqrt(2 * math.pi * self.radius**2 / PANELS)
+        return self.panels or math.sqrt(2 * math.pi * self.radius**2 / DEFAULT_PANELS)
 
 
 class MeshFileHull(MeshKeys):
@@ -159,7 +159,7 @@ def resolution(hull: BargeHull | BoxHull, shape: barge.Barge) -> barge.Resolutio
     if isinstance(hull.panels, Counts):
         return hull.panels.resolution()
     around = 2 * (shape.length + shape.beam) * shape.draught
-    usual = math.sqrt((shape.length * shape.beam + around) / PANELS)
+    usual = math.sqrt((shape.length * shape.beam + around) / DEFAULT_PANELS)
     return barge.resolution(shape, hull.panels or usual)
 
 

@@ -18,7 +18,7 @@ from hydrosim.errors import InputError
 
 NO_PANELS: Panels = np.empty((0, 4, 3))
 _MERGE_FRACTION = 1e-5  # of the hull's size: closer points are merged
-GRID = 5  # points along the edge of a panel, by which gaps are measured
+EDGE_POINTS = 5  # points along the edge of a panel, by which gaps are measured
 NEIGHBOUR_GAPS = 1.5  # times a gap: distance of the panels that are looked at
 _INSIDE = 1e-3  # of a panel's size: depth of the point behind it
 _CLOSED = 0.01  # largest relative difference of the volumes of a closed hull
@@ -137,6 +137,6 @@ def narrowest_gap(one: Panels, other: Panels) -> tuple[float, tuple[float, float
 
 def _points_on(panels: Panels) -> Panels:
     """A grid of points (n, m, 3) on each panel."""
-    s, t = (x.ravel() for x in np.meshgrid(*2 * [np.linspace(0.0, 1.0, GRID)]))
+    s, t = (x.ravel() for x in np.meshgrid(*2 * [np.linspace(0.0, 1.0, EDGE_POINTS)]))
     weights = np.stack([(1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t], axis=1)
     return np.einsum("mk,nkd->nmd", weights, panels)

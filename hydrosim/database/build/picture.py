@@ -14,7 +14,7 @@ from hydrosim.dofs import DOFS
 from hydrosim.outputs import Output, save_picture
 
 TRANSLATIONS, ROTATIONS = (0, 1, 2), (3, 4, 5)
-QTFS = (0, 1, 2, 5)  # surge, sway, heave, yaw
+QTF_DOFS = (0, 1, 2, 5)  # surge, sway, heave, yaw
 
 
 def draw(db: HydroDatabase, panels: np.ndarray, output: Path | Output) -> None:
@@ -43,7 +43,7 @@ def draw_qtf(db: HydroDatabase, output: Path | Output) -> None:
     the heading at which it is largest."""
     figure = Figure(figsize=(11, 9.5), layout="constrained")
     largest = np.abs(require_array(db, "qtf_difference")).max(axis=(1, 2)).argmax(axis=0)
-    for axis, dof in zip(figure.subplots(2, 2).flat, QTFS, strict=True):
+    for axis, dof in zip(figure.subplots(2, 2).flat, QTF_DOFS, strict=True):
         _draw_transfer(axis, db, int(largest[dof]), dof)
     figure.suptitle(f"{db.attributes['title']}: difference-frequency QTFs")
     save_picture(figure, output, dpi=100)

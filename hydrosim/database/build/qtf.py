@@ -23,7 +23,7 @@ from hydrosim.database.build.water import Water
 from hydrosim.errors import InputError
 
 FAR_FIELD = np.array([True, True, False, False, False, True])
-SCALES = 0.5, 2.0  # limits of the ratio of far to near field
+RATIO_LIMITS = 0.5, 2.0  # limits of the ratio of far to near field
 SMALL_DIAGONAL_FRACTION = 0.25  # of the largest diagonal: below it the ratio is not used
 TURN_RAD = 2 * np.pi
 
@@ -131,7 +131,7 @@ def correct_to_diagonals(transfer: Complex, near: Real, far: Real) -> Complex:
     small = np.square(SMALL_DIAGONAL_FRACTION * np.abs(near).max(axis=1, keepdims=True))
     with np.errstate(invalid="ignore"):
         ratio = (far * near + small) / (near**2 + small)
-    scale = np.clip(np.nan_to_num(ratio, nan=1.0), *SCALES)
+    scale = np.clip(np.nan_to_num(ratio, nan=1.0), *RATIO_LIMITS)
     result = transfer * np.sqrt(scale[0][:, None] * scale[1])
     if np.array_equal(near[0], near[1]):
         rest = far[0] - scale[0] * near[0]

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from difflib import get_close_matches
 from functools import lru_cache
 
-from hydrosim.database.checks.finding import ACCEPTED, Check, Finding, accepted_findings
+from hydrosim.database.checks.finding import ACCEPTED_ATTRIBUTE, Check, Finding, accepted_findings
 from hydrosim.database.checks.haskind import HASKIND
 from hydrosim.database.checks.hydrostatics import HYDROSTATICS
 from hydrosim.database.checks.long_waves import LONG_WAVES

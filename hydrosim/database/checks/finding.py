@@ -12,7 +12,7 @@ from hydrosim.database.checks.use import EVERYTHING, CheckSubject, Use
 from hydrosim.database.database import HydroDatabase, Real
 from hydrosim.dofs import DOFS
 
-ACCEPTED = "accepted"  # attribute of a database: names of accepted findings
+ACCEPTED_ATTRIBUTE = "accepted"  # attribute of a database: names of accepted findings
 
 
 @dataclass(frozen=True)
@@ -144,7 +144,7 @@ class Check:
 
 def accepted_findings(db: HydroDatabase) -> list[str]:
     """Names of the findings that neither refuse the database nor cause a warning."""
-    return [name for name in db.attributes.get(ACCEPTED, "").split(", ") if name]
+    return [name for name in db.attributes.get(ACCEPTED_ATTRIBUTE, "").split(", ") if name]
 
 
 def largest(errors: Real) -> float:

@@ -16,12 +16,12 @@ import numpy as np
 from hydrosim.database.checks.finding import Check, Errors, LeftOut
 from hydrosim.database.checks.scales import LENGTH_POWERS, damping_scale, length, radius
 from hydrosim.database.checks.use import CheckSubject
-from hydrosim.database.database import PANELS, TURN_RAD, HydroDatabase, Real, all_headings
+from hydrosim.database.database import PANELS_ATTRIBUTE, TURN_RAD, HydroDatabase, Real, all_headings
 from hydrosim.waves.dispersion import wavenumber
 
-_WIDEST = np.radians(46.0)  # between headings: a larger gap does not close the circle
-_DEEP = 50.0  # k h from which on the water counts as deep
-_LEVER = 0.03  # of V^(1/3): lever of loads misplaced by coarse panels
+_MAX_HEADING_GAP_RAD = np.radians(46.0)  # between headings: a larger gap does not close the circle
+_DEEP_WATER_KH = 50.0  # k h from which on the water counts as deep
+_LEVER_FRACTION = 0.03  # of V^(1/3): lever of loads misplaced by coarse panels
 
 
 def _error(db: HydroDatabase) -> Errors:
@@ -29,7 +29,7 @@ def _error(db: HydroDatabase) -> Errors:
     diagonal."""
     circle = all_headings(db)
     gaps = np.diff(circle.heading, append=circle.heading[0] + TURN_RAD)
-    if gaps.max() > _WIDEST:
+    if gaps.max() > _MAX_HEADING_GAP_RAD:
         raise LeftOut(
             "needs headings all around, at most 45 deg apart; the widest gap is"
             f" {np.degrees(gaps.max()):.0f} deg"
@@ -62,7 +62,7 @@ def _scale(db: HydroDatabase, seen: np.ndarray) -> Real:
     largest = np.abs(np.diagonal(db.radiation_damping[seen], axis1=1, axis2=2)).max(axis=0)
     own = np.maximum(np.sqrt(largest), 0.1 * damping_scale(db)).reshape(db.bodies, 6)
     lever = length(db)[:, None] ** LENGTH_POWERS
-    noise = _LEVER * lever * (own / lever).max(axis=1, keepdims=True)
+    noise = _LEVER_FRACTION * lever * (own / lever).max(axis=1, keepdims=True)
     return np.maximum(own, noise).ravel()
 
 
@@ -74,13 +74,13 @@ def _between_bodies(db: HydroDatabase) -> np.ndarray:
 
 def _wide_panels(db: HydroDatabase) -> str:
     """Cause that only a database of several bodies built from panels has."""
-    if db.bodies < 2 or PANELS not in db.attributes:
+    if db.bodies < 2 or PANELS_ATTRIBUTE not in db.attributes:
         return ""
     return "; panels wider than the gap between two bodies are a cause: build it with smaller ones"
 
 
 def _group_speed(db: HydroDatabase, k: Real) -> Real:
-    kh = np.minimum(k * db.water_depth, _DEEP)
+    kh = np.minimum(k * db.water_depth, _DEEP_WATER_KH)
     return db.frequency / (2 * k) * (1 + 2 * kh / np.sinh(2 * kh))
 
 

@@ -26,13 +26,15 @@ from hydrosim.database.checks.use import CheckSubject
 from hydrosim.database.database import Complex, HydroDatabase, Real, of_frequencies, require_array
 from hydrosim.waves.dispersion import wavenumber
 
-_COUPLED = 0.3  # fraction by which the inertia of the water may reduce the heave load
-_STEEPER = (0.01, 100.0)  # range of the effect of a wrong depth on the wavenumber
+_COUPLED_INERTIA_FRACTION = 0.3
+"""Fraction by which the inertia of the water may reduce the heave load."""
+_WAVENUMBER_RATIO_RANGE = (0.01, 100.0)  # range of the effect of a wrong depth on the wavenumber
 _TINY = 1e-300
-_CLEAR = 0.1  # k V^(1/3) up to which the limits hold within about a per cent
-_STILL = 0.05  # fraction by which the inertia of the water may reduce the heave load there
-_LEVER = 5e-3  # of V^(1/3): displacement of the heave load by coarse panels
-_LEAK = 1e-4  # fraction of the heave load that coarse panels make horizontal
+_MAX_LONG_WAVE_KL = 0.1  # k V^(1/3) up to which the limits hold within about a per cent
+_INERTIA_FRACTION = 0.05
+"""Fraction by which the inertia of the water may reduce the heave load there."""
+_LEVER_FRACTION = 5e-3  # of V^(1/3): displacement of the heave load by coarse panels
+_HORIZONTAL_FRACTION = 1e-4  # fraction of the heave load that coarse panels make horizontal
 
 
 def _static_row(db: HydroDatabase) -> int:
@@ -41,8 +43,8 @@ def _static_row(db: HydroDatabase) -> int:
     k = wavenumber(db.frequency, db.water_depth, db.gravity)
     mass = displaced_mass(db) + diagonal(db.added_mass)[:, 2::6]
     stiffness = diagonal(require_array(db, "hydrostatic_stiffness"))[2::6]
-    still = (db.frequency[:, None] ** 2 * mass < _STILL * stiffness).all(axis=1)
-    return int(np.flatnonzero(still & (k * sides(db).max() <= _CLEAR)).max(initial=0))
+    still = (db.frequency[:, None] ** 2 * mass < _INERTIA_FRACTION * stiffness).all(axis=1)
+    return int(np.flatnonzero(still & (k * sides(db).max() <= _MAX_LONG_WAVE_KL)).max(initial=0))
 
 
 class _Wave(NamedTuple):
@@ -105,7 +107,7 @@ def _of_dofs(db: HydroDatabase, values: Real, *dofs: int, size: Real | None = No
 def _horizontal_phase(db: HydroDatabase) -> Errors:
     loads = _at_bodies(db)
     drive = np.einsum("hbi,hi->hb", loads[..., :2], _wave(db).towards)
-    clear = np.abs(drive) > _LEAK * np.abs(loads[..., 2])
+    clear = np.abs(drive) > _HORIZONTAL_FRACTION * np.abs(loads[..., 2])
     return _of_dofs(db, np.where(clear, _degrees(drive / 1j), np.nan), 0, 1)
 
 
@@ -140,7 +142,7 @@ def _horizontal_ratio(db: HydroDatabase) -> Complex:
 def _wave_of_loads(db: HydroDatabase) -> _Wave:
     """Long wave as steep as the horizontal loads imply; a wrong depth is reported only once, by
     their size."""
-    steeper = np.clip(np.median(np.abs(_horizontal_ratio(db))), *_STEEPER)
+    steeper = np.clip(np.median(np.abs(_horizontal_ratio(db))), *_WAVENUMBER_RATIO_RANGE)
     return _wave(db, float(steeper))
 
 
@@ -172,7 +174,7 @@ def _moments_in(db: HydroDatabase) -> Errors:
     parts = (np.abs(static) + np.abs(diverted)).max(axis=0)
     slope = np.abs(wave.slope).max(axis=(0, 2))
     least = 0.1 * displaced_mass(db) * db.gravity * slope * sides(db)
-    noise = _LEVER * np.abs(_loads(db)[..., 2]).max(axis=0) * sides(db)
+    noise = _LEVER_FRACTION * np.abs(_loads(db)[..., 2]).max(axis=0) * sides(db)
     scale = np.maximum(parts, np.maximum(least, noise)[:, None])
     return _of_dofs(db, error / scale, 3, 4, size=error)
 
@@ -213,7 +215,9 @@ def _heave_is_static(db: HydroDatabase) -> bool:
     mass = displaced_mass(db) + diagonal(db.added_mass)[0, 2::6]
     stiffness = np.abs(diagonal(db.hydrostatic_stiffness)[2::6])
     load = np.maximum(stiffness, np.abs(_loads(db)[..., 2]).max(axis=0))
-    return compact(db) and bool((db.frequency[0] ** 2 * mass < _COUPLED * load).all())
+    return compact(db) and bool(
+        (db.frequency[0] ** 2 * mass < _COUPLED_INERTIA_FRACTION * load).all()
+    )
 
 
 def _degrees(load: Complex) -> Real:

@@ -17,19 +17,20 @@ from hydrosim.radiation.retardation import (
     retardation_function,
 )
 
-_STEPS = 400  # of a retardation function, at most
-_LOWEST = 0.05  # of the highest frequency: below it added mass is not compared with the damping
-_STEP = 0.4  # time step of that function, times the highest frequency
+_MAX_RETARDATION_STEPS = 400  # of a retardation function, at most
+_LOWEST_FRACTION = 0.05
+"""Of the highest frequency: below it added mass is not compared with the damping."""
+_STEP_TIMES_FREQUENCY = 0.4  # time step of that function, times the highest frequency
 
 
 ADDED_MASS_UNITS, DAMPING_UNITS = ("kg", ""), ("kg", "/s")
-_ALONG = ("frequency", "dof", "motion")
+_RADIATION_AXES = ("frequency", "dof", "motion")
 
 
 def _of_pairs(error: Real, scale: Real, unit: tuple[str, str]) -> Errors:
     """Errors (nw, n, n) or (n, n) of a matrix, relative to the ``scale`` (n,) of its rows."""
     relative = np.abs(error) / np.outer(scale, scale)
-    return Errors(relative, _ALONG[-relative.ndim :], error, unit)
+    return Errors(relative, _RADIATION_AXES[-relative.ndim :], error, unit)
 
 
 def _added_mass_asymmetry(db: HydroDatabase) -> Errors:
@@ -66,7 +67,7 @@ def _causality(db: HydroDatabase) -> Errors:
     scale = added_mass_scale(db)
     _, left = _ogilvie(db)
     share = db.frequency / db.frequency[-1]
-    inner = (share >= _LOWEST) & (share <= OGILVIE_BAND)
+    inner = (share >= _LOWEST_FRACTION) & (share <= OGILVIE_BAND)
     left = np.where(inner[:, None, None], left, np.nan)
     return _of_pairs(left, scale, ADDED_MASS_UNITS)
 
@@ -94,8 +95,8 @@ def _ogilvie(db: HydroDatabase) -> tuple[Real, Real]:
     w = db.frequency
     if w.size < 4:
         raise LeftOut(f"needs 4 frequencies, the database has {w.size}")
-    step = _STEP / w[-1]
-    time = np.arange(0.0, min(np.pi / np.diff(w).max(), _STEPS * step), step)
+    step = _STEP_TIMES_FREQUENCY / w[-1]
+    time = np.arange(0.0, min(np.pi / np.diff(w).max(), _MAX_RETARDATION_STEPS * step), step)
     kernel = retardation_function(w, db.radiation_damping, time)
     return infinite_added_mass(w, db.added_mass, time, kernel)
 

@@ -24,15 +24,15 @@ from hydrosim.waves.dispersion import wavenumber
 
 # the decay of the damping is fitted from this fraction of the highest frequency up
 _TAIL_FROM = 0.85
-_WINDOW = 4  # neighbouring frequencies on each side with which a spike is compared
-_OUTLIER = 8.0  # a spike exceeds this multiple of the median of its neighbours
-_LAGS = 200  # at which the memory is tested
+_NEIGHBOURS = 4  # neighbouring frequencies on each side with which a spike is compared
+_OUTLIER_RATIO = 8.0  # a spike exceeds this multiple of the median of its neighbours
+_MEMORY_LAGS = 200  # at which the memory is tested
 
 
 def _alteration(db: HydroDatabase) -> Errors:
-    if netcdf.NUMBERS not in db.attributes:
+    if netcdf.NUMBERS_ATTRIBUTE not in db.attributes:
         raise LeftOut("the file has no checksum of hydrosim")
-    return single_error(float(db.attributes[netcdf.NUMBERS] == netcdf.ALTERED))
+    return single_error(float(db.attributes[netcdf.NUMBERS_ATTRIBUTE] == netcdf.ALTERED))
 
 
 def _frequencies(db: HydroDatabase) -> Errors:
@@ -64,7 +64,7 @@ def _memory(db: HydroDatabase) -> Errors:
     relative to its peak, are neglected memory, or an echo of the spacing."""
     _at_least(db, 4)
     known = np.pi / np.diff(db.frequency).max()
-    time = np.concatenate([[0.0], np.linspace(known, 2 * known, _LAGS)])
+    time = np.concatenate([[0.0], np.linspace(known, 2 * known, _MEMORY_LAGS)])
     active = radiating(db.radiation_damping)
     damping = db.radiation_damping[:, active[:, None], active]
     kernel = retardation_function(db.frequency, damping, time)
@@ -77,7 +77,7 @@ def _memory(db: HydroDatabase) -> Errors:
 
 def _spikes(db: HydroDatabase) -> Errors:
     """Largest outlier of the diagonals of A and B, relative to the largest damping of the DOF."""
-    _at_least(db, 2 * _WINDOW)
+    _at_least(db, 2 * _NEIGHBOURS)
     w = db.frequency[1:-1, None]
     scale = damping_scale(db) ** 2
     live = diagonal(db.radiation_damping).max(axis=0) > damping_floor(db)
@@ -125,10 +125,10 @@ def _outliers(departure: Real) -> Real:
 
     The departure of a smooth curve changes little from one frequency to the next; a spike at one
     frequency raises three departures."""
-    padded = np.pad(departure, ((_WINDOW, _WINDOW), (0, 0)), mode="reflect")
-    around = np.lib.stride_tricks.sliding_window_view(padded, 2 * _WINDOW + 1, axis=0)
+    padded = np.pad(departure, ((_NEIGHBOURS, _NEIGHBOURS), (0, 0)), mode="reflect")
+    around = np.lib.stride_tricks.sliding_window_view(padded, 2 * _NEIGHBOURS + 1, axis=0)
     usual = np.median(around, axis=-1)
-    return np.where(departure > _OUTLIER * usual, departure, 0.0)
+    return np.where(departure > _OUTLIER_RATIO * usual, departure, 0.0)
 
 
 def _at_least(db: HydroDatabase, count: int) -> None:

@@ -18,7 +18,12 @@ from hydrosim.compiling.symmetry import not_mirrored, plane_of
 from hydrosim.dofs import DOFS, MIRROR_SIGN
 from hydrosim.errors import HydrosimError
 from hydrosim.scene import Scene
-from hydrosim.statistics.headings import MIRROR_REASON, MIRRORED, SAME_HEADING_RAD, images_of
+from hydrosim.statistics.headings import (
+    MIRROR_REASON,
+    MIRRORED_ATTRIBUTE,
+    SAME_HEADING_RAD,
+    images_of,
+)
 
 if TYPE_CHECKING:
     from hydrosim.statistics.figures import RequestedStatistic
@@ -56,7 +61,9 @@ def add_mirrored_limits(
         "Scene and criteria are symmetric about the x axis. Limits to the other side are the same,"
         " without runs of their own."
     )
-    return both.assign_attrs({MIRROR_REASON: text, MIRRORED: np.sort([at for _, at in images])})
+    return both.assign_attrs(
+        {MIRROR_REASON: text, MIRRORED_ATTRIBUTE: np.sort([at for _, at in images])}
+    )
 
 
 def _criteria_asymmetries(

@@ -17,10 +17,10 @@ from hydrosim.presentation.document import (
 )
 
 TERMS = (("p1", "1/s"), ("p2", "1/rad"), ("p3", "s/rad^2"))
-AMPLITUDES = 5
+MAX_RATIO_ROWS = 5
 """Rows of damping ratios, from the smallest to the largest recorded roll."""
 COEFFICIENT_DIGITS = 5
-KEYS = ("s^-1", "rad^-1", "s/rad^2")
+CASE_UNITS = ("s^-1", "rad^-1", "s/rad^2")
 """Units in a case file."""
 
 
@@ -34,7 +34,7 @@ def calibration_document(fit: DecayFit) -> Document:
 
 def keys_of(fit: DecayFit, body: str) -> list[str]:
     """Lines of a force element with the fitted damping, as in a case file."""
-    values = zip((name for name, _ in TERMS), fit.damping, KEYS, strict=True)
+    values = zip((name for name, _ in TERMS), fit.damping, CASE_UNITS, strict=True)
     return [
         "forces:",
         "  roll_damping:",
@@ -73,7 +73,7 @@ def _untold(fit: DecayFit) -> Node:
 
 def _ratios(fit: DecayFit) -> Table:
     rows: list[list[Cell]] = []
-    for amplitude in np.linspace(*fit.amplitudes, AMPLITUDES):
+    for amplitude in np.linspace(*fit.amplitudes, MAX_RATIO_ROWS):
         ratio = fit.terms.damping_ratio(amplitude)
         used = fit.used_ratio(amplitude)
         cells: list[Cell] = [Value(x, "share", 3) for x in (*ratio, used)]
