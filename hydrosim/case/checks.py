@@ -135,9 +135,9 @@ def _check_accepted(case: CaseFile) -> Iterator[Problem]:
     """Names of findings about databases, of which the checks know."""
     for name, body in case.bodies.items():
         for keys, finding in accepted_of(body.hydrodynamics):
-            from hydrosim.database.checks import unknown  # loads numba
+            from hydrosim.database.checks import unknown_name_message  # loads numba
 
-            if wrong := unknown(finding):
+            if wrong := unknown_name_message(finding):
                 yield Problem(("bodies", name, "hydrodynamics", *keys), wrong)
 
 

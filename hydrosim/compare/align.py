@@ -81,7 +81,7 @@ def align(
             else scipy.interpolate.CubicSpline
         )
         with _naming(place):
-            ours, unit = _ours(run, channel, place)
+            ours, unit = _channel_of_run(run, channel, place)
             values, said, precision = _recorded_channel(
                 recording, channel, place, unit, overlap.recorded
             )
@@ -133,7 +133,7 @@ def _overlap(
 ) -> Overlap:
     start = max(ours[0], stamps[0], between[0])
     end = min(ours[-1], stamps[-1], between[1])
-    run, record = _part(ours, start, end), _part(stamps, start, end)
+    run, record = _indices_between(ours, start, end), _indices_between(stamps, start, end)
     if min(run.stop - run.start, record.stop - record.start) < MIN_COMMON_TIMES:
         meet = min(ours[-1], stamps[-1]) > max(ours[0], stamps[0])
         remedy = (
@@ -152,12 +152,12 @@ def _overlap(
         return Overlap(a, run, record, "at the same times")
     if _step(b) >= _step(a):
         method = "at the recorded times, the run by cubic splines"
-        return Overlap(b, _wider(run, ours.size), record, method)
+        return Overlap(b, _widen_by_one(run, ours.size), record, method)
     method = "at the times of the run, the recording by cubic splines"
-    return Overlap(a, run, _wider(record, stamps.size), method)
+    return Overlap(a, run, _widen_by_one(record, stamps.size), method)
 
 
-def _part(time: np.ndarray, start: float, end: float) -> slice:
+def _indices_between(time: np.ndarray, start: float, end: float) -> slice:
     """Indices of the times between two times, except for rounding."""
     slack = EQUAL_TIMES_STEPS * _step(time)
     return slice(
@@ -165,7 +165,7 @@ def _part(time: np.ndarray, start: float, end: float) -> slice:
     )
 
 
-def _wider(part: slice, size: int) -> slice:
+def _widen_by_one(part: slice, size: int) -> slice:
     return slice(max(part.start - 1, 0), min(part.stop + 1, size))
 
 
@@ -245,7 +245,7 @@ def precision_of(values: np.ndarray) -> float:
     return largest * (float(np.finfo(np.float32).eps) if single else eps) / 2.0
 
 
-def _ours(run: xr.Dataset, channel: str, place: ChannelPlace) -> tuple[np.ndarray, str]:
+def _channel_of_run(run: xr.Dataset, channel: str, place: ChannelPlace) -> tuple[np.ndarray, str]:
     """The channel of a run over all its time, at the recorded point, and its unit."""
     source = Source(Path(run.encoding.get("source", "run")), f"channels.{channel}")
     values, unit = select(source, run, channel)

@@ -15,7 +15,7 @@ from math import log
 import numpy as np
 
 from hydrosim.compare.align import Pair
-from hydrosim.compare.figures import Figures, varies
+from hydrosim.compare.figures import Figures, std_above_rounding
 from hydrosim.compare.signals import Fit, fit, rms, split_bands
 from hydrosim.documents.units import factor
 
@@ -55,8 +55,8 @@ def diagnose(
         return "both zero"
     if found.peak <= 1.001 * pair.precision + SERIES_ROUNDING_FRACTION * largest:
         return f"equal to print precision ({pair.precision:.2g} {pair.unit})"
-    if found.std == 0.0 or varies(ours) == 0.0:
-        return _constant(pair, found, varies(ours))
+    if found.std == 0.0 or std_above_rounding(ours) == 0.0:
+        return _constant(pair, found, std_above_rounding(ours))
     if found.relative < EQUAL_RMS_RATIO:
         return f"equal within {100.0 * found.relative:.2g} % of the std"
     other = _other_waves(time, pair, edges, most)

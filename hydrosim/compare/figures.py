@@ -50,7 +50,7 @@ def figures(time: np.ndarray, pair: Pair, edges: tuple[float, float]) -> Figures
     """Figures of a pair over ``time`` (n,) [s]; ``edges`` [rad/s] separate the bands."""
     difference = pair.ours - pair.recorded
     size, worst = rms(difference), int(np.argmax(np.abs(difference)))
-    std = varies(pair.recorded)
+    std = std_above_rounding(pair.recorded)
     series = (difference - difference.mean(), pair.ours, pair.recorded)
     bands = [
         tuple(float(np.std(part)) for part in split_bands(time, values, edges)) for values in series
@@ -68,7 +68,7 @@ def figures(time: np.ndarray, pair: Pair, edges: tuple[float, float]) -> Figures
     )
 
 
-def varies(values: np.ndarray) -> float:
+def std_above_rounding(values: np.ndarray) -> float:
     """Standard deviation; 0 if it is only rounding."""
     std = float(np.std(values))
     return std if std > CONSTANT_FRACTION * float(np.abs(values).max()) else 0.0

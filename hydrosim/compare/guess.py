@@ -56,7 +56,7 @@ def guess(recording: Recording, channels: Sequence[Channel]) -> dict[str, Channe
     found = [(name, ChannelPlace(column=number)) for name, number in same]
     for number, column in others:
         for name, unit in _readings(column):
-            if channel := _fitting(name, unit, free):
+            if channel := _matching_channel(name, unit, free):
                 found.append((channel, ChannelPlace(column=number, unit=unit)))
                 break
     claims = Counter(name for name, _ in found)
@@ -75,10 +75,10 @@ def _readings(column: Column) -> Iterator[tuple[str, str | None]]:
             yield stem, unit
 
 
-def _fitting(name: str, unit: str | None, channels: Sequence[Channel]) -> str | None:
+def _matching_channel(name: str, unit: str | None, channels: Sequence[Channel]) -> str | None:
     """The single channel that matches a column of this name; None if none or several do."""
     words = _words(name)
-    fits = [c.name for c in channels if _fits(words, c.name) and _converts(unit, c.unit)]
+    fits = [c.name for c in channels if _matches_channel(words, c.name) and _converts(unit, c.unit)]
     by_variable = [
         [name for name in fits if name.split(".")[0] == usual] for usual in USUAL_VARIABLES
     ]
@@ -86,7 +86,7 @@ def _fitting(name: str, unit: str | None, channels: Sequence[Channel]) -> str | 
     return meant[0] if len(meant) == 1 else None
 
 
-def _fits(words: frozenset[str], channel: str) -> bool:
+def _matches_channel(words: frozenset[str], channel: str) -> bool:
     own = _words(channel)
     tells = {word for word in own if word in DOFS or word.isdigit()}
     spoken = any(not word.isdigit() for word in words)

@@ -48,7 +48,7 @@ def _sign(value: int) -> int:
     return value
 
 
-def _short(value: Any) -> Any:
+def _expand_short_form(value: Any) -> Any:
     return {"column": value} if isinstance(value, str | int) else value
 
 
@@ -86,7 +86,7 @@ class MappingFile(Strict):
 
     time: TimeColumn = TimeColumn()
     channels: Annotated[
-        dict[StrictStr, Annotated[ChannelPlace, BeforeValidator(_short)]],
+        dict[StrictStr, Annotated[ChannelPlace, BeforeValidator(_expand_short_form)]],
         AfterValidator(of.require_entries),
     ]
 

@@ -39,7 +39,7 @@ def correlation(ours: np.ndarray, recorded: np.ndarray) -> float:
     return float(np.mean(a * r) / size) if size > 0.0 else 0.0
 
 
-def evenly(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+def resample_evenly(time: np.ndarray, values: np.ndarray) -> np.ndarray:
     """The values at the same number of evenly spaced times; by a cubic spline if they are
     uneven."""
     steps = np.diff(time)
@@ -53,7 +53,7 @@ def split_bands(
 ) -> list[np.ndarray]:
     """Three series that add up to the (even) values: slow with mean and trend, waves, and fast.
     ``edges`` between them are in rad/s."""
-    even = evenly(time, values)
+    even = resample_evenly(time, values)
     step = (time[-1] - time[0]) / (time.size - 1)
     ends = np.polyfit(time - time[0], even, 1)
     trend = np.polyval(ends, np.linspace(0.0, time[-1] - time[0], time.size))
@@ -69,7 +69,7 @@ def split_bands(
 def best_lag(time: np.ndarray, ours: np.ndarray, recorded: np.ndarray, most: float) -> float:
     """Lag [s] of the recorded series behind ours with the largest correlation of either sign. Among
     equally good lags it is the smallest; ``most`` is its bound."""
-    a, r = evenly(time, ours), evenly(time, recorded)
+    a, r = resample_evenly(time, ours), resample_evenly(time, recorded)
     step = (time[-1] - time[0]) / (time.size - 1)
     count = min(int(most / step), time.size // 2)
     rho = np.abs(_correlations(a, r, count))
@@ -87,7 +87,7 @@ def best_lag(time: np.ndarray, ours: np.ndarray, recorded: np.ndarray, most: flo
     curve = scipy.interpolate.CubicSpline(even, a)
 
     def miss(lag: float) -> float:
-        inside = _inside(even, lag)
+        inside = _is_within_record(even, lag)
         return -abs(correlation(curve(even[inside] - lag), r[inside]))
 
     bounds = (start - step, start + step)
@@ -100,7 +100,7 @@ def best_lag(time: np.ndarray, ours: np.ndarray, recorded: np.ndarray, most: flo
 def fit(time: np.ndarray, ours: np.ndarray, recorded: np.ndarray, most: float) -> Fit:
     """Least-squares fit over the times at which both series exist for this lag."""
     lag = best_lag(time, ours, recorded, most)
-    inside = _inside(time, lag)
+    inside = _is_within_record(time, lag)
     now, r = ours[inside], recorded[inside]
     late = now if lag == 0.0 else scipy.interpolate.CubicSpline(time, ours)(time[inside] - lag)
     gain, offset, rest = _line(late, r)
@@ -123,7 +123,7 @@ def _line(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float]:
     return gain, offset, rms(y - gain * x - offset)
 
 
-def _inside(time: np.ndarray, lag: float) -> np.ndarray:
+def _is_within_record(time: np.ndarray, lag: float) -> np.ndarray:
     """Whether each time shifted by the lag lies within the record."""
     return (time - lag >= time[0]) & (time - lag <= time[-1])
 

@@ -10,7 +10,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from hydrosim.compiling.coefficients import SOURCE
-from hydrosim.database.checks import SYMMETRIES, CheckSubject, Use, doubts, refusing_findings
+from hydrosim.database.checks import (
+    SYMMETRIES,
+    CheckSubject,
+    Use,
+    doubt_warnings,
+    refusing_findings,
+)
 from hydrosim.database.database import HydroDatabase
 from hydrosim.database.transfer import velocity_transfer
 from hydrosim.errors import InputError
@@ -61,7 +67,7 @@ def judged(
     database as read, in the ``seas``. Raises InputError if such data cannot be right."""
     if db.source == SOURCE:  # checked where it is made
         return ()
-    found = doubts(db, _use(db, bodies, free, seas))
+    found = doubt_warnings(db, _use(db, bodies, free, seas))
     return (*found, *_unsaid_points(db, free))
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from hydrosim.database.checks import ACCEPTED_ATTRIBUTE, accepted_findings, unknown
+from hydrosim.database.checks import ACCEPTED_ATTRIBUTE, accepted_findings, unknown_name_message
 from hydrosim.database.database import HydroDatabase, Real, of_frequencies
 from hydrosim.database.transfer import MATRICES
 from hydrosim.dofs import MIRROR_SIGN
@@ -30,14 +30,14 @@ _WITHOUT = {
 def apply_changes(db: HydroDatabase, changes: Changes) -> HydroDatabase:
     """Database with the ``changes``. Raises `InputError` if they do not fit it."""
     if changes.frequencies is not None:
-        db = _cut(db, *changes.frequencies)
+        db = _cut_frequencies(db, *changes.frequencies)
     for part in changes.without:
         db = _drop_part(db, part)
     if changes.bodies_apart:
         db = _uncouple_bodies(db)
     if changes.symmetrise:
         db = _symmetric(db)
-    said = [*filter(None, [db.attributes.get(CHANGED_ATTRIBUTE)]), *_words(changes)]
+    said = [*filter(None, [db.attributes.get(CHANGED_ATTRIBUTE)]), *_change_words(changes)]
     more = {CHANGED_ATTRIBUTE: "; ".join(said)} if said else {}
     if changes.accept:
         more[ACCEPTED_ATTRIBUTE] = ", ".join(
@@ -46,7 +46,7 @@ def apply_changes(db: HydroDatabase, changes: Changes) -> HydroDatabase:
     return replace(db, attributes={**db.attributes, **more})
 
 
-def _words(changes: Changes) -> Iterator[str]:
+def _change_words(changes: Changes) -> Iterator[str]:
     if changes.frequencies is not None:
         yield "only frequencies {:g} to {:g} rad/s".format(*changes.frequencies)
     for part in changes.without:
@@ -59,12 +59,12 @@ def _words(changes: Changes) -> Iterator[str]:
 
 def _finding_name(name: str) -> str:
     """The name of a finding."""
-    if wrong := unknown(name):
+    if wrong := unknown_name_message(name):
         raise InputError(f"hydrodynamics.accept: {wrong}.")
     return name
 
 
-def _cut(db: HydroDatabase, lowest: float, highest: float) -> HydroDatabase:
+def _cut_frequencies(db: HydroDatabase, lowest: float, highest: float) -> HydroDatabase:
     keep = (db.frequency >= lowest) & (db.frequency <= highest)
     if np.count_nonzero(keep) < 2:
         raise InputError(

@@ -192,12 +192,12 @@ def require_array(db: HydroDatabase, name: str) -> Real:
     if value is None:
         raise InputError(
             f"{db.source}: found no {name.replace('_', ' ')}; this computation uses it."
-            f" {_remedy(name)}"
+            f" {_missing_array_remedy(name)}"
         )
     return np.asarray(value)
 
 
-def _remedy(name: str) -> str:
+def _missing_array_remedy(name: str) -> str:
     """Advice on how to give an optional array that a database lacks."""
     if name not in GIVEN_ARRAYS:
         return f"Use a database that holds the array {name} (`hydrosim db build` writes it)."

@@ -35,13 +35,13 @@ def read_hull(path: Path, keys: MeshKeys = MeshKeys()) -> Hull:
 
 def read_closed(path: Path, keys: MeshKeys = MeshKeys()) -> Triangles:
     """The triangles of any closed mesh file, as `read_hull` reads it."""
-    return outward(keys.placed(_read(path)), str(path))
+    return with_outward_normals(keys.placed(_read(path)), str(path))
 
 
 def close_hull(corners: Triangles, source: str) -> Hull:
     """Hull with normals outward. Raises `InputError` if it is open, or if no part of it is below or
     above the water."""
-    found = outward(corners, source)
+    found = with_outward_normals(corners, source)
     low = corners[..., 2].min()
     high = corners[..., 2].max()
     if not low < 0.0 < high:
@@ -54,7 +54,7 @@ def close_hull(corners: Triangles, source: str) -> Hull:
     return Hull(found, source)
 
 
-def outward(corners: Triangles, source: str) -> Triangles:
+def with_outward_normals(corners: Triangles, source: str) -> Triangles:
     """Closed mesh with normals outward. If it has no holes and consistent normals, its area vectors
     add up to zero, and its volumes by x, y and z are equal. Otherwise `InputError` is raised."""
     area = areas(corners)
@@ -97,7 +97,11 @@ def integrals(corners: Triangles) -> Hydrostatics:
 def immersed_triangles(corners: Triangles) -> Triangles:
     """Parts of the triangles below z = 0."""
     wet = (corners[..., 2] < 0.0).sum(axis=1)
-    cut = [part for triangle in corners[(wet == 1) | (wet == 2)] for part in _cut(triangle)]
+    cut = [
+        part
+        for triangle in corners[(wet == 1) | (wet == 2)]
+        for part in _cut_at_waterline(triangle)
+    ]
     return np.concatenate([corners[wet == 3], np.reshape(cut, (-1, 3, 3))])
 
 
@@ -111,7 +115,7 @@ def triangles_of(panels: np.ndarray) -> Triangles:
     return np.concatenate([panels[:, [0, 1, 2]], panels[:, [0, 2, 3]]])
 
 
-def _cut(triangle: np.ndarray) -> list[np.ndarray]:
+def _cut_at_waterline(triangle: np.ndarray) -> list[np.ndarray]:
     """One or two triangles for the part below z = 0 of a triangle that crosses it."""
     below = triangle[:, 2] < 0.0
     lone = int(np.flatnonzero(below if below.sum() == 1 else ~below)[0])

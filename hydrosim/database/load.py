@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from hydrosim.database.changes import apply_changes
-from hydrosim.database.checks import EVERYTHING, doubts, in_order
+from hydrosim.database.checks import EVERYTHING, doubt_warnings, in_order
 from hydrosim.database.database import HydroDatabase
 from hydrosim.database.readers import READERS, Reader
 from hydrosim.database.readers.orcaflex import NAME as DRAUGHTS
@@ -46,7 +46,7 @@ def load(
             f" ...}}` of a case or with --given. In Capytaine it is the rotation_center or, if"
             " that was not set, the center_of_mass."
         )
-    for doubt in doubts(db, EVERYTHING):
+    for doubt in doubt_warnings(db, EVERYTHING):
         warnings.warn(doubt, stacklevel=2)
     return db
 

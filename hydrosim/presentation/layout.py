@@ -46,9 +46,11 @@ def text_of(part: Cell, units: Units) -> str:
     as it is."""
     match part:
         case Value():
-            return _with_unit(_plain(part, units), part, units)
+            return _with_unit(_number_text(part, units), part, units)
         case Between():
-            low, high = (_plain(Value(end, part.unit, part.digits), units) for end in _ends(part))
+            low, high = (
+                _number_text(Value(end, part.unit, part.digits), units) for end in _ends(part)
+            )
             return _with_unit(_interval(part, low, high), part, units)
         case Sentence():
             filled = (text_of(each, units) for each in part.parts)
@@ -205,7 +207,7 @@ def _render_with_unit(cell: Cell, units: Units) -> RenderedCell:
     return RenderedCell(text_of(cell, units), number, bool(_values_of_cell(cell)))
 
 
-def _plain(value: Value, units: Units) -> str:
+def _number_text(value: Value, units: Units) -> str:
     if not isfinite(value.number):
         return NO_VALUE
     return digits_of(units.display_unit(value.unit).factor * value.number, value.digits)

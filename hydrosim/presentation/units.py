@@ -72,7 +72,7 @@ class Units:
 
     def _base(self, base: str) -> DisplayUnit:
         unit = self.chosen.get(base, DEFAULT_UNITS.get(base, base))
-        return DisplayUnit(_short(unit), _factor(base, unit))
+        return DisplayUnit(_unit_symbol(unit), _factor(base, unit))
 
     def _compose(self, unit: str) -> DisplayUnit:
         numerator, *denominators = unit.split("/")
@@ -130,7 +130,7 @@ def _parts(group: str) -> Iterator[tuple[str, int]]:
         yield name, int(power or 1)
 
 
-def _short(unit: str) -> str:
+def _unit_symbol(unit: str) -> str:
     return UNIT_SYMBOLS.get(unit, unit)
 
 

@@ -77,7 +77,7 @@ def replay_nodes(run: xr.Dataset, scene: Scene | None) -> Iterator[Node]:
     )
     waves, water = waves_of(scene, run)
     size = max(float(np.linalg.norm(shape.triangles, axis=-1).max()) for shape in shapes)
-    step = _stride(run)
+    step = _records_per_moment(run)
     frames = run.isel(time=slice(None, None, step))
     notes = [
         water,
@@ -93,7 +93,7 @@ def replay_nodes(run: xr.Dataset, scene: Scene | None) -> Iterator[Node]:
             {"name": name, "triangles": base64_of(shape.triangles.ravel())}
             for name, shape in zip(names, shapes, strict=True)
         ],
-        "rest": _rest(run, scene),
+        "rest": _centres_at_rest(run, scene),
         "heading": [body.heading for body in scene.bodies] if scene else [0.0] * len(names),
         "time": base64_of(frames.time.values),
         "position": base64_of(_displacements(frames).ravel()),
@@ -115,7 +115,7 @@ def replay_nodes(run: xr.Dataset, scene: Scene | None) -> Iterator[Node]:
     yield Replay(data, notes)
 
 
-def _stride(run: xr.Dataset) -> int:
+def _records_per_moment(run: xr.Dataset) -> int:
     """Number of records from one moment to the next."""
     single = sum(run.sizes.get(dim, 0) for dim in SCALAR_KINDS)
     single += (1 + 2 * POINTS_OF_LINE) * run.sizes.get("line", 0)
@@ -128,7 +128,7 @@ def _displacements(frames: xr.Dataset) -> np.ndarray:
     return np.asarray(frames.position.transpose("time", "body", "dof").values)
 
 
-def _rest(run: xr.Dataset, scene: Scene | None) -> list[list[float]]:
+def _centres_at_rest(run: xr.Dataset, scene: Scene | None) -> list[list[float]]:
     """Centres of gravity at rest [m]."""
     if "reference_position" in run:
         return [list(map(float, x)) for x in run.reference_position.values]
@@ -210,17 +210,19 @@ def _planes(scene: Scene, size: float) -> Iterator[dict[str, Any]]:
     for element in scene.forces.values():
         if isinstance(element, Fender):
             plane = element.plane
-            corners = plane.corners or _square(plane.point, plane.normal, PLANE_HALF_SIDE * size)
+            corners = plane.corners or _square_corners(
+                plane.point, plane.normal, PLANE_HALF_SIDE * size
+            )
             number = _body_number(scene, plane.body)
             yield {"body": number, "corners": [list(map(float, c)) for c in corners]}
         elif isinstance(element, Landing):
             number = _body_number(scene, element.on)
             for seat in element.seats:
-                corners = _square(seat, element.axis, 0.15 * PLANE_HALF_SIDE * size)
+                corners = _square_corners(seat, element.axis, 0.15 * PLANE_HALF_SIDE * size)
                 yield {"body": number, "corners": [list(map(float, c)) for c in corners]}
 
 
-def _square(point: Any, normal: Any, half: float) -> np.ndarray:
+def _square_corners(point: Any, normal: Any, half: float) -> np.ndarray:
     n = np.asarray(normal, float) / np.linalg.norm(normal)
     first = np.cross(n, np.eye(3)[int(np.abs(n).argmin())])
     first /= np.linalg.norm(first)

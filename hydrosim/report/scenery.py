@@ -98,7 +98,7 @@ def _recipe_hull(body: Body) -> np.ndarray | None:
     recipe = source.parent / Path(name).name
     if not (name and recipe.is_file()):
         return None
-    for depth in (_depth(recipe, body.database_body), None):
+    for depth in (_recipe_depth(recipe, body.database_body), None):
         try:
             return shape_of_recipe(recipe, body.database_body, depth)
         except (InputError, ValueError, OSError):
@@ -106,7 +106,7 @@ def _recipe_hull(body: Body) -> np.ndarray | None:
     return None
 
 
-def _depth(recipe: Path, body: int) -> float | None:
+def _recipe_depth(recipe: Path, body: int) -> float | None:
     from hydrosim.database.build.recipe import load_recipe
 
     parts = load_recipe(recipe).data.parts
@@ -135,7 +135,7 @@ def waves_of(scene: Scene | None, run: xr.Dataset) -> tuple[list[Components], st
         made, known, rtol=0.0, atol=ELEVATION_RTOL * np.abs(run.wave_elevation).max().item()
     ):
         return [], level
-    return _largest(sets)
+    return _largest_components(sets)
 
 
 def _at_origin(waves: Components, time: np.ndarray) -> np.ndarray:
@@ -145,7 +145,7 @@ def _at_origin(waves: Components, time: np.ndarray) -> np.ndarray:
     return np.asarray(0.5 * (1.0 - np.cos(np.pi * grown)) * (np.cos(angle) @ waves.amplitude))
 
 
-def _largest(sets: list[Components]) -> tuple[list[Components], str]:
+def _largest_components(sets: list[Components]) -> tuple[list[Components], str]:
     amplitude = np.concatenate([waves.amplitude for waves in sets])
     if amplitude.size <= MAX_COMPONENTS:
         return sets, f"The water is the sum of all {amplitude.size} components of the waves."

@@ -228,7 +228,7 @@ def _changed_fraction(runs: xr.Dataset, pairs: np.ndarray) -> float:
     return float(np.mean((first != last)[known])) if known.any() else np.nan
 
 
-def _remedy(runs: xr.Dataset) -> str:
+def _missing_value_remedy(runs: xr.Dataset) -> str:
     """Remedy if some runs have no value."""
     if GATHERED in runs.attrs:
         return f"The study is unfinished ({runs.attrs[GATHERED]}): wait for the other runs."
@@ -245,7 +245,7 @@ def indices(plan: PlanRuns) -> Iterator[SobolIndex]:
             raise InputError(
                 f"{figure}: has no value in {np.sum(~np.isfinite(values))} of {values.size}"
                 " samples; expected a value in each, because Sobol's indices need all."
-                f" {_remedy(plan.runs)}"
+                f" {_missing_value_remedy(plan.runs)}"
             )
         sets = {
             "f_A": values[None, :n],

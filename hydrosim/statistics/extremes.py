@@ -56,7 +56,7 @@ from hydrosim.statistics.series import (
     slow_part,
     upcrossings,
 )
-from hydrosim.statistics.stationarity import changes, has_initial_transient
+from hydrosim.statistics.stationarity import changes_of_moments, has_initial_transient
 
 MEMORIES_PER_WINDOW = 4  # in a window, at least
 MIN_WINDOWS, MAX_WINDOWS = 8, 50  # windows
@@ -195,7 +195,7 @@ def extremes(
     middle, size = float(np.median(x)), float(np.ptp(x))
     z = (x - middle) / size
     long = independent_samples(z)
-    changing = changes(z, long)
+    changing = changes_of_moments(z, long)
     if any(changing):
         said = ExtremeModel.MEAN_CHANGES if changing[0] else ExtremeModel.STD_CHANGES
         return no_extremes(said), no_extremes(said)

@@ -128,7 +128,7 @@ def _groups(runs: xr.Dataset) -> Iterator[tuple[dict[str, Any], xr.Dataset]]:
 
 
 def _rows(values: dict[str, Any], runs: xr.Dataset) -> Iterator[dict[str, Any]]:
-    for ends in _ends(runs):
+    for ends in _ends_of_runs(runs):
         for side, found in find_extremes(ends):
             yield {
                 **values,
@@ -146,7 +146,7 @@ def _rows(values: dict[str, Any], runs: xr.Dataset) -> Iterator[dict[str, Any]]:
             }
 
 
-def _ends(runs: xr.Dataset) -> Iterable[SmallestAndLargest]:
+def _ends_of_runs(runs: xr.Dataset) -> Iterable[SmallestAndLargest]:
     yield from ends_of_figures(runs, figures_in(runs))
     if "motion" in runs:
         yield from ends_of_motions(runs)

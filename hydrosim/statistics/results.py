@@ -153,7 +153,7 @@ class StageResult(ChannelFreeResult):
         run = results.run.sel(contact_group=group)
         if self.stage in EXPLAINED_PHASES:
             number = phase_durations(results.run).sel(contact_group=group, phase=self.stage)
-            return _number(float(number), "s", self)
+            return _scalar_result(float(number), "s", self)
         if TIME not in run:
             raise InputError(
                 f"found the result {self.result}, but no group of contacts in the run records"
@@ -162,12 +162,12 @@ class StageResult(ChannelFreeResult):
             )
         if self.result in stages.FIGURES:
             unit = stages.FIGURES[self.result][1]
-            number = _number(float(run[self.result]), unit, self)
+            number = _scalar_result(float(run[self.result]), unit, self)
             return number.assign_attrs(side="largest") if self.result in LARGEST_RESULTS else number
         begin = float(run[TIME].sel(stage=self.stage))
         if self.result == "time":
-            return _number(begin, "s", self)
-        return _number(float(run[TIME].sel(stage=self.until)) - begin, "s", self)
+            return _scalar_result(begin, "s", self)
+        return _scalar_result(float(run[TIME].sel(stage=self.until)) - begin, "s", self)
 
 
 @dataclass(frozen=True)
@@ -215,12 +215,12 @@ class MotionCauseResult(ChannelFreeResult):
         at = why.sel(body=results.body(self.body), dof=self.direction)
         at = at.sel(span=self._span(why, None))
         if self.result == "displacement":
-            return _number(float(at.displacement), "m", self)
+            return _scalar_result(float(at.displacement), "m", self)
         known = [str(each) for each in at.force.values]
         if self.force not in known:
             text = f"found the force {self.force}; expected one of: {', '.join(known)}"
             raise InputError(with_hint(text, suggestion(self.force or "", known)))
-        return _number(float(at.mean_force.sel(force=self.force)), "N", self)
+        return _scalar_result(float(at.mean_force.sel(force=self.force)), "N", self)
 
     def _of_contacts(self, results: Results, why: xr.Dataset) -> xr.DataArray:
         group = results.group(self.group)
@@ -228,10 +228,12 @@ class MotionCauseResult(ChannelFreeResult):
         along = own.sel(direction=DIRECTION_AXES[self.direction])
         if self.result == "friction":
             part = along.friction_part.sel(part=[self.part] if self.part else list(FRICTION_PARTS))
-            return _number(_sum(part), "N", self)
+            return _scalar_result(_sum(part), "N", self)
         if self.result == "time_share":
-            return _number(float(own.mode_share.sel(contact_mode=self.mode).mean()), "1", self)
-        return _number(float(along.mode_moved.sel(contact_mode=self.mode).mean()), "m", self)
+            return _scalar_result(
+                float(own.mode_share.sel(contact_mode=self.mode).mean()), "1", self
+            )
+        return _scalar_result(float(along.mode_moved.sel(contact_mode=self.mode).mean()), "m", self)
 
     def _span(self, why: xr.Dataset, group: str | None) -> str:
         """The name of the stage: of one group among several it begins with the group's."""
@@ -252,6 +254,8 @@ def _sum(values: xr.DataArray) -> float:
     return float(np.nansum(x)) if np.isfinite(x).any() else np.nan
 
 
-def _number(number: float, unit: str, asked: StageResult | MotionCauseResult) -> xr.DataArray:
+def _scalar_result(
+    number: float, unit: str, asked: StageResult | MotionCauseResult
+) -> xr.DataArray:
     lowest = {} if asked.result in SIGNED_RESULTS else {LOWEST_ATTRIBUTE: 0.0}
     return xr.DataArray(number, attrs={"long_name": str(asked), "units": unit, **lowest})

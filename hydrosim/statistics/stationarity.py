@@ -26,7 +26,7 @@ INTERVAL_MEMORIES = 2  # memories
 VARIANCE_FLOOR = 0.05  # of the variance: less in an interval does not matter
 
 
-def changes(x: np.ndarray, independent: float) -> tuple[bool, bool]:
+def changes_of_moments(x: np.ndarray, independent: float) -> tuple[bool, bool]:
     """Whether mean and variance of a record x (nt,) change; the record is so many times as long as
     its memory."""
     z = (x - x.mean()) / x.std()

@@ -44,8 +44,8 @@ def ballast_document(
 ) -> Document:
     """What bodies weigh and how they float at a ``time`` [s], with what free surfaces take at an
     ``angle`` of heel [rad]; a ``plan`` of their pumps; pumps that are ``waiting`` for events."""
-    nodes: list[Node] = [*_shallow(found)]
-    nodes += [] if angle is None else _upright(found, angle)
+    nodes: list[Node] = [*_shallow_surfaces(found)]
+    nodes += [] if angle is None else _upright_walls(found, angle)
     if waiting:
         text = "These pumps wait for events and are taken as not started: {}."
         nodes.append(Verdict(Outcome.WARNING, text, [", ".join(waiting)]))
@@ -68,7 +68,7 @@ def _condition(found: Condition, angle: float | None) -> Iterator[Node]:
     yield Table(head, [_tank(tank) for tank in found.tanks])
     origin = np.array(found.body.centre_of_gravity)
     matrix = found.loading._replace(centre=found.loading.centre - origin).matrix
-    rows = [[dof, *(_short(x) for x in row)] for dof, row in zip(DOFS, matrix, strict=True)]
+    rows = [[dof, *(_four_digits(x) for x in row)] for dof, row in zip(DOFS, matrix, strict=True)]
     title = "Mass matrix about the body's origin [kg, kg m, kg m^2]"
     yield Table(("", *DOFS), rows, title, detail=True)
 
@@ -103,7 +103,7 @@ def _pump_plan(plan: PumpPlan) -> Iterator[Node]:
     yield Table(("pump", "rate", "mass"), rows)
 
 
-def _shallow(found: Sequence[Condition]) -> Iterator[Node]:
+def _shallow_surfaces(found: Sequence[Condition]) -> Iterator[Node]:
     """Free surfaces that meet bottom or top at once: GM is another beyond."""
     for each in found:
         for tank in each.tanks:
@@ -116,7 +116,7 @@ def _shallow(found: Sequence[Condition]) -> Iterator[Node]:
                 )
 
 
-def _upright(found: Sequence[Condition], angle: float) -> Iterator[Node]:
+def _upright_walls(found: Sequence[Condition], angle: float) -> Iterator[Node]:
     """Tables, whose walls are upright also where the surface meets bottom or top."""
     for each in found:
         for tank in each.tanks:
@@ -149,5 +149,5 @@ def _angle(value: float, digits: int = 3) -> Value:
     return Value(float(value), "rad", digits)
 
 
-def _short(value: float) -> str:
+def _four_digits(value: float) -> str:
     return f"{value:.4g}".replace("e+0", "e").replace("e+", "e")

@@ -66,8 +66,8 @@ def check_document(
     own = compile_scene(scene, in_plane=True)
     with locating(scene.places):
         check_criteria(own)
-    compiled = linearisable(own)
-    whole = linearisable(own.whole) if own.whole else compiled
+    compiled = with_linear_memory(own)
+    whole = with_linear_memory(own.whole) if own.whole else compiled
     nodes: list[Node] = [*_verdicts(own, compiled, watch)]
     nodes += _lists({"Waves": own.notes.seas})
     nodes += _lists({"Trees of joints": list(_describe_roots(own.scene))})
@@ -77,7 +77,7 @@ def check_document(
     nodes += _periods_of(whole, "at the start of the run")
     end = [compiled.begin + scene.duration] if own.model.tanks.each.size else []
     for time in sorted({*times, *end}):
-        nodes += _later(
+        nodes += _limits_at(
             with_contents_at(compiled, time), with_contents_at(whole, time), watch, time
         )
     nodes += [Heading("Details", "details", detail=True), *_details(own, compiled)]
@@ -157,7 +157,7 @@ def _capitalise(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def _later(compiled: Compiled, whole: Compiled, watch: Watch, time: float) -> Iterator[Node]:
+def _limits_at(compiled: Compiled, whole: Compiled, watch: Watch, time: float) -> Iterator[Node]:
     """Step limits and natural periods at a ``time`` [s]."""
     yield Heading(f"At {time:g} s")
     if not compiled.facts.exact:
@@ -237,7 +237,7 @@ def _steps(own: Compiled, compiled: Compiled) -> Iterator[str]:
         yield f"{clock.points:,} steps of {clock.step:g} s by {scene.solver.method}"
 
 
-def linearisable(compiled: Compiled) -> Compiled:
+def with_linear_memory(compiled: Compiled) -> Compiled:
     """A compiled scene with states instead of a convolution, whose memory cannot be linearised."""
     if compiled.model.convolution.row.size == 0:
         return compiled

@@ -58,7 +58,7 @@ def _run_counts(found: xr.Dataset) -> str:
 
 def _outcome(found: xr.Dataset) -> Iterator[Node]:
     yield Table(("", "file"), list(files(found, "theirs")))
-    differing, equal = _differing(found), _equal(found)
+    differing, equal = _differing_channels(found), _is_equal(found)
     all_, level = found.sizes["channel"], float(found.attrs["level"])
     yield Sentence(
         f"{differing.sizes['channel']} of {all_} channels differ by more than chance;"
@@ -81,7 +81,7 @@ def _outcome(found: xr.Dataset) -> Iterator[Node]:
 
 
 def _pictures(found: xr.Dataset) -> Iterator[Node]:
-    differing, paired = _differing(found), bool(found.attrs.get("paired"))
+    differing, paired = _differing_channels(found), bool(found.attrs.get("paired"))
     if not differing.sizes["channel"]:
         return
     order = "theirs rise; one above the other are runs of the same seed" if paired else "each rise"
@@ -105,11 +105,11 @@ def _picture(one: xr.Dataset, paired: bool) -> Curves:
 
 
 def _other_channels(found: xr.Dataset) -> Iterator[Sentence | Table]:
-    rest = found.isel(channel=np.flatnonzero((found.differs == 0) & ~_equal(found)))
+    rest = found.isel(channel=np.flatnonzero((found.differs == 0) & ~_is_equal(found)))
     rest = rest.isel(channel=np.argsort(rest.chance.values))
     if rest.sizes["channel"]:
         yield _table(rest.isel(channel=slice(MAX_TABLE_ROWS)))
-    if names := [str(name) for name in found.channel.values[_equal(found)]]:
+    if names := [str(name) for name in found.channel.values[_is_equal(found)]]:
         yield Sentence(f"Equal in all runs: {', '.join(names)}.")
 
 
@@ -134,12 +134,12 @@ def _test_assumptions(found: xr.Dataset) -> Iterator[Node]:
     )
 
 
-def _differing(found: xr.Dataset) -> xr.Dataset:
+def _differing_channels(found: xr.Dataset) -> xr.Dataset:
     own = found.isel(channel=np.flatnonzero(found.differs.values))
     return own.isel(channel=np.argsort(own.chance.values, kind="stable"))
 
 
-def _equal(found: xr.Dataset) -> np.ndarray:
+def _is_equal(found: xr.Dataset) -> np.ndarray:
     """Which channels (n,) are the same in all runs."""
     ends = np.stack([found[name].values for name in ("difference", "low", "high")])
     return np.asarray((ends == 0.0).all(axis=0))

@@ -88,7 +88,7 @@ def _outcome(found: xr.Dataset) -> Iterator[Node]:
     yield Table(("", "file"), list(files(found, "recorded")))
     yield Sentence(_counts_by_difference(found))
     yield from _tolerances(found)
-    each = [found.isel(channel=k) for k in _furthest(found)]
+    each = [found.isel(channel=k) for k in _order_by_difference(found)]
     verdicts = [(str(one.channel.values), str(one.verdict.values)) for one in each]
     yield Table(("channel", "what is recorded is"), verdicts)
     title = "Ours less recorded; std is that of what is recorded"
@@ -121,7 +121,7 @@ def _error(found: xr.Dataset) -> np.ndarray:
     return np.where(np.isnan(found.relative.values), alone, found.relative.values)
 
 
-def _furthest(found: xr.Dataset) -> np.ndarray:
+def _order_by_difference(found: xr.Dataset) -> np.ndarray:
     """Channels in the `KIND_ORDER` of their kinds, of each kind those first that differ most."""
     kinds = np.array([_kind(str(name)) for name in found.channel.values])
     return np.lexsort((-_error(found), kinds))
@@ -166,7 +166,7 @@ def _row(one: xr.Dataset) -> list[Cell]:
 
 def _series(found: xr.Dataset) -> Iterator[Node]:
     yield Sentence(CHARTS_NOTE)
-    for rank, k in enumerate(_furthest(found)):
+    for rank, k in enumerate(_order_by_difference(found)):
         one = found.isel(channel=k)
         unit = str(one.units.values)
         name, folded = str(one.channel.values), rank >= MAIN_CHART_COUNT
@@ -184,7 +184,7 @@ def _bands(found: xr.Dataset) -> Iterator[Sentence | Table]:
         " between. Drift is the mean of the last tenth of the time less that of the first."
     )
     names = [str(band) for band in found.band.values]
-    rows = [_of_bands(found.isel(channel=k), names) for k in _furthest(found)]
+    rows = [_of_bands(found.isel(channel=k), names) for k in _order_by_difference(found)]
     head = ("channel", "mean difference", "difference of drifts", "gain", "lag", *names)
     yield Table(head, rows)
 

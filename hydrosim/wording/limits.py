@@ -222,7 +222,9 @@ def distinct_lines(at: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
     found: list[tuple[str, xr.Dataset]] = []
     for name, each in _limits_by_heading(at):
         for k, (other, known) in enumerate(found):
-            if all(_equal(each[part].values, known[part].values) for part in LIMIT_VARIABLES):
+            if all(
+                _arrays_equal(each[part].values, known[part].values) for part in LIMIT_VARIABLES
+            ):
                 found[k] = f"{other}; {name}", known
                 break
         else:
@@ -230,7 +232,7 @@ def distinct_lines(at: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
     return found
 
 
-def _equal(one: np.ndarray, other: np.ndarray) -> bool:
+def _arrays_equal(one: np.ndarray, other: np.ndarray) -> bool:
     return np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
 
 

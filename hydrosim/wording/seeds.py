@@ -114,10 +114,10 @@ def named_values(plan: PlanRuns, values: Mapping[str, object]) -> str:
     names = [plan.axis(varied)] if varied else [*values]
     units = units_of(plan.runs.attrs)
     read = {name: text_of(value_of(values[name], plan.unit(name)), units) for name in names}
-    return ", ".join(f"{short(name)} {value}" for name, value in read.items())
+    return ", ".join(f"{short_key(name)} {value}" for name, value in read.items())
 
 
-def short(name: str) -> str:
+def short_key(name: str) -> str:
     """The last two words of a key."""
     return " ".join(name.split(".")[-2:]).replace("_", " ")
 

@@ -35,7 +35,7 @@ from hydrosim.statistics.effects import SAMPLED_DESIGNS, Difference, EffectRow, 
 from hydrosim.wording.assumptions import assumptions, case_nodes
 from hydrosim.wording.one_table import has_results_table, results_table
 from hydrosim.wording.sections import MAX_TABLE_ROWS, Sections, build_sections, title_of
-from hydrosim.wording.seeds import extreme_nodes, seed_nodes, short, value_of
+from hydrosim.wording.seeds import extreme_nodes, seed_nodes, short_key, value_of
 from hydrosim.wording.study_criteria import study_criteria
 from hydrosim.wording.title_block import title_block
 
@@ -145,7 +145,7 @@ def _results(runs: xr.Dataset) -> Iterator[Node]:
 def _of_values(plan: PlanRuns) -> Iterator[Node]:
     rows = list(effects.rows(plan))
     names = [*dict.fromkeys(name for row in rows for name in row.values)]
-    head = ("figure", *map(short, names), "mean", "90 % interval", "another seed", "runs")
+    head = ("figure", *map(short_key, names), "mean", "90 % interval", "another seed", "runs")
     again = has_results_table(plan)
     yield Table(head, [_cells(plan, row, names) for row in rows[:MAX_TABLE_ROWS]], detail=again)
     yield Sentence(INTERVALS_NOTE, detail=True)
@@ -180,9 +180,9 @@ def _difference(plan: PlanRuns, of: Difference) -> Sentence:
     at = of.spread
     ends = [value_of(of.low, plan.unit(axis)), value_of(of.high, plan.unit(axis))]
     if not at.n:
-        return Sentence("{}: no seed has a value at both ends of {}.", [of.figure, short(axis)])
+        return Sentence("{}: no seed has a value at both ends of {}.", [of.figure, short_key(axis)])
     text = "{} changes by {} from {} {} to {}"
-    parts: list[Part] = [of.figure, Value(at.mean, of.unit), short(axis), *ends]
+    parts: list[Part] = [of.figure, Value(at.mean, of.unit), short_key(axis), *ends]
     if np.isfinite(at.low):
         text += " ({}; {} seeds, standard deviation {})"
         parts += [Between(at.low, at.high, of.unit), str(at.n), Value(of.std, of.unit, 2)]
@@ -217,7 +217,7 @@ def _pictures(plan: PlanRuns, rows: list[EffectRow]) -> Iterator[Node]:
             }
             unit = own[0].unit if own else ""
             title = f"{figure}: means over seeds with their 90 % intervals"
-            yield Curves(title, short(axis), plan.unit(axis), figure, unit, curves)
+            yield Curves(title, short_key(axis), plan.unit(axis), figure, unit, curves)
 
 
 def _other_parameters(plan: PlanRuns, row: EffectRow, axis: str) -> tuple[str, ...]:
@@ -238,7 +238,7 @@ def _curve(rows: list[EffectRow], axis: str) -> PlottedCurve:
 def _of_samples(plan: PlanRuns) -> Iterator[Node]:
     """Correlations of drawn samples, or Sobol's indices."""
     if plan.design != "sobol_indices":
-        rows = [(f, short(p), Value(r, digits=3)) for f, p, r in effects.correlations(plan)]
+        rows = [(f, short_key(p), Value(r, digits=3)) for f, p, r in effects.correlations(plan)]
         yield Table(("figure", "parameter", "Spearman's rank correlation"), rows)
         return
     try:
@@ -249,7 +249,7 @@ def _of_samples(plan: PlanRuns) -> Iterator[Node]:
     yield Sentence("Sobol's indices are shares of the variance of a figure.")
     head = ("figure", "parameter", "alone", "90 % interval", "with all others", "90 % interval")
     rows_: list[list[Cell]] = [
-        [e.figure, short(e.parameter), *_share(e.first), *_share(e.total)] for e in found
+        [e.figure, short_key(e.parameter), *_share(e.first), *_share(e.total)] for e in found
     ]
     yield Table(head, rows_)
 
@@ -310,7 +310,7 @@ def _measured_errors(runs: xr.Dataset) -> Iterator[Node]:
     for run in measured:
         values = [str(runs[name].values[run]) for name in names]
         rows.append([str(run), *values, Value(float(runs[RELATIVE].values[run]), digits=1)])
-    head = ("run", *map(short, names), "error of motions, of their range")
+    head = ("run", *map(short_key, names), "error of motions, of their range")
     yield Table(head, rows, "Errors by the steps of the solver, in runs that measured them")
     yield Sentence("A run has a warning beyond {}.", [Value(reported_beyond(runs), digits=1)])
 

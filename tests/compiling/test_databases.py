@@ -12,7 +12,7 @@ import hydrosim as hs
 from hydrosim.compiling.compile import compile_scene
 from hydrosim.compiling.suitability import judged
 from hydrosim.compiling.wet import moving
-from hydrosim.database import HydroDatabase, Use, body_of, check, doubts, load
+from hydrosim.database import HydroDatabase, Use, body_of, check, doubt_warnings, load
 from hydrosim.database.changes import apply_changes
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
@@ -107,7 +107,7 @@ def test_what_is_above_the_frequencies_of_the_waves_is_a_doubt() -> None:
     damping[top, HEAVE, HEAVE] = -0.5 * damping[:, HEAVE, HEAVE].max()
     bad = replace(db, radiation_damping=damping)
     with pytest.raises(InputError, match=r"positive damping: found .* at 2\.\d+ rad/s"):
-        doubts(bad, Use())
+        doubt_warnings(bad, Use())
     compiled = compile_scene(barge(bad, ("heave",)))
     assert any("positive damping" in text for text in compiled.notes.warnings)
     low = damping.copy()

@@ -13,7 +13,7 @@ from validation_data import unpacked
 
 from hydrosim.database import check, load, netcdf
 from hydrosim.database.changes import apply_changes as changed_database
-from hydrosim.database.checks import CHECKS, accepted_findings, doubts
+from hydrosim.database.checks import CHECKS, accepted_findings, doubt_warnings
 from hydrosim.database.checks.use import EVERYTHING
 from hydrosim.database.load import read
 from hydrosim.errors import InputError
@@ -339,9 +339,9 @@ def test_a_refusal_says_how_noise_is_taken_away(whole):
     with pytest.raises(
         InputError, match=r"accept: \[symmetry of added mass.*--given symmetrise=true"
     ):
-        doubts(turned, EVERYTHING)
+        doubt_warnings(turned, EVERYTHING)
     with pytest.raises(InputError) as caught:
-        doubts(replace(whole, excitation=whole.excitation.conj()), EVERYTHING)
+        doubt_warnings(replace(whole, excitation=whole.excitation.conj()), EVERYTHING)
     assert "symmetrise" not in str(caught.value)
 
 
@@ -501,9 +501,9 @@ def test_databases_of_others(name):
 def test_what_somebody_has_looked_into_is_not_warned_of_again(barge):
     """But stands in the table of `db check`; and what would be refused is still warned of."""
     short, name = between(barge, 0.02, 0.8), "kernel truncation"
-    assert any(name in said for said in doubts(short, EVERYTHING))
+    assert any(name in said for said in doubt_warnings(short, EVERYTHING))
     known = changed_database(short, Changes(accept=(name,)))
-    assert not any(name in said for said in doubts(known, EVERYTHING))
+    assert not any(name in said for said in doubt_warnings(known, EVERYTHING))
     (finding,) = (one for one in check(known) if one.name == name)
     assert not finding.has_passed
     assert ", accepted" in str(finding)
@@ -512,7 +512,7 @@ def test_what_somebody_has_looked_into_is_not_warned_of_again(barge):
     refused = replace(barge, radiation_damping=-barge.radiation_damping)
     names = tuple(one.name for one in check(refused) if one.is_refused)
     assert names
-    said = doubts(changed_database(refused, Changes(accept=names)), EVERYTHING)
+    said = doubt_warnings(changed_database(refused, Changes(accept=names)), EVERYTHING)
     assert all(any(name in line for line in said) for name in names)
 
 
@@ -521,7 +521,7 @@ def test_doubts_are_one_short_line_that_names_the_command(whole, tmp_path):
     """The advice of each is what `hydrosim db check` prints."""
     change, _ = DOUBTED["depth of 100 m instead of deep water"]
     changed = planted(whole, change)
-    (line,) = doubts(changed, EVERYTHING)
+    (line,) = doubt_warnings(changed, EVERYTHING)
     doubted = [finding for finding in check(changed, EVERYTHING) if finding.is_doubted]
     assert len(doubted) > 1
     assert line.endswith(". `hydrosim db check` explains each.")

@@ -22,7 +22,7 @@ from hydrosim.statistics.gaussian import fit_gaussian
 from hydrosim.statistics.gumbel import fit_maxima, length_ratio
 from hydrosim.statistics.peaks import fit_upper_tail
 from hydrosim.statistics.series import independent_samples, upcrossings
-from hydrosim.statistics.stationarity import changes
+from hydrosim.statistics.stationarity import changes_of_moments
 
 RECORDS = 150
 PROMISED = (0.88, 0.92)
@@ -159,7 +159,7 @@ def test_stationary_records_are_not_said_to_change(figure: Figure) -> None:
         random = np.random.default_rng(k)
         for _ in range(40):
             x = kind.record(kind.draw(random))
-            told.append(any(changes(x, independent_samples(x))))
+            told.append(any(changes_of_moments(x, independent_samples(x))))
     figure("share of stationary records said to change", float(np.mean(told)))
     assert np.mean(told) <= 0.01 + 3.0 * np.sqrt(0.01 * 0.99 / len(told))
 

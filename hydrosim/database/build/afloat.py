@@ -20,7 +20,7 @@ from hydrosim.database.build import barge, mesh, sphere
 from hydrosim.database.build.assemble import Floating
 from hydrosim.database.build.barge import Panels, with_mirror_image
 from hydrosim.database.build.bem import Hull
-from hydrosim.database.build.extrapolate import coarser
+from hydrosim.database.build.extrapolate import coarsen
 from hydrosim.database.build.hull_keys import MeshFileHull, SphereHull, resolution
 from hydrosim.database.build.recipe import HullSymmetry, IntegralEquation, Lid, Recipe, RecipeBody
 from hydrosim.database.build.water import Water
@@ -91,7 +91,7 @@ def afloat(recipe: Recipe, share: float = 1.0) -> Afloat:
 def floating(recipe: Recipe, floats: Afloat, water: Water) -> Floating:
     """Mass and stiffness of all bodies, each with its weight equal to its buoyancy and above it."""
     pairs = zip(recipe.data.parts, floats.integrals, strict=True)
-    bodies = [_floating(recipe, part, integrals, water) for part, integrals in pairs]
+    bodies = [_floating_body(recipe, part, integrals, water) for part, integrals in pairs]
     return Floating(
         centre_of_gravity=np.array([body.centre_of_gravity for body in bodies]),
         centre_of_buoyancy=np.array([body.centre_of_buoyancy for body in bodies]),
@@ -105,7 +105,7 @@ def _is_moved(part: RecipeBody) -> bool:
     return bool(np.any(part.position) or part.heading)
 
 
-def _turn(part: RecipeBody) -> np.ndarray:
+def _heading_rotation(part: RecipeBody) -> np.ndarray:
     c, s = math.cos(part.heading), math.sin(part.heading)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
@@ -114,7 +114,7 @@ def _in_database_frame(part: RecipeBody, points: np.ndarray) -> np.ndarray:
     """Points (..., 3) of the body's own frame in the database's frame."""
     if not _is_moved(part):
         return points
-    turned = points @ _turn(part).T if part.heading else points
+    turned = points @ _heading_rotation(part).T if part.heading else points
     return np.asarray(turned + np.array([*part.position, 0.0]))
 
 
@@ -163,7 +163,7 @@ def _hull_of_part(recipe: Recipe, part: RecipeBody, share: float) -> _PartHull:
         integrals = sphere.hydrostatics(radius)
     else:
         shape = part.hull.shape(recipe.data.water)
-        counts = coarser(resolution(part.hull, shape), share)
+        counts = coarsen(resolution(part.hull, shape), share)
         integrals = barge.hydrostatics(shape)
         shift = [-integrals.centre_of_buoyancy[0], 0.0, 0.0]
         half, lid = barge.half_hull(shape, counts) + shift, barge.half_lid(shape, counts) + shift
@@ -186,7 +186,9 @@ def _of_file(recipe: Recipe, given: MeshFileHull) -> _PartHull:
     return _PartHull(panels, lid, symmetric, integrals)
 
 
-def _floating(recipe: Recipe, part: RecipeBody, integrals: Hydrostatics, water: Water) -> Floating:
+def _floating_body(
+    recipe: Recipe, part: RecipeBody, integrals: Hydrostatics, water: Water
+) -> Floating:
     """One body, in the database's frame."""
     gravity, buoyancy = np.array(part.centre_of_gravity), integrals.centre_of_buoyancy.copy()
     if not isinstance(part.hull, MeshFileHull):
@@ -200,10 +202,10 @@ def _floating(recipe: Recipe, part: RecipeBody, integrals: Hydrostatics, water: 
             " the hull heels or trims."
         )
     mass = water.density * integrals.volume
-    inertia = block_diag(mass * np.eye(3), _turning(part, mass))
+    inertia = block_diag(mass * np.eye(3), _moments_of_inertia(part, mass))
     stiffness = integrals.stiffness(gravity[2], water.density, water.gravity)
     if part.heading:
-        turn = block_diag(_turn(part), _turn(part))
+        turn = block_diag(_heading_rotation(part), _heading_rotation(part))
         inertia, stiffness = (turn @ matrix @ turn.T for matrix in (inertia, stiffness))
     return Floating(
         centre_of_gravity=_in_database_frame(part, gravity),
@@ -214,7 +216,7 @@ def _floating(recipe: Recipe, part: RecipeBody, integrals: Hydrostatics, water: 
     )
 
 
-def _turning(part: RecipeBody, mass: float) -> np.ndarray:
+def _moments_of_inertia(part: RecipeBody, mass: float) -> np.ndarray:
     """Moments of inertia (3, 3) about the centre of gravity."""
     if part.radii_of_gyration is None:
         return np.array(part.inertia)

@@ -32,14 +32,14 @@ from hydrosim.errors import InputError
 QTF = "near field, with Pinkster's second-order potential; surge, sway and yaw scaled to mean_drift"
 
 
-def silent(done: int, total: int) -> None:
+def ignore_progress(done: int, total: int) -> None:
     """Default for ``progress``: ignores it."""
 
 
 def build(
     recipe: Recipe,
     jobs: int = 1,
-    progress: Progress = silent,
+    progress: Progress = ignore_progress,
     announce: Callable[[float], None] | None = None,
 ) -> HydroDatabase:
     """Database of ``recipe``, computed by ``jobs`` processes.

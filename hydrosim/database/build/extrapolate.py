@@ -31,22 +31,22 @@ class CoarseRadiation(NamedTuple):
     zero: Real | None
 
 
-def coarser(counts: Resolution, share: float) -> Resolution:
+def coarsen(counts: Resolution, share: float) -> Resolution:
     """Panels with a ``share`` of their number around every section, on both rakes and on end walls.
     Along the hull and on the lid their number is unchanged, because short waves determine their
     size there."""
 
-    def fewer(count: int) -> int:
+    def reduce_count(count: int) -> int:
         return max(1, round(share * count))
 
     first, *middle, last = counts.along
     return replace(
         counts,
-        along=(fewer(first), *middle, fewer(last)),
-        across=fewer(counts.across),
-        down=fewer(counts.down),
-        wall_across=fewer(counts.wall_across),
-        wall_down=fewer(counts.wall_down),
+        along=(reduce_count(first), *middle, reduce_count(last)),
+        across=reduce_count(counts.across),
+        down=reduce_count(counts.down),
+        wall_across=reduce_count(counts.wall_across),
+        wall_down=reduce_count(counts.wall_down),
     )
 
 

@@ -39,7 +39,7 @@ def read_panels(path: Path, keys: MeshKeys) -> Panels:
     wet = panels_of(mesh_of(panels).immersed_part())
     below = wet[..., 2].min(axis=1) < -_MERGE_FRACTION * np.ptp(wet[..., 2])
     wet = wet[below]  # no panels in the waterplane
-    return _outward(wet, path)
+    return _with_outward_normals(wet, path)
 
 
 def integrals(panels: Panels) -> Hydrostatics:
@@ -109,7 +109,7 @@ def _read(path: Path) -> Panels:
     return panels
 
 
-def _outward(panels: Panels, path: Path) -> Panels:
+def _with_outward_normals(panels: Panels, path: Path) -> Panels:
     """Panels with normals into the water. The volumes by x, y and z are equal if the panels leave
     no holes and have consistent normals."""
     corners = hull.triangles_of(panels)

@@ -76,7 +76,7 @@ class Steps(Strict, Generic[StepValue]):
         return tuple(np.linspace(start, stop, round(steps) + 1).round(15).tolist())
 
 
-def _form(value: object) -> str:
+def _form_of_steps(value: object) -> str:
     return "steps" if isinstance(value, dict) else "list"
 
 
@@ -99,18 +99,18 @@ def _on_grid(headings: tuple[float, ...]) -> tuple[float, ...]:
 
 _Entry = Annotated[
     Annotated[Steps[Frequency], Tag("steps")] | Annotated[Frequency, Tag("list")],
-    Discriminator(_form),
+    Discriminator(_form_of_steps),
 ]
 Frequencies = Annotated[
     Annotated[Steps[Frequency], Tag("steps")] | Annotated[tuple[_Entry, ...], Tag("list")],
-    Discriminator(_form),
+    Discriminator(_form_of_steps),
     AfterValidator(_values),
     AfterValidator(of.require_entries),
     of.RISING,
 ]
 Headings = Annotated[
     Annotated[Steps[of.Angle], Tag("steps")] | Annotated[tuple[of.Angle, ...], Tag("list")],
-    Discriminator(_form),
+    Discriminator(_form_of_steps),
     AfterValidator(_values),
     AfterValidator(of.require_entries),
     of.RISING,

@@ -36,7 +36,7 @@ SYMMETRIES = {"symmetry of added mass", "symmetry of radiation damping", "port a
 CHECK_NAMES = tuple(one.name for one in CHECKS)
 
 
-def unknown(name: str) -> str:
+def unknown_name_message(name: str) -> str:
     """Message on an unknown name of a finding; empty if a check has that name."""
     if name in CHECK_NAMES:
         return ""
@@ -57,7 +57,7 @@ def check(db: HydroDatabase, use: Use = EVERYTHING) -> list[Finding]:
 
 def in_order(db: HydroDatabase) -> HydroDatabase:
     """Return the database. Raises `InputError` if frequencies or headings are out of order."""
-    refuse(db, [one(db) for one in ORDER_CHECKS])
+    refuse_database(db, [one(db) for one in ORDER_CHECKS])
     return db
 
 
@@ -71,11 +71,11 @@ def refusing_findings(db: HydroDatabase, use: Use) -> tuple[Finding, ...]:
     return tuple(finding for finding in _findings(db, use) if finding.is_refused)
 
 
-def doubts(db: HydroDatabase, use: Use) -> tuple[str, ...]:
+def doubt_warnings(db: HydroDatabase, use: Use) -> tuple[str, ...]:
     """A warning of all doubted findings, if there are any; `hydrosim db check` has their advice.
     Raises `InputError` if the database is refused for this ``use``."""
     findings = _findings(db, use)
-    refuse(db, findings)
+    refuse_database(db, findings)
     doubted = [finding.summary for finding in findings if finding.is_doubted]
     if not doubted:
         return ()
@@ -83,7 +83,7 @@ def doubts(db: HydroDatabase, use: Use) -> tuple[str, ...]:
     return (f"{db.source}: {'; '.join(doubted)}. `hydrosim db check` explains {each}.",)
 
 
-def refuse(db: HydroDatabase, findings: Sequence[Finding]) -> None:
+def refuse_database(db: HydroDatabase, findings: Sequence[Finding]) -> None:
     """Raises `InputError` if one of the ``findings`` refuses the database."""
     bad = [finding for finding in findings if finding.is_refused]
     if not bad:

@@ -129,15 +129,17 @@ class Check:
         whole = use.without_fixed_dofs(np.asarray(errors.relative), errors.axes)
         excited = use.at_wave_frequencies(whole, errors.axes, db.frequency)
         proves = self.of <= use.parts and self.proves(db)
-        refuses = proves and largest(excited) > self.refusal
+        refuses = proves and largest_error(excited) > self.refusal
         worst = excited if refuses else whole
         return Finding(
             self.name,
-            largest(worst),
+            largest_error(worst),
             self.limit,
             self.advice + self.cause(db),
-            self.refusal if refuses or (proves and largest(whole) <= self.refusal) else np.inf,
-            place=_place(db, errors, worst) if largest(worst) > self.limit else "",
+            self.refusal
+            if refuses or (proves and largest_error(whole) <= self.refusal)
+            else np.inf,
+            place=_place(db, errors, worst) if largest_error(worst) > self.limit else "",
             accepted=self.name in accepted_findings(db),
         )
 
@@ -147,7 +149,7 @@ def accepted_findings(db: HydroDatabase) -> list[str]:
     return [name for name in db.attributes.get(ACCEPTED_ATTRIBUTE, "").split(", ") if name]
 
 
-def largest(errors: Real) -> float:
+def largest_error(errors: Real) -> float:
     """Largest error; zero if none is judged."""
     return 0.0 if np.isnan(errors).all() else float(np.nanmax(errors))
 

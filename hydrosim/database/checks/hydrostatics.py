@@ -47,11 +47,11 @@ def _waterplane(db: HydroDatabase) -> Errors:
     stiffness = _blocks(require_array(db, "hydrostatic_stiffness"))[:, 2:5, 2:5].copy()
     for block, less in zip(stiffness, rho_g * require_array(db, "volume") * lever, strict=True):
         block[[1, 2], [1, 2]] -= less
-    impossible = [[_impossible(block / rho_g)] for block in stiffness]
+    impossible = [[_impossible_moments(block / rho_g)] for block in stiffness]
     return _of_dofs(db, np.array(impossible), 3, 4)
 
 
-def _impossible(moments: Real) -> float:
+def _impossible_moments(moments: Real) -> float:
     """Errors of the moments (3, 3) of a plane area."""
     area = moments[0, 0]
     if area <= 0.0:

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.database.checks.finding import Check, Errors
-from hydrosim.database.checks.scales import compact, diagonal, displaced_mass, first_wavenumber
+from hydrosim.database.checks.scales import diagonal, displaced_mass, first_wavenumber, is_compact
 from hydrosim.database.checks.scales import length as sides
 from hydrosim.database.checks.use import CheckSubject
 from hydrosim.database.database import Complex, HydroDatabase, Real, of_frequencies, require_array
@@ -215,7 +215,7 @@ def _heave_is_static(db: HydroDatabase) -> bool:
     mass = displaced_mass(db) + diagonal(db.added_mass)[0, 2::6]
     stiffness = np.abs(diagonal(db.hydrostatic_stiffness)[2::6])
     load = np.maximum(stiffness, np.abs(_loads(db)[..., 2]).max(axis=0))
-    return compact(db) and bool(
+    return is_compact(db) and bool(
         (db.frequency[0] ** 2 * mass < _COUPLED_INERTIA_FRACTION * load).all()
     )
 
@@ -241,7 +241,7 @@ LONG_WAVES = (
         30.0,
         _PHASE,
         refusal=60.0,
-        proves=compact,
+        proves=is_compact,
         of=frozenset({CheckSubject.LOADS}),
     ),
     Check(
@@ -284,7 +284,7 @@ LONG_WAVES = (
         " centre, exchanged roll and pitch, or pitch positive bow up",
         refusal=0.5,
         needs=("hydrostatic_stiffness", "volume", "centre_of_gravity"),
-        proves=compact,
+        proves=is_compact,
         of=frozenset({CheckSubject.LOADS, CheckSubject.STIFFNESS}),
     ),
     Check(
@@ -295,7 +295,7 @@ LONG_WAVES = (
         " start at a lower frequency, or look for rho g, the sign of i or a wrong depth",
         refusal=0.5,
         needs=("froude_krylov", "hydrostatic_stiffness", "volume"),
-        proves=compact,
+        proves=is_compact,
         of=frozenset({CheckSubject.SPARE}),
     ),
 )

@@ -52,20 +52,21 @@ def _drift_size(db: HydroDatabase) -> Errors:
 def _hermitian(db: HydroDatabase) -> Errors:
     qtf = require_array(db, "qtf_difference")
     apart = [
-        _transfer_errors(db, p, qtf[p], qtf[q].conj().swapaxes(0, 1)) for p, q in _opposite(db)
+        _transfer_errors(db, p, qtf[p], qtf[q].conj().swapaxes(0, 1))
+        for p, q in _opposite_pairs(db)
     ]
-    return max(apart, key=_worst)
+    return max(apart, key=_worst_error)
 
 
 def _sum_symmetry(db: HydroDatabase) -> Errors:
     qtf = require_array(db, "qtf_sum")
     return max(
-        (_transfer_errors(db, p, qtf[p], qtf[q].swapaxes(0, 1)) for p, q in _opposite(db)),
-        key=_worst,
+        (_transfer_errors(db, p, qtf[p], qtf[q].swapaxes(0, 1)) for p, q in _opposite_pairs(db)),
+        key=_worst_error,
     )
 
 
-def _opposite(db: HydroDatabase) -> list[tuple[int, int]]:
+def _opposite_pairs(db: HydroDatabase) -> list[tuple[int, int]]:
     """Pairs of headings, and the positions of the same pairs in reverse order."""
     headings = require_array(db, "qtf_heading")
     same = _heading_distance(headings[:, None, :], headings[None, :, ::-1]).all(axis=-1)
@@ -81,7 +82,7 @@ def _diagonal(db: HydroDatabase) -> Errors:
     errors = list(_diagonal_errors(db))
     if not errors:
         raise LeftOut("the mean drift has none of the headings of the QTF")
-    return max(errors, key=_worst)
+    return max(errors, key=_worst_error)
 
 
 def _diagonal_errors(db: HydroDatabase) -> Iterator[Errors]:
@@ -119,7 +120,7 @@ def _at_worst(relative: Real, frequency: Real, heading: float) -> Errors:
     return Errors(relative[row], ("dof",), where=where)
 
 
-def _worst(errors: Errors) -> float:
+def _worst_error(errors: Errors) -> float:
     return float(np.nanmax(errors.relative))
 
 

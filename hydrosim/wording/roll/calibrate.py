@@ -28,7 +28,7 @@ def calibration_document(fit: DecayFit) -> Document:
     """Damping of the decays, how well the records tell it, and where the equation does not fit."""
     doubts = [Verdict(Outcome.WARNING, "{}", [text]) for text in fit.doubts]
     notes = [Sentence("{}.", [note]) for decay in fit.decays for note in decay.notes]
-    nodes = [*doubts, _terms(fit), _untold(fit), _ratios(fit), _records(fit), *notes]
+    nodes = [*doubts, _terms(fit), _undetermined_terms(fit), _ratios(fit), _records(fit), *notes]
     return Document("Decay of roll", nodes)
 
 
@@ -59,7 +59,7 @@ def _row(name: str, interval: Interval, used: float) -> list[Cell]:
     return [name, *(f"{x:.{COEFFICIENT_DIGITS}g}" for x in (*interval, used))]
 
 
-def _untold(fit: DecayFit) -> Node:
+def _undetermined_terms(fit: DecayFit) -> Node:
     """Terms that the records do not tell from zero."""
     names = [name for k, (name, _) in enumerate(TERMS) if fit.terms.interval(k).holds_zero]
     if not names:
