@@ -13,7 +13,7 @@ import numpy as np
 
 from benchmarks.report import ROOT, Answer, Row
 from hydrosim.database import HydroDatabase, all_headings, load, require_array
-from hydrosim.database.build.afloat import afloat
+from hydrosim.database.build.afloat import hulls_afloat
 from hydrosim.database.build.bem import solve_all
 from hydrosim.database.build.build import ignore_progress
 from hydrosim.database.build.recipe import Recipe, load_recipe
@@ -69,7 +69,7 @@ def shipped(db: HydroDatabase) -> Response:
 def finer(recipe: Recipe) -> Response:
     """The same of more panels, for the very headings."""
     solved = solve_all(
-        afloat(recipe).hull, Water(), FREQUENCIES, recipe.headings, 1, ignore_progress
+        hulls_afloat(recipe).hull, Water(), FREQUENCIES, recipe.headings, 1, ignore_progress
     )
     loads = np.array([solution.excitation for solution in solved]).swapaxes(0, 1)
     A, B = (np.array([getattr(s, name) for s in solved]) for name in ("added_mass", "damping"))

@@ -35,7 +35,7 @@ EXACT_DIGITS = 16  # digits: more digits look like rounding
 Interpolate = Callable[[np.ndarray, np.ndarray], Any]
 
 
-class Pair(NamedTuple):
+class ChannelPair(NamedTuple):
     """A channel of a run and its recording: ``ours`` and ``recorded`` (n,) in ``unit``. ``said`` is
     the unit in the recording; it is "" if there is none, and ours is assumed. ``precision`` is half
     a unit of the last recorded digit."""
@@ -67,7 +67,7 @@ def align(
     time: TimeColumn,
     between: tuple[float, float],
     shift: float = 0.0,
-) -> tuple[Overlap, list[Pair]]:
+) -> tuple[Overlap, list[ChannelPair]]:
     """Pairs of all channels in ``places`` at their common times, ``between`` two times of the run
     [s]. ``shift`` [s] is added to the recorded times. Raises InputError with the file and line of
     the fault."""
@@ -86,7 +86,7 @@ def align(
                 recording, channel, place, unit, overlap.recorded
             )
             column = recording.column(place.column).name
-        pair = Pair(
+        pair = ChannelPair(
             channel,
             column,
             unit,

@@ -11,12 +11,12 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from hydrosim.compare.align import Overlap, Pair, align
+from hydrosim.compare.align import ChannelPair, Overlap, align
 from hydrosim.compare.diagnosis import diagnose
 from hydrosim.compare.figures import BAND_EDGES_RAD_S, ContactComparison, Figures, contact, figures
 from hydrosim.compare.guess import guess
 from hydrosim.compare.mapping import ChannelPlace, MappingFile, TimeColumn
-from hydrosim.compare.signals import Fit, fit
+from hydrosim.compare.signals import GainLagFit, fit
 from hydrosim.recordings import Recording
 from hydrosim.results.channels import channels, chosen
 
@@ -25,12 +25,12 @@ MAX_SHIFT_FRACTION = 0.5  # of the time: the largest shift
 MIN_SHIFT_CORRELATION = 0.9  # smallest correlation of channels from which a time shift is estimated
 
 
-class Result(NamedTuple):
+class ChannelResult(NamedTuple):
     """Results for a channel; ``verdict`` is a text, ``contact`` exists for fenders only."""
 
-    pair: Pair
+    pair: ChannelPair
     figures: Figures
-    fit: Fit
+    fit: GainLagFit
     contact: ContactComparison | None
     verdict: str
 
@@ -47,7 +47,7 @@ class Comparison:
     both. ``unused`` are columns without a channel. ``guessed`` is true without a mapping. ``shift``
     [s] was estimated and added to the recorded times; NaN if it could not be estimated."""
 
-    results: Mapping[str, Result]
+    results: Mapping[str, ChannelResult]
     overlap: Overlap
     edges: tuple[float, float]
     zero: Sequence[str]
@@ -117,15 +117,15 @@ def by_channel(found: Comparison, tolerances: Mapping[str, float]) -> dict[str, 
     }
 
 
-def _result(time: np.ndarray, pair: Pair, edges: tuple[float, float]) -> Result:
+def _result(time: np.ndarray, pair: ChannelPair, edges: tuple[float, float]) -> ChannelResult:
     found = figures(time, pair, edges)
     most = min(MAX_LAG_FRACTION * float(np.ptp(time)), MAX_LAG_S)
     fitted = fit(time, pair.ours, pair.recorded, most)
     verdict = diagnose(time, pair, found, fitted, edges, most)
-    return Result(pair, found, fitted, contact(time, pair), verdict)
+    return ChannelResult(pair, found, fitted, contact(time, pair), verdict)
 
 
-def _shift(time: np.ndarray, pairs: Sequence[Pair]) -> float:
+def _shift(time: np.ndarray, pairs: Sequence[ChannelPair]) -> float:
     """Time shift to add to the recorded times [s]: the median over the channels that then
     correlate; NaN if none does."""
     fits = [

@@ -10,7 +10,7 @@ from types import MappingProxyType
 import numpy as np
 import xarray as xr
 
-from hydrosim.compare.comparison import Comparison, Result
+from hydrosim.compare.comparison import ChannelResult, Comparison
 from hydrosim.compare.figures import BANDS, ContactComparison
 from hydrosim.compare.studies import SIGNIFICANCE_LEVEL
 from hydrosim.compare.studies import StudyComparison as Studies
@@ -134,5 +134,5 @@ def _number(value: float | bool) -> float | int:
     return int(value) if isinstance(value, bool) else value
 
 
-def _of_contact(result: Result, name: str) -> float:
+def _of_contact(result: ChannelResult, name: str) -> float:
     return float("nan") if result.contact is None else float(getattr(result.contact, name))

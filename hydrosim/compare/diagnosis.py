@@ -14,9 +14,9 @@ from math import log
 
 import numpy as np
 
-from hydrosim.compare.align import Pair
+from hydrosim.compare.align import ChannelPair
 from hydrosim.compare.figures import Figures, std_above_rounding
-from hydrosim.compare.signals import Fit, fit, rms, split_bands
+from hydrosim.compare.signals import GainLagFit, fit, rms, split_bands
 from hydrosim.documents.units import factor
 
 EQUAL_RMS_RATIO = 1e-3  # rms over std: smaller differences count as equal
@@ -42,9 +42,9 @@ UNIT_WORDS = {"deg": "degrees", "rad": "radians", "tonne_force": "tonne-force"}
 
 def diagnose(
     time: np.ndarray,
-    pair: Pair,
+    pair: ChannelPair,
     found: Figures,
-    fitted: Fit,
+    fitted: GainLagFit,
     edges: tuple[float, float],
     most: float,
 ) -> str:
@@ -74,14 +74,16 @@ def _share(found: Figures) -> str:
     return f"{100.0 * found.band_recorded[1] / found.std:.2g} % of the std"
 
 
-def _constant(pair: Pair, found: Figures, ours: float) -> str:
+def _constant(pair: ChannelPair, found: Figures, ours: float) -> str:
     if found.std == 0.0 and ours == 0.0:
         offset = float(pair.recorded.mean() - pair.ours.mean())
         return f"both constant, offset {_amount(offset, pair.unit)}"
     return "constant in the " + ("recording" if found.std == 0.0 else "run")
 
 
-def _other_waves(time: np.ndarray, pair: Pair, edges: tuple[float, float], most: float) -> bool:
+def _other_waves(
+    time: np.ndarray, pair: ChannelPair, edges: tuple[float, float], most: float
+) -> bool:
     """Whether both have waves of the same spectrum that do not correlate at any lag."""
     a, r = (split_bands(time, x, edges)[1] for x in (pair.ours, pair.recorded))
     sizes = float(np.std(a)), float(np.std(r))
@@ -94,7 +96,7 @@ def _other_waves(time: np.ndarray, pair: Pair, edges: tuple[float, float], most:
 
 
 def _describe_differences(
-    time: np.ndarray, pair: Pair, found: Figures, fitted: Fit, most: float
+    time: np.ndarray, pair: ChannelPair, found: Figures, fitted: GainLagFit, most: float
 ) -> Iterator[str]:
     """Differences: sign, unit, gain, lag, offset, and the remainder."""
     sign = float(np.sign(fitted.gain))
@@ -118,7 +120,7 @@ def _describe_differences(
         yield f"differs by {100.0 * before / std:.3g} % of the std{_worst_band(found)}"
 
 
-def _causes(fitted: Fit, unit: str, before: float, std: float) -> Iterator[str]:
+def _causes(fitted: GainLagFit, unit: str, before: float, std: float) -> Iterator[str]:
     """Gain, lag and offset, if they matter.
 
     A gain of a series with a large mean is almost an offset. Each alone mends most of the

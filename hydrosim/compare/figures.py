@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.compare.align import Pair
+from hydrosim.compare.align import ChannelPair
 from hydrosim.compare.signals import correlation, rms, split_bands
 
 BANDS = ("slow", "waves", "fast")
@@ -46,7 +46,7 @@ class ContactComparison(NamedTuple):
     share_recorded: float
 
 
-def figures(time: np.ndarray, pair: Pair, edges: tuple[float, float]) -> Figures:
+def figures(time: np.ndarray, pair: ChannelPair, edges: tuple[float, float]) -> Figures:
     """Figures of a pair over ``time`` (n,) [s]; ``edges`` [rad/s] separate the bands."""
     difference = pair.ours - pair.recorded
     size, worst = rms(difference), int(np.argmax(np.abs(difference)))
@@ -74,7 +74,7 @@ def std_above_rounding(values: np.ndarray) -> float:
     return std if std > CONSTANT_FRACTION * float(np.abs(values).max()) else 0.0
 
 
-def contact(time: np.ndarray, pair: Pair) -> ContactComparison | None:
+def contact(time: np.ndarray, pair: ChannelPair) -> ContactComparison | None:
     """First contact and fraction of contact of a fender; None for other channels."""
     if not pair.channel.startswith(CONTACT_VARIABLES):
         return None

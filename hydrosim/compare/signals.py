@@ -12,7 +12,7 @@ STEP_TOLERANCE = 1e-6  # of a step
 EQUAL_CORRELATIONS = 0.002  # correlations that differ by less: the smaller lag is chosen
 
 
-class Fit(NamedTuple):
+class GainLagFit(NamedTuple):
     """Fit recorded(t) = ``gain`` ours(t - ``lag``) + ``offset``. ``rest`` is the rms of the
     remainder, ``correlation`` the correlation at that lag. Each effect is the increase of the rms,
     in squares, without that gain, lag or offset."""
@@ -97,7 +97,7 @@ def best_lag(time: np.ndarray, ours: np.ndarray, recorded: np.ndarray, most: flo
     return found if miss(found) < miss(0.0) else 0.0
 
 
-def fit(time: np.ndarray, ours: np.ndarray, recorded: np.ndarray, most: float) -> Fit:
+def fit(time: np.ndarray, ours: np.ndarray, recorded: np.ndarray, most: float) -> GainLagFit:
     """Least-squares fit over the times at which both series exist for this lag."""
     lag = best_lag(time, ours, recorded, most)
     inside = _is_within_record(time, lag)
@@ -111,7 +111,7 @@ def fit(time: np.ndarray, ours: np.ndarray, recorded: np.ndarray, most: float) -
         rms(r - through_zero * late),
     )
     effects = (float(np.sqrt(max(other**2 - rest**2, 0.0))) for other in without)
-    return Fit(gain, lag, offset, rest, correlation(late, r), *effects)
+    return GainLagFit(gain, lag, offset, rest, correlation(late, r), *effects)
 
 
 def _line(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float]:

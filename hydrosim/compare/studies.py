@@ -34,7 +34,7 @@ IGNORED_FIELDS = {
 }
 
 
-class Found(NamedTuple):
+class ChannelDifference(NamedTuple):
     """A channel: means of both; the mean difference, ours minus theirs, with its interval; the
     probability of such a difference by chance; whether it counts as different; and its ``values``
     in the runs of ours and of theirs (n,)."""
@@ -55,7 +55,7 @@ class StudyComparison(NamedTuple):
     """All channels, and the numbers of runs, ``paired`` or not. ``durations`` of ours and of theirs
     are texts if they differ. ``codes`` are the names of codes that differ, which are not tested."""
 
-    channels: list[Found]
+    channels: list[ChannelDifference]
     ours: int
     theirs: int
     paired: bool
@@ -149,7 +149,7 @@ def _channels(runs: xr.Dataset) -> Iterator[tuple[str, xr.DataArray]]:
 
 def _test_channel(
     name: str, ours: xr.DataArray, theirs: xr.DataArray, paired: bool
-) -> Found | None:
+) -> ChannelDifference | None:
     values = a, b = ours.values.astype(float), theirs.values.astype(float)
     if paired:
         known = np.isfinite(a) & np.isfinite(b)
@@ -170,10 +170,10 @@ def _test_channel(
         chance = float(test.pvalue)
     unit = str(ours.attrs.get("units", ""))
     means, ends = (float(a.mean()), float(b.mean())), (float(low), float(high))
-    return Found(name, unit, *means, difference, *ends, chance, False, values)
+    return ChannelDifference(name, unit, *means, difference, *ends, chance, False, values)
 
 
-def _mark_differences(found: list[Found]) -> list[Found]:
+def _mark_differences(found: list[ChannelDifference]) -> list[ChannelDifference]:
     """Channels with those marked that differ, by Holm's procedure."""
     order = np.argsort([each.chance for each in found])
     differs = np.zeros(len(found), dtype=bool)

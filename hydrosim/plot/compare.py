@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from hydrosim.compare.comparison import Comparison, Result
+from hydrosim.compare.comparison import ChannelResult, Comparison
 from hydrosim.outputs import Output, save_picture
 from hydrosim.plot.layout import DPI
 from hydrosim.plot.panels import DIGITS, labelled, thinned, wrapped
@@ -54,7 +54,9 @@ def draw_comparison(
     save_picture(figure, output)
 
 
-def _whole(over: Axes, under: Axes, time: np.ndarray, result: Result, shown: DisplayUnit) -> None:
+def _whole(
+    over: Axes, under: Axes, time: np.ndarray, result: ChannelResult, shown: DisplayUnit
+) -> None:
     name = result.pair.channel.replace("_", " ").replace(".", ", ")
     _draw(over, under, time, result, shown.factor)
     over.set_title(shorten(f"{name}: {result.verdict}", 110), loc="left", fontsize="medium")
@@ -62,7 +64,7 @@ def _whole(over: Axes, under: Axes, time: np.ndarray, result: Result, shown: Dis
     under.set_ylabel(labelled("difference\n", shown.unit))
 
 
-def _close(over: Axes, under: Axes, time: np.ndarray, result: Result, factor: float) -> None:
+def _close(over: Axes, under: Axes, time: np.ndarray, result: ChannelResult, factor: float) -> None:
     count = max(CLOSE, int(SHARE * time.size))
     first = int(np.searchsorted(time, result.figures.peak_time)) - count // 2
     first = max(min(first, time.size - count), 0)
@@ -74,7 +76,7 @@ def _draw(
     over: Axes,
     under: Axes,
     time: np.ndarray,
-    result: Result,
+    result: ChannelResult,
     factor: float,
     part: slice = slice(None),
 ) -> None:

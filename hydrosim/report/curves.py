@@ -27,7 +27,7 @@ class PlottedPoint(NamedTuple):
     said: str
 
 
-class Drawn(NamedTuple):
+class PlottedCurves(NamedTuple):
     """A picture of curves."""
 
     x_label: str
@@ -43,7 +43,7 @@ class Drawn(NamedTuple):
     bottom: int = BOTTOM_EDGE
 
 
-def plot_curves(of: Curves, units: Units) -> Drawn:
+def plot_curves(of: Curves, units: Units) -> PlottedCurves:
     """Picture of curves, in display units, without points that are not finite."""
     x_unit, x_scale = units.display_unit(of.x_unit)
     y_unit, y_scale = units.display_unit(of.y_unit)
@@ -56,7 +56,7 @@ def plot_curves(of: Curves, units: Units) -> Drawn:
     x_ticks = [(across(t), digits_of(t)) for t in ticks(*x)]
     y_ticks = [(up(t), digits_of(t)) for t in ticks(*y)]
     labels = _label(of.x_label, x_unit), _label(of.y_label, y_unit)
-    return Drawn(*labels, lines, x_ticks, y_ticks)
+    return PlottedCurves(*labels, lines, x_ticks, y_ticks)
 
 
 def ticks(low: float, high: float, count: int = 6) -> list[float]:

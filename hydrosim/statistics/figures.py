@@ -23,7 +23,7 @@ from hydrosim.errors import InputError
 from hydrosim.results.channels import lowest_value, series
 from hydrosim.results.phases import Phase
 from hydrosim.statistics.means import means_between_records
-from hydrosim.statistics.results import LOWEST_ATTRIBUTE, Results
+from hydrosim.statistics.results import LOWEST_ATTRIBUTE, RunResults
 
 Statistic = Callable[[np.ndarray], float]
 STATISTICS: dict[str, Statistic] = {
@@ -94,7 +94,7 @@ class RequestedStatistic(Protocol):
     def elements(self) -> tuple[str, ...]:
         """The groups of contacts or force elements that it is of, if it is of no channel."""
 
-    def evaluate(self, results: Results) -> xr.DataArray:
+    def evaluate(self, results: RunResults) -> xr.DataArray:
         """The number, with its unit."""
 
 
@@ -137,7 +137,7 @@ class ScalarResult(NamedTuple):
         text = f"{STATISTIC_WORDS.get(self.statistic, self.statistic)} of {self.channel}"
         return f"{text} while {self.phase}" if self.phase else text
 
-    def evaluate(self, results: Results) -> xr.DataArray:
+    def evaluate(self, results: RunResults) -> xr.DataArray:
         """The number, with its unit; NaN where the run is never in that phase. Raises InputError
         where the run has no such channel or no contacts whose phases there could be."""
         run = results.run
@@ -170,7 +170,7 @@ def _lowest(of: ScalarResult) -> dict[str, float]:
 
 def figure_of(run: xr.Dataset, figure: RequestedStatistic) -> xr.DataArray:
     """The number that is asked of a run, with its unit."""
-    return figure.evaluate(Results(run))
+    return figure.evaluate(RunResults(run))
 
 
 def _times(run: xr.Dataset, figure: ScalarResult) -> np.ndarray:

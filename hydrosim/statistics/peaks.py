@@ -53,7 +53,7 @@ def peaks(x: np.ndarray) -> np.ndarray:
     return np.maximum.reduceat(z, first)[:-1] if first.size > 1 else np.zeros(0)
 
 
-class _Falls(NamedTuple):
+class _UpcrossingDecrease(NamedTuple):
     """Decrease of the logarithm of upcrossings, ``fallen``, at some levels, and the number of
     crossings of each."""
 
@@ -61,11 +61,11 @@ class _Falls(NamedTuple):
     fallen: np.ndarray
     counts: np.ndarray
 
-    def halves(self) -> tuple[_Falls, _Falls]:
+    def halves(self) -> tuple[_UpcrossingDecrease, _UpcrossingDecrease]:
         """The lower and the upper levels."""
         parts = [np.array_split(each, 2) for each in self]
         lower, upper = zip(*parts, strict=True)
-        return _Falls(*lower), _Falls(*upper)
+        return _UpcrossingDecrease(*lower), _UpcrossingDecrease(*upper)
 
     def fits(self) -> bool:
         """Whether there are enough levels for a shape."""
@@ -106,14 +106,14 @@ def fit_upper_tail(x: np.ndarray, origin: float) -> Tail:
         tail = Tail(origin, shape, scale, waves, crossings)
 
 
-def _falls(x: np.ndarray, origin: float) -> tuple[_Falls, int]:
+def _falls(x: np.ndarray, origin: float) -> tuple[_UpcrossingDecrease, int]:
     """Often crossed levels above an origin, and the number of crossings of the origin."""
     z = x - origin
     levels = z.max() * np.arange(1, LEVEL_COUNT) / LEVEL_COUNT
     counts = np.array([np.count_nonzero((z[:-1] < u) & (z[1:] >= u)) for u in (0.0, *levels)])
     fallen = np.log(counts[0] / np.maximum(counts[1:], 1))
     used = (counts[1:] >= MIN_CROSSINGS) & (fallen > MIN_LOG_FALL)
-    return _Falls(levels[used], fallen[used], counts[1:][used]), int(counts[0])
+    return _UpcrossingDecrease(levels[used], fallen[used], counts[1:][used]), int(counts[0])
 
 
 def exponential_misfit(excesses: np.ndarray) -> float:

@@ -70,7 +70,7 @@ ALL_STAGE_NAMES = (*SPAN_NAMES, *STAGES)
 CONTACT_MODES = ("open", "stick", "slip")
 
 
-class Results:
+class RunResults:
     """A ``run``, and why it moved, which is looked into once it is asked for."""
 
     def __init__(self, run: xr.Dataset) -> None:
@@ -147,7 +147,7 @@ class StageResult(ChannelFreeResult):
         until = f' until "{self.until}"' if self.until else ""
         return f"{text}{stage}{until}{_of_suffix(self.group)}"
 
-    def evaluate(self, results: Results) -> xr.DataArray:
+    def evaluate(self, results: RunResults) -> xr.DataArray:
         """The number with its unit, NaN where the run does not come to it."""
         group = results.group(self.group)
         run = results.run.sel(contact_group=group)
@@ -207,7 +207,7 @@ class MotionCauseResult(ChannelFreeResult):
         way = "" if self.result == "time_share" else f" in {self.direction}"
         return f"{text}{more}{_of_suffix(self.group or self.body)}{way}, {self.stage}"
 
-    def evaluate(self, results: Results) -> xr.DataArray:
+    def evaluate(self, results: RunResults) -> xr.DataArray:
         """The number with its unit, NaN where the run has no such stage."""
         why = results.explanation
         if "group" in RESULTS_OF_MOTION[self.result]:
@@ -222,7 +222,7 @@ class MotionCauseResult(ChannelFreeResult):
             raise InputError(with_hint(text, suggestion(self.force or "", known)))
         return _scalar_result(float(at.mean_force.sel(force=self.force)), "N", self)
 
-    def _of_contacts(self, results: Results, why: xr.Dataset) -> xr.DataArray:
+    def _of_contacts(self, results: RunResults, why: xr.Dataset) -> xr.DataArray:
         group = results.group(self.group)
         own = why.sel(fender=why.fender_group == group, span=self._span(why, group))
         along = own.sel(direction=DIRECTION_AXES[self.direction])

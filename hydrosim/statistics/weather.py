@@ -94,7 +94,7 @@ def _interpolate_limits(
 
 
 @dataclass(frozen=True)
-class Scatter:
+class ScatterDiagram:
     """Scatter diagram: ``count`` of sea states of each ``height`` (n,) [m] and ``period`` (m,)
     [s]."""
 
@@ -104,7 +104,7 @@ class Scatter:
 
 
 @dataclass(frozen=True)
-class Alpha:
+class AlphaFactors:
     """Table of alpha factors, ``factors`` (n, m), for operations ``planned`` (n,) [s] to take so
     long, with limiting ``heights`` (m,) [m]. ``source`` names the table."""
 
@@ -127,7 +127,7 @@ class Alpha:
         return np.interp(limit, self.heights, self.factors[row], left=np.nan)
 
 
-def workability(scatter: Scatter, curve: LimitCurve) -> tuple[float, float]:
+def workability(scatter: ScatterDiagram, curve: LimitCurve) -> tuple[float, float]:
     """Workable fraction of a scatter diagram, and the fraction at peak periods outside the curve,
     which is not workable."""
     limit = curve.limit_at(scatter.period)

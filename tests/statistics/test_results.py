@@ -16,7 +16,7 @@ from hydrosim.results.stages import STAGES
 from hydrosim.scene import Scene, Weight
 from hydrosim.statistics.explain import EXPLAINED_PHASES, FRICTION_PARTS, explain_run
 from hydrosim.statistics.figures import figure_of
-from hydrosim.statistics.results import RESULT_KEYS, MotionCauseResult, Results, StageResult
+from hydrosim.statistics.results import RESULT_KEYS, MotionCauseResult, RunResults, StageResult
 
 MASS, WEIGHT = 1e3, 9810.0
 SEAT = np.zeros((1, 3))
@@ -81,7 +81,7 @@ def dragged() -> Scene:
 def test_why_a_body_moved_is_what_is_explained_of_it() -> None:
     """The balance: mean force of floor and push over the mass is the change of speed over time."""
     run = hs.simulate(dragged())
-    found = Results(run)
+    found = RunResults(run)
     forces = [
         MotionCauseResult("a", "mean_force", force=name).evaluate(found)
         for name in ("floor", "push")

@@ -12,7 +12,13 @@ import xarray as xr
 from hydrosim.documents.text import Source
 from hydrosim.errors import InputError
 from hydrosim.statistics.waiting import Hindcast, waiting, windows
-from hydrosim.statistics.weather import Alpha, LimitCurve, LimitSurface, Scatter, workability
+from hydrosim.statistics.weather import (
+    AlphaFactors,
+    LimitCurve,
+    LimitSurface,
+    ScatterDiagram,
+    workability,
+)
 from hydrosim.studies.operability.weather_files import read_hindcast, read_scatter
 
 HOUR = 3600.0
@@ -106,13 +112,13 @@ def test_workability_of_a_scatter_diagram() -> None:
     """By hand: the limit is 2 m at 6 s, 1.5 m at 8 s, 1 m at 10 s; nothing is known of 14 s."""
     curve = LimitCurve(np.array([6.0, 10.0]), np.array([2.0, 1.0]))
     count = np.array([[10, 20, 5, 5], [10, 10, 10, 0], [10, 10, 10, 0.0]])
-    scatter = Scatter(np.array([0.75, 1.25, 1.75]), np.array([6.0, 8.0, 10.0, 14.0]), count)
+    scatter = ScatterDiagram(np.array([0.75, 1.25, 1.75]), np.array([6.0, 8.0, 10.0, 14.0]), count)
     workable, unknown = workability(scatter, curve)
     assert workable == pytest.approx((10 + 20 + 5 + 10 + 10 + 10) / 100)
     assert unknown == pytest.approx(0.05)
 
 
-DNV = Alpha(
+DNV = AlphaFactors(
     "table 4-1 of DNV-OS-H101",
     HOUR * np.array([12.0, 24, 36, 48, 72]),
     np.array([1.0, 2, 4, 6]),

@@ -29,7 +29,7 @@ from hydrosim.errors import InputError
 
 
 @dataclass(frozen=True)
-class Afloat:
+class FloatingHulls:
     """Hulls in the database's frame for the solver, and the hydrostatics of each hull in its own
     frame. ``alike``: each body is symmetric about y = 0."""
 
@@ -62,7 +62,7 @@ class _PartHull:
         )
 
 
-def afloat(recipe: Recipe, share: float = 1.0) -> Afloat:
+def hulls_afloat(recipe: Recipe, share: float = 1.0) -> FloatingHulls:
     """Hulls of ``recipe``, with a ``share`` of its number of panels."""
     own = [_hull_of_part(recipe, part, share) for part in recipe.data.parts]
     integrals = tuple(each.integrals for each in own)
@@ -74,7 +74,7 @@ def afloat(recipe: Recipe, share: float = 1.0) -> Afloat:
     if len(own) == 1 and not _is_moved(recipe.data.parts[0]):
         (one,) = own
         hull = Hull(one.panels, one.lid, one.halved, points, direct)
-        return Afloat(hull, integrals, one.halved)
+        return FloatingHulls(hull, integrals, one.halved)
     whole = [each.all_panels() for each in own]
     panels, lids = (
         [
@@ -85,10 +85,10 @@ def afloat(recipe: Recipe, share: float = 1.0) -> Afloat:
     )
     _check_apart(recipe, panels)
     hull, alike = _combine_hulls(panels, lids, recipe.data.symmetry is HullSymmetry.AUTO)
-    return Afloat(replace(hull, centres=points, direct=direct), integrals, alike)
+    return FloatingHulls(replace(hull, centres=points, direct=direct), integrals, alike)
 
 
-def floating(recipe: Recipe, floats: Afloat, water: Water) -> Floating:
+def floating(recipe: Recipe, floats: FloatingHulls, water: Water) -> Floating:
     """Mass and stiffness of all bodies, each with its weight equal to its buoyancy and above it."""
     pairs = zip(recipe.data.parts, floats.integrals, strict=True)
     bodies = [_floating_body(recipe, part, integrals, water) for part, integrals in pairs]

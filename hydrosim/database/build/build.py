@@ -12,7 +12,7 @@ import capytaine
 import numpy as np
 
 from hydrosim.database import HydroDatabase
-from hydrosim.database.build.afloat import Afloat, afloat, floating
+from hydrosim.database.build.afloat import FloatingHulls, floating, hulls_afloat
 from hydrosim.database.build.assemble import Floating, Rules, assemble, asymmetry
 from hydrosim.database.build.bem import Hull, Progress, Solution, limit_added_mass, solve_all
 from hydrosim.database.build.drift import Drifting, Real
@@ -51,7 +51,7 @@ def build(
     """
     data = recipe.data
     water = Water(data.water.density, data.water.gravity, data.water.depth)
-    floats = afloat(recipe)
+    floats = hulls_afloat(recipe)
     body = floating(recipe, floats, water)
     _check_depth(recipe, floats, water)
     _warn_of_irregular(recipe, floats, water)
@@ -110,7 +110,7 @@ def _extrapolate_from_coarse(
     db: HydroDatabase, recipe: Recipe, share: float, water: Water, jobs: int, progress: Progress
 ) -> HydroDatabase:
     """``db`` with added mass and damping extrapolated from a ``share`` of its panels."""
-    floats = afloat(recipe, share)
+    floats = hulls_afloat(recipe, share)
     solved = solve_all(floats.hull, water, recipe.frequencies, np.empty(0), jobs, progress)
     rules = Rules(floats.alike, recipe.headings)
     zero = limit_added_mass(floats.hull, water, 0.0) if water.is_deep else None
@@ -145,7 +145,7 @@ def _with_qtf(
     )
 
 
-def _check_depth(recipe: Recipe, floats: Afloat, water: Water) -> None:
+def _check_depth(recipe: Recipe, floats: FloatingHulls, water: Water) -> None:
     draught = -floats.hull.panels[..., 2].min()
     if draught >= water.depth:
         raise InputError(
@@ -162,7 +162,7 @@ def _check_depth(recipe: Recipe, floats: Afloat, water: Water) -> None:
         )
 
 
-def _warn_of_irregular(recipe: Recipe, floats: Afloat, water: Water) -> None:
+def _warn_of_irregular(recipe: Recipe, floats: FloatingHulls, water: Water) -> None:
     """Warn of irregular frequencies: without a lid, the water inside the hull has resonances that
     spoil the results."""
     if len(floats.hull.lid):
@@ -177,7 +177,7 @@ def _warn_of_irregular(recipe: Recipe, floats: Afloat, water: Water) -> None:
         )
 
 
-def _warn_of_gaps(recipe: Recipe, floats: Afloat) -> None:
+def _warn_of_gaps(recipe: Recipe, floats: FloatingHulls) -> None:
     """Warn of panels that are wider than a gap between two hulls: the water in it comes out wrong,
     and a run may refuse the database."""
     if not isinstance(recipe.data, SeveralBodies):
@@ -200,7 +200,9 @@ def _warn_of_gaps(recipe: Recipe, floats: Afloat) -> None:
             )
 
 
-def _attributes(recipe: Recipe, floats: Afloat, solutions: Sequence[Solution]) -> dict[str, str]:
+def _attributes(
+    recipe: Recipe, floats: FloatingHulls, solutions: Sequence[Solution]
+) -> dict[str, str]:
     raw = {
         "added_mass": asymmetry(np.array([s.added_mass for s in solutions])).max(),
         "radiation_damping": asymmetry(np.array([s.damping for s in solutions])).max(),

@@ -162,7 +162,7 @@ class RecipeBody(Strict):
         return self
 
 
-class Common(Strict):
+class CommonKeys(Strict):
     """Keys common to recipes of one and of several bodies, in SI and radians."""
 
     title: StrictStr
@@ -205,7 +205,7 @@ class Common(Strict):
         return self
 
 
-class SeveralBodies(Common):
+class SeveralBodies(CommonKeys):
     """Recipe of several bodies with hydrodynamic interaction: by name, in the order of the
     database."""
 
@@ -231,7 +231,7 @@ class SeveralBodies(Common):
         return tuple(self.bodies.values())
 
 
-class OneBody(RecipeBody, Common):
+class OneBody(RecipeBody, CommonKeys):
     """The recipe of one body."""
 
     drift: tuple[Drifting, ...] = tuple(Drifting)

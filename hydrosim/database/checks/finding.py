@@ -58,7 +58,7 @@ class Finding:
         return f"{self.summary} ({self.advice})."
 
 
-class Errors(NamedTuple):
+class RelativeErrors(NamedTuple):
     """Errors ``relative`` to a usual size, NaN if not judged, along ``axes`` ("frequency",
     "heading", "dof", "motion" or "body"). ``size`` are absolute errors, in a ``unit`` of
     translations before and after the metres. ``where`` is the position of all of them."""
@@ -70,9 +70,9 @@ class Errors(NamedTuple):
     where: str = ""
 
 
-def single_error(figure: float) -> Errors:
+def single_error(figure: float) -> RelativeErrors:
     """Errors with a single figure for the whole database."""
-    return Errors(np.array(float(figure)))
+    return RelativeErrors(np.array(float(figure)))
 
 
 class LeftOut(Exception):
@@ -99,7 +99,7 @@ class Check:
     wrong with this database."""
 
     name: str
-    errors: Callable[[HydroDatabase], Errors]
+    errors: Callable[[HydroDatabase], RelativeErrors]
     limit: float
     advice: str
     of: frozenset[CheckSubject]
@@ -124,7 +124,7 @@ class Check:
             return Finding(self.name, 0.0, self.limit, f"left out: {reason}", left_out=True)
         return self._find_worst(db, use, errors)
 
-    def _find_worst(self, db: HydroDatabase, use: Use, errors: Errors) -> Finding:
+    def _find_worst(self, db: HydroDatabase, use: Use, errors: RelativeErrors) -> Finding:
         """Refusal applies to DOFs that the waves excite; errors of others are doubts."""
         whole = use.without_fixed_dofs(np.asarray(errors.relative), errors.axes)
         excited = use.at_wave_frequencies(whole, errors.axes, db.frequency)
@@ -154,7 +154,7 @@ def largest_error(errors: Real) -> float:
     return 0.0 if np.isnan(errors).all() else float(np.nanmax(errors))
 
 
-def _place(db: HydroDatabase, errors: Errors, worst: Real) -> str:
+def _place(db: HydroDatabase, errors: RelativeErrors, worst: Real) -> str:
     """Frequency, heading and pair of the largest error, and its size."""
     at = np.unravel_index(int(np.nanargmax(worst)), worst.shape)
     index = dict(zip(errors.axes, map(int, at), strict=True))
@@ -177,7 +177,7 @@ def _dof(db: HydroDatabase, dof: int) -> str:
     return body + DOFS[dof % 6]
 
 
-def _size_text(size: float, errors: Errors, dofs: list[int]) -> str:
+def _size_text(size: float, errors: RelativeErrors, dofs: list[int]) -> str:
     before, after = errors.unit
     power = sum(dof % 6 > 2 for dof in dofs)
     metres = {0: "", 1: " m", 2: " m²"}[power]

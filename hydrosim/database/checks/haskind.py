@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hydrosim.database.checks.finding import Check, Errors, LeftOut
+from hydrosim.database.checks.finding import Check, LeftOut, RelativeErrors
 from hydrosim.database.checks.scales import LENGTH_POWERS, damping_scale, length, radius
 from hydrosim.database.checks.use import CheckSubject
 from hydrosim.database.database import PANELS_ATTRIBUTE, TURN_RAD, HydroDatabase, Real, all_headings
@@ -24,7 +24,7 @@ _DEEP_WATER_KH = 50.0  # k h from which on the water counts as deep
 _LEVER_FRACTION = 0.03  # of V^(1/3): lever of loads misplaced by coarse panels
 
 
-def _error(db: HydroDatabase) -> Errors:
+def _error(db: HydroDatabase) -> RelativeErrors:
     """Largest difference of B_ij from that by the loads, within each body, relative to the
     diagonal."""
     circle = all_headings(db)
@@ -45,7 +45,7 @@ def _error(db: HydroDatabase) -> Errors:
     gap[:, _between_bodies(db)] = np.nan
     scale = _scale(db, seen)
     relative = np.abs(gap) / np.outer(scale, scale)
-    return Errors(relative, ("frequency", "dof", "motion"), gap, ("kg", "/s"))
+    return RelativeErrors(relative, ("frequency", "dof", "motion"), gap, ("kg", "/s"))
 
 
 def _is_resolved(k: Real, radius: float, gap: float) -> np.ndarray:

@@ -4,41 +4,41 @@ from __future__ import annotations
 
 import numpy as np
 
-from hydrosim.database.checks.finding import Check, Errors
+from hydrosim.database.checks.finding import Check, RelativeErrors
 from hydrosim.database.checks.scales import diagonal, displaced_mass
 from hydrosim.database.checks.use import CheckSubject
 from hydrosim.database.database import HydroDatabase, Real, require_array
 
 
-def _of_dofs(db: HydroDatabase, values: Real, *dofs: int) -> Errors:
+def _of_dofs(db: HydroDatabase, values: Real, *dofs: int) -> RelativeErrors:
     """``values`` (nb, len(dofs)) or (nb, 1) for those degrees of freedom of each body."""
     relative = np.full((db.bodies, 6), np.nan)
     relative[:, list(dofs)] = values
-    return Errors(relative.ravel(), ("dof",))
+    return RelativeErrors(relative.ravel(), ("dof",))
 
 
-def _heave(db: HydroDatabase) -> Errors:
+def _heave(db: HydroDatabase) -> RelativeErrors:
     own = diagonal(require_array(db, "hydrostatic_stiffness"))[2::6]
     return _of_dofs(db, ((1 - np.sign(own)) / 2)[:, None], 2)
 
 
-def _asymmetry(db: HydroDatabase) -> Errors:
+def _asymmetry(db: HydroDatabase) -> RelativeErrors:
     stiffness = require_array(db, "hydrostatic_stiffness")
     scale = np.sqrt(np.maximum(np.abs(np.diag(stiffness)), 1e-300))
     dofs = np.arange(len(stiffness))
     stiff = (dofs % 6 > 1) & (dofs % 6 < 5)
     judged = np.outer(stiff, stiff) & (dofs[:, None] // 6 == dofs // 6)
     gap = np.where(judged, stiffness - stiffness.T, np.nan)
-    return Errors(np.abs(gap) / np.outer(scale, scale), ("dof", "motion"), gap, ("N", "/m"))
+    return RelativeErrors(np.abs(gap) / np.outer(scale, scale), ("dof", "motion"), gap, ("N", "/m"))
 
 
-def _metacentre(db: HydroDatabase) -> Errors:
+def _metacentre(db: HydroDatabase) -> RelativeErrors:
     """1 for each negative metacentric height."""
     stiffness = diagonal(require_array(db, "hydrostatic_stiffness")).reshape(-1, 6)
     return _of_dofs(db, np.where(stiffness[:, 3:5] < 0, 1.0, 0.0), 3, 4)
 
 
-def _waterplane(db: HydroDatabase) -> Errors:
+def _waterplane(db: HydroDatabase) -> RelativeErrors:
     """Heave, roll and pitch stiffness minus the levers of buoyancy and weight are rho g times the
     integrals of (1, x, y)(1, x, y) over the waterplane. The error is their distance from positive
     semi-definite, and below the polar moment A^2/2pi of a disc, the smallest possible."""
@@ -63,9 +63,9 @@ def _impossible_moments(moments: Real) -> float:
     return max(0.0, 1 - polar / least, -np.linalg.eigvalsh((scaled + scaled.T) / 2)[0])
 
 
-def _weight(db: HydroDatabase) -> Errors:
+def _weight(db: HydroDatabase) -> RelativeErrors:
     mass = diagonal(require_array(db, "inertia_matrix"))[0::6]
-    return Errors(np.abs(mass / displaced_mass(db) - 1), ("body",))
+    return RelativeErrors(np.abs(mass / displaced_mass(db) - 1), ("body",))
 
 
 def _blocks(matrix: Real) -> Real:

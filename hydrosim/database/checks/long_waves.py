@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.database.checks.finding import Check, Errors
+from hydrosim.database.checks.finding import Check, RelativeErrors
 from hydrosim.database.checks.scales import diagonal, displaced_mass, first_wavenumber, is_compact
 from hydrosim.database.checks.scales import length as sides
 from hydrosim.database.checks.use import CheckSubject
@@ -91,7 +91,9 @@ def _diverted_load(db: HydroDatabase, wave: _Wave) -> Complex:
     return (flat @ db.added_mass[0].T).reshape(wave.acceleration.shape)
 
 
-def _of_dofs(db: HydroDatabase, values: Real, *dofs: int, size: Real | None = None) -> Errors:
+def _of_dofs(
+    db: HydroDatabase, values: Real, *dofs: int, size: Real | None = None
+) -> RelativeErrors:
     """Errors (nh, nb) or (nh, nb, len(dofs)) of those degrees of freedom of each body at the first
     frequency, and the absolute ``size`` of the latter."""
 
@@ -101,10 +103,10 @@ def _of_dofs(db: HydroDatabase, values: Real, *dofs: int, size: Real | None = No
         return out.reshape(1, db.heading.size, -1)
 
     sizes = None if size is None else to_all_dofs(size)
-    return Errors(to_all_dofs(values), ("frequency", "heading", "dof"), sizes, ("N", "/m"))
+    return RelativeErrors(to_all_dofs(values), ("frequency", "heading", "dof"), sizes, ("N", "/m"))
 
 
-def _horizontal_phase(db: HydroDatabase) -> Errors:
+def _horizontal_phase(db: HydroDatabase) -> RelativeErrors:
     loads = _at_bodies(db)
     drive = np.einsum("hbi,hi->hb", loads[..., :2], _wave(db).towards)
     clear = np.abs(drive) > _HORIZONTAL_FRACTION * np.abs(loads[..., 2])
@@ -118,15 +120,15 @@ def _heave_ratio(db: HydroDatabase) -> Complex:
     return np.where(floats, _at_bodies(db)[..., 2] / np.where(floats, stiffness, 1.0), np.nan)
 
 
-def _heave_phase(db: HydroDatabase) -> Errors:
+def _heave_phase(db: HydroDatabase) -> RelativeErrors:
     return _of_dofs(db, _degrees(_heave_ratio(db)), 2)
 
 
-def _heave_size(db: HydroDatabase) -> Errors:
+def _heave_size(db: HydroDatabase) -> RelativeErrors:
     return _of_dofs(db, _decades(_heave_ratio(db)), 2)
 
 
-def _horizontal_size(db: HydroDatabase) -> Errors:
+def _horizontal_size(db: HydroDatabase) -> RelativeErrors:
     return _of_dofs(db, _decades(_horizontal_ratio(db)), 0, 1)
 
 
@@ -146,7 +148,7 @@ def _wave_of_loads(db: HydroDatabase) -> _Wave:
     return _wave(db, float(steeper))
 
 
-def _moments(db: HydroDatabase) -> Errors:
+def _moments(db: HydroDatabase) -> RelativeErrors:
     """Errors in the longest wave, and in a shorter one with the phases of the heave load."""
     row = _static_row(db)
     shorter = of_frequencies(db, np.arange(db.frequency.size) == row)
@@ -165,7 +167,7 @@ def _in_phase(db: HydroDatabase) -> HydroDatabase:
     return replace(db, excitation=db.excitation * np.repeat(turn, 6, axis=1))
 
 
-def _moments_in(db: HydroDatabase) -> Errors:
+def _moments_in(db: HydroDatabase) -> RelativeErrors:
     """Error of the roll and pitch moments, relative to the sum of the sizes of their parts, or to
     the heave load times the lever of coarse panels."""
     wave = _wave_of_loads(db)
@@ -194,7 +196,7 @@ def _static(db: HydroDatabase, wave: _Wave) -> Complex:
     return loads
 
 
-def _froude_krylov(db: HydroDatabase) -> Errors:
+def _froude_krylov(db: HydroDatabase) -> RelativeErrors:
     """Largest error of the Froude-Krylov loads, horizontal along the waves and vertical."""
     wave = _wave_of_loads(db)
     given = require_array(db, "froude_krylov")[0].reshape(db.heading.size, db.bodies, 6)

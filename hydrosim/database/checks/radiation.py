@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from hydrosim.database.checks.finding import Check, Errors, LeftOut
+from hydrosim.database.checks.finding import Check, LeftOut, RelativeErrors
 from hydrosim.database.checks.scales import added_mass_scale, damping_scale
 from hydrosim.database.checks.use import CheckSubject
 from hydrosim.database.database import HydroDatabase, Real, require_array
@@ -27,23 +27,23 @@ ADDED_MASS_UNITS, DAMPING_UNITS = ("kg", ""), ("kg", "/s")
 _RADIATION_AXES = ("frequency", "dof", "motion")
 
 
-def _of_pairs(error: Real, scale: Real, unit: tuple[str, str]) -> Errors:
+def _of_pairs(error: Real, scale: Real, unit: tuple[str, str]) -> RelativeErrors:
     """Errors (nw, n, n) or (n, n) of a matrix, relative to the ``scale`` (n,) of its rows."""
     relative = np.abs(error) / np.outer(scale, scale)
-    return Errors(relative, _RADIATION_AXES[-relative.ndim :], error, unit)
+    return RelativeErrors(relative, _RADIATION_AXES[-relative.ndim :], error, unit)
 
 
-def _added_mass_asymmetry(db: HydroDatabase) -> Errors:
+def _added_mass_asymmetry(db: HydroDatabase) -> RelativeErrors:
     A = db.added_mass
     return _of_pairs(A - A.transpose(0, 2, 1), added_mass_scale(db), ADDED_MASS_UNITS)
 
 
-def _damping_asymmetry(db: HydroDatabase) -> Errors:
+def _damping_asymmetry(db: HydroDatabase) -> RelativeErrors:
     B = db.radiation_damping
     return _of_pairs(B - B.transpose(0, 2, 1), damping_scale(db), DAMPING_UNITS)
 
 
-def _mirror(db: HydroDatabase) -> Errors:
+def _mirror(db: HydroDatabase) -> RelativeErrors:
     """Errors: coupling of symmetric with antisymmetric motions."""
     if not db.port_starboard_symmetric:
         raise LeftOut("the bodies are not symmetric about y = 0")
@@ -54,14 +54,14 @@ def _mirror(db: HydroDatabase) -> Errors:
     return max(mass, damping, key=lambda errors: errors.relative.max())
 
 
-def _negative_damping(db: HydroDatabase) -> Errors:
+def _negative_damping(db: HydroDatabase) -> RelativeErrors:
     scale = damping_scale(db)
     scaled = db.radiation_damping / np.outer(scale, scale)
     lowest = np.linalg.eigvalsh((scaled + scaled.transpose(0, 2, 1)) / 2)[:, 0]
-    return Errors(np.maximum(0.0, -lowest), ("frequency",))
+    return RelativeErrors(np.maximum(0.0, -lowest), ("frequency",))
 
 
-def _causality(db: HydroDatabase) -> Errors:
+def _causality(db: HydroDatabase) -> RelativeErrors:
     """Errors at frequencies that are resolved and that the assumed tail of the damping hardly
     affects. In finite depth, heave added mass varies as log w below them."""
     scale = added_mass_scale(db)
@@ -72,12 +72,12 @@ def _causality(db: HydroDatabase) -> Errors:
     return _of_pairs(left, scale, ADDED_MASS_UNITS)
 
 
-def _infinite(db: HydroDatabase) -> Errors:
+def _infinite(db: HydroDatabase) -> RelativeErrors:
     gap = require_array(db, "added_mass_infinite") - _ogilvie(db)[0]
     return _of_pairs(gap, added_mass_scale(db), ADDED_MASS_UNITS)
 
 
-def _zero(db: HydroDatabase) -> Errors:
+def _zero(db: HydroDatabase) -> RelativeErrors:
     """Errors in finite depth of surge, sway and yaw only, because the others grow as -log w for w
     -> 0."""
     gap = require_array(db, "added_mass_zero") - db.added_mass[0]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hydrosim.database import netcdf
-from hydrosim.database.checks.finding import Check, Errors, LeftOut, single_error
+from hydrosim.database.checks.finding import Check, LeftOut, RelativeErrors, single_error
 from hydrosim.database.checks.scales import (
     damping_floor,
     damping_scale,
@@ -29,23 +29,23 @@ _OUTLIER_RATIO = 8.0  # a spike exceeds this multiple of the median of its neigh
 _MEMORY_LAGS = 200  # at which the memory is tested
 
 
-def _alteration(db: HydroDatabase) -> Errors:
+def _alteration(db: HydroDatabase) -> RelativeErrors:
     if netcdf.NUMBERS_ATTRIBUTE not in db.attributes:
         raise LeftOut("the file has no checksum of hydrosim")
     return single_error(float(db.attributes[netcdf.NUMBERS_ATTRIBUTE] == netcdf.ALTERED))
 
 
-def _frequencies(db: HydroDatabase) -> Errors:
+def _frequencies(db: HydroDatabase) -> RelativeErrors:
     return single_error(float(np.count_nonzero(np.diff(db.frequency, prepend=0.0) <= 0)))
 
 
-def _headings(db: HydroDatabase) -> Errors:
+def _headings(db: HydroDatabase) -> RelativeErrors:
     wrong = np.count_nonzero(np.diff(db.heading) <= 0)
     beyond = np.count_nonzero(np.abs(db.heading) > 2 * np.pi + 1e-9)
     return single_error(float(wrong + beyond))
 
 
-def _kernel_truncation(db: HydroDatabase) -> Errors:
+def _kernel_truncation(db: HydroDatabase) -> RelativeErrors:
     """Fraction of K(0) = 2/pi int B dw above the last frequency, with B ~ w^-q continued from the
     end of the range. A damping that does not decrease there is continued with the slowest decay
     that a fit may have. So a small irregular remainder stays a small fraction."""
@@ -56,10 +56,10 @@ def _kernel_truncation(db: HydroDatabase) -> Errors:
     tail = np.abs(damping[-1]) * w[-1] / (q - 1.0)
     inside = np.diff(w) @ (np.abs(damping[1:]) + np.abs(damping[:-1])) / 2
     live = damping.max(axis=0) > damping_floor(db)
-    return Errors(np.where(live, tail / np.maximum(inside + tail, 1e-300), 0.0), ("dof",))
+    return RelativeErrors(np.where(live, tail / np.maximum(inside + tail, 1e-300), 0.0), ("dof",))
 
 
-def _memory(db: HydroDatabase) -> Errors:
+def _memory(db: HydroDatabase) -> RelativeErrors:
     """Frequencies dw apart resolve K(t) up to t = pi/dw. Its values from there to twice that,
     relative to its peak, are neglected memory, or an echo of the spacing."""
     _at_least(db, 4)
@@ -72,10 +72,10 @@ def _memory(db: HydroDatabase) -> Errors:
     scale = diagonal_scale(kernel)
     later = np.abs(kernel[1:]).max(axis=0) / np.outer(scale, scale)
     relative[np.ix_(active, active)] = later
-    return Errors(relative, ("dof", "motion"))
+    return RelativeErrors(relative, ("dof", "motion"))
 
 
-def _spikes(db: HydroDatabase) -> Errors:
+def _spikes(db: HydroDatabase) -> RelativeErrors:
     """Largest outlier of the diagonals of A and B, relative to the largest damping of the DOF."""
     _at_least(db, 2 * _NEIGHBOURS)
     w = db.frequency[1:-1, None]
@@ -86,10 +86,10 @@ def _spikes(db: HydroDatabase) -> Errors:
     spikes = [_outliers(np.abs(matrix / scale)) for matrix in (damping, added)]
     relative = np.full((db.frequency.size, live.size), np.nan)
     relative[1:-1] = np.where(live, np.maximum(*spikes), np.nan)
-    return Errors(relative, ("frequency", "dof"), relative * scale, ("kg", "/s"))
+    return RelativeErrors(relative, ("frequency", "dof"), relative * scale, ("kg", "/s"))
 
 
-def _smooth_loads(db: HydroDatabase) -> Errors:
+def _smooth_loads(db: HydroDatabase) -> RelativeErrors:
     """Errors of splines through the loads between frequencies, relative to the root mean square of
     the loads. They are estimated as an eighth of the departure at each frequency from the cubic
     through two neighbours on either side, which are twice as far apart. On the shipped hulls
@@ -104,7 +104,7 @@ def _smooth_loads(db: HydroDatabase) -> Errors:
     rough = np.pad(departure / 8.0, ((2, 2), (0, 0)))
     size = np.sqrt((np.abs(loads) ** 2).mean(axis=(0, 1)))
     relative = rough / np.maximum(size, load_floor(db))
-    return Errors(relative, ("frequency", "dof"), rough, ("N", "/m"))
+    return RelativeErrors(relative, ("frequency", "dof"), rough, ("N", "/m"))
 
 
 def _departure(w: Real, values: Real | Complex, each: int = 1) -> Real | Complex:

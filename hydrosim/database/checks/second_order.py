@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hydrosim.database.checks.finding import Check, Errors, LeftOut, single_error
+from hydrosim.database.checks.finding import Check, LeftOut, RelativeErrors, single_error
 from hydrosim.database.checks.scales import length
 from hydrosim.database.checks.use import CheckSubject
 from hydrosim.database.database import (
@@ -29,16 +29,16 @@ def _drift_along_waves(db: HydroDatabase) -> Real:
     return drift[..., 0] * np.cos(db.heading) + drift[..., 1] * np.sin(db.heading)
 
 
-def _maruo_drift(db: HydroDatabase) -> Errors:
+def _maruo_drift(db: HydroDatabase) -> RelativeErrors:
     """Maruo's (1960) formula gives the force along the waves as an integral of |H(theta)|^2 (1 -
     cos(theta - beta)), which is never negative."""
     along = _drift_along_waves(db)
     against = np.maximum(0.0, -along)
     relative = against / max(np.abs(along).max(), np.finfo(float).tiny)
-    return Errors(relative, ("frequency", "heading"), against, ("N/m²", ""))
+    return RelativeErrors(relative, ("frequency", "heading"), against, ("N/m²", ""))
 
 
-def _drift_size(db: HydroDatabase) -> Errors:
+def _drift_size(db: HydroDatabase) -> RelativeErrors:
     """A wall of width b reflects short waves, with a force of rho g b / 2. The force over all
     headings is compared with that for the bodies' size."""
     if db.frequency[-1] ** 2 / db.gravity * length(db).min() < _SHORT_WAVE:
@@ -49,7 +49,7 @@ def _drift_size(db: HydroDatabase) -> Errors:
     )
 
 
-def _hermitian(db: HydroDatabase) -> Errors:
+def _hermitian(db: HydroDatabase) -> RelativeErrors:
     qtf = require_array(db, "qtf_difference")
     apart = [
         _transfer_errors(db, p, qtf[p], qtf[q].conj().swapaxes(0, 1))
@@ -58,7 +58,7 @@ def _hermitian(db: HydroDatabase) -> Errors:
     return max(apart, key=_worst_error)
 
 
-def _sum_symmetry(db: HydroDatabase) -> Errors:
+def _sum_symmetry(db: HydroDatabase) -> RelativeErrors:
     qtf = require_array(db, "qtf_sum")
     return max(
         (_transfer_errors(db, p, qtf[p], qtf[q].swapaxes(0, 1)) for p, q in _opposite_pairs(db)),
@@ -76,7 +76,7 @@ def _opposite_pairs(db: HydroDatabase) -> list[tuple[int, int]]:
     return found
 
 
-def _diagonal(db: HydroDatabase) -> Errors:
+def _diagonal(db: HydroDatabase) -> RelativeErrors:
     """Largest difference of the diagonal from the mean drift at the same heading, for DOFs that
     have both."""
     errors = list(_diagonal_errors(db))
@@ -85,7 +85,7 @@ def _diagonal(db: HydroDatabase) -> Errors:
     return max(errors, key=_worst_error)
 
 
-def _diagonal_errors(db: HydroDatabase) -> Iterator[Errors]:
+def _diagonal_errors(db: HydroDatabase) -> Iterator[RelativeErrors]:
     frequency, drift = require_array(db, "qtf_frequency"), require_array(db, "mean_drift")
     known = (frequency >= db.frequency[0]) & (frequency <= db.frequency[-1])
     for (first, second), qtf in zip(require_array(db, "qtf_heading"), _qtf(db), strict=True):
@@ -105,7 +105,7 @@ def _qtf(db: HydroDatabase) -> Complex:
     return np.asarray(db.qtf_difference)
 
 
-def _transfer_errors(db: HydroDatabase, pair: int, a: Complex, b: Complex) -> Errors:
+def _transfer_errors(db: HydroDatabase, pair: int, a: Complex, b: Complex) -> RelativeErrors:
     """Errors between two transfer functions (nq, nq, n) of a pair of headings."""
     gap = np.abs(a - b).max(axis=1) / max(np.abs(a).max(), np.finfo(float).tiny)
     return _at_worst(
@@ -113,14 +113,14 @@ def _transfer_errors(db: HydroDatabase, pair: int, a: Complex, b: Complex) -> Er
     )
 
 
-def _at_worst(relative: Real, frequency: Real, heading: float) -> Errors:
+def _at_worst(relative: Real, frequency: Real, heading: float) -> RelativeErrors:
     """Largest of errors (nq, n) for each degree of freedom, and its position."""
     row = np.nanargmax(np.nanmax(relative, axis=1))
     where = f"at {frequency[row]:.4g} rad/s, heading {np.degrees(heading):.4g} deg"
-    return Errors(relative[row], ("dof",), where=where)
+    return RelativeErrors(relative[row], ("dof",), where=where)
 
 
-def _worst_error(errors: Errors) -> float:
+def _worst_error(errors: RelativeErrors) -> float:
     return float(np.nanmax(errors.relative))
 
 

@@ -23,7 +23,7 @@ from hydrosim.results.error_figures import (
 from hydrosim.results.memory import MEMORY_PREFIX
 from hydrosim.results.variables import describe_coordinates
 from hydrosim.statistics.figures import RequestedStatistic
-from hydrosim.statistics.results import Results
+from hydrosim.statistics.results import RunResults
 from hydrosim.statistics.statistics import RECORDED_SUFFIX, columns, of_units
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ def reduce_run(
         for name, what in COUNT_ATTRIBUTES.items()
     }
     variables_of_run[RELATIVE] = _relative_error(run)
-    results = Results(run)
+    results = RunResults(run)
     why = results.explanation if "impulse" in run else xr.Dataset()
     for figure in figures:
         if any(figure.name in each for each in (variables_of_run, coords, run, why)):

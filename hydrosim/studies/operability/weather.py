@@ -13,7 +13,13 @@ import xarray as xr
 from hydrosim.documents.text import Source
 from hydrosim.errors import InputError
 from hydrosim.statistics.waiting import Hindcast, waiting
-from hydrosim.statistics.weather import Alpha, LimitCurve, LimitSurface, Scatter, workability
+from hydrosim.statistics.weather import (
+    AlphaFactors,
+    LimitCurve,
+    LimitSurface,
+    ScatterDiagram,
+    workability,
+)
 from hydrosim.studies.operability.weather_files import read_hindcast, read_scatter
 
 if TYPE_CHECKING:
@@ -30,18 +36,18 @@ class Weather:
     """A scatter diagram, a hindcast, the bearing of the x axis [rad] by which its directions are
     headings, and the operation that needs a window."""
 
-    scatter: Scatter | None
+    scatter: ScatterDiagram | None
     hindcast: Hindcast | None
     bearing: float | None
     operation: Operation | None
 
-    def alpha(self) -> Alpha | None:
+    def alpha(self) -> AlphaFactors | None:
         """The table of alpha factors, if there is one."""
         table = self.operation.alpha if self.operation is not None else None
         if table is None:
             return None
         arrays = (np.array(x) for x in (table.planned, table.heights, table.factors))
-        return Alpha(table.source, *arrays)
+        return AlphaFactors(table.source, *arrays)
 
 
 def read_weather(folder: Path, wanted: Operability) -> Weather:

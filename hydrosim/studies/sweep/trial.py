@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from hydrosim.documents.units import Scale, factor
 from hydrosim.errors import HydrosimError, InputError
 from hydrosim.statistics.figures import RequestedStatistic
-from hydrosim.statistics.results import Results
+from hydrosim.statistics.results import RunResults
 from hydrosim.studies.run.asked import NotAskable
 from hydrosim.studies.run.simulation import simulate
 
@@ -57,7 +57,7 @@ def _try_figures(
     except HydrosimError:
         return {}
     units: dict[str, str | InputError] = {}
-    results = Results(run)
+    results = RunResults(run)
     for figure in figures:
         try:
             units[figure.name] = str(figure.evaluate(results).attrs["units"])
