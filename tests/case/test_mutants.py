@@ -24,6 +24,14 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.fixture(scope="module")
+def papers_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What papers read; each test writes its own paper."""
+    folder = tmp_path_factory.mktemp("papers")
+    mutant_papers.prepare(folder)
+    return folder
+
+
 @pytest.mark.parametrize("name", shipped())
 def test_what_is_mutated_is_the_case_itself(name: str, folder: Path) -> None:
     path = (folder / "cases" / name).with_name("mutant.yaml")
@@ -50,12 +58,11 @@ def test_a_mutant_is_refused_or_checked(folder: Path, count: int) -> None:
 
 
 @pytest.mark.parametrize("paper", mutant_papers.papers())
-def test_a_paper_is_right_before_it_is_changed(paper: str, tmp_path: Path) -> None:
+def test_a_paper_is_right_before_it_is_changed(paper: str, papers_folder: Path) -> None:
     kind = mutant_papers.papers()[paper]
-    mutant_papers.prepare(tmp_path)
-    path = tmp_path / f"{paper}{kind.suffix}"
+    path = papers_folder / f"{paper}{kind.suffix}"
     for name in ("hindcast", "scatter"):
-        (tmp_path / f"{name}.csv").write_text(mutant_papers.papers()[name].text)
+        (papers_folder / f"{name}.csv").write_text(mutant_papers.papers()[name].text)
     mutant_papers.write_right(path, kind)
     if paper in mutant_papers.REFUSED:
         with pytest.raises(InputError, match=r"MAP\+\+"):
@@ -67,9 +74,8 @@ def test_a_paper_is_right_before_it_is_changed(paper: str, tmp_path: Path) -> No
 @pytest.mark.parametrize("count", [3, pytest.param(30, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("paper", mutant_papers.papers())
 def test_a_mutant_of_another_file_is_refused_or_read(
-    paper: str, count: int, tmp_path: Path
+    paper: str, count: int, papers_folder: Path
 ) -> None:
-    mutant_papers.prepare(tmp_path)
     for number in range(count):
-        what, outcome = mutant_papers.trial(paper, SEED + number, tmp_path)
+        what, outcome = mutant_papers.trial(paper, SEED + number, papers_folder)
         assert outcome.status in ENDS, (what, outcome.message)
