@@ -10,13 +10,13 @@ from __future__ import annotations
 from pathlib import Path
 
 from benchmarks.report import ROOT, Answer, Row
-from hydrosim.database import Finding, HydroDatabase, Part, Use, check
+from hydrosim.database import CheckSubject, Finding, HydroDatabase, Use, check
 from hydrosim.database.load import read
 from hydrosim.errors import InputError
 from hydrosim.scene.given import Given
 from tests.validation_data import unpacked
 
-CALM = frozenset({Part.ORDER, Part.RADIATION, Part.STIFFNESS})
+CALM = frozenset({CheckSubject.ORDER, CheckSubject.RADIATION, CheckSubject.STIFFNESS})
 OTHERS = (
     "h851_independent.nc",
     "hemisphere/hemisphere.1",
@@ -49,7 +49,7 @@ def _rows(path: Path) -> list[Row]:
         print(f"{name} is not read: {str(error).removeprefix(f'{path}: ')}")
         return []
     found = {use_name: check(db, use) for use_name, use in _uses(db)}
-    failed = [f.name for f in found["everything"] if not f.passed]
+    failed = [f.name for f in found["everything"] if not f.has_passed]
     return [
         {"file": name, "check": check_name}
         | {use_name: _cell(check_name, findings) for use_name, findings in found.items()}
@@ -59,18 +59,18 @@ def _rows(path: Path) -> list[Row]:
 
 def _cell(name: str, findings: list[Finding]) -> str:
     for finding in findings:
-        if finding.name == name and not finding.passed:
-            verdict = "refused, " if finding.refused else ""
+        if finding.name == name and not finding.has_passed:
+            verdict = "refused, " if finding.is_refused else ""
             return f"{verdict}{finding.figure:.2g} {finding.place.split(' (')[0]}".strip()
     return "-"
 
 
 def _uses(db: HydroDatabase) -> list[tuple[str, Use]]:
     heave = tuple(range(2, 6 * db.bodies, 6))
-    drift = {Part.DRIFT} if db.mean_drift is not None else set()
+    drift = {CheckSubject.DRIFT} if db.mean_drift is not None else set()
     return [
         ("everything", Use()),
         ("calm, heave", Use(CALM, heave)),
-        ("waves, heave", Use(CALM | {Part.LOADS}, heave, 2.0)),
-        ("waves, all that moves", Use(CALM | {Part.LOADS} | drift, highest=2.0)),
+        ("waves, heave", Use(CALM | {CheckSubject.LOADS}, heave, 2.0)),
+        ("waves, all that moves", Use(CALM | {CheckSubject.LOADS} | drift, highest=2.0)),
     ]

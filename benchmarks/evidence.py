@@ -111,7 +111,7 @@ class _Named:
 
 def pages(lines: Sequence[Line]) -> dict[Path, str]:
     """Files that hold the lines: data of the package, the page, the README."""
-    data = json.dumps([line.stored() for line in lines], indent=1, ensure_ascii=False) + "\n"
+    data = json.dumps([line.as_dict() for line in lines], indent=1, ensure_ascii=False) + "\n"
     return {
         FILE: data,
         PAGE: with_block(PAGE.read_text("utf-8"), page_block(lines)),

@@ -20,8 +20,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from benchmarks.report import Answer, Row
-from hydrosim.statistics.extremes import LAWS, Basis, Extremes, extremes
-from hydrosim.statistics.gumbel import exceeding, fit_maxima
+from hydrosim.statistics.extremes import LAWS, ExtremeModel, RecordExtremes, extremes
+from hydrosim.statistics.gumbel import fit_maxima, length_ratio
 from tests.random_records import DURATION, HARD, KINDS, MOST_PROBABLE, Kind, of_draw
 
 RECORDS = 2000
@@ -76,7 +76,7 @@ class Holding:
     """Which intervals of extremes that are ``found`` of records are ``given`` at all, which hold
     the ``true`` most probable maximum, and which the ``largest`` value of another record."""
 
-    def __init__(self, found: Sequence[Extremes], largest: np.ndarray, true: float) -> None:
+    def __init__(self, found: Sequence[RecordExtremes], largest: np.ndarray, true: float) -> None:
         self._found = found
         other = np.roll(largest, 1)
         self.given = np.array([each.basis in LAWS for each in found])
@@ -93,14 +93,14 @@ class Holding:
         return float(self.predicted[self.given].mean()) if self.given.any() else np.nan
 
     def width(self, low: str, high: str) -> float:
-        """The median width of those given, between two figures of `Extremes`."""
+        """The median width of those given, between two figures of `RecordExtremes`."""
         widths = (self._all(high) - self._all(low))[self.given]
         return float(np.median(widths)) if widths.size else np.nan
 
     def mostly(self) -> str:
         """The most frequent basis, in words."""
         bases = [each.basis for each in self._found]
-        return max(Basis, key=bases.count).name.lower().replace("_", " ")
+        return max(ExtremeModel, key=bases.count).name.lower().replace("_", " ")
 
     def _all(self, figure: str) -> np.ndarray:
         return np.array([getattr(each, figure) for each in self._found])
@@ -119,7 +119,7 @@ def _over_seeds(name: str, largest: np.ndarray) -> Row:
     for seeds in SEEDS:
         drawn = random.choice(largest, (STUDIES, seeds + 1))
         laws = [fit_maxima(each[:-1]) for each in drawn]
-        sure = np.array([[law.confidence(r) for r in (1.0, exceeding(0.9))] for law in laws])
+        sure = np.array([[law.confidence(r) for r in (1.0, length_ratio(0.9))] for law in laws])
         inside = (sure[..., 0] <= true) & (true <= sure[..., 1])
         ends = np.array([law.prediction(1.0) for law in laws]).T
         another = (ends[0] <= drawn[:, -1]) & (drawn[:, -1] <= ends[1])

@@ -39,7 +39,7 @@ from benchmarks.random_trial import Outcome
 from hydrosim.compare.mapping import read_mapping
 from hydrosim.database.build.recipe import load_recipe
 from hydrosim.documents.layers import read_case
-from hydrosim.documents.validate import validated
+from hydrosim.documents.validate import validate_document
 from hydrosim.errors import HydrosimError
 from hydrosim.presentation.document import Document
 from hydrosim.presentation.terminal import printable
@@ -165,7 +165,7 @@ def _limits(path: Path) -> None:
 
 def _weather(path: Path) -> None:
     """Held against limits of the study that is right."""
-    wanted = validated(read_case(path.with_name("right.yaml"))[1], StudyFile).operability
+    wanted = validate_document(read_case(path.with_name("right.yaml"))[1], StudyFile).operability
     assert wanted is not None
     other = "scatter" if path.stem == "hindcast" else "hindcast"
     weather = read_weather(path.parent, wanted.model_copy(update={other: None}))

@@ -15,7 +15,7 @@ import xarray as xr
 
 import hydrosim as hs
 from benchmarks.report import ROOT, Answer, Row
-from hydrosim.database import HydroDatabase, load, needed
+from hydrosim.database import HydroDatabase, load, require_array
 from hydrosim.dofs import DOFS
 from hydrosim.forces import LinearMooring
 from hydrosim.scene import (
@@ -95,8 +95,8 @@ def scene(name: str, radiation: Radiation) -> Scene:
 
 
 def _body(k: int, db: HydroDatabase, moored: Moored, radiation: Radiation) -> Body:
-    mass = db.water_density * float(needed(db, "volume")[k])
-    centre = needed(db, "centre_of_gravity")[k]
+    mass = db.water_density * float(require_array(db, "volume")[k])
+    centre = require_array(db, "centre_of_gravity")[k]
     drift = SecondOrder.NONE if db.mean_drift is None else SecondOrder.NEWMAN
     return Body(
         f"body{k + 1}",

@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.report import ROOT, Answer, Row
-from hydrosim.database import HydroDatabase, all_headings, load, needed
-from hydrosim.database.build.afloat import afloat
+from hydrosim.database import HydroDatabase, all_headings, load, require_array
+from hydrosim.database.build.afloat import hulls_afloat
 from hydrosim.database.build.bem import solve_all
-from hydrosim.database.build.build import silent
+from hydrosim.database.build.build import ignore_progress
 from hydrosim.database.build.recipe import Recipe, load_recipe
 from hydrosim.database.build.water import Water
 from hydrosim.dofs import DOFS
@@ -68,7 +68,9 @@ def shipped(db: HydroDatabase) -> Response:
 
 def finer(recipe: Recipe) -> Response:
     """The same of more panels, for the very headings."""
-    solved = solve_all(afloat(recipe).hull, Water(), FREQUENCIES, recipe.headings, 1, silent)
+    solved = solve_all(
+        hulls_afloat(recipe).hull, Water(), FREQUENCIES, recipe.headings, 1, ignore_progress
+    )
     loads = np.array([solution.excitation for solution in solved]).swapaxes(0, 1)
     A, B = (np.array([getattr(s, name) for s in solved]) for name in ("added_mass", "damping"))
     return Response(loads, A, B)
@@ -76,7 +78,7 @@ def finer(recipe: Recipe) -> Response:
 
 def motions(db: HydroDatabase, response: Response) -> np.ndarray:
     """Motions (headings, frequencies, 6) of the barge floating free."""
-    M, C = needed(db, "inertia_matrix"), needed(db, "hydrostatic_stiffness")
+    M, C = require_array(db, "inertia_matrix"), require_array(db, "hydrostatic_stiffness")
     w = FREQUENCIES[:, None, None]
     impedance = C - w**2 * (M + response.added_mass) + 1j * w * response.damping
     return np.linalg.solve(impedance, response.loads[..., None])[..., 0]

@@ -20,7 +20,7 @@ from benchmarks.report import ROOT, Answer, Row
 from hydrosim import load_case
 from hydrosim.results.channels import series
 from hydrosim.scene import Scene
-from hydrosim.statistics.extremes import Extremes, extremes
+from hydrosim.statistics.extremes import RecordExtremes, extremes
 from hydrosim.statistics.series import lowest_frequency
 from hydrosim.studies.run.simulation import compiled_to_run, run_compiled
 from tests.random_records import MOST_PROBABLE
@@ -78,12 +78,14 @@ def _rows(
     pairs = zip(records, waves, strict=True)
     found = [extremes(x, step, None, lowest_frequency(wave, step), True) for x, wave in pairs]
     largest = [each[1] for each in found]
-    smallest = [each[0].scaled(-1.0) for each in found]
+    smallest = [each[0].rescale(-1.0) for each in found]
     yield _row(channel, hours, "largest", largest, records.max(axis=1))
     yield _row(channel, hours, "smallest", smallest, -records.min(axis=1))
 
 
-def _row(channel: str, hours: int, side: str, found: list[Extremes], largest: np.ndarray) -> Row:
+def _row(
+    channel: str, hours: int, side: str, found: list[RecordExtremes], largest: np.ndarray
+) -> Row:
     true = float(np.quantile(largest, MOST_PROBABLE))
     hold = Holding(found, largest, true)
     return {

@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from hydrosim.linear.modes import natural_modes
     from hydrosim.plot.load import open_run
     from hydrosim.scene import Scene
-    from hydrosim.statistics.figures import Figure
-    from hydrosim.statistics.results import StageResult, WhyResult
+    from hydrosim.statistics.figures import ScalarResult
+    from hydrosim.statistics.results import MotionCauseResult, StageResult
     from hydrosim.studies.many.many import simulate_many
     from hydrosim.studies.many.pools import Pool
     from hydrosim.studies.run.simulation import simulate

@@ -75,7 +75,7 @@ def validated(
     ) -> None:
         test = request.node.nodeid.split("[")[0]
         line = Line(claim, against, kind, float(error), limit, features, test, "", others)
-        record_property(WRITING, line.stored())
+        record_property(WRITING, line.as_dict())
         print(f"{claim}, against {against}: {error:.2g} of {limit:g} ({others})")
         assert error <= limit
         if not writing:

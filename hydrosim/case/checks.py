@@ -22,9 +22,9 @@ from hydrosim.case.waves import (
     Table,
 )
 from hydrosim.documents.messages import Keys, Problem
-from hydrosim.documents.nodes import joined
+from hydrosim.documents.nodes import with_hint
 from hydrosim.documents.suggestions import suggestion
-from hydrosim.documents.units import shown
+from hydrosim.documents.units import value_text
 from hydrosim.scene.arrangement import arranged
 
 # The output has forces of these names (`hydrosim.forces.layout`, which would load numba).
@@ -70,8 +70,8 @@ def _check_bodies(case: CaseFile) -> Iterator[Problem]:
 def _check_joint(case: CaseFile, keys: Keys, joint: str) -> Iterator[Problem]:
     if joint not in case.joints:
         known = ", ".join(case.joints) or "there is none"
-        text = f"found {shown(joint)}; expected a joint of this case: {known}"
-        yield Problem(keys, joined(text, suggestion(joint, case.joints)))
+        text = f"found {value_text(joint)}; expected a joint of this case: {known}"
+        yield Problem(keys, with_hint(text, suggestion(joint, case.joints)))
 
 
 def _check_other(
@@ -82,7 +82,7 @@ def _check_other(
         return
     yield from _check_body(case, ("forces", name, *keys), other)
     if other == case.forces[name].body:
-        text = f"found {shown(other)} on both sides; expected another body, or none"
+        text = f"found {value_text(other)} on both sides; expected another body, or none"
         yield Problem(("forces", name, *keys), f"{text}; {remedy}")
 
 
@@ -96,7 +96,7 @@ def _check_joints(case: CaseFile) -> Iterator[Problem]:
         if joint.to is not None:
             yield from _check_body(case, ("joints", name, "to"), joint.to)
         if joint.to == joint.body:
-            text = f"found {shown(joint.to)} on both sides; expected another body, or none"
+            text = f"found {value_text(joint.to)} on both sides; expected another body, or none"
             yield Problem(("joints", name, "to"), f"{text}; a joint without to is to the earth")
     known = {*case.bodies, None}
     if all({joint.body, joint.to} <= known for joint in case.joints.values()):
@@ -127,17 +127,17 @@ def _check_tree(case: CaseFile) -> Iterator[Problem]:
 
 def _check_body(case: CaseFile, keys: Keys, body: str) -> Iterator[Problem]:
     if body not in case.bodies:
-        text = f"found {shown(body)}; expected a body of this case: {', '.join(case.bodies)}"
-        yield Problem(keys, joined(text, suggestion(body, case.bodies)))
+        text = f"found {value_text(body)}; expected a body of this case: {', '.join(case.bodies)}"
+        yield Problem(keys, with_hint(text, suggestion(body, case.bodies)))
 
 
 def _check_accepted(case: CaseFile) -> Iterator[Problem]:
     """Names of findings about databases, of which the checks know."""
     for name, body in case.bodies.items():
         for keys, finding in accepted_of(body.hydrodynamics):
-            from hydrosim.database.checks import unknown  # loads numba
+            from hydrosim.database.checks import unknown_name_message  # loads numba
 
-            if wrong := unknown(finding):
+            if wrong := unknown_name_message(finding):
                 yield Problem(("bodies", name, "hydrodynamics", *keys), wrong)
 
 

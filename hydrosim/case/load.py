@@ -17,7 +17,7 @@ from hydrosim.documents.layers import written as yaml_text
 from hydrosim.documents.nodes import SETTING
 from hydrosim.documents.places import Places, locating, places_of
 from hydrosim.documents.units import units_written
-from hydrosim.documents.validate import validated
+from hydrosim.documents.validate import validate_document
 from hydrosim.outputs import files_named, settings_text
 from hydrosim.presentation.document import Document
 from hydrosim.presentation.units import Units, chosen_units
@@ -113,5 +113,5 @@ def laid_over(
         remarks = "".join(f"# {SETTING}{' '.join(setting.split())}\n" for setting in texts)
         text = f"# {path.name}\n{remarks}{yaml_text(document)}"
     with units_written() as written:
-        data = validated(document, CaseFile, lambda data: check(data, path.parent))
+        data = validate_document(document, CaseFile, lambda data: check(data, path.parent))
     return Case(path, text, data, chosen_units(written), places_of(document))

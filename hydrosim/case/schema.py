@@ -461,7 +461,7 @@ class CaseFile(Strict):
     """Length of the run."""
     environment: Environment | None = None
     """Water, waves, current and wind."""
-    bodies: Annotated[dict[of.Name, Body], AfterValidator(of.some)]
+    bodies: Annotated[dict[of.Name, Body], AfterValidator(of.require_entries)]
     """Rigid bodies by name."""
     forces: dict[of.Name, AnyElement] = Field(default_factory=dict)
     """Force elements by name: moorings, fenders, lines, damping, loads."""

@@ -16,7 +16,7 @@ from pydantic import (
 
 from hydrosim.documents import quantities as of
 from hydrosim.documents.quantities import Strict, T
-from hydrosim.documents.units import AnyQuantity, Scale, problem, shown
+from hydrosim.documents.units import AnyQuantity, Scale, problem, value_text
 
 
 class Table(Strict, Generic[T]):
@@ -24,7 +24,7 @@ class Table(Strict, Generic[T]):
 
     time: of.Times
     """Times that rise."""
-    force: Annotated[tuple[T, ...], AfterValidator(of.some)]
+    force: Annotated[tuple[T, ...], AfterValidator(of.require_entries)]
     """Force at each time, with straight lines between."""
 
     @model_validator(mode="after")
@@ -47,7 +47,7 @@ class Recorded(Strict):
     column: Annotated[
         tuple[StrictStr | StrictInt, ...],
         of.one_or_more(StrictStr | StrictInt),
-        AfterValidator(of.some),
+        AfterValidator(of.require_entries),
     ]
     """Column or list of columns to add up: names or numbers. Example: My."""
     factor: Annotated[Scale, AnyQuantity("factor", "98100 kN/m")] | None = None
@@ -82,7 +82,7 @@ def only_forms(key: str, unit: str, *forms: type) -> BeforeValidator:
     def check(value: object) -> object:
         if not isinstance(value, (dict, *forms)):
             raise problem(
-                shown(value),
+                value_text(value),
                 f"a sine {{amplitude: 1 {unit}, period: 8 s}}, a table"
                 f" {{time: [0 s, 9 s], {key}: [0 {unit}, 1 {unit}]}}, or a record"
                 " {file: path.csv, column: x}",

@@ -19,7 +19,7 @@ class CurrentTable(Strict):
 
     depth: Annotated[tuple[of.Length, ...], AfterValidator(of.from_zero), of.RISING]
     """Depths below the still water, which rise from 0. Example: [0 m, 50 m, 100 m]."""
-    speed: Annotated[tuple[of.FlowSpeed, ...], AfterValidator(of.some)]
+    speed: Annotated[tuple[of.FlowSpeed, ...], AfterValidator(of.require_entries)]
     """Speed at each depth. Example: [1 m/s, 0.6 m/s, 0.3 m/s]."""
     heading: tuple[of.Angle, ...] | None = None
     """Direction that the current goes to at each depth, in place of the heading of the current.

@@ -116,7 +116,7 @@ class OchiHubble(Spread):
 
     spectrum: Literal["ochi_hubble"]
     """Ochi-Hubble spectrum."""
-    peaks: Annotated[tuple[OchiHubblePeak, ...], AfterValidator(of.some)]
+    peaks: Annotated[tuple[OchiHubblePeak, ...], AfterValidator(of.require_entries)]
     """Peaks of the spectrum, such as swell and wind sea."""
 
 
@@ -245,7 +245,7 @@ class Components(Directed):
     """Given components."""
     components: Annotated[
         Annotated[ComponentsFile, Tag("file")]
-        | Annotated[tuple[Component, ...], AfterValidator(of.some), Tag("list")],
+        | Annotated[tuple[Component, ...], AfterValidator(of.require_entries), Tag("list")],
         Discriminator(_components),
     ]
     """List of components, or a mapping with their file."""

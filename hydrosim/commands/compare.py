@@ -129,7 +129,7 @@ def compare(
         return
     from hydrosim.compare import compare as comparison_of
     from hydrosim.compare import read_mapping
-    from hydrosim.compare.comparison import beyond, by_channel
+    from hydrosim.compare.comparison import by_channel, exceeded_tolerances
     from hydrosim.compare.dataset import to_dataset
     from hydrosim.plot.compare import draw_comparison
     from hydrosim.plot.load import open_run
@@ -154,7 +154,7 @@ def compare(
         edges=_edges(bands),
         only=_patterns(channels) or ("*",),
     )
-    out_of = beyond(found, given)
+    out_of = exceeded_tolerances(found, given)
     said = _comparison_attributes(run, run_file, recorded)
     dataset = to_dataset(found, said, by_channel(found, given))
     write(dataset, result)

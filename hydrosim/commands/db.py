@@ -74,7 +74,7 @@ def check(
     asked = given_database(file, given)
     db = read(file, asked.given)
     findings = findings_of(db)
-    refused = any(finding.refused for finding in findings)
+    refused = any(finding.is_refused for finding in findings)
     show_document(verdicts(db, findings))
     print_lines(*_caveats(db, asked.given))
     if drawn is not None:
@@ -84,7 +84,7 @@ def check(
         print_lines(f"picture   {output}")
     if refused:
         raise typer.Exit(2)
-    if strict and not all(finding.passed for finding in findings):
+    if strict and not all(finding.has_passed for finding in findings):
         raise typer.Exit(1)
 
 
@@ -234,11 +234,11 @@ def _duration_text(seconds: float) -> str:
 
 def _caveats(db: HydroDatabase, given: Given) -> list[str]:
     """Print warnings: options that the file does not need, and values that were assumed."""
-    from hydrosim.database.load import overruled
+    from hydrosim.database.load import overruled_values
 
     lines = [
         f"warning   {db.source} has its own {name.replace('_', ' ')}; the option is ignored"
-        for name in overruled(db, given)
+        for name in overruled_values(db, given)
     ]
     assumed = db.attributes.get("assumed")
     if assumed and "recipe" not in db.attributes:  # those of a recipe are its author's

@@ -56,11 +56,13 @@ def explain(
     from hydrosim.plot.explain import draw_explained
     from hydrosim.results.growing import runs_at
     from hydrosim.results.netcdf import read, write
-    from hydrosim.statistics.explain import AXES
+    from hydrosim.statistics.explain import DIRECTION_AXES
     from hydrosim.wording.explain import explanation_document
 
-    if direction not in AXES:
-        raise InputError(f"--direction: found {direction}; expected one of {', '.join(AXES)}.")
+    if direction not in DIRECTION_AXES:
+        raise InputError(
+            f"--direction: found {direction}; expected one of {', '.join(DIRECTION_AXES)}."
+        )
     name = f"{stem_of(run_file)}_explained"
     run = runs_at(run_file)
     require_file(run_file, "the result of a run or of a study (RUN.nc)")
@@ -89,19 +91,19 @@ Parts = dict[str, "xr.Dataset"]
 
 
 def _of_one(run: xr.Dataset, between: tuple[float, float]) -> tuple[xr.Dataset, Parts]:
-    from hydrosim.statistics.explain import explained
+    from hydrosim.statistics.explain import explain_run
 
-    found = explained(run, *between)
+    found = explain_run(run, *between)
     return found, {"": found}
 
 
 def _of_many(runs: xr.Dataset, between: tuple[float, float]) -> tuple[xr.Dataset, Parts]:
     from hydrosim.results.runs_file import COMPLETE
-    from hydrosim.statistics.explain import of_runs
+    from hydrosim.statistics.explain import explanations_of_runs
 
     if between != (-inf, inf):
         raise InputError("found a study; expected one run, because of --from or --to.")
-    found = of_runs(runs)
+    found = explanations_of_runs(runs)
     complete = runs.status.values == COMPLETE
     if not complete.any():
         raise InputError("found no complete run; see the variable status_message of the file.")

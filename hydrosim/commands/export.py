@@ -169,7 +169,7 @@ def _record(
         raise InputError(f"--step: found {every:g} s; expected a positive time, such as 0.5 s.")
     run = open_run(run_file)
     names = chosen(columns_of(run), asked, "--channels") if asked else usual(run)
-    own = units_of(run.attrs).shown if kept is ExportUnits.CASE else None
+    own = units_of(run.attrs).display_unit if kept is ExportUnits.CASE else None
     write_recording(run, result, names, every, digits, own)
     print_lines(f"result    {result.path}, {len(names)} channels")
 

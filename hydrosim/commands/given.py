@@ -32,7 +32,7 @@ def given_database(file: Path, given: Sequence[str]) -> ChangedDatabase:
     from hydrosim.case.hydrodynamics import DatabaseFile
     from hydrosim.documents.layers import apply_setting
     from hydrosim.documents.nodes import GIVEN, compose
-    from hydrosim.documents.validate import validated
+    from hydrosim.documents.validate import validate_document
 
     document = compose(json.dumps({"file": str(file)}), GIVEN)
     assert document is not None
@@ -42,4 +42,4 @@ def given_database(file: Path, given: Sequence[str]) -> ChangedDatabase:
                 f"{GIVEN}{setting}: found file; expected another key. The file is the argument."
             )
         document = apply_setting(document, setting, GIVEN)
-    return validated(document, DatabaseFile).build(lambda _: file)
+    return validate_document(document, DatabaseFile).build(lambda _: file)

@@ -88,10 +88,10 @@ def run(
 def _with_places(dataset: xr.Dataset, case: Case) -> xr.Dataset:
     """Dataset of the run, whose warnings name file and line of a key when printed; the result
     itself stores no paths."""
-    from hydrosim.documents.places import located
+    from hydrosim.documents.places import add_source_lines
 
     text = dataset.attrs.get("warnings")
-    return dataset.assign_attrs(warnings=located(text, case.places)) if text else dataset
+    return dataset.assign_attrs(warnings=add_source_lines(text, case.places)) if text else dataset
 
 
 def _require_room(case: Case, path: Path) -> None:

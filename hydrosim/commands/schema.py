@@ -31,7 +31,7 @@ def schema(
 
 def schema_of(kind: FileKind) -> dict[str, Any]:
     """JSON schema (draft 2020-12) of files of a ``kind``."""
-    from hydrosim.documents.json_schema import either, json_schema
+    from hydrosim.documents.json_schema import either_schema, json_schema
 
     match kind:
         case FileKind.CASE:
@@ -46,4 +46,4 @@ def schema_of(kind: FileKind) -> dict[str, Any]:
             from hydrosim.database.build.recipe import OneBody, SeveralBodies
 
             one, several = (json_schema(model, "") for model in (OneBody, SeveralBodies))
-            return either("Recipe of a database of hydrosim", "bodies", several, one)
+            return either_schema("Recipe of a database of hydrosim", "bodies", several, one)

@@ -26,7 +26,7 @@ def so_far(runs: xr.Dataset) -> list[str]:
     """Numbers of runs by status if not all are complete, and the reason why the first failed."""
     from hydrosim.results.growing import GATHERED
     from hydrosim.results.runs_file import COMPLETE
-    from hydrosim.wording.study import counted
+    from hydrosim.wording.study import counts_by_status
 
     if GATHERED in runs.attrs:
         return [f"so far    {runs.attrs[GATHERED]}"]
@@ -34,7 +34,7 @@ def so_far(runs: xr.Dataset) -> list[str]:
         return []
     first = ends.index("failed") if "failed" in ends else None
     failed = [f"run {first}: {runs.status_message.values[first]}"] if first is not None else []
-    return [counted(runs), *failed]
+    return [counts_by_status(runs), *failed]
 
 
 def place_table(

@@ -23,18 +23,18 @@ def codes_apart(ours: xr.Dataset, theirs: xr.Dataset, paired: bool) -> tuple[str
     """Codes that differ in a pair of runs. If runs are not ``paired``, codes whose sets of values
     differ."""
     both = [name for name in map(str, ours.data_vars) if name in theirs and is_code(ours[name])]
-    return tuple(n for n in both if _apart(ours[n].values, theirs[n].values, paired))
+    return tuple(n for n in both if _differ(ours[n].values, theirs[n].values, paired))
 
 
 def durations_apart(ours: xr.Dataset, theirs: xr.Dataset, paired: bool) -> tuple[str, ...]:
     """Durations of ours and theirs as text, if they differ and both files state them."""
     one, other = _durations(ours), _durations(theirs)
-    if not one.size or not other.size or not _apart(one, other, paired):
+    if not one.size or not other.size or not _differ(one, other, paired):
         return ()
-    return _said(one), _said(other)
+    return _range_text(one), _range_text(other)
 
 
-def _apart(ours: np.ndarray, theirs: np.ndarray, paired: bool) -> bool:
+def _differ(ours: np.ndarray, theirs: np.ndarray, paired: bool) -> bool:
     if not paired:
         ours, theirs = np.unique(ours), np.unique(theirs)
     return not np.array_equal(ours, theirs, equal_nan=True)
@@ -47,6 +47,6 @@ def _durations(runs: xr.Dataset) -> np.ndarray:
     return np.array([float(one[1]) for one in found if one] if all(found) else [])
 
 
-def _said(durations: np.ndarray) -> str:
+def _range_text(durations: np.ndarray) -> str:
     low, high = durations.min(), durations.max()
     return f"{low:g} s" if low == high else f"{low:g} to {high:g} s"

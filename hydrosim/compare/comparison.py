@@ -11,27 +11,27 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from hydrosim.compare.align import Overlap, Pair, align
+from hydrosim.compare.align import ChannelPair, Overlap, align
 from hydrosim.compare.diagnosis import diagnose
-from hydrosim.compare.figures import EDGES, Contact, Figures, contact, figures
+from hydrosim.compare.figures import BAND_EDGES_RAD_S, ContactComparison, Figures, contact, figures
 from hydrosim.compare.guess import guess
-from hydrosim.compare.mapping import MappingFile, Place, TimeColumn
-from hydrosim.compare.signals import Fit, fit
+from hydrosim.compare.mapping import ChannelPlace, MappingFile, TimeColumn
+from hydrosim.compare.signals import GainLagFit, fit
 from hydrosim.recordings import Recording
 from hydrosim.results.channels import channels, chosen
 
-SHARE, MOST = 0.1, 60.0  # of the time, and s: largest lag of the search
-SHIFT = 0.5  # of the time: the largest shift
-ALIKE = 0.9  # smallest correlation of channels from which a time shift is estimated
+MAX_LAG_FRACTION, MAX_LAG_S = 0.1, 60.0  # of the time, and s: largest lag of the search
+MAX_SHIFT_FRACTION = 0.5  # of the time: the largest shift
+MIN_SHIFT_CORRELATION = 0.9  # smallest correlation of channels from which a time shift is estimated
 
 
-class Result(NamedTuple):
+class ChannelResult(NamedTuple):
     """Results for a channel; ``verdict`` is a text, ``contact`` exists for fenders only."""
 
-    pair: Pair
+    pair: ChannelPair
     figures: Figures
-    fit: Fit
-    contact: Contact | None
+    fit: GainLagFit
+    contact: ContactComparison | None
     verdict: str
 
     @property
@@ -47,7 +47,7 @@ class Comparison:
     both. ``unused`` are columns without a channel. ``guessed`` is true without a mapping. ``shift``
     [s] was estimated and added to the recorded times; NaN if it could not be estimated."""
 
-    results: Mapping[str, Result]
+    results: Mapping[str, ChannelResult]
     overlap: Overlap
     edges: tuple[float, float]
     zero: Sequence[str]
@@ -63,7 +63,7 @@ def compare(
     *,
     shift: bool = False,
     between: tuple[float, float] = (-inf, inf),
-    edges: tuple[float, float] = EDGES,
+    edges: tuple[float, float] = BAND_EDGES_RAD_S,
     only: Sequence[str] = ("*",),
 ) -> Comparison:
     """Compare a run with a recording, by a ``mapping`` or by guesses from names and units.
@@ -93,13 +93,13 @@ def compare(
         overlap,
         edges,
         [name for name in wanted if name not in results],
-        _unused(recording, places, time),
+        _unused_columns(recording, places, time),
         mapping is None,
         moved,
     )
 
 
-def beyond(found: Comparison, tolerances: Mapping[str, float]) -> dict[str, float]:
+def exceeded_tolerances(found: Comparison, tolerances: Mapping[str, float]) -> dict[str, float]:
     """``tolerances``, as for `by_channel`, that channels exceed, by channel."""
     held = by_channel(found, tolerances)
     return {name: limit for name, limit in held.items() if not found.results[name].error <= limit}
@@ -117,23 +117,28 @@ def by_channel(found: Comparison, tolerances: Mapping[str, float]) -> dict[str, 
     }
 
 
-def _result(time: np.ndarray, pair: Pair, edges: tuple[float, float]) -> Result:
+def _result(time: np.ndarray, pair: ChannelPair, edges: tuple[float, float]) -> ChannelResult:
     found = figures(time, pair, edges)
-    most = min(SHARE * float(np.ptp(time)), MOST)
+    most = min(MAX_LAG_FRACTION * float(np.ptp(time)), MAX_LAG_S)
     fitted = fit(time, pair.ours, pair.recorded, most)
     verdict = diagnose(time, pair, found, fitted, edges, most)
-    return Result(pair, found, fitted, contact(time, pair), verdict)
+    return ChannelResult(pair, found, fitted, contact(time, pair), verdict)
 
 
-def _shift(time: np.ndarray, pairs: Sequence[Pair]) -> float:
+def _shift(time: np.ndarray, pairs: Sequence[ChannelPair]) -> float:
     """Time shift to add to the recorded times [s]: the median over the channels that then
     correlate; NaN if none does."""
-    fits = [fit(time, pair.ours, pair.recorded, SHIFT * float(np.ptp(time))) for pair in pairs]
-    lags = [-found.lag for found in fits if abs(found.correlation) > ALIKE]
+    fits = [
+        fit(time, pair.ours, pair.recorded, MAX_SHIFT_FRACTION * float(np.ptp(time)))
+        for pair in pairs
+    ]
+    lags = [-found.lag for found in fits if abs(found.correlation) > MIN_SHIFT_CORRELATION]
     return float(np.median(lags)) if lags else float("nan")
 
 
-def _unused(recording: Recording, places: Mapping[str, Place], time: TimeColumn) -> list[str]:
+def _unused_columns(
+    recording: Recording, places: Mapping[str, ChannelPlace], time: TimeColumn
+) -> list[str]:
     stamp = recording.time_column() if time.column is None else recording.column(time.column)
     used = [stamp, *(recording.column(place.column) for place in places.values())]
     left = [c.name for c in recording.columns if not any(c is one for one in used)]

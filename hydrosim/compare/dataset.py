@@ -10,11 +10,11 @@ from types import MappingProxyType
 import numpy as np
 import xarray as xr
 
-from hydrosim.compare.comparison import Comparison, Result
-from hydrosim.compare.figures import BANDS, Contact
-from hydrosim.compare.studies import LEVEL
-from hydrosim.compare.studies import Comparison as Studies
-from hydrosim.statistics.gumbel import INTERVAL
+from hydrosim.compare.comparison import ChannelResult, Comparison
+from hydrosim.compare.figures import BANDS, ContactComparison
+from hydrosim.compare.studies import SIGNIFICANCE_LEVEL
+from hydrosim.compare.studies import StudyComparison as Studies
+from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY
 
 OVER_TIME = {
     "ours": "the run",
@@ -53,7 +53,7 @@ OF_STUDIES = {
 NO_TOLERANCES = MappingProxyType[str, float]({})
 CONTACT = dict(
     zip(
-        Contact._fields,
+        ContactComparison._fields,
         ("first contact [s]",) * 2 + ("fraction of time in contact",) * 2,
         strict=True,
     )
@@ -126,7 +126,7 @@ def studies_dataset(found: Studies, attributes: Mapping[str, object]) -> xr.Data
     }
     said = {"compared": found.kind, "paired": int(found.paired)}
     said |= {"codes_apart": " ".join(found.codes), "durations": "\n".join(found.durations)}
-    said |= {"interval_probability": INTERVAL, "level": LEVEL}
+    said |= {"interval_probability": INTERVAL_PROBABILITY, "level": SIGNIFICANCE_LEVEL}
     return xr.Dataset(values | figures, coords, {**attributes, **said})
 
 
@@ -134,5 +134,5 @@ def _number(value: float | bool) -> float | int:
     return int(value) if isinstance(value, bool) else value
 
 
-def _of_contact(result: Result, name: str) -> float:
+def _of_contact(result: ChannelResult, name: str) -> float:
     return float("nan") if result.contact is None else float(getattr(result.contact, name))

@@ -14,21 +14,21 @@ from math import log
 
 import numpy as np
 
-from hydrosim.compare.align import Pair
-from hydrosim.compare.figures import Figures, varies
-from hydrosim.compare.signals import Fit, fit, rms, split_bands
+from hydrosim.compare.align import ChannelPair
+from hydrosim.compare.figures import Figures, std_above_rounding
+from hydrosim.compare.signals import GainLagFit, fit, rms, split_bands
 from hydrosim.documents.units import factor
 
-EQUAL = 1e-3  # rms over std: smaller differences count as equal
-ALIKE = 0.8  # correlation: below it no gain, lag or offset is named
-UNLIKE = 0.5  # correlation in the wave band: below it the waves are others
-SPECTRUM = 1.5  # ratio of std in the wave band: above it the spectrum is another
-WAVES = 0.05  # of the std: smaller motion in the wave band counts as none
-CLEAR = 0.3  # of the rms: an effect that is named
-MOSTLY = 0.7  # of the mean square
-NEAR = 0.03  # relative distance of a gain from that of a unit
-ROUNDING = 1e-12  # of the largest value
-UNITS = {  # units that may be mistaken for ours
+EQUAL_RMS_RATIO = 1e-3  # rms over std: smaller differences count as equal
+MIN_NAMED_CORRELATION = 0.8  # correlation: below it no gain, lag or offset is named
+MIN_WAVE_CORRELATION = 0.5  # correlation in the wave band: below it the waves are others
+MAX_STD_RATIO = 1.5  # ratio of std in the wave band: above it the spectrum is another
+MIN_WAVE_STD = 0.05  # of the std: smaller motion in the wave band counts as none
+MIN_EFFECT_FRACTION = 0.3  # of the rms: an effect that is named
+DOMINANT_FRACTION = 0.7  # of the mean square
+UNIT_GAIN_TOLERANCE = 0.03  # relative distance of a gain from that of a unit
+SERIES_ROUNDING_FRACTION = 1e-12  # of the largest value
+CONFUSED_UNITS = {  # units that may be mistaken for ours
     "m": ("mm", "cm", "ft"),
     "m/s": ("mm/s", "cm/s", "km/h", "ft/s"),
     "rad": ("deg",),
@@ -37,14 +37,14 @@ UNITS = {  # units that may be mistaken for ours
     "N m": ("kN*m", "MN*m", "tonne_force*m"),
     "J": ("kJ", "MJ"),
 }
-WORDS = {"deg": "degrees", "rad": "radians", "tonne_force": "tonne-force"}
+UNIT_WORDS = {"deg": "degrees", "rad": "radians", "tonne_force": "tonne-force"}
 
 
 def diagnose(
     time: np.ndarray,
-    pair: Pair,
+    pair: ChannelPair,
     found: Figures,
-    fitted: Fit,
+    fitted: GainLagFit,
     edges: tuple[float, float],
     most: float,
 ) -> str:
@@ -53,19 +53,19 @@ def diagnose(
     largest = float(np.abs(np.concatenate([ours, recorded])).max())
     if largest == 0.0:
         return "both zero"
-    if found.peak <= 1.001 * pair.precision + ROUNDING * largest:
+    if found.peak <= 1.001 * pair.precision + SERIES_ROUNDING_FRACTION * largest:
         return f"equal to print precision ({pair.precision:.2g} {pair.unit})"
-    if found.std == 0.0 or varies(ours) == 0.0:
-        return _constant(pair, found, varies(ours))
-    if found.relative < EQUAL:
+    if found.std == 0.0 or std_above_rounding(ours) == 0.0:
+        return _constant(pair, found, std_above_rounding(ours))
+    if found.relative < EQUAL_RMS_RATIO:
         return f"equal within {100.0 * found.relative:.2g} % of the std"
     other = _other_waves(time, pair, edges, most)
-    if other and abs(fitted.correlation) < UNLIKE:
+    if other and abs(fitted.correlation) < MIN_WAVE_CORRELATION:
         return "another realisation (same spectrum, no correlation): another seed?"
-    if abs(fitted.correlation) < ALIKE:
-        said = f"different (correlation {fitted.correlation:.2f}){_where(found)}"
+    if abs(fitted.correlation) < MIN_NAMED_CORRELATION:
+        said = f"different (correlation {fitted.correlation:.2f}){_worst_band(found)}"
     else:
-        said = ", ".join(_named(time, pair, found, fitted, most))
+        said = ", ".join(_describe_differences(time, pair, found, fitted, most))
     return f"{said}; its waves, {_share(found)}, are another realisation" if other else said
 
 
@@ -74,26 +74,30 @@ def _share(found: Figures) -> str:
     return f"{100.0 * found.band_recorded[1] / found.std:.2g} % of the std"
 
 
-def _constant(pair: Pair, found: Figures, ours: float) -> str:
+def _constant(pair: ChannelPair, found: Figures, ours: float) -> str:
     if found.std == 0.0 and ours == 0.0:
         offset = float(pair.recorded.mean() - pair.ours.mean())
         return f"both constant, offset {_amount(offset, pair.unit)}"
     return "constant in the " + ("recording" if found.std == 0.0 else "run")
 
 
-def _other_waves(time: np.ndarray, pair: Pair, edges: tuple[float, float], most: float) -> bool:
+def _other_waves(
+    time: np.ndarray, pair: ChannelPair, edges: tuple[float, float], most: float
+) -> bool:
     """Whether both have waves of the same spectrum that do not correlate at any lag."""
     a, r = (split_bands(time, x, edges)[1] for x in (pair.ours, pair.recorded))
     sizes = float(np.std(a)), float(np.std(r))
-    if min(sizes) < WAVES * min(np.std(pair.ours), np.std(pair.recorded)):
+    if min(sizes) < MIN_WAVE_STD * min(np.std(pair.ours), np.std(pair.recorded)):
         return False
-    if not 1.0 / SPECTRUM < sizes[0] / sizes[1] < SPECTRUM:
+    if not 1.0 / MAX_STD_RATIO < sizes[0] / sizes[1] < MAX_STD_RATIO:
         return False
     even = np.linspace(time[0], time[-1], time.size)
-    return abs(fit(even, a, r, most).correlation) < UNLIKE
+    return abs(fit(even, a, r, most).correlation) < MIN_WAVE_CORRELATION
 
 
-def _named(time: np.ndarray, pair: Pair, found: Figures, fitted: Fit, most: float) -> Iterator[str]:
+def _describe_differences(
+    time: np.ndarray, pair: ChannelPair, found: Figures, fitted: GainLagFit, most: float
+) -> Iterator[str]:
     """Differences: sign, unit, gain, lag, offset, and the remainder."""
     sign = float(np.sign(fitted.gain))
     unit, size = _unit_taken(abs(fitted.gain), pair.unit)
@@ -110,13 +114,13 @@ def _named(time: np.ndarray, pair: Pair, found: Figures, fitted: Fit, most: floa
     std = found.std / size
     causes = list(_causes(fitted, pair.unit, before, std))
     yield from causes
-    if causes and fitted.rest > max(EQUAL * std, CLEAR * before):
+    if causes and fitted.rest > max(EQUAL_RMS_RATIO * std, MIN_EFFECT_FRACTION * before):
         yield f"{100.0 * fitted.rest / std:.3g} % of the std left"
-    if not causes and before > EQUAL * std:
-        yield f"differs by {100.0 * before / std:.3g} % of the std{_where(found)}"
+    if not causes and before > EQUAL_RMS_RATIO * std:
+        yield f"differs by {100.0 * before / std:.3g} % of the std{_worst_band(found)}"
 
 
-def _causes(fitted: Fit, unit: str, before: float, std: float) -> Iterator[str]:
+def _causes(fitted: GainLagFit, unit: str, before: float, std: float) -> Iterator[str]:
     """Gain, lag and offset, if they matter.
 
     A gain of a series with a large mean is almost an offset. Each alone mends most of the
@@ -124,9 +128,9 @@ def _causes(fitted: Fit, unit: str, before: float, std: float) -> Iterator[str]:
     leaves, or against the ``std`` that counts as equal.
     """
     effects = (fitted.gain_effect, fitted.lag_effect, fitted.offset_effect)
-    clear = CLEAR * before
+    clear = MIN_EFFECT_FRACTION * before
     if max(effects) <= clear and fitted.rest < clear:
-        clear = max(CLEAR * fitted.rest, EQUAL * std)
+        clear = max(MIN_EFFECT_FRACTION * fitted.rest, EQUAL_RMS_RATIO * std)
     if fitted.gain_effect > clear:
         yield f"gain {fitted.gain:.4g}"
     if fitted.lag_effect > clear:
@@ -137,27 +141,27 @@ def _causes(fitted: Fit, unit: str, before: float, std: float) -> Iterator[str]:
 
 def _unit_taken(gain: float, ours: str) -> tuple[str, float]:
     """Mistaken unit as text, and its gain; "" and 1 if there is none."""
-    for other in UNITS.get(ours, ()):
+    for other in CONFUSED_UNITS.get(ours, ()):
         size = factor(other, ours)
         for text, expected in (
             (f"{_word(other)} for {_word(ours)}", 1.0 / size),
             (f"{_word(ours)} for {_word(other)}", size),
         ):
-            if abs(log(gain / expected)) < NEAR:
+            if abs(log(gain / expected)) < UNIT_GAIN_TOLERANCE:
                 return text, expected
     return "", 1.0
 
 
 def _word(unit: str) -> str:
-    return WORDS.get(unit, unit)
+    return UNIT_WORDS.get(unit, unit)
 
 
-def _where(found: Figures) -> str:
+def _worst_band(found: Figures) -> str:
     """Band of frequencies that holds most of the difference, if one does."""
     squares = np.square(found.band_rms)
     squares[0] += found.mean**2
     worst = int(np.argmax(squares))
-    if squares[worst] < MOSTLY * squares.sum():
+    if squares[worst] < DOMINANT_FRACTION * squares.sum():
         return ""
     return f", mostly {('slow', 'in the wave band', 'fast')[worst]}"
 

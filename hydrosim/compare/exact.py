@@ -45,18 +45,18 @@ def _variables(one: xr.Dataset, other: xr.Dataset, left_out: Collection[str]) ->
             yield from _values(name, here, there)
             yield from _attributes(f"{name}: ", here.attrs, there.attrs, left_out)
         else:
-            yield f"{name}: {_only(name in one.variables)}"
+            yield f"{name}: {_only_in(name in one.variables)}"
 
 
 def _values(name: str, one: xr.Variable, other: xr.Variable) -> Iterator[str]:
     if dict(one.sizes) != dict(other.sizes) or one.dims != other.dims:
         yield f"{name}: {_sizes(one)} and {_sizes(other)}"
         return
-    a = _comparable(one.values)
-    b = _comparable(other.values)
+    a = _as_comparable(one.values)
+    b = _as_comparable(other.values)
     if a.dtype != b.dtype:
         yield f"{name}: types {a.dtype} and {b.dtype}"
-    elif (unequal := _unequal(a, b)).any():
+    elif (unequal := _unequal_values(a, b)).any():
         k = int(np.argmax(unequal))
         count = f"{np.count_nonzero(unequal)} of {unequal.size} values differ"
         at = np.unravel_index(k, one.shape)
@@ -70,20 +70,20 @@ def _attributes(
 ) -> Iterator[str]:
     for name in sorted({*one, *other} - {*left_out}):
         if (name in one) != (name in other):
-            yield f"{of}attribute {name}: {_only(name in one)}"
+            yield f"{of}attribute {name}: {_only_in(name in one)}"
             continue
-        a, b = (_comparable(np.ravel(side[name])) for side in (one, other))
-        if a.dtype != b.dtype or a.shape != b.shape or _unequal(a, b).any():
-            yield f"{of}attribute {name}: {_short(one[name])} and {_short(other[name])}"
+        a, b = (_as_comparable(np.ravel(side[name])) for side in (one, other))
+        if a.dtype != b.dtype or a.shape != b.shape or _unequal_values(a, b).any():
+            yield f"{of}attribute {name}: {_shorten(one[name])} and {_shorten(other[name])}"
 
 
-def _comparable(values: Any) -> np.ndarray:
+def _as_comparable(values: Any) -> np.ndarray:
     """Array in which texts of any length have one type."""
     array = np.asarray(values)
     return array.astype(object) if array.dtype.kind in "US" else array
 
 
-def _unequal(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+def _unequal_values(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """Unequal values of two arrays of one type and shape, flattened."""
     if one.dtype.kind == "O":
         return np.asarray(one.ravel() != other.ravel(), dtype=bool)
@@ -93,7 +93,7 @@ def _unequal(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     return differ & ~(np.isnan(a) & np.isnan(b)) if one.dtype.kind == "f" else differ
 
 
-def _only(in_first: bool) -> str:
+def _only_in(in_first: bool) -> str:
     return f"only in the {'first' if in_first else 'second'}"
 
 
@@ -101,6 +101,6 @@ def _sizes(variable: xr.Variable) -> str:
     return ", ".join(f"{dim} {n}" for dim, n in variable.sizes.items()) or "one value"
 
 
-def _short(value: object) -> str:
+def _shorten(value: object) -> str:
     text = " ".join(str(value).split())
     return text if len(text) <= 60 else f"{text[:57]}..."

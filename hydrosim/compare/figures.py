@@ -6,15 +6,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.compare.align import Pair
+from hydrosim.compare.align import ChannelPair
 from hydrosim.compare.signals import correlation, rms, split_bands
 
 BANDS = ("slow", "waves", "fast")
-EDGES = (0.1, 2.5)  # rad/s, between them
-ENDS = 0.1  # of the time: intervals at its start and end whose means give the drift
-CONSTANT = 1e-12  # of the largest value: smaller variation counts as constant
-CONTACT = ("fender_normal_force", "fender_compression")
-TOUCH = 1e-3  # of the largest value: larger values are contact
+BAND_EDGES_RAD_S = (0.1, 2.5)  # rad/s, between them
+DRIFT_END_FRACTION = 0.1  # of the time: intervals at its start and end whose means give the drift
+CONSTANT_FRACTION = 1e-12  # of the largest value: smaller variation counts as constant
+CONTACT_VARIABLES = ("fender_normal_force", "fender_compression")
+CONTACT_FRACTION = 1e-3  # of the largest value: larger values are contact
 
 
 class Figures(NamedTuple):
@@ -37,7 +37,7 @@ class Figures(NamedTuple):
     band_recorded: tuple[float, ...]
 
 
-class Contact(NamedTuple):
+class ContactComparison(NamedTuple):
     """First contact [s] (NaN if there is none) and fraction of the time in contact, for both."""
 
     first_ours: float
@@ -46,11 +46,11 @@ class Contact(NamedTuple):
     share_recorded: float
 
 
-def figures(time: np.ndarray, pair: Pair, edges: tuple[float, float]) -> Figures:
+def figures(time: np.ndarray, pair: ChannelPair, edges: tuple[float, float]) -> Figures:
     """Figures of a pair over ``time`` (n,) [s]; ``edges`` [rad/s] separate the bands."""
     difference = pair.ours - pair.recorded
     size, worst = rms(difference), int(np.argmax(np.abs(difference)))
-    std = varies(pair.recorded)
+    std = std_above_rounding(pair.recorded)
     series = (difference - difference.mean(), pair.ours, pair.recorded)
     bands = [
         tuple(float(np.std(part)) for part in split_bands(time, values, edges)) for values in series
@@ -68,22 +68,22 @@ def figures(time: np.ndarray, pair: Pair, edges: tuple[float, float]) -> Figures
     )
 
 
-def varies(values: np.ndarray) -> float:
+def std_above_rounding(values: np.ndarray) -> float:
     """Standard deviation; 0 if it is only rounding."""
     std = float(np.std(values))
-    return std if std > CONSTANT * float(np.abs(values).max()) else 0.0
+    return std if std > CONSTANT_FRACTION * float(np.abs(values).max()) else 0.0
 
 
-def contact(time: np.ndarray, pair: Pair) -> Contact | None:
+def contact(time: np.ndarray, pair: ChannelPair) -> ContactComparison | None:
     """First contact and fraction of contact of a fender; None for other channels."""
-    if not pair.channel.startswith(CONTACT):
+    if not pair.channel.startswith(CONTACT_VARIABLES):
         return None
-    touching = [x > TOUCH * float(np.abs(x).max()) for x in (pair.ours, pair.recorded)]
+    touching = [x > CONTACT_FRACTION * float(np.abs(x).max()) for x in (pair.ours, pair.recorded)]
     first = [float(time[np.argmax(t)]) if t.any() else float("nan") for t in touching]
-    return Contact(*first, *(float(np.mean(t)) for t in touching))
+    return ContactComparison(*first, *(float(np.mean(t)) for t in touching))
 
 
 def _drift(values: np.ndarray) -> float:
     """Mean over the last tenth minus mean over the first tenth."""
-    count = max(1, int(ENDS * values.size))
+    count = max(1, int(DRIFT_END_FRACTION * values.size))
     return float(values[-count:].mean() - values[:count].mean())

@@ -12,14 +12,14 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 
-from hydrosim.compare.mapping import Place
-from hydrosim.documents.text import name_and_unit, spelled
+from hydrosim.compare.mapping import ChannelPlace
+from hydrosim.documents.text import name_and_unit, readable_unit
 from hydrosim.documents.units import factor
 from hydrosim.dofs import DOFS
 from hydrosim.recordings.recording import Column, Recording, is_time
 from hydrosim.results.channels import Channel
 
-OURS = {  # words of other programs, and our word for each
+OUR_WORDS = {  # words of other programs, and our word for each
     "x": "surge",
     "y": "sway",
     "z": "heave",
@@ -33,10 +33,16 @@ OURS = {  # words of other programs, and our word for each
     "contact": "fender",
 }
 # If several variables match, the first of these is chosen: "heave" is a position.
-USUAL = ("position", "wave_elevation", "fender_normal_force", "spring_tension", "velocity")
+USUAL_VARIABLES = (
+    "position",
+    "wave_elevation",
+    "fender_normal_force",
+    "spring_tension",
+    "velocity",
+)
 
 
-def guess(recording: Recording, channels: Sequence[Channel]) -> dict[str, Place]:
+def guess(recording: Recording, channels: Sequence[Channel]) -> dict[str, ChannelPlace]:
     """Column of each recognised channel; other channels are left out."""
     names, time = {channel.name for channel in channels}, recording.time_column()
     numbered = [
@@ -47,11 +53,11 @@ def guess(recording: Recording, channels: Sequence[Channel]) -> dict[str, Place]
     same = [(c.name, number) for number, c in numbered if c.name in names]
     free = [channel for channel in channels if channel.name not in dict(same)]
     others = [(number, c) for number, c in numbered if c.name not in names] if free else []
-    found = [(name, Place(column=number)) for name, number in same]
+    found = [(name, ChannelPlace(column=number)) for name, number in same]
     for number, column in others:
         for name, unit in _readings(column):
-            if channel := _fitting(name, unit, free):
-                found.append((channel, Place(column=number, unit=unit)))
+            if channel := _matching_channel(name, unit, free):
+                found.append((channel, ChannelPlace(column=number, unit=unit)))
                 break
     claims = Counter(name for name, _ in found)
     return {name: place for name, place in found if claims[name] == 1}
@@ -65,20 +71,22 @@ def _readings(column: Column) -> Iterator[tuple[str, str | None]]:
         name = ".".join(groups[k:])
         yield name, column.unit
         stem, _, end = name.rpartition("_")
-        if stem and column.unit is None and end and (unit := spelled(end)):
+        if stem and column.unit is None and end and (unit := readable_unit(end)):
             yield stem, unit
 
 
-def _fitting(name: str, unit: str | None, channels: Sequence[Channel]) -> str | None:
+def _matching_channel(name: str, unit: str | None, channels: Sequence[Channel]) -> str | None:
     """The single channel that matches a column of this name; None if none or several do."""
     words = _words(name)
-    fits = [c.name for c in channels if _fits(words, c.name) and _converts(unit, c.unit)]
-    by_variable = [[name for name in fits if name.split(".")[0] == usual] for usual in USUAL]
+    fits = [c.name for c in channels if _matches_channel(words, c.name) and _converts(unit, c.unit)]
+    by_variable = [
+        [name for name in fits if name.split(".")[0] == usual] for usual in USUAL_VARIABLES
+    ]
     meant = next((named for named in by_variable if named), fits)
     return meant[0] if len(meant) == 1 else None
 
 
-def _fits(words: frozenset[str], channel: str) -> bool:
+def _matches_channel(words: frozenset[str], channel: str) -> bool:
     own = _words(channel)
     tells = {word for word in own if word in DOFS or word.isdigit()}
     spoken = any(not word.isdigit() for word in words)
@@ -87,7 +95,7 @@ def _fits(words: frozenset[str], channel: str) -> bool:
 
 def _words(name: str) -> frozenset[str]:
     """Words in a name, in our terms; letters and digits are separated."""
-    return frozenset(OURS.get(word, word) for word in re.findall(r"[a-z]+|\d+", name.lower()))
+    return frozenset(OUR_WORDS.get(word, word) for word in re.findall(r"[a-z]+|\d+", name.lower()))
 
 
 def _converts(unit: str | None, ours: str) -> bool:

@@ -28,27 +28,27 @@ from pydantic import (
 
 from hydrosim.documents import quantities as of
 from hydrosim.documents.layers import read_case
-from hydrosim.documents.nodes import locate, where
+from hydrosim.documents.nodes import locate, place_text
 from hydrosim.documents.quantities import Strict
-from hydrosim.documents.text import spelled
-from hydrosim.documents.units import AnyQuantity, Scale, problem, shown
-from hydrosim.documents.validate import validated
+from hydrosim.documents.text import readable_unit
+from hydrosim.documents.units import AnyQuantity, Scale, problem, value_text
+from hydrosim.documents.validate import validate_document
 
 
 def _unit(text: str) -> str:
-    unit = spelled(text)
+    unit = readable_unit(text)
     if unit is None:
-        raise problem(shown(text), "a known unit, such as m, deg, kN or kN*m")
+        raise problem(value_text(text), "a known unit, such as m, deg, kN or kN*m")
     return unit
 
 
 def _sign(value: int) -> int:
     if value not in (1, -1):
-        raise problem(shown(value), "1 or -1")
+        raise problem(value_text(value), "1 or -1")
     return value
 
 
-def _short(value: Any) -> Any:
+def _expand_short_form(value: Any) -> Any:
     return {"column": value} if isinstance(value, str | int) else value
 
 
@@ -65,7 +65,7 @@ class TimeColumn(Strict):
     shift: StrictBool = False
 
 
-class Place(Strict):
+class ChannelPlace(Strict):
     """Column of a channel in a recording, and its conversion to our unit, sign and point."""
 
     column: Column
@@ -86,7 +86,8 @@ class MappingFile(Strict):
 
     time: TimeColumn = TimeColumn()
     channels: Annotated[
-        dict[StrictStr, Annotated[Place, BeforeValidator(_short)]], AfterValidator(of.some)
+        dict[StrictStr, Annotated[ChannelPlace, BeforeValidator(_expand_short_form)]],
+        AfterValidator(of.require_entries),
     ]
 
 
@@ -94,8 +95,8 @@ def read_mapping(path: Path | str) -> MappingFile:
     """Read the mapping in the YAML file ``path``. Raises InputError with a line for each problem:
     file and line, key, value found, value expected."""
     _, document = read_case(Path(path))
-    mapping = validated(document, MappingFile)
+    mapping = validate_document(document, MappingFile)
     for name, place in mapping.channels.items():
         key, mark = locate(document, ("channels", name))
-        place._written = f"{where(mark)}: {key}"
+        place._written = f"{place_text(mark)}: {key}"
     return mapping

@@ -8,11 +8,11 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-EVEN = 1e-6  # of a step
-CLOSE = 0.002  # correlations that differ by less: the smaller lag is chosen
+STEP_TOLERANCE = 1e-6  # of a step
+EQUAL_CORRELATIONS = 0.002  # correlations that differ by less: the smaller lag is chosen
 
 
-class Fit(NamedTuple):
+class GainLagFit(NamedTuple):
     """Fit recorded(t) = ``gain`` ours(t - ``lag``) + ``offset``. ``rest`` is the rms of the
     remainder, ``correlation`` the correlation at that lag. Each effect is the increase of the rms,
     in squares, without that gain, lag or offset."""
@@ -39,11 +39,11 @@ def correlation(ours: np.ndarray, recorded: np.ndarray) -> float:
     return float(np.mean(a * r) / size) if size > 0.0 else 0.0
 
 
-def evenly(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+def resample_evenly(time: np.ndarray, values: np.ndarray) -> np.ndarray:
     """The values at the same number of evenly spaced times; by a cubic spline if they are
     uneven."""
     steps = np.diff(time)
-    if np.ptp(steps) <= EVEN * steps.mean():
+    if np.ptp(steps) <= STEP_TOLERANCE * steps.mean():
         return values
     return scipy.interpolate.CubicSpline(time, values)(np.linspace(time[0], time[-1], time.size))
 
@@ -53,7 +53,7 @@ def split_bands(
 ) -> list[np.ndarray]:
     """Three series that add up to the (even) values: slow with mean and trend, waves, and fast.
     ``edges`` between them are in rad/s."""
-    even = evenly(time, values)
+    even = resample_evenly(time, values)
     step = (time[-1] - time[0]) / (time.size - 1)
     ends = np.polyfit(time - time[0], even, 1)
     trend = np.polyval(ends, np.linspace(0.0, time[-1] - time[0], time.size))
@@ -69,7 +69,7 @@ def split_bands(
 def best_lag(time: np.ndarray, ours: np.ndarray, recorded: np.ndarray, most: float) -> float:
     """Lag [s] of the recorded series behind ours with the largest correlation of either sign. Among
     equally good lags it is the smallest; ``most`` is its bound."""
-    a, r = evenly(time, ours), evenly(time, recorded)
+    a, r = resample_evenly(time, ours), resample_evenly(time, recorded)
     step = (time[-1] - time[0]) / (time.size - 1)
     count = min(int(most / step), time.size // 2)
     rho = np.abs(_correlations(a, r, count))
@@ -81,13 +81,13 @@ def best_lag(time: np.ndarray, ours: np.ndarray, recorded: np.ndarray, most: flo
     heights = top + np.where(
         bend > 0.0, (right - left) ** 2 / (8.0 * np.maximum(bend, 1e-300)), 0.0
     )
-    good = peaks[heights >= heights.max() - CLOSE]
+    good = peaks[heights >= heights.max() - EQUAL_CORRELATIONS]
     start = step * float(good[np.argmin(np.abs(good - count))] - count)
     even = np.linspace(time[0], time[-1], time.size)
     curve = scipy.interpolate.CubicSpline(even, a)
 
     def miss(lag: float) -> float:
-        inside = _inside(even, lag)
+        inside = _is_within_record(even, lag)
         return -abs(correlation(curve(even[inside] - lag), r[inside]))
 
     bounds = (start - step, start + step)
@@ -97,10 +97,10 @@ def best_lag(time: np.ndarray, ours: np.ndarray, recorded: np.ndarray, most: flo
     return found if miss(found) < miss(0.0) else 0.0
 
 
-def fit(time: np.ndarray, ours: np.ndarray, recorded: np.ndarray, most: float) -> Fit:
+def fit(time: np.ndarray, ours: np.ndarray, recorded: np.ndarray, most: float) -> GainLagFit:
     """Least-squares fit over the times at which both series exist for this lag."""
     lag = best_lag(time, ours, recorded, most)
-    inside = _inside(time, lag)
+    inside = _is_within_record(time, lag)
     now, r = ours[inside], recorded[inside]
     late = now if lag == 0.0 else scipy.interpolate.CubicSpline(time, ours)(time[inside] - lag)
     gain, offset, rest = _line(late, r)
@@ -111,7 +111,7 @@ def fit(time: np.ndarray, ours: np.ndarray, recorded: np.ndarray, most: float) -
         rms(r - through_zero * late),
     )
     effects = (float(np.sqrt(max(other**2 - rest**2, 0.0))) for other in without)
-    return Fit(gain, lag, offset, rest, correlation(late, r), *effects)
+    return GainLagFit(gain, lag, offset, rest, correlation(late, r), *effects)
 
 
 def _line(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float]:
@@ -123,7 +123,7 @@ def _line(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float]:
     return gain, offset, rms(y - gain * x - offset)
 
 
-def _inside(time: np.ndarray, lag: float) -> np.ndarray:
+def _is_within_record(time: np.ndarray, lag: float) -> np.ndarray:
     """Whether each time shifted by the lag lies within the record."""
     return (time - lag >= time[0]) & (time - lag <= time[-1])
 

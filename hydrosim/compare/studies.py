@@ -3,8 +3,8 @@
 Each channel is a number of each run: its figures, its final position, statistics of its motions and
 forces. Runs of the same parameters and seeds are pairs, in the same waves, and their differences
 are tested (Student's t). Otherwise the two sets are independent (Welch's t). A channel differs if
-it does at `LEVEL` after Holm (1979, Scandinavian Journal of Statistics 6). So `LEVEL` is the
-probability that chance names one or more of all channels.
+it does at `SIGNIFICANCE_LEVEL` after Holm (1979, Scandinavian Journal of Statistics 6). So
+`SIGNIFICANCE_LEVEL` is the probability that chance names one or more of all channels.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from hydrosim.documents.series import unit_of
 from hydrosim.errors import InputError
 from hydrosim.results.error_figures import RELATIVE
 from hydrosim.results.runs_file import RUN, with_keys
-from hydrosim.statistics.gumbel import INTERVAL
+from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY
 
-LEVEL = 0.05
-FEWEST = 3  # runs that a test needs
-KINDS = {True: "pairs in the same waves", False: "independent runs"}
+SIGNIFICANCE_LEVEL = 0.05
+MIN_RUNS = 3  # runs that a test needs
+PAIRING_TEXTS = {True: "pairs in the same waves", False: "independent runs"}
 STATISTICS = ("mean", "std", "smallest", "largest")
 IGNORED_FIELDS = {
     *("seed", "solver_steps", "solver_events", "energy_residual_relative", "contact_sequence"),
@@ -34,7 +34,7 @@ IGNORED_FIELDS = {
 }
 
 
-class Found(NamedTuple):
+class ChannelDifference(NamedTuple):
     """A channel: means of both; the mean difference, ours minus theirs, with its interval; the
     probability of such a difference by chance; whether it counts as different; and its ``values``
     in the runs of ours and of theirs (n,)."""
@@ -51,11 +51,11 @@ class Found(NamedTuple):
     values: tuple[np.ndarray, np.ndarray]
 
 
-class Comparison(NamedTuple):
+class StudyComparison(NamedTuple):
     """All channels, and the numbers of runs, ``paired`` or not. ``durations`` of ours and of theirs
     are texts if they differ. ``codes`` are the names of codes that differ, which are not tested."""
 
-    channels: list[Found]
+    channels: list[ChannelDifference]
     ours: int
     theirs: int
     paired: bool
@@ -66,12 +66,12 @@ class Comparison(NamedTuple):
     def kind(self) -> str:
         """Relation of the runs of both sets."""
         if not self.durations:
-            return KINDS[self.paired]
-        kind = "pairs of the same seeds" if self.paired else KINDS[False]
+            return PAIRING_TEXTS[self.paired]
+        kind = "pairs of the same seeds" if self.paired else PAIRING_TEXTS[False]
         return f"{kind}, but of different durations: ours {' and theirs '.join(self.durations)}"
 
 
-def compare_studies(ours: xr.Dataset, theirs: xr.Dataset) -> Comparison:
+def compare_studies(ours: xr.Dataset, theirs: xr.Dataset) -> StudyComparison:
     """Differences between two sets of runs, channel by channel. Raises InputError if they have no
     channel in common, or too few runs."""
     ours, theirs = with_keys(ours), with_keys(theirs)
@@ -85,19 +85,19 @@ def compare_studies(ours: xr.Dataset, theirs: xr.Dataset) -> Comparison:
     paired = pairs is not None
     known = dict(_channels(theirs))
     found = [
-        _tested(name, values, known[name], paired)
+        _test_channel(name, values, known[name], paired)
         for name, values in _channels(ours)
         if name in known
     ]
     tested = [each for each in found if each is not None]
     if not tested:
         raise InputError(
-            f"compare: found no recorded number that at least {FEWEST} runs of each file have;"
+            f"compare: found no recorded number that at least {MIN_RUNS} runs of each file have;"
             " expected two files of `hydrosim sweep` with the same bodies and the same figures."
         )
     sizes = ours.sizes[RUN], theirs.sizes[RUN]
     durations, codes = (f(ours, theirs, paired) for f in (durations_apart, codes_apart))
-    return Comparison(_marked(tested), *sizes, paired, durations, codes)
+    return StudyComparison(_mark_differences(tested), *sizes, paired, durations, codes)
 
 
 def _pairs(ours: xr.Dataset, theirs: xr.Dataset) -> tuple[list[int], list[int]] | None:
@@ -112,7 +112,7 @@ def _pairs(ours: xr.Dataset, theirs: xr.Dataset) -> tuple[list[int], list[int]] 
         for of in (ours, theirs)
     )
     both = [key for key in one if key in other]
-    if len(one) < ours.sizes[RUN] or len(other) < theirs.sizes[RUN] or len(both) < FEWEST:
+    if len(one) < ours.sizes[RUN] or len(other) < theirs.sizes[RUN] or len(both) < MIN_RUNS:
         return None
     return [one[key] for key in both], [other[key] for key in both]
 
@@ -147,13 +147,15 @@ def _channels(runs: xr.Dataset) -> Iterator[tuple[str, xr.DataArray]]:
             yield ".".join(map(str, (name, *at))), one.assign_attrs(units=unit)
 
 
-def _tested(name: str, ours: xr.DataArray, theirs: xr.DataArray, paired: bool) -> Found | None:
+def _test_channel(
+    name: str, ours: xr.DataArray, theirs: xr.DataArray, paired: bool
+) -> ChannelDifference | None:
     values = a, b = ours.values.astype(float), theirs.values.astype(float)
     if paired:
         known = np.isfinite(a) & np.isfinite(b)
         a, b = a[known], b[known]
     a, b = a[np.isfinite(a)], b[np.isfinite(b)]
-    if min(a.size, b.size) < FEWEST:
+    if min(a.size, b.size) < MIN_RUNS:
         return None
     difference = float(a.mean() - b.mean())
     spread = np.ptp(a - b) if paired else np.ptp(a) + np.ptp(b)
@@ -164,19 +166,19 @@ def _tested(name: str, ours: xr.DataArray, theirs: xr.DataArray, paired: bool) -
         test = (
             scipy.stats.ttest_rel(a, b) if paired else scipy.stats.ttest_ind(a, b, equal_var=False)
         )
-        low, high = test.confidence_interval(INTERVAL)
+        low, high = test.confidence_interval(INTERVAL_PROBABILITY)
         chance = float(test.pvalue)
     unit = str(ours.attrs.get("units", ""))
     means, ends = (float(a.mean()), float(b.mean())), (float(low), float(high))
-    return Found(name, unit, *means, difference, *ends, chance, False, values)
+    return ChannelDifference(name, unit, *means, difference, *ends, chance, False, values)
 
 
-def _marked(found: list[Found]) -> list[Found]:
+def _mark_differences(found: list[ChannelDifference]) -> list[ChannelDifference]:
     """Channels with those marked that differ, by Holm's procedure."""
     order = np.argsort([each.chance for each in found])
     differs = np.zeros(len(found), dtype=bool)
     for rank, k in enumerate(order):
-        if found[k].chance > LEVEL / (len(found) - rank):
+        if found[k].chance > SIGNIFICANCE_LEVEL / (len(found) - rank):
             break
         differs[k] = True
     return [each._replace(differs=bool(d)) for each, d in zip(found, differs, strict=True)]

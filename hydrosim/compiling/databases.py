@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.compiling.coefficients import CONSTANT, database_of
-from hydrosim.database.changes import APART, changed
+from hydrosim.database.changes import BODIES_APART, apply_changes
 from hydrosim.database.checks import in_order
 from hydrosim.database.database import HydroDatabase
-from hydrosim.database.load import overruled, read
+from hydrosim.database.load import overruled_values, read
 from hydrosim.database.transfer import body_of
 from hydrosim.errors import InputError
 from hydrosim.scene import (
@@ -36,7 +36,7 @@ def opened(source: Source, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     order."""
     if isinstance(source, ChangedDatabase):
         given = replace(source.given, frequencies=source.changes.frequencies)
-        return changed(opened(source.source, given), source.changes)
+        return apply_changes(opened(source.source, given), source.changes)
     if isinstance(source, Path):
         return in_order(_unmistaken(read(source, given), given))
     if isinstance(source, HydroDatabase):
@@ -49,7 +49,7 @@ def opened(source: Source, given: Given = NOTHING_GIVEN) -> HydroDatabase:
 
 def _unmistaken(db: HydroDatabase, given: Given) -> HydroDatabase:
     """Return the database. Raises InputError if its file contradicts a given value."""
-    for name in overruled(db, given):
+    for name in overruled_values(db, given):
         raise InputError(
             f"hydrodynamics.{key_of(name)}: found {getattr(given, name)}, but {db.source} itself"
             f" states {np.ravel(getattr(db, name))}; expected the same value. Leave the key out."
@@ -99,7 +99,7 @@ def _of_body(
         body = replace(body, radiation=ConstantRadiation(CONSTANT))
     else:
         db = known[source] = known[source] if source in known else opened(source)
-        if APART in db.attributes and 1 <= body.database_body <= db.bodies:
+        if BODIES_APART in db.attributes and 1 <= body.database_body <= db.bodies:
             db = body_of(db, body.database_body - 1)
             body = replace(body, database_body=1)
     if water.waves and not db.heading.size:

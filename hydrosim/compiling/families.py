@@ -14,7 +14,7 @@ from hydrosim import radiation
 from hydrosim.compiling.databases import groups
 from hydrosim.compiling.hydrostatics.hulls import with_hulls
 from hydrosim.compiling.wet import WetGroup, group_of, radiation_of, wet_groups, with_states
-from hydrosim.database.hull import immersed, integrals
+from hydrosim.database.hull import immersed_triangles, integrals
 from hydrosim.errors import InputError
 from hydrosim.scene import AutomaticRadiation, Body, ConvolutionRadiation, Family, Scene
 from hydrosim.stepping import blending
@@ -158,7 +158,7 @@ def _check_draught(db: HydroDatabase, body: Body, draught: float, rest: float) -
             f" {high:.4g} m above the water; expected the water surface between them. Correct the"
             " draught, or the hull."
         )
-    own = integrals(immersed(corners))
+    own = integrals(immersed_triangles(corners))
     if db.volume is not None and abs(db.volume[0] - own.volume) > VOLUME * own.volume:
         raise InputError(
             f"{key}: found a displaced volume of {db.volume[0]:.6g} m^3; expected the volume of"

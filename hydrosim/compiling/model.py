@@ -19,7 +19,7 @@ from hydrosim.compiling.joints.bodies import bodies_of
 from hydrosim.compiling.restart import initial_headings
 from hydrosim.compiling.streams.currents import currents_on, draught_of
 from hydrosim.compiling.wet import WetGroup, each_alone, moving, resonance
-from hydrosim.database.database import HydroDatabase, needed
+from hydrosim.database.database import HydroDatabase, require_array
 from hydrosim.dofs import about_z
 from hydrosim.errors import InputError
 from hydrosim.forces.layout import (
@@ -151,7 +151,7 @@ def _whole(size: int, blocks: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.nda
 def _stiffness(scene: Scene, alone: Mapping[str, HydroDatabase]) -> np.ndarray:
     none = np.zeros((6, 6))
     rows = [
-        needed(alone[b.name], "hydrostatic_stiffness")
+        require_array(alone[b.name], "hydrostatic_stiffness")
         if b.name in alone and b.hydrostatics is None
         else none
         for b in scene.bodies

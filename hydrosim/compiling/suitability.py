@@ -10,7 +10,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from hydrosim.compiling.coefficients import SOURCE
-from hydrosim.database.checks import SYMMETRIES, Part, Use, doubts, refused
+from hydrosim.database.checks import (
+    SYMMETRIES,
+    CheckSubject,
+    Use,
+    doubt_warnings,
+    refusing_findings,
+)
 from hydrosim.database.database import HydroDatabase
 from hydrosim.database.transfer import velocity_transfer
 from hydrosim.errors import InputError
@@ -45,7 +51,7 @@ def suited(
     all faults and their remedies."""
     if db.source == SOURCE:
         return db
-    findings = refused(db, _use(db, bodies, free, seas))
+    findings = refusing_findings(db, _use(db, bodies, free, seas))
     faults = [*_other_water(db, water), *_gaps(db, bodies, water)]
     if findings:
         faults.append(_unproven([finding.name for finding in findings], findings))
@@ -61,7 +67,7 @@ def judged(
     database as read, in the ``seas``. Raises InputError if such data cannot be right."""
     if db.source == SOURCE:  # checked where it is made
         return ()
-    found = doubts(db, _use(db, bodies, free, seas))
+    found = doubt_warnings(db, _use(db, bodies, free, seas))
     return (*found, *_unsaid_points(db, free))
 
 
@@ -91,19 +97,19 @@ def _unsaid_points(db: HydroDatabase, free: np.ndarray) -> Iterator[str]:
         )
 
 
-def _parts(body: Body, waves: bool) -> Iterator[Part]:
+def _parts(body: Body, waves: bool) -> Iterator[CheckSubject]:
     wanted = body.wave_forces
-    yield from (Part.ORDER, Part.RADIATION, Part.STIFFNESS)
+    yield from (CheckSubject.ORDER, CheckSubject.RADIATION, CheckSubject.STIFFNESS)
     if not waves:
         return
     if wanted.first_order:
-        yield Part.LOADS
+        yield CheckSubject.LOADS
     if wanted.second_order != SecondOrder.NONE:
-        yield Part.DRIFT
+        yield CheckSubject.DRIFT
     if wanted.second_order == SecondOrder.QTF:
-        yield Part.DIFFERENCE
+        yield CheckSubject.DIFFERENCE
     if wanted.sum_frequency:
-        yield Part.SUM
+        yield CheckSubject.SUM
 
 
 def _highest(db: HydroDatabase, seas: Sequence[Components]) -> float:

@@ -15,8 +15,8 @@ from hydrosim.compiling.coefficients import SOURCE, no_memory
 from hydrosim.compiling.databases import Group, groups
 from hydrosim.compiling.hydrostatics.hulls import with_hulls
 from hydrosim.compiling.suitability import judged, suited
-from hydrosim.database.changes import CHANGED
-from hydrosim.database.checks import ACCEPTED
+from hydrosim.database.changes import CHANGED_ATTRIBUTE
+from hydrosim.database.checks import ACCEPTED_ATTRIBUTE
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces.layout import Resonance
@@ -126,7 +126,10 @@ class WetGroup:
             }
         if self.given:
             return {"database": self.read.source, "radiation": self._described()}
-        said = {f"database_{key}": self.read.attributes.get(key) for key in (CHANGED, ACCEPTED)}
+        said = {
+            f"database_{key}": self.read.attributes.get(key)
+            for key in (CHANGED_ATTRIBUTE, ACCEPTED_ATTRIBUTE)
+        }
         return {
             "database": self.read.source,
             "database_checksum": self.read.checksum,
@@ -407,7 +410,7 @@ def resonance(body: Body, stiffness: np.ndarray, db: HydroDatabase | None) -> Re
     mass = np.array([body.mass] * 3 + list(np.diag(body.inertia)))
     if db is None:
         return Resonance(stiffness, mass)
-    total = stiffness + np.diag(database.needed(db, "hydrostatic_stiffness"))
+    total = stiffness + np.diag(database.require_array(db, "hydrostatic_stiffness"))
     A = np.diagonal(db.added_mass, axis1=1, axis2=2)
     added = [
         _added_mass_in_resonance(db.frequency, a, m, k)

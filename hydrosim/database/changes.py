@@ -11,15 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from hydrosim.database.checks import ACCEPTED, accepted, unknown
+from hydrosim.database.checks import ACCEPTED_ATTRIBUTE, accepted_findings, unknown_name_message
 from hydrosim.database.database import HydroDatabase, Real, of_frequencies
 from hydrosim.database.transfer import MATRICES
 from hydrosim.dofs import MIRROR_SIGN
 from hydrosim.errors import InputError
 from hydrosim.scene import Changes, Without
 
-CHANGED = "changed"  # attribute: changes as text
-APART = "bodies_apart"  # attribute: "yes" if bodies have no hydrodynamic interaction
+CHANGED_ATTRIBUTE = "changed"  # attribute: changes as text
+BODIES_APART = "bodies_apart"  # attribute: "yes" if bodies have no hydrodynamic interaction
 
 _WITHOUT = {
     Without.DRIFT: ("mean_drift", "mean_drift_held", "drift_imbalance"),
@@ -27,24 +27,26 @@ _WITHOUT = {
 }
 
 
-def changed(db: HydroDatabase, changes: Changes) -> HydroDatabase:
+def apply_changes(db: HydroDatabase, changes: Changes) -> HydroDatabase:
     """Database with the ``changes``. Raises `InputError` if they do not fit it."""
     if changes.frequencies is not None:
-        db = _cut(db, *changes.frequencies)
+        db = _cut_frequencies(db, *changes.frequencies)
     for part in changes.without:
-        db = _without(db, part)
+        db = _drop_part(db, part)
     if changes.bodies_apart:
-        db = _apart(db)
+        db = _uncouple_bodies(db)
     if changes.symmetrise:
         db = _symmetric(db)
-    said = [*filter(None, [db.attributes.get(CHANGED)]), *_words(changes)]
-    more = {CHANGED: "; ".join(said)} if said else {}
+    said = [*filter(None, [db.attributes.get(CHANGED_ATTRIBUTE)]), *_change_words(changes)]
+    more = {CHANGED_ATTRIBUTE: "; ".join(said)} if said else {}
     if changes.accept:
-        more[ACCEPTED] = ", ".join([*accepted(db), *map(_known, changes.accept)])
+        more[ACCEPTED_ATTRIBUTE] = ", ".join(
+            [*accepted_findings(db), *map(_finding_name, changes.accept)]
+        )
     return replace(db, attributes={**db.attributes, **more})
 
 
-def _words(changes: Changes) -> Iterator[str]:
+def _change_words(changes: Changes) -> Iterator[str]:
     if changes.frequencies is not None:
         yield "only frequencies {:g} to {:g} rad/s".format(*changes.frequencies)
     for part in changes.without:
@@ -55,14 +57,14 @@ def _words(changes: Changes) -> Iterator[str]:
         yield "symmetrised"
 
 
-def _known(name: str) -> str:
+def _finding_name(name: str) -> str:
     """The name of a finding."""
-    if wrong := unknown(name):
+    if wrong := unknown_name_message(name):
         raise InputError(f"hydrodynamics.accept: {wrong}.")
     return name
 
 
-def _cut(db: HydroDatabase, lowest: float, highest: float) -> HydroDatabase:
+def _cut_frequencies(db: HydroDatabase, lowest: float, highest: float) -> HydroDatabase:
     keep = (db.frequency >= lowest) & (db.frequency <= highest)
     if np.count_nonzero(keep) < 2:
         raise InputError(
@@ -73,7 +75,7 @@ def _cut(db: HydroDatabase, lowest: float, highest: float) -> HydroDatabase:
     return of_frequencies(db, keep)
 
 
-def _without(db: HydroDatabase, part: Without) -> HydroDatabase:
+def _drop_part(db: HydroDatabase, part: Without) -> HydroDatabase:
     if part == Without.LOADS:
         return without_loads(db)
     nothing: dict[str, Any] = dict.fromkeys(_WITHOUT[part])
@@ -83,16 +85,16 @@ def _without(db: HydroDatabase, part: Without) -> HydroDatabase:
 def without_loads(db: HydroDatabase) -> HydroDatabase:
     """Database without headings, and so without wave loads."""
     for part in (Without.DRIFT, Without.QTF):
-        db = _without(db, part)
+        db = _drop_part(db, part)
     none = np.zeros((db.frequency.size, 0, 6 * db.bodies), dtype=complex)
     return replace(db, heading=np.zeros(0), excitation=none, froude_krylov=None)
 
 
-def _apart(db: HydroDatabase) -> HydroDatabase:
+def _uncouple_bodies(db: HydroDatabase) -> HydroDatabase:
     """Database without the blocks of the matrices that couple bodies."""
     body = np.arange(6 * db.bodies) // 6
     own = (body[:, None] == body).astype(float)
-    attributes = {**db.attributes, APART: "yes"}
+    attributes = {**db.attributes, BODIES_APART: "yes"}
     return replace(db, **_matrices(db, own), attributes=attributes)
 
 

@@ -18,7 +18,7 @@ WRITERS: dict[str, Callable[[HydroDatabase, Path], None]] = {
     ".h5": bemio.write,
     ".1": lambda db, path: wamit.write(db, path.with_suffix("")),
 }
-WHOLE = {".nc", ".h5"}  # formats of one file
+ONE_FILE_SUFFIXES = {".nc", ".h5"}  # formats of one file
 
 
 def format_of(path: Path) -> str:
@@ -33,10 +33,10 @@ def format_of(path: Path) -> str:
 
 def set_of(path: Path) -> list[Path]:
     """A database file, and files in its folder with its name that may be read with it."""
-    if path.suffix in WHOLE:
+    if path.suffix in ONE_FILE_SUFFIXES:
         return [path]
     beside = path.parent.glob(f"{escape(path.stem)}.*")
-    return [path, *(file for file in beside if file.suffix not in WHOLE)]
+    return [path, *(file for file in beside if file.suffix not in ONE_FILE_SUFFIXES)]
 
 
 def write(db: HydroDatabase, target: Path | Output) -> list[Path]:

@@ -22,9 +22,9 @@ from hydrosim.errors import InputError
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-TURN = 2 * np.pi
+TURN_RAD = 2 * np.pi
 SAME_HEADING = 1e-9  # rad: closer headings are equal
-PANELS = "panels"  # attribute of databases built from panels: their numbers, as JSON
+PANELS_ATTRIBUTE = "panels"  # attribute of databases built from panels: their numbers, as JSON
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -53,7 +53,7 @@ class HydroDatabase:
     and the diagonal of T- is the mean drift.
 
     ``port_starboard_symmetric``: each body is symmetric about y = 0. ``attributes`` describe the
-    hull and the program that computed it. Data that the file did not have are None; `needed`
+    hull and the program that computed it. Data that the file did not have are None; `require_array`
     returns them or raises. Raises `InputError` if a shape does not fit or a number is NaN.
     """
 
@@ -182,24 +182,24 @@ def remedy_for_gaps(frequency: Real, bad: NDArray[np.bool_]) -> str:
     )
 
 
-GIVABLE = {"volume", "centre_of_buoyancy", "centre_of_gravity"}
+GIVEN_ARRAYS = {"volume", "centre_of_buoyancy", "centre_of_gravity"}
 """Optional arrays that a case may give under `hydrodynamics`."""
 
 
-def needed(db: HydroDatabase, name: str) -> Real:
+def require_array(db: HydroDatabase, name: str) -> Real:
     """An optional array. Raises `InputError` if this database does not have it."""
     value = getattr(db, name)
     if value is None:
         raise InputError(
             f"{db.source}: found no {name.replace('_', ' ')}; this computation uses it."
-            f" {_remedy(name)}"
+            f" {_missing_array_remedy(name)}"
         )
     return np.asarray(value)
 
 
-def _remedy(name: str) -> str:
+def _missing_array_remedy(name: str) -> str:
     """Advice on how to give an optional array that a database lacks."""
-    if name not in GIVABLE:
+    if name not in GIVEN_ARRAYS:
         return f"Use a database that holds the array {name} (`hydrosim db build` writes it)."
     return (
         f"Give it in the case, `hydrodynamics: {{file: ..., {name}: ...}}`, or store it in the"
@@ -266,8 +266,8 @@ def _full_circle(db: HydroDatabase, angle: Real) -> tuple[Real, NDArray[np.intp]
     if db.port_starboard_symmetric:
         angle, rows = np.concatenate([angle, -angle]), np.tile(rows, 2)
         mirrored = np.concatenate([mirrored, ~mirrored])
-    angle = np.mod(angle, TURN)
-    angle[TURN - angle < SAME_HEADING] = 0.0
+    angle = np.mod(angle, TURN_RAD)
+    angle[TURN_RAD - angle < SAME_HEADING] = 0.0
     keep = np.unique(_directions(angle), axis=0, return_index=True)[1]
     sign = np.where(mirrored[keep, None], np.tile(MIRROR_SIGN, db.bodies), 1.0)
     return angle[keep], rows[keep], sign
@@ -277,5 +277,5 @@ def _directions(angle: Real) -> NDArray[np.intp]:
     """Integers that increase with the angles, equal for equal directions."""
     order = np.argsort(angle, axis=None)
     numbers = np.empty(angle.size, dtype=np.intp)
-    numbers[order] = np.cumsum(np.diff(angle.ravel()[order], prepend=-TURN) > SAME_HEADING)
+    numbers[order] = np.cumsum(np.diff(angle.ravel()[order], prepend=-TURN_RAD) > SAME_HEADING)
     return numbers.reshape(angle.shape)

@@ -23,25 +23,25 @@ from hydrosim.scene import Hull
 
 Triangles = np.ndarray  # (nt, 3 corners, 3 coordinates), normals into the water
 
-CLOSED = 1e-6  # of the area and of the volume: rounding of the file of a closed hull
-SUBMERGED = 1e-9  # of the volume to 2/3: area of a waterplane that is only rounding
+OPEN_FRACTION = 1e-6  # of the area and of the volume: rounding of the file of a closed hull
+WATERPLANE_ROUNDING = 1e-9  # of the volume to 2/3: area of a waterplane that is only rounding
 
 
 def read_hull(path: Path, keys: MeshKeys = MeshKeys()) -> Hull:
     """Closed hull in a mesh file of any format that meshio reads; the ``keys`` place it. Raises
     `InputError` if it cannot be read, is open, or does not cross the water surface."""
-    return closed(keys.placed(_read(path)), str(path))
+    return close_hull(keys.placed(_read(path)), str(path))
 
 
 def read_closed(path: Path, keys: MeshKeys = MeshKeys()) -> Triangles:
     """The triangles of any closed mesh file, as `read_hull` reads it."""
-    return outward(keys.placed(_read(path)), str(path))
+    return with_outward_normals(keys.placed(_read(path)), str(path))
 
 
-def closed(corners: Triangles, source: str) -> Hull:
+def close_hull(corners: Triangles, source: str) -> Hull:
     """Hull with normals outward. Raises `InputError` if it is open, or if no part of it is below or
     above the water."""
-    found = outward(corners, source)
+    found = with_outward_normals(corners, source)
     low = corners[..., 2].min()
     high = corners[..., 2].max()
     if not low < 0.0 < high:
@@ -54,13 +54,13 @@ def closed(corners: Triangles, source: str) -> Hull:
     return Hull(found, source)
 
 
-def outward(corners: Triangles, source: str) -> Triangles:
+def with_outward_normals(corners: Triangles, source: str) -> Triangles:
     """Closed mesh with normals outward. If it has no holes and consistent normals, its area vectors
     add up to zero, and its volumes by x, y and z are equal. Otherwise `InputError` is raised."""
     area = areas(corners)
     volumes = np.sum(area * corners.mean(axis=1), axis=0)
     open_by = np.abs(area.sum(axis=0)).max() / np.abs(area).sum()
-    if open_by > CLOSED or np.ptp(volumes) > CLOSED * np.abs(volumes).max():
+    if open_by > OPEN_FRACTION or np.ptp(volumes) > OPEN_FRACTION * np.abs(volumes).max():
         found = ", ".join(f"{volume:.6g}" for volume in volumes)
         raise InputError(
             f"{source}: found an open mesh: the sum of its area vectors is {open_by:.1e} of its"
@@ -76,28 +76,32 @@ def integrals(corners: Triangles) -> Hydrostatics:
     weight = areas(corners)[:, 2] / 3
     x, y, z = np.moveaxis((corners + np.roll(corners, -1, axis=1)) / 2, -1, 0)
 
-    def over(f: np.ndarray) -> float:
+    def surface_integral(f: np.ndarray) -> float:
         return float(np.sum(weight @ f))
 
-    volume = over(z)
-    moments = [over(x * z), over(y * z), over(z * z) / 2]
+    volume = surface_integral(z)
+    moments = [surface_integral(x * z), surface_integral(y * z), surface_integral(z * z) / 2]
     waterplane = {
-        "area": -over(np.ones_like(x)),
-        "moment_x": -over(x),
-        "moment_y": -over(y),
-        "second_xx": -over(x * x),
-        "second_yy": -over(y * y),
-        "second_xy": -over(x * y),
+        "area": -surface_integral(np.ones_like(x)),
+        "moment_x": -surface_integral(x),
+        "moment_y": -surface_integral(y),
+        "second_xx": -surface_integral(x * x),
+        "second_yy": -surface_integral(y * y),
+        "second_xy": -surface_integral(x * y),
     }
-    if abs(waterplane["area"]) < SUBMERGED * abs(volume) ** (2 / 3):
+    if abs(waterplane["area"]) < WATERPLANE_ROUNDING * abs(volume) ** (2 / 3):
         waterplane = dict.fromkeys(waterplane, 0.0)
     return Hydrostatics(volume=volume, centre_of_buoyancy=np.array(moments) / volume, **waterplane)
 
 
-def immersed(corners: Triangles) -> Triangles:
+def immersed_triangles(corners: Triangles) -> Triangles:
     """Parts of the triangles below z = 0."""
     wet = (corners[..., 2] < 0.0).sum(axis=1)
-    cut = [part for triangle in corners[(wet == 1) | (wet == 2)] for part in _cut(triangle)]
+    cut = [
+        part
+        for triangle in corners[(wet == 1) | (wet == 2)]
+        for part in _cut_at_waterline(triangle)
+    ]
     return np.concatenate([corners[wet == 3], np.reshape(cut, (-1, 3, 3))])
 
 
@@ -111,7 +115,7 @@ def triangles_of(panels: np.ndarray) -> Triangles:
     return np.concatenate([panels[:, [0, 1, 2]], panels[:, [0, 2, 3]]])
 
 
-def _cut(triangle: np.ndarray) -> list[np.ndarray]:
+def _cut_at_waterline(triangle: np.ndarray) -> list[np.ndarray]:
     """One or two triangles for the part below z = 0 of a triangle that crosses it."""
     below = triangle[:, 2] < 0.0
     lone = int(np.flatnonzero(below if below.sum() == 1 else ~below)[0])

@@ -16,8 +16,8 @@ from hydrosim.radiation.retardation import (
     retardation_function,
 )
 
-SEEN = 1e-6  # of the diagonal functions: pairs below this are rounding
-UNITS = ("N/m", "N/rad", "N m/rad")  # unit of K, by the number of rotations in the pair
+SIGNIFICANT_FRACTION = 1e-6  # of the diagonal functions: pairs below this are rounding
+STIFFNESS_UNITS = ("N/m", "N/rad", "N m/rad")  # unit of K, by the number of rotations in the pair
 
 
 class Kernel(NamedTuple):
@@ -37,11 +37,11 @@ def kernels(db: HydroDatabase, length: float, step: float) -> tuple[Real, list[K
     mean = (db.radiation_damping + db.radiation_damping.swapaxes(1, 2)) / 2
     K, names = retardation_function(db.frequency, mean, found.time), dof_names(db.bodies)
     scale = diagonal_scale(K)
-    seen = np.abs(K).max(axis=0) > SEEN * np.outer(scale, scale)
+    seen = np.abs(K).max(axis=0) > SIGNIFICANT_FRACTION * np.outer(scale, scale)
     functions = [
         Kernel(
             f"{names[i]} {names[j]}",
-            UNITS[int(i % 6 > 2) + int(j % 6 > 2)],
+            STIFFNESS_UNITS[int(i % 6 > 2) + int(j % 6 > 2)],
             K[:, i, j],
             float(found.added_mass_infinite[i, j]),
         )

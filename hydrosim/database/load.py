@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from hydrosim.database.changes import changed
-from hydrosim.database.checks import EVERYTHING, doubts, in_order
+from hydrosim.database.changes import apply_changes
+from hydrosim.database.checks import EVERYTHING, doubt_warnings, in_order
 from hydrosim.database.database import HydroDatabase
 from hydrosim.database.readers import READERS, Reader
 from hydrosim.database.readers.orcaflex import NAME as DRAUGHTS
@@ -19,7 +19,7 @@ from hydrosim.errors import InputError
 from hydrosim.scene import Changes
 from hydrosim.scene.given import NOTHING_GIVEN, POINTS_UNKNOWN, Given
 
-HEAD = 4096  # bytes by which a format is recognised
+HEAD_BYTES = 4096  # bytes by which a format is recognised
 NOTHING_CHANGED = Changes()
 NOT_READ = {  # files beside databases, or files of programs without a reader
     ".lis": "a listing of AQWA, which is read beside an .AH1 file; give the .AH1 file",
@@ -38,7 +38,7 @@ def load(
     sign, unit or convention must be wrong. Milder findings are warnings.
     """
     given = replace(given, frequencies=changes.frequencies)
-    db = changed(in_order(read(path, given)), changes)
+    db = apply_changes(in_order(read(path, given)), changes)
     if POINTS_UNKNOWN in db.attributes.get("assumed", ""):
         raise InputError(
             f"{path}: found no points of rotation (Capytaine's rotation_center); expected one for"
@@ -46,7 +46,7 @@ def load(
             f" ...}}` of a case or with --given. In Capytaine it is the rotation_center or, if"
             " that was not set, the center_of_mass."
         )
-    for doubt in doubts(db, EVERYTHING):
+    for doubt in doubt_warnings(db, EVERYTHING):
         warnings.warn(doubt, stacklevel=2)
     return db
 
@@ -63,7 +63,7 @@ def read(path: Path | str, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     return reader.read(file, given)
 
 
-def overruled(db: HydroDatabase, given: Given) -> list[str]:
+def overruled_values(db: HydroDatabase, given: Given) -> list[str]:
     """Names of ``given`` values that are not used because the file has other values."""
     return [
         item.name
@@ -106,6 +106,6 @@ def _files(path: Path) -> list[Path]:
 def _head(file: Path) -> bytes:
     try:
         with file.open("rb") as opened:
-            return opened.read(HEAD)
+            return opened.read(HEAD_BYTES)
     except OSError as error:
         raise InputError(f"{file}: cannot be read ({error.strerror}).") from None

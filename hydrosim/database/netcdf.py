@@ -27,19 +27,20 @@ if TYPE_CHECKING:
     import netCDF4
 
 NAME = "hydrosim netCDF"
-CHECKSUM = "checksum"  # attribute of a file: checksum of the database when it was written
-NUMBERS = "numbers"  # attribute of a database: result of the comparison with that checksum
+CHECKSUM_ATTRIBUTE = "checksum"  # attribute of a file: checksum of the database when it was written
+NUMBERS_ATTRIBUTE = "numbers"
+"""Attribute of a database: result of the comparison with that checksum."""
 AS_WRITTEN, ALTERED = "as written", "altered"
 _MOST_ALONG = 10_000  # frequencies, headings, pairs of headings
-_MOST = 10**8  # numbers in a file
-FRAME = (
+_MAX_NUMBERS = 10**8  # numbers in a file
+FRAME_CONVENTION = (
     "origin on the still waterline, x forward, y to port, z up; headings: directions that"
     " waves go to"
 )
-PHASE = "F(t) = Re{X a exp(+i w t)}, elevation at the origin Re{a exp(+i w t)}"
+PHASE_CONVENTION = "F(t) = Re{X a exp(+i w t)}, elevation at the origin Re{a exp(+i w t)}"
 
 
-class Variable(NamedTuple):
+class StoredVariable(NamedTuple):
     """Storage of one array. A row of loads has the unit of a force or of a moment."""
 
     dimensions: tuple[str, ...]
@@ -57,42 +58,52 @@ _QTF = ("qtf_pair", "qtf_frequency", "qtf_frequency_2", "influenced_dof")
 # Matrices and loads mix translations and rotations. With metres and radians every entry is in
 # coherent SI, and the given unit is that of translations.
 VARIABLES = {
-    "frequency": Variable(("frequency",), "rad s-1", "wave frequency"),
-    "heading": Variable(("heading",), "rad", "direction the waves go to, counter-clockwise from x"),
-    "added_mass": Variable(("frequency", *_MATRIX), "kg", "added mass"),
-    "radiation_damping": Variable(("frequency", *_MATRIX), "kg s-1", "radiation damping"),
-    "added_mass_zero": Variable(_MATRIX, "kg", "added mass at zero frequency", optional=True),
-    "added_mass_infinite": Variable(
+    "frequency": StoredVariable(("frequency",), "rad s-1", "wave frequency"),
+    "heading": StoredVariable(
+        ("heading",), "rad", "direction the waves go to, counter-clockwise from x"
+    ),
+    "added_mass": StoredVariable(("frequency", *_MATRIX), "kg", "added mass"),
+    "radiation_damping": StoredVariable(("frequency", *_MATRIX), "kg s-1", "radiation damping"),
+    "added_mass_zero": StoredVariable(_MATRIX, "kg", "added mass at zero frequency", optional=True),
+    "added_mass_infinite": StoredVariable(
         _MATRIX, "kg", "added mass at infinite frequency", optional=True
     ),
-    "excitation": Variable(_LOADS, "N m-1", "wave excitation per wave amplitude", False, True),
-    "froude_krylov": Variable(_LOADS, "N m-1", "Froude-Krylov part of the excitation", True, True),
-    "mean_drift": Variable(
+    "excitation": StoredVariable(
+        _LOADS, "N m-1", "wave excitation per wave amplitude", False, True
+    ),
+    "froude_krylov": StoredVariable(
+        _LOADS, "N m-1", "Froude-Krylov part of the excitation", True, True
+    ),
+    "mean_drift": StoredVariable(
         _LOADS, "N m-2", "mean drift load per wave amplitude squared", optional=True
     ),
-    "drift_imbalance": Variable(
+    "drift_imbalance": StoredVariable(
         ("frequency", "heading"), "1", "relative energy imbalance of the mean drift", optional=True
     ),
-    "mean_drift_held": Variable(
+    "mean_drift_held": StoredVariable(
         _LOADS, "N m-2", "mean drift load per amplitude squared on bodies held at rest", True
     ),
-    "qtf_frequency": Variable(("qtf_frequency",), "rad s-1", "frequency of the first wave", True),
-    "qtf_heading": Variable(("qtf_pair", "wave"), "rad", "directions of both waves", True),
-    "qtf_difference": Variable(
+    "qtf_frequency": StoredVariable(
+        ("qtf_frequency",), "rad s-1", "frequency of the first wave", True
+    ),
+    "qtf_heading": StoredVariable(("qtf_pair", "wave"), "rad", "directions of both waves", True),
+    "qtf_difference": StoredVariable(
         _QTF, "N m-2", "difference-frequency quadratic transfer function", True, True
     ),
-    "qtf_sum": Variable(_QTF, "N m-2", "sum-frequency quadratic transfer function", True, True),
-    "hydrostatic_stiffness": Variable(
+    "qtf_sum": StoredVariable(
+        _QTF, "N m-2", "sum-frequency quadratic transfer function", True, True
+    ),
+    "hydrostatic_stiffness": StoredVariable(
         _MATRIX, "N m-1", "hydrostatic and gravity stiffness", optional=True
     ),
-    "inertia_matrix": Variable(_MATRIX, "kg", "inertia matrix of the body", optional=True),
-    "volume": Variable(("body",), "m3", "displaced volume", optional=True),
-    "centre_of_buoyancy": Variable(_POINT, "m", "centre of buoyancy", optional=True),
-    "centre_of_gravity": Variable(_POINT, "m", "centre of gravity", optional=True),
-    "reference_point": Variable(_POINT, "m", "point the coefficients refer to"),
-    "water_depth": Variable((), "m", "water depth, inf for deep water"),
-    "water_density": Variable((), "kg m-3", "density of the water"),
-    "gravity": Variable((), "m s-2", "gravitational acceleration"),
+    "inertia_matrix": StoredVariable(_MATRIX, "kg", "inertia matrix of the body", optional=True),
+    "volume": StoredVariable(("body",), "m3", "displaced volume", optional=True),
+    "centre_of_buoyancy": StoredVariable(_POINT, "m", "centre of buoyancy", optional=True),
+    "centre_of_gravity": StoredVariable(_POINT, "m", "centre of gravity", optional=True),
+    "reference_point": StoredVariable(_POINT, "m", "point the coefficients refer to"),
+    "water_depth": StoredVariable((), "m", "water depth, inf for deep water"),
+    "water_density": StoredVariable((), "kg m-3", "density of the water"),
+    "gravity": StoredVariable((), "m s-2", "gravitational acceleration"),
 }
 
 
@@ -132,12 +143,12 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
             ) from error
         texts = {name: str(file.getncattr(name)) for name in file.ncattrs()}
     symmetric = texts.pop("port_starboard_symmetric", "no") == "yes"
-    written = texts.pop(CHECKSUM, None)
+    written = texts.pop(CHECKSUM_ATTRIBUTE, None)
     db = HydroDatabase(
         source=str(path), port_starboard_symmetric=symmetric, attributes=texts, **arrays
     )
-    if written is not None and texts.get(NUMBERS) != ALTERED:
-        texts[NUMBERS] = AS_WRITTEN if db.checksum == written else ALTERED
+    if written is not None and texts.get(NUMBERS_ATTRIBUTE) != ALTERED:
+        texts[NUMBERS_ATTRIBUTE] = AS_WRITTEN if db.checksum == written else ALTERED
     added = _of_bodies(given, path, db.bodies)
     lacking = {name: value for name, value in added.items() if getattr(db, name) is None}
     return replace(db, **lacking) if lacking else db
@@ -153,10 +164,10 @@ def _check_sizes(file: netCDF4.Dataset) -> None:
                 f" {_MOST_ALONG:,}. The file is damaged."
             )
     count = sum(file.variables[name].size for name in VARIABLES if name in file.variables)
-    if count > _MOST:
+    if count > _MAX_NUMBERS:
         raise InputError(
-            f"{file.filepath()}: has {count:,} numbers; expected at most {_MOST:,}. The file is"
-            " damaged, or has more pairs of waves than needed."
+            f"{file.filepath()}: has {count:,} numbers; expected at most {_MAX_NUMBERS:,}. The file"
+            " is damaged, or has more pairs of waves than needed."
         )
 
 
@@ -185,7 +196,7 @@ def body_names(bodies: int) -> list[str]:
     return [f"body{number + 1}" for number in range(bodies)]
 
 
-def _array(file: netCDF4.Dataset, name: str, variable: Variable) -> Any:
+def _array(file: netCDF4.Dataset, name: str, variable: StoredVariable) -> Any:
     stored = file.variables[name]
     expected = variable.dimensions + (("complex",) if variable.is_complex else ())
     if stored.dimensions != expected:
@@ -233,14 +244,14 @@ def _attributes(db: HydroDatabase) -> dict[str, str]:
     standard = {
         "Conventions": "CF-1.11",
         "title": "Hydrodynamic database",
-        "frame": FRAME,
-        "phase_convention": PHASE,
+        "frame": FRAME_CONVENTION,
+        "phase_convention": PHASE_CONVENTION,
         "port_starboard_symmetric": "yes" if db.port_starboard_symmetric else "no",
     }
     own = dict(db.attributes)
-    if own.get(NUMBERS) != ALTERED:
-        own.pop(NUMBERS, None)
-    return {**standard, **own, CHECKSUM: db.checksum}
+    if own.get(NUMBERS_ATTRIBUTE) != ALTERED:
+        own.pop(NUMBERS_ATTRIBUTE, None)
+    return {**standard, **own, CHECKSUM_ATTRIBUTE: db.checksum}
 
 
 def _dimensions(file: netCDF4.Dataset, db: HydroDatabase) -> None:
@@ -266,7 +277,7 @@ def _dimensions(file: netCDF4.Dataset, db: HydroDatabase) -> None:
         variable[:] = np.array(values, dtype=object)
 
 
-def _store(file: netCDF4.Dataset, name: str, variable: Variable, value: Any) -> None:
+def _store(file: netCDF4.Dataset, name: str, variable: StoredVariable, value: Any) -> None:
     numbers = np.asarray(value)
     dimensions = variable.dimensions
     if variable.is_complex:

@@ -45,7 +45,7 @@ def contents(db: HydroDatabase, form: str) -> Document:
 
 def verdicts(db: HydroDatabase, findings: Sequence[Finding]) -> Document:
     """A row for each check, and remedies for checks that did not pass."""
-    nodes: list[Node] = [_verdict_of(finding) for finding in findings if not finding.passed]
+    nodes: list[Node] = [_verdict_of(finding) for finding in findings if not finding.has_passed]
     if not nodes:
         nodes.append(Verdict(Outcome.GOOD, "All checks are passed."))
     head = ("check", "found", "at most", "refused above", "")
@@ -54,13 +54,13 @@ def verdicts(db: HydroDatabase, findings: Sequence[Finding]) -> Document:
     if left:
         reasons = [f"{each.name}: {each.advice.removeprefix('left out: ')}" for each in left]
         nodes.append(List(reasons, "Left out:"))
-    if not any(finding.refused for finding in findings):
+    if not any(finding.is_refused for finding in findings):
         nodes.append(Sentence("{}", [memory(db)]))
     return Document(db.attributes.get("title", db.source), nodes)
 
 
 def _verdict_of(finding: Finding) -> Verdict:
-    outcome = Outcome.BAD if finding.refused else Outcome.WARNING
+    outcome = Outcome.BAD if finding.is_refused else Outcome.WARNING
     return Verdict(outcome, "{}: {}", [finding.name, finding.advice])
 
 
@@ -79,9 +79,9 @@ def memory(db: HydroDatabase) -> str:
 def _verdict(finding: Finding) -> str:
     if finding.left_out:
         return "left out"
-    if finding.refused:
+    if finding.is_refused:
         return "refused"
-    return "passed" if finding.passed else "look closer"
+    return "passed" if finding.has_passed else "look closer"
 
 
 def _water(db: HydroDatabase) -> Iterator[tuple[str, str]]:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hydrosim.database.database import Complex, HydroDatabase, Real, needed
+from hydrosim.database.database import Complex, HydroDatabase, Real, require_array
 
 MATRICES = (
     "added_mass",
@@ -18,7 +18,7 @@ MATRICES = (
     "hydrostatic_stiffness",
     "inertia_matrix",
 )
-LOADS = (
+LOAD_NAMES = (
     "excitation",
     "froude_krylov",
     "mean_drift",
@@ -26,7 +26,7 @@ LOADS = (
     "qtf_difference",
     "qtf_sum",
 )
-POINTS = ("reference_point", "centre_of_gravity", "centre_of_buoyancy")
+BODY_POINTS = ("reference_point", "centre_of_gravity", "centre_of_buoyancy")
 
 
 def move_reference(db: HydroDatabase, centre_of_gravity: ArrayLike) -> HydroDatabase:
@@ -46,12 +46,12 @@ def move_reference(db: HydroDatabase, centre_of_gravity: ArrayLike) -> HydroData
     distribution of mass. Returns ``db`` itself if nothing moves.
     """
     new = np.reshape(np.asarray(centre_of_gravity, dtype=float), (db.bodies, 3))
-    old = needed(db, "centre_of_gravity")
+    old = require_array(db, "centre_of_gravity")
     if np.array_equal(new, db.reference_point) and np.array_equal(new, old):
         return db
     T = velocity_transfer(db.reference_point - new)
-    stiffness = T.T @ needed(db, "hydrostatic_stiffness") @ T
-    weight = db.water_density * db.gravity * needed(db, "volume")
+    stiffness = T.T @ require_array(db, "hydrostatic_stiffness") @ T
+    weight = db.water_density * db.gravity * require_array(db, "volume")
     for body, loss in enumerate(weight * (new - old)[:, 2]):
         for dof in (6 * body + 3, 6 * body + 4):
             stiffness[dof, dof] -= loss
@@ -91,8 +91,8 @@ def body_of(db: HydroDatabase, index: int) -> HydroDatabase:
     return replace(
         db,
         **{name: part(getattr(db, name), own, own) for name in MATRICES},
-        **{name: part(getattr(db, name), own) for name in LOADS},
-        **{name: part(getattr(db, name), row, slice(None)) for name in POINTS},
+        **{name: part(getattr(db, name), own) for name in LOAD_NAMES},
+        **{name: part(getattr(db, name), row, slice(None)) for name in BODY_POINTS},
         volume=part(db.volume, row),
         drift_imbalance=None,
     )

@@ -21,15 +21,15 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.decay.equation import CUBIC, LAW, OMEGA
-from hydrosim.decay.problem import TERMS, Problem, Solution
-from hydrosim.decay.record import Decay, read_decay
+from hydrosim.decay.problem import TERMS, DecayProblem, DecaySolution
+from hydrosim.decay.record import DecayRecord, read_decay
 from hydrosim.errors import InputError
 
-DAMPING = slice(TERMS)
+DAMPING_TERMS = slice(TERMS)
 EDDIES, CUBES = 8.0 / (3.0 * np.pi), 0.75  # of |p| p and p^3 in equivalent linear damping
 MAX_HALF_WIDTH = 0.12  # of the damping ratio in the middle of the recorded amplitudes
 MAX_PEAK = 10.0  # ratio of densities of residuals at the frequency of roll and around it
-ROUNDING = 1e-5  # of the largest roll
+ROUNDING_FRACTION = 1e-5  # of the largest roll
 
 
 class Interval(NamedTuple):
@@ -58,12 +58,12 @@ class Terms:
 
     def interval(self, term: int) -> Interval:
         """p1, p2 or p3 with its interval."""
-        return self._around(np.eye(TERMS)[term])
+        return self._interval_around(np.eye(TERMS)[term])
 
     def damping_ratio(self, amplitude: float) -> Interval:
         """Equivalent damping, of critical, of a roll of this amplitude [rad]: the linear damping
         that takes the same energy in a cycle (Himeno 1981, section 2.4)."""
-        return self._around(self._ratio_weights(amplitude))
+        return self._interval_around(self._ratio_weights(amplitude))
 
     def ratio_of(self, damping: Sequence[float], amplitude: float) -> float:
         """The same ratio for other values of p1, p2 and p3."""
@@ -73,7 +73,7 @@ class Terms:
         rate = self.frequency * amplitude
         return np.array([1.0, EDDIES * rate, CUBES * rate**2]) / (2.0 * self.frequency)
 
-    def _around(self, weights: np.ndarray) -> Interval:
+    def _interval_around(self, weights: np.ndarray) -> Interval:
         value = float(weights @ self.values)
         half = self.quantile * float(np.sqrt(weights @ self.covariance @ weights))
         return Interval(value, value - half, value + half)
@@ -88,7 +88,7 @@ class DecayFit:
     damping, and ``deviations``, the standard deviation of the residuals [rad]. ``doubts`` say where
     the equation may not fit."""
 
-    decays: Sequence[Decay]
+    decays: Sequence[DecayRecord]
     terms: Terms
     damping: tuple[float, ...]
     period: Interval
@@ -125,21 +125,24 @@ def fit_files(
         raise InputError(": ".join(part for part in (wanted, files, str(error)) if part)) from None
 
 
-def fit_decays(decays: Sequence[Decay]) -> DecayFit:
+def fit_decays(decays: Sequence[DecayRecord]) -> DecayFit:
     """Fit p1, p2, p3, the natural period and a cubic restoring to all ``decays`` together. Raises
     InputError if they do not decay, or do not tell their damping."""
-    problem = Problem(decays)
+    problem = DecayProblem(decays)
     full = problem.solve()
     scales = problem.scales
     values = full.parameters[:LAW] / scales
     covariance = full.covariance[:LAW, :LAW] / np.outer(scales, scales)
     terms = Terms(
-        values[DAMPING], covariance[DAMPING, DAMPING], full.quantile, float(values[OMEGA])
+        values[DAMPING_TERMS],
+        covariance[DAMPING_TERMS, DAMPING_TERMS],
+        full.quantile,
+        float(values[OMEGA]),
     )
     size, smallest = problem.size, problem.smallest_amplitude(full.parameters)
     _require_decay(full, terms, (smallest, size))
     parameters = full.parameters
-    if parameters[DAMPING].min() < 0.0:
+    if parameters[DAMPING_TERMS].min() < 0.0:
         parameters = problem.minimise(parameters, full.weights, 0.0)[0]
     half = full.quantile * np.sqrt(np.diag(covariance))
     frequency, restoring = (
@@ -150,7 +153,7 @@ def fit_decays(decays: Sequence[Decay]) -> DecayFit:
     return DecayFit(
         decays=decays,
         terms=terms,
-        damping=tuple((parameters[DAMPING] / scales[DAMPING]).tolist()),
+        damping=tuple((parameters[DAMPING_TERMS] / scales[DAMPING_TERMS]).tolist()),
         period=Interval(
             *(2.0 * np.pi / x for x in (frequency.value, frequency.high, frequency.low))
         ),
@@ -162,7 +165,7 @@ def fit_decays(decays: Sequence[Decay]) -> DecayFit:
     )
 
 
-def _require_decay(solution: Solution, terms: Terms, amplitudes: tuple[float, float]) -> None:
+def _require_decay(solution: DecaySolution, terms: Terms, amplitudes: tuple[float, float]) -> None:
     """Raises InputError for a fit that is no decay, or that does not tell its damping."""
     advice = "Give the part of the record that is a free decay, by its start and end."
     if not solution.converged or not np.isfinite(solution.covariance).all():
@@ -192,12 +195,12 @@ def _ratio_text(ratio: Interval, amplitude: float) -> str:
     )
 
 
-def _doubts(problem: Problem, full: Solution) -> list[str]:
+def _doubts(problem: DecayProblem, full: DecaySolution) -> list[str]:
     """In words, which residuals are no noise. Residuals of rounding are not asked."""
     texts = []
     residuals = problem.residuals(full.parameters)
     for decay, residual, peak in zip(problem.decays, residuals, full.peaks, strict=True):
-        if peak > MAX_PEAK and np.std(residual) > ROUNDING * problem.size:
+        if peak > MAX_PEAK and np.std(residual) > ROUNDING_FRACTION * problem.size:
             name = f"{decay.called}: " if decay.called else ""
             texts.append(
                 f"{name}the equation may not fit: residuals oscillate at the period of roll, with"

@@ -11,8 +11,8 @@ where they are large at its frequency. So noise counts in the covariance alone,
 
 with the derivatives J = Q R of the residuals, Q orthonormal, and the covariance S of the noise
 (White 1980). In the cosine transform S is diagonal for any noise that is stationary. Its density
-is the mean of squared residuals of `BAND` neighbouring frequencies. The fit takes from each of
-them the squares of its row of Q, so the mean is over the rest.
+is the mean of squared residuals of `BAND_FREQUENCIES` neighbouring frequencies. The fit takes from
+each of them the squares of its row of Q, so the mean is over the rest.
 """
 
 from __future__ import annotations
@@ -28,12 +28,13 @@ from scipy.optimize import least_squares
 from scipy.stats import t as student
 
 from hydrosim.decay.equation import LAW, OMEGA, P1, solve
-from hydrosim.decay.record import Decay
+from hydrosim.decay.record import DecayRecord
 
 TERMS = 3  # p1, p2 and p3 are the first parameters
 FIRST_P1 = 0.08  # a damping ratio of 4 %
 MIN_DEGREE, MAX_DEGREE = 2, 6  # of the polynomial that is the mean of a record
-BAND = 11  # frequencies of the cosine transform, which are half a wave of a record apart
+# frequencies of the cosine transform, which are half a wave of a record apart
+BAND_FREQUENCIES = 11
 MAX_EVALUATIONS = 200
 COVERED = 0.90
 MIN_REST = 0.05  # of the noise in a band, that the fit leaves
@@ -41,7 +42,7 @@ NEIGHBOURS = np.array([0.5, 1.0, 2.0])  # of the frequency of roll
 WILD = 1e3  # scaled residual of a trial that is no decay
 
 
-class Solution(NamedTuple):
+class DecaySolution(NamedTuple):
     """Minimum of the squares: ``parameters`` (5 + own,), scaled; their ``covariance``; the
     ``weights`` of records; the ``degrees`` of freedom to which the noise is known; the ``peaks`` of
     each record: the density of its residuals at the frequency of roll over that around it; whether
@@ -60,10 +61,10 @@ class Solution(NamedTuple):
         return float(student.ppf(0.5 + 0.5 * COVERED, self.degrees))
 
 
-class Problem:
+class DecayProblem:
     """The scaled problem of some decays. ``scales`` (5,) turn p1, p2, p3, w, c into scaled ones."""
 
-    def __init__(self, decays: Sequence[Decay]) -> None:
+    def __init__(self, decays: Sequence[DecayRecord]) -> None:
         self.decays = decays
         self.size = max(decay.size for decay in decays)
         self.omega = float(np.mean([decay.frequency for decay in decays]))
@@ -75,7 +76,7 @@ class Problem:
         ends = LAW + np.cumsum([0, *(2 + mean.shape[1] for mean in self.means)])
         self.own = [slice(*pair) for pair in pairwise(ends.tolist())]
 
-    def solve(self) -> Solution:
+    def solve(self) -> DecaySolution:
         """The smallest squares with all parameters free. Several records are weighted by their
         residuals."""
         weights = np.ones(len(self.decays))
@@ -85,13 +86,13 @@ class Problem:
             weights = 1.0 / np.sqrt(np.maximum(squares, 1e-30))
             parameters, converged = self.minimise(parameters, weights)
         covariance, degrees, peaks = self._covariance(parameters, weights)
-        return Solution(parameters, covariance, weights, degrees, peaks, converged)
+        return DecaySolution(parameters, covariance, weights, degrees, peaks, converged)
 
     def _covariance(
         self, parameters: np.ndarray, weights: np.ndarray
     ) -> tuple[np.ndarray, float, list[float]]:
-        """Covariance of all parameters, degrees of freedom, and peaks, see `Solution`."""
-        misfits = self._weighted(parameters, weights)
+        """Covariance of all parameters, degrees of freedom, and peaks, see `DecaySolution`."""
+        misfits = self._weighted_misfits(parameters, weights)
         inverse = np.linalg.pinv(np.linalg.qr(np.concatenate([J for _, J in misfits]), "r"))
         middle = np.zeros_like(inverse)
         degrees = 0.0
@@ -103,7 +104,7 @@ class Problem:
             middle += (Q.T * density) @ Q
             roll = np.rint(NEIGHBOURS * parameters[OMEGA] * t[-1] / np.pi).astype(int)
             below, here, above = np.maximum(np.take(density, roll, mode="clip"), 1e-300)
-            degrees += BAND * float(np.take(rest, roll[1], mode="clip"))
+            degrees += BAND_FREQUENCIES * float(np.take(rest, roll[1], mode="clip"))
             peaks.append(float(here / np.sqrt(below * above)))
         return inverse @ middle @ inverse.T, degrees, peaks
 
@@ -114,19 +115,19 @@ class Problem:
         and whether the search converged."""
         latest: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
 
-        def weighted(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        def weighted_misfits(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             key = values.tobytes()
             if key not in latest:
                 latest.clear()
-                residuals, slopes = zip(*self._weighted(values, weights), strict=True)
+                residuals, slopes = zip(*self._weighted_misfits(values, weights), strict=True)
                 latest[key] = np.concatenate(residuals), np.concatenate(slopes)
             return latest[key]
 
         bounds = np.where(np.arange(start.size) < TERMS, least, -np.inf)
         done = least_squares(
-            lambda values: weighted(values)[0],
+            lambda values: weighted_misfits(values)[0],
             np.maximum(start, bounds),
-            lambda values: weighted(values)[1],
+            lambda values: weighted_misfits(values)[1],
             bounds=(bounds, np.inf),
             xtol=1e-9,
             ftol=1e-11,
@@ -160,7 +161,7 @@ class Problem:
             parameters[own] = a, b - 0.5 * FIRST_P1 * a, *rest
         return parameters
 
-    def _weighted(
+    def _weighted_misfits(
         self, parameters: np.ndarray, weights: np.ndarray
     ) -> list[tuple[np.ndarray, np.ndarray]]:
         """Misfits and derivatives times the weight of their record."""
@@ -188,5 +189,5 @@ def _drifts(t: np.ndarray) -> np.ndarray:
 
 
 def _average(values: np.ndarray) -> np.ndarray:
-    """Means of `BAND` neighbours of ``values`` (n,)."""
-    return np.asarray(uniform_filter1d(values, BAND, mode="mirror"))
+    """Means of `BAND_FREQUENCIES` neighbours of ``values`` (n,)."""
+    return np.asarray(uniform_filter1d(values, BAND_FREQUENCIES, mode="mirror"))

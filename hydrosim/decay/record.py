@@ -15,7 +15,7 @@ from hydrosim.errors import InputError
 from hydrosim.recordings.load import read_recording
 from hydrosim.recordings.recording import Column, Recording, is_time
 
-ROLL = ("roll", "rx", "phi")
+ROLL_NAMES = ("roll", "rx", "phi")
 MAX_STEP_DEVIATION = 0.2  # of a step, of times from equal steps
 MIN_VALUES = 40
 MIN_PERIODS = 2.0
@@ -27,16 +27,16 @@ MIN_ROLL_RAD = 1e-6
 LEAD = 0.2  # of a period: the fit begins so long before the first crossing of the mean
 SMOOTHED = 0.1  # of a period: a moving mean, so that noise makes no crossings
 TAIL = 0.25  # of a record: the mean of its whole periods is about that of the motion
-LARGE = 0.98  # of the largest roll
+LARGE_ROLL_FRACTION = 0.98  # of the largest roll
 PADDING = 8  # lengths of a record in its periodogram
 REGROWTH = 1.5  # ratio of swings that no decay has
 REGROWN = 0.25  # of the largest swing: swings that are no noise
-SMALL = 0.05  # of the largest swing: swings that waves in the basin hide
-SMALL_TEXT = f"the roll is below {100.0 * SMALL:g} % of the largest"
+SMALL_SWING_FRACTION = 0.05  # of the largest swing: swings that waves in the basin hide
+SMALL_TEXT = f"the roll is below {100.0 * SMALL_SWING_FRACTION:g} % of the largest"
 
 
 @dataclass(frozen=True, eq=False)
-class Decay:
+class DecayRecord:
     """Roll ``angle`` (n,) [rad] at equal steps of ``time`` (n,) [s] of a decay that is ``called``
     so, with its largest deviation ``size`` [rad] from its mean and a first guess of its natural
     ``frequency`` [rad/s]. ``notes`` say what of the record was left out."""
@@ -56,7 +56,7 @@ def read_decay(
     start: float | None = None,
     end: float | None = None,
     wanted: str = "",
-) -> Decay:
+) -> DecayRecord:
     """Read a decay from ``start`` to ``end`` [s]. Messages begin with ``wanted``, the place that
     refers to the file. Raises InputError if it is no decay."""
     try:
@@ -82,7 +82,7 @@ def decay_of(
     called: str = "",
     start: float | None = None,
     end: float | None = None,
-) -> Decay:
+) -> DecayRecord:
     """The decay in a series: ``angle`` (n,) [rad] over ``time`` (n,) [s], from ``start`` to ``end``
     [s]. Without a start, it begins a fifth of a period before roll first crosses its mean. Raises
     InputError if the series is no decay."""
@@ -105,7 +105,7 @@ def decay_of(
         step *= count
     values = period / step
     first = _find_release(angle, values) if start is None else 0
-    last, reason = _find_end(_smoothed(angle, int(SMOOTHED * values))[first:], values)
+    last, reason = _find_end(_moving_mean(angle, int(SMOOTHED * values))[first:], values)
     last += first
     if reason:
         notes.append(f"the fit ends at {time[last]:.4g} s, where {reason}")
@@ -115,8 +115,8 @@ def decay_of(
         _refuse(found, f"at least {MIN_PERIODS:g} periods", "take a longer part of the record")
     time = time[first:last]
     angle = angle[first:last]
-    size = float(np.abs(_detrended(angle)).max())
-    return Decay(called, time, angle, size, frequency, tuple(notes))
+    size = float(np.abs(_detrend(angle)).max())
+    return DecayRecord(called, time, angle, size, frequency, tuple(notes))
 
 
 def _require_series(time: np.ndarray, angle: np.ndarray) -> None:
@@ -145,7 +145,7 @@ def block_means(values: np.ndarray, count: int) -> np.ndarray:
     return values[: whole * count].reshape(whole, count, *values.shape[1:]).mean(axis=1)
 
 
-def _detrended(x: np.ndarray) -> np.ndarray:
+def _detrend(x: np.ndarray) -> np.ndarray:
     """``x`` (n,) less the parabola of its smallest squares."""
     columns = np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, x.size), 2)
     return np.asarray(x - columns @ np.linalg.lstsq(columns, x, rcond=None)[0])
@@ -154,7 +154,7 @@ def _detrended(x: np.ndarray) -> np.ndarray:
 def _first_large(x: np.ndarray) -> int:
     """First index at which ``x`` is about as large as anywhere."""
     size = np.abs(x)
-    return int(np.argmax(size >= LARGE * size.max()))
+    return int(np.argmax(size >= LARGE_ROLL_FRACTION * size.max()))
 
 
 def _frequency(angle: np.ndarray, step: float) -> float:
@@ -167,7 +167,7 @@ def _frequency(angle: np.ndarray, step: float) -> float:
     return float(2.0 * np.pi * (first + np.argmax(power[first:])) / (size * step))
 
 
-def _smoothed(x: np.ndarray, count: int) -> np.ndarray:
+def _moving_mean(x: np.ndarray, count: int) -> np.ndarray:
     """Moving mean of ``count`` values."""
     return np.convolve(x, np.ones(count) / count, "same") if count > 1 else x
 
@@ -176,7 +176,7 @@ def _find_release(angle: np.ndarray, period: float) -> int:
     """Index a fifth of a ``period`` [values] before the roll first crosses its mean after its
     largest value."""
     whole = int(max(TAIL * angle.size // period, 1.0) * period)
-    swing = _smoothed(angle - angle[-whole:].mean(), int(SMOOTHED * period))
+    swing = _moving_mean(angle - angle[-whole:].mean(), int(SMOOTHED * period))
     largest = _first_large(swing)
     crossings = np.flatnonzero(swing[largest:-1] * swing[largest + 1 :] < 0.0)
     if not crossings.size:
@@ -194,7 +194,12 @@ def _find_end(swing: np.ndarray, period: float) -> tuple[int, str]:
     grown = (sizes > REGROWTH * np.minimum.accumulate(sizes)) & (shares > REGROWN)
     ends = [
         (edges[np.argmax(grown)] if grown.any() else swing.size, "the roll grows again"),
-        (edges[np.argmax(shares < SMALL)] if shares.min() < SMALL else swing.size, SMALL_TEXT),
+        (
+            edges[np.argmax(shares < SMALL_SWING_FRACTION)]
+            if shares.min() < SMALL_SWING_FRACTION
+            else swing.size,
+            SMALL_TEXT,
+        ),
         (int(MAX_PERIODS * period), f"{MAX_PERIODS:g} periods are over"),
     ]
     last, reason = min(ends)
@@ -205,16 +210,16 @@ def _column(recording: Recording, name: str) -> Column:
     """The column of roll: of that name or number, or the only one that ends so."""
     if name.isdigit():
         return recording.column(int(name))
-    wanted = ROLL if name == "roll" else (name.lower(),)
+    wanted = ROLL_NAMES if name == "roll" else (name.lower(),)
     alike = [
         column
         for column in recording.columns
-        if _last(column.name) in wanted and not is_time(column.name)
+        if _last_word(column.name) in wanted and not is_time(column.name)
     ]
     return alike[0] if len(alike) == 1 else recording.column(name)
 
 
-def _last(name: str) -> str:
+def _last_word(name: str) -> str:
     """Last part of a name such as "run1.Roll (deg)", in small letters and without its unit."""
     bare = name.split("(")[0].split("[")[0].strip()
     return bare.replace(" ", ".").replace("_", ".").split(".")[-1].lower()

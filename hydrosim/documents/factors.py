@@ -14,7 +14,7 @@ from hydrosim.program import digest_of_sources, version_of
 MOST = 1000  # factors in the file
 
 
-def known(unit: str, si: str) -> float | None:
+def stored_factor(unit: str, si: str) -> float | None:
     """A factor that `keep` has stored, in this process or an earlier one; None if unknown."""
     return _factors().get(_key(unit, si))
 

@@ -27,11 +27,11 @@ def fault(path: Path) -> str | None:
     changes = status.st_mtime_ns, status.st_ctime_ns
     if time_ns() - max(changes) < SETTLED:
         return _fault(path)
-    return _remembered(path.absolute(), status.st_ino, status.st_size, *changes)
+    return _stored_fault(path.absolute(), status.st_ino, status.st_size, *changes)
 
 
 @lru_cache(maxsize=64)
-def _remembered(path: Path, *state: int) -> str | None:
+def _stored_fault(path: Path, *state: int) -> str | None:
     """Fault of the file in this state."""
     return _fault(path)
 

@@ -46,11 +46,11 @@ class _Described(GenerateJsonSchema):
         """Schema of a model, with the meaning of its keys."""
         found = super().model_schema(schema)
         for key, text in meanings(schema["cls"]).items():
-            found["properties"][key] |= _told(text)
+            found["properties"][key] |= _docstring_parts(text)
         return found
 
 
-def _told(text: str) -> Schema:
+def _docstring_parts(text: str) -> Schema:
     """Meaning and example of a key in a schema, from its docstring."""
     meaning, _, example = text.partition(EXAMPLE)
     said = {"description": meaning}
@@ -73,10 +73,10 @@ def _docstrings(module: str) -> dict[str, dict[str, str]]:
         return {}
     tree = ast.parse(inspect.getsource(sys.modules[module]))
     classes = [node for node in tree.body if isinstance(node, ast.ClassDef)]
-    return {node.name: dict(_documented(node)) for node in classes}
+    return {node.name: dict(_documented_fields(node)) for node in classes}
 
 
-def _documented(node: ast.ClassDef) -> Iterator[tuple[str, str]]:
+def _documented_fields(node: ast.ClassDef) -> Iterator[tuple[str, str]]:
     for field, after in pairwise(node.body):
         match field, after:
             case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(ast.Constant(str(text))):
@@ -109,7 +109,7 @@ def json_schema(model: type[BaseModel], title: str) -> Schema:
     }
 
 
-def either(title: str, key: str, with_it: Schema, without: Schema) -> Schema:
+def either_schema(title: str, key: str, with_it: Schema, without: Schema) -> Schema:
     """JSON schema of files of two kinds, which a ``key`` distinguishes."""
     found: Schema = {"$schema": DIALECT, "title": title, "type": "object"}
     found |= {"if": {"required": [key]}, "$defs": {}}

@@ -15,9 +15,9 @@ from typing import Any
 import yaml
 from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
-from hydrosim.documents.nodes import SETTING, compose, entries, joined, plain, wrong
+from hydrosim.documents.nodes import SETTING, compose, entries, plain, with_hint, wrong
 from hydrosim.documents.suggestions import suggestion
-from hydrosim.documents.units import shown
+from hydrosim.documents.units import value_text
 from hydrosim.errors import InputError
 
 EXTENDS = "extends"
@@ -50,7 +50,7 @@ def read_case(path: Path, above: tuple[Path, ...] = ()) -> tuple[str, Node]:
         return text, node
     _, named = over.pop(EXTENDS)
     if not isinstance(named, ScalarNode):
-        text = f"{EXTENDS}: found {shown(plain(named))}; expected the name of a case file"
+        text = f"{EXTENDS}: found {value_text(plain(named))}; expected the name of a case file"
         raise wrong(named.start_mark, text)
     base = path.parent / str(plain(named))
     chain = (*above, path.resolve())
@@ -58,7 +58,7 @@ def read_case(path: Path, above: tuple[Path, ...] = ()) -> tuple[str, Node]:
         raise wrong(named.start_mark, f"{EXTENDS}: found no file {base}; expected a case file")
     if base.resolve() in chain:
         raise wrong(named.start_mark, f"{EXTENDS}: {base} leads back here; expected another file")
-    under = _moved(read_case(base, chain)[1], Path(str(plain(named))).parent)
+    under = _with_folder(read_case(base, chain)[1], Path(str(plain(named))).parent)
     whole = _overlay(under, _mapping(over, node))
     return f"# {path.name} over {base.name}\n{written(whole)}", whole
 
@@ -72,7 +72,7 @@ def apply_setting(node: Node, setting: str, option: str = SETTING) -> Node:
     value = compose(text, name)
     if not key.strip() or value is None:
         raise InputError(f"{name}: found no key or no value; expected KEY=VALUE; null removes")
-    return _assigned(node, key.strip().split("."), value)
+    return _assign(node, key.strip().split("."), value)
 
 
 def settings_of(values: Mapping[str, Any]) -> list[str]:
@@ -111,14 +111,16 @@ def _read_text(path: Path) -> str:
         raise InputError(f"{path}:{line}: found bytes that are no text; expected UTF-8") from None
 
 
-def _moved(node: Node, folder: Path) -> Node:
+def _with_folder(node: Node, folder: Path) -> Node:
     """``node`` with ``folder`` before all relative paths."""
     if isinstance(node, SequenceNode):
-        items = [_moved(item, folder) for item in node.value]
+        items = [_with_folder(item, folder) for item in node.value]
         return SequenceNode(node.tag, items, *_marks(node), node.flow_style)
     if not isinstance(node, MappingNode):
         return node
-    moved = {key: (name, _moved(value, folder)) for key, (name, value) in entries(node).items()}
+    moved = {
+        key: (name, _with_folder(value, folder)) for key, (name, value) in entries(node).items()
+    }
     for key in FILES & moved.keys():
         name, value = moved[key]
         if isinstance(value, ScalarNode) and not _is_null(value):
@@ -143,7 +145,7 @@ def _overlay(base: Node | None, over: Node) -> Node:
     return _mapping(result, base)
 
 
-def _assigned(node: Node | None, keys: Sequence[str], value: Node) -> Node:
+def _assign(node: Node | None, keys: Sequence[str], value: Node) -> Node:
     """``node``, or a new mapping, with ``value`` at ``keys``; list entries, bodies and forces must
     exist already."""
     if not keys:
@@ -160,7 +162,7 @@ def _assigned(node: Node | None, keys: Sequence[str], value: Node) -> Node:
     name, under = inside.get(key, (new, None))
     if key in NAMED and len(rest) > 1:
         _require(rest[0], entries(under), value)
-    inside[key] = name if rest else new, _assigned(under, rest, value)
+    inside[key] = name if rest else new, _assign(under, rest, value)
     if not rest and _is_null(value):
         _require(key, entries(node), value)
         del inside[key]
@@ -170,14 +172,14 @@ def _assigned(node: Node | None, keys: Sequence[str], value: Node) -> Node:
 def _assigned_item(node: SequenceNode, key: str, rest: Sequence[str], value: Node) -> SequenceNode:
     items = {str(i): item for i, item in enumerate(node.value)}
     _require(key, items, value)
-    items[key] = _assigned(items[key], rest, value)
+    items[key] = _assign(items[key], rest, value)
     return SequenceNode(node.tag, list(items.values()), *_marks(node), node.flow_style)
 
 
 def _require(key: str, known: Collection[str], at: Node) -> None:
     if key not in known:
         text = f'found no "{key}" there; expected one of: {", ".join(known) or "nothing"}'
-        raise wrong(at.start_mark, joined(text, suggestion(key, known)))
+        raise wrong(at.start_mark, with_hint(text, suggestion(key, known)))
 
 
 def _mapping(inside: Mapping[str, tuple[ScalarNode, Node]], like: Node) -> MappingNode:

@@ -32,12 +32,12 @@ def excesses(node: Node | None) -> Iterator[tuple[yaml.Mark, str]]:
     if node is None:
         return
     sizes: dict[int, tuple[int, int]] = {}
-    yield from _measured(node, sizes, set())
+    yield from _measure(node, sizes, set())
     for scalar, kind in _scalars(node, set()):
         yield from _of_text(scalar, kind)
 
 
-def _measured(
+def _measure(
     node: Node, sizes: dict[int, tuple[int, int]], above: set[int]
 ) -> Iterator[tuple[yaml.Mark, str]]:
     """Enter the number of values in a node, and its depth, in ``sizes``; ``above`` are the nodes
@@ -50,7 +50,7 @@ def _measured(
     count = 1
     depth = 0
     for child in _children(node):
-        for excess in _measured(child, sizes, above | {id(node)}):
+        for excess in _measure(child, sizes, above | {id(node)}):
             yield excess
             return
         inside, deep = sizes[id(child)]

@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from hydrosim.documents.nodes import joined
-from hydrosim.documents.suggestions import meant, suggestion
-from hydrosim.documents.units import Quantity, shown
+from hydrosim.documents.nodes import with_hint
+from hydrosim.documents.suggestions import closest_word, suggestion
+from hydrosim.documents.units import Quantity, value_text
 
 Keys = tuple[str | int, ...]
 Readers = Mapping[int, type[BaseModel]]
@@ -49,7 +49,7 @@ def explain(error: ValidationError, data: Any, readers: Readers) -> Iterator[Pro
     """Each mistake in ``data`` with its place; ``readers`` are the models by the ``id`` of the
     mapping that they read."""
     every: list[Details] = list(error.errors(include_url=False))
-    renamed = {*_renamed(every, data, readers)}
+    renamed = {*_renamed_keys(every, data, readers)}
     for details in every:
         if details["loc"] not in renamed:
             yield _problem(details, data, readers, every)
@@ -61,9 +61,11 @@ def _problem(details: Details, data: Any, readers: Readers, every: Sequence[Deta
         case "hydrosim":
             return Problem(keys, context["text"])
         case "extra_forbidden":
-            return _unknown(keys, readers.get(id(_at(data, keys[:-1]))), _alike(details, every))
+            return _unknown(
+                keys, readers.get(id(_value_at(data, keys[:-1]))), _similar_errors(details, every)
+            )
         case "missing" if isinstance(keys[-1], int):
-            return Problem(keys[:-1], _too_few(value, _alike(details, every)))
+            return Problem(keys[:-1], _too_few(value, _similar_errors(details, every)))
         case "missing":
             return Problem(keys, _missing(keys, readers[id(value)]))
         case "union_tag_invalid":
@@ -72,43 +74,49 @@ def _problem(details: Details, data: Any, readers: Readers, every: Sequence[Deta
         case "union_tag_not_found":
             key = context["discriminator"].strip("'")
             text = f'found no key "{key}"; expected it to say which kind this is'
-            return Problem(keys, joined(text, _other_name(key, value)))
+            return Problem(keys, with_hint(text, _other_name(key, value)))
         case "literal_error" | "enum":
             return Problem(keys, _choice(value, context["expected"]))
         case "too_long":
-            return Problem(keys, f"found {shown(value)}; expected {context['max_length']} values")
+            return Problem(
+                keys, f"found {value_text(value)}; expected {context['max_length']} values"
+            )
         case "too_short":
             least = context["min_length"]
-            return Problem(keys, f"found {shown(value)}; expected {_some(least)} or more")
-        case "tuple_type" if len(_alike(details, every)) > 1:
-            return Problem(keys[:-1], _flat(_at(data, keys[:-1])))
+            return Problem(
+                keys, f"found {value_text(value)}; expected {_count_text(least)} or more"
+            )
+        case "tuple_type" if len(_similar_errors(details, every)) > 1:
+            return Problem(keys[:-1], _flat(_value_at(data, keys[:-1])))
         case "tuple_type" if isinstance(value, str):
-            return Problem(keys, f"found {shown(value)}; expected a list, in brackets: [{value}]")
+            return Problem(
+                keys, f"found {value_text(value)}; expected a list, in brackets: [{value}]"
+            )
         case "model_type":
-            return Problem(keys, f"found {shown(value)}; expected {_mapping(context)}")
+            return Problem(keys, f"found {value_text(value)}; expected {_mapping(context)}")
         case kind:
             expected = EXPECTED.get(kind, details["msg"].removeprefix("Input should be "))
-            return Problem(keys, f"found {shown(value)}; expected {expected}")
+            return Problem(keys, f"found {value_text(value)}; expected {expected}")
 
 
-def _alike(details: Details, every: Sequence[Details]) -> list[Details]:
+def _similar_errors(details: Details, every: Sequence[Details]) -> list[Details]:
     """The errors of the same kind in the same mapping or list."""
     kind, above = details["type"], details["loc"][:-1]
     return [each for each in every if each["type"] == kind and each["loc"][:-1] == above]
 
 
-def _renamed(every: Sequence[Details], data: Any, readers: Readers) -> Iterator[Keys]:
+def _renamed_keys(every: Sequence[Details], data: Any, readers: Readers) -> Iterator[Keys]:
     """The missing keys that exist under another name."""
     missing = {each["loc"] for each in every if each["type"] == "missing"}
     for each in every:
         keys = each["loc"]
-        reader = readers.get(id(_at(data, keys[:-1])))
+        reader = readers.get(id(_value_at(data, keys[:-1])))
         if each["type"] == "extra_forbidden" and reader:
-            found = (*keys[:-1], meant(str(keys[-1]), _fields(reader)))
+            found = (*keys[:-1], closest_word(str(keys[-1]), _fields(reader)))
             yield from {found} & missing
 
 
-def _some(count: int) -> str:
+def _count_text(count: int) -> str:
     return "one" if count == 1 else f"{count}"
 
 
@@ -146,13 +154,13 @@ def _other_name(key: str, value: Any) -> str:
     given = next((name for name in names if _of_colon(name, {key: None})), "")
     if given:
         return f'write "{key}: value", with a colon and a blank, not "{given}"'
-    found = next((name for name in names if meant(name, [key])), "")
+    found = next((name for name in names if closest_word(name, [key])), "")
     return f'is "{found}" meant as "{key}"?' if found else ""
 
 
 def _too_few(value: Any, alike: Sequence[Details]) -> str:
     count = 1 + max(each["loc"][-1] for each in alike)
-    return f"found {shown(value)}; expected {count} values"
+    return f"found {value_text(value)}; expected {count} values"
 
 
 def _flat(value: Sequence[Any]) -> str:
@@ -192,11 +200,11 @@ def _fields(reader: type[BaseModel]) -> dict[str, FieldInfo]:
 
 def _choice(value: Any, expected: str) -> str:
     choices = re.findall(r"'([^']*)'", expected)
-    text = f"found {shown(value)}; expected one of: {', '.join(choices)}"
-    return joined(text, suggestion(str(value), choices))
+    text = f"found {value_text(value)}; expected one of: {', '.join(choices)}"
+    return with_hint(text, suggestion(str(value), choices))
 
 
-def _at(data: Any, keys: Keys) -> Any:
+def _value_at(data: Any, keys: Keys) -> Any:
     """The value at ``keys``; keys that do not exist are skipped, as in `locate`."""
     for key in keys:
         if isinstance(data, dict):

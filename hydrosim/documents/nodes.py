@@ -48,10 +48,10 @@ def compose(text: str, name: str) -> Node | None:
         for mark, excess in excesses(node):
             raise wrong(mark, excess)
         _refuse_bad_keys(node)
-        node = _merged(node, {}) if node else None
+        node = _merge(node, {}) if node else None
     except yaml.MarkedYAMLError as error:
         at, what = describe(error, text)
-        place = where(at) if at else name
+        place = place_text(at) if at else name
         raise InputError(f"{place}: not valid YAML: {what}") from None
     except (yaml.YAMLError, ValueError, OverflowError) as error:  # bad escapes raise the latter
         raise InputError(f"{name}: not valid YAML: {str(error).splitlines()[0]}") from None
@@ -106,17 +106,17 @@ def locate(node: Node, keys: Sequence[str | int]) -> tuple[str, yaml.Mark]:
     return ".".join(names), mark
 
 
-def where(mark: yaml.Mark) -> str:
+def place_text(mark: yaml.Mark) -> str:
     """``file:line``; a setting of the command line has no lines."""
     return mark.name if mark.name.startswith((SETTING, GIVEN)) else f"{mark.name}:{mark.line + 1}"
 
 
 def wrong(mark: yaml.Mark, text: str) -> InputError:
     """An error about the place ``mark``."""
-    return InputError(f"{where(mark)}: {text}")
+    return InputError(f"{place_text(mark)}: {text}")
 
 
-def joined(text: str, remedy: str) -> str:
+def with_hint(text: str, remedy: str) -> str:
     """A message with its remedy, if there is one."""
     return f"{text}; {remedy}" if remedy else text
 
@@ -154,18 +154,18 @@ def _mappings(node: Node | None) -> Iterator[MappingNode]:
             yield from _mappings(value)
 
 
-def _merged(node: Node, done: dict[int, Node]) -> Node:
+def _merge(node: Node, done: dict[int, Node]) -> Node:
     """The node with the entries of its merge keys; anchors stay shared."""
     if isinstance(node, ScalarNode):
         return node
     if id(node) not in done:
         ends = node.start_mark, node.end_mark, getattr(node, "flow_style", None)
         if isinstance(node, SequenceNode):
-            items = [_merged(item, done) for item in node.value]
+            items = [_merge(item, done) for item in node.value]
             done[id(node)] = SequenceNode(node.tag, items, *ends)
         else:
-            own = [(key, _merged(x, done)) for key, x in node.value]
-            every = [pair for key, x in own if key.tag == MERGE for pair in _given(key, x)]
+            own = [(key, _merge(x, done)) for key, x in node.value]
+            every = [pair for key, x in own if key.tag == MERGE for pair in _merge_entries(key, x)]
             under = {key.value: (key, x) for key, x in reversed(every)}
             said = {key.value: (key, x) for key, x in own if key.tag != MERGE}
             removed = {name for name in under.keys() & said.keys() if plain(said[name][1]) is None}
@@ -174,7 +174,7 @@ def _merged(node: Node, done: dict[int, Node]) -> Node:
     return done[id(node)]
 
 
-def _given(key: ScalarNode, value: Node) -> Iterator[tuple[ScalarNode, Node]]:
+def _merge_entries(key: ScalarNode, value: Node) -> Iterator[tuple[ScalarNode, Node]]:
     """The entries of the mappings in the value of a merge key."""
     for each in value.value if isinstance(value, SequenceNode) else [value]:
         if not isinstance(each, MappingNode):

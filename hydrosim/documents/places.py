@@ -14,7 +14,7 @@ from pathlib import Path
 import yaml
 from yaml.nodes import MappingNode, Node, SequenceNode
 
-from hydrosim.documents.nodes import SETTING, compose, entries, where
+from hydrosim.documents.nodes import SETTING, compose, entries, place_text
 from hydrosim.errors import InputError
 
 Places = Mapping[str, str]
@@ -27,11 +27,11 @@ SUBJECT = re.compile(rf"(?:^|: )({WORD.pattern})((?:, \w+)*)")
 
 def places_of(node: Node) -> dict[str, str]:
     """The places of all keys of a document; keys set by the command line have none."""
-    return {key: _of(mark) for key, mark in _marks(node, "")}
+    return {key: _mark_text(mark) for key, mark in _marks(node, "")}
 
 
-def _of(mark: yaml.Mark) -> str:
-    return "" if mark.name.startswith(SETTING) else where(mark)
+def _mark_text(mark: yaml.Mark) -> str:
+    return "" if mark.name.startswith(SETTING) else place_text(mark)
 
 
 def _marks(node: Node, above: str) -> Iterator[tuple[str, yaml.Mark]]:
@@ -45,20 +45,20 @@ def _marks(node: Node, above: str) -> Iterator[tuple[str, yaml.Mark]]:
             yield from _marks(item, f"{above}{k}.")
 
 
-def located(text: str, places: Places) -> str:
+def add_source_lines(text: str, places: Places) -> str:
     """A message with file and line before each of its lines that names a key."""
-    return "\n".join(_located(line, places) for line in text.split("\n"))
+    return "\n".join(_add_source_line(line, places) for line in text.split("\n"))
 
 
-def _located(line: str, places: Places) -> str:
-    place = next(_named(line, places), "")
+def _add_source_line(line: str, places: Places) -> str:
+    place = next(_named_places(line, places), "")
     file = place.rpartition(":")[0]
     if not place or place in line:
         return line
     return f"{place}: {line.removeprefix(f'{file}: ')}"
 
 
-def _named(line: str, places: Places) -> Iterator[str]:
+def _named_places(line: str, places: Places) -> Iterator[str]:
     """Places of the keys that a line begins with, or that follow its first colon: a dotted name, or
     a single word. For "bodies.barge.inertia, mass" the keys that exist, or else the mapping that
     should have them."""
@@ -68,11 +68,11 @@ def _named(line: str, places: Places) -> Iterator[str]:
             continue
         above = key.rpartition(".")[0]
         beside = [f"{above}.{name}" for name in others.split(", ")[1:]]
-        known = [each for each in (key, *beside, *_above(key)) if each in places]
+        known = [each for each in (key, *beside, *_parent_keys(key)) if each in places]
         yield from [places[known[0]]] if known else []
 
 
-def _above(key: str) -> Iterator[str]:
+def _parent_keys(key: str) -> Iterator[str]:
     """The mappings that contain a key, the nearest first."""
     while key := key.rpartition(".")[0]:
         yield key
@@ -84,7 +84,7 @@ def locating(places: Places) -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        text = located(str(error), places)
+        text = add_source_lines(str(error), places)
         if text == str(error):
             raise
         raise type(error)(text) from error

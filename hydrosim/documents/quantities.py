@@ -197,7 +197,7 @@ def _kind(value: object) -> str:
     return "by name" if isinstance(value, dict | BaseModel) else "list"
 
 
-def _scaled(matrix: np.ndarray) -> np.ndarray:
+def _scale_to_unit_diagonal(matrix: np.ndarray) -> np.ndarray:
     """The matrix scaled to a unit diagonal, so that metres and radians weigh the same."""
     diagonal = np.diag(matrix)
     size = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
@@ -206,7 +206,7 @@ def _scaled(matrix: np.ndarray) -> np.ndarray:
 
 def _symmetric(value: Any) -> Any:
     matrix = as_matrix(value)
-    gap = np.abs(_scaled(matrix) - _scaled(matrix).T)
+    gap = np.abs(_scale_to_unit_diagonal(matrix) - _scale_to_unit_diagonal(matrix).T)
     i, j = np.unravel_index(gap.argmax(), gap.shape)
     if gap[i, j] > 1e-6:
         found = f"{matrix[i, j]:g} in row {i + 1}, column {j + 1} and {matrix[j, i]:g} opposite it"
@@ -224,13 +224,13 @@ def _not_driving(value: Any) -> Any:
 
 def _semidefinite(value: Any) -> Any:
     matrix = as_matrix(_not_driving(value))
-    if np.linalg.eigvalsh(_scaled(matrix))[0] < -1e-9:
+    if np.linalg.eigvalsh(_scale_to_unit_diagonal(matrix))[0] < -1e-9:
         raise problem("a matrix with a negative eigenvalue", "one that cannot give energy away")
     return value
 
 
 def _definite(value: Any) -> Any:
-    if np.linalg.eigvalsh(_scaled(as_matrix(value)))[0] <= 0.0:
+    if np.linalg.eigvalsh(_scale_to_unit_diagonal(as_matrix(value)))[0] <= 0.0:
         raise problem("a matrix that is not positive definite", "one of a body with mass")
     return value
 
@@ -271,13 +271,13 @@ def _round(values: tuple[float, ...]) -> tuple[float, ...]:
     return values
 
 
-def _named(name: str) -> str:
+def _valid_name(name: str) -> str:
     if not NAME.fullmatch(name):
         raise problem(f'the name "{name}"', "letters, digits and _, beginning with a letter")
     return name
 
 
-def some(value: Any) -> Any:
+def require_entries(value: Any) -> Any:
     """Refuses an empty list or mapping."""
     if not value:
         raise problem("nothing in it", "one or more")
@@ -291,12 +291,12 @@ def several(values: tuple[Any, ...]) -> tuple[Any, ...]:
     return values
 
 
-def listed(value: Any) -> Any:
+def as_list(value: Any) -> Any:
     """The value as a list; a single value becomes a list of one."""
     return value if isinstance(value, list | tuple) else [value]
 
 
-def one_or_more(item: Any, listed: Callable[[Any], Any] = listed) -> BeforeValidator:
+def one_or_more(item: Any, listed: Callable[[Any], Any] = as_list) -> BeforeValidator:
     """Annotation of a tuple of ``item``; a file may give a single one, which becomes a list by
     ``listed``."""
     return BeforeValidator(listed, json_schema_input_type=item | tuple[item, ...])
@@ -352,7 +352,7 @@ InertiaMatrix = Annotated[
     AfterValidator(_symmetric),
     AfterValidator(_definite),
 ]
-Name = Annotated[str, AfterValidator(_named)]
+Name = Annotated[str, AfterValidator(_valid_name)]
 if TYPE_CHECKING:  # types after reading; a file may give names in place of a list
     Offsets = Six[float, float]
     Velocities = Six[float, float]
@@ -363,11 +363,13 @@ else:
     Radii = _or_by_name(Vector[Radius], PerTurn[Radius], _listed_turns)
 Point = Vector[Length]
 Direction = Vector[Component]
-Times = Annotated[tuple[Instant, ...], AfterValidator(some), RISING]
+Times = Annotated[tuple[Instant, ...], AfterValidator(require_entries), RISING]
 Frequencies = Annotated[tuple[TableFrequency, ...], AfterValidator(several), RISING]
 WaveDensities = tuple[WaveDensity, ...]
 Position = tuple[Length, Length]
-Headings = Annotated[tuple[Angle, ...], AfterValidator(some), RISING, AfterValidator(_round)]
+Headings = Annotated[
+    tuple[Angle, ...], AfterValidator(require_entries), RISING, AfterValidator(_round)
+]
 StreamForces = tuple[_StreamForce, ...]
 StreamMoments = tuple[_StreamMoment, ...]
 Compressions = Annotated[tuple[Length, ...], RISING, AfterValidator(from_zero)]

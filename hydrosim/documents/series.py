@@ -24,13 +24,13 @@ from hydrosim.documents.text import (
     Table,
     name_and_unit,
     parse,
+    readable_unit,
     require_finite,
     require_rising,
     require_usual,
-    spelled,
     unit_of_column,
 )
-from hydrosim.documents.units import shown
+from hydrosim.documents.units import value_text
 from hydrosim.dofs import DOFS
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def _read_text(source: Source, columns: Sequence[Column]) -> Series:
 def _label(text: Table, k: int) -> str | None:
     """The unit of a column of a text file; None where the file says none that is known."""
     said = unit_of_column(text, k) if text.names else None
-    return (spelled(said) or None) if said else None
+    return (readable_unit(said) or None) if said else None
 
 
 def _require_one_unit(source: Source, units: Sequence[str | None]) -> None:
@@ -92,7 +92,7 @@ def _time_column(source: Source, text: Table) -> int:
         if TIME.fullmatch(bare):
             said = text.units[i].strip("[]()") if text.units else unit
             if said not in (None, "", "s", "sec", "seconds"):
-                found = shown(name if unit else f"{name} {text.units[i]}")
+                found = value_text(name if unit else f"{name} {text.units[i]}")
                 source.wrong(f"found {found}; expected the time in s; convert it")
             return i
     return 0
@@ -108,9 +108,9 @@ def _pick(source: Source, text: Table, column: Column) -> int:
         return column - 1
     if not text.names:
         remedy = f"call it by its number, from 1 to {text.rows.shape[1]}"
-        source.wrong(f"found no names of columns, and so no {shown(column)}; {remedy}")
+        source.wrong(f"found no names of columns, and so no {value_text(column)}; {remedy}")
     if column in text.names:
-        source.wrong(f"found more than one column {shown(column)}; call it by its number")
+        source.wrong(f"found more than one column {value_text(column)}; call it by its number")
     source.unknown("column", column, text.names)
 
 
@@ -136,8 +136,8 @@ def columns_of(run: xr.Dataset, modes: bool = False) -> Iterator[str]:
     for name in run.data_vars:
         variable = run.variables[name]
         if "time" in variable.dims and ("flag_values" in variable.attrs) == modes:
-            dims = [*_others(variable)]
-            known |= {dim: [*map(str, _along(run, dim))] for dim in dims if dim not in known}
+            dims = [*_other_dims(variable)]
+            known |= {dim: [*map(str, _labels_along(run, dim))] for dim in dims if dim not in known}
             labels = [known[dim] for dim in dims]
             yield from (".".join([str(name), *chosen]) for chosen in product(*labels))
 
@@ -153,8 +153,8 @@ def select(source: Source, run: xr.Dataset, column: str) -> tuple[np.ndarray, st
     while rest:
         places = {
             str(label): (dim, at)
-            for dim in _others(values)
-            for at, label in enumerate(_along(run, dim))
+            for dim in _other_dims(values)
+            for at, label in enumerate(_labels_along(run, dim))
         }
         # a name may contain points itself
         fitting = [x for x in places if f"{rest}.".startswith(f"{x}.")]
@@ -165,11 +165,12 @@ def select(source: Source, run: xr.Dataset, column: str) -> tuple[np.ndarray, st
         values = values.isel({dim: at})
         labels.append(label)
         rest = rest[len(label) + 1 :]
-    values = values.squeeze([dim for dim in _others(values) if values.sizes[dim] == 1])
-    if left := list(_others(values)):
-        example = ".".join([column, *(str(_along(run, dim)[0]) for dim in left)])
+    values = values.squeeze([dim for dim in _other_dims(values) if values.sizes[dim] == 1])
+    if left := list(_other_dims(values)):
+        example = ".".join([column, *(str(_labels_along(run, dim)[0]) for dim in left)])
+        every = " and ".join(left)
         source.wrong(
-            f'found {shown(column)} for every {" and ".join(left)}; expected one, as in "{example}"'
+            f'found {value_text(column)} for every {every}; expected one, as in "{example}"'
         )
     return values.values.astype(float), unit_of(values.attrs, labels)
 
@@ -197,12 +198,12 @@ def _is_turn(label: str) -> bool:
     return motion in TURNS or (unit != "" and motion in DOFS[3:])
 
 
-def _along(run: xr.Dataset, dim: str) -> np.ndarray:
+def _labels_along(run: xr.Dataset, dim: str) -> np.ndarray:
     """The labels along a dimension; numbers if it has no labels."""
     return run.variables[dim].values if dim in run.variables else np.arange(run.sizes[dim])
 
 
-def _others(values: xr.Variable) -> Iterator[str]:
+def _other_dims(values: xr.Variable) -> Iterator[str]:
     return (str(dim) for dim in values.dims if dim != "time")
 
 

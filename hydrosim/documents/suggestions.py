@@ -109,16 +109,16 @@ SYNONYMS = {
 
 def suggestion(word: str, known: Iterable[str]) -> str:
     """Question with the word of ``known`` that was probably meant; empty if none is similar."""
-    found = meant(word, known)
+    found = closest_word(word, known)
     return f'did you mean "{found}"?' if found else ""
 
 
-def meant(word: str, known: Iterable[str]) -> str:
+def closest_word(word: str, known: Iterable[str]) -> str:
     """The word of ``known`` that was probably meant; empty if none is similar."""
-    return next(_meant(_plain(word), list(known)), "")
+    return next(_closest_words(_plain(word), list(known)), "")
 
 
-def _meant(word: str, known: list[str]) -> Iterator[str]:
+def _closest_words(word: str, known: list[str]) -> Iterator[str]:
     plain = {_plain(name): name for name in known}
     yield from [plain[word]] if word in plain else []
     yield from (name for name in known if word in SYNONYMS.get(name, "").split())

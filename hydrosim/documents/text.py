@@ -21,9 +21,9 @@ from typing import NoReturn
 import numpy as np
 
 from hydrosim.documents.files import no_file
-from hydrosim.documents.nodes import joined
+from hydrosim.documents.nodes import with_hint
 from hydrosim.documents.suggestions import suggestion
-from hydrosim.documents.units import LARGEST, LARGEST_OF, factor, shown
+from hydrosim.documents.units import LARGEST, LARGEST_OF, factor, value_text
 from hydrosim.errors import InputError
 
 REMARKS = ("#", "%", "!")
@@ -74,8 +74,8 @@ class Source:
         self, what: str, name: str, known: Sequence[str], line: int | None = None
     ) -> NoReturn:
         """Raises InputError: ``name`` is not among the ``known``."""
-        text = f"found no {what} {shown(name)}; expected one of: {', '.join(known) or 'none'}"
-        self.wrong(joined(text, suggestion(name, known)), line)
+        text = f"found no {what} {value_text(name)}; expected one of: {', '.join(known) or 'none'}"
+        self.wrong(with_hint(text, suggestion(name, known)), line)
 
 
 @dataclass(frozen=True)
@@ -142,7 +142,7 @@ def name_and_unit(text: str) -> tuple[str, str | None]:
     """Name and unit of "Heave (m)" or "Fx [kN]"; the whole text and None if it has no known
     unit."""
     found = IN_BRACKETS.fullmatch(text.strip())
-    unit = found and spelled(found["unit"] if found["round"] is None else found["round"])
+    unit = found and readable_unit(found["unit"] if found["round"] is None else found["round"])
     return (text.strip(), None) if not found or unit is None else (found["name"], unit)
 
 
@@ -153,7 +153,7 @@ def unit_of_column(table: Table, k: int) -> str | None:
     return name_and_unit(table.names[k])[1]
 
 
-def spelled(text: str) -> str | None:
+def readable_unit(text: str) -> str | None:
     """A unit as `factor` reads it, None if it is unknown: "kNm" is "kN*m", "-" is ""."""
     unit = text.strip().strip("[]()").strip()
     unit = PLAIN.get(unit, SPELLINGS.get(unit, unit))
@@ -239,9 +239,9 @@ def _numbers(
         except ValueError:
             remedy = "a decimal point, not a comma, and # before a remark"
             if separator == ";" and "," in field:
-                remedy = f'";" separates columns here; write {shown(field.replace(",", "."))}'
+                remedy = f'";" separates columns here; write {value_text(field.replace(",", "."))}'
             expected = f"a number{DATED if dates else ''}; {remedy}"
-            source.wrong(f"found {shown(field)}; expected {expected}", line)
+            source.wrong(f"found {value_text(field)}; expected {expected}", line)
     return numbers
 
 
@@ -251,7 +251,7 @@ def _heading(
     """Names and units of ``count`` columns; empty if the heading does not give them."""
     written = [line for line in heading if not RULE.fullmatch(line)]
     rows = [_fields(line, separator, count) for line in written[-2:]]
-    if len(rows) == 2 and all(rows) and all(spelled(field) is not None for field in rows[1]):
+    if len(rows) == 2 and all(rows) and all(readable_unit(field) is not None for field in rows[1]):
         return rows[0], rows[1]
     return (rows[-1] if rows else []), []
 

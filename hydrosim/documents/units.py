@@ -148,7 +148,7 @@ class Quantity:
             raise self._wrong(text, str(error)) from None
 
     def _wrong(self, value: object, remedy: str = "") -> PydanticCustomError:
-        return problem(shown(value), self.expected, remedy)
+        return problem(value_text(value), self.expected, remedy)
 
     @property
     def expected(self) -> str:
@@ -203,7 +203,7 @@ class AnyQuantity:
         """The factor; raises PydanticCustomError if the value is not a factor."""
         found = self._read(value)
         if self.above is not None and not found.value > self.above:
-            raise problem(shown(value), self.expected, f"it must be above {self.above:g}")
+            raise problem(value_text(value), self.expected, f"it must be above {self.above:g}")
         return found
 
     def _read(self, value: object) -> Scale:
@@ -213,9 +213,9 @@ class AnyQuantity:
             return Scale(Quantity(self.what, "", self.example).read(value))
         unit = text[number.end() :].strip()
         try:
-            size = registry().Quantity(1.0, _known(unit)).to_base_units().magnitude
+            size = registry().Quantity(1.0, _known_unit(unit)).to_base_units().magnitude
         except ValueError as error:
-            raise problem(shown(value), self.expected, str(error)) from None
+            raise problem(value_text(value), self.expected, str(error)) from None
         return Scale(float(number.group()) * float(size), unit, text)
 
     @property
@@ -230,7 +230,7 @@ def same_dimension(first: str, second: str, product: str) -> bool:
     return bool((unit(first) * unit(second)).dimensionality == unit(product).dimensionality)
 
 
-def shown(value: object) -> str:
+def value_text(value: object) -> str:
     """A value in the form that messages show."""
     match value:
         case None:
@@ -249,22 +249,22 @@ def shown(value: object) -> str:
 def factor(unit: str, si: str) -> float:
     """The factor that converts a number in ``unit`` to ``si``; raises ValueError with the reason if
     there is none."""
-    found = factors.known(unit, si)
+    found = factors.stored_factor(unit, si)
     if found is None:
-        found = _computed(unit, si)
+        found = _computed_factor(unit, si)
         factors.keep(unit, si, found)
     return found
 
 
-def _computed(unit: str, si: str) -> float:
-    source = _known(unit)
+def _computed_factor(unit: str, si: str) -> float:
+    source = _known_unit(unit)
     target = registry().parse_units(si)
     if not _same_kind(source, target, si in STRICT):
         raise ValueError(_why_not(unit, source, target))
     return float(registry().convert(1.0, source, target))
 
 
-def _known(unit: str) -> Any:
+def _known_unit(unit: str) -> Any:
     """pint's unit; raises ValueError with the reason if it is unknown."""
     if not UNIT.fullmatch(unit):
         raise ValueError(f'"{unit}" cannot be read as a unit')

@@ -1,5 +1,5 @@
-"""`validated` reads a YAML file as a pydantic model, or raises an error about every mistake in
-it."""
+"""`validate_document` reads a YAML file as a pydantic model, or raises an error about every mistake
+in it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pydantic import BaseModel, ValidationError
 from yaml.nodes import Node
 
 from hydrosim.documents.messages import Problem, explain
-from hydrosim.documents.nodes import empty_keys, locate, plain, where
+from hydrosim.documents.nodes import empty_keys, locate, place_text, plain
 from hydrosim.errors import InputError
 
 M = TypeVar("M", bound=BaseModel)
@@ -19,7 +19,7 @@ Further = Callable[[M], Iterable[Problem]]
 MOST_TOLD = 15  # problems in one error: nobody reads more, and a list may have thousands
 
 
-def validated(document: Node, model: type[M], further: Further[M] = lambda _: ()) -> M:
+def validate_document(document: Node, model: type[M], further: Further[M] = lambda _: ()) -> M:
     """The nodes of a YAML file as a ``model``; ``further`` finds problems in what it holds.
 
     Raises InputError with a line for each problem, and with the number of those after the
@@ -30,14 +30,14 @@ def validated(document: Node, model: type[M], further: Further[M] = lambda _: ()
     try:
         data = model.model_validate(raw, context=readers)
     except ValidationError as error:
-        empty = [each for each in _empty(document) if ":" not in str(each.keys[-1])]
+        empty = [each for each in _empty_value_problems(document) if ":" not in str(each.keys[-1])]
         _report([*explain(error, raw, readers), *empty], document)
         raise
-    _report([*_empty(document), *further(data)], document)
+    _report([*_empty_value_problems(document), *further(data)], document)
     return data
 
 
-def _empty(document: Node) -> Iterator[Problem]:
+def _empty_value_problems(document: Node) -> Iterator[Problem]:
     for keys in empty_keys(document):
         yield Problem(keys, "found nothing; expected a value; give one or remove the key")
 
@@ -47,12 +47,14 @@ def _report(problems: Sequence[Problem], document: Node) -> None:
     lines: dict[str, str] = {}
     for problem in problems:
         key, mark = locate(document, problem.keys)
-        lines.setdefault(key, ": ".join(part for part in (where(mark), key, problem.text) if part))
+        lines.setdefault(
+            key, ": ".join(part for part in (place_text(mark), key, problem.text) if part)
+        )
     if lines:
-        raise InputError("\n".join(_first([*lines.values()])))
+        raise InputError("\n".join(_first_lines([*lines.values()])))
 
 
-def _first(lines: list[str]) -> list[str]:
+def _first_lines(lines: list[str]) -> list[str]:
     more = len(lines) - MOST_TOLD
     if more <= 0:
         return lines

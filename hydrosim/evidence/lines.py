@@ -50,7 +50,7 @@ class Line:
         features = tuple(Feature[name] for name in data["features"])
         return cls(**{**data, "kind": Kind(data["kind"]), "features": features})
 
-    def stored(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, Any]:
         """The line as it is stored, of plain texts and numbers: names of features, figures of three
         digits."""
         return {

@@ -37,7 +37,7 @@ import numpy as np
 
 from hydrosim.forces.contact.modes import OPEN
 from hydrosim.integrate import Method
-from hydrosim.linear.components import spread
+from hydrosim.linear.components import expand_to_active
 from hydrosim.linear.modes import TINY, shares
 from hydrosim.linear.stability import Combination, what_moves
 from hydrosim.modes import MODE, SEGMENT
@@ -125,10 +125,10 @@ class Vibration:
         there = modes[:, closed, SEGMENT] == self.modes[closed, SEGMENT]
         there &= modes[:, closed, MODE] != OPEN
         alike = there & (modes[:, closed, MODE] == self.modes[closed, MODE])
-        return _widened(there.any(axis=1)), _widened(alike.any(axis=1))
+        return _widen(there.any(axis=1)), _widen(alike.any(axis=1))
 
 
-def _widened(here: np.ndarray) -> np.ndarray:
+def _widen(here: np.ndarray) -> np.ndarray:
     """True also next to true entries (nt,)."""
     beside = here.copy()
     beside[1:] |= here[:-1]
@@ -179,18 +179,18 @@ def vibrations(
             whole = np.vdot(left[:, k], right[:, k])
             if abs(felt @ rate) <= MOVES * abs(whole):
                 continue  # hardly a motion of bodies
-            K = remembered(model, values[k].imag)[np.ix_(own, own)]
+            K = memory_response(model, values[k].imag)[np.ix_(own, own)]
             memory = np.linalg.solve(part.inertia, K @ rate)
             value = complex(values[k] - felt @ memory / whole)
             if wrong(np.array([value])).any():
                 what = what_moves(part, share[:, k], layout)
-                amplitude = spread(2.0 * np.abs(right[:n, k]), part.active, active)
-                sensed = spread(felt / (felt @ rate), part.active, active)
+                amplitude = expand_to_active(2.0 * np.abs(right[:n, k]), part.active, active)
+                sensed = expand_to_active(felt / (felt @ rate), part.active, active)
                 at = combination.contact, combination.modes
                 yield Vibration(*at, value, what, amplitude, sensed)
 
 
-def remembered(model: Model, omega: float) -> np.ndarray:
+def memory_response(model: Model, omega: float) -> np.ndarray:
     """Radiation K^(i w), (n, n), of a memory by convolution: force per velocity of the free
     coordinates at ``omega`` [rad/s]."""
     kernel = model.convolution

@@ -27,7 +27,7 @@ def find_components(coupled: np.ndarray) -> list[np.ndarray]:
     return found
 
 
-def spread(values: np.ndarray, own: np.ndarray, active: np.ndarray) -> np.ndarray:
+def expand_to_active(values: np.ndarray, own: np.ndarray, active: np.ndarray) -> np.ndarray:
     """Expand the ``values`` (k,) of the coordinates ``own`` (k,) to all ``active`` coordinates
     (n,), rising; zero elsewhere."""
     every = np.zeros(active.size, dtype=values.dtype)

@@ -37,7 +37,7 @@ class Contacts(StrEnum):
     OPEN = "open"
 
 
-def pressed(model: Model, state: State) -> np.ndarray:
+def pressed_points(model: Model, state: State) -> np.ndarray:
     """Indices (k,) of the contact points that are not open."""
     return np.flatnonzero(state.modes[: model.elements.fenders.points.size, MODE] != OPEN)
 
@@ -48,7 +48,7 @@ def with_contacts(
     """The model and the state at ``rest``, with its contact points, called ``names``, in the state
     ``contacts``. Raises InputError if rigid friction leaves no motion."""
     modes = rest.modes.copy()
-    points = pressed(model, rest)
+    points = pressed_points(model, rest)
     law = model.elements.fenders.points["law"]
     if contacts == Contacts.STUCK:
         modes[points[law[points] != FRICTIONLESS], MODE] = STICK
@@ -69,7 +69,7 @@ def with_contacts(
 def _leaves_motion(model: Model, y: np.ndarray, modes: np.ndarray) -> bool:
     """True if constraints leave any motion."""
     freedom = freedom_of(find_constraint_rows(model, y, modes), inertia(model, y))
-    return freedom.unconstrained or freedom.basis.shape[1] > 0
+    return freedom.is_unconstrained or freedom.basis.shape[1] > 0
 
 
 def find_rigid_tractions(model: Model, state: State, forces: np.ndarray) -> np.ndarray:

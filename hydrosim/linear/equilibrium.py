@@ -107,7 +107,7 @@ class _Loads:
         model = self.model
         state = self.state
         work = self.work
-        y = _at(q, state, model)
+        y = _state_at_rest(q, state, model)
         load = np.zeros(q.size)
         place_bodies(q, np.zeros(q.size), model.bodies, work.motion)
         settle(self.time, y, state.modes, work.motion, model.bodies, model.elements, model.tanks)
@@ -118,7 +118,7 @@ class _Loads:
 
     def constraints(self, q: np.ndarray) -> np.ndarray:
         """J (m, n) of constraints other than friction at ``q``."""
-        y = _at(q, self.state, self.model)
+        y = _state_at_rest(q, self.state, self.model)
         return find_constraint_rows(self.smooth, y, self.state.modes)
 
     def stiffness(self, q: np.ndarray) -> np.ndarray:
@@ -126,16 +126,18 @@ class _Loads:
         bodies."""
         reactions = self.reactions(q)
         ahead, behind = (
-            np.array([self._with(reactions, q + sign * s) for s in SMALL * np.eye(q.size)])
+            np.array(
+                [self._with_reactions(reactions, q + sign * s) for s in SMALL * np.eye(q.size)]
+            )
             for sign in (1, -1)
         )
         return (behind - ahead).T / (2.0 * SMALL)
 
-    def _with(self, reactions: np.ndarray, q: np.ndarray) -> np.ndarray:
+    def _with_reactions(self, reactions: np.ndarray, q: np.ndarray) -> np.ndarray:
         load = self.at(q)
         return load + self.constraints(q).T @ reactions if reactions.size else load
 
-    def held(self, q: np.ndarray, known: Held | None = None) -> Held:
+    def stiff_directions(self, q: np.ndarray, known: Held | None = None) -> Held:
         """The directions with a stiffness at ``q``, in the same number as ``known`` if given."""
         rows = self.constraints(q)
         if known and not len(rows):
@@ -159,7 +161,7 @@ class _Loads:
 
     def scale(self, q: np.ndarray) -> np.ndarray:
         """Roots (n,) of the inertias of all coordinates at ``q``."""
-        return np.sqrt(np.diag(inertia(self.model, _at(q, self.state, self.model))))
+        return np.sqrt(np.diag(inertia(self.model, _state_at_rest(q, self.state, self.model))))
 
     def reactions(self, q: np.ndarray) -> np.ndarray:
         """Forces (m,) of constraints that balance all loads at ``q`` best."""
@@ -184,7 +186,7 @@ class _Loads:
             return q + step
 
         def along(_: float, place: np.ndarray) -> np.ndarray:
-            M = inertia(self.model, _at(place, self.state, self.model))
+            M = inertia(self.model, _state_at_rest(place, self.state, self.model))
             free = freedom_of(self.constraints(place), M)
             return free.expand(free.project_motions(step))
 
@@ -205,11 +207,11 @@ def equilibrium(
     loads = _Loads(model, state, time)
     start = state.y[: model.bodies.active.size]
     first_modes = state.modes.copy()
-    for approach in (_newton, _relaxed):
+    for approach in (_newton, _relax):
         state.modes[:] = first_modes
         q = approach(start.copy(), loads, 1e-3 * ENOUGH * weight, held)
         here = loads.at(q)
-        now = loads.held(q, held)
+        now = loads.stiff_directions(q, held)
         residual = float(np.abs(now.felt(here)).max(initial=0.0) / weight)
         if residual <= ENOUGH:
             break
@@ -220,28 +222,30 @@ def equilibrium(
             f" {residual:.1e} of the weight. Look for an unbalanced force, or start closer to"
             " equilibrium (initial.position)."
         )
-    return Rest(model, state._replace(y=_at(q, state, model)), time, residual, drift, now)
+    return Rest(
+        model, state._replace(y=_state_at_rest(q, state, model)), time, residual, drift, now
+    )
 
 
 def _newton(q: np.ndarray, loads: _Loads, enough: float, held: Held | None) -> np.ndarray:
     """Position by Newton's method from ``q``, with loads below ``enough`` if it is found."""
     here = loads.at(q)
     for _ in range(ITERATIONS):
-        now = loads.held(q, held)
+        now = loads.stiff_directions(q, held)
         if np.abs(now.felt(here)).max(initial=0.0) <= enough:
             break
         stiffness = now.loads @ loads.stiffness(q) @ now.moves
         step = now.moves @ np.linalg.lstsq(stiffness, now.loads @ here, rcond=FLAT)[0]
-        q, here = _shortened(q, step, here, loads, now)
+        q, here = _shorten_step(q, step, here, loads, now)
     return q
 
 
-def _relaxed(q: np.ndarray, loads: _Loads, enough: float, held: Held | None) -> np.ndarray:
+def _relax(q: np.ndarray, loads: _Loads, enough: float, held: Held | None) -> np.ndarray:
     """Position by relaxation from ``q``, with loads below ``enough`` if it is found."""
     here = loads.at(q)
     rate: Any = np.nan  # u [1/s^2]
     for _ in range(RELAXATIONS):
-        now = loads.held(q, held)
+        now = loads.stiff_directions(q, held)
         if np.abs(now.felt(here)).max(initial=0.0) <= enough:
             break
         stiffness = (now.moves.T @ loads.stiffness(q)) @ now.moves
@@ -269,7 +273,7 @@ def stiffness_of(rest: Rest, rows: Sequence[int], step: float = WIDE) -> np.ndar
     return (8.0 * (behind - ahead) - (far_behind - far_ahead)).T / (12.0 * step)
 
 
-def _at(q: np.ndarray, state: State, model: Model) -> np.ndarray:
+def _state_at_rest(q: np.ndarray, state: State, model: Model) -> np.ndarray:
     """y at rest at ``q`` with the tank contents of a ``state``."""
     y = np.zeros_like(state.y)
     y[: q.size] = q
@@ -284,7 +288,7 @@ def _at(q: np.ndarray, state: State, model: Model) -> np.ndarray:
     return y
 
 
-def _shortened(
+def _shorten_step(
     q: np.ndarray, step: np.ndarray, load: np.ndarray, loads: _Loads, held: Held
 ) -> tuple[np.ndarray, np.ndarray]:
     """The step, halved until the held loads decrease; the last one tried if they never do."""

@@ -42,31 +42,33 @@ class Freedom:
     basis: np.ndarray
 
     @property
-    def unconstrained(self) -> bool:
+    def is_unconstrained(self) -> bool:
         """True if there are no constraints."""
         return len(self.rows) == 0
 
     @property
     def has_dependent_rows(self) -> bool:
         """True if some rows depend on others, so that the force of each is not defined."""
-        return not self.unconstrained and self.basis.shape[1] > self.rows.shape[1] - len(self.rows)
+        return not self.is_unconstrained and self.basis.shape[1] > self.rows.shape[1] - len(
+            self.rows
+        )
 
     def project_matrix(self, D: np.ndarray) -> np.ndarray:
         """N^T D N for ``D`` (..., n, n)."""
-        return D if self.unconstrained else np.asarray(self.basis.T @ D @ self.basis)
+        return D if self.is_unconstrained else np.asarray(self.basis.T @ D @ self.basis)
 
     def project_loads(self, F: np.ndarray) -> np.ndarray:
         """N^T F for loads ``F`` (n, ...)."""
-        return F if self.unconstrained else np.asarray(self.basis.T @ F)
+        return F if self.is_unconstrained else np.asarray(self.basis.T @ F)
 
     def expand(self, p: np.ndarray) -> np.ndarray:
         """N p for ``p`` (k, ...)."""
-        return p if self.unconstrained else np.asarray(self.basis @ p)
+        return p if self.is_unconstrained else np.asarray(self.basis @ p)
 
     def project_motions(self, q: np.ndarray) -> np.ndarray:
         """The p whose N p is nearest to ``q`` (n, ...) by kinetic energy. For accelerations from
         loads without constraints it gives the accelerations with constraints."""
-        if self.unconstrained:
+        if self.is_unconstrained:
             return q
         return np.asarray(
             linalg.solve(self.project_matrix(self.inertia), self.project_loads(self.inertia @ q))
@@ -74,14 +76,14 @@ class Freedom:
 
     def expand_covectors(self, left: np.ndarray) -> np.ndarray:
         """The covectors (n, ...) whose product with N p equals that of ``left`` (k, ...) with p."""
-        if self.unconstrained:
+        if self.is_unconstrained:
             return left
         mass = self.project_matrix(self.inertia)
         return np.asarray(self.inertia @ self.expand(linalg.solve(mass, left)))
 
     def find_mobility(self) -> np.ndarray:
         """The accelerations (n, n) under unit loads, N (N^T M N)^-1 N^T."""
-        if self.unconstrained:
+        if self.is_unconstrained:
             return np.asarray(linalg.inv(self.inertia))
         return self.accelerate(np.eye(len(self.inertia)))
 
@@ -93,7 +95,7 @@ class Freedom:
 
     def solve_motions(self, D: np.ndarray, F: np.ndarray) -> np.ndarray:
         """The motions q (..., n) with N^T D q = N^T F, for ``D`` (..., n, n) and ``F`` (..., n)."""
-        if self.unconstrained:
+        if self.is_unconstrained:
             return np.asarray(np.linalg.solve(D, F[..., None])[..., 0])
         p = np.linalg.solve(self.project_matrix(D), (F @ self.basis)[..., None])[..., 0]
         return np.asarray(p @ self.basis.T)

@@ -93,7 +93,7 @@ class Linear:
     def response(self, omega: float, load: np.ndarray) -> np.ndarray:
         """Complex amplitudes (n,) of the coordinates under loads Re(load exp(i omega t)), (n,)."""
         D = self.dynamic_stiffness(omega)
-        if self.freedom.unconstrained:
+        if self.freedom.is_unconstrained:
             return linalg.solve(D, load)
         return self.freedom.solve_motions(D, load)
 
@@ -130,16 +130,20 @@ class Linear:
 
     def eigenvalues(self) -> np.ndarray:
         """Eigenvalues of the jacobian (k,) [1/s], in motions that constraints allow."""
-        return np.asarray(linalg.eigvals(self._allowed))
+        return np.asarray(linalg.eigvals(self._constrained_jacobian))
 
     def eigenvectors(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The eigenvalues (k,), left and right eigenvectors (m, k) over all states, one per column.
         With constraints, only products of left ones with allowed motions have a meaning."""
-        values, left, right = linalg.eig(self._allowed, left=True, right=True)
-        if self.freedom.unconstrained:
+        values, left, right = linalg.eig(self._constrained_jacobian, left=True, right=True)
+        if self.freedom.is_unconstrained:
             return values, left, right
         free = self.freedom
-        return values, self._each(free.expand_covectors, left), self._each(free.expand, right)
+        return (
+            values,
+            self._change_motions(free.expand_covectors, left),
+            self._change_motions(free.expand, right),
+        )
 
     def _restrict(self, places: np.ndarray) -> Linear:
         """The part with the states at ``places`` (k,), rising."""
@@ -155,14 +159,16 @@ class Linear:
         )
 
     @property
-    def _allowed(self) -> np.ndarray:
+    def _constrained_jacobian(self) -> np.ndarray:
         """The jacobian of the states that constraints allow: (p, p', all others), q = N p."""
-        if self.freedom.unconstrained:
+        if self.freedom.is_unconstrained:
             return self.jacobian
-        rows = self._each(self.freedom.project_motions, self.jacobian)
-        return self._each(self.freedom.project_loads, rows.T).T
+        rows = self._change_motions(self.freedom.project_motions, self.jacobian)
+        return self._change_motions(self.freedom.project_loads, rows.T).T
 
-    def _each(self, change: Callable[[np.ndarray], np.ndarray], x: np.ndarray) -> np.ndarray:
+    def _change_motions(
+        self, change: Callable[[np.ndarray], np.ndarray], x: np.ndarray
+    ) -> np.ndarray:
         """Apply the same change to positions and rates of ``x`` (m, ...); all other states are
         kept."""
         size = len(x) - len(self.jacobian) + 2 * self.active.size
@@ -177,7 +183,7 @@ class Linear:
         return unheld, _separate(unheld, self.active.size)
 
     def _hold_reactions(self) -> np.ndarray:
-        if self.freedom.unconstrained:
+        if self.freedom.is_unconstrained:
             return self.jacobian
         if self.freedom.has_dependent_rows or not np.isfinite(self.reactions).all():
             raise InputError(
@@ -255,7 +261,7 @@ def linearise(
     rows = find_constraint_rows(model, state.y, held)
     freedom = freedom_of(rows, inertia(model, state.y))
     found = Linear(J, states, model.bodies.active, freedom)
-    if found.freedom.unconstrained:
+    if found.freedom.is_unconstrained:
         return found
     return replace(
         found, reactions=differentiate_reactions(model, at, time, step, states, len(rows))

@@ -22,7 +22,7 @@ from scipy import linalg
 
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.linear.components import spread
+from hydrosim.linear.components import expand_to_active
 
 if TYPE_CHECKING:
     from hydrosim.linear.freedom import Freedom
@@ -118,8 +118,8 @@ def _of_components(
     found = []
     for part in linear.split(linear.coupled):
         for mode in find(part) if part.freedom.basis.shape[1] else []:  # unless all is held
-            shape = spread(mode.shape, part.active, linear.active)
-            share = spread(mode.share, part.active, linear.active)
+            shape = expand_to_active(mode.shape, part.active, linear.active)
+            share = expand_to_active(mode.share, part.active, linear.active)
             found.append(replace(mode, shape=shape, share=share))
     return sorted(found, key=lambda mode: mode.coordinate)
 
@@ -127,7 +127,7 @@ def _of_components(
 def _undamped_modes(linear: Linear) -> list[NaturalMode]:
     """The modes of one component, without their decays."""
     squares, shapes = _undamped_shapes(linear.dynamic_stiffness, linear)
-    return _named(squares, shapes, np.zeros(squares.size, dtype=complex), linear)
+    return _name_modes(squares, shapes, np.zeros(squares.size, dtype=complex), linear)
 
 
 def _decaying_modes(linear: Linear) -> list[NaturalMode]:
@@ -135,11 +135,11 @@ def _decaying_modes(linear: Linear) -> list[NaturalMode]:
     squares, shapes = _undamped_shapes(linear.dynamic_stiffness, linear)
     values, share = modal_participation(linear, shapes)
     # constant states are no decay: a position without stiffness, the position of a node
-    moving = np.flatnonzero((values.imag >= 0.0) & _bound(np.abs(values) ** 2))
-    bound = _bound(squares)
+    moving = np.flatnonzero((values.imag >= 0.0) & _has_stiffness(np.abs(values) ** 2))
+    bound = _has_stiffness(squares)
     decays = np.zeros(squares.size, dtype=complex)
-    decays[bound] = values[moving[_matched(share[bound][:, moving])[1]]]
-    return _named(squares, shapes, decays, linear)
+    decays[bound] = values[moving[_match_rows(share[bound][:, moving])[1]]]
+    return _name_modes(squares, shapes, decays, linear)
 
 
 def modes_of_stiffness(stiffness: Stiffness, linear: Linear) -> list[NaturalMode]:
@@ -147,14 +147,14 @@ def modes_of_stiffness(stiffness: Stiffness, linear: Linear) -> list[NaturalMode
     decays use added mass and damping at the frequency of their oscillation."""
     squares, shapes = _undamped_shapes(stiffness, linear)
     decays = np.zeros(squares.size, dtype=complex)
-    allowed = _allowed(stiffness, linear.freedom)
+    allowed = _constrained_stiffness(stiffness, linear.freedom)
     parts = linear.freedom.project_motions(shapes)
-    for k in np.flatnonzero(_bound(squares)):
+    for k in np.flatnonzero(_has_stiffness(squares)):
         decays[k] = _decay(allowed, float(np.sqrt(abs(squares[k]))), parts[:, k])
-    return _named(squares, shapes, decays, linear)
+    return _name_modes(squares, shapes, decays, linear)
 
 
-def _allowed(stiffness: Stiffness, freedom: Freedom) -> Stiffness:
+def _constrained_stiffness(stiffness: Stiffness, freedom: Freedom) -> Stiffness:
     """The stiffness of the motions that constraints allow."""
     return lambda omega: freedom.project_matrix(stiffness(omega))
 
@@ -162,24 +162,26 @@ def _allowed(stiffness: Stiffness, freedom: Freedom) -> Stiffness:
 def _undamped_shapes(stiffness: Stiffness, linear: Linear) -> tuple[np.ndarray, np.ndarray]:
     """w^2 (k,) of all natural modes that constraints allow, and their shapes (n, k)."""
     free = linear.freedom
-    squares, shapes = undamped(_allowed(stiffness, free), free.project_matrix(linear.inertia))
+    squares, shapes = undamped_modes(
+        _constrained_stiffness(stiffness, free), free.project_matrix(linear.inertia)
+    )
     return squares, free.expand(shapes)
 
 
-def undamped(stiffness: Stiffness, inertia: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def undamped_modes(stiffness: Stiffness, inertia: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """w^2 (n,) [1/s^2] of all natural modes and their shapes (n, n), one per column. For the k-th
     mode the k-th smallest eigenvalue of (K, M + A(w)) is w^2 itself. Modes with equal w, such as
     roll and pitch of a body of revolution, take their shapes from one eigenvalue problem, so that
     these differ."""
     K = stiffness(np.array([STATIC]))[0].real
-    squares, shapes = _sorted(K, inertia)
+    squares, shapes = _sorted_modes(K, inertia)
     for _ in range(ITERATIONS):
         omega = np.sqrt(np.maximum(np.abs(squares), FREE**2))
         last = squares.copy()
         masses = (K - stiffness(omega).real) / (omega**2 - STATIC**2)[:, None, None]
-        each, vectors = _sorted(K, masses)
+        each, vectors = _sorted_modes(K, masses)
         alike = [int(np.isclose(last, square, rtol=ALIKE, atol=0.0).argmax()) for square in last]
-        for k in np.flatnonzero(_bound(squares)):
+        for k in np.flatnonzero(_has_stiffness(squares)):
             squares[k] = 0.5 * (squares[k] + each[k, k])
             shapes[:, k] = vectors[alike[k], :, k]
         if np.all(np.abs(squares - last) <= CLOSE * np.abs(last)):
@@ -187,7 +189,7 @@ def undamped(stiffness: Stiffness, inertia: np.ndarray) -> tuple[np.ndarray, np.
     return squares, shapes
 
 
-def _sorted(K: np.ndarray, mass: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _sorted_modes(K: np.ndarray, mass: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Eigenvalues of (K, M), rising, and shapes of unit kinetic energy, for M (..., n, n)."""
     try:
         values, vectors = np.linalg.eig(np.linalg.solve(mass, np.broadcast_to(K, mass.shape)))
@@ -204,7 +206,7 @@ def _sorted(K: np.ndarray, mass: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return values, vectors / np.maximum(size, TINY)[..., None, :]
 
 
-def _bound(squares: np.ndarray) -> np.ndarray:
+def _has_stiffness(squares: np.ndarray) -> np.ndarray:
     """Modes with a stiffness, as a mask."""
     return np.abs(squares) > max(FREE**2, FLAT * np.abs(squares).max(initial=0.0))
 
@@ -233,7 +235,7 @@ def modal_participation(linear: Linear, shapes: np.ndarray) -> tuple[np.ndarray,
     return values, share / np.maximum(share.sum(axis=0) + others, TINY)
 
 
-def _matched(share: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _match_rows(share: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Rows, rising, and a column for each, all different, such that the sum of shares is
     largest."""
     if share.size == 0:
@@ -248,15 +250,15 @@ def _matched(share: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return rows, columns
 
 
-def _named(
+def _name_modes(
     squares: np.ndarray, shapes: np.ndarray, decays: np.ndarray, linear: Linear
 ) -> list[NaturalMode]:
     """Modes named after coordinates, by their shares of kinetic energy."""
     energy = np.abs(shapes * (linear.inertia @ shapes))
     energy = energy / np.maximum(energy.sum(axis=0), TINY)
     found = []
-    for i, k in zip(*_matched(energy), strict=True):
-        bound = squares[k] > 0.0 and _bound(squares)[k]
+    for i, k in zip(*_match_rows(energy), strict=True):
+        bound = squares[k] > 0.0 and _has_stiffness(squares)[k]
         found.append(
             NaturalMode(
                 int(linear.active[i]),

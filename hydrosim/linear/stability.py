@@ -91,7 +91,7 @@ Watch = Callable[[Sequence[Any], str], Iterable[Any]]
 """Yields the items of a sequence and shows its progress under this name."""
 
 
-def unwatched(items: Sequence[Any], _: str) -> Iterable[Any]:
+def without_progress(items: Sequence[Any], _: str) -> Iterable[Any]:
     """The items, without a progress display."""
     return items
 
@@ -101,19 +101,19 @@ def combinations(
     model: Model,
     state: State,
     each_alone: bool = False,
-    watch: Watch = unwatched,
+    watch: Watch = without_progress,
 ) -> list[Combination]:
     """All analysed combinations, with single units alone in a mode if ``each_alone``."""
     posing = [(kind, p) for kind, p in kinds_posing(model) if kind.postures(p)]
     time = max(kind.time_of_most(p) for kind, p in posing)
     each = [
-        (kind.postures(p), _alone(kind, p, scene, model, state) if each_alone else [])
+        (kind.postures(p), _single_unit_modes(kind, p, scene, model, state) if each_alone else [])
         for kind, p in posing
     ]
     found = []
     known: dict[tuple[bytes, ...], Spectrum] = {}
     for chosen in watch(list(_chosen(each)), "contacts and springs"):
-        modes = _joined(model, state)
+        modes = _joint_modes(model, state)
         for (kind, p), posture in zip(posing, chosen, strict=True):
             own_modes(kind, p, modes)[:] = posture.modes
         text = ", ".join(posture.text for posture in chosen if posture.text)
@@ -160,7 +160,9 @@ def _chosen(
         yield from ((posture, *further) for further in _chosen(together))
 
 
-def _alone(kind: PosingKind, p: Any, scene: Scene, model: Model, state: State) -> list[Posture]:
+def _single_unit_modes(
+    kind: PosingKind, p: Any, scene: Scene, model: Model, state: State
+) -> list[Posture]:
     """Postures of single units. A unit alone vibrates with omega^2 = k J M^-1 J^T. So among equal
     units only those count that move most in one of their directions."""
     moves = _mobility(kind, p, model, state)
@@ -199,7 +201,7 @@ def step_limits(
         limit
         for (contact, part), smallest in zip(parts, least, strict=True)
         if smallest < bound
-        for limit in _below(bound, contact, part, method, layout)
+        for limit in _limits_below(bound, contact, part, method, layout)
     ]
     rising: dict[str, StepLimit] = {}
     for limit in sorted(limits, key=lambda limit: limit.step):
@@ -226,7 +228,7 @@ def _steps(method: Method, values: np.ndarray) -> np.ndarray:
     return ray_limits(method, np.angle(values)) / np.maximum(np.abs(values), 1e-12)
 
 
-def _below(
+def _limits_below(
     bound: float, contact: str, part: Component, method: Method, layout: StateLayout
 ) -> Iterator[StepLimit]:
     """The limits below ``bound`` of one component."""
@@ -264,7 +266,7 @@ def _first_unstable(method: Method, places: np.ndarray, angle: float) -> float:
     return np.inf
 
 
-def _joined(model: Model, state: State) -> np.ndarray:
+def _joint_modes(model: Model, state: State) -> np.ndarray:
     """New modes (rows, 3) in which loops of joints hold, as in the ``state``, and no lock does:
     what locks hold moves no faster than without them."""
     modes = new_modes(model)
@@ -275,7 +277,7 @@ def _joined(model: Model, state: State) -> np.ndarray:
 
 def _at_rest(model: Model, state: State) -> np.ndarray:
     """Modes (rows, 3) with all units at rest."""
-    modes = _joined(model, state)
+    modes = _joint_modes(model, state)
     for kind, p in kinds_posing(model):
         for posture in kind.postures(p)[:1]:
             own_modes(kind, p, modes)[:] = posture.modes
@@ -285,14 +287,14 @@ def _at_rest(model: Model, state: State) -> np.ndarray:
 def _linearise(model: Model, state: State, modes: np.ndarray, time: float) -> Linear:
     """Linearise with all units on the pieces of their curves given by ``modes``, and in steady
     slip."""
-    pressed = _pressed(model, state, modes)
+    pressed = _with_all_pressed(model, state, modes)
     start = _sliding(pressed, state, modes, time)
     idle = [k.idle_states(p, own_modes(k, p, modes)) for k, p in kinds_posing(model)]
     states = np.setdiff1d(dynamic_states(model), np.concatenate(idle))
     return linearise(pressed, start, modes, time, states=states)
 
 
-def _pressed(model: Model, state: State, modes: np.ndarray) -> Model:
+def _with_all_pressed(model: Model, state: State, modes: np.ndarray) -> Model:
     """The model with every unit on its piece of its curve."""
     n = model.bodies.active.size
     bodies = model.bodies

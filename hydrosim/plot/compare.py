@@ -11,12 +11,12 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from hydrosim.compare.comparison import Comparison, Result
+from hydrosim.compare.comparison import ChannelResult, Comparison
 from hydrosim.outputs import Output, save_picture
 from hydrosim.plot.layout import DPI
 from hydrosim.plot.panels import DIGITS, labelled, thinned, wrapped
 from hydrosim.plot.styles import COLOURS
-from hydrosim.presentation.units import DEFAULT, Shown, Units
+from hydrosim.presentation.units import DEFAULT, DisplayUnit, Units
 
 CHANNELS = 8  # in a picture
 WIDTH, HEIGHT = 11.0, 2.3  # inches of the picture, and of a channel in it
@@ -43,7 +43,7 @@ def draw_comparison(
     axes = figure.subplots(2 * len(shown), 2, gridspec_kw=ratios)
     for row, result in enumerate(shown):
         over, under = axes[2 * row], axes[2 * row + 1]
-        read = units.shown(result.pair.unit)
+        read = units.display_unit(result.pair.unit)
         _whole(over[0], under[0], found.overlap.time, result, read)
         _close(over[1], under[1], found.overlap.time, result, read.factor)
     for axis in axes[-1]:
@@ -54,7 +54,9 @@ def draw_comparison(
     save_picture(figure, output)
 
 
-def _whole(over: Axes, under: Axes, time: np.ndarray, result: Result, shown: Shown) -> None:
+def _whole(
+    over: Axes, under: Axes, time: np.ndarray, result: ChannelResult, shown: DisplayUnit
+) -> None:
     name = result.pair.channel.replace("_", " ").replace(".", ", ")
     _draw(over, under, time, result, shown.factor)
     over.set_title(shorten(f"{name}: {result.verdict}", 110), loc="left", fontsize="medium")
@@ -62,7 +64,7 @@ def _whole(over: Axes, under: Axes, time: np.ndarray, result: Result, shown: Sho
     under.set_ylabel(labelled("difference\n", shown.unit))
 
 
-def _close(over: Axes, under: Axes, time: np.ndarray, result: Result, factor: float) -> None:
+def _close(over: Axes, under: Axes, time: np.ndarray, result: ChannelResult, factor: float) -> None:
     count = max(CLOSE, int(SHARE * time.size))
     first = int(np.searchsorted(time, result.figures.peak_time)) - count // 2
     first = max(min(first, time.size - count), 0)
@@ -74,7 +76,7 @@ def _draw(
     over: Axes,
     under: Axes,
     time: np.ndarray,
-    result: Result,
+    result: ChannelResult,
     factor: float,
     part: slice = slice(None),
 ) -> None:

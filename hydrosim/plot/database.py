@@ -104,7 +104,7 @@ def _amplitude(column: _Column, axis: Axes) -> None:
 
 def _phase(column: _Column, axis: Axes) -> None:
     """Phase lead to the crest; NaN without a load."""
-    unit, factor = DEFAULT.shown("rad")
+    unit, factor = DEFAULT.display_unit("rad")
     loads = _drawn(_excitation(column))
     for name, (load, colour, dash) in loads.items():
         seen = np.abs(load) > SEEN * np.abs(load).max()
@@ -138,7 +138,7 @@ def _excitation(column: _Column) -> Lines:
 def _by_heading(column: _Column, loads: np.ndarray) -> Lines:
     lines: Lines = {}
     for dash, heading in zip(DASHES, _headings(column.db), strict=False):
-        unit, factor = DEFAULT.shown("rad")
+        unit, factor = DEFAULT.display_unit("rad")
         to = f"{factor * column.db.heading[heading]:.0f} {unit}"
         for i, dof in enumerate(column.dofs):
             values = column.own(loads[:, heading])[:, i]
@@ -159,7 +159,7 @@ def _drawn(lines: Lines) -> Lines:
 
 def _plot(column: _Column, axis: Axes, what: str, unit: str, lines: Lines) -> None:
     lines = _drawn(lines)
-    unit, factor = COEFFICIENTS.shown(unit)
+    unit, factor = COEFFICIENTS.display_unit(unit)
     largest = max((np.abs(values).max() for values, *_ in lines.values()), default=1.0)
     power = 3 * floor(log10(factor * largest) / 3)
     for name, (values, colour, dash) in lines.items():

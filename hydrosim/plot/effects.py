@@ -26,9 +26,9 @@ from hydrosim.outputs import Output, save_picture
 from hydrosim.plot.panels import labelled, wrapped
 from hydrosim.plot.styles import COLOURS
 from hydrosim.plot.value_names import ValueNames
-from hydrosim.presentation.units import Shown, units_of
+from hydrosim.presentation.units import DisplayUnit, units_of
 from hydrosim.statistics import effects
-from hydrosim.statistics.effects import Plan, Row, Spread
+from hydrosim.statistics.effects import EffectRow, PlanRuns, SeedSpread
 
 DECADES = 1.5  # ratio of values above which their axis is logarithmic
 SIZE = (5.0, 3.6)  # inches of a panel
@@ -43,7 +43,7 @@ def draw_study(runs: xr.Dataset, output: Output) -> list[Path]:
     return [save_picture(page(plan), place) for plan, place in planned_of(runs, output)]
 
 
-def planned_of(runs: xr.Dataset, output: Output) -> list[tuple[Plan, Output]]:
+def planned_of(runs: xr.Dataset, output: Output) -> list[tuple[PlanRuns, Output]]:
     """Plans with something to draw, and their outputs. Raises InputError if there are none, or if a
     picture must not be replaced."""
     found, form = [], output.path.suffix if output.path.suffix != ".nc" else ".png"
@@ -60,7 +60,7 @@ def planned_of(runs: xr.Dataset, output: Output) -> list[tuple[Plan, Output]]:
     return found
 
 
-def page(plan: Plan) -> Figure:
+def page(plan: PlanRuns) -> Figure:
     """Picture of a plan: a panel for each figure; for samples, a panel for each figure and
     parameter."""
     draw = _chart(plan)
@@ -126,10 +126,10 @@ def runs_title(runs: xr.Dataset) -> str:
     return str(runs.attrs.get("title", "study"))
 
 
-def _chart(plan: Plan) -> Callable[[Sequence[Axes], Plan, str, ValueNames], None]:
+def _chart(plan: PlanRuns) -> Callable[[Sequence[Axes], PlanRuns, str, ValueNames], None]:
     if plan.design == "sobol_indices":
         return _bars
-    if plan.design in effects.DRAWN:
+    if plan.design in effects.SAMPLED_DESIGNS:
         return _points
     if not plan.parameters:
         return _by_seed
@@ -138,40 +138,40 @@ def _chart(plan: Plan) -> Callable[[Sequence[Axes], Plan, str, ValueNames], None
     return _heat if len(plan.parameters) == 2 else _band
 
 
-def _label(plan: Plan, figure: str) -> str:
+def _label(plan: PlanRuns, figure: str) -> str:
     return labelled(_words(figure), _shown(plan, figure).unit)
 
 
-def _named(plan: Plan, parameter: str) -> str:
+def _named(plan: PlanRuns, parameter: str) -> str:
     """The last two words of a key, and its unit."""
     return labelled(plan.short(parameter), _shown(plan, plan.axis(parameter)).unit)
 
 
-def _shown(plan: Plan, name: str) -> Shown:
+def _shown(plan: PlanRuns, name: str) -> DisplayUnit:
     """In which unit a figure or the coordinate of a parameter is read."""
-    return units_of(plan.runs.attrs).shown(plan.unit(name))
+    return units_of(plan.runs.attrs).display_unit(plan.unit(name))
 
 
-def _read(plan: Plan, name: str, values: Any) -> Any:
+def _read(plan: PlanRuns, name: str, values: Any) -> Any:
     """A value of a figure or a parameter, or many, in the unit that it is read in. Texts stay."""
     kind = np.asarray(values).dtype.kind
     return _shown(plan, name).factor * values if kind == "f" else values
 
 
-def _rows(plan: Plan, figure: str) -> list[Row]:
+def _rows(plan: PlanRuns, figure: str) -> list[EffectRow]:
     """The rows of a figure, in the units that they are read in."""
     factor = _shown(plan, figure).factor
     return [
         row._replace(
             values={name: _read(plan, name, value) for name, value in row.values.items()},
-            spread=Spread(row.spread.n, *(factor * value for value in row.spread[1:])),
+            spread=SeedSpread(row.spread.n, *(factor * value for value in row.spread[1:])),
         )
         for row in effects.rows(plan)
         if row.figure == figure
     ]
 
 
-def _by_seed(axes: Sequence[Axes], plan: Plan, figure: str, names: ValueNames) -> None:
+def _by_seed(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) -> None:
     """Draw a plan that varies seeds only: each seed, the mean with its interval, and the band of 90
     % of the seeds."""
     axis, (row,) = axes[0], _rows(plan, figure)
@@ -187,7 +187,7 @@ def _by_seed(axes: Sequence[Axes], plan: Plan, figure: str, names: ValueNames) -
     axis.set_ylabel(_label(plan, figure))
 
 
-def _band(axes: Sequence[Axes], plan: Plan, figure: str, names: ValueNames) -> None:
+def _band(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) -> None:
     """Draw the mean over the values with its interval, and the band of 90 % of the seeds. A line
     joins numbers; other values have no order, so they are points with bars. Several parameters are
     in the order of their combinations."""
@@ -240,7 +240,7 @@ def _places(values: Sequence[Any], axis: Axes) -> np.ndarray:
     return x
 
 
-def _heat(axes: Sequence[Axes], plan: Plan, figure: str, names: ValueNames) -> None:
+def _heat(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) -> None:
     """Draw the mean over the values of two parameters."""
     rows, axis = _rows(plan, figure), axes[0]
     first, second = (plan.axis(parameter) for parameter in plan.parameters)
@@ -263,12 +263,12 @@ def _heat(axes: Sequence[Axes], plan: Plan, figure: str, names: ValueNames) -> N
     axis.figure.colorbar(image, ax=axis, label=f"mean {_label(plan, figure)}")
 
 
-def _tornado(axes: Sequence[Axes], plan: Plan, figure: str, names: ValueNames) -> None:
+def _tornado(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) -> None:
     """Draw a bar from the smallest to the largest mean of each parameter, including that of the
     case, the widest on top."""
     rows, axis = _rows(plan, figure), axes[0]
     base = next(row.spread.mean for row in rows if not row.values["varied"])
-    bars: list[tuple[float, float, list[Row], str]] = []
+    bars: list[tuple[float, float, list[EffectRow], str]] = []
     for parameter in plan.parameters:
         own = [row for row in rows if row.values["varied"] == parameter and row.spread.n]
         means = [row.spread.mean for row in own] + [base] * bool(own and np.isfinite(base))
@@ -291,7 +291,7 @@ def _tornado(axes: Sequence[Axes], plan: Plan, figure: str, names: ValueNames) -
     axis.set_xlabel(f"mean {_label(plan, figure)}, line: the case")
 
 
-def _points(axes: Sequence[Axes], plan: Plan, figure: str, names: ValueNames) -> None:
+def _points(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) -> None:
     for axis, parameter in zip(axes, plan.parameters, strict=True):
         name = plan.axis(parameter)
         x = _read(plan, name, plan.runs[name].values)
@@ -301,7 +301,7 @@ def _points(axes: Sequence[Axes], plan: Plan, figure: str, names: ValueNames) ->
     axes[0].set_ylabel(_label(plan, figure))
 
 
-def _bars(axes: Sequence[Axes], plan: Plan, figure: str, names: ValueNames) -> None:
+def _bars(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) -> None:
     """Draw first-order and total indices with their intervals."""
     found, axis = [each for each in effects.indices(plan) if each.figure == figure], axes[0]
     for shift, kind, colour in ((-0.2, "first", COLOURS[0]), (0.2, "total", COLOURS[1])):

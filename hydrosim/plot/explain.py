@@ -17,8 +17,13 @@ from hydrosim.plot.layout import picture
 from hydrosim.plot.panels import Panel, bands, labelled, lines
 from hydrosim.plot.styles import STYLES
 from hydrosim.presentation.units import Units, units_of
-from hydrosim.statistics.effects import spread
-from hydrosim.statistics.explain import AXES, PARTS, lasting, matter
+from hydrosim.statistics.effects import seed_spread
+from hydrosim.statistics.explain import (
+    DIRECTION_AXES,
+    FRICTION_PARTS,
+    significant_entries,
+    stages_with_values,
+)
 
 LITTLE = 1e-3  # of the largest impulse: less is not drawn
 NAME = 9  # letters of a group's name that fit beside a panel
@@ -43,7 +48,7 @@ def draw_explained(
             "\n".join(fill(t, LONGEST) for t in (title, f"{body} in {direction}: {means}"))
         )
         return save_picture(figure, output, dpi=100)
-    panels = [*_pushes(run, body, direction), *_contacts(run, AXES[direction])]
+    panels = [*_pushes(run, body, direction), *_contacts(run, DIRECTION_AXES[direction])]
     figure = picture(panels, f"{run.attrs.get('title', '')}: {body} in {direction}")
     for axis in figure.axes:
         for end in np.unique(found.span_begin.values[np.isfinite(found.span_begin.values)]):
@@ -56,12 +61,12 @@ def _pushes(run: xr.Dataset, body: str, direction: str) -> Iterator[Panel]:
     units = units_of(run.attrs)
     time = run.time.values
     at = {"body": body, "dof": direction}
-    yield lines(time, direction, units.shown("m"), {"": run.position.sel(at).values})
+    yield lines(time, direction, units.display_unit("m"), {"": run.position.sel(at).values})
     each = run.impulse.sel(at) - run.impulse.sel(at).isel(time=0)
-    matters = matter(each, "force", LITTLE)
+    matters = significant_entries(each, "force", LITTLE)
     pushes = {str(name).replace("_", " "): each.sel(force=name).values for name in matters}
     if pushes:
-        yield lines(time, "impulses", units.shown("N s"), pushes)
+        yield lines(time, "impulses", units.display_unit("N s"), pushes)
 
 
 def _contacts(run: xr.Dataset, axis: str) -> Iterator[Panel]:
@@ -85,22 +90,22 @@ def _contacts(run: xr.Dataset, axis: str) -> Iterator[Panel]:
             "slip towards -": slip - ahead,
         }
         made = {name: x.values for name, x in impulses.items()}
-        yield lines(time, f"friction{of}", units.shown("N s"), made)
+        yield lines(time, f"friction{of}", units.display_unit("N s"), made)
         moved = own.contact_moved.mean("fender")
         each = {str(m): moved.sel(contact_mode=m).values for m in run.contact_mode.values}
-        yield lines(time, f"moved{of}", units.shown("m"), each)
+        yield lines(time, f"moved{of}", units.display_unit("m"), each)
     yield bands(time, {str(f): run.fender_mode.sel(fender=f).values for f in run.fender.values})
 
 
 def _of_runs(found: xr.Dataset, body: str, direction: str, units: Units) -> Figure:
     """Bars of means over runs, of mean forces and, where there are contacts, of friction and
     displacements."""
-    force, length = units.shown("N"), units.shown("m")
+    force, length = units.display_unit("N"), units.display_unit("m")
     mean = found.mean_force.sel(body=body, dof=direction)
     kinds = [(force.factor * mean, "force", labelled("mean force", force.unit))]
     if "friction_part" in found:
-        along = found.sel(direction=AXES[direction])
-        part = along.friction_part.sum("fender").sel(part=list(PARTS))
+        along = found.sel(direction=DIRECTION_AXES[direction])
+        part = along.friction_part.sum("fender").sel(part=list(FRICTION_PARTS))
         moved = along.mode_moved.mean("fender")
         kinds += [
             (force.factor * part, "part", labelled("mean friction", force.unit)),
@@ -115,11 +120,11 @@ def _of_runs(found: xr.Dataset, body: str, direction: str, units: Units) -> Figu
 
 def _bars(axis: Axes, values: xr.DataArray, dim: str, label: str) -> None:
     """Draw a group of bars for each stage, with one bar for each entry of ``dim`` that matters."""
-    stages = lasting(values)
-    shown = matter(values, dim, LITTLE)
+    stages = stages_with_values(values)
+    shown = significant_entries(values, dim, LITTLE)
     width = 0.8 / max(len(shown), 1)
     for k, name in enumerate(shown):
-        each = [spread(values.sel({dim: name, "span": stage}).values) for stage in stages]
+        each = [seed_spread(values.sel({dim: name, "span": stage}).values) for stage in stages]
         place = np.arange(len(stages)) + (k - 0.5 * len(shown) + 0.5) * width
         axis.bar(
             place,

@@ -23,7 +23,7 @@ def draw_kernels(title: str, time: Real, functions: Sequence[Kernel], output: Ou
     FigureCanvasAgg(figure)
     axes = figure.subplots(rows, COLUMNS, squeeze=False, sharex=True).ravel()
     for one, axis in zip(functions, axes, strict=False):
-        unit, factor = COEFFICIENTS.shown(one.unit)
+        unit, factor = COEFFICIENTS.display_unit(one.unit)
         axis.plot(time, factor * one.values, linewidth=1.0)
         axis.axhline(0.0, color="grey", linewidth=0.5)
         first, second = one.name.split(" ")

@@ -41,7 +41,7 @@ def _way(found: LineResponse) -> str:
 
 
 def _draw_profiles(axis: Axes, line: StillLine, found: LineResponse, units: Units) -> None:
-    length = units.shown("m")
+    length = units.display_unit("m")
     last = found.offsets.size - 1
     for k, i in enumerate(np.linspace(0, last, PROFILES).round().astype(int)):
         offset = float(found.offsets[i])
@@ -66,7 +66,7 @@ def _draw_profiles(axis: Axes, line: StillLine, found: LineResponse, units: Unit
 
 
 def _draw_pull(axis: Axes, found: LineResponse, units: Units) -> None:
-    force = units.shown("N")
+    force = units.display_unit("N")
     series = {
         "tension": found.tension,
         "horizontal pull": found.horizontal,
@@ -81,7 +81,7 @@ def _draw_pull(axis: Axes, found: LineResponse, units: Units) -> None:
 
 
 def _draw_stiffness(axis: Axes, found: LineResponse, units: Units) -> None:
-    stiffness, length = units.shown("N/m"), units.shown("m")
+    stiffness, length = units.display_unit("N/m"), units.display_unit("m")
     _plot(axis, found, stiffness.factor * found.stiffness, units, COLOURS[0], "stiffness")
     axis.set_ylabel(labelled("stiffness", stiffness.unit))
     beside = axis.twinx()
@@ -96,7 +96,7 @@ def _draw_stiffness(axis: Axes, found: LineResponse, units: Units) -> None:
 def _plot(
     axis: Axes, found: LineResponse, values: np.ndarray, units: Units, colour: str, name: str
 ) -> None:
-    length = units.shown("m")
+    length = units.display_unit("m")
     axis.plot(length.factor * found.offsets, values, color=colour, linewidth=1.3, label=name)
     axis.set_xlabel(labelled(f"offset {_way(found)}", length.unit))
     axis.grid(alpha=0.3)

@@ -10,11 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
-from hydrosim.database.hull import immersed
+from hydrosim.database.hull import immersed_triangles
 from hydrosim.documents.digits import digits_of
 from hydrosim.outputs import Output, save_picture
 from hydrosim.plot.panels import labelled
-from hydrosim.presentation.units import DEFAULT, Shown, Units
+from hydrosim.presentation.units import DEFAULT, DisplayUnit, Units
 from hydrosim.scene import TankMesh, TankTable
 from hydrosim.studies.ballast.loading import Condition, TankState
 
@@ -32,7 +32,7 @@ def draw_loading(
     for condition, row in zip(found, rows, strict=True):
         for axis, (i, j) in zip(row, ((0, 2), (0, 1), (1, 2)), strict=True):
             _draw(condition, i, j, axis)
-            _dress(axis, i, j, units.shown("m"))
+            _dress(axis, i, j, units.display_unit("m"))
         row[0].set_title(f"{condition.body.name} at {time:g} s")
     rows[0, 0].legend(frameon=False, fontsize="small")
     save_picture(figure, output, dpi=100)
@@ -48,7 +48,7 @@ def _draw(found: Condition, i: int, j: int, axis: Axes) -> None:
         axis.plot(loading.centre[i], loading.centre[j], marker, color="#c0392b", label=label)
 
 
-def _dress(axis: Axes, i: int, j: int, length: Shown) -> None:
+def _dress(axis: Axes, i: int, j: int, length: DisplayUnit) -> None:
     """Names of the axes, and their numbers in the unit of ``length``; drawn is in m."""
     axis.set_xlabel(labelled(AXES[i], length.unit))
     axis.set_ylabel(labelled(AXES[j], length.unit))
@@ -80,7 +80,7 @@ def _draw_tank(state: TankState, i: int, j: int, axis: Axes) -> None:
 
 def _draw_mesh(corners: np.ndarray, state: TankState, i: int, j: int, axis: Axes) -> None:
     surface = np.array([0.0, 0.0, corners[..., 2].min() + state.level])
-    fluid = immersed(corners - surface) + surface
+    fluid = immersed_triangles(corners - surface) + surface
     for triangles, face, edge in ((fluid, PALE, "none"), (corners, "none", WALL)):
         seen = list(triangles[..., [i, j]])
         shown = PolyCollection(seen, facecolor=face, edgecolor=edge, lw=0.3)

@@ -17,7 +17,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from hydrosim.plot.styles import MODES, STYLES, Style, styles
-from hydrosim.presentation.units import Shown
+from hydrosim.presentation.units import DisplayUnit
 from hydrosim.results.envelopes import envelope, means
 
 HEIGHT = 1.6  # inches of a panel
@@ -60,7 +60,7 @@ class Panel(NamedTuple):
 def lines(
     time: np.ndarray,
     label: str,
-    shown: Shown,
+    shown: DisplayUnit,
     series: Series,
     order: Sequence[str] = (),
 ) -> Panel:
@@ -71,7 +71,7 @@ def lines(
     return Panel(partial(_plot_lines, time, labelled(label, shown.unit), drawn))
 
 
-def apart(time: np.ndarray, label: str, shown: Shown, series: Series) -> Iterator[Panel]:
+def apart(time: np.ndarray, label: str, shown: DisplayUnit, series: Series) -> Iterator[Panel]:
     """A panel for each line, because they would hide each other. Lines of similar size have one
     range of values."""
     for line in _scaled(shown.factor, series):

@@ -15,7 +15,7 @@ from hydrosim.documents.series import unit_of
 from hydrosim.dofs import DOFS
 from hydrosim.plot.panels import APART, Panel, Series, alike, apart, bands, lines, peak
 from hydrosim.plot.styles import COLOURS
-from hydrosim.presentation.units import Shown, unit_of_dof, units_of
+from hydrosim.presentation.units import DisplayUnit, unit_of_dof, units_of
 from hydrosim.results.channels import names, series
 from hydrosim.results.similar_sizes import group_by_size
 from hydrosim.results.stages import transferred
@@ -66,7 +66,7 @@ def fender_forces(run: xr.Dataset) -> list[Panel]:
         name: np.hstack([normal[name], *(each[name] for each in axes.values())]) for name in normal
     }
     kept = [(", ".join(group), group[0]) for group, _ in alike(together)]
-    shown = units_of(run.attrs).shown("N")
+    shown = units_of(run.attrs).display_unit("N")
     left = apart(time, "normal force", shown, {name: normal[first] for name, first in kept})
     by_contact = [{axis: each[first] for axis, each in axes.items()} for _, first in kept]
     right = _components(time, "friction", shown, by_contact)
@@ -118,7 +118,7 @@ def tensions(run: xr.Dataset) -> list[Panel]:
     tension: dict[str, np.ndarray] = {}
     for dim in each:
         tension |= _few(run, run[f"{dim}_tension"], dim)
-    shown = units_of(run.attrs).shown("N")
+    shown = units_of(run.attrs).display_unit("N")
     return [*apart(run.time.values, "tension", shown, tension), *links, *_utilisation(run)]
 
 
@@ -180,7 +180,7 @@ def channels(run: xr.Dataset, chosen: Sequence[str]) -> list[Panel]:
         kinds.setdefault((kind.replace("_", " "), unit), {})[of.replace(".", " ")] = values
     panels: list[Panel] = []
     for (kind, unit), each in kinds.items():
-        several = apart(run.time.values, kind, units_of(run.attrs).shown(unit), each)
+        several = apart(run.time.values, kind, units_of(run.attrs).display_unit(unit), each)
         panels += several if len(alike(each)) > APART else [_lines(run, kind, unit, each)]
     return panels
 
@@ -189,7 +189,7 @@ def _lines(
     run: xr.Dataset, label: str, unit: str, each: Series, order: Sequence[str] = ()
 ) -> Panel:
     """A panel of lines in SI ``unit``, in the unit that the run is read in."""
-    return lines(run.time.values, label, units_of(run.attrs).shown(unit), each, order)
+    return lines(run.time.values, label, units_of(run.attrs).display_unit(unit), each, order)
 
 
 def _loads(run: xr.Dataset, label: str, unit: str, each: Series) -> Iterator[Panel]:
@@ -199,7 +199,7 @@ def _loads(run: xr.Dataset, label: str, unit: str, each: Series) -> Iterator[Pan
 
 
 def _components(
-    time: np.ndarray, label: str, shown: Shown, panels: Sequence[Series]
+    time: np.ndarray, label: str, shown: DisplayUnit, panels: Sequence[Series]
 ) -> Iterator[Panel]:
     """A panel for each contact or line, with the same components, without components that are small
     throughout. All have the prefix that suits the largest value."""

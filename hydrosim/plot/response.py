@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from hydrosim.documents.digits import digits_of
 from hydrosim.outputs import Output, save_picture
 from hydrosim.plot.panels import labelled, wrapped
-from hydrosim.presentation.units import Shown, Units, unit_of_dof, units_of
+from hydrosim.presentation.units import DisplayUnit, Units, unit_of_dof, units_of
 
 STILL = 1e-6  # of the largest motion: it has no phase
 
@@ -27,7 +27,7 @@ def draw_response(found: xr.Dataset, output: Path | Output) -> None:
     figure.subplots_adjust(0.07, 0.45 / height, 0.99, 1.0 - 0.7 / height, 0.15, 0.25)
     axes = figure.subplots(rows, 2, squeeze=False, sharex=True)
     for dof, (size, phase) in zip(dofs, axes, strict=False):
-        amplitude = units.shown(f"{unit_of_dof(dof)}/m")
+        amplitude = units.display_unit(f"{unit_of_dof(dof)}/m")
         for body in found.body.values:
             _draw_motion(found.sel(body=body, dof=dof), amplitude, units, size, phase)
         size.set_ylabel(labelled(dof, amplitude.unit))
@@ -42,9 +42,11 @@ def draw_response(found: xr.Dataset, output: Path | Output) -> None:
     save_picture(figure, output, dpi=100)
 
 
-def _draw_motion(at: xr.Dataset, amplitude: Shown, units: Units, size: Axes, phase: Axes) -> None:
+def _draw_motion(
+    at: xr.Dataset, amplitude: DisplayUnit, units: Units, size: Axes, phase: Axes
+) -> None:
     """Draw a line of one body for each heading."""
-    angle = units.shown("rad")
+    angle = units.display_unit("rad")
     for heading in at.heading.values:
         rao = at.sel(heading=heading)
         label = f"{at.body.values}, waves to {digits_of(angle.factor * heading)} {angle.unit}"
@@ -54,7 +56,7 @@ def _draw_motion(at: xr.Dataset, amplitude: Shown, units: Units, size: Axes, pha
 
 
 def _dress(units: Units, size: Axes, phase: Axes) -> None:
-    angle = units.shown("rad")
+    angle = units.display_unit("rad")
     phase.set_ylabel(labelled("phase", angle.unit))
     phase.set_yticks(angle.factor * np.pi * np.array([-1.0, -0.5, 0.0, 0.5, 1.0]))
     for axis in (size, phase):

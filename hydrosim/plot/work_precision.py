@@ -16,7 +16,7 @@ from hydrosim.presentation.units import units_of
 
 def draw_work_precision(study: xr.Dataset, output: Path | Output) -> None:
     """Draw the error of the motion against run time and against evaluations, a line per method."""
-    length = units_of(study.attrs).shown("m")
+    length = units_of(study.attrs).display_unit("m")
     figure = Figure(figsize=(10, 4.5), dpi=100, layout="constrained")
     FigureCanvasAgg(figure)
     costs = {"wall_time": "run time [s]", "evaluations": "evaluations of the equation of motion"}

@@ -9,7 +9,7 @@ from __future__ import annotations
 from hydrosim.presentation.nodes import (
     Between,
     Cell,
-    Contents,
+    DocumentContents,
     Heading,
     List,
     Node,
@@ -43,7 +43,7 @@ __all__ = [
 ]
 
 
-class Document(Contents):
+class Document(DocumentContents):
     """What a result says. In Python, `print` and notebooks show it."""
 
     def __str__(self) -> str:

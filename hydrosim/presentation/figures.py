@@ -33,7 +33,7 @@ class Chart:
 
 
 @dataclass(frozen=True)
-class Curve:
+class PlottedCurve:
     """A line through ``y`` (n,) over ``x`` (n,), from ``low`` to ``high``; ``remarks`` (n,) are
     what points say when they are pointed at."""
 
@@ -55,7 +55,7 @@ class Curves:
     x_unit: str
     y_label: str
     y_unit: str
-    curves: dict[str, Curve]
+    curves: dict[str, PlottedCurve]
 
 
 @dataclass(frozen=True)
@@ -79,4 +79,4 @@ class Drawing:
 
 
 Figure = Code | Chart | Curves | Replay | Drawing
-FIGURES = (Code, Chart, Curves, Replay, Drawing)
+FIGURE_NODES = (Code, Chart, Curves, Replay, Drawing)

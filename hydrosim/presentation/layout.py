@@ -10,16 +10,16 @@ from hydrosim.documents.digits import digits_of
 from hydrosim.presentation.nodes import Between, Cell, Sentence, Table, Value
 from hydrosim.presentation.units import Units
 
-NOTHING = "–"
+NO_VALUE = "–"
 MOST_DECIMALS = 6
-LITTLE = 1e-3
-FEWEST = 2
+NEGLIGIBLE_FRACTION = 1e-3
+MIN_DIGITS = 2
 """Significant digits of the smallest numbers in a column."""
-LARGEST = 1e9
+MAX_PLAIN_NUMBER = 1e9
 """Numbers from here on are written with a power of ten."""
 
 
-class Shown(NamedTuple):
+class RenderedCell(NamedTuple):
     """A cell as it is read; the ``number`` in SI, where it is one; whether it is ``numeric``."""
 
     text: str
@@ -27,18 +27,18 @@ class Shown(NamedTuple):
     numeric: bool = False
 
 
-class Scale(NamedTuple):
+class DecimalScale(NamedTuple):
     """What numbers of one unit are multiplied by, and the decimals that they are read with."""
 
     factor: float
     decimals: int
 
 
-class Laid(NamedTuple):
+class RenderedTable(NamedTuple):
     """A table as it is read: texts of its ``head``, cells of its ``rows``."""
 
     head: list[str]
-    rows: list[list[Shown]]
+    rows: list[list[RenderedCell]]
 
 
 def text_of(part: Cell, units: Units) -> str:
@@ -46,9 +46,11 @@ def text_of(part: Cell, units: Units) -> str:
     as it is."""
     match part:
         case Value():
-            return _with_unit(_plain(part, units), part, units)
+            return _with_unit(_number_text(part, units), part, units)
         case Between():
-            low, high = (_plain(Value(end, part.unit, part.digits), units) for end in _ends(part))
+            low, high = (
+                _number_text(Value(end, part.unit, part.digits), units) for end in _ends(part)
+            )
             return _with_unit(_interval(part, low, high), part, units)
         case Sentence():
             filled = (text_of(each, units) for each in part.parts)
@@ -56,7 +58,7 @@ def text_of(part: Cell, units: Units) -> str:
     return part
 
 
-def laid_out(table: Table, units: Units) -> Laid:
+def render_table(table: Table, units: Units) -> RenderedTable:
     """A table with units in the head, where all rows of a column have the same. Where a row has one
     of its own in the other columns, it stands beside the name of the row."""
     width = len(table.head)
@@ -64,25 +66,26 @@ def laid_out(table: Table, units: Units) -> Laid:
     columns = [[row[k] for row in cells] for k in range(width)]
     settled = [k for k in range(width) if _are_alike(columns[k])]
     others = [k for k in range(1, width) if k not in settled]
-    rows = [[_alone(cell, units) for cell in row] for row in cells]
+    rows = [[_render_with_unit(cell, units) for cell in row] for row in cells]
     for k in settled:
-        for shown, cell in zip(rows, _lined(columns[k], units), strict=True):
+        for shown, cell in zip(rows, _align_cells(columns[k], units), strict=True):
             shown[k] = cell
     for row, shown in zip(cells, rows, strict=True):
         _lay_row(row, shown, others, units)
-    head = [_named(table.head[k], _unit_of(columns[k], units)) for k in range(width)]
-    return Laid(head, rows)
+    head = [_name_with_unit(table.head[k], _unit_of(columns[k], units)) for k in range(width)]
+    return RenderedTable(head, rows)
 
 
 def decimals_of(numbers: Iterable[float], digits: int) -> int:
     """Decimals with which the largest number has so many significant ``digits``, and numbers that
-    are not `LITTLE` beside it have `FEWEST`. Zeros at the end of all numbers are left out."""
+    are not `NEGLIGIBLE_FRACTION` beside it have `MIN_DIGITS`. Zeros at the end of all numbers are
+    left out."""
     known = [abs(x) for x in numbers if isfinite(x) and x != 0.0]
     if not known:
         return 0
     largest = max(known)
-    smallest = min(x for x in known if x >= LITTLE * largest)
-    needed = max(_decimals(largest, digits), _decimals(smallest, min(digits, FEWEST)))
+    smallest = min(x for x in known if x >= NEGLIGIBLE_FRACTION * largest)
+    needed = max(_decimals(largest, digits), _decimals(smallest, min(digits, MIN_DIGITS)))
     most = min(max(needed, 0), MOST_DECIMALS)
     return next((n for n in range(most) if _are_exact(known, n, most)), most)
 
@@ -96,17 +99,19 @@ def _decimals(number: float, digits: int) -> int:
     return digits - 1 - floor(log10(number))
 
 
-def _lay_row(row: Sequence[Cell], shown: list[Shown], others: list[int], units: Units) -> None:
+def _lay_row(
+    row: Sequence[Cell], shown: list[RenderedCell], others: list[int], units: Units
+) -> None:
     """Line up the cells of ``others`` in a row that has the same unit in them, and name it."""
     cells = [row[k] for k in others]
     if not others or not _are_alike(cells):
         return
-    for k, cell in zip(others, _lined(cells, units), strict=True):
+    for k, cell in zip(others, _align_cells(cells, units), strict=True):
         shown[k] = cell
-    shown[0] = Shown(_named(shown[0].text, _unit_of(cells, units)))
+    shown[0] = RenderedCell(_name_with_unit(shown[0].text, _unit_of(cells, units)))
 
 
-def _measured(cell: Cell) -> Sequence[Value | Between]:
+def _values_of_cell(cell: Cell) -> Sequence[Value | Between]:
     """The values of a cell that holds nothing else; none of one that holds words."""
     match cell:
         case Value() | Between():
@@ -119,52 +124,57 @@ def _measured(cell: Cell) -> Sequence[Value | Between]:
 
 def _units_in(cell: Cell) -> tuple[str, ...]:
     """The SI units of the values of a cell, each once."""
-    return tuple(dict.fromkeys(value.unit for value in _measured(cell)))
+    return tuple(dict.fromkeys(value.unit for value in _values_of_cell(cell)))
 
 
 def _are_alike(cells: Sequence[Cell]) -> bool:
     """Whether all cells that have units have the same."""
-    return len({_units_in(cell) for cell in cells if _measured(cell)}) <= 1
+    return len({_units_in(cell) for cell in cells if _values_of_cell(cell)}) <= 1
 
 
 def _unit_of(cells: Sequence[Cell], units: Units) -> str:
     """The units that all cells with units are read in; nothing where they have others."""
-    found = {_units_in(cell) for cell in cells if _measured(cell)}
+    found = {_units_in(cell) for cell in cells if _values_of_cell(cell)}
     each = found.pop() if len(found) == 1 else ()
-    return ", ".join(filter(None, (units.shown(unit).unit for unit in each)))
+    return ", ".join(filter(None, (units.display_unit(unit).unit for unit in each)))
 
 
-def _named(name: str, unit: str) -> str:
+def _name_with_unit(name: str, unit: str) -> str:
     return f"{name} [{unit}]".strip() if unit else name
 
 
-def _lined(cells: Sequence[Cell], units: Units) -> list[Shown]:
+def _align_cells(cells: Sequence[Cell], units: Units) -> list[RenderedCell]:
     """Cells of the same units with the same decimals. The units themselves are said elsewhere."""
     values: dict[str, list[Value | Between]] = {}
-    for value in (value for cell in cells for value in _measured(cell)):
+    for value in (value for cell in cells for value in _values_of_cell(cell)):
         values.setdefault(value.unit, []).append(value)
-    scales = {unit: _scale(own, units.shown(unit).factor) for unit, own in values.items()}
-    return [_fixed(cell, scales) if _measured(cell) else _alone(cell, units) for cell in cells]
+    scales = {unit: _scale(own, units.display_unit(unit).factor) for unit, own in values.items()}
+    return [
+        _render_aligned(cell, scales) if _values_of_cell(cell) else _render_with_unit(cell, units)
+        for cell in cells
+    ]
 
 
-def _scale(values: Sequence[Value | Between], factor: float) -> Scale:
+def _scale(values: Sequence[Value | Between], factor: float) -> DecimalScale:
     digits = max(value.digits for value in values)
-    return Scale(factor, decimals_of((factor * end for v in values for end in _ends(v)), digits))
+    return DecimalScale(
+        factor, decimals_of((factor * end for v in values for end in _ends(v)), digits)
+    )
 
 
 def _ends(value: Value | Between) -> tuple[float, ...]:
     return (value.number,) if isinstance(value, Value) else (value.low, value.high)
 
 
-def _fixed(cell: Cell, scales: Mapping[str, Scale]) -> Shown:
+def _render_aligned(cell: Cell, scales: Mapping[str, DecimalScale]) -> RenderedCell:
     """A cell with the decimals of its column or row, without its units."""
-    texts = [_scaled(value, scales[value.unit]) for value in _measured(cell)]
+    texts = [_scaled_text(value, scales[value.unit]) for value in _values_of_cell(cell)]
     if isinstance(cell, Sentence):
-        return Shown(cell.text.format(*texts), None, True)
-    return Shown(texts[0], cell.number if isinstance(cell, Value) else None, True)
+        return RenderedCell(cell.text.format(*texts), None, True)
+    return RenderedCell(texts[0], cell.number if isinstance(cell, Value) else None, True)
 
 
-def _scaled(value: Value | Between, scale: Scale) -> str:
+def _scaled_text(value: Value | Between, scale: DecimalScale) -> str:
     ends = [_decimal(scale.factor * end, scale.decimals) for end in _ends(value)]
     return ends[0] if isinstance(value, Value) else _interval(value, *ends)
 
@@ -172,37 +182,37 @@ def _scaled(value: Value | Between, scale: Scale) -> str:
 def _interval(cell: Between, low: str, high: str) -> str:
     """An interval in words. An end that is infinite is not known."""
     if isinf(cell.low) and isinf(cell.high):
-        return NOTHING
+        return NO_VALUE
     if isinf(cell.high):
         return f"{low} or more"
     if isinf(cell.low):
         return f"{high} or less"
-    return NOTHING if low == high == NOTHING else f"{low} to {high}"
+    return NO_VALUE if low == high == NO_VALUE else f"{low} to {high}"
 
 
 def _decimal(number: float, decimals: int) -> str:
     if not isfinite(number):
-        return NOTHING
+        return NO_VALUE
     if number == 0.0:
         return "0"
-    readable = 10.0 ** (FEWEST - 1) if decimals == MOST_DECIMALS else 0.5
-    if not readable * 10.0**-decimals <= abs(number) < LARGEST:
+    readable = 10.0 ** (MIN_DIGITS - 1) if decimals == MOST_DECIMALS else 0.5
+    if not readable * 10.0**-decimals <= abs(number) < MAX_PLAIN_NUMBER:
         return f"{number:.1e}"
     return f"{number:,.{decimals}f}"
 
 
-def _alone(cell: Cell, units: Units) -> Shown:
+def _render_with_unit(cell: Cell, units: Units) -> RenderedCell:
     """A cell with its own unit."""
     number = cell.number if isinstance(cell, Value) else None
-    return Shown(text_of(cell, units), number, bool(_measured(cell)))
+    return RenderedCell(text_of(cell, units), number, bool(_values_of_cell(cell)))
 
 
-def _plain(value: Value, units: Units) -> str:
+def _number_text(value: Value, units: Units) -> str:
     if not isfinite(value.number):
-        return NOTHING
-    return digits_of(units.shown(value.unit).factor * value.number, value.digits)
+        return NO_VALUE
+    return digits_of(units.display_unit(value.unit).factor * value.number, value.digits)
 
 
 def _with_unit(text: str, cell: Value | Between, units: Units) -> str:
-    unit = units.shown(cell.unit).unit
-    return text if text == NOTHING else f"{text} {unit}".strip()
+    unit = units.display_unit(cell.unit).unit
+    return text if text == NO_VALUE else f"{text} {unit}".strip()

@@ -123,7 +123,7 @@ class Section:
 
 
 @dataclass(frozen=True)
-class Contents:
+class DocumentContents:
     """A ``title``, what it is of in short, and the nodes. ``time`` (nt,) [s] is that of charts."""
 
     title: str

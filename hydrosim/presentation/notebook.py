@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from html import escape
 
 from hydrosim.presentation.figures import Drawing
-from hydrosim.presentation.layout import laid_out, text_of
+from hydrosim.presentation.layout import render_table, text_of
 from hydrosim.presentation.nodes import (
-    Contents,
+    DocumentContents,
     Heading,
     List,
     Node,
@@ -19,7 +19,7 @@ from hydrosim.presentation.nodes import (
 from hydrosim.presentation.units import Units
 
 
-def html_of(document: Contents) -> str:
+def html_of(document: DocumentContents) -> str:
     """The document without its details and without charts."""
     return "".join(_parts(document))
 
@@ -29,7 +29,7 @@ def element(tag: str, *texts: str) -> str:
     return f"<{tag}>{'<br>'.join(escape(text) for text in texts)}</{tag}>"
 
 
-def _parts(document: Contents) -> Iterator[str]:
+def _parts(document: DocumentContents) -> Iterator[str]:
     yield element("h3", document.title)
     if document.subtitle:
         yield element("p", document.subtitle)
@@ -40,10 +40,10 @@ def _parts(document: Contents) -> Iterator[str]:
             yield element("h4", section.heading.text)
         for node in section.nodes:
             if not getattr(node, "detail", False):
-                yield _shown(node, document.units)
+                yield _node_html(node, document.units)
 
 
-def _shown(node: Node, units: Units) -> str:
+def _node_html(node: Node, units: Units) -> str:
     match node:
         case Sentence():
             return element("p", text_of(node, units))
@@ -62,7 +62,7 @@ def _shown(node: Node, units: Units) -> str:
 
 
 def _table(node: Table, units: Units) -> str:
-    head, rows = laid_out(node, units)
+    head, rows = render_table(node, units)
     top = "".join(element("th", name) for name in head)
     body = (f"<tr>{''.join(element('td', cell.text) for cell in row)}</tr>" for row in rows)
     caption = element("caption", node.title) if node.title else ""

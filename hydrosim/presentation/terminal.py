@@ -13,10 +13,10 @@ from rich.segment import Segment
 from rich.table import Table as Grid
 from rich.text import Text
 
-from hydrosim.presentation.layout import Shown, laid_out
+from hydrosim.presentation.layout import RenderedCell, render_table
 from hydrosim.presentation.layout import text_of as words_of
 from hydrosim.presentation.nodes import (
-    Contents,
+    DocumentContents,
     Heading,
     List,
     Node,
@@ -27,16 +27,16 @@ from hydrosim.presentation.nodes import (
 )
 from hydrosim.presentation.units import Units
 
-MARKS = {Outcome.GOOD: "ok", Outcome.WARNING: "warning", Outcome.BAD: "failed"}
-WIDTH = len("warning") + 2  # of a mark with the room after it
-GAP = 2  # of columns: a blank on the right, and one between
-BOX = Box("    \n" * 2 + " ── \n" + "    \n" * 5)
+OUTCOME_MARKS = {Outcome.GOOD: "ok", Outcome.WARNING: "warning", Outcome.BAD: "failed"}
+MARK_WIDTH = len("warning") + 2  # of a mark with the room after it
+COLUMN_GAP = 2  # of columns: a blank on the right, and one between
+TABLE_BOX = Box("    \n" * 2 + " ── \n" + "    \n" * 5)
 """A line below the head alone."""
-WORD = 20  # characters of a word that is not broken
-PRINTED = 120  # characters in a line of a document as text
+MAX_UNBROKEN_WORD = 20  # characters of a word that is not broken
+TEXT_WIDTH = 120  # characters in a line of a document as text
 
 
-class Column(NamedTuple):
+class TextColumn(NamedTuple):
     """A column of a table: its ``name``, its ``texts``, and whether they are numbers."""
 
     name: str
@@ -44,41 +44,42 @@ class Column(NamedTuple):
     numeric: bool
 
     @property
-    def least(self) -> int:
-        """The least width: numbers are never broken, words where they are longer than `WORD`."""
+    def min_width(self) -> int:
+        """The least width: numbers are never broken, words where they are longer than
+        `MAX_UNBROKEN_WORD`."""
         if self.numeric:
             return max(map(len, [*self.texts, *self.name.split()]))
         words = [word for text in (self.name, *self.texts) for word in text.split()]
-        return min(max(map(len, words), default=0), WORD)
+        return min(max(map(len, words), default=0), MAX_UNBROKEN_WORD)
 
 
-def text_of(document: Contents, details: bool = True) -> str:
+def text_of(document: DocumentContents, details: bool = True) -> str:
     """The document as text."""
-    out = Console(file=StringIO(), width=PRINTED, no_color=True)
+    out = Console(file=StringIO(), width=TEXT_WIDTH, no_color=True)
     print_document(document, out, details)
     found = out.file.getvalue()  # type: ignore[attr-defined]
     return str(found)
 
 
-def print_document(document: Contents, out: Console, details: bool = True) -> None:
+def print_document(document: DocumentContents, out: Console, details: bool = True) -> None:
     """Print a document, without its ``details`` if so asked."""
     subtitle = [document.subtitle] if document.subtitle else []
     print_parts(out, document.title, *subtitle, *_parts_of(document, details, out.width))
 
 
-def _parts_of(document: Contents, details: bool, width: int) -> Iterator[RenderableType]:
+def _parts_of(document: DocumentContents, details: bool, width: int) -> Iterator[RenderableType]:
     """What is printed below the title: texts and grids, with a blank line on both sides of a table
     and above a heading."""
     blank = False
-    for node in _shown(document, details):
-        parts = list(_printed(node, document.units, width))
+    for node in _select_nodes(document, details):
+        parts = list(_render_node(node, document.units, width))
         if parts and isinstance(node, Table | Heading) and not blank:
             yield ""
         yield from parts
         blank = isinstance(node, Table) if parts else blank
 
 
-def _shown(document: Contents, details: bool) -> Iterator[Node]:
+def _select_nodes(document: DocumentContents, details: bool) -> Iterator[Node]:
     """Headings and what is below them, without details if so asked."""
     for section in document.sections:
         if details or not section.heading.detail:
@@ -100,40 +101,40 @@ def printable(text: str) -> str:
     of others may hold anything."""
     if text.isprintable():
         return text
-    return "".join(c if c in "\n\t" or not _odd(c) else f"\\u{ord(c):04x}" for c in text)
+    return "".join(c if c in "\n\t" or not _is_control(c) else f"\\u{ord(c):04x}" for c in text)
 
 
-def _odd(character: str) -> bool:
+def _is_control(character: str) -> bool:
     return unicodedata.category(character) in ("Cc", "Cf", "Cs")
 
 
-def _printed(node: Node, units: Units, width: int) -> Iterator[RenderableType]:
+def _render_node(node: Node, units: Units, width: int) -> Iterator[RenderableType]:
     match node:
         case Sentence():
             yield words_of(node, units)
         case Verdict(outcome=outcome):
-            yield f"{MARKS[outcome]:{WIDTH}}{words_of(node.sentence, units)}"
+            yield f"{OUTCOME_MARKS[outcome]:{MARK_WIDTH}}{words_of(node.sentence, units)}"
         case List(items=items, title=title):
             yield from filter(None, [title])
             yield from (f"  {words_of(item, units)}" for item in items)
         case Table():
             yield from filter(None, [node.title])
-            yield _grid(*laid_out(node, units), width)
+            yield _grid(*render_table(node, units), width)
             yield ""
         case Heading():
             yield from filter(None, [node.text])
 
 
-def _grid(head: list[str], rows: list[list[Shown]], width: int) -> Grid:
+def _grid(head: list[str], rows: list[list[RenderedCell]], width: int) -> Grid:
     """A table, as wide as the terminal where it can be."""
     columns = [
-        Column(name, [row[k].text for row in rows], any(row[k].numeric for row in rows))
+        TextColumn(name, [row[k].text for row in rows], any(row[k].numeric for row in rows))
         for k, name in enumerate(head)
     ]
     widths = _widths(columns, width)
-    total = sum(widths) + GAP * (len(columns) - 1)
+    total = sum(widths) + COLUMN_GAP * (len(columns) - 1)
     grid = Grid(
-        box=BOX,
+        box=TABLE_BOX,
         padding=(0, 1, 0, 0),
         pad_edge=False,
         show_edge=False,
@@ -148,13 +149,13 @@ def _grid(head: list[str], rows: list[list[Shown]], width: int) -> Grid:
     return grid
 
 
-def _widths(columns: Sequence[Column], width: int) -> list[int]:
+def _widths(columns: Sequence[TextColumn], width: int) -> list[int]:
     """The width of each column. Where the terminal is too narrow, heads of numbers are broken
     between words, then texts."""
     widths = [max(map(len, [column.name, *column.texts])) for column in columns]
-    excess = sum(widths) + GAP * (len(columns) - 1) - width
+    excess = sum(widths) + COLUMN_GAP * (len(columns) - 1) - width
     for k in sorted(range(len(columns)), key=lambda k: not columns[k].numeric):
-        cut = min(max(excess, 0), widths[k] - columns[k].least)
+        cut = min(max(excess, 0), widths[k] - columns[k].min_width)
         widths[k] -= cut
         excess -= cut
     return widths

@@ -6,7 +6,7 @@ import h5py
 import numpy as np
 
 from hydrosim.documents.hdf5 import fault
-from hydrosim.documents.text import Source, spelled
+from hydrosim.documents.text import Source, readable_unit
 from hydrosim.recordings import netcdf
 from hydrosim.recordings.recording import Recording, of_arrays
 
@@ -42,7 +42,7 @@ def _read(source: Source, form: str, file: h5py.File) -> Recording:
             arrays[name] = item[()]
             said = next((item.attrs[key] for key in UNITS if key in item.attrs), None)
             text = said.decode() if isinstance(said, bytes) else said
-            units[name] = None if text is None else spelled(str(text))
+            units[name] = None if text is None else readable_unit(str(text))
 
     file.visititems(take)
     return of_arrays(source, form, arrays, units)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import xarray as xr
 
 from hydrosim.documents.series import columns_of, select
-from hydrosim.documents.text import Source, spelled
+from hydrosim.documents.text import Source, readable_unit
 from hydrosim.recordings.recording import Column, Recording, is_time
 
 
@@ -48,4 +48,4 @@ def _labelled(found: xr.Dataset, time: str) -> xr.Dataset:
 
 def _unit(text: str | None) -> str | None:
     """Unit from an attribute, such as "s" from "seconds since 2020-01-01"."""
-    return None if text is None else spelled(text.split(" since ")[0])
+    return None if text is None else readable_unit(text.split(" since ")[0])

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrosim.documents.text import TIME, Source, name_and_unit
-from hydrosim.documents.units import shown
+from hydrosim.documents.units import value_text
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Recording:
         named = [column for column in self.columns if column.name == key]
         named = named or [c for c in self.columns if name_and_unit(c.name)[0] == key]
         if len(named) > 1:
-            self.source.wrong(f"found more than one column {shown(key)}; use its number")
+            self.source.wrong(f"found more than one column {value_text(key)}; use its number")
         if not named:
             self.source.unknown("column", key, [column.name for column in self.columns])
         return named[0]

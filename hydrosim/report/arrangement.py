@@ -26,31 +26,31 @@ from hydrosim.report.scenery import shape_of
 from hydrosim.report.supports import keel_of
 from hydrosim.scene import GivenComponents, Scene
 
-WIDTH = 720.0
-ROOM = 70.0
+DRAWING_WIDTH = 720.0
+DRAWING_MARGIN = 70.0
 """Margin around the drawing, for names and arrows."""
-TALLEST = 420.0
+MAX_VIEW_HEIGHT = 420.0
 """Largest height of a view; taller views are scaled down."""
-LABEL = 12.0
+LABEL_HEIGHT = 12.0
 """Height of a line of text."""
-ARROW = 46.0
-CONTACT, LINE = np.array([6.0, -6.0]), np.array([6.0, 14.0])
+ARROW_LENGTH = 46.0
+CONTACT_LABEL_SHIFT, LINE_LABEL_SHIFT = np.array([6.0, -6.0]), np.array([6.0, 14.0])
 """Offset of a name from its contact, and from the start of its line."""
 PLAN, SIDE = (0, 1), (0, 2)
-STEPS = (1.0, 2.0, 5.0, 10.0)
+SCALE_BAR_STEPS = (1.0, 2.0, 5.0, 10.0)
 Points = np.ndarray
 
-STRAIGHT = (Spring, Strut, Winch, Compensator)  # lines from a point to an anchor
+STRAIGHT_LINES = (Spring, Strut, Winch, Compensator)  # lines from a point to an anchor
 
 
-class Placed(NamedTuple):
+class DrawnBody(NamedTuple):
     """A body at rest: its ``name`` and the corners (n, 3) of its shape [m]."""
 
     name: str
     corners: Points
 
 
-class Line(NamedTuple):
+class DrawnLine(NamedTuple):
     """A line from one point to another (3,) [m], straight or through the points ``between`` (n, 3)
     which include both."""
 
@@ -60,13 +60,13 @@ class Line(NamedTuple):
     between: Points | None = None
 
 
-class Arrangement(NamedTuple):
+class SceneArrangement(NamedTuple):
     """Content of the drawing: bodies, contact points (n, 3) by element, lines, streams by name, as
     arrows to a heading [rad], and the places (1, 3) of joints by name."""
 
-    bodies: list[Placed]
+    bodies: list[DrawnBody]
     contacts: dict[str, Points]
-    lines: list[Line]
+    lines: list[DrawnLine]
     streams: list[tuple[str, float]]
     joints: dict[str, Points]
 
@@ -74,62 +74,65 @@ class Arrangement(NamedTuple):
 def arrangement_nodes(run: xr.Dataset, scene: Scene | None) -> Iterator[Node]:
     """Drawing of the ``scene`` of a run; nothing if its case cannot be read again."""
     if scene is not None:
-        drawn = svg(arranged(scene), units_of(run.attrs))
-        yield Drawing("Arrangement at rest, to scale", drawn, SAID)
+        drawn = svg(arrange_scene(scene), units_of(run.attrs))
+        yield Drawing("Arrangement at rest, to scale", drawn, DRAWING_NOTE)
 
 
-SAID = (
+DRAWING_NOTE = (
     "Bodies, contacts, joints and lines at rest, in plan and from the side, with waves, wind and"
     " current"
 )
 
 
-def arranged(scene: Scene) -> Arrangement:
+def arrange_scene(scene: Scene) -> SceneArrangement:
     """The scene at rest, in the earth frame."""
     turns = {body.name: about_z(body.heading) for body in scene.bodies}
     places = {
         b.name: turns[b.name] @ b.centre_of_gravity + [*b.location, 0.0] for b in scene.bodies
     }
 
-    def at(body: str | None, points: Sequence[float] | Points) -> Points:
+    def to_earth(body: str | None, points: Sequence[float] | Points) -> Points:
         own = np.asarray(points, float)
         return own if body is None else own @ turns[body].T + places[body]
 
     bodies = []
     for body in scene.bodies:
         shape = shape_of(body, keel_of(scene, body.name))
-        bodies.append(Placed(body.name, at(body.name, shape.triangles.reshape(-1, 3))))
+        bodies.append(DrawnBody(body.name, to_earth(body.name, shape.triangles.reshape(-1, 3))))
     contacts = {
-        name: at(element.body, element.points)
+        name: to_earth(element.body, element.points)
         for name, element in scene.forces.items()
         if isinstance(element, Contact)
     }
     lines = [
-        Line(name, at(each.body, each.point), at(each.anchor_body, each.anchor))
+        DrawnLine(name, to_earth(each.body, each.point), to_earth(each.anchor_body, each.anchor))
         for name, each in scene.forces.items()
-        if isinstance(each, STRAIGHT)
+        if isinstance(each, STRAIGHT_LINES)
     ]
-    lines += [Line(name, p[0], p[-1], p) for name, p in catenaries_at_rest(scene).items()]
-    joints = {name: at(each.body, np.array([each.point])) for name, each in scene.joints.items()}
-    return Arrangement(bodies, contacts, lines, list(_streams(scene)), joints)
+    lines += [DrawnLine(name, p[0], p[-1], p) for name, p in catenaries_at_rest(scene).items()]
+    joints = {
+        name: to_earth(each.body, np.array([each.point])) for name, each in scene.joints.items()
+    }
+    return SceneArrangement(bodies, contacts, lines, list(_streams(scene)), joints)
 
 
-def svg(of: Arrangement, units: Units) -> str:
+def svg(of: SceneArrangement, units: Units) -> str:
     """Drawing as SVG: the plan above, the side view below, at one scale."""
     low, high = _extent(of)
     views = [("plan", PLAN), ("side", SIDE)]
-    scale = (WIDTH - 2.0 * ROOM) / (high - low)[0]
+    scale = (DRAWING_WIDTH - 2.0 * DRAWING_MARGIN) / (high - low)[0]
     tall = max(float((high - low)[axes[1]]) for _, axes in views)
-    scale = min(scale, TALLEST / tall)
+    scale = min(scale, MAX_VIEW_HEIGHT / tall)
     parts = []
     top = 0.0
     for name, axes in views:
         view = _View(axes, low, high, scale, top)
-        parts += [_text(70.0, top + 22.0, name, "start"), *_drawn(of, view, name)]
+        parts += [_text(70.0, top + 22.0, name, "start"), *_svg_elements(of, view, name)]
         top = view.bottom
     parts += _scale_bar(units, scale, top)
     height = top + 30.0
-    return f'<svg viewBox="0 0 {WIDTH:g} {height:.0f}" class="arrangement">{"".join(parts)}</svg>'
+    box = f"0 0 {DRAWING_WIDTH:g} {height:.0f}"
+    return f'<svg viewBox="{box}" class="arrangement">{"".join(parts)}</svg>'
 
 
 class _View:
@@ -141,11 +144,11 @@ class _View:
         self._low = low[list(axes)]
         self._high = high[list(axes)]
         span = self._high - self._low
-        self._left = 0.5 * (WIDTH - scale * span[0])
-        self._top = top + ROOM
-        self.bottom = self._top + scale * float(span[1]) + 0.6 * ROOM
+        self._left = 0.5 * (DRAWING_WIDTH - scale * span[0])
+        self._top = top + DRAWING_MARGIN
+        self.bottom = self._top + scale * float(span[1]) + 0.6 * DRAWING_MARGIN
 
-    def at(self, points: Points) -> Points:
+    def to_pixels(self, points: Points) -> Points:
         """Pixels (n, 2) of points (n, 3) in the earth frame."""
         own = np.atleast_2d(points)[:, list(self.axes)]
         across = self._left + self.scale * (own[:, 0] - self._low[0])
@@ -158,25 +161,26 @@ class _View:
         return self._top
 
 
-def _drawn(of: Arrangement, view: _View, name: str) -> Iterator[str]:
+def _svg_elements(of: SceneArrangement, view: _View, name: str) -> Iterator[str]:
     if view.axes == SIDE:
-        y = float(view.at(np.zeros(3))[0, 1])
-        yield f'<line class="water" x1="0" x2="{WIDTH:g}" y1="{y:.1f}" y2="{y:.1f}"/>'
-        yield _text(WIDTH - 4.0, y - 4.0, "still water", "end")
+        y = float(view.to_pixels(np.zeros(3))[0, 1])
+        yield f'<line class="water" x1="0" x2="{DRAWING_WIDTH:g}" y1="{y:.1f}" y2="{y:.1f}"/>'
+        yield _text(DRAWING_WIDTH - 4.0, y - 4.0, "still water", "end")
     for k, body in enumerate(of.bodies):
-        outline = _outline(view.at(body.corners))
-        yield f'<polygon class="hull c{k % 7}" points="{_joined(outline)}"/>'
+        outline = _outline(view.to_pixels(body.corners))
+        yield f'<polygon class="hull c{k % 7}" points="{_points_text(outline)}"/>'
     for line in of.lines:
         if line.between is not None:
-            yield f'<polyline class="mooring" points="{_joined(view.at(line.between))}"/>'
+            path = _points_text(view.to_pixels(line.between))
+            yield f'<polyline class="mooring" points="{path}"/>'
             continue
-        (x1, y1), (x2, y2) = view.at(np.stack([line.start, line.end]))
+        (x1, y1), (x2, y2) = view.to_pixels(np.stack([line.start, line.end]))
         yield f'<line class="mooring" x1="{x1:.1f}" y1="{y1:.1f}" x2="{x2:.1f}" y2="{y2:.1f}"/>'
     for points in of.contacts.values():
-        for x, y in view.at(points):
+        for x, y in view.to_pixels(points):
             yield f'<circle class="contact" cx="{x:.1f}" cy="{y:.1f}" r="3"/>'
     for points in of.joints.values():
-        for x, y in view.at(points):
+        for x, y in view.to_pixels(points):
             yield f'<circle class="joint" cx="{x:.1f}" cy="{y:.1f}" r="4"/>'
     yield from _names(of, view)
     if view.axes == PLAN:
@@ -184,18 +188,20 @@ def _drawn(of: Arrangement, view: _View, name: str) -> Iterator[str]:
     yield from _axes(view)
 
 
-def _names(of: Arrangement, view: _View) -> Iterator[str]:
+def _names(of: SceneArrangement, view: _View) -> Iterator[str]:
     """Names of bodies at their centres, and of contacts, joints and lines beside them, without
     overlaps."""
-    middles = {body.name: view.at(body.corners).mean(axis=0) for body in of.bodies}
+    middles = {body.name: view.to_pixels(body.corners).mean(axis=0) for body in of.bodies}
     marked = of.contacts | of.joints
-    contacts = {name: view.at(points)[0] + CONTACT for name, points in marked.items()}
-    lines = {line.name: view.at(line.start)[0] + LINE for line in of.lines}
+    contacts = {
+        name: view.to_pixels(points)[0] + CONTACT_LABEL_SHIFT for name, points in marked.items()
+    }
+    lines = {line.name: view.to_pixels(line.start)[0] + LINE_LABEL_SHIFT for line in of.lines}
     taken: list[tuple[float, float]] = []
     for kind, labels in (("middle strong", middles), ("start", contacts), ("start", lines)):
         for name, (x, y) in labels.items():
-            while any(abs(y - b) < LABEL and abs(x - a) < 6.0 * len(name) for a, b in taken):
-                y += LABEL
+            while any(abs(y - b) < LABEL_HEIGHT and abs(x - a) < 6.0 * len(name) for a, b in taken):
+                y += LABEL_HEIGHT
             taken.append((x, y))
             yield _text(x, y, name, kind)
 
@@ -203,7 +209,7 @@ def _names(of: Arrangement, view: _View) -> Iterator[str]:
 def _arrows(streams: Sequence[tuple[str, float]], view: _View) -> Iterator[str]:
     """An arrow for each sea, wind and current, in the upper right corner of the plan."""
     for k, (name, heading) in enumerate(streams):
-        x = WIDTH - 60.0 - 110.0 * k
+        x = DRAWING_WIDTH - 60.0 - 110.0 * k
         yield _arrow((x, 36.0), heading)
         yield _text(x, 78.0, name, "middle")
 
@@ -218,24 +224,23 @@ def _axes(view: _View) -> Iterator[str]:
     yield _text(x, y - 40.0, second, "middle")
 
 
-def _arrow(middle: tuple[float, float], heading: float, length: float = ARROW) -> str:
+def _arrow(middle: tuple[float, float], heading: float, length: float = ARROW_LENGTH) -> str:
     """An arrow towards a heading, counter-clockwise from the x axis to the right."""
     along = np.array([cos(heading), -sin(heading)])
     across = np.array([-along[1], along[0]])
     tip = np.array(middle) + 0.5 * length * along
     tail = np.array(middle) - 0.5 * length * along
-    head = [tip, tip - 9.0 * along + 4.0 * across, tip - 9.0 * along - 4.0 * across]
+    corners = [tip, tip - 9.0 * along + 4.0 * across, tip - 9.0 * along - 4.0 * across]
+    head = _points_text(np.array(corners))
     shaft = f'x1="{tail[0]:.1f}" y1="{tail[1]:.1f}" x2="{tip[0]:.1f}" y2="{tip[1]:.1f}"'
-    return (
-        f'<line class="arrow" {shaft}/><polygon class="arrow" points="{_joined(np.array(head))}"/>'
-    )
+    return f'<line class="arrow" {shaft}/><polygon class="arrow" points="{head}"/>'
 
 
 def _scale_bar(units: Units, scale: float, top: float) -> Iterator[str]:
-    unit, factor = units.shown("m")
+    unit, factor = units.display_unit("m")
     wanted = 120.0 / scale * factor
     power = 10.0 ** floor(log10(wanted))
-    length = max(step * power for step in STEPS if step * power <= wanted)
+    length = max(step * power for step in SCALE_BAR_STEPS if step * power <= wanted)
     pixels = length / factor * scale
     y = top + 10.0
     ends = f'x1="20" x2="{20.0 + pixels:.1f}" y1="{y:.1f}" y2="{y:.1f}"'
@@ -255,7 +260,7 @@ def _streams(scene: Scene) -> Iterator[tuple[str, float]]:
             yield name, float(stream.heading)
 
 
-def _extent(of: Arrangement) -> tuple[Points, Points]:
+def _extent(of: SceneArrangement) -> tuple[Points, Points]:
     """Corners of the box around bodies, contacts and joints, and the water surface; lines may
     extend beyond it."""
     marked = [*of.contacts.values(), *of.joints.values()]
@@ -278,7 +283,7 @@ def _outline(points: Points) -> Points:
         return np.array([(x1, y1), (x2, y1), (x2, y2), (x1, y2)])
 
 
-def _joined(points: Points) -> str:
+def _points_text(points: Points) -> str:
     return " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
 
 

@@ -9,15 +9,15 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.documents.digits import digits_of
-from hydrosim.presentation.figures import Curve, Curves
+from hydrosim.presentation.figures import Curves, PlottedCurve
 from hydrosim.presentation.units import Units
 
-WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM = 720, 320, 70, 700, 24, 270
-PAD = 0.05  # of a range, on both sides
-STEPS = (1.0, 2.0, 5.0, 10.0)  # between ticks, times a power of ten
+CHART_WIDTH, CHART_HEIGHT, LEFT_EDGE, RIGHT_EDGE, TOP_EDGE, BOTTOM_EDGE = 720, 320, 70, 700, 24, 270
+RANGE_MARGIN_FRACTION = 0.05  # of a range, on both sides
+TICK_STEPS = (1.0, 2.0, 5.0, 10.0)  # between ticks, times a power of ten
 
 
-class Point(NamedTuple):
+class PlottedPoint(NamedTuple):
     """A point with its bar, and a remark."""
 
     x: float
@@ -27,48 +27,48 @@ class Point(NamedTuple):
     said: str
 
 
-class Drawn(NamedTuple):
+class PlottedCurves(NamedTuple):
     """A picture of curves."""
 
     x_label: str
     y_label: str
-    lines: list[list[Point]]
+    lines: list[list[PlottedPoint]]
     x_ticks: list[tuple[float, str]]
     y_ticks: list[tuple[float, str]]
-    width: int = WIDTH
-    height: int = HEIGHT
-    left: int = LEFT
-    right: int = RIGHT
-    top: int = TOP
-    bottom: int = BOTTOM
+    width: int = CHART_WIDTH
+    height: int = CHART_HEIGHT
+    left: int = LEFT_EDGE
+    right: int = RIGHT_EDGE
+    top: int = TOP_EDGE
+    bottom: int = BOTTOM_EDGE
 
 
-def drawn(of: Curves, units: Units) -> Drawn:
+def plot_curves(of: Curves, units: Units) -> PlottedCurves:
     """Picture of curves, in display units, without points that are not finite."""
-    x_unit, x_scale = units.shown(of.x_unit)
-    y_unit, y_scale = units.shown(of.y_unit)
-    curves = {name: _scaled(curve, x_scale, y_scale) for name, curve in of.curves.items()}
+    x_unit, x_scale = units.display_unit(of.x_unit)
+    y_unit, y_scale = units.display_unit(of.y_unit)
+    curves = {name: _scale_curve(curve, x_scale, y_scale) for name, curve in of.curves.items()}
     each = list(curves.values())
     x = _range(np.concatenate([c.x for c in each]))
     y = _range(np.concatenate([part for c in each for part in (c.y, c.low, c.high)]))
-    across, up = _scale(x, LEFT, RIGHT), _scale(y, BOTTOM, TOP)
+    across, up = _scale(x, LEFT_EDGE, RIGHT_EDGE), _scale(y, BOTTOM_EDGE, TOP_EDGE)
     lines = [list(_points(name, c, across, up)) for name, c in curves.items()]
     x_ticks = [(across(t), digits_of(t)) for t in ticks(*x)]
     y_ticks = [(up(t), digits_of(t)) for t in ticks(*y)]
     labels = _label(of.x_label, x_unit), _label(of.y_label, y_unit)
-    return Drawn(*labels, lines, x_ticks, y_ticks)
+    return PlottedCurves(*labels, lines, x_ticks, y_ticks)
 
 
 def ticks(low: float, high: float, count: int = 6) -> list[float]:
     """Round numbers from ``low`` to ``high``, about so many."""
     power = 10.0 ** floor(log10((high - low) / count))
-    step = next(s * power for s in STEPS if s * power >= (high - low) / count)
+    step = next(s * power for s in TICK_STEPS if s * power >= (high - low) / count)
     return [k * step for k in range(ceil(low / step), floor(high / step) + 1)]
 
 
-def _scaled(curve: Curve, across: float, up: float) -> Curve:
+def _scale_curve(curve: PlottedCurve, across: float, up: float) -> PlottedCurve:
     ends = (up * curve.y, up * curve.low, up * curve.high)
-    return Curve(across * curve.x, *ends, curve.remarks)
+    return PlottedCurve(across * curve.x, *ends, curve.remarks)
 
 
 def _label(label: str, unit: str) -> str:
@@ -76,8 +76,8 @@ def _label(label: str, unit: str) -> str:
 
 
 def _points(
-    name: str, curve: Curve, across: Callable[[float], float], up: Callable[[float], float]
-) -> Iterator[Point]:
+    name: str, curve: PlottedCurve, across: Callable[[float], float], up: Callable[[float], float]
+) -> Iterator[PlottedPoint]:
     remarks = curve.remarks or [""] * curve.x.size
     for x, y, low, high, remark in zip(
         *(curve.x, curve.y, curve.low, curve.high, remarks), strict=True
@@ -87,7 +87,7 @@ def _points(
             low, high = (value if np.isfinite(value) else y for value in (low, high))
             between = f" ({digits_of(low)} to {digits_of(high)})" if known else ""
             said = f"{name}: {digits_of(y)}{between} {remark}"
-            yield Point(across(x), up(y), up(low), up(high), said.strip())
+            yield PlottedPoint(across(x), up(y), up(low), up(high), said.strip())
 
 
 def _range(values: np.ndarray) -> tuple[float, float]:
@@ -95,7 +95,7 @@ def _range(values: np.ndarray) -> tuple[float, float]:
     if known.size == 0:
         return 0.0, 1.0
     low, high = float(known.min()), float(known.max())
-    pad = PAD * (high - low) or PAD * abs(high) or 1.0
+    pad = RANGE_MARGIN_FRACTION * (high - low) or RANGE_MARGIN_FRACTION * abs(high) or 1.0
     return low - pad, high + pad
 
 

@@ -20,22 +20,22 @@ from hydrosim.wording.comparison import comparison_document, is_comparison
 from hydrosim.wording.limits import is_limits, limits_document
 from hydrosim.wording.study import study_document
 
-KINDS: tuple[tuple[Callable[[xr.Dataset], bool], Callable[[xr.Dataset], Document]], ...] = (
+RESULT_KINDS: tuple[tuple[Callable[[xr.Dataset], bool], Callable[[xr.Dataset], Document]], ...] = (
     (is_of_runs, study_document),
     (is_limits, limits_document),
     (is_comparison, comparison_document),
     (is_of_studies, studies_document),
 )
 """Kinds of results besides runs."""
-EXPECTED = "expected the result of `hydrosim run`, `sweep`, `operability` or `compare`"
+EXPECTED_RESULTS = "expected the result of `hydrosim run`, `sweep`, `operability` or `compare`"
 
 
 def report_of(path: Path) -> Document:
     """Document that presents the result in the netCDF file ``path``. The result is a run, many
     runs, limits of operation or a comparison. Raises InputError if the file holds none of
     these."""
-    other = _other(path)
-    return run_document(read(path, EXPECTED)) if other is None else other
+    other = _result_document(path)
+    return run_document(read(path, EXPECTED_RESULTS)) if other is None else other
 
 
 def replay_of(path: Path) -> Document:
@@ -48,7 +48,7 @@ def replay_of(path: Path) -> Document:
     return replay_document(read(path))
 
 
-def _other(path: Path) -> Document | None:
+def _result_document(path: Path) -> Document | None:
     """Document of a result that is not a run; None if the file is of another kind."""
     if not os.path.isfile(path):
         return None
@@ -57,7 +57,7 @@ def _other(path: Path) -> Document | None:
     except (OSError, ValueError, RuntimeError):
         return None
     with found:
-        for is_one, made in KINDS:
+        for is_one, made in RESULT_KINDS:
             if is_one(found):
                 check_attributes(path, found.attrs)
                 return made(found)

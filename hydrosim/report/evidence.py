@@ -11,13 +11,13 @@ from hydrosim.evidence import Feature, Line, features_of, lines_about
 from hydrosim.presentation.document import Cell, List, Node, Sentence, Table
 from hydrosim.scene import Scene
 
-HEAD = ("claim", "against", "kind", "error", "limit")
-READING = (
+EVIDENCE_COLUMNS = ("claim", "against", "kind", "error", "limit")
+EVIDENCE_NOTE = (
     "These comparisons are about parts of this scene. They were made when the program was tested,"
     " with scenes of their own. An error is the largest that a test found, a limit the bound that"
     " it asserts. Both are relative unless the claim names a unit."
 )
-UNKNOWN = (
+UNKNOWN_CASE_NOTE = (
     "The result does not hold its case, or it cannot be read again, so the evidence for what it"
     " uses cannot be named."
 )
@@ -26,13 +26,13 @@ UNKNOWN = (
 def evidence_nodes(run: xr.Dataset, scene: Scene | None) -> Iterator[Node]:
     """Lines of evidence about the features of the ``scene`` of a run, and features without one."""
     if scene is None:
-        yield Sentence(UNKNOWN)
+        yield Sentence(UNKNOWN_CASE_NOTE)
         return
     used = features_of(scene, {str(name): value for name, value in run.attrs.items()})
     lines = lines_about(used)
     if lines:
-        yield Sentence(READING)
-        yield Table(HEAD, [_row(line) for line in lines])
+        yield Sentence(EVIDENCE_NOTE)
+        yield Table(EVIDENCE_COLUMNS, [_row(line) for line in lines])
     if bare := without_line(used, lines):
         yield Sentence("No line of evidence is about these parts of the scene by themselves:")
         yield List(bare)

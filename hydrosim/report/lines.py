@@ -17,11 +17,11 @@ from hydrosim.forces.line.shape import PIECE, Pull
 from hydrosim.forces.signal import compile_signals, value
 from hydrosim.scene import Scene
 
-POINTS = 41  # of a line at rest
-COARSE = 13  # of a line in a replay
+POINTS_PER_LINE = 41  # of a line at rest
+POINTS_PER_REPLAY_LINE = 13  # of a line in a replay
 
 
-class Placed(NamedTuple):
+class BodyPose(NamedTuple):
     """A body: its centre of gravity (3,) [m] and its rotation matrix (3, 3)."""
 
     centre: np.ndarray
@@ -33,18 +33,21 @@ def catenaries_at_rest(scene: Scene) -> dict[str, np.ndarray]:
     bodies = {}
     for body in scene.bodies:
         turn = about_z(body.heading)
-        bodies[body.name] = Placed(turn @ body.centre_of_gravity + [*body.location, 0.0], turn)
-    return {name: _points(line, bodies, scene, 0.0, POINTS) for name, line in _catenaries(scene)}
+        bodies[body.name] = BodyPose(turn @ body.centre_of_gravity + [*body.location, 0.0], turn)
+    return {
+        name: _points(line, bodies, scene, 0.0, POINTS_PER_LINE)
+        for name, line in _catenaries(scene)
+    }
 
 
 def shapes_in(frames: xr.Dataset, scene: Scene) -> Iterator[tuple[str, Catenary, np.ndarray]]:
     """Each catenary with its shape (nt, n, 2) at the moments ``frames``: share of the way from the
     fairlead to the anchor, and height [m] above the straight line between them."""
-    places = list(_placed(frames, scene))
+    places = list(_body_poses(frames, scene))
     for name, line in _catenaries(scene):
-        found = np.zeros((len(places), COARSE, 2))
+        found = np.zeros((len(places), POINTS_PER_REPLAY_LINE, 2))
         for k, (t, bodies) in enumerate(zip(frames.time.values, places, strict=True)):
-            points = _points(line, bodies, scene, float(t), COARSE)
+            points = _points(line, bodies, scene, float(t), POINTS_PER_REPLAY_LINE)
             chord = points[-1] - points[0]
             across = chord[:2] @ chord[:2]
             share = (points[:, :2] - points[0, :2]) @ chord[:2] / max(across, 1e-12)
@@ -57,13 +60,13 @@ def _catenaries(scene: Scene) -> list[tuple[str, Any]]:
     return elements_of(scene, Catenary)
 
 
-def _placed(frames: xr.Dataset, scene: Scene) -> Iterator[Mapping[str, Placed]]:
+def _body_poses(frames: xr.Dataset, scene: Scene) -> Iterator[Mapping[str, BodyPose]]:
     """Bodies at each moment."""
     moved = frames.position.transpose("time", "body", "dof").values
     rest = frames.reference_position.values
     for now in moved:
         yield {
-            body.name: Placed(
+            body.name: BodyPose(
                 rest[b] + now[b, :3],
                 scipy.spatial.transform.Rotation.from_euler(
                     "ZYX", [now[b, 5] + body.heading, now[b, 4], now[b, 3]]
@@ -74,11 +77,11 @@ def _placed(frames: xr.Dataset, scene: Scene) -> Iterator[Mapping[str, Placed]]:
 
 
 def _points(
-    line: Catenary, bodies: Mapping[str, Placed], scene: Scene, t: float, count: int
+    line: Catenary, bodies: Mapping[str, BodyPose], scene: Scene, t: float, count: int
 ) -> np.ndarray:
     """Points (count, 3) of a line in the earth frame; straight if it has no shape."""
-    start = _at(bodies, line.body, line.point)
-    end = _at(bodies, line.anchor_body, line.anchor)
+    start = _point_in_earth(bodies, line.body, line.point)
+    end = _point_in_earth(bodies, line.anchor_body, line.anchor)
     across = end[:2] - start[:2]
     x = float(np.hypot(*across))
     e = across / x if x > 0.0 else np.array([1.0, 0.0])
@@ -94,7 +97,9 @@ def _points(
     return np.column_stack([start[:2] + found[:, :1] * e, end[2] + found[:, 1]])
 
 
-def _at(bodies: Mapping[str, Placed], body: str | None, point: tuple[float, ...]) -> np.ndarray:
+def _point_in_earth(
+    bodies: Mapping[str, BodyPose], body: str | None, point: tuple[float, ...]
+) -> np.ndarray:
     if body is None:
         return np.asarray(point, float)
     return np.asarray(bodies[body].centre + bodies[body].turn @ point)

@@ -19,12 +19,12 @@ from hydrosim.errors import InputError
 from hydrosim.outputs import Output
 from hydrosim.presentation.document import Document
 from hydrosim.presentation.figures import Chart, Replay
-from hydrosim.presentation.layout import laid_out, text_of
-from hydrosim.report.curves import drawn
-from hydrosim.report.envelopes import base64_of, packed, stretch
+from hydrosim.presentation.layout import render_table, text_of
+from hydrosim.report.curves import plot_curves
+from hydrosim.report.envelopes import base64_of, chart_data, stretch
 
-LARGEST = 10_000_000  # bytes of a page
-PATHS = re.compile(
+MAX_PAGE_BYTES = 10_000_000  # bytes of a page
+PATH_PATTERN = re.compile(
     r"""
     (?m:(?:^|(?<=:[ ]))(?:[A-Za-z]:)?/[^:\n'"]*/(?=[^/:\n'"]+(?::[ ]|$)))  # a value, a line's start
     | (?<=['"])(?:[A-Za-z]:)?/[^'"\n]*/(?=[^'"/\n]+['"])  # between quotes
@@ -35,15 +35,15 @@ PATHS = re.compile(
 )
 """Folders of absolute paths in a text. Folders with spaces are known where a path stands alone
 or between quotes."""
-ESCAPED = {ord(c): f"\\u{ord(c):04x}" for c in "<>&'"}  # none of them occurs outside a text
+HTML_ESCAPES = {ord(c): f"\\u{ord(c):04x}" for c in "<>&'"}  # none of them occurs outside a text
 
 
 def written_page(document: Document, output: Output) -> int:
     """Write a page; return its size in bytes. Raises InputError if it would be too large to
     send."""
     page = html(document, output.mark).encode("utf-8", "backslashreplace")
-    if len(page) > LARGEST:
-        found = f"{len(page) / 1e6:.1f} MB; expected at most {LARGEST / 1e6:g} MB"
+    if len(page) > MAX_PAGE_BYTES:
+        found = f"{len(page) / 1e6:.1f} MB; expected at most {MAX_PAGE_BYTES / 1e6:g} MB"
         raise InputError(
             f"{output.path}: the page would have {found}. hydrosim plot draws pictures instead."
         )
@@ -61,7 +61,7 @@ def html(document: Document, mark: str) -> str:
             "a page needs jinja2. Install it: pip install 'hydrosim[report]'."
         ) from None
     own = files("hydrosim.report") / "templates"
-    scripts = ["page.js", *(["replay.js"] if _of(document, Replay) else [])]
+    scripts = ["page.js", *(["replay.js"] if _nodes_of_kind(document, Replay) else [])]
     codes = [(own / name).read_text("utf-8") for name in scripts]
     style = (own / "page.css").read_text("utf-8")
     environment = Environment(
@@ -79,41 +79,41 @@ def html(document: Document, mark: str) -> str:
         policy=_policy(codes, style),
         scripts=codes,
         style=style,
-        data=embedded(_data(document)),
+        data=json_for_html(_data(document)),
         next_chart=lambda: next(numbers),
-        drawn=partial(drawn, units=document.units),
-        laid_out=partial(laid_out, units=document.units),
+        plot_curves=partial(plot_curves, units=document.units),
+        render_table=partial(render_table, units=document.units),
         text_of=partial(text_of, units=document.units),
-        shown=document.units.shown,
+        display_unit=document.units.display_unit,
     )
 
 
 def without_folders(text: str) -> str:
     """Text with the file name of each absolute path: folders of a machine mean nothing to a
     reader, and tell whose machine it was."""
-    return PATHS.sub("", text)
+    return PATH_PATTERN.sub("", text)
 
 
-def embedded(data: Any) -> str:
+def json_for_html(data: Any) -> str:
     """JSON that can stand in an HTML element."""
-    return json.dumps(data, allow_nan=False).translate(ESCAPED)
+    return json.dumps(data, allow_nan=False).translate(HTML_ESCAPES)
 
 
 def _data(document: Document) -> dict[str, Any]:
     """Data for the scripts of the page."""
-    charts, time = list(_of(document, Chart)), document.time
+    charts, time = list(_nodes_of_kind(document, Chart)), document.time
     size = stretch(time.size, sum(len(chart.series) for chart in charts if not chart.modes))
-    replays = [replay.data for replay in _of(document, Replay)]
+    replays = [replay.data for replay in _nodes_of_kind(document, Replay)]
     return {
         "time": base64_of(time[::size]),
         "end": float(time[-1]) if time.size else 0.0,
         "stretch": size,
-        "charts": [packed(chart, size, document.units) for chart in charts],
+        "charts": [chart_data(chart, size, document.units) for chart in charts],
         "replay": replays[0] if replays else None,
     }
 
 
-def _of(document: Document, kind: type[Any]) -> list[Any]:
+def _nodes_of_kind(document: Document, kind: type[Any]) -> list[Any]:
     return [node for node in document.nodes if isinstance(node, kind)]
 
 

@@ -21,36 +21,38 @@ from hydrosim.presentation.document import Document, Heading, Node
 from hydrosim.presentation.figures import Replay
 from hydrosim.presentation.units import units_of
 from hydrosim.report.envelopes import base64_of
-from hydrosim.report.lines import COARSE as POINTS_OF_LINE
+from hydrosim.report.lines import POINTS_PER_REPLAY_LINE as POINTS_OF_LINE
 from hydrosim.report.lines import shapes_in
 from hydrosim.report.scenery import Shape, scene_of, shape_of, waves_of
-from hydrosim.report.supports import EARTH, column, keel_of, supports_of
-from hydrosim.report.supports import SAID as FOR_THE_EYE
-from hydrosim.report.tanks import SAID, tanks_of
+from hydrosim.report.supports import NO_BODY, SUPPORTS_NOTE, column, keel_of, supports_of
+from hydrosim.report.tanks import TANKS_NOTE, tanks_of
 from hydrosim.scene import JointType, Scene
-from hydrosim.wording.parts import title_of
+from hydrosim.wording.sections import title_of
 
-ROOM = 2_200_000  # bytes of all moments, as 32-bit numbers
-FACTORS = (1, 2, 5, 10, 20, 50)  # of motions
-SHORT = 1.0  # s: moments further apart do not resolve waves
-COARSE = ", linearly interpolated: too far apart to follow waves"
-BETWEEN = ", linearly interpolated"
-SEEN = 0.02  # of the size of the scene: drawn size of motions
-ENLARGED = "Joints are drawn as bars along their axes; motions that are enlarged pull them apart."
-BAR, THIN = 0.55, 0.012  # of its body: half the length of a joint; of the scene: half its side
-LINES = (Spring, Strut, Catenary, Winch, Compensator)
-LOADS = {
+MAX_REPLAY_BYTES = 2_200_000  # bytes of all moments, as 32-bit numbers
+ENLARGEMENTS = (1, 2, 5, 10, 20, 50)  # of motions
+MAX_WAVE_INTERVAL_S = 1.0  # s: moments further apart do not resolve waves
+COARSE_NOTE = ", linearly interpolated: too far apart to follow waves"
+INTERPOLATED_NOTE = ", linearly interpolated"
+MOTION_FRACTION = 0.02  # of the size of the scene: drawn size of motions
+ENLARGED_NOTE = (
+    "Joints are drawn as bars along their axes; motions that are enlarged pull them apart."
+)
+JOINT_HALF_LENGTH = 0.55  # of the size of its body
+JOINT_HALF_WIDTH = 0.012  # of the size of the scene: half its side
+LINE_ELEMENTS = (Spring, Strut, Catenary, Winch, Compensator)
+LOAD_VARIABLES = {
     Spring: ("spring_tension", "spring"),
     Catenary: ("line_tension", "line"),
     Winch: ("winch_tension", "winch"),
     Compensator: ("compensator_tension", "compensator"),
     Strut: ("strut_force", "strut"),
 }
-SINGLE = ("spring", "strut", "winch", "compensator", "tank")  # with one value a record
-PLANE = 0.12  # of the size of the scene: half the side of a plane without corners
+SCALAR_KINDS = ("spring", "strut", "winch", "compensator", "tank")  # with one value a record
+PLANE_HALF_SIDE = 0.12  # of the size of the scene: half the side of a plane without corners
 
 
-ALONG = {JointType.HINGE, JointType.SLIDER, JointType.CYLINDRICAL, JointType.UNIVERSAL}
+AXIAL_JOINTS = {JointType.HINGE, JointType.SLIDER, JointType.CYLINDRICAL, JointType.UNIVERSAL}
 """Types of joints that are drawn along their axes."""
 
 
@@ -75,14 +77,15 @@ def replay_nodes(run: xr.Dataset, scene: Scene | None) -> Iterator[Node]:
     )
     waves, water = waves_of(scene, run)
     size = max(float(np.linalg.norm(shape.triangles, axis=-1).max()) for shape in shapes)
-    step = _stride(run)
+    step = _records_per_moment(run)
     frames = run.isel(time=slice(None, None, step))
     notes = [
         water,
         *(f"{b} is drawn as {s.said}." for b, s in zip(run.body.values, shapes, strict=True)),
     ]
     every = float(frames.time[1] - frames.time[0])
-    notes.append(f"Motions are shown every {every:g} s{COARSE if every > SHORT else BETWEEN}.")
+    how = COARSE_NOTE if every > MAX_WAVE_INTERVAL_S else INTERPOLATED_NOTE
+    notes.append(f"Motions are shown every {every:g} s{how}.")
     names = list(map(str, run.body.values))
     units = units_of(run.attrs)
     data = {
@@ -90,15 +93,15 @@ def replay_nodes(run: xr.Dataset, scene: Scene | None) -> Iterator[Node]:
             {"name": name, "triangles": base64_of(shape.triangles.ravel())}
             for name, shape in zip(names, shapes, strict=True)
         ],
-        "rest": _rest(run, scene),
+        "rest": _centres_at_rest(run, scene),
         "heading": [body.heading for body in scene.bodies] if scene else [0.0] * len(names),
         "time": base64_of(frames.time.values),
-        "position": base64_of(_placed(frames).ravel()),
+        "position": base64_of(_displacements(frames).ravel()),
         "size": size,
-        "force_unit": units.shown("N")._asdict(),
-        "length_unit": units.shown("m")._asdict(),
-        "factor": 1 if _held(run, scene) else _factor(_placed(frames), size),
-        "waves": [_packed(each) for each in waves],
+        "force_unit": units.display_unit("N")._asdict(),
+        "length_unit": units.display_unit("m")._asdict(),
+        "factor": 1 if _has_connections(run, scene) else _factor(_displacements(frames), size),
+        "waves": [_wave_data(each) for each in waves],
         "planes": list(_planes(scene, size)) if scene else [],
         "supports": supports_of(scene, [s.triangles for s in shapes], size) if scene else [],
         **_contacts(frames, scene),
@@ -106,26 +109,26 @@ def replay_nodes(run: xr.Dataset, scene: Scene | None) -> Iterator[Node]:
         "joints": list(_joints(scene, shapes, size)) if scene else [],
         **tanks_of(frames, scene),
     }
-    notes += [SAID] if data["tanks"] else []
-    notes += [FOR_THE_EYE] if data["supports"] else []
-    notes += [ENLARGED] if data["joints"] else []
+    notes += [TANKS_NOTE] if data["tanks"] else []
+    notes += [SUPPORTS_NOTE] if data["supports"] else []
+    notes += [ENLARGED_NOTE] if data["joints"] else []
     yield Replay(data, notes)
 
 
-def _stride(run: xr.Dataset) -> int:
+def _records_per_moment(run: xr.Dataset) -> int:
     """Number of records from one moment to the next."""
-    single = sum(run.sizes.get(dim, 0) for dim in SINGLE)
+    single = sum(run.sizes.get(dim, 0) for dim in SCALAR_KINDS)
     single += (1 + 2 * POINTS_OF_LINE) * run.sizes.get("line", 0)
     each = 6 * run.sizes["body"] + 2 * run.sizes.get("fender", 0) + single
-    return -(-run.time.size * 4 * each // ROOM)
+    return -(-run.time.size * 4 * each // MAX_REPLAY_BYTES)
 
 
-def _placed(frames: xr.Dataset) -> np.ndarray:
+def _displacements(frames: xr.Dataset) -> np.ndarray:
     """Displacements (nt, nb, 6)."""
     return np.asarray(frames.position.transpose("time", "body", "dof").values)
 
 
-def _rest(run: xr.Dataset, scene: Scene | None) -> list[list[float]]:
+def _centres_at_rest(run: xr.Dataset, scene: Scene | None) -> list[list[float]]:
     """Centres of gravity at rest [m]."""
     if "reference_position" in run:
         return [list(map(float, x)) for x in run.reference_position.values]
@@ -141,11 +144,11 @@ def _factor(position: np.ndarray, size: float) -> int:
     """Factor by which motions are first enlarged."""
     moves = float(np.nanstd(position[:, :, :3], axis=0).max())
     turns = size * float(np.nanstd(position[:, :, 3:], axis=0).max())
-    wanted = SEEN * size / max(moves, turns, 1e-9)
-    return max((f for f in FACTORS if f <= wanted), default=1)
+    wanted = MOTION_FRACTION * size / max(moves, turns, 1e-9)
+    return max((f for f in ENLARGEMENTS if f <= wanted), default=1)
 
 
-def _held(run: xr.Dataset, scene: Scene | None) -> bool:
+def _has_connections(run: xr.Dataset, scene: Scene | None) -> bool:
     """Whether enlarged motions would part what belongs together."""
     return "fender_mode" in run or bool(scene and scene.joints)
 
@@ -159,9 +162,9 @@ def _joints(scene: Scene, shapes: Sequence[Shape], size: float) -> Iterator[dict
         number = _body_number(scene, joint.body)
         along = joint.axes()[0]
         long = float(np.ptp(shapes[number].triangles.reshape(-1, 3) @ along))
-        half = BAR * long if joint.type in ALONG else THIN * size
+        half = JOINT_HALF_LENGTH * long if joint.type in AXIAL_JOINTS else JOINT_HALF_WIDTH * size
         place = np.array(joint.point)
-        bar = column(place - half * along, place + half * along, THIN * size)
+        bar = column(place - half * along, place + half * along, JOINT_HALF_WIDTH * size)
         yield {
             "name": name,
             "body": number,
@@ -170,13 +173,13 @@ def _joints(scene: Scene, shapes: Sequence[Shape], size: float) -> Iterator[dict
         }
 
 
-def _packed(waves: Any) -> dict[str, Any]:
+def _wave_data(waves: Any) -> dict[str, Any]:
     each = ("omega", "amplitude", "phase", "wavenumber", "heading")
     return {name: base64_of(getattr(waves, name)) for name in each} | {"ramp": waves.ramp}
 
 
 def _body_number(scene: Scene, name: str | None) -> int:
-    return EARTH if name is None else [body.name for body in scene.bodies].index(name)
+    return NO_BODY if name is None else [body.name for body in scene.bodies].index(name)
 
 
 def _contacts(frames: xr.Dataset, scene: Scene | None) -> dict[str, Any]:
@@ -207,17 +210,19 @@ def _planes(scene: Scene, size: float) -> Iterator[dict[str, Any]]:
     for element in scene.forces.values():
         if isinstance(element, Fender):
             plane = element.plane
-            corners = plane.corners or _square(plane.point, plane.normal, PLANE * size)
+            corners = plane.corners or _square_corners(
+                plane.point, plane.normal, PLANE_HALF_SIDE * size
+            )
             number = _body_number(scene, plane.body)
             yield {"body": number, "corners": [list(map(float, c)) for c in corners]}
         elif isinstance(element, Landing):
             number = _body_number(scene, element.on)
             for seat in element.seats:
-                corners = _square(seat, element.axis, 0.15 * PLANE * size)
+                corners = _square_corners(seat, element.axis, 0.15 * PLANE_HALF_SIDE * size)
                 yield {"body": number, "corners": [list(map(float, c)) for c in corners]}
 
 
-def _square(point: Any, normal: Any, half: float) -> np.ndarray:
+def _square_corners(point: Any, normal: Any, half: float) -> np.ndarray:
     n = np.asarray(normal, float) / np.linalg.norm(normal)
     first = np.cross(n, np.eye(3)[int(np.abs(n).argmin())])
     first /= np.linalg.norm(first)
@@ -253,7 +258,7 @@ def _lines(frames: xr.Dataset, scene: Scene | None) -> dict[str, Any]:
 def _ends_of_lines(scene: Scene) -> Iterator[tuple[str, tuple[str | None, Any, str | None, Any]]]:
     """Name of each line and rod; its body with the point on it, and the same of its other end."""
     for name, element in scene.forces.items():
-        if isinstance(element, LINES):
+        if isinstance(element, LINE_ELEMENTS):
             ends = element.body, element.point, element.anchor_body, element.anchor
             yield name, ends
     for name, joint in scene.joints.items():
@@ -266,5 +271,5 @@ def _load(frames: xr.Dataset, scene: Scene, name: str) -> np.ndarray:
     if name in scene.joints:
         force = frames.joint_force.sel(joint=name).transpose("time", "dof").values
         return np.asarray(np.linalg.norm(force[:, :3], axis=1))
-    load, dim = LOADS[type(scene.forces[name])]
+    load, dim = LOAD_VARIABLES[type(scene.forces[name])]
     return np.asarray(frames[load].sel({dim: name}).values)

@@ -16,12 +16,12 @@ from hydrosim.report.evidence import evidence_nodes
 from hydrosim.report.replay import replay_nodes
 from hydrosim.report.scenery import scene_of
 from hydrosim.results.netcdf import REMEDY
-from hydrosim.wording.assumptions import assumed, case_nodes
+from hydrosim.wording.assumptions import assumption_nodes, case_nodes
 from hydrosim.wording.convergence import convergence
 from hydrosim.wording.main_results import largest_values, main_results, next_steps
-from hydrosim.wording.parts import Parts, nodes_of, title_of
 from hydrosim.wording.run import result_tables, solution_verdicts, solver_tables
-from hydrosim.wording.series import READING, energies, ledger, main_charts, more_charts
+from hydrosim.wording.sections import Sections, build_sections, title_of
+from hydrosim.wording.series import CHARTS_NOTE, energies, ledger, main_charts, more_charts
 from hydrosim.wording.statistics import statistics_nodes, statistics_of
 from hydrosim.wording.title_block import title_block
 
@@ -33,11 +33,11 @@ def run_document(run: xr.Dataset) -> Document:
     if missing := [name for name in DIMENSIONS if name not in run.coords]:
         raise InputError(f"the result has no coordinate {', '.join(missing)}; {REMEDY}.")
     time = run.time.values.astype(float)
-    nodes = [*title_block(run), *nodes_of(PARTS, Shown(run))]
+    nodes = [*title_block(run), *build_sections(RUN_SECTIONS, ReportData(run))]
     return Document(title_of(run), nodes, _subtitle(run), units_of(run.attrs), time)
 
 
-class Shown:
+class ReportData:
     """A ``run`` that is shown, and what several sections need of it: its ``statistics``, if it has
     any, and its ``scene``, if its case can be read again."""
 
@@ -47,7 +47,7 @@ class Shown:
         self.scene = scene_of(run)
 
 
-def _results(of: Shown) -> Iterator[Node]:
+def _results(of: ReportData) -> Iterator[Node]:
     yield from main_results(of.run)
     if of.statistics is not None:
         yield from largest_values(of.statistics)
@@ -88,16 +88,16 @@ def _series(run: xr.Dataset) -> Iterator[Node]:
         )
     else:
         yield Sentence(f"Lines show every record, {step:g} s apart.")
-    yield Sentence(READING)
+    yield Sentence(CHARTS_NOTE)
     yield from charts
 
 
-PARTS: Parts[Shown] = {
+RUN_SECTIONS: Sections[ReportData] = {
     "results": ("Results", _results),
     "arrangement": ("Arrangement", lambda of: arrangement_nodes(of.run, of.scene)),
     "outcome": ("Motions and contacts", lambda of: result_tables(of.run)),
     "case": ("Case", lambda of: case_nodes(of.run)),
-    "assumptions": ("Assumptions and warnings", lambda of: assumed(of.run)),
+    "assumptions": ("Assumptions and warnings", lambda of: assumption_nodes(of.run)),
     "statistics": ("Statistics", lambda of: statistics_nodes(of.run, of.statistics)),
     "replay": ("Replay", lambda of: replay_nodes(of.run, of.scene)),
     "series": ("Series", lambda of: _series(of.run)),

@@ -16,16 +16,16 @@ from hydrosim.scene import Body, ChangedDatabase, Family, Scene
 from hydrosim.studies.run.repeat import case_of
 from hydrosim.waves import Components, sea
 
-DECK = 1.2  # times the draught: depth of a hull whose recipe gives none
-UNKNOWN = 10.0  # m: side of the box for a body of unknown size
-THIN = 0.1  # of its longest side: the shortest side of a box
-MOST = 1200  # wave components on a page
-SAME = 1e-6  # of the largest elevation: accuracy of recomputed waves
-TRIED = 50  # records at which they are compared
-FACES = np.array(
+DECK_HEIGHT_RATIO = 1.2  # times the draught: depth of a hull whose recipe gives none
+UNKNOWN_BOX_SIDE_M = 10.0  # m: side of the box for a body of unknown size
+MIN_SIDE_RATIO = 0.1  # of its longest side: the shortest side of a box
+MAX_COMPONENTS = 1200  # wave components on a page
+ELEVATION_RTOL = 1e-6  # of the largest elevation: accuracy of recomputed waves
+RECORDS_COMPARED = 50  # records at which they are compared
+BOX_FACES = np.array(
     [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
 )
-CORNERS = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+BOX_CORNERS = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
 
 
 class Shape(NamedTuple):
@@ -52,16 +52,18 @@ def shape_of(body: Body | None, keel: float | None = None) -> Shape:
     """Shape of a body: its hull, or else a box with its radii of gyration, down to its ``keel`` [m]
     if known, which is the height at which it is touched from below."""
     if body is None:
-        return Shape(box(np.full(3, UNKNOWN)), "a box, because its case cannot be read again")
+        corners = box(np.full(3, UNKNOWN_BOX_SIDE_M))
+        return Shape(corners, "a box, because its case cannot be read again")
     if body.hydrostatics is not None:
         return Shape(body.hydrostatics.corners - body.centre_of_gravity, "its hull")
     found = _recipe_hull(body)
     if found is not None:
-        said = f"the hull of its database's recipe, with a deck at {DECK:g} times the draught"
+        deck = f"a deck at {DECK_HEIGHT_RATIO:g} times the draught"
+        said = f"the hull of its database's recipe, with {deck}"
         return Shape(found - body.centre_of_gravity, said)
     square = np.diag(body.inertia) / body.mass
     sides = 6.0 * (square.sum() - 2.0 * square)  # of a homogeneous box
-    least = max(float(sides.max()), 1e-6) * THIN**2
+    least = max(float(sides.max()), 1e-6) * MIN_SIDE_RATIO**2
     made = box(np.sqrt(np.maximum(sides, least)))
     if keel is None:
         return Shape(made, "a box with its radii of gyration")
@@ -71,7 +73,7 @@ def shape_of(body: Body | None, keel: float | None = None) -> Shape:
 
 def box(sides: np.ndarray) -> np.ndarray:
     """Triangles (12, 3, 3) of a box about the origin."""
-    quads = (CORNERS * sides)[FACES]
+    quads = (BOX_CORNERS * sides)[BOX_FACES]
     return np.concatenate([quads[:, [0, 2, 1]], quads[:, [0, 3, 2]]])
 
 
@@ -96,7 +98,7 @@ def _recipe_hull(body: Body) -> np.ndarray | None:
     recipe = source.parent / Path(name).name
     if not (name and recipe.is_file()):
         return None
-    for depth in (_depth(recipe, body.database_body), None):
+    for depth in (_recipe_depth(recipe, body.database_body), None):
         try:
             return shape_of_recipe(recipe, body.database_body, depth)
         except (InputError, ValueError, OSError):
@@ -104,12 +106,12 @@ def _recipe_hull(body: Body) -> np.ndarray | None:
     return None
 
 
-def _depth(recipe: Path, body: int) -> float | None:
+def _recipe_depth(recipe: Path, body: int) -> float | None:
     from hydrosim.database.build.recipe import load_recipe
 
     parts = load_recipe(recipe).data.parts
     draught = getattr(parts[body - 1].hull, "draught", None) if body <= len(parts) else None
-    return DECK * float(draught) if draught else None
+    return DECK_HEIGHT_RATIO * float(draught) if draught else None
 
 
 def waves_of(scene: Scene | None, run: xr.Dataset) -> tuple[list[Components], str]:
@@ -126,12 +128,14 @@ def waves_of(scene: Scene | None, run: xr.Dataset) -> tuple[list[Components], st
         sets = list(sea(scene.environment))
     except InputError:
         return [], level
-    at = np.unique(np.linspace(0, run.time.size - 1, TRIED).astype(int))
+    at = np.unique(np.linspace(0, run.time.size - 1, RECORDS_COMPARED).astype(int))
     time, known = run.time.values[at], run.wave_elevation.values[at]
     made = np.sum([_at_origin(waves, time) for waves in sets], axis=0)
-    if not np.allclose(made, known, rtol=0.0, atol=SAME * np.abs(run.wave_elevation).max().item()):
+    if not np.allclose(
+        made, known, rtol=0.0, atol=ELEVATION_RTOL * np.abs(run.wave_elevation).max().item()
+    ):
         return [], level
-    return _largest(sets)
+    return _largest_components(sets)
 
 
 def _at_origin(waves: Components, time: np.ndarray) -> np.ndarray:
@@ -141,19 +145,19 @@ def _at_origin(waves: Components, time: np.ndarray) -> np.ndarray:
     return np.asarray(0.5 * (1.0 - np.cos(np.pi * grown)) * (np.cos(angle) @ waves.amplitude))
 
 
-def _largest(sets: list[Components]) -> tuple[list[Components], str]:
+def _largest_components(sets: list[Components]) -> tuple[list[Components], str]:
     amplitude = np.concatenate([waves.amplitude for waves in sets])
-    if amplitude.size <= MOST:
+    if amplitude.size <= MAX_COMPONENTS:
         return sets, f"The water is the sum of all {amplitude.size} components of the waves."
-    least = np.sort(amplitude)[-MOST]
+    least = np.sort(amplitude)[-MAX_COMPONENTS]
     share = np.sum(amplitude[amplitude >= least] ** 2) / np.sum(amplitude**2)
-    kept = [_where(waves, waves.amplitude >= least) for waves in sets]
+    kept = [_select_components(waves, waves.amplitude >= least) for waves in sets]
     return kept, (
-        f"The water is the sum of the {MOST} largest of {amplitude.size} components of the waves,"
-        f" which have {share:.0%} of their energy."
+        f"The water is the sum of the {MAX_COMPONENTS} largest of {amplitude.size} components of"
+        f" the waves, which have {share:.0%} of their energy."
     )
 
 
-def _where(waves: Components, these: np.ndarray) -> Components:
+def _select_components(waves: Components, these: np.ndarray) -> Components:
     each = ("omega", "amplitude", "phase", "wavenumber", "heading")
     return replace(waves, **{name: getattr(waves, name)[these] for name in each})

@@ -16,26 +16,29 @@ from hydrosim.forces.contact.landing import Landing
 from hydrosim.report.envelopes import base64_of
 from hydrosim.scene import Scene
 
-THICK = 0.008  # of the size of the scene: half the side of an arm or a column
-DEEP = 0.15  # of the size of the scene: depth of columns below the water, at most to the bed
-ACROSS = 0.9  # vertical part of a normal, above which a plane is nearly level
-SAID = "Arms and columns at landings are illustrations; the case has positions, not shapes."
-EARTH = -1  # in place of the index of a body
+ARM_HALF_SIDE = 0.008  # of the size of the scene: half the side of an arm or a column
+COLUMN_DEPTH = 0.15
+"""Of the size of the scene: depth of columns below the water, at most to the bed."""
+LEVEL_NORMAL = 0.9  # vertical part of a normal, above which a plane is nearly level
+SUPPORTS_NOTE = (
+    "Arms and columns at landings are illustrations; the case has positions, not shapes."
+)
+NO_BODY = -1  # in place of the index of a body
 
 
 def keel_of(scene: Scene, name: str) -> float | None:
     """Height in the body frame [m] at which a landing or a plane of the body is touched from below;
     None if there is none."""
-    found = [z for element in scene.forces.values() for z in _touched(element, name)]
+    found = [z for element in scene.forces.values() for z in _contact_heights(element, name)]
     return min((z for z in found if z < 0.0), default=None)
 
 
-def _touched(element: object, name: str) -> Iterator[float]:
+def _contact_heights(element: object, name: str) -> Iterator[float]:
     if isinstance(element, Landing) and element.body == name:
         yield from map(float, element.points[:, 2])
     elif isinstance(element, Fender) and element.plane.body == name:
         normal = np.asarray(element.plane.normal, float)
-        if abs(normal[2]) > ACROSS * np.linalg.norm(normal):
+        if abs(normal[2]) > LEVEL_NORMAL * np.linalg.norm(normal):
             yield float(element.plane.point[2])
 
 
@@ -43,24 +46,24 @@ def supports_of(scene: Scene, shapes: Sequence[np.ndarray], size: float) -> list
     """Arms and columns as triangles in the frame of a body or the earth, each with the index of its
     contact. ``shapes`` are the triangles of the bodies."""
     numbers = {body.name: k for k, body in enumerate(scene.bodies)}
-    depth = min(DEEP * size, scene.environment.water_depth)
+    depth = min(COLUMN_DEPTH * size, scene.environment.water_depth)
     found: list[dict[str, Any]] = []
     contact = 0
     for element in scene.forces.values():
         if isinstance(element, Landing):
             for k, (point, seat) in enumerate(zip(element.points, element.seats, strict=True)):
                 own = numbers[element.body]
-                ends = [(own, point, _nearest(shapes[own], point))]
+                ends = [(own, point, _nearest_in_box(shapes[own], point))]
                 if element.on is None:
-                    ends += [(EARTH, seat, np.array([seat[0], seat[1], -depth]))]
+                    ends += [(NO_BODY, seat, np.array([seat[0], seat[1], -depth]))]
                 else:
                     on = numbers[element.on]
-                    ends += [(on, seat, _nearest(shapes[on], seat))]
+                    ends += [(on, seat, _nearest_in_box(shapes[on], seat))]
                 found += [
                     {
                         "body": body,
                         "contact": contact + k,
-                        "triangles": base64_of(column(a, b, THICK * size).ravel()),
+                        "triangles": base64_of(column(a, b, ARM_HALF_SIDE * size).ravel()),
                     }
                     for body, a, b in ends
                 ]
@@ -84,7 +87,7 @@ def column(one: np.ndarray, other: np.ndarray, half: float) -> np.ndarray:
     return np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
 
 
-def _nearest(triangles: np.ndarray, point: np.ndarray) -> np.ndarray:
+def _nearest_in_box(triangles: np.ndarray, point: np.ndarray) -> np.ndarray:
     """Position nearest to a point in the box around a shape."""
     corners = triangles.reshape(-1, 3)
     return np.clip(point, corners.min(axis=0), corners.max(axis=0))

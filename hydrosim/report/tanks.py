@@ -11,7 +11,7 @@ from hydrosim.report.envelopes import base64_of
 from hydrosim.scene import Box, Scene, TankMesh
 from hydrosim.scene.tanks import TankShape
 
-SAID = (
+TANKS_NOTE = (
     "Tanks are drawn as boxes, filled to their levels; hulls are translucent. A mesh tank is the"
     " box around it; tanks given by tables have no shape and are left out."
 )

@@ -28,7 +28,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from hydrosim.documents.nodes import joined
+from hydrosim.documents.nodes import with_hint
 from hydrosim.documents.series import columns_of, select
 from hydrosim.documents.suggestions import suggestion
 from hydrosim.documents.text import Source
@@ -130,7 +130,7 @@ def unknown(run: xr.Dataset, name: str) -> str:
     if kind in NEEDS and not alike:
         return f"found {name}, but the run has no channels {kind}: they need {NEEDS[kind]}."
     text = f"found {name}; expected a channel of the run: {', '.join(_some(name, known))}"
-    return joined(text, suggestion(name, known))
+    return with_hint(text, suggestion(name, known))
 
 
 def usual(run: xr.Dataset) -> list[str]:
@@ -147,7 +147,7 @@ def chosen(names: Iterable[str], patterns: Sequence[str], option: str) -> list[s
     for pattern in patterns:
         if not any(fnmatchcase(name, pattern) for name in known):
             text = f"{option}: found {pattern}; expected one of: {', '.join(_some(pattern, known))}"
-            raise InputError(joined(text, suggestion(pattern, known)))
+            raise InputError(with_hint(text, suggestion(pattern, known)))
     return [name for name in known if _fits(name, patterns)]
 
 

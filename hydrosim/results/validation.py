@@ -17,7 +17,7 @@ import numpy as np
 from hydrosim.case.criteria import CRITERIA, TITLE_BLOCK
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.presentation.units import ATTRIBUTE, BASES, Units
+from hydrosim.presentation.units import BASE_UNITS, UNITS_ATTRIBUTE, Units
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -109,11 +109,11 @@ def _is_texts(value: Any) -> bool:
 
 def _is_units(value: Any) -> bool:
     """Whether all units are known."""
-    if not _is_texts(value) or not {*value} <= {*BASES}:
+    if not _is_texts(value) or not {*value} <= {*BASE_UNITS}:
         return False
     try:
         units = Units(value)
-        return all(np.isfinite(units.shown(base).factor) for base in BASES)
+        return all(np.isfinite(units.display_unit(base).factor) for base in BASE_UNITS)
     except (ValueError, LookupError, ArithmeticError):
         return False
 
@@ -135,7 +135,7 @@ def _is_criteria(value: Any) -> bool:
 
 
 JSON_ATTRIBUTES: Mapping[str, tuple[str, Callable[[Any], bool]]] = {
-    ATTRIBUTE: ("units by their SI unit, as JSON", _is_units),
+    UNITS_ATTRIBUTE: ("units by their SI unit, as JSON", _is_units),
     TITLE_BLOCK: ("texts by their names, as JSON", _is_texts),
     CRITERIA: ("a list of criteria, as JSON", _is_criteria),
     FUNCTION_STATES: ("states of functions, as JSON", _is_mapping),

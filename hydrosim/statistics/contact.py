@@ -7,7 +7,7 @@ import xarray as xr
 
 from hydrosim.results.phases import Phase
 
-CRAWL = 60.0  # s: the position is averaged over this time at both ends of a phase
+AVERAGING_TIME = 60.0  # s: the position is averaged over this time at both ends of a phase
 
 
 def contact_statistics(run: xr.Dataset) -> dict[str, xr.DataArray]:
@@ -16,7 +16,7 @@ def contact_statistics(run: xr.Dataset) -> dict[str, xr.DataArray]:
     modes, phase = run.fender_mode, run.contact_phase.transpose("contact_group", "time").values
     names = modes.attrs["flag_meanings"].split()
     share = np.array([(modes.values == k).mean(axis=0) for k in range(len(names))])
-    crawl = [[_moved(run, of == one) for one in Phase] for of in phase]
+    crawl = [[_displacement_during(run, of == one) for one in Phase] for of in phase]
     durations = phase_durations(run)
     phases = {name: durations[name] for name in durations.dims}
     return {
@@ -24,17 +24,17 @@ def contact_statistics(run: xr.Dataset) -> dict[str, xr.DataArray]:
             share,
             {"mode": names, "fender": run.fender},
             ("mode", "fender"),
-            attrs=_said("fraction of the time", "1"),
+            attrs=_attributes("fraction of the time", "1"),
         ),
         "fender_slipped": run.fender_slip_distance.isel(time=-1, drop=True).assign_attrs(
-            _said("distance slipped", "m")
+            _attributes("distance slipped", "m")
         ),
         "phase_duration": durations,
         "phase_crawl": xr.DataArray(
             np.array(crawl),
             {**phases, "body": run.body, "axis": ["x", "y"]},
             (*phases, "body", "axis"),
-            attrs=_said("slow displacement from the beginning to the end of the phase", "m"),
+            attrs=_attributes("slow displacement from the beginning to the end of the phase", "m"),
         ),
     }
 
@@ -46,7 +46,7 @@ def phase_durations(run: xr.Dataset) -> xr.DataArray:
     time = np.array([[np.mean(of == one) * span for one in Phase] for of in phase])
     names = [one.name.lower().replace("_", " ") for one in Phase]
     phases = {"contact_group": run.contact_group, "phase": names}
-    return xr.DataArray(time, phases, tuple(phases), attrs=_said("duration", "s"))
+    return xr.DataArray(time, phases, tuple(phases), attrs=_attributes("duration", "s"))
 
 
 def crawl(run: xr.Dataset) -> xr.DataArray:
@@ -62,17 +62,17 @@ def crawl(run: xr.Dataset) -> xr.DataArray:
     return node.copy(data=held)
 
 
-def _moved(run: xr.Dataset, during: np.ndarray) -> np.ndarray:
+def _displacement_during(run: xr.Dataset, during: np.ndarray) -> np.ndarray:
     """Displacement (nb, 2) in x and y of the averaged position, from the beginning to the end of a
     phase."""
     place = run.position.transpose("time", "body", "dof").values[:, :, :2]
     if not during.any():
         return np.zeros(place.shape[1:])
     at = np.flatnonzero(during)[[0, -1]]
-    width = max(round(0.5 * CRAWL / float(np.diff(run.time.values[:2])[0])), 1)
+    width = max(round(0.5 * AVERAGING_TIME / float(np.diff(run.time.values[:2])[0])), 1)
     ends = [place[max(k - width, 0) : k + width + 1].mean(axis=0) for k in at]
     return np.asarray(ends[1] - ends[0])
 
 
-def _said(what: str, unit: str) -> dict[str, str]:
+def _attributes(what: str, unit: str) -> dict[str, str]:
     return {"long_name": what, "units": unit}

@@ -16,11 +16,11 @@ import xarray as xr
 from hydrosim.case.criteria import CRITERIA
 from hydrosim.errors import InputError
 from hydrosim.results.runs_file import COMPLETE
-from hydrosim.statistics.effects import Plan, combinations
-from hydrosim.statistics.figures import Figure, figure_of
+from hydrosim.statistics.effects import PlanRuns, combinations
+from hydrosim.statistics.figures import ScalarResult, figure_of
 from hydrosim.statistics.results import StageResult
 
-NEVER = "no run is complete"
+NO_COMPLETE_RUN = "no run is complete"
 
 
 class Criterion(NamedTuple):
@@ -56,13 +56,13 @@ class Criterion(NamedTuple):
         return self.value / self.limit if used else nan
 
 
-class Judged(NamedTuple):
+class JudgedCriterion(NamedTuple):
     """A criterion over runs of a ``plan``. The ``worst`` is that of the run with the ``seed``, at
     the ``values`` of the parameters. Of the complete ``runs``, so many ``met`` the limit, and so
     many are ``without`` a value."""
 
     worst: Criterion
-    plan: Plan
+    plan: PlanRuns
     values: dict[str, Any]
     seed: str
     runs: int
@@ -78,28 +78,28 @@ class Judged(NamedTuple):
 def criteria_of(run: xr.Dataset) -> list[Criterion]:
     """The criteria that the case of a run asks for, with what the run comes to."""
     asked = json.loads(str(run.attrs.get(CRITERIA, "[]")))
-    return [_held(run, each) for each in asked]
+    return [_criterion_in_run(run, each) for each in asked]
 
 
-def judge_study(plans: Sequence[Plan]) -> list[Judged]:
+def judge_study(plans: Sequence[PlanRuns]) -> list[JudgedCriterion]:
     """Each criterion of a study over all of its runs."""
-    by_name: dict[str, list[Judged]] = {}
+    by_name: dict[str, list[JudgedCriterion]] = {}
     for plan in plans:
         for judged in judge_plan(plan):
             by_name.setdefault(judged.worst.name, []).append(judged)
-    return [_over_all(each) for each in by_name.values()]
+    return [_merge_combinations(each) for each in by_name.values()]
 
 
-def judge_plan(plan: Plan) -> Iterator[Judged]:
+def judge_plan(plan: PlanRuns) -> Iterator[JudgedCriterion]:
     """Each criterion of a plan at each combination of values of its parameters."""
     known = [name for name in plan.criteria if name in plan.runs]
     for values, at in combinations(plan):
         runs = plan.runs.isel(run=at)
         for name in known:
-            yield _judged(plan, values, runs, name)
+            yield _judge_runs(plan, values, runs, name)
 
 
-def _over_all(each: Sequence[Judged]) -> Judged:
+def _merge_combinations(each: Sequence[JudgedCriterion]) -> JudgedCriterion:
     """A criterion over the runs of all combinations: the one with the least margin."""
     return min(each, key=lambda judged: _rank(judged.worst))._replace(
         runs=sum(judged.runs for judged in each),
@@ -113,14 +113,16 @@ def _rank(of: Criterion) -> float:
     return inf if isnan(of.margin) else of.margin
 
 
-def _judged(plan: Plan, values: dict[str, Any], runs: xr.Dataset, name: str) -> Judged:
+def _judge_runs(
+    plan: PlanRuns, values: dict[str, Any], runs: xr.Dataset, name: str
+) -> JudgedCriterion:
     complete = runs.isel(run=runs.status.values == COMPLETE)
     each = [_criterion(plan, name, float(value)) for value in complete[name].values]
     if not each:
-        none = _criterion(plan, name, nan)._replace(missing=NEVER)
-        return Judged(none, plan, values, "", 0, 0, 0)
+        none = _criterion(plan, name, nan)._replace(missing=NO_COMPLETE_RUN)
+        return JudgedCriterion(none, plan, values, "", 0, 0, 0)
     place = min(range(len(each)), key=lambda k: _rank(each[k]))
-    return Judged(
+    return JudgedCriterion(
         each[place],
         plan,
         values,
@@ -131,7 +133,7 @@ def _judged(plan: Plan, values: dict[str, Any], runs: xr.Dataset, name: str) -> 
     )
 
 
-def _criterion(plan: Plan, name: str, value: float) -> Criterion:
+def _criterion(plan: PlanRuns, name: str, value: float) -> Criterion:
     """A criterion with the value of one run."""
     asked = plan.criteria[name]
     of = plan.runs[name].attrs
@@ -147,7 +149,7 @@ def _criterion(plan: Plan, name: str, value: float) -> Criterion:
     )
 
 
-def _held(run: xr.Dataset, asked: dict[str, Any]) -> Criterion:
+def _criterion_in_run(run: xr.Dataset, asked: dict[str, Any]) -> Criterion:
     figure = figure_asked(asked)
     limit = float(asked["limit"])
     fixed = (str(asked["source"]), figure.at_least)
@@ -159,9 +161,9 @@ def _held(run: xr.Dataset, asked: dict[str, Any]) -> Criterion:
     return Criterion(figure.name, str(figure), float(found), limit, unit, *fixed)
 
 
-def figure_asked(asked: dict[str, Any]) -> Figure | StageResult:
+def figure_asked(asked: dict[str, Any]) -> ScalarResult | StageResult:
     """What a criterion of a case is of: a statistic of a channel, or a result of contacts."""
     name = str(asked["name"])
     if asked.get("result"):
         return StageResult(name, asked["result"], asked["group"], None, None)
-    return Figure(name, asked["channel"], asked["statistic"], asked["phase"])
+    return ScalarResult(name, asked["channel"], asked["statistic"], asked["phase"])

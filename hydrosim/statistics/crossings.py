@@ -23,10 +23,10 @@ import numpy as np
 import scipy
 from scipy.special import owens_t
 
-LOWEST = 0.5  # lower bound of levels
-SHARES = (0.01, 0.99)  # bounds of the fraction of groups
-STEEP = 1e3  # of a: neighbours are uncorrelated
-ROUNDS, CLOSE = 50, 1e-12  # of a fixed-point iteration on logarithms
+MIN_LEVEL = 0.5  # lower bound of levels
+GROUP_FRACTION_RANGE = (0.01, 0.99)  # bounds of the fraction of groups
+MAX_STEEPNESS = 1e3  # of a: neighbours are uncorrelated
+MAX_LEVEL_ITERATIONS, LEVEL_TOLERANCE = 50, 1e-12  # of a fixed-point iteration on logarithms
 
 
 class Crossings(NamedTuple):
@@ -41,17 +41,17 @@ class Crossings(NamedTuple):
 
     def groups(self, u: float) -> float:
         """Mean number of groups above u."""
-        u = max(u, LOWEST)
+        u = max(u, MIN_LEVEL)
         share = -np.expm1(-self.grouping * u)
         return float(self.values * 2.0 * owens_t(u, self.steepness) * share)
 
     def level(self, exceeded: float) -> float:
         """Level u that so many groups exceed on average; at least zero."""
-        u, before = LOWEST, 0.0
-        for _ in range(ROUNDS):
-            if abs(u - before) < CLOSE:
+        u, before = MIN_LEVEL, 0.0
+        for _ in range(MAX_LEVEL_ITERATIONS):
+            if abs(u - before) < LEVEL_TOLERANCE:
                 break
-            rate = self.groups(u) * np.exp(0.5 * max(u, LOWEST) ** 2)
+            rate = self.groups(u) * np.exp(0.5 * max(u, MIN_LEVEL) ** 2)
             u, before = float(np.sqrt(2.0 * max(np.log(rate / exceeded), 0.0))), u
         return u
 
@@ -61,18 +61,18 @@ def crossings(rate: float, at: float, peaks: np.ndarray, windows: int, values: i
     sample, counted over so many samples, ``values``. Of the ``windows`` of time, n had a peak above
     it: ``peaks`` (n,)."""
     steepness = _steepness(rate, at)
-    u = np.sqrt(max(-2.0 * np.log(np.exp(-0.5 * peaks**2).mean()), LOWEST**2))
+    u = np.sqrt(max(-2.0 * np.log(np.exp(-0.5 * peaks**2).mean()), MIN_LEVEL**2))
     begins = -np.log(-np.expm1(-0.5 * u**2))
     share = (1.0 - begins) * windows / (values * 2.0 * owens_t(u, steepness))
-    possible = np.clip(share, *SHARES)
-    beyond = np.log(max(share, SHARES[0]) / possible)
+    possible = np.clip(share, *GROUP_FRACTION_RANGE)
+    beyond = np.log(max(share, GROUP_FRACTION_RANGE[0]) / possible)
     return Crossings(float(values), steepness, float(-np.log1p(-possible) / u), float(beyond))
 
 
 def _steepness(rate: float, at: float) -> float:
     """The a for which a process rises above a level at this rate."""
-    if not 2.0 * owens_t(at, STEEP) > rate:
-        return STEEP
+    if not 2.0 * owens_t(at, MAX_STEEPNESS) > rate:
+        return MAX_STEEPNESS
     return float(
-        scipy.optimize.brentq(lambda a: 2.0 * owens_t(at, a) - rate, 0.0, STEEP, rtol=1e-12)
+        scipy.optimize.brentq(lambda a: 2.0 * owens_t(at, a) - rate, 0.0, MAX_STEEPNESS, rtol=1e-12)
     )

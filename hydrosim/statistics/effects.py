@@ -29,19 +29,19 @@ import scipy
 import xarray as xr
 
 from hydrosim.errors import InputError
-from hydrosim.presentation.units import CYCLES
+from hydrosim.presentation.units import CYCLES_SUFFIX
 from hydrosim.results.growing import GATHERED
 from hydrosim.results.runs_file import with_keys
 from hydrosim.results.validation import DESIGN
-from hydrosim.statistics.gumbel import INTERVAL
-from hydrosim.statistics.results import LOWEST
+from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY
+from hydrosim.statistics.results import LOWEST_ATTRIBUTE
 
 CYCLIC = "cyclic"
 """Attribute of coordinates that are frequencies of waves, or densities over these."""
-DRAWN = ("latin_hypercube", "sobol", "sobol_indices")
+SAMPLED_DESIGNS = ("latin_hypercube", "sobol", "sobol_indices")
 
 
-class Plan(NamedTuple):
+class PlanRuns(NamedTuple):
     """A plan of a study, with its ``runs``: its ``name`` and ``design``, the keys of its
     ``parameters``, the requested ``figures``, and what is asked of those that are ``criteria``:
     limit, source, whether the limit is the least, and whether what never comes is too late."""
@@ -66,10 +66,10 @@ class Plan(NamedTuple):
         """Unit of the values of a coordinate, empty if there is none."""
         said = self.runs[name].attrs
         unit = str(said.get("units", "")).removeprefix("1")
-        return f"{unit}{CYCLES}" if CYCLIC in said else unit
+        return f"{unit}{CYCLES_SUFFIX}" if CYCLIC in said else unit
 
 
-class Spread(NamedTuple):
+class SeedSpread(NamedTuple):
     """A figure over ``n`` seeds: its mean, the confidence interval of the mean, and the prediction
     interval of one more seed."""
 
@@ -81,14 +81,14 @@ class Spread(NamedTuple):
     another_high: float
 
 
-class Row(NamedTuple):
+class EffectRow(NamedTuple):
     """A figure at ``values`` of the parameters, by coordinate."""
 
     plan: str
     values: dict[str, Any]
     figure: str
     unit: str
-    spread: Spread
+    spread: SeedSpread
     runs: np.ndarray
 
 
@@ -102,12 +102,12 @@ class Difference(NamedTuple):
     unit: str
     low: float
     high: float
-    spread: Spread
+    spread: SeedSpread
     std: float
     changed: float
 
 
-class Index(NamedTuple):
+class SobolIndex(NamedTuple):
     """Sobol's indices of a parameter for a figure, with intervals: its fraction of the variance
     alone, and with all interactions."""
 
@@ -117,7 +117,7 @@ class Index(NamedTuple):
     total: tuple[float, float, float]
 
 
-def plans(runs: xr.Dataset) -> list[Plan]:
+def plans(runs: xr.Dataset) -> list[PlanRuns]:
     """Plans of a file of runs. Raises InputError if it has none, or no figures."""
     if DESIGN not in runs.attrs:
         raise InputError(
@@ -132,32 +132,32 @@ def plans(runs: xr.Dataset) -> list[Plan]:
         own = runs.isel(run=(runs["study"].values == name)) if name else runs
         figures = [each for each in known["figures"] if each in runs]
         parts = plan["parameters"], figures, plan["samples"], own
-        found.append(Plan(name, plan["design"], *parts, known.get("criteria", {})))
+        found.append(PlanRuns(name, plan["design"], *parts, known.get("criteria", {})))
     return found
 
 
-def spread(values: np.ndarray, lowest: float = -np.inf) -> Spread:
+def seed_spread(values: np.ndarray, lowest: float = -np.inf) -> SeedSpread:
     """Statistics of values (n,) without those that are NaN, which are never below the ``lowest``, 0
     or -inf; NaN if too few are left."""
     x = values[np.isfinite(values)]
     if x.size < 2:
-        return Spread(x.size, float(x[0]) if x.size else np.nan, *[np.nan] * 4)
+        return SeedSpread(x.size, float(x[0]) if x.size else np.nan, *[np.nan] * 4)
     mean = float(x.mean())
     sure = _student(x) * x.size**-0.5
     other = _student(x) * (1.0 + 1.0 / x.size) ** 0.5
     if x.min() < lowest or lowest < 0.0 or mean == 0.0:
-        return Spread(x.size, mean, mean - sure, mean + sure, mean - other, mean + other)
+        return SeedSpread(x.size, mean, mean - sure, mean + sure, mean - other, mean + other)
     wide = np.exp(sure / mean)
-    another = _of_another(x) if x.min() > 0.0 else (max(mean - other, 0.0), mean + other)
-    return Spread(x.size, mean, mean / wide, mean * wide, *another)
+    another = _another_interval(x) if x.min() > 0.0 else (max(mean - other, 0.0), mean + other)
+    return SeedSpread(x.size, mean, mean / wide, mean * wide, *another)
 
 
 def _student(x: np.ndarray) -> float:
     """Standard deviation (n,) times Student's t."""
-    return float(scipy.stats.t.ppf(0.5 + 0.5 * INTERVAL, x.size - 1) * x.std(ddof=1))
+    return float(scipy.stats.t.ppf(0.5 + 0.5 * INTERVAL_PROBABILITY, x.size - 1) * x.std(ddof=1))
 
 
-def _of_another(x: np.ndarray) -> tuple[float, float]:
+def _another_interval(x: np.ndarray) -> tuple[float, float]:
     """The interval of another value beside positive ones (n,), by their logarithms."""
     logarithms = np.log(x)
     middle = float(logarithms.mean())
@@ -165,7 +165,7 @@ def _of_another(x: np.ndarray) -> tuple[float, float]:
     return float(np.exp(middle - wide)), float(np.exp(middle + wide))
 
 
-def combinations(plan: Plan) -> Iterator[tuple[dict[str, Any], np.ndarray]]:
+def combinations(plan: PlanRuns) -> Iterator[tuple[dict[str, Any], np.ndarray]]:
     """Values of the parameters, by coordinate, with the indices (n,) of the runs of the plan that
     have them, in order."""
     names = [*dict.fromkeys(plan.axis(parameter) for parameter in plan.parameters)]
@@ -179,17 +179,17 @@ def combinations(plan: Plan) -> Iterator[tuple[dict[str, Any], np.ndarray]]:
         yield dict(zip(names, values, strict=True)), np.array(at)
 
 
-def rows(plan: Plan) -> Iterator[Row]:
+def rows(plan: PlanRuns) -> Iterator[EffectRow]:
     """Each figure at each combination of values, over seeds, in the order of the runs."""
     found = {figure: plan.runs[figure].load() for figure in plan.figures}
     for values, at in combinations(plan):
         for figure, of in found.items():
             unit = str(of.attrs.get("units", ""))
-            lowest = float(of.attrs.get(LOWEST, -np.inf))
-            yield Row(plan.name, values, figure, unit, spread(of.values[at], lowest), at)
+            lowest = float(of.attrs.get(LOWEST_ATTRIBUTE, -np.inf))
+            yield EffectRow(plan.name, values, figure, unit, seed_spread(of.values[at], lowest), at)
 
 
-def differences(plan: Plan) -> Iterator[Difference]:
+def differences(plan: PlanRuns) -> Iterator[Difference]:
     """Effects in a plan that varies one parameter at a time, or only one parameter: each figure,
     from the smallest to the largest value of each numeric parameter."""
     for parameter, keys in plan.parameters.items():
@@ -209,8 +209,8 @@ def differences(plan: Plan) -> Iterator[Difference]:
             unit = str(runs[figure].attrs.get("units", ""))
             found = change[np.isfinite(change)]
             std = float(np.std(found, ddof=1)) if found.size > 1 else np.nan
-            changed = _changed(runs, pairs)
-            yield Difference(parameter, figure, unit, low, high, spread(change), std, changed)
+            changed = _changed_fraction(runs, pairs)
+            yield Difference(parameter, figure, unit, low, high, seed_spread(change), std, changed)
 
 
 def _by_seed(runs: xr.Dataset, at: np.ndarray) -> dict[str, int]:
@@ -219,7 +219,7 @@ def _by_seed(runs: xr.Dataset, at: np.ndarray) -> dict[str, int]:
     return {str(seed): k for seed, k in zip(seeds, at.tolist(), strict=True)}
 
 
-def _changed(runs: xr.Dataset, pairs: np.ndarray) -> float:
+def _changed_fraction(runs: xr.Dataset, pairs: np.ndarray) -> float:
     """Fraction of ``pairs`` (2, n) of runs whose contacts changed mode differently."""
     if "contact_sequence" not in runs:
         return np.nan
@@ -228,14 +228,14 @@ def _changed(runs: xr.Dataset, pairs: np.ndarray) -> float:
     return float(np.mean((first != last)[known])) if known.any() else np.nan
 
 
-def _remedy(runs: xr.Dataset) -> str:
+def _missing_value_remedy(runs: xr.Dataset) -> str:
     """Remedy if some runs have no value."""
     if GATHERED in runs.attrs:
         return f"The study is unfinished ({runs.attrs[GATHERED]}): wait for the other runs."
     return "Choose ranges in which no run fails."
 
 
-def indices(plan: Plan) -> Iterator[Index]:
+def indices(plan: PlanRuns) -> Iterator[SobolIndex]:
     """Sobol's indices of the mean over seeds, by the estimators of Saltelli et al. (2010) and
     Jansen, with bootstrap intervals. Raises InputError if some run failed."""
     n, d = int(plan.samples or 0), len(plan.parameters)
@@ -245,7 +245,7 @@ def indices(plan: Plan) -> Iterator[Index]:
             raise InputError(
                 f"{figure}: has no value in {np.sum(~np.isfinite(values))} of {values.size}"
                 " samples; expected a value in each, because Sobol's indices need all."
-                f" {_remedy(plan.runs)}"
+                f" {_missing_value_remedy(plan.runs)}"
             )
         sets = {
             "f_A": values[None, :n],
@@ -253,23 +253,23 @@ def indices(plan: Plan) -> Iterator[Index]:
             "f_AB": values[2 * n :].reshape(d, 1, n),
         }
         found = scipy.stats.sobol_indices(func=sets, n=n)
-        sure = found.bootstrap(INTERVAL)
+        sure = found.bootstrap(INTERVAL_PROBABILITY)
         for k, parameter in enumerate(plan.parameters):
             first, total = (
                 tuple(float(np.ravel(part)[k]) for part in parts)
                 for parts in (
-                    (found.first_order, *_ends(sure.first_order)),
-                    (found.total_order, *_ends(sure.total_order)),
+                    (found.first_order, *_interval_ends(sure.first_order)),
+                    (found.total_order, *_interval_ends(sure.total_order)),
                 )
             )
-            yield Index(parameter, figure, first, total)  # type: ignore[arg-type]
+            yield SobolIndex(parameter, figure, first, total)  # type: ignore[arg-type]
 
 
-def _ends(of: Any) -> tuple[Any, Any]:
+def _interval_ends(of: Any) -> tuple[Any, Any]:
     return of.confidence_interval.low, of.confidence_interval.high
 
 
-def correlations(plan: Plan) -> Iterator[tuple[str, str, float]]:
+def correlations(plan: PlanRuns) -> Iterator[tuple[str, str, float]]:
     """Spearman's rank correlation of each figure with each parameter of a plan of samples."""
     for figure in plan.figures:
         y = plan.runs[figure].values

@@ -13,21 +13,21 @@ from hydrosim.presentation.units import unit_of_dof
 from hydrosim.results.channels import lowest_value
 from hydrosim.results.runs_file import RUN
 from hydrosim.results.stages import FIGURES
-from hydrosim.statistics.figures import SIDE
-from hydrosim.statistics.results import LARGEST, LOWEST
-from hydrosim.statistics.statistics import CHANNELS, NAMED, SIDES
+from hydrosim.statistics.figures import SIDE_ATTRIBUTE
+from hydrosim.statistics.results import LARGEST_RESULTS, LOWEST_ATTRIBUTE
+from hydrosim.statistics.statistics import CHANNELS, EXTREME_SIDES, NAMED_CHANNELS
 
-UNITS = ("fender", "spring", "line", "winch", "compensator")
+UNIT_DIMS = ("fender", "spring", "line", "winch", "compensator")
 """Dimensions of what pushes or pulls, whose forces have statistics."""
-OF_UNITS = {f"{unit}_force": unit for unit in UNITS}
+FORCE_DIMS = {f"{unit}_force": unit for unit in UNIT_DIMS}
 """Statistics of forces, and the dimension of what they are of."""
-KNOWN = {variable for variable, *_ in CHANNELS.values()}
+SUMMARISED_SERIES = {variable for variable, *_ in CHANNELS.values()}
 """Variables over time that have statistics of their own."""
-MOST = 50_000_000
+MAX_SERIES_SIZE = 50_000_000
 """Values of a variable over time: of more, extremes are not looked for."""
 
 
-class Ends(NamedTuple):
+class SmallestAndLargest(NamedTuple):
     """The smallest and the largest value (n,) of each run that has some, of a channel with an SI
     ``unit`` that is never below ``lowest``; of a figure one of them is None."""
 
@@ -39,66 +39,76 @@ class Ends(NamedTuple):
 
     def sides(self) -> Iterator[tuple[str, float, np.ndarray]]:
         """What is known of its sides: name, sign, and the values times that sign."""
-        for side, sign, values in zip(SIDES, (-1.0, 1.0), (self.low, self.high), strict=True):
+        for side, sign, values in zip(
+            EXTREME_SIDES, (-1.0, 1.0), (self.low, self.high), strict=True
+        ):
             if values is not None:
                 yield side, sign, sign * values
 
 
-def of_motions(runs: xr.Dataset) -> Iterator[Ends]:
+def ends_of_motions(runs: xr.Dataset) -> Iterator[SmallestAndLargest]:
     """Of each motion that there is."""
     for body in map(str, runs.body.values):
         for dof in map(str, runs.dof.values):
             motion = runs.motion.sel(body=body, dof=dof)
             unit = unit_of_dof(dof)
-            yield from _moving(f"{body} {dof}", unit, motion)
+            yield from _ends_if_moving(f"{body} {dof}", unit, motion)
 
 
-def of_channels(runs: xr.Dataset) -> Iterator[Ends]:
+def ends_of_channels(runs: xr.Dataset) -> Iterator[SmallestAndLargest]:
     """Of the wave, of each contact point and line, of results of contacts, of channels that are
     asked for, and of what is kept over time."""
     if "wave" in runs:
-        yield from _moving("wave elevation", "m", runs.wave)
-    for name, dim in OF_UNITS.items():
+        yield from _ends_if_moving("wave elevation", "m", runs.wave)
+    for name, dim in FORCE_DIMS.items():
         for label in runs[dim].values.tolist() if name in runs else []:
             title = f"{name.replace('_', ' ')} {label}"
-            yield from _moving(title, "N", runs[name].sel({dim: label}), 0.0)
-    for name in LARGEST:
+            yield from _ends_if_moving(title, "N", runs[name].sel({dim: label}), 0.0)
+    for name in LARGEST_RESULTS:
         for group in runs.contact_group.values.tolist() if name in runs else []:
-            values = _known(runs[name].sel(contact_group=group).values)
+            values = _finite_values(runs[name].sel(contact_group=group).values)
             title = f"{FIGURES[name][0]}, {group}"
-            yield Ends(title, FIGURES[name][1], None, values, 0.0)
-    for name in runs.channel.values.tolist() if NAMED in runs else []:
+            yield SmallestAndLargest(title, FIGURES[name][1], None, values, 0.0)
+    for name in runs.channel.values.tolist() if NAMED_CHANNELS in runs else []:
         unit = str(runs["unit"].sel(channel=name).values)
-        yield from _moving(name, unit, runs[NAMED].sel(channel=name), lowest_value(name))
-    yield from _of_kept(runs)
+        yield from _ends_if_moving(
+            name, unit, runs[NAMED_CHANNELS].sel(channel=name), lowest_value(name)
+        )
+    yield from _ends_of_series(runs)
 
 
-def of_figures(runs: xr.Dataset, figures: list[str]) -> Iterator[Ends]:
+def ends_of_figures(runs: xr.Dataset, figures: list[str]) -> Iterator[SmallestAndLargest]:
     """Of the figures that are the largest or the smallest of something."""
     for name in figures:
-        side = runs[name].attrs.get(SIDE)
-        values = _known(runs[name].values)
+        side = runs[name].attrs.get(SIDE_ATTRIBUTE)
+        values = _finite_values(runs[name].values)
         unit = str(runs[name].attrs.get("units", ""))
-        lowest = float(runs[name].attrs.get(LOWEST, -np.inf))
-        if side == SIDES[0]:
-            yield Ends(name, unit, values, None, lowest)
-        elif side == SIDES[1]:
-            yield Ends(name, unit, None, values, lowest)
+        lowest = float(runs[name].attrs.get(LOWEST_ATTRIBUTE, -np.inf))
+        if side == EXTREME_SIDES[0]:
+            yield SmallestAndLargest(name, unit, values, None, lowest)
+        elif side == EXTREME_SIDES[1]:
+            yield SmallestAndLargest(name, unit, None, values, lowest)
 
 
-def _moving(name: str, unit: str, of: xr.DataArray, lowest: float = -np.inf) -> Iterator[Ends]:
+def _ends_if_moving(
+    name: str, unit: str, of: xr.DataArray, lowest: float = -np.inf
+) -> Iterator[SmallestAndLargest]:
     """A channel by its statistics (run, statistic), if it changes."""
     own = of.transpose(RUN, "statistic").dropna(RUN, how="all")
     if own.sizes[RUN] and float(own.sel(statistic="std").max()) > 0.0:
-        low, high = (own.sel(statistic=side).values for side in SIDES)
-        yield Ends(name, unit, low, high, lowest)
+        low, high = (own.sel(statistic=side).values for side in EXTREME_SIDES)
+        yield SmallestAndLargest(name, unit, low, high, lowest)
 
 
-def _of_kept(runs: xr.Dataset) -> Iterator[Ends]:
+def _ends_of_series(runs: xr.Dataset) -> Iterator[SmallestAndLargest]:
     """Of variables that are kept over time, from the start of statistics on."""
     late = runs.time.values >= float(runs.attrs.get("start", 0.0)) if "time" in runs else []
     for name, variable in runs.data_vars.items():
-        if "time" not in variable.dims or str(name) in KNOWN or variable.size > MOST:
+        if (
+            "time" not in variable.dims
+            or str(name) in SUMMARISED_SERIES
+            or variable.size > MAX_SERIES_SIZE
+        ):
             continue
         if RUN not in variable.dims or variable.dtype.kind != "f":
             continue
@@ -112,10 +122,12 @@ def _of_kept(runs: xr.Dataset) -> Iterator[Ends]:
             *(list(each.transpose("_of", RUN)) for each in stacked), strict=True
         ):
             of = [str(least[dim].values) for dim in labels]
-            ends = _known(least.values), _known(most.values)
+            ends = _finite_values(least.values), _finite_values(most.values)
             if ends[0].size and np.ptp(np.concatenate(ends)) > 0.0:
                 unit = _unit(str(variable.attrs.get("units", "")), of)
-                yield Ends(".".join([str(name), *of]), unit, *ends, lowest_value(str(name)))
+                yield SmallestAndLargest(
+                    ".".join([str(name), *of]), unit, *ends, lowest_value(str(name))
+                )
 
 
 def _unit(units: str, labels: list[str]) -> str:
@@ -124,5 +136,5 @@ def _unit(units: str, labels: list[str]) -> str:
     return second if second and labels and labels[-1] in DOFS[3:] else first
 
 
-def _known(values: np.ndarray) -> np.ndarray:
+def _finite_values(values: np.ndarray) -> np.ndarray:
     return values[np.isfinite(values)]

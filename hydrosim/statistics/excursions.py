@@ -23,7 +23,7 @@ from typing import NamedTuple
 
 import scipy
 
-LEVELS = (1e-2, 1e2)  # standard deviations between which a level is searched
+LEVEL_RANGE = (1e-2, 1e2)  # standard deviations between which a level is searched
 
 
 class Excursions(NamedTuple):
@@ -50,7 +50,7 @@ class Excursions(NamedTuple):
         def excess(level: float) -> float:
             return self.log_inside([level]) - log(probability)
 
-        return float(scipy.optimize.brentq(excess, *LEVELS, xtol=1e-12))
+        return float(scipy.optimize.brentq(excess, *LEVEL_RANGE, xtol=1e-12))
 
 
 def find_excursions(m0: float, m1: float, m2: float, duration: float) -> Excursions:

@@ -9,11 +9,11 @@ and the mean E over that time,
     int f dt = -mu_k T (E[N] E[d] + Cov(N, d)) - int C3 |v2| d dt
 
 so it has a mean for three reasons. The point slips longer one way (`DIRECTION`). It is pressed
-harder while it slips one way (`COVARIANCE`). It slips further one way (`DAMPING`: C3). The part by
-which a law gives less than mu_k N is `OTHER`. In `STICK`, friction holds the point. A direction in
-which a body does not move at all is held: its `REACTION` balances the other forces. Forces of
-joints whose motions are coordinates are not integrated: on bodies of such a run, `JOINTS` is what
-the other forces lack.
+harder while it slips one way (`COVARIANCE`). It slips further one way (`SLIP_DAMPING`: C3). The
+part by which a law gives less than mu_k N is `OTHER`. In `STICK`, friction holds the point. A
+direction in which a body does not move at all is held: its `REACTION` balances the other forces.
+Forces of joints whose motions are coordinates are not integrated: on bodies of such a run,
+`JOINT_REACTIONS` is what the other forces lack.
 """
 
 from __future__ import annotations
@@ -29,21 +29,21 @@ from hydrosim.results.phases import Phase
 from hydrosim.results.stages import STAGES, TIME, WEIGHT
 from hydrosim.results.variables import describe_coordinates, units_of
 
-AXES = {"surge": "x", "sway": "y", "heave": "z"}
-LITTLE = 1e-6
+DIRECTION_AXES = {"surge": "x", "sway": "y", "heave": "z"}
+SHOWN_FRACTION = 1e-6
 """fraction of the largest value, below which a row is not shown"""
-NEEDED = ("impulse", "work", "momentum")
-REMEDY = "expected a run with output: {impulses: true}, as of hydrosim run CASE.yaml --set"
-REMEDY += " output.impulses=true"
-STICK, DIRECTION, COVARIANCE, DAMPING, OTHER = PARTS = (
+REQUIRED_VARIABLES = ("impulse", "work", "momentum")
+IMPULSES_HINT = "expected a run with output: {impulses: true}, as of hydrosim run CASE.yaml --set"
+IMPULSES_HINT += " output.impulses=true"
+STICK, DIRECTION, COVARIANCE, SLIP_DAMPING, OTHER = FRICTION_PARTS = (
     *("stick", "direction of slip", "load with direction"),
     *("slip damping", "below mu_k N"),
 )
 REACTION = "reaction of held directions"
-JOINTS = "reactions of joints"
-WHOLE, CONTACT = "whole run", "in contact"
-PHASES = tuple(phase.name.lower().replace("_", " ") for phase in Phase)
-SAID = {
+JOINT_REACTIONS = "reactions of joints"
+WHOLE_RUN, IN_CONTACT = "whole run", "in contact"
+EXPLAINED_PHASES = tuple(phase.name.lower().replace("_", " ") for phase in Phase)
+VARIABLE_LABELS = {
     "span_begin": ("beginning of the stage", "s"),
     "span_end": ("end of the stage", "s"),
     "mean_force": ("mean force, mean moment", "N or N m"),
@@ -69,7 +69,7 @@ SAID = {
 """Long names and units of the explained variables."""
 
 
-class Stage(NamedTuple):
+class ExplainedStage(NamedTuple):
     """A stage with its name, from the output time ``begin`` to ``end``; None if there is none."""
 
     name: str
@@ -77,52 +77,52 @@ class Stage(NamedTuple):
     end: int | None
 
 
-def explained(run: xr.Dataset, start: float = -np.inf, until: float = np.inf) -> xr.Dataset:
-    """Variables of `SAID` for every stage (span, ...) from ``start`` to ``until`` [s]. They are NaN
-    if a run has no such stage, or a contact no slip in it.
+def explain_run(run: xr.Dataset, start: float = -np.inf, until: float = np.inf) -> xr.Dataset:
+    """Variables of `VARIABLE_LABELS` for every stage (span, ...) from ``start`` to ``until`` [s].
+    They are NaN if a run has no such stage, or a contact no slip in it.
 
     Raises InputError if the run has no impulses, or fewer than two output times in the interval."""
-    missing = [name for name in NEEDED if name not in run]
+    missing = [name for name in REQUIRED_VARIABLES if name not in run]
     if missing:
-        raise InputError(f"found a run without {', '.join(missing)}; {REMEDY}.")
+        raise InputError(f"found a run without {', '.join(missing)}; {IMPULSES_HINT}.")
     run = run.sel(time=slice(start, until))
     if run.time.size < 2:
         text = f"found {run.time.size} output times from {start:g} to {until:g} s"
         raise InputError(f"{text}; expected two or more.")
-    each = [_over(run, stage) for stage in stages(run)]
+    each = [_explain_stage(run, stage) for stage in stages(run)]
     found = xr.concat(each, "span", join="exact").drop_vars("time", errors="ignore")
-    for name, (what, unit) in SAID.items():
+    for name, (what, unit) in VARIABLE_LABELS.items():
         if name in found:
             found[name].attrs = {"long_name": what, **units_of(unit)}
     describe_coordinates(found)
     return found
 
 
-def of_runs(runs: xr.Dataset) -> xr.Dataset:
+def explanations_of_runs(runs: xr.Dataset) -> xr.Dataset:
     """Explained variables of each run in a file of many runs. Raises InputError if the runs have no
     impulses."""
     if "mean_force" not in runs:
-        raise InputError(f"found runs without impulses; {REMEDY}, or a study with the same.")
+        raise InputError(f"found runs without impulses; {IMPULSES_HINT}, or a study with the same.")
     groups = [name for name in ("fender_group", "fender_kinetic") if name in runs]
-    return runs.set_coords(groups)[[name for name in SAID if name in runs]].load()
+    return runs.set_coords(groups)[[name for name in VARIABLE_LABELS if name in runs]].load()
 
 
-def stages(run: xr.Dataset) -> Iterator[Stage]:
+def stages(run: xr.Dataset) -> Iterator[ExplainedStage]:
     """Stages: the whole run, the phases of each group of contacts, and the time from its first
     contact on."""
-    yield Stage(WHOLE, 0, run.time.size - 1)
+    yield ExplainedStage(WHOLE_RUN, 0, run.time.size - 1)
     groups = run.contact_group.values if "contact_group" in run.dims else ()
     for group in groups:
         of = run.contact_phase.sel(contact_group=group).values
         prefix = f"{group}: " if len(groups) > 1 else ""
-        for phase, name in zip(Phase, PHASES, strict=True):
-            yield _where(f"{prefix}{name}", of == phase)
-        yield _where(f"{prefix}{CONTACT}", of > Phase.MOORED)
+        for phase, name in zip(Phase, EXPLAINED_PHASES, strict=True):
+            yield _stage_while(f"{prefix}{name}", of == phase)
+        yield _stage_while(f"{prefix}{IN_CONTACT}", of > Phase.MOORED)
         if WEIGHT in run.coords and float(run[WEIGHT].sel(contact_group=group)) > 0.0:
             yield from _transfer(run, group, prefix)
 
 
-def _transfer(run: xr.Dataset, group: str, prefix: str) -> Iterator[Stage]:
+def _transfer(run: xr.Dataset, group: str, prefix: str) -> Iterator[ExplainedStage]:
     """Stages between the stages of a transfer of weight."""
     times = run[TIME].sel(contact_group=group, stage=list(STAGES)).values
     at = [int(np.searchsorted(run.time.values, t)) if np.isfinite(t) else None for t in times]
@@ -130,18 +130,18 @@ def _transfer(run: xr.Dataset, group: str, prefix: str) -> Iterator[Stage]:
         begin, end = at[k : k + 2]
         known = begin is not None and end is not None and begin < end < run.time.size
         ends = (begin, end) if known else (None, None)
-        yield Stage(f"{prefix}{STAGES[k]} to {name}", *ends)
+        yield ExplainedStage(f"{prefix}{STAGES[k]} to {name}", *ends)
 
 
-def _where(name: str, during: np.ndarray) -> Stage:
+def _stage_while(name: str, during: np.ndarray) -> ExplainedStage:
     """Stage from the first to the last time at which a condition holds."""
     at = np.flatnonzero(during)
     if at.size == 0 or at[0] == during.size - 1:
-        return Stage(name, None, None)
-    return Stage(name, int(at[0]), min(int(at[-1]) + 1, during.size - 1))
+        return ExplainedStage(name, None, None)
+    return ExplainedStage(name, int(at[0]), min(int(at[-1]) + 1, during.size - 1))
 
 
-def _over(run: xr.Dataset, stage: Stage) -> xr.Dataset:
+def _explain_stage(run: xr.Dataset, stage: ExplainedStage) -> xr.Dataset:
     """Variables of one stage."""
     begin, end = stage.begin or 0, stage.end or 0
     d = run[_integrals(run)].isel(time=end) - run[_integrals(run)].isel(time=begin)
@@ -150,7 +150,7 @@ def _over(run: xr.Dataset, stage: Stage) -> xr.Dataset:
     still = run.position.max("time") == run.position.min("time")
     lacking = d.momentum - d.impulse.sum("force")
     held = lacking.where(still, 0.0).expand_dims(force=[REACTION])
-    joined = lacking.where(~still & _has_trees(run), 0.0).expand_dims(force=[JOINTS])
+    joined = lacking.where(~still & _has_trees(run), 0.0).expand_dims(force=[JOINT_REACTIONS])
     reaction = xr.concat([held, joined], "force")
     found = {
         "span_begin": xr.DataArray(ends[0]),
@@ -179,7 +179,7 @@ def _has_trees(run: xr.Dataset) -> bool:
 def _integrals(run: xr.Dataset) -> list[str]:
     names = (str(name) for name in run.data_vars)
     contact = [n for n in names if n.startswith("slip_") or n in CONTACTS]
-    return ["position", "energy_kinetic", *NEEDED, *contact]
+    return ["position", "energy_kinetic", *REQUIRED_VARIABLES, *contact]
 
 
 CONTACTS = {
@@ -201,10 +201,12 @@ def _contacts(d: xr.Dataset, run: xr.Dataset, time: float) -> dict[str, xr.DataA
         STICK: friction.sel(contact_mode="stick", drop=True),
         DIRECTION: (pressed * load * direction).fillna(0.0),
         COVARIANCE: (pressed * covariance).fillna(0.0),
-        DAMPING: -d.slip_damping / time,
+        SLIP_DAMPING: -d.slip_damping / time,
     }
     parts[OTHER] = friction.sum("contact_mode") - sum(parts.values())
-    part = xr.concat(list(parts.values()), xr.DataArray(list(PARTS), dims="part", name="part"))
+    part = xr.concat(
+        list(parts.values()), xr.DataArray(list(FRICTION_PARTS), dims="part", name="part")
+    )
     return {
         "mode_share": d.contact_time / time,
         "mode_friction": d.contact_friction / time,
@@ -215,11 +217,11 @@ def _contacts(d: xr.Dataset, run: xr.Dataset, time: float) -> dict[str, xr.DataA
         "slip_mean_direction": direction,
         "slip_covariance": covariance,
         "friction_part": part.transpose("part", "fender", "axis"),
-        **_both_ways(d),
+        **_slip_by_sign(d),
     }
 
 
-def _both_ways(d: xr.Dataset) -> dict[str, xr.DataArray]:
+def _slip_by_sign(d: xr.Dataset) -> dict[str, xr.DataArray]:
     """Slip towards the positive and the negative axes, separately."""
     ahead, load = d.slip_direction_ahead, d.slip_load_ahead
     astern, other = ahead - d.slip_direction, load - d.slip_load
@@ -231,13 +233,13 @@ def _both_ways(d: xr.Dataset) -> dict[str, xr.DataArray]:
     }
 
 
-def lasting(values: xr.DataArray) -> list[str]:
+def stages_with_values(values: xr.DataArray) -> list[str]:
     """Stages that have values."""
     known = values.notnull().any([dim for dim in values.dims if dim != "span"])
     return [str(span) for span in known.span.values[known.values]]
 
 
-def matter(values: xr.DataArray, dim: str, share: float = LITTLE) -> list[str]:
+def significant_entries(values: xr.DataArray, dim: str, share: float = SHOWN_FRACTION) -> list[str]:
     """Entries of a dimension that somewhere exceed a fraction of the largest value."""
     largest = abs(values).max([d for d in values.dims if d != dim])
     return [str(name) for name in values[dim].values[largest.values > share * float(largest.max())]]

@@ -23,7 +23,7 @@ from hydrosim.errors import InputError
 from hydrosim.results.channels import lowest_value, series
 from hydrosim.results.phases import Phase
 from hydrosim.statistics.means import means_between_records
-from hydrosim.statistics.results import LOWEST, Results
+from hydrosim.statistics.results import LOWEST_ATTRIBUTE, RunResults
 
 Statistic = Callable[[np.ndarray], float]
 STATISTICS: dict[str, Statistic] = {
@@ -37,20 +37,20 @@ STATISTICS: dict[str, Statistic] = {
     "largest": np.max,
     "largest_absolute": lambda x: np.abs(x).max(),
 }
-SIDE = "side"  # attribute of figures that are the largest or the smallest of something
-SIDES = {"largest": "largest", "largest_absolute": "largest", "smallest": "smallest"}
-MAGNITUDES = ("end_absolute", "change_absolute", "std", "largest_absolute")
+SIDE_ATTRIBUTE = "side"  # attribute of figures that are the largest or the smallest of something
+STATISTIC_SIDES = {"largest": "largest", "largest_absolute": "largest", "smallest": "smallest"}
+MAGNITUDE_STATISTICS = ("end_absolute", "change_absolute", "std", "largest_absolute")
 """Statistics that are never negative."""
-WORDS = {
+STATISTIC_WORDS = {
     "end_absolute": "magnitude at the end",
     "change_absolute": "magnitude of the change",
     "largest_absolute": "largest magnitude",
 }
 """Statistics whose names are not words."""
-PHASES = {phase.name.lower().replace("_", " "): phase for phase in Phase}
+PHASES_BY_NAME = {phase.name.lower().replace("_", " "): phase for phase in Phase}
 
 
-class Asked(Protocol):
+class RequestedStatistic(Protocol):
     """A number that is asked of each run, under a ``name``."""
 
     @property
@@ -94,11 +94,11 @@ class Asked(Protocol):
     def elements(self) -> tuple[str, ...]:
         """The groups of contacts or force elements that it is of, if it is of no channel."""
 
-    def of(self, results: Results) -> xr.DataArray:
+    def evaluate(self, results: RunResults) -> xr.DataArray:
         """The number, with its unit."""
 
 
-class Figure(NamedTuple):
+class ScalarResult(NamedTuple):
     """A requested figure: a ``statistic`` of a ``channel`` in a phase of the operation of any group
     of contacts, or over all times from ``start`` [s] on."""
 
@@ -134,10 +134,10 @@ class Figure(NamedTuple):
         return self.statistic == "smallest"
 
     def __str__(self) -> str:
-        text = f"{WORDS.get(self.statistic, self.statistic)} of {self.channel}"
+        text = f"{STATISTIC_WORDS.get(self.statistic, self.statistic)} of {self.channel}"
         return f"{text} while {self.phase}" if self.phase else text
 
-    def of(self, results: Results) -> xr.DataArray:
+    def evaluate(self, results: RunResults) -> xr.DataArray:
         """The number, with its unit; NaN where the run is never in that phase. Raises InputError
         where the run has no such channel or no contacts whose phases there could be."""
         run = results.run
@@ -154,31 +154,33 @@ class Figure(NamedTuple):
         return xr.DataArray(number, attrs={**said, **_side(self), **_lowest(self)})
 
 
-def _side(of: Figure) -> dict[str, str]:
-    return {SIDE: SIDES[of.statistic]} if of.statistic in SIDES else {}
+def _side(of: ScalarResult) -> dict[str, str]:
+    return (
+        {SIDE_ATTRIBUTE: STATISTIC_SIDES[of.statistic]} if of.statistic in STATISTIC_SIDES else {}
+    )
 
 
-def _lowest(of: Figure) -> dict[str, float]:
+def _lowest(of: ScalarResult) -> dict[str, float]:
     """What the number cannot be below: a magnitude, or a value of a channel that is one."""
-    if of.statistic in MAGNITUDES:
-        return {LOWEST: 0.0}
+    if of.statistic in MAGNITUDE_STATISTICS:
+        return {LOWEST_ATTRIBUTE: 0.0}
     lowest = lowest_value(of.channel)
-    return {LOWEST: lowest} if of.statistic != "change" and np.isfinite(lowest) else {}
+    return {LOWEST_ATTRIBUTE: lowest} if of.statistic != "change" and np.isfinite(lowest) else {}
 
 
-def figure_of(run: xr.Dataset, figure: Asked) -> xr.DataArray:
+def figure_of(run: xr.Dataset, figure: RequestedStatistic) -> xr.DataArray:
     """The number that is asked of a run, with its unit."""
-    return figure.of(Results(run))
+    return figure.evaluate(RunResults(run))
 
 
-def _times(run: xr.Dataset, figure: Figure) -> np.ndarray:
+def _times(run: xr.Dataset, figure: ScalarResult) -> np.ndarray:
     late = run.time.values >= figure.start
     if figure.phase is None:
         return np.asarray(late)
     if "contact_phase" not in run:
         raise InputError(
             f"found phase {figure.phase}; expected a run with contacts: phases are stages of"
-            f" contact ({', '.join(PHASES)}). Leave the phase out."
+            f" contact ({', '.join(PHASES_BY_NAME)}). Leave the phase out."
         )
     phases = run.contact_phase.transpose("time", "contact_group").values
-    return np.asarray(late & np.any(phases == PHASES[figure.phase], axis=1))
+    return np.asarray(late & np.any(phases == PHASES_BY_NAME[figure.phase], axis=1))

@@ -22,14 +22,15 @@ from numpy.polynomial.hermite_e import hermevander
 from scipy.special import log_ndtr, ndtr, ndtri, stdtrit
 
 from hydrosim.statistics.crossings import Crossings, crossings
-from hydrosim.statistics.gumbel import ENDS, sliding
+from hydrosim.statistics.gumbel import INTERVAL_ENDS, sliding_maxima
 from hydrosim.statistics.series import scatter, slow_parts
 
-ORDER = 4
-ROUNDS, CLOSE = 50, 1e-10  # of the search for m and s
-EDGE, NODES = 8.0, 801  # of integrals over z
-FAR = 1e-3  # probability that the largest value of a Gaussian record is rejected, on each side
-DOUBT = 0.01  # probability that a Gaussian record is rejected, for each moment
+HERMITE_ORDER = 4
+MAX_FIT_ITERATIONS, FIT_TOLERANCE = 50, 1e-10  # of the search for m and s
+INTEGRAL_LIMIT, INTEGRAL_NODES = 8.0, 801  # of integrals over z
+# probability that the largest value of a Gaussian record is rejected, on each side
+MAXIMUM_REJECTION = 1e-3
+MOMENT_REJECTION = 0.01  # probability that a Gaussian record is rejected, for each moment
 
 
 class Gaussian(NamedTuple):
@@ -47,13 +48,13 @@ class Gaussian(NamedTuple):
     moved: np.ndarray
     counted: np.ndarray
 
-    def expected(self, ratio: float) -> float:
+    def expected_maximum(self, ratio: float) -> float:
         """Value that is exceeded once on average in ``ratio`` times the length."""
         return self.mean + self.std * self._level(ratio, np.exp(-1.0))
 
     def confidence(self, ratio: float) -> np.ndarray:
-        """Confidence interval (2,) of the `expected` value. If more groups were found than are
-        possible, the interval is centred on the groups found, as far as possible."""
+        """Confidence interval (2,) of the `expected_maximum` value. If more groups were found than
+        are possible, the interval is centred on the groups found, as far as possible."""
         u = self._level(ratio, np.exp(-1.0))
         found = self.mean + self.std * u
         whole = self._error(u)
@@ -62,7 +63,7 @@ class Gaussian(NamedTuple):
         size, beyond = self._error(u, counted=False), self.std * self.crossings.beyond / u
         return found + np.array([min(beyond - whole, -size), min(beyond + whole, size)])
 
-    def prediction(self, ratio: float, ends: tuple[float, float] = ENDS) -> np.ndarray:
+    def prediction(self, ratio: float, ends: tuple[float, float] = INTERVAL_ENDS) -> np.ndarray:
         """Prediction interval (2,) of the largest value in ``ratio`` times the length; ``ends`` are
         the probabilities of its ends. The scatter of the largest value and the error of the fit are
         added in squares."""
@@ -76,10 +77,10 @@ class Gaussian(NamedTuple):
         largest value."""
         u = self._level(1.0, np.exp(-1.0))
         usual = self._weights(u, 2)
-        odds = stdtrit(self.scatter.shape[1], 1.0 - 0.5 * DOUBT)
-        for order in range(3, ORDER + 1):
+        odds = stdtrit(self.scatter.shape[1], 1.0 - 0.5 * MOMENT_REJECTION)
+        for order in range(3, HERMITE_ORDER + 1):
             moved = self._weights(u, order) - usual
-            if abs(moved @ self.scores) > odds * _size(moved @ self.scatter):
+            if abs(moved @ self.scores) > odds * _root_mean_square(moved @ self.scatter):
                 return True
         return False
 
@@ -88,13 +89,13 @@ class Gaussian(NamedTuple):
         rejected."""
         u = (largest - self.mean) / self.std
         exceeded = self.crossings.groups(u)
-        return bool(exceeded < FAR or exceeded > -np.log(FAR))
+        return bool(exceeded < MAXIMUM_REJECTION or exceeded > -np.log(MAXIMUM_REJECTION))
 
     def _level(self, ratio: float, probability: float) -> float:
         """Level u below which the largest value is with a probability."""
         return self.crossings.level(-np.log(probability) / ratio)
 
-    def _error(self, u: float, counted: bool = True, odds: float = ENDS[1]) -> float:
+    def _error(self, u: float, counted: bool = True, odds: float = INTERVAL_ENDS[1]) -> float:
         """Distance of m + s u from the end of its interval that has the probability ``odds``.
         Without ``counted``, from the errors of m and s alone."""
         shape = np.array([1.0, u])
@@ -103,13 +104,13 @@ class Gaussian(NamedTuple):
             shape, off = shape - self.moved / u, self.counted / u
         weights = np.linalg.solve(self.information[:2, :2], shape)
         draws = weights @ self.scatter[:2, : off.size] - off
-        return float(stdtrit(draws.size, odds)) * self.std * _size(draws)
+        return float(stdtrit(draws.size, odds)) * self.std * _root_mean_square(draws)
 
     def _weights(self, u: float, order: int) -> np.ndarray:
         """Derivative of the value at u with respect to the mean scores (4,), if so many parameters
         are free."""
-        shape = hermevander(u, ORDER - 1)[0, :order]
-        found = np.zeros(ORDER)
+        shape = hermevander(u, HERMITE_ORDER - 1)[0, :order]
+        found = np.zeros(HERMITE_ORDER)
         found[:order] = np.linalg.solve(self.information[:order, :order], shape)
         return found
 
@@ -121,27 +122,29 @@ def fit_gaussian(x: np.ndarray, independent: float, windows: int) -> Gaussian | 
     clipped = x == floor
     if clipped.sum() == 1:
         floor, clipped = -np.inf, np.zeros(x.size, dtype=bool)
-    mean, std = _begin(x, clipped)
-    for _ in range(ROUNDS):
+    mean, std = _initial_moments(x, clipped)
+    for _ in range(MAX_FIT_ITERATIONS):
         edge = (floor - mean) / std
         scores, information = _scores((x - mean) / std, clipped, edge), _information(edge)
         step = np.linalg.solve(information[:2, :2], scores[:2].mean(axis=1))
-        if np.abs(step).max() < CLOSE:
+        if np.abs(step).max() < FIT_TOLERANCE:
             draws = scatter(scores, independent)
             about = scores.mean(axis=1), draws, information
-            return Gaussian(mean, std, *about, *_counted(x, mean, std, windows, draws.shape[1]))
+            return Gaussian(
+                mean, std, *about, *_group_statistics(x, mean, std, windows, draws.shape[1])
+            )
         mean, std = mean + std * float(step[0]), std * (1.0 + float(np.clip(step[1], -0.5, 1.0)))
     return None
 
 
-def _counted(
+def _group_statistics(
     x: np.ndarray, mean: float, std: float, windows: int, count: int
 ) -> tuple[Crossings, np.ndarray, np.ndarray]:
     """Crossings of a record from the largest values of its windows, their derivatives, and draws of
     their scatter."""
     at = max(float(x.min()), mean)  # level above which upcrossings are visible
     rate = np.count_nonzero((x[:-1] <= at) & (x[1:] > at)) / x.size
-    z = (sliding(x, windows) - mean) / std
+    z = (sliding_maxima(x, windows) - mean) / std
     weight = np.exp(-0.5 * z**2)
     weight /= weight.mean()
     moved = np.array([(weight * z).mean(), (weight * z**2).mean()])
@@ -151,7 +154,7 @@ def _counted(
     return found, moved, slow / np.sinc(0.5 * np.arange(1, slow.size + 1) / windows)
 
 
-def _begin(x: np.ndarray, clipped: np.ndarray) -> tuple[float, float]:
+def _initial_moments(x: np.ndarray, clipped: np.ndarray) -> tuple[float, float]:
     """Estimate of mean and standard deviation from two quantiles of the values that are not
     clipped."""
     if not clipped.any():
@@ -164,27 +167,27 @@ def _begin(x: np.ndarray, clipped: np.ndarray) -> tuple[float, float]:
 
 def _scores(z: np.ndarray, clipped: np.ndarray, edge: float) -> np.ndarray:
     """Scores (4, nt) of values z (nt,), some of which are ``clipped`` at the edge."""
-    scores = np.ascontiguousarray(hermevander(z, ORDER)[:, 1:].T)
-    scores[:, clipped] = _of_clipped(edge)[:, None]
+    scores = np.ascontiguousarray(hermevander(z, HERMITE_ORDER)[:, 1:].T)
+    scores[:, clipped] = _clipped_scores(edge)[:, None]
     return scores
 
 
-def _of_clipped(edge: float) -> np.ndarray:
+def _clipped_scores(edge: float) -> np.ndarray:
     """Scores (4,) of a value that is clipped at the edge."""
     if np.isinf(edge):
-        return np.zeros(ORDER)
+        return np.zeros(HERMITE_ORDER)
     hazard = np.exp(-0.5 * edge**2 - log_ndtr(edge)) / np.sqrt(2.0 * np.pi)
-    return np.asarray(-hazard * hermevander(edge, ORDER - 1)[0])
+    return np.asarray(-hazard * hermevander(edge, HERMITE_ORDER - 1)[0])
 
 
 def _information(edge: float) -> np.ndarray:
     """Mean products (4, 4) of the scores."""
-    z = np.linspace(max(edge, -EDGE), EDGE, NODES)
+    z = np.linspace(max(edge, -INTEGRAL_LIMIT), INTEGRAL_LIMIT, INTEGRAL_NODES)
     weight = np.exp(-0.5 * z**2) / np.sqrt(2.0 * np.pi) * (z[1] - z[0])
     weight[[0, -1]] *= 0.5
-    scores, below = hermevander(z, ORDER)[:, 1:], _of_clipped(edge)
+    scores, below = hermevander(z, HERMITE_ORDER)[:, 1:], _clipped_scores(edge)
     return np.asarray((scores.T * weight) @ scores + ndtr(edge) * np.outer(below, below))
 
 
-def _size(draws: np.ndarray) -> float:
+def _root_mean_square(draws: np.ndarray) -> float:
     return float(np.sqrt(np.mean(draws**2)))

@@ -21,26 +21,26 @@ import numpy as np
 
 from hydrosim.statistics.peaks import anderson_darling
 
-SLIDE = 8  # parts of a window that it slides by
+PARTS_PER_WINDOW = 8  # parts of a window that it slides by
 DRAWS = 4000
-ROUNDS = 8  # of Newton's method, which has converged by then
-INTERVAL = 0.9  # probability of all intervals
-ENDS = (0.05, 0.95)
-DOUBTED = 0.637  # statistic of Anderson's and Darling's test of Gumbel's law that 10 % exceed
-CERTAIN = 1e-15
-LONGEST = 16  # memories: longer windows count as independent
+NEWTON_ITERATIONS = 8  # of Newton's method, which has converged by then
+INTERVAL_PROBABILITY = 0.9  # probability of all intervals
+INTERVAL_ENDS = (0.05, 0.95)
+MAX_MISFIT = 0.637  # statistic of Anderson's and Darling's test of Gumbel's law that 10 % exceed
+MIN_PROBABILITY = 1e-15
+MAX_WINDOW_MEMORIES = 16  # memories: longer windows count as independent
 
 
 class Gumbel(NamedTuple):
     """A fit to ``windows`` maxima. If they slide, each is ``memories`` long; lengths above
-    `LONGEST` are equivalent."""
+    `MAX_WINDOW_MEMORIES` are equivalent."""
 
     location: float
     scale: float
     windows: int
     memories: int | None
 
-    def expected(self, ratio: float) -> float:
+    def expected_maximum(self, ratio: float) -> float:
         """Value that is exceeded once on average in so many windows."""
         return float(self.location + self.scale * np.log(ratio))
 
@@ -49,23 +49,23 @@ class Gumbel(NamedTuple):
         return float(ratio * np.exp((self.location - value) / self.scale))
 
     def confidence(self, ratio: float) -> np.ndarray:
-        """Confidence interval (2,) of the `expected` value."""
+        """Confidence interval (2,) of the `expected_maximum` value."""
         moved, wider = _pivots(self.windows, self.memories)[:2]
         return self._ends(moved + np.log(ratio) * wider)
 
-    def prediction(self, ratio: float, ends: tuple[float, float] = ENDS) -> np.ndarray:
+    def prediction(self, ratio: float, ends: tuple[float, float] = INTERVAL_ENDS) -> np.ndarray:
         """Prediction interval (2,) of the largest value in so many windows; ``ends`` are the
         probabilities of its ends."""
         moved, wider, largest = _pivots(self.windows, self.memories)
         return self._ends(moved + (np.log(ratio) + largest) * wider, ends)
 
-    def _ends(self, draws: np.ndarray, ends: tuple[float, float] = ENDS) -> np.ndarray:
+    def _ends(self, draws: np.ndarray, ends: tuple[float, float] = INTERVAL_ENDS) -> np.ndarray:
         return np.asarray(self.location + self.scale * np.quantile(draws, ends))
 
 
-def exceeding(probability: float) -> float:
-    """Multiple of the record's length for which `expected` is a quantile. The largest value of one
-    record is below that quantile with this ``probability``."""
+def length_ratio(probability: float) -> float:
+    """Multiple of the record's length for which `expected_maximum` is a quantile. The largest value
+    of one record is below that quantile with this ``probability``."""
     return float(-1.0 / np.log(probability))
 
 
@@ -80,27 +80,27 @@ def follows_gumbel(maxima: np.ndarray, law: Gumbel) -> bool:
     of Anderson and Darling at 10 % (Stephens 1977, Biometrika 64)."""
     count = maxima.size
     below = np.exp(-np.exp((law.location - np.sort(maxima)) / law.scale))
-    statistic = anderson_darling(np.clip(below, CERTAIN, 1.0 - CERTAIN))
-    return bool(statistic * (1.0 + 0.2 / np.sqrt(count)) < DOUBTED)
+    statistic = anderson_darling(np.clip(below, MIN_PROBABILITY, 1.0 - MIN_PROBABILITY))
+    return bool(statistic * (1.0 + 0.2 / np.sqrt(count)) < MAX_MISFIT)
 
 
 def fit_record(x: np.ndarray, windows: int, memories: float) -> Gumbel:
     """Law of the largest value in a window of a record x (nt,), from so many windows; the record is
     so many times as long as its memory."""
-    location, scale = _fit(sliding(x, windows))
-    each = min(max(round(memories / windows), 1), LONGEST + 1)
+    location, scale = _fit(sliding_maxima(x, windows))
+    each = min(max(round(memories / windows), 1), MAX_WINDOW_MEMORIES + 1)
     return Gumbel(float(location), float(scale), windows, each)
 
 
-def sliding(x: np.ndarray, windows: int) -> np.ndarray:
+def sliding_maxima(x: np.ndarray, windows: int) -> np.ndarray:
     """Maxima over windows that slide by an eighth of their length. A rest shorter than one part of
     a window is left out."""
-    size = x.size // (SLIDE * windows)
-    return _slid(x[: size * SLIDE * windows].reshape(-1, size).max(axis=1))
+    size = x.size // (PARTS_PER_WINDOW * windows)
+    return _window_maxima(x[: size * PARTS_PER_WINDOW * windows].reshape(-1, size).max(axis=1))
 
 
-def _slid(parts: np.ndarray) -> np.ndarray:
-    windows = np.lib.stride_tricks.sliding_window_view(parts, SLIDE, axis=-1)
+def _window_maxima(parts: np.ndarray) -> np.ndarray:
+    windows = np.lib.stride_tricks.sliding_window_view(parts, PARTS_PER_WINDOW, axis=-1)
     return np.asarray(windows.max(axis=-1))
 
 
@@ -110,7 +110,7 @@ def _fit(maxima: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     least = maxima.min(axis=-1, keepdims=True)
     x = maxima - least
     mean, b = x.mean(axis=-1, keepdims=True), x.std(axis=-1, keepdims=True) * np.sqrt(6.0) / np.pi
-    for _ in range(ROUNDS):
+    for _ in range(NEWTON_ITERATIONS):
         e = np.exp(-x / b)
         weighted, total = x * e, e.sum(axis=-1, keepdims=True)
         first = weighted.sum(axis=-1, keepdims=True) / total
@@ -127,22 +127,25 @@ def _pivots(windows: int, memories: int | None) -> tuple[np.ndarray, np.ndarray,
     1."""
     random = np.random.default_rng(windows)
     if memories is None:
-        drawn = _reduced(random.random((DRAWS, windows)))
-    elif memories > LONGEST:
+        drawn = _reduced_variate(random.random((DRAWS, windows)))
+    elif memories > MAX_WINDOW_MEMORIES:
         # the largest of n such values has their law, moved by log n
-        drawn = _slid(_reduced(random.random((DRAWS, windows * SLIDE))) - np.log(SLIDE))
+        drawn = _window_maxima(
+            _reduced_variate(random.random((DRAWS, windows * PARTS_PER_WINDOW)))
+            - np.log(PARTS_PER_WINDOW)
+        )
     else:
-        drawn = _by_rank(_slid(_energies(random, windows, memories)))
+        drawn = _by_rank(_window_maxima(_energies(random, windows, memories)))
     location, scale = _fit(drawn)
-    return -location / scale, 1.0 / scale, _reduced(random.random(DRAWS))
+    return -location / scale, 1.0 / scale, _reduced_variate(random.random(DRAWS))
 
 
 def _energies(random: np.random.Generator, windows: int, memories: int) -> np.ndarray:
-    """Largest energies (`DRAWS`, windows x `SLIDE`) in parts of windows. Samples are at most one
-    memory apart, about one cycle of an oscillator with that memory."""
-    steps = -(-memories // SLIDE)  # of a part
-    kept = np.exp(-0.5 * memories / (steps * SLIDE))
-    z, found = random.normal(size=(2, DRAWS)), np.zeros((windows * SLIDE, DRAWS))
+    """Largest energies (`DRAWS`, windows x `PARTS_PER_WINDOW`) in parts of windows. Samples are at
+    most one memory apart, about one cycle of an oscillator with that memory."""
+    steps = -(-memories // PARTS_PER_WINDOW)  # of a part
+    kept = np.exp(-0.5 * memories / (steps * PARTS_PER_WINDOW))
+    z, found = random.normal(size=(2, DRAWS)), np.zeros((windows * PARTS_PER_WINDOW, DRAWS))
     for energy in found:
         for _ in range(steps):
             z = kept * z + np.sqrt(1.0 - kept**2) * random.normal(size=z.shape)
@@ -152,9 +155,9 @@ def _energies(random: np.random.Generator, windows: int, memories: int) -> np.nd
 
 def _by_rank(values: np.ndarray) -> np.ndarray:
     """Values of Gumbel's law in the same order."""
-    known = np.sort(values[:, :: SLIDE // 2].ravel())
-    return _reduced((np.searchsorted(known, values) + 0.5) / (known.size + 1.0))
+    known = np.sort(values[:, :: PARTS_PER_WINDOW // 2].ravel())
+    return _reduced_variate((np.searchsorted(known, values) + 0.5) / (known.size + 1.0))
 
 
-def _reduced(probability: np.ndarray) -> np.ndarray:
+def _reduced_variate(probability: np.ndarray) -> np.ndarray:
     return np.asarray(-np.log(-np.log(probability)))

@@ -1,9 +1,9 @@
 """Impacts on a Gaussian motion, and the law of their largest values.
 
 An impact is a rise that the earlier motion does not predict. A linear prediction of a Gaussian
-motion has normal errors (`prediction_errors`), and errors of `BEYOND` times their scatter do not
-happen. The largest values after impacts come at random. Above some level they are exponential
-(Davison and Smith 1990, Journal of the Royal Statistical Society B 52):
+motion has normal errors (`prediction_errors`), and errors of `IMPACT_ERROR_RATIO` times their
+scatter do not happen. The largest values after impacts come at random. Above some level they are
+exponential (Davison and Smith 1990, Journal of the Royal Statistical Society B 52):
 
     times above v: n exp(-(v - level) / mean)
 
@@ -17,22 +17,23 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import ndtri
 
-from hydrosim.statistics.gumbel import DRAWS, ENDS
+from hydrosim.statistics.gumbel import DRAWS, INTERVAL_ENDS
 from hydrosim.statistics.peaks import exponential_misfit, peaks
 from hydrosim.statistics.series import prediction_errors, upcrossings
 
-BEYOND = 6.0  # times the usual error of a prediction
+IMPACT_ERROR_RATIO = 6.0  # times the usual error of a prediction
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
-ABNORMAL = 0.15  # standard deviations: largest error of a quantile of a normal distribution
+# standard deviations: largest error of a quantile of a normal distribution
+MAX_QUANTILE_ERROR = 0.15
 WAVES_ABOVE = (100.0, 30.0, 10.0, 3.0, 1.0)  # of the motion: waves above the levels that are tried
-HIGHEST, LEADING = 7, 3  # crests of a motion
-FEWEST, MOST = 6, 20  # impacts of a law
-EXPONENTIAL = 1.062
+COMPARED_CRESTS, MIN_IMPACT_CRESTS = 7, 3  # crests of a motion
+MIN_IMPACTS, MAX_IMPACTS = 6, 20  # impacts of a law
+MAX_IMPACT_MISFIT = 1.062
 """Largest `exponential_misfit` of a law: 10 % of exponential excesses exceed it."""
-ONE_STD = 0.6827  # fraction of a normal distribution within one standard deviation
+ONE_STD_PROBABILITY = 0.6827  # fraction of a normal distribution within one standard deviation
 
 
-class Hits(NamedTuple):
+class ImpactPeaks(NamedTuple):
     """Largest values (n,) after the impacts on a motion, descending; the ``middle`` and ``std`` of
     the motion without them; its ``waves``; the number of its ``highest`` crests that are due to
     impacts."""
@@ -43,9 +44,9 @@ class Hits(NamedTuple):
     waves: int
     highest: int
 
-    def lead(self) -> bool:
+    def has_highest_crests(self) -> bool:
         """Whether impacts cause the highest crests, more than by chance."""
-        return self.highest >= LEADING
+        return self.highest >= MIN_IMPACT_CRESTS
 
     def level(self, above: float) -> float:
         """Level that so many waves of the motion alone exceed."""
@@ -60,16 +61,16 @@ class Impacts(NamedTuple):
     level: float
     mean: float
 
-    def expected(self, ratio: float) -> float:
+    def expected_maximum(self, ratio: float) -> float:
         """Value that is exceeded once on average in ``ratio`` times the length."""
         return float(self.level + self.mean * np.log(self.number * ratio))
 
     def confidence(self, ratio: float) -> np.ndarray:
-        """Confidence interval (2,) of the `expected` value."""
+        """Confidence interval (2,) of the `expected_maximum` value."""
         means, counts, _ = self._draws()
-        return np.asarray(np.quantile(self.level + means * np.log(counts * ratio), ENDS))
+        return np.asarray(np.quantile(self.level + means * np.log(counts * ratio), INTERVAL_ENDS))
 
-    def prediction(self, ratio: float, ends: tuple[float, float] = ENDS) -> np.ndarray:
+    def prediction(self, ratio: float, ends: tuple[float, float] = INTERVAL_ENDS) -> np.ndarray:
         """Prediction interval (2,) of the largest value in ``ratio`` times the length; ``ends`` are
         the probabilities of its ends."""
         means, counts, largest = self._draws()
@@ -84,7 +85,7 @@ class Impacts(NamedTuple):
         return means, counts, random.gumbel(size=DRAWS)
 
 
-def find_impacts(x: np.ndarray) -> Hits | None:
+def find_impacts(x: np.ndarray) -> ImpactPeaks | None:
     """Upward impacts in a record (nt,); None if there are none, or if the rest is no Gaussian
     motion."""
     middle = float(np.median(x))
@@ -97,24 +98,24 @@ def find_impacts(x: np.ndarray) -> Hits | None:
         return None
     after = int(0.5 * period)
     values = [x[max(first - 1, 0) : last + after].max() for first, last in events]
-    std = float(np.quantile(np.abs(x - middle), ONE_STD))
-    lowest = np.sort(peaks(x))[-HIGHEST]
+    std = float(np.quantile(np.abs(x - middle), ONE_STD_PROBABILITY))
+    lowest = np.sort(peaks(x))[-COMPARED_CRESTS]
     highest = np.count_nonzero(values >= lowest)
-    return Hits(np.sort(values)[::-1], middle, std, waves, int(highest))
+    return ImpactPeaks(np.sort(values)[::-1], middle, std, waves, int(highest))
 
 
-def fit_impacts(hits: Hits) -> Impacts | None:
+def fit_impacts(hits: ImpactPeaks) -> Impacts | None:
     """Law of the largest impacts, above the lowest level from which it is exponential; None if too
     few exceed it."""
     for above in WAVES_ABOVE:
         level = hits.level(above)
         values = hits.values[hits.values > level]
-        if values.size > MOST:
-            level = float(values[MOST])
-            values = values[:MOST]
-        if values.size < FEWEST:
+        if values.size > MAX_IMPACTS:
+            level = float(values[MAX_IMPACTS])
+            values = values[:MAX_IMPACTS]
+        if values.size < MIN_IMPACTS:
             return None
-        if exponential_misfit(values - level) < EXPONENTIAL:
+        if exponential_misfit(values - level) < MAX_IMPACT_MISFIT:
             return Impacts(values.size, level, float(np.mean(values) - level))
     return None
 
@@ -125,7 +126,7 @@ def _is_nearly_normal(x: np.ndarray) -> bool:
     normal = ndtri(QUANTILES)
     spread = (quantiles[3] - quantiles[1]) / (normal[3] - normal[1])
     off = np.abs(quantiles - quantiles[2] - spread * normal).max()
-    return bool(off < ABNORMAL * spread)
+    return bool(off < MAX_QUANTILE_ERROR * spread)
 
 
 def _find_events(z: np.ndarray, period: float) -> list[tuple[int, int]]:
@@ -133,7 +134,7 @@ def _find_events(z: np.ndarray, period: float) -> list[tuple[int, int]]:
     Rises within half a period belong to the same impact, also at its end."""
     errors, stride = prediction_errors(z)
     usual = np.median(np.abs(errors)) / ndtri(0.75)
-    found = np.flatnonzero(np.abs(errors) > BEYOND * usual)
+    found = np.flatnonzero(np.abs(errors) > IMPACT_ERROR_RATIO * usual)
     if found.size == 0:
         return []
     apart = np.flatnonzero(np.diff(found) > 0.5 * period / stride) + 1

@@ -13,13 +13,14 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from hydrosim.statistics.gumbel import INTERVAL
+from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY
 
-ENOUGH = 19  # values whose smallest and largest contain another one with `INTERVAL`
-ROUNDING = 1e-9
+# values whose smallest and largest contain another one with `INTERVAL_PROBABILITY`
+VALUES_FOR_INTERVAL = 19
+COUNT_ROUNDING = 1e-9
 
 
-class Held(NamedTuple):
+class PredictionInterval(NamedTuple):
     """An interval from ``low`` to ``high`` that contains another value with a ``probability``."""
 
     low: float
@@ -27,21 +28,24 @@ class Held(NamedTuple):
     probability: float
 
 
-def find_prediction(values: np.ndarray) -> Held:
+def find_prediction(values: np.ndarray) -> PredictionInterval:
     """Prediction interval for one more value, from n >= 2 values. Its probability is at least
-    `INTERVAL`; for fewer than `ENOUGH` values, that of their smallest to largest."""
+    `INTERVAL_PROBABILITY`; for fewer than `VALUES_FOR_INTERVAL` values, that of their smallest to
+    largest."""
     ordered = np.sort(values)
     count = ordered.size
-    outside = int(0.5 * (1.0 - INTERVAL) * (count + 1) + ROUNDING)
+    outside = int(0.5 * (1.0 - INTERVAL_PROBABILITY) * (count + 1) + COUNT_ROUNDING)
     left_out = max(outside, 1)
     probability = 1.0 - 2.0 * left_out / (count + 1)
-    return Held(float(ordered[left_out - 1]), float(ordered[-left_out]), probability)
+    return PredictionInterval(float(ordered[left_out - 1]), float(ordered[-left_out]), probability)
 
 
 def find_confidence(values: np.ndarray, probability: float) -> tuple[float, float]:
     """Confidence interval of a quantile: the value below which another one is with a
     ``probability``. An end is infinite if there are too few values for it."""
-    found = scipy.stats.quantile_test(values, p=probability).confidence_interval(INTERVAL)
+    found = scipy.stats.quantile_test(values, p=probability).confidence_interval(
+        INTERVAL_PROBABILITY
+    )
     low = -np.inf if np.isnan(found.low) else float(found.low)
     high = np.inf if np.isnan(found.high) else float(found.high)
     return low, high

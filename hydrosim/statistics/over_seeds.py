@@ -16,23 +16,34 @@ from hydrosim.errors import InputError
 from hydrosim.results.validation import DESIGN
 from hydrosim.results.variables import LABELS
 from hydrosim.statistics.effects import combinations, plans
-from hydrosim.statistics.ends import Ends, of_channels, of_figures, of_motions
-from hydrosim.statistics.figures import SIDE
-from hydrosim.statistics.gumbel import INTERVAL, Gumbel, exceeding, fit_maxima, follows_gumbel
+from hydrosim.statistics.ends import (
+    SmallestAndLargest,
+    ends_of_channels,
+    ends_of_figures,
+    ends_of_motions,
+)
+from hydrosim.statistics.figures import SIDE_ATTRIBUTE
+from hydrosim.statistics.gumbel import (
+    INTERVAL_PROBABILITY,
+    Gumbel,
+    fit_maxima,
+    follows_gumbel,
+    length_ratio,
+)
 from hydrosim.statistics.orders import find_confidence, find_prediction
 
-RUNS = 8
+MIN_RUNS = 8
 """Runs that extremes over seeds take."""
 P90 = 0.9
 """Probability that the largest of a run is below, or that the smallest is above."""
-LAW = "Gumbel's law"
-ORDER = "order of the runs"
-DIM = "extreme"
-TEXTS = ("long_name", "units")
+GUMBEL_METHOD = "Gumbel's law"
+ORDER_METHOD = "order of the runs"
+EXTREME_DIM = "extreme"
+COPIED_ATTRIBUTES = ("long_name", "units")
 """Attributes of parameters that columns take over."""
 
 
-class Extremes(NamedTuple):
+class SeedExtremes(NamedTuple):
     """The most probable extreme of a run and P90, each with its interval; the interval of another
     run, which holds it with a ``probability``; by which ``method``, from so many ``runs``. Of
     smallest values, 90 % of runs do not fall below P90."""
@@ -47,16 +58,16 @@ class Extremes(NamedTuple):
     runs: int
 
 
-def find_extremes(ends: Ends) -> Iterator[tuple[str, Extremes]]:
+def find_extremes(ends: SmallestAndLargest) -> Iterator[tuple[str, SeedExtremes]]:
     """Of the smallest and of the largest value of each run: name of the side and extremes, none
-    below what the channel can be. Sides of fewer than `RUNS` runs, or of equal values, have
+    below what the channel can be. Sides of fewer than `MIN_RUNS` runs, or of equal values, have
     none."""
     for side, sign, maxima in ends.sides():
-        if maxima.size >= RUNS and np.ptp(maxima) > 0.0:
+        if maxima.size >= MIN_RUNS and np.ptp(maxima) > 0.0:
             law = fit_maxima(maxima)
             follows = follows_gumbel(maxima, law)
             found = _by_law(law, sign) if follows else _by_order(maxima, sign)
-            yield side, _bounded(found, ends.lowest)
+            yield side, _raise_to_lowest(found, ends.lowest)
 
 
 def extremes_over_seeds(runs: xr.Dataset) -> xr.Dataset:
@@ -65,27 +76,33 @@ def extremes_over_seeds(runs: xr.Dataset) -> xr.Dataset:
     Rows are along ``extreme``: ``channel``, ``side`` ("smallest" or "largest"), ``unit``, values of
     the parameters of the study, and the number of ``runs``. ``to_dataframe()`` gives a table.
     Intervals hold 90 %; the interval of another run holds ``another_probability``. Raises
-    InputError if no combination of parameters has `RUNS` runs.
+    InputError if no combination of parameters has `MIN_RUNS` runs.
     """
     rows = [row for values, own in _groups(runs) for row in _rows(values, own)]
     if not rows:
         most = max(own.sizes["run"] for _, own in _groups(runs))
         raise InputError(
-            f"found no channel with different extremes in {RUNS} runs of one combination of"
+            f"found no channel with different extremes in {MIN_RUNS} runs of one combination of"
             f" parameters, of which there are at most {most}; run more seeds."
         )
     names = dict.fromkeys(name for row in rows for name in row)
     columns = {
-        name: (DIM, np.array([row.get(name, np.nan) for row in rows]), _described(name, runs))
+        name: (
+            EXTREME_DIM,
+            np.array([row.get(name, np.nan) for row in rows]),
+            _column_attributes(name, runs),
+        )
         for name in names
     }
     return xr.Dataset(columns)
 
 
-def _described(name: str, runs: xr.Dataset) -> dict[str, str]:
+def _column_attributes(name: str, runs: xr.Dataset) -> dict[str, str]:
     """What a column is, and its unit, which is in the column ``unit`` for values of channels."""
     if name in runs.variables and name not in LABELS:
-        return {key: str(runs[name].attrs[key]) for key in TEXTS if key in runs[name].attrs}
+        return {
+            key: str(runs[name].attrs[key]) for key in COPIED_ATTRIBUTES if key in runs[name].attrs
+        }
     said = {"long_name": LABELS.get(name, name.replace("_", " "))}
     if name in ("runs", "another_probability"):
         return {**said, "units": "1"}
@@ -95,7 +112,7 @@ def _described(name: str, runs: xr.Dataset) -> dict[str, str]:
 
 def figures_in(runs: xr.Dataset) -> list[str]:
     """Figures that are the largest or the smallest value of each run."""
-    return [str(name) for name, each in runs.data_vars.items() if SIDE in each.attrs]
+    return [str(name) for name, each in runs.data_vars.items() if SIDE_ATTRIBUTE in each.attrs]
 
 
 def _groups(runs: xr.Dataset) -> Iterator[tuple[dict[str, Any], xr.Dataset]]:
@@ -111,7 +128,7 @@ def _groups(runs: xr.Dataset) -> Iterator[tuple[dict[str, Any], xr.Dataset]]:
 
 
 def _rows(values: dict[str, Any], runs: xr.Dataset) -> Iterator[dict[str, Any]]:
-    for ends in _ends(runs):
+    for ends in _ends_of_runs(runs):
         for side, found in find_extremes(ends):
             yield {
                 **values,
@@ -120,73 +137,73 @@ def _rows(values: dict[str, Any], runs: xr.Dataset) -> Iterator[dict[str, Any]]:
                 "unit": ends.unit,
                 "runs": found.runs,
                 "most_probable": found.probable,
-                **_of_interval("most_probable", found.interval),
+                **_interval_columns("most_probable", found.interval),
                 "p90": found.p90,
-                **_of_interval("p90", found.p90_interval),
-                **_of_interval("another", found.another),
+                **_interval_columns("p90", found.p90_interval),
+                **_interval_columns("another", found.another),
                 "another_probability": found.probability,
                 "by": found.method,
             }
 
 
-def _ends(runs: xr.Dataset) -> Iterable[Ends]:
-    yield from of_figures(runs, figures_in(runs))
+def _ends_of_runs(runs: xr.Dataset) -> Iterable[SmallestAndLargest]:
+    yield from ends_of_figures(runs, figures_in(runs))
     if "motion" in runs:
-        yield from of_motions(runs)
-        yield from of_channels(runs)
+        yield from ends_of_motions(runs)
+        yield from ends_of_channels(runs)
 
 
-def _of_interval(name: str, interval: tuple[float, float]) -> dict[str, float]:
+def _interval_columns(name: str, interval: tuple[float, float]) -> dict[str, float]:
     low, high = interval
     return {f"{name}_low": low, f"{name}_high": high}
 
 
-def _by_law(law: Gumbel, sign: float) -> Extremes:
-    rare = exceeding(P90)
-    return Extremes(
-        sign * law.expected(1.0),
-        _between(law.confidence(1.0), sign),
-        sign * law.expected(rare),
-        _between(law.confidence(rare), sign),
-        _between(law.prediction(1.0), sign),
-        INTERVAL,
-        LAW,
+def _by_law(law: Gumbel, sign: float) -> SeedExtremes:
+    rare = length_ratio(P90)
+    return SeedExtremes(
+        sign * law.expected_maximum(1.0),
+        _signed_interval(law.confidence(1.0), sign),
+        sign * law.expected_maximum(rare),
+        _signed_interval(law.confidence(rare), sign),
+        _signed_interval(law.prediction(1.0), sign),
+        INTERVAL_PROBABILITY,
+        GUMBEL_METHOD,
         law.windows,
     )
 
 
-def _by_order(maxima: np.ndarray, sign: float) -> Extremes:
+def _by_order(maxima: np.ndarray, sign: float) -> SeedExtremes:
     """By order statistics."""
     most_probable = np.exp(-1.0)
     held = find_prediction(maxima)
-    return Extremes(
+    return SeedExtremes(
         sign * float(np.quantile(maxima, most_probable)),
-        _between(find_confidence(maxima, most_probable), sign),
+        _signed_interval(find_confidence(maxima, most_probable), sign),
         sign * float(np.quantile(maxima, P90)),
-        _between(find_confidence(maxima, P90), sign),
-        _between((held.low, held.high), sign),
+        _signed_interval(find_confidence(maxima, P90), sign),
+        _signed_interval((held.low, held.high), sign),
         held.probability,
-        ORDER,
+        ORDER_METHOD,
         maxima.size,
     )
 
 
-def _bounded(found: Extremes, lowest: float) -> Extremes:
+def _raise_to_lowest(found: SeedExtremes, lowest: float) -> SeedExtremes:
     """Extremes of which none is below the ``lowest`` value of the channel."""
 
-    def between(interval: tuple[float, float]) -> tuple[float, float]:
+    def raise_interval(interval: tuple[float, float]) -> tuple[float, float]:
         return max(interval[0], lowest), max(interval[1], lowest)
 
     return found._replace(
         probable=max(found.probable, lowest),
-        interval=between(found.interval),
+        interval=raise_interval(found.interval),
         p90=max(found.p90, lowest),
-        p90_interval=between(found.p90_interval),
-        another=between(found.another),
+        p90_interval=raise_interval(found.p90_interval),
+        another=raise_interval(found.another),
     )
 
 
-def _between(ends: Sequence[float] | np.ndarray, sign: float) -> tuple[float, float]:
+def _signed_interval(ends: Sequence[float] | np.ndarray, sign: float) -> tuple[float, float]:
     """An interval of sign x; an end that so few runs do not bound is infinite."""
     low, high = np.sort(sign * np.asarray(ends))
     return float(low), float(high)

@@ -14,12 +14,13 @@ import numpy as np
 
 from hydrosim.statistics.series import upcrossings
 
-FEWEST = 3  # peaks
-LEVELS, MANY = 40, 20  # number of levels above the mean; crossings of a used level
-NEAR = 0.3  # of the logarithm of a rate: lower levels are among small waves
-CURVED = 4.0  # over the root of crossings: shapes of lower and upper levels scatter by less
-ROUNDS, CLOSE = 50, 1e-12  # of Newton's method
-CERTAIN = 1e-12  # least probability that is told from zero and one
+MIN_PEAKS = 3  # peaks
+LEVEL_COUNT, MIN_CROSSINGS = 40, 20  # number of levels above the mean; crossings of a used level
+MIN_LOG_FALL = 0.3  # of the logarithm of a rate: lower levels are among small waves
+# over the root of crossings: shapes of lower and upper levels scatter by less
+SHAPE_DIFFERENCE = 4.0
+NEWTON_ITERATIONS, NEWTON_TOLERANCE = 50, 1e-12  # of Newton's method
+MIN_PROBABILITY = 1e-12  # least probability that is told from zero and one
 
 
 class Weibull(NamedTuple):
@@ -52,7 +53,7 @@ def peaks(x: np.ndarray) -> np.ndarray:
     return np.maximum.reduceat(z, first)[:-1] if first.size > 1 else np.zeros(0)
 
 
-class _Falls(NamedTuple):
+class _UpcrossingDecrease(NamedTuple):
     """Decrease of the logarithm of upcrossings, ``fallen``, at some levels, and the number of
     crossings of each."""
 
@@ -60,15 +61,15 @@ class _Falls(NamedTuple):
     fallen: np.ndarray
     counts: np.ndarray
 
-    def halves(self) -> tuple[_Falls, _Falls]:
+    def halves(self) -> tuple[_UpcrossingDecrease, _UpcrossingDecrease]:
         """The lower and the upper levels."""
         parts = [np.array_split(each, 2) for each in self]
         lower, upper = zip(*parts, strict=True)
-        return _Falls(*lower), _Falls(*upper)
+        return _UpcrossingDecrease(*lower), _UpcrossingDecrease(*upper)
 
     def fits(self) -> bool:
         """Whether there are enough levels for a shape."""
-        return self.levels.size >= FEWEST and float(np.ptp(self.fallen)) > 0.0
+        return self.levels.size >= MIN_PEAKS and float(np.ptp(self.fallen)) > 0.0
 
     def fit(self) -> tuple[float, float]:
         """Shape and scale of the tail."""
@@ -100,19 +101,19 @@ def fit_upper_tail(x: np.ndarray, origin: float) -> Tail:
             return tail
         shape, scale = falls.fit()
         crossings = int(falls.counts[0])
-        if shape - lower.fit()[0] < CURVED * shape / np.sqrt(crossings):
+        if shape - lower.fit()[0] < SHAPE_DIFFERENCE * shape / np.sqrt(crossings):
             return tail
         tail = Tail(origin, shape, scale, waves, crossings)
 
 
-def _falls(x: np.ndarray, origin: float) -> tuple[_Falls, int]:
+def _falls(x: np.ndarray, origin: float) -> tuple[_UpcrossingDecrease, int]:
     """Often crossed levels above an origin, and the number of crossings of the origin."""
     z = x - origin
-    levels = z.max() * np.arange(1, LEVELS) / LEVELS
+    levels = z.max() * np.arange(1, LEVEL_COUNT) / LEVEL_COUNT
     counts = np.array([np.count_nonzero((z[:-1] < u) & (z[1:] >= u)) for u in (0.0, *levels)])
     fallen = np.log(counts[0] / np.maximum(counts[1:], 1))
-    used = (counts[1:] >= MANY) & (fallen > NEAR)
-    return _Falls(levels[used], fallen[used], counts[1:][used]), int(counts[0])
+    used = (counts[1:] >= MIN_CROSSINGS) & (fallen > MIN_LOG_FALL)
+    return _UpcrossingDecrease(levels[used], fallen[used], counts[1:][used]), int(counts[0])
 
 
 def exponential_misfit(excesses: np.ndarray) -> float:
@@ -120,7 +121,7 @@ def exponential_misfit(excesses: np.ndarray) -> float:
     their mean (Stephens 1974, Journal of the American Statistical Association 69)."""
     count = excesses.size
     below = -np.expm1(-np.sort(excesses) / excesses.mean())
-    statistic = anderson_darling(np.clip(below, CERTAIN, 1.0 - CERTAIN))
+    statistic = anderson_darling(np.clip(below, MIN_PROBABILITY, 1.0 - MIN_PROBABILITY))
     return statistic * (1.0 + 0.6 / count)
 
 
@@ -135,16 +136,16 @@ def anderson_darling(below: np.ndarray) -> float:
 def fit_weibull(heights: np.ndarray) -> Weibull:
     """Maximum likelihood law of ``heights`` (n,) above zero. The shape k is the zero of sum(x^k log
     x) / sum(x^k) - 1 / k - mean(log x)."""
-    if heights.size < FEWEST or not np.ptp(heights) > CLOSE * heights.max():
+    if heights.size < MIN_PEAKS or not np.ptp(heights) > NEWTON_TOLERANCE * heights.max():
         return Weibull(np.nan, np.nan)
     top = float(heights.max())
     log = np.log(heights / top)
     k = float(np.pi / (np.sqrt(6.0) * log.std()))
-    for _ in range(ROUNDS):
+    for _ in range(NEWTON_ITERATIONS):
         weight = np.exp(k * log)
         first, second = (np.average(log**n, weights=weight) for n in (1, 2))
         step = (first - 1.0 / k - log.mean()) / (second - first**2 + 1.0 / k**2)
         k = max(k - step, 0.2 * k)
-        if abs(step) < CLOSE * k:
+        if abs(step) < NEWTON_TOLERANCE * k:
             break
     return Weibull(k, float(top * np.exp(k * log).mean() ** (1.0 / k)))

@@ -16,37 +16,37 @@ from typing import ClassVar
 import numpy as np
 import xarray as xr
 
-from hydrosim.documents.nodes import joined
+from hydrosim.documents.nodes import with_hint
 from hydrosim.documents.suggestions import suggestion
 from hydrosim.errors import InputError
 from hydrosim.results import stages
 from hydrosim.results.stages import STAGES, TIME
 from hydrosim.statistics.contact import phase_durations
 from hydrosim.statistics.explain import (
-    AXES,
-    CONTACT,
-    PARTS,
-    PHASES,
-    WHOLE,
-    explained,
+    DIRECTION_AXES,
+    EXPLAINED_PHASES,
+    FRICTION_PARTS,
+    IN_CONTACT,
+    WHOLE_RUN,
+    explain_run,
 )
 
-TIMES = ("time", "duration")
+TIME_RESULTS = ("time", "duration")
 """Results that are a time: what never comes is later than any limit."""
-OF_CONTACTS = {**{name: {"group"} for name in stages.FIGURES}, "time": {"group", "stage"}}
-OF_CONTACTS["duration"] = {"group", "stage", "until"}
-LARGEST = ("closing_speed", "largest_contact_force", "recontact_speed", "recontact_force")
+RESULTS_OF_CONTACTS = {**{name: {"group"} for name in stages.FIGURES}, "time": {"group", "stage"}}
+RESULTS_OF_CONTACTS["duration"] = {"group", "stage", "until"}
+LARGEST_RESULTS = ("closing_speed", "largest_contact_force", "recontact_speed", "recontact_force")
 """Results that are the largest of a run."""
-OF_MOTION = {
+RESULTS_OF_MOTION = {
     "displacement": {"body", "direction", "stage"},
     "mean_force": {"body", "direction", "stage", "force"},
     "friction": {"group", "direction", "stage", "part"},
     "time_share": {"group", "stage", "mode"},
     "moved": {"group", "direction", "stage", "mode"},
 }
-KEYS = OF_CONTACTS | OF_MOTION
+RESULT_KEYS = RESULTS_OF_CONTACTS | RESULTS_OF_MOTION
 """All results by name, and the keys that say more of each."""
-NEEDED = {
+REQUIRED_KEYS = {
     "time": {"stage"},
     "duration": {"stage"},
     "mean_force": {"force"},
@@ -54,27 +54,32 @@ NEEDED = {
     "moved": {"mode"},
 }
 """The keys that a result cannot do without."""
-SIGNED = ("end_clearance", "displacement", "mean_force", "friction", "moved")
+SIGNED_RESULTS = ("end_clearance", "displacement", "mean_force", "friction", "moved")
 """Results that may be negative."""
-LOWEST = "lowest"
+LOWEST_ATTRIBUTE = "lowest"
 """Attribute of figures that cannot be below that value."""
-SPANS = (WHOLE, CONTACT, *PHASES, *(f"{first} to {second}" for first, second in pairwise(STAGES)))
+SPAN_NAMES = (
+    WHOLE_RUN,
+    IN_CONTACT,
+    *EXPLAINED_PHASES,
+    *(f"{first} to {second}" for first, second in pairwise(STAGES)),
+)
 """The stages over which it is explained why a body moved."""
-STEPS = (*SPANS, *STAGES)
+ALL_STAGE_NAMES = (*SPAN_NAMES, *STAGES)
 """The names of all stages."""
-MODES = ("open", "stick", "slip")
+CONTACT_MODES = ("open", "stick", "slip")
 
 
-class Results:
+class RunResults:
     """A ``run``, and why it moved, which is looked into once it is asked for."""
 
     def __init__(self, run: xr.Dataset) -> None:
         self.run = run
 
     @cached_property
-    def why(self) -> xr.Dataset:
-        """What `explained` says of the run."""
-        return explained(self.run)
+    def explanation(self) -> xr.Dataset:
+        """What `explain_run` says of the run."""
+        return explain_run(self.run)
 
     def group(self, name: str | None) -> str:
         """The group of contacts of this name, or the only one; InputError if there is none."""
@@ -85,7 +90,7 @@ class Results:
             raise InputError("found a run without contacts; expected fenders or landings.")
         found = f"the group {name}" if name else "no key group, but several groups of contacts"
         text = f"found {found}; expected one of these groups: {', '.join(known)}"
-        raise InputError(joined(text, suggestion(name or "", known)))
+        raise InputError(with_hint(text, suggestion(name or "", known)))
 
     def body(self, name: str | None) -> str:
         """The body of this name, or the only one; InputError if there is none."""
@@ -94,10 +99,10 @@ class Results:
             return name or known[0]
         found = f"the body {name}" if name else "no key body, but several bodies"
         text = f"found {found}; expected one of these bodies: {', '.join(known)}"
-        raise InputError(joined(text, suggestion(name or "", known)))
+        raise InputError(with_hint(text, suggestion(name or "", known)))
 
 
-class OfNoChannel:
+class ChannelFreeResult:
     """What all results say of the statistic of a channel, which they are none of."""
 
     phase: ClassVar[None] = None
@@ -107,10 +112,10 @@ class OfNoChannel:
 
 
 @dataclass(frozen=True)
-class StageResult(OfNoChannel):
-    """What the contacts of a ``group`` did: a ``result`` of `OF_CONTACTS`. Of a time, the ``stage``
-    that is reached then; of a duration, the phase that lasts so long, or the stages from which and
-    ``until`` which it is."""
+class StageResult(ChannelFreeResult):
+    """What the contacts of a ``group`` did: a ``result`` of `RESULTS_OF_CONTACTS`. Of a time, the
+    ``stage`` that is reached then; of a duration, the phase that lasts so long, or the stages from
+    which and ``until`` which it is."""
 
     name: str
     result: str
@@ -129,7 +134,7 @@ class StageResult(OfNoChannel):
     @property
     def late_if_missing(self) -> bool:
         """Whether a run without this result has not come to it yet."""
-        return self.result in TIMES
+        return self.result in TIME_RESULTS
 
     @property
     def at_least(self) -> bool:
@@ -140,15 +145,15 @@ class StageResult(OfNoChannel):
         text = self.result.replace("_", " ")
         stage = f' of the stage "{self.stage}"' if self.stage else ""
         until = f' until "{self.until}"' if self.until else ""
-        return f"{text}{stage}{until}{_of(self.group)}"
+        return f"{text}{stage}{until}{_of_suffix(self.group)}"
 
-    def of(self, results: Results) -> xr.DataArray:
+    def evaluate(self, results: RunResults) -> xr.DataArray:
         """The number with its unit, NaN where the run does not come to it."""
         group = results.group(self.group)
         run = results.run.sel(contact_group=group)
-        if self.stage in PHASES:
+        if self.stage in EXPLAINED_PHASES:
             number = phase_durations(results.run).sel(contact_group=group, phase=self.stage)
-            return _number(float(number), "s", self)
+            return _scalar_result(float(number), "s", self)
         if TIME not in run:
             raise InputError(
                 f"found the result {self.result}, but no group of contacts in the run records"
@@ -157,23 +162,23 @@ class StageResult(OfNoChannel):
             )
         if self.result in stages.FIGURES:
             unit = stages.FIGURES[self.result][1]
-            number = _number(float(run[self.result]), unit, self)
-            return number.assign_attrs(side="largest") if self.result in LARGEST else number
+            number = _scalar_result(float(run[self.result]), unit, self)
+            return number.assign_attrs(side="largest") if self.result in LARGEST_RESULTS else number
         begin = float(run[TIME].sel(stage=self.stage))
         if self.result == "time":
-            return _number(begin, "s", self)
-        return _number(float(run[TIME].sel(stage=self.until)) - begin, "s", self)
+            return _scalar_result(begin, "s", self)
+        return _scalar_result(float(run[TIME].sel(stage=self.until)) - begin, "s", self)
 
 
 @dataclass(frozen=True)
-class WhyResult(OfNoChannel):
-    """Why a body moved: a ``result`` of `OF_MOTION` in a ``direction``, over a ``stage``. It is of
-    a ``body``, and of a ``force`` on it; or of a ``group`` of contacts, in a contact ``mode``, or
-    of the ``part`` of friction that has one cause."""
+class MotionCauseResult(ChannelFreeResult):
+    """Why a body moved: a ``result`` of `RESULTS_OF_MOTION` in a ``direction``, over a ``stage``.
+    It is of a ``body``, and of a ``force`` on it; or of a ``group`` of contacts, in a contact
+    ``mode``, or of the ``part`` of friction that has one cause."""
 
     name: str
     result: str
-    stage: str = WHOLE
+    stage: str = WHOLE_RUN
     direction: str = "surge"
     body: str | None = None
     force: str | None = None
@@ -200,33 +205,35 @@ class WhyResult(OfNoChannel):
         more = " ".join(each for each in (self.force, self.part, self.mode) if each)
         more = f" ({more})" if more else ""
         way = "" if self.result == "time_share" else f" in {self.direction}"
-        return f"{text}{more}{_of(self.group or self.body)}{way}, {self.stage}"
+        return f"{text}{more}{_of_suffix(self.group or self.body)}{way}, {self.stage}"
 
-    def of(self, results: Results) -> xr.DataArray:
+    def evaluate(self, results: RunResults) -> xr.DataArray:
         """The number with its unit, NaN where the run has no such stage."""
-        why = results.why
-        if "group" in OF_MOTION[self.result]:
+        why = results.explanation
+        if "group" in RESULTS_OF_MOTION[self.result]:
             return self._of_contacts(results, why)
         at = why.sel(body=results.body(self.body), dof=self.direction)
         at = at.sel(span=self._span(why, None))
         if self.result == "displacement":
-            return _number(float(at.displacement), "m", self)
+            return _scalar_result(float(at.displacement), "m", self)
         known = [str(each) for each in at.force.values]
         if self.force not in known:
             text = f"found the force {self.force}; expected one of: {', '.join(known)}"
-            raise InputError(joined(text, suggestion(self.force or "", known)))
-        return _number(float(at.mean_force.sel(force=self.force)), "N", self)
+            raise InputError(with_hint(text, suggestion(self.force or "", known)))
+        return _scalar_result(float(at.mean_force.sel(force=self.force)), "N", self)
 
-    def _of_contacts(self, results: Results, why: xr.Dataset) -> xr.DataArray:
+    def _of_contacts(self, results: RunResults, why: xr.Dataset) -> xr.DataArray:
         group = results.group(self.group)
         own = why.sel(fender=why.fender_group == group, span=self._span(why, group))
-        along = own.sel(direction=AXES[self.direction])
+        along = own.sel(direction=DIRECTION_AXES[self.direction])
         if self.result == "friction":
-            part = along.friction_part.sel(part=[self.part] if self.part else list(PARTS))
-            return _number(_sum(part), "N", self)
+            part = along.friction_part.sel(part=[self.part] if self.part else list(FRICTION_PARTS))
+            return _scalar_result(_sum(part), "N", self)
         if self.result == "time_share":
-            return _number(float(own.mode_share.sel(contact_mode=self.mode).mean()), "1", self)
-        return _number(float(along.mode_moved.sel(contact_mode=self.mode).mean()), "m", self)
+            return _scalar_result(
+                float(own.mode_share.sel(contact_mode=self.mode).mean()), "1", self
+            )
+        return _scalar_result(float(along.mode_moved.sel(contact_mode=self.mode).mean()), "m", self)
 
     def _span(self, why: xr.Dataset, group: str | None) -> str:
         """The name of the stage: of one group among several it begins with the group's."""
@@ -237,7 +244,7 @@ class WhyResult(OfNoChannel):
         raise InputError(f"found the stage {self.stage}; expected one of: {', '.join(known)}.")
 
 
-def _of(name: str | None) -> str:
+def _of_suffix(name: str | None) -> str:
     return f" of {name}" if name else ""
 
 
@@ -247,6 +254,8 @@ def _sum(values: xr.DataArray) -> float:
     return float(np.nansum(x)) if np.isfinite(x).any() else np.nan
 
 
-def _number(number: float, unit: str, asked: StageResult | WhyResult) -> xr.DataArray:
-    lowest = {} if asked.result in SIGNED else {LOWEST: 0.0}
+def _scalar_result(
+    number: float, unit: str, asked: StageResult | MotionCauseResult
+) -> xr.DataArray:
+    lowest = {} if asked.result in SIGNED_RESULTS else {LOWEST_ATTRIBUTE: 0.0}
     return xr.DataArray(number, attrs={"long_name": str(asked), "units": unit, **lowest})

@@ -6,13 +6,13 @@ import numpy as np
 import scipy
 from scipy.linalg import solve_toeplitz
 
-SMOOTHED = 4  # neighbours in the spectrum
-BINS = 1024  # of a series whose slow parts are computed
+SMOOTHING_NEIGHBOURS = 4  # neighbours in the spectrum
+SERIES_BINS = 1024  # of a series whose slow parts are computed
 PREDICTED_BY = 16  # values of a wave that predict the next one
-NOISE = 1e-3  # of the variance: without noise, predictions of smooth motions are too good
+NOISE_FRACTION = 1e-3  # of the variance: without noise, predictions of smooth motions are too good
 # coefficients
-LEAST = 12
-MOST = 48
+MIN_COEFFICIENTS = 12
+MAX_COEFFICIENTS = 48
 
 
 def upcrossings(x: np.ndarray) -> np.ndarray:
@@ -21,17 +21,23 @@ def upcrossings(x: np.ndarray) -> np.ndarray:
     return np.asarray(before + x[before] / (x[before] - x[before + 1]))
 
 
-def memories(x: np.ndarray) -> float:
+def independent_samples(x: np.ndarray) -> float:
     """Length of a record x (nt,) in memories. The memory is the integral of the squared
     autocorrelation. The relative error of the variance is sqrt(2 / memories)."""
-    return _memories(spectrum(x))
+    return _samples_of_spectrum(spectrum(x))
 
 
-def _memories(power: np.ndarray) -> float:
-    width = power.size // SMOOTHED * SMOOTHED
-    smooth = power[:width].reshape(-1, SMOOTHED).mean(axis=1)
+def _samples_of_spectrum(power: np.ndarray) -> float:
+    width = power.size // SMOOTHING_NEIGHBOURS * SMOOTHING_NEIGHBOURS
+    smooth = power[:width].reshape(-1, SMOOTHING_NEIGHBOURS).mean(axis=1)
     # the mean square of a periodogram is twice the square of its expectation
-    return float(2.0 * (1.0 + 1.0 / SMOOTHED) * smooth.sum() ** 2 * SMOOTHED / (smooth**2).sum())
+    return float(
+        2.0
+        * (1.0 + 1.0 / SMOOTHING_NEIGHBOURS)
+        * smooth.sum() ** 2
+        * SMOOTHING_NEIGHBOURS
+        / (smooth**2).sum()
+    )
 
 
 def prediction_errors(x: np.ndarray) -> tuple[np.ndarray, int]:
@@ -43,22 +49,22 @@ def prediction_errors(x: np.ndarray) -> tuple[np.ndarray, int]:
     z = z[::stride]
     power = np.abs(np.fft.rfft(z, 2 * z.size)) ** 2
     covariance = np.fft.irfft(power)[: PREDICTED_BY + 1]
-    covariance[0] *= 1.0 + NOISE
+    covariance[0] *= 1.0 + NOISE_FRACTION
     weights = solve_toeplitz(covariance[:-1], covariance[1:])
     errors = scipy.signal.lfilter(np.concatenate([[1.0], -weights]), 1.0, z)
     errors[:PREDICTED_BY] = 0.0
     return np.asarray(errors), stride
 
 
-def below(x: np.ndarray, step: float, frequency: float) -> tuple[float, float]:
+def low_frequency_share(x: np.ndarray, step: float, frequency: float) -> tuple[float, float]:
     """Fraction of the variance of x (nt,) below a ``frequency`` [rad/s], and the length of the
     record in memories of that part."""
     power = spectrum(x)
     omega = 2.0 * np.pi * np.fft.rfftfreq(x.size, step)[1:]
     slow = power[omega < frequency]
-    if slow.size < SMOOTHED or not slow.sum() > 0.0:
+    if slow.size < SMOOTHING_NEIGHBOURS or not slow.sum() > 0.0:
         return 0.0, 0.0
-    return float(slow.sum() / power.sum()), _memories(slow)
+    return float(slow.sum() / power.sum()), _samples_of_spectrum(slow)
 
 
 def slow_part(x: np.ndarray, step: float, frequency: float) -> np.ndarray:
@@ -96,12 +102,12 @@ def scatter(series: np.ndarray, independent: float) -> np.ndarray:
 
 
 def slow_parts(series: np.ndarray, count: int) -> np.ndarray:
-    """Lowest cosine coefficients (..., count) of each series (..., nt), from `LEAST` to `MOST`. For
-    a stationary series they are independent, and scatter as its mean does (Mueller 2007, Journal of
-    Econometrics 141)."""
-    sums = binned(series, BINS)
+    """Lowest cosine coefficients (..., count) of each series (..., nt), from `MIN_COEFFICIENTS` to
+    `MAX_COEFFICIENTS`. For a stationary series they are independent, and scatter as its mean does
+    (Mueller 2007, Journal of Econometrics 141)."""
+    sums = bin_sums(series, SERIES_BINS)
     bins = sums.shape[-1]
-    count = int(np.clip(count, LEAST, max(min(MOST, bins // 2), 1)))
+    count = int(np.clip(count, MIN_COEFFICIENTS, max(min(MAX_COEFFICIENTS, bins // 2), 1)))
     return np.asarray(np.sqrt(2.0) * sums @ _cosines(count, bins).T / series.shape[-1])
 
 
@@ -109,7 +115,7 @@ def _cosines(count: int, bins: int) -> np.ndarray:
     return np.cos(np.pi * np.outer(np.arange(1, count + 1), (np.arange(bins) + 0.5) / bins))
 
 
-def binned(series: np.ndarray, bins: int) -> np.ndarray:
+def bin_sums(series: np.ndarray, bins: int) -> np.ndarray:
     """Sums of each series (..., nt) over so many intervals of equal length, or over each value if
     there are fewer."""
     bins = min(bins, series.shape[-1])

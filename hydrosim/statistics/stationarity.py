@@ -12,56 +12,59 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from hydrosim.statistics.series import binned, prediction_errors, slow_parts
+from hydrosim.statistics.series import bin_sums, prediction_errors, slow_parts
 
-TRENDS = (1, 3)  # coefficients
-GUSTS = 12  # coefficients of the variance: groups of waves that vary slowly
-BEGINNINGS = (8, 16, 32, 64)  # parts of the record, the first of which may be a transient
-FEWEST = 10  # intervals of a beginning
-ALIKE = 1e-9  # logarithms of variances: smaller differences are rounding
-LARGER = 1e-5  # probability of a false alarm, for independent intervals
-ALARM = 0.001  # probability of a false alarm, for each trend of mean and of variance
-PARTS = 6  # of a memory: coefficients that are slow against it
-STRETCH = 2  # memories
-LITTLE = 0.05  # of the variance: less in an interval does not matter
+TREND_COEFFICIENTS = (1, 3)  # coefficients
+GUST_COEFFICIENTS = 12  # coefficients of the variance: groups of waves that vary slowly
+BEGINNING_PARTS = (8, 16, 32, 64)  # parts of the record, the first of which may be a transient
+MIN_INTERVALS = 10  # intervals of a beginning
+LOG_VARIANCE_ROUNDING = 1e-9  # logarithms of variances: smaller differences are rounding
+TRANSIENT_ALARM = 1e-5  # probability of a false alarm, for independent intervals
+TREND_ALARM = 0.001  # probability of a false alarm, for each trend of mean and of variance
+COEFFICIENT_MEMORIES = 6  # of a memory: coefficients that are slow against it
+INTERVAL_MEMORIES = 2  # memories
+VARIANCE_FLOOR = 0.05  # of the variance: less in an interval does not matter
 
 
-def changes(x: np.ndarray, independent: float) -> tuple[bool, bool]:
+def changes_of_moments(x: np.ndarray, independent: float) -> tuple[bool, bool]:
     """Whether mean and variance of a record x (nt,) change; the record is so many times as long as
     its memory."""
     z = (x - x.mean()) / x.std()
     variance = _log_variances(z, independent)
-    count = int(independent / PARTS)
+    count = int(independent / COEFFICIENT_MEMORIES)
     return _has_trend(z, count), _has_trend(variance, count) or _has_gusts(z, independent)
 
 
-def begins_larger(x: np.ndarray, independent: float) -> bool:
+def has_initial_transient(x: np.ndarray, independent: float) -> bool:
     """Whether the variance of a record x (nt,) is larger at its beginning than later, as in a
     transient. The test is Student's, on logarithms of the variance of short intervals."""
     variance = _log_variances((x - x.mean()) / x.std(), independent)
-    for part in BEGINNINGS:
+    for part in BEGINNING_PARTS:
         first = variance[: variance.size // part]
-        if first.size < FEWEST or not np.ptp(first) > ALIKE:
+        if first.size < MIN_INTERVALS or not np.ptp(first) > LOG_VARIANCE_ROUNDING:
             continue
         found = scipy.stats.ttest_ind(
             first, variance[first.size :], equal_var=False, alternative="greater"
         )
-        if found.pvalue < LARGER:
+        if found.pvalue < TRANSIENT_ALARM:
             return True
     return False
 
 
 def _log_variances(z: np.ndarray, independent: float) -> np.ndarray:
     """Logarithms of the variance of z (nt,) in short intervals."""
-    stretches = max(int(independent / STRETCH), 1)
-    variance = binned(z**2, stretches) / binned(np.ones(z.size), stretches)
-    return np.asarray(np.log(variance + LITTLE))
+    stretches = max(int(independent / INTERVAL_MEMORIES), 1)
+    variance = bin_sums(z**2, stretches) / bin_sums(np.ones(z.size), stretches)
+    return np.asarray(np.log(variance + VARIANCE_FLOOR))
 
 
 def _has_trend(series: np.ndarray, count: int) -> bool:
     """Whether the first of the lowest coefficients of a series are larger than the rest."""
     squares = slow_parts(series - series.mean(), count) ** 2
-    return any(_is_larger(squares[:first], squares[max(TRENDS) :]) for first in TRENDS)
+    return any(
+        _is_larger(squares[:first], squares[max(TREND_COEFFICIENTS) :])
+        for first in TREND_COEFFICIENTS
+    )
 
 
 def _has_gusts(z: np.ndarray, independent: float) -> bool:
@@ -69,12 +72,14 @@ def _has_gusts(z: np.ndarray, independent: float) -> bool:
     with an equal number of others, for the variance of prediction errors, which scatters least."""
     errors, _ = prediction_errors(z)
     variance = _log_variances(errors / errors.std(), independent)
-    squares = slow_parts(variance - variance.mean(), int(independent / PARTS)) ** 2
-    return squares.size >= 2 * GUSTS and _is_larger(squares[:GUSTS], squares[GUSTS:])
+    squares = slow_parts(variance - variance.mean(), int(independent / COEFFICIENT_MEMORIES)) ** 2
+    return squares.size >= 2 * GUST_COEFFICIENTS and _is_larger(
+        squares[:GUST_COEFFICIENTS], squares[GUST_COEFFICIENTS:]
+    )
 
 
 def _is_larger(first: np.ndarray, rest: np.ndarray) -> bool:
     """Whether the mean of the first squares is larger than that of the rest, by Fisher's test."""
     if rest.size == 0:
         return False
-    return bool(first.mean() > scipy.stats.f.isf(ALARM, first.size, rest.size) * rest.mean())
+    return bool(first.mean() > scipy.stats.f.isf(TREND_ALARM, first.size, rest.size) * rest.mean())

@@ -25,49 +25,59 @@ from hydrosim.statistics.contact import contact_statistics
 from hydrosim.statistics.extremes import (
     CHANGES,
     LAWS,
-    ROUNDING,
-    Basis,
-    Extremes,
+    RECORD_ROUNDING_FRACTION,
+    ExtremeModel,
+    RecordExtremes,
     extremes,
-    none,
-    trivial,
+    no_extremes,
+    refusal_reason,
 )
-from hydrosim.statistics.gumbel import INTERVAL
-from hydrosim.statistics.means import NORMAL, means_between_records
+from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY
+from hydrosim.statistics.means import FENDER_NORMAL_FORCE, means_between_records
 from hydrosim.statistics.peaks import fit_weibull, peaks
 from hydrosim.statistics.series import lowest_frequency, upcrossings
 
-ENDS = ("first_mean", "last_mean", "first_std", "last_std")
-Manner = tuple[float, float | None, float, bool]
+PART_STATISTICS = ("first_mean", "last_mean", "first_std", "last_std")
+ExtremesArguments = tuple[float, float | None, float, bool]
 """Arguments of `extremes` beside the record."""
-MOMENTS = ("skewness", "kurtosis")  # kurtosis of a Gaussian record is 3
-PEAKS = ("peak_shape", "peak_scale")  # Weibull law of the peaks above the mean
-NAMES = ("mean", "std", "significant", "period", *ENDS, "smallest", "largest", *MOMENTS, *PEAKS)
-SIDES = ("smallest", "largest")
-FIGURES = Extremes._fields[:-1]
-A_WHILE = 0.05  # of the record, in a phase
-PART = 0.2  # of a record: its first and its last part
-SEGMENTS = 8  # of a run, whose spectra are averaged
-EVEN = 1e-6  # of a step
-FEWEST = 4  # values of a phase, records of a run
-MOTION = ("body", "dof")
-NAMED = "named"  # of those that are asked for by name
-RECORDED = "_recorded_mean"  # ends the name of a variable that not every run has
-OWN = {  # coordinates of statistics
-    "statistic": NAMES,
-    "side": SIDES,
-    "extreme": FIGURES,
+MOMENT_NAMES = ("skewness", "kurtosis")  # kurtosis of a Gaussian record is 3
+PEAK_NAMES = ("peak_shape", "peak_scale")  # Weibull law of the peaks above the mean
+STATISTIC_NAMES = (
+    "mean",
+    "std",
+    "significant",
+    "period",
+    *PART_STATISTICS,
+    "smallest",
+    "largest",
+    *MOMENT_NAMES,
+    *PEAK_NAMES,
+)
+EXTREME_SIDES = ("smallest", "largest")
+EXTREME_FIGURES = RecordExtremes._fields[:-1]
+MIN_PHASE_FRACTION = 0.05  # of the record, in a phase
+PART_FRACTION = 0.2  # of a record: its first and its last part
+SPECTRUM_SEGMENTS = 8  # of a run, whose spectra are averaged
+STEP_TOLERANCE = 1e-6  # of a step
+MIN_RECORDS = 4  # values of a phase, records of a run
+MOTION_DIMS = ("body", "dof")
+NAMED_CHANNELS = "named"  # of those that are asked for by name
+RECORDED_SUFFIX = "_recorded_mean"  # ends the name of a variable that not every run has
+OWN_COORDINATES = {  # coordinates of statistics
+    "statistic": STATISTIC_NAMES,
+    "side": EXTREME_SIDES,
+    "extreme": EXTREME_FIGURES,
     "phase": [phase.name.lower().replace("_", " ") for phase in Phase],
 }
-Found = dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, Any]]]
+Variables = dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, Any]]]
 """Dimensions, values and attributes of a variable."""
-EACH = ""  # units for the coordinate ``unit``
+UNIT_OF_CHANNEL = ""  # units for the coordinate ``unit``
 AS_CHANNEL = "that of the channel"
 UNITS_APART = {"period": "s", "skewness": "1", "kurtosis": "1", "peak_shape": "1"}
 """Units of statistics that do not have that of their channel."""
 OWN_UNITS = {APART: ", ".join(f"{name}: {unit}" for name, unit in UNITS_APART.items())}
 CHANNELS = {  # variables that a run may have: name, variable, its dimensions without time, units
-    "motion": ("position", MOTION, "m or rad"),
+    "motion": ("position", MOTION_DIMS, "m or rad"),
     "wave": ("wave_elevation", (), "m"),
     "fender_force": ("fender_normal_force", ("fender",), "N"),
     "spring_force": ("spring_tension", ("spring",), "N"),
@@ -79,7 +89,7 @@ CHANNELS = {  # variables that a run may have: name, variable, its dimensions wi
 
 def enough_from(run: xr.Dataset, start: float) -> bool:
     """Whether a run has enough records for `statistics` from ``start`` [s] on."""
-    return int(np.count_nonzero(run.time.values >= start)) >= FEWEST
+    return int(np.count_nonzero(run.time.values >= start)) >= MIN_RECORDS
 
 
 def statistics(
@@ -116,10 +126,12 @@ def of_lines(run: xr.Dataset) -> dict[str, xr.DataArray]:
             continue
         tension = run[CAPABLE[dim]]
         start = tension.isel(time=0, drop=True)
-        found[f"{dim}_start"] = start.assign_attrs(_said("tension at the start", "N"))
+        found[f"{dim}_start"] = start.assign_attrs(_attributes("tension at the start", "N"))
         if (capacity := f"{dim}_capacity") in run.coords:
             used = tension.max("time") / run[capacity]
-            found[f"{dim}_used"] = used.assign_attrs(_said("largest tension over capacity", "1"))
+            found[f"{dim}_used"] = used.assign_attrs(
+                _attributes("largest tension over capacity", "1")
+            )
     return found
 
 
@@ -128,15 +140,15 @@ def columns(
     start: float = 0.0,
     exposure: float | None = None,
     channels: Sequence[str] = (),
-) -> tuple[Found, dict[str, Any], dict[str, Any]]:
+) -> tuple[Variables, dict[str, Any], dict[str, Any]]:
     """`statistics` without contacts: variables, coordinates and attributes."""
-    late = _late(run, start)
+    late = _records_from(run, start)
     time = run.variables["time"].values[late]
     step = float(np.diff(time[:2])[0])
     growing = float(time[0]) < float(run.attrs.get("wave_ramp", 0.0))
     slowest = _lowest_of_waves(run.variables["wave_elevation"].values[late], step)
     how = step, exposure, slowest, "contact_group" in run.dims
-    found: Found = {}
+    found: Variables = {}
     coords: dict[str, Any] = {}
     for name, (variable, dims, unit) in CHANNELS.items():
         if variable in run:
@@ -144,21 +156,21 @@ def columns(
             lowest = np.full(each.shape[:-1], lowest_value(variable))
             found |= _of_channels(name, each, lowest, how, growing, unit)
     if "fender_force" in found:
-        names = [f"{NORMAL}.{fender}" for fender in run.fender.values]
+        names = [f"{FENDER_NORMAL_FORCE}.{fender}" for fender in run.fender.values]
         found |= _by_impulse("fender_force", run.isel(time=late), names, found)
     if channels:
-        named, coords = _named(run, late, channels)
+        named, coords = _requested_channels(run, late, channels)
         lowest = np.array([lowest_value(channel) for channel in channels])
-        found |= _of_channels(NAMED, named, lowest, how, growing, EACH)
+        found |= _of_channels(NAMED_CHANNELS, named, lowest, how, growing, UNIT_OF_CHANNEL)
         found |= _by_phase(run, late, named.values, step)
-        found |= _by_impulse(NAMED, run.isel(time=late), channels, found)
+        found |= _by_impulse(NAMED_CHANNELS, run.isel(time=late), channels, found)
     if _has_phases(run, late):
         _leave_out_laws(found)
-    places = run.variables["position"].transpose(*MOTION, "time").values[..., late]
+    places = run.variables["position"].transpose(*MOTION_DIMS, "time").values[..., late]
     frequency, spectrum = _spectrum(places, step)
-    said = _said("one-sided spectral density", "m^2 s/rad or rad s")
-    found["motion_spectrum"] = ((*MOTION, "frequency"), spectrum, said)
-    coords["frequency"] = ("frequency", frequency, _said("angular frequency", "rad/s"))
+    said = _attributes("one-sided spectral density", "m^2 s/rad or rad s")
+    found["motion_spectrum"] = ((*MOTION_DIMS, "frequency"), spectrum, said)
+    coords["frequency"] = ("frequency", frequency, _attributes("angular frequency", "rad/s"))
     attributes = {
         "title": run.attrs["title"],
         "start": start,
@@ -168,27 +180,32 @@ def columns(
     return found, _coordinates(run, found) | coords, attributes
 
 
-def _late(run: xr.Dataset, start: float) -> slice:
+def _records_from(run: xr.Dataset, start: float) -> slice:
     """Records from ``start`` [s] on. The last record of a run is left out if it is not a whole
     output step after the record before it."""
     time = run.variables["time"].values
     first = int(np.searchsorted(time, start))
     steps = np.diff(time[first:].astype(float))
-    odd = steps.size > 1 and abs(steps[-1] - steps[0]) > EVEN * steps[0]
+    odd = steps.size > 1 and abs(steps[-1] - steps[0]) > STEP_TOLERANCE * steps[0]
     return slice(first, time.size - int(odd))
 
 
-def _coordinates(run: xr.Dataset, found: Found) -> dict[str, Any]:
+def _coordinates(run: xr.Dataset, found: Variables) -> dict[str, Any]:
     """Coordinates of the variables ``found``: those of the run, and names of their own."""
     dims = {dim for over, *_ in found.values() for dim in over}
     of_run = {str(name): run.variables[name] for name in run.coords}
     of_run = {name: each for name, each in of_run.items() if {*each.dims} <= dims}
-    own: dict[str, Any] = {name: list(each) for name, each in OWN.items() if name in dims}
-    own["statistic_unit"] = ("statistic", [UNITS_APART.get(name, AS_CHANNEL) for name in NAMES])
+    own: dict[str, Any] = {
+        name: list(each) for name, each in OWN_COORDINATES.items() if name in dims
+    }
+    own["statistic_unit"] = (
+        "statistic",
+        [UNITS_APART.get(name, AS_CHANNEL) for name in STATISTIC_NAMES],
+    )
     return of_run | own
 
 
-def _named(
+def _requested_channels(
     run: xr.Dataset, late: slice, names: Sequence[str]
 ) -> tuple[xr.Variable, dict[str, Any]]:
     """Channels (channel, time) by name, with names and units as coordinates."""
@@ -197,35 +214,35 @@ def _named(
     return xr.Variable(("channel", "time"), np.array(values)[:, late]), coords
 
 
-def _by_phase(run: xr.Dataset, late: slice, series: np.ndarray, step: float) -> Found:
+def _by_phase(run: xr.Dataset, late: slice, series: np.ndarray, step: float) -> Variables:
     """Statistics of channels in the phases of each group of contacts; NaN if a phase has fewer than
-    `FEWEST` values."""
+    `MIN_RECORDS` values."""
     if "contact_group" not in run.dims:
         return {}
     phases = _phases(run, late)
-    nothing = np.full((len(series), len(NAMES)), np.nan)
+    nothing = np.full((len(series), len(STATISTIC_NAMES)), np.nan)
     found = [
         [
             [_figures(x[of == phase], step) for x in series]
-            if np.count_nonzero(of == phase) >= FEWEST
+            if np.count_nonzero(of == phase) >= MIN_RECORDS
             else nothing
             for phase in Phase
         ]
         for of in phases
     ]
     dims = ("contact_group", "phase", "channel", "statistic")
-    said = _said("statistics of a channel in a phase", EACH) | OWN_UNITS
-    return {f"{NAMED}_phase": (dims, np.array(found), said)}
+    said = _attributes("statistics of a channel in a phase", UNIT_OF_CHANNEL) | OWN_UNITS
+    return {f"{NAMED_CHANNELS}_phase": (dims, np.array(found), said)}
 
 
 def _of_channels(
     name: str,
     series: xr.Variable,
     lowest: np.ndarray,
-    how: Manner,
+    how: ExtremesArguments,
     growing: bool,
     unit: str,
-) -> Found:
+) -> Variables:
     """Statistics, extremes and their basis of all channels of a variable, along its dimensions. The
     channels are never below the ``lowest`` of each. Other arguments are those of `extremes`;
     ``growing`` says that the waves still grow."""
@@ -233,47 +250,51 @@ def _of_channels(
     size = series.shape[:-1]
     channels = series.values.reshape(-1, series.shape[-1])
     figures = [_figures(x, how[0]) for x in channels]
-    sides = [_judged(x, how, growing) for x in channels]
+    sides = [_channel_extremes(x, how, growing) for x in channels]
     values = np.array([[side[:-1] for side in both] for both in sides])
     values = np.maximum(values, lowest.reshape(-1, 1, 1))
     basis = np.array([[side.basis for side in both] for both in sides], dtype=np.int8)
-    said = _said("most probable extreme and interval, prediction interval", unit)
+    said = _attributes("most probable extreme and interval, prediction interval", unit)
     return {
         name: (
             (*dims, "statistic"),
             np.reshape(figures, (*size, -1)),
-            _said(name.replace("_", " "), unit) | OWN_UNITS,
+            _attributes(name.replace("_", " "), unit) | OWN_UNITS,
         ),
         f"{name}_extreme": (
             (*dims, "side", "extreme"),
-            np.reshape(values, (*size, len(SIDES), -1)),
-            {**said, "interval_probability": INTERVAL},
+            np.reshape(values, (*size, len(EXTREME_SIDES), -1)),
+            {**said, "interval_probability": INTERVAL_PROBABILITY},
         ),
         f"{name}_basis": ((*dims, "side"), basis.reshape(*size, -1), _flags()),
     }
 
 
 def _figures(x: np.ndarray, step: float) -> list[float]:
-    """Values of `NAMES`. significant is four standard deviations, a double amplitude. period is the
-    mean time between upcrossings of the mean, NaN if there are fewer than two. skewness and
-    kurtosis are the mean third and fourth powers of (x - mean) / std, NaN for a constant. For peaks
-    see `hydrosim.statistics.peaks`."""
+    """Values of `STATISTIC_NAMES`. significant is four standard deviations, a double amplitude.
+    period is the mean time between upcrossings of the mean, NaN if there are fewer than two.
+    skewness and kurtosis are the mean third and fourth powers of (x - mean) / std, NaN for a
+    constant. For peaks see `hydrosim.statistics.peaks`."""
     mean = x.mean()
     std = x.std()
     crossings = upcrossings(x - mean)
     period = np.nan
     if crossings.size > 1:
         period = step * (crossings[-1] - crossings[0]) / (crossings.size - 1)
-    size = max(int(PART * x.size), 1)
+    size = max(int(PART_FRACTION * x.size), 1)
     parts = x[:size], x[-size:]
     ends = *(part.mean() for part in parts), *(part.std() for part in parts)
-    z = (x - mean) / std if std > ROUNDING * np.abs(x).max() else np.full(x.size, np.nan)
+    z = (
+        (x - mean) / std
+        if std > RECORD_ROUNDING_FRACTION * np.abs(x).max()
+        else np.full(x.size, np.nan)
+    )
     moments = (z**3).mean(), (z**4).mean()
     more = (*moments, *fit_weibull(peaks(x)))
     return [*map(float, (mean, std, 4.0 * std, period, *ends, x.min(), x.max(), *more))]
 
 
-def _by_impulse(kind: str, run: xr.Dataset, names: Sequence[str], found: Found) -> Found:
+def _by_impulse(kind: str, run: xr.Dataset, names: Sequence[str], found: Variables) -> Variables:
     """Replace means of force channels by means from impulses, if these differ, in the statistics
     ``found`` of a ``kind`` and by phase. Returns the means of the records that were replaced."""
     dims, figures, said = found[kind]
@@ -282,17 +303,17 @@ def _by_impulse(kind: str, run: xr.Dataset, names: Sequence[str], found: Found) 
         means = means_between_records(run, name, series(run, name)[0])
         if means is None:
             continue
-        recorded[k] = figures[k, NAMES.index("mean")]
-        size = max(int(PART * means.size), 2)  # the first mean is not known
+        recorded[k] = figures[k, STATISTIC_NAMES.index("mean")]
+        size = max(int(PART_FRACTION * means.size), 2)  # the first mean is not known
         parts = {"mean": means, "first_mean": means[:size], "last_mean": means[-size:]}
         for which, part in parts.items():
-            figures[k, NAMES.index(which)] = np.nanmean(part)
-        if kind == NAMED and f"{NAMED}_phase" in found:
-            _by_impulse_in_phases(found[f"{NAMED}_phase"][1][:, :, k], run, means)
+            figures[k, STATISTIC_NAMES.index(which)] = np.nanmean(part)
+        if kind == NAMED_CHANNELS and f"{NAMED_CHANNELS}_phase" in found:
+            _by_impulse_in_phases(found[f"{NAMED_CHANNELS}_phase"][1][:, :, k], run, means)
     if np.isnan(recorded).all():
         return {}
     said = {**said, "long_name": "mean of the records, where impulses have another"}
-    return {f"{kind}{RECORDED}": (dims[:-1], recorded, said)}
+    return {f"{kind}{RECORDED_SUFFIX}": (dims[:-1], recorded, said)}
 
 
 def _by_impulse_in_phases(figures: np.ndarray, run: xr.Dataset, means: np.ndarray) -> None:
@@ -300,14 +321,16 @@ def _by_impulse_in_phases(figures: np.ndarray, run: xr.Dataset, means: np.ndarra
     channel."""
     for own, phases in zip(figures, _phases(run, slice(None)), strict=True):
         for each, phase in zip(own, Phase, strict=True):
-            if np.isfinite(each[NAMES.index("mean")]):
-                each[NAMES.index("mean")] = np.nanmean(means[phases == phase])
+            if np.isfinite(each[STATISTIC_NAMES.index("mean")]):
+                each[STATISTIC_NAMES.index("mean")] = np.nanmean(means[phases == phase])
 
 
-def _judged(x: np.ndarray, how: Manner, growing: bool) -> tuple[Extremes, Extremes]:
+def _channel_extremes(
+    x: np.ndarray, how: ExtremesArguments, growing: bool
+) -> tuple[RecordExtremes, RecordExtremes]:
     """Extremes of a channel; none while the waves grow."""
-    if growing and trivial(x) is not Basis.CONSTANT:
-        return none(Basis.WAVES_GROW), none(Basis.WAVES_GROW)
+    if growing and refusal_reason(x) is not ExtremeModel.CONSTANT:
+        return no_extremes(ExtremeModel.WAVES_GROW), no_extremes(ExtremeModel.WAVES_GROW)
     return extremes(x, *how)
 
 
@@ -323,21 +346,21 @@ def _has_phases(run: xr.Dataset, late: slice) -> bool:
         return False
     phases = _phases(run, late)
     shares = np.array([(phases == one).mean(axis=1) for one in Phase])
-    return bool(np.any((shares > A_WHILE).sum(axis=0) > 1))
+    return bool(np.any((shares > MIN_PHASE_FRACTION).sum(axis=0) > 1))
 
 
-def _leave_out_laws(found: Found) -> None:
+def _leave_out_laws(found: Variables) -> None:
     """Extremes are not fitted where a channel is not stationary. In an operation this holds for all
     channels of bodies and contacts if one of them changes, because single phases may be long
     without a contact."""
-    names = [name for name in (*CHANNELS, NAMED) if name != "wave" and name in found]
+    names = [name for name in (*CHANNELS, NAMED_CHANNELS) if name != "wave" and name in found]
     each = {name: found[f"{name}_basis"][1] for name in names}
     if not any(np.isin(basis, CHANGES).any() for basis in each.values()):
         return
     for name, basis in each.items():
         by_law = np.isin(basis, LAWS)
         found[f"{name}_extreme"][1][by_law] = np.nan
-        basis[by_law] = Basis.OPERATION
+        basis[by_law] = ExtremeModel.OPERATION
 
 
 def _lowest_of_waves(elevation: np.ndarray, step: float) -> float:
@@ -347,7 +370,7 @@ def _lowest_of_waves(elevation: np.ndarray, step: float) -> float:
 def _spectrum(x: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
     """Frequencies [rad/s] and one-sided spectral densities by Welch's method: segments that overlap
     by half are detrended and tapered, and their spectra are averaged."""
-    size = max(2 * x.shape[-1] // (SEGMENTS + 1), 2)
+    size = max(2 * x.shape[-1] // (SPECTRUM_SEGMENTS + 1), 2)
     segments = sliding_window_view(x, size, axis=-1)[..., :: size - size // 2, :]
     straight = scipy.signal.detrend(segments, type="linear")
     frequency, density = scipy.signal.periodogram(straight, 1.0 / step, "hann", detrend=False)
@@ -357,11 +380,11 @@ def _spectrum(x: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
 def _flags() -> dict[str, Any]:
     return {
         "long_name": "method of extremes, or reason why there are none",
-        "flag_values": np.array(list(Basis), dtype=np.int8),
-        "flag_meanings": " ".join(basis.name.lower() for basis in Basis),
+        "flag_values": np.array(list(ExtremeModel), dtype=np.int8),
+        "flag_meanings": " ".join(basis.name.lower() for basis in ExtremeModel),
     }
 
 
-def _said(what: str, unit: str) -> dict[str, str]:
+def _attributes(what: str, unit: str) -> dict[str, str]:
     own = {"comment": "each in the unit of its channel"}
-    return {"long_name": what, **(own if unit == EACH else units_of(unit))}
+    return {"long_name": what, **(own if unit == UNIT_OF_CHANNEL else units_of(unit))}

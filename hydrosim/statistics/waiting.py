@@ -49,7 +49,7 @@ class Hindcast:
                 yield month, found
 
 
-class Waiting(NamedTuple):
+class WaitingTimes(NamedTuple):
     """Waiting times from all moments of a record until a window begins: median and 90 % quantile
     [s]; the fraction of moments after which no window follows; the fraction of time in which the
     sea is workable, and in which a window may begin."""
@@ -72,7 +72,7 @@ def windows(hindcast: Hindcast, held: np.ndarray, length: float) -> np.ndarray:
 
 def waiting(
     hindcast: Hindcast, held: np.ndarray, length: float, moments: np.ndarray | None = None
-) -> Waiting:
+) -> WaitingTimes:
     """Waiting times for ``length`` [s] of workable states, ``held`` (n,), from any moment in the
     intervals ``moments`` (k, 2) [s]; None is the whole record."""
     ends = hindcast.ends
@@ -81,21 +81,21 @@ def waiting(
     whole = float(np.ptp(spans, axis=1).sum())
     begins = windows(hindcast, held, length) - np.array([0.0, length])
     gaps = np.stack([np.append(first, begins[:, 1]), np.append(begins[:, 0], last)], axis=1)
-    of, parts = _common(gaps, spans)
+    of, parts = _intersections(gaps, spans)
     until = gaps[of, 1:] - parts[:, ::-1]  # shortest and longest wait in a part of a gap
     never = of == len(begins)
-    at_once = float(np.ptp(_common(begins, spans)[1], axis=1).sum())
+    at_once = float(np.ptp(_intersections(begins, spans)[1], axis=1).sum())
     calm = np.stack([hindcast.time, ends], axis=1)[held]
-    return Waiting(
+    return WaitingTimes(
         _quantile(at_once, until[~never], 0.5 * whole),
         _quantile(at_once, until[~never], 0.9 * whole),
         float(np.ptp(parts[never], axis=1).sum()) / whole,
-        float(np.ptp(_common(calm, spans)[1], axis=1).sum()) / whole,
+        float(np.ptp(_intersections(calm, spans)[1], axis=1).sum()) / whole,
         at_once / whole,
     )
 
 
-def _common(stretches: np.ndarray, spans: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _intersections(stretches: np.ndarray, spans: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Intersections of intervals (n, 2) with spans (k, 2), both increasing: index of the interval,
     and begin and end (m, 2)."""
     of, low, high = [], [], []

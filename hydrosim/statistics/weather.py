@@ -14,12 +14,12 @@ import numpy as np
 
 from hydrosim.errors import InputError
 
-WIDEST = np.radians(45.0)  # largest distance of headings that are interpolated
-ROUNDING = 1e-9  # rad
+MAX_HEADING_GAP = np.radians(45.0)  # largest distance of headings that are interpolated
+ROUNDING_RAD = 1e-9  # rad
 
 
 @dataclass(frozen=True)
-class Curve:
+class LimitCurve:
     """Limiting ``height`` (n,) [m] over increasing ``period`` (n,) [s]; ``is_open`` (n,) marks the
     open limits."""
 
@@ -27,14 +27,14 @@ class Curve:
     height: np.ndarray
     is_open: np.ndarray | None = None
 
-    def at(self, period: np.ndarray) -> np.ndarray:
+    def limit_at(self, period: np.ndarray) -> np.ndarray:
         """Limits [m] at any periods [s]; NaN outside the range."""
         known = np.zeros(self.height.shape, bool) if self.is_open is None else self.is_open
         return _over_periods(self.period, self.height, known, np.asarray(period))[0]
 
 
 @dataclass(frozen=True)
-class Surface:
+class LimitSurface:
     """Limiting ``height`` (m, n) [m] over increasing ``heading`` (m,) [rad], within one turn, and
     increasing ``period`` (n,) [s]; ``is_open`` (m, n) marks the open limits."""
 
@@ -43,13 +43,13 @@ class Surface:
     height: np.ndarray
     is_open: np.ndarray | None = None
 
-    def at(self, heading: np.ndarray, period: np.ndarray) -> np.ndarray:
+    def limit_at(self, heading: np.ndarray, period: np.ndarray) -> np.ndarray:
         """Limits (k,) [m] of seas of any ``heading`` (k,) and ``period`` (k,). NaN at periods
-        outside the range, and between headings more than `WIDEST` apart."""
+        outside the range, and between headings more than `MAX_HEADING_GAP` apart."""
         first, turn = self.heading[0], 2.0 * np.pi
-        on = first + np.mod(np.asarray(heading) - first + ROUNDING, turn) - ROUNDING
+        on = first + np.mod(np.asarray(heading) - first + ROUNDING_RAD, turn) - ROUNDING_RAD
         nodes = np.append(self.heading, first + turn)
-        before = np.clip(np.searchsorted(nodes, on + ROUNDING, "right") - 1, 0, nodes.size - 2)
+        before = np.clip(np.searchsorted(nodes, on + ROUNDING_RAD, "right") - 1, 0, nodes.size - 2)
         after = (before + 1) % self.heading.size
         known = np.zeros(self.height.shape, bool) if self.is_open is None else self.is_open
         each = [
@@ -62,9 +62,9 @@ class Surface:
         gap = nodes[before + 1] - nodes[before]
         part = (on - nodes[before]) / gap
         ends = are_open[before, states], are_open[after, states]
-        between = _between(low, high, *ends, part)
-        between = np.where(gap > WIDEST + ROUNDING, np.nan, between)
-        return np.where(part * gap < 2.0 * ROUNDING, low, between)
+        between = _interpolate_limits(low, high, *ends, part)
+        between = np.where(gap > MAX_HEADING_GAP + ROUNDING_RAD, np.nan, between)
+        return np.where(part * gap < 2.0 * ROUNDING_RAD, low, between)
 
 
 def _over_periods(
@@ -77,13 +77,13 @@ def _over_periods(
     before = np.clip(np.searchsorted(nodes, period, "right") - 1, 0, nodes.size - 2)
     part = (period - nodes[before]) / (nodes[before + 1] - nodes[before])
     ends = is_open[before], is_open[before + 1]
-    found = _between(height[before], height[before + 1], *ends, part)
+    found = _interpolate_limits(height[before], height[before + 1], *ends, part)
     outside = (period < nodes[0]) | (period > nodes[-1])
     open_there = np.where(part == 0.0, ends[0], np.where(part == 1.0, ends[1], ends[0] & ends[1]))
     return np.where(outside, np.nan, found), open_there & ~outside
 
 
-def _between(
+def _interpolate_limits(
     low: np.ndarray, high: np.ndarray, low_open: np.ndarray, high_open: np.ndarray, part: np.ndarray
 ) -> np.ndarray:
     """Linear between two limits; of one that is open and one that is not, the one that is not."""
@@ -94,7 +94,7 @@ def _between(
 
 
 @dataclass(frozen=True)
-class Scatter:
+class ScatterDiagram:
     """Scatter diagram: ``count`` of sea states of each ``height`` (n,) [m] and ``period`` (m,)
     [s]."""
 
@@ -104,7 +104,7 @@ class Scatter:
 
 
 @dataclass(frozen=True)
-class Alpha:
+class AlphaFactors:
     """Table of alpha factors, ``factors`` (n, m), for operations ``planned`` (n,) [s] to take so
     long, with limiting ``heights`` (m,) [m]. ``source`` names the table."""
 
@@ -127,10 +127,10 @@ class Alpha:
         return np.interp(limit, self.heights, self.factors[row], left=np.nan)
 
 
-def workability(scatter: Scatter, curve: Curve) -> tuple[float, float]:
+def workability(scatter: ScatterDiagram, curve: LimitCurve) -> tuple[float, float]:
     """Workable fraction of a scatter diagram, and the fraction at peak periods outside the curve,
     which is not workable."""
-    limit = curve.at(scatter.period)
+    limit = curve.limit_at(scatter.period)
     count = scatter.count / scatter.count.sum()
     workable = float(count[scatter.height[:, None] <= limit].sum())
     return workable, float(count[:, np.isnan(limit)].sum())

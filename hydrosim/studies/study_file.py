@@ -22,16 +22,16 @@ from hydrosim.case.criteria import CONTACT_RESULTS, PHASE_NAMES, STATISTIC_NAMES
 from hydrosim.documents import quantities as of
 from hydrosim.documents.units import AnyQuantity, Scale, problem
 from hydrosim.results.stages import STAGES
-from hydrosim.statistics.explain import PARTS, PHASES, WHOLE
-from hydrosim.statistics.figures import STATISTICS, Figure
+from hydrosim.statistics.explain import EXPLAINED_PHASES, FRICTION_PARTS, WHOLE_RUN
+from hydrosim.statistics.figures import STATISTICS, ScalarResult
 from hydrosim.statistics.results import (
-    KEYS,
-    NEEDED,
-    OF_CONTACTS,
-    SPANS,
-    STEPS,
+    ALL_STAGE_NAMES,
+    REQUIRED_KEYS,
+    RESULT_KEYS,
+    RESULTS_OF_CONTACTS,
+    SPAN_NAMES,
+    MotionCauseResult,
     StageResult,
-    WhyResult,
 )
 from hydrosim.studies.operability_file import Operability
 
@@ -207,9 +207,9 @@ STAGE_NAMES = Literal[
 ]
 for names, known in (
     (STATISTIC_NAMES, STATISTICS),
-    (RESULT_NAMES, KEYS),
-    (PART_NAMES, PARTS),
-    (STAGE_NAMES, STEPS),
+    (RESULT_NAMES, RESULT_KEYS),
+    (PART_NAMES, FRICTION_PARTS),
+    (STAGE_NAMES, ALL_STAGE_NAMES),
 ):
     assert set(names.__args__) == set(known)  # type: ignore[attr-defined]
 
@@ -225,9 +225,9 @@ class OfChannel(of.Strict):
     phase: PHASE_NAMES | None = None
     """Phase of the operation that the statistic is limited to."""
 
-    def figure(self, name: str, start: float) -> Figure:
+    def figure(self, name: str, start: float) -> ScalarResult:
         """The same, as what is computed of a run."""
-        return Figure(name, self.channel, self.statistic, self.phase, start)
+        return ScalarResult(name, self.channel, self.statistic, self.phase, start)
 
 
 class OfStages(of.Strict):
@@ -255,18 +255,20 @@ class OfStages(of.Strict):
 
     @model_validator(mode="after")
     def _check_keys(self) -> Self:
-        known = KEYS[self.result]
+        known = RESULT_KEYS[self.result]
         given = {*self.given("group", "stage", "until", "body", "direction", "force", "part")}
         given |= {*self.given("mode")}
         if unknown := given - known:
             found = f"{', '.join(sorted(unknown))} of the result {self.result}"
             raise problem(found, f"only: {', '.join(sorted(known))}")
-        if lacking := NEEDED.get(self.result, set()) - given:
+        if lacking := REQUIRED_KEYS.get(self.result, set()) - given:
             raise problem(f"the result {self.result} without {', '.join(lacking)}", "both")
         if self.stage is not None and self.stage not in (names := self._stages()):
             raise problem(f"the stage {self.stage} of {self.result}", f"one of: {', '.join(names)}")
         if self.result == "duration" and (self.stage in STAGES) != (self.until in STAGES):
-            expected = f"a phase ({', '.join(PHASES)}), or stage and until: {', '.join(STAGES)}"
+            expected = (
+                f"a phase ({', '.join(EXPLAINED_PHASES)}), or stage and until: {', '.join(STAGES)}"
+            )
             raise problem(f"from {self.stage} until {self.until}", expected)
         return self
 
@@ -274,16 +276,16 @@ class OfStages(of.Strict):
         """The names of stages that the result may be of."""
         if self.result == "time":
             return STAGES
-        return (*PHASES, *STAGES) if self.result == "duration" else SPANS
+        return (*EXPLAINED_PHASES, *STAGES) if self.result == "duration" else SPAN_NAMES
 
-    def figure(self, name: str, start: float) -> StageResult | WhyResult:
+    def figure(self, name: str, start: float) -> StageResult | MotionCauseResult:
         """The same, as what is computed of a run, from its start on."""
-        if self.result in OF_CONTACTS:
+        if self.result in RESULTS_OF_CONTACTS:
             return StageResult(name, self.result, self.group, self.stage, self.until)
-        return WhyResult(
+        return MotionCauseResult(
             name,
             self.result,
-            self.stage or WHOLE,
+            self.stage or WHOLE_RUN,
             self.direction or "surge",
             self.body,
             self.force,
@@ -306,7 +308,7 @@ class Limited(of.Strict):
     source: StrictStr = ""
     """Where the limit comes from: a document and its clause. Example: Fender data sheet 7."""
 
-    def is_lower_limit(self, figure: Figure | StageResult | WhyResult) -> bool:
+    def is_lower_limit(self, figure: ScalarResult | StageResult | MotionCauseResult) -> bool:
         """Whether the limit is the least that a figure may be."""
         return figure.at_least if self.side is None else self.side == "at least"
 

@@ -11,9 +11,9 @@ from hydrosim.case.tables import case_tables, file_name, plain
 from hydrosim.presentation.document import Node, Sentence, Table, warnings
 from hydrosim.presentation.figures import Code
 from hydrosim.scene import Place
-from hydrosim.wording.parts import attribute_text, lines_of
+from hydrosim.wording.sections import attribute_text, lines_of
 
-SAID = {
+ATTRIBUTE_LABELS = {
     "skipped": "Left out",
     "solver_symmetry": "Symmetry",
     "zero_by_symmetry": "Zero by symmetry",
@@ -25,7 +25,7 @@ SAID = {
     "versions": "Versions",
     "case_file": "Case file",
 }
-FILES = ("initial_run", "case_file", "database")
+PATH_ATTRIBUTES = ("initial_run", "case_file", "database")
 """Attributes that are paths."""
 OF_BODIES = {
     "radiation": "Radiation of",
@@ -48,7 +48,7 @@ def case_nodes(run: xr.Dataset) -> Iterator[Node]:
         yield Sentence("The result does not hold its case. It was made from Python or otherwise.")
 
 
-def assumed(run: xr.Dataset) -> Iterator[Node]:
+def assumption_nodes(run: xr.Dataset) -> Iterator[Node]:
     """Warnings first, then all that the run says of its assumptions."""
     if told := warnings(lines_of(run, "warnings")):
         yield from told
@@ -59,19 +59,23 @@ def assumed(run: xr.Dataset) -> Iterator[Node]:
 
 def assumptions(run: xr.Dataset) -> Table:
     """All that a run, or runs of which each has the same, says of its assumptions."""
-    rows = [(label, _said(key, run.attrs[key])) for key, label in SAID.items() if key in run.attrs]
+    rows = [
+        (label, _attribute_words(key, run.attrs[key]))
+        for key, label in ATTRIBUTE_LABELS.items()
+        if key in run.attrs
+    ]
     for start, label in OF_BODIES.items():
         for body in map(str, run.body.values if "body" in run.coords else ()):
             if (key := f"{start}_{body}") in run.attrs:
-                rows.append((f"{label} {body}", _said(start, run.attrs[key])))
+                rows.append((f"{label} {body}", _attribute_words(start, run.attrs[key])))
     return Table(("assumption", ""), rows)
 
 
-def _said(key: str, value: Any) -> str:
+def _attribute_words(key: str, value: Any) -> str:
     """An attribute; of a file the end of its path, of the place in the waves both words of it."""
     if key == "waves_meet":
         return _place_in_waves(str(value))
-    return file_name(str(value)) if key in FILES else attribute_text(value)
+    return file_name(str(value)) if key in PATH_ATTRIBUTES else attribute_text(value)
 
 
 def _place_in_waves(stored: str) -> str:

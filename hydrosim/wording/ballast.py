@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     from hydrosim.studies.ballast.ballasting import PumpPlan
     from hydrosim.studies.ballast.loading import Condition, TankState
 
-SMALL = 2e-3
+COMMON_HEEL_RAD = 2e-3
 """Heel that any body has [rad]."""
-PLACE = ("x", "y", "z")
+COORDINATES = ("x", "y", "z")
 
 
 def ballast_document(
@@ -44,14 +44,14 @@ def ballast_document(
 ) -> Document:
     """What bodies weigh and how they float at a ``time`` [s], with what free surfaces take at an
     ``angle`` of heel [rad]; a ``plan`` of their pumps; pumps that are ``waiting`` for events."""
-    nodes: list[Node] = [*_shallow(found)]
-    nodes += [] if angle is None else _upright(found, angle)
+    nodes: list[Node] = [*_shallow_surfaces(found)]
+    nodes += [] if angle is None else _upright_walls(found, angle)
     if waiting:
         text = "These pumps wait for events and are taken as not started: {}."
         nodes.append(Verdict(Outcome.WARNING, text, [", ".join(waiting)]))
     for each in found:
         nodes += [Heading(f"{each.body.name} at {time:g} s"), *_condition(each, angle)]
-    nodes += [] if plan is None else _planned(plan)
+    nodes += [] if plan is None else _pump_plan(plan)
     return Document(scene.title, nodes, units=units_of(scene.source))
 
 
@@ -59,7 +59,7 @@ def _condition(found: Condition, angle: float | None) -> Iterator[Node]:
     """What a body weighs and how it floats; its tanks; its mass matrix."""
     weights = (("lightship", found.lightship), ("with its tanks", found.loading))
     rows: list[list[Cell]] = [[name, _mass(x.mass), *_lengths(x.centre)] for name, x in weights]
-    yield Table(("", "mass", *PLACE), rows)
+    yield Table(("", "mass", *COORDINATES), rows)
     heave, heel, trim = found.position[2:5]
     at_rest: list[Cell] = [_length(round(heave, 4)), *(_angle(round(x, 6)) for x in (heel, trim))]
     yield Table(("", "heave", "heel", "trim"), [["at rest", *at_rest]])
@@ -68,7 +68,7 @@ def _condition(found: Condition, angle: float | None) -> Iterator[Node]:
     yield Table(head, [_tank(tank) for tank in found.tanks])
     origin = np.array(found.body.centre_of_gravity)
     matrix = found.loading._replace(centre=found.loading.centre - origin).matrix
-    rows = [[dof, *(_short(x) for x in row)] for dof, row in zip(DOFS, matrix, strict=True)]
+    rows = [[dof, *(_four_digits(x) for x in row)] for dof, row in zip(DOFS, matrix, strict=True)]
     title = "Mass matrix about the body's origin [kg, kg m, kg m^2]"
     yield Table(("", *DOFS), rows, title, detail=True)
 
@@ -91,7 +91,7 @@ def _tank(found: TankState) -> list[Cell]:
     return [found.tank.name, _length(found.level), _mass(found.mass), filled, *reach]
 
 
-def _planned(plan: PumpPlan) -> Iterator[Node]:
+def _pump_plan(plan: PumpPlan) -> Iterator[Node]:
     heave, heel, trim = plan.position[0, 2:5]
     parts: list[Part] = [Value(plan.within, "s", 6), _length(heave), _angle(heel), _angle(trim)]
     yield Heading("Plan of the pumps")
@@ -103,11 +103,11 @@ def _planned(plan: PumpPlan) -> Iterator[Node]:
     yield Table(("pump", "rate", "mass"), rows)
 
 
-def _shallow(found: Sequence[Condition]) -> Iterator[Node]:
+def _shallow_surfaces(found: Sequence[Condition]) -> Iterator[Node]:
     """Free surfaces that meet bottom or top at once: GM is another beyond."""
     for each in found:
         for tank in each.tanks:
-            if 0.0 < tank.reach[0] < SMALL:
+            if 0.0 < tank.reach[0] < COMMON_HEEL_RAD:
                 yield Verdict(
                     Outcome.WARNING,
                     "{}: its surface meets bottom or top at {} of heel. GM is the slope at rest. At"
@@ -116,7 +116,7 @@ def _shallow(found: Sequence[Condition]) -> Iterator[Node]:
                 )
 
 
-def _upright(found: Sequence[Condition], angle: float) -> Iterator[Node]:
+def _upright_walls(found: Sequence[Condition], angle: float) -> Iterator[Node]:
     """Tables, whose walls are upright also where the surface meets bottom or top."""
     for each in found:
         for tank in each.tanks:
@@ -149,5 +149,5 @@ def _angle(value: float, digits: int = 3) -> Value:
     return Value(float(value), "rad", digits)
 
 
-def _short(value: float) -> str:
+def _four_digits(value: float) -> str:
     return f"{value:.4g}".replace("e+0", "e").replace("e+", "e")

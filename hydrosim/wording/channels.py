@@ -9,12 +9,12 @@ import xarray as xr
 
 from hydrosim.presentation.document import Between, Value
 from hydrosim.presentation.units import unit_of_dof
-from hydrosim.statistics.ends import UNITS
-from hydrosim.statistics.extremes import Basis
-from hydrosim.statistics.statistics import SIDES
+from hydrosim.statistics.ends import UNIT_DIMS
+from hydrosim.statistics.extremes import ExtremeModel
+from hydrosim.statistics.statistics import EXTREME_SIDES
 
 
-class Channel(NamedTuple):
+class StatisticsChannel(NamedTuple):
     """A channel in statistics: the ``kind`` of variables, the labels ``at`` which it stands there,
     what it is called, and its SI unit."""
 
@@ -28,9 +28,9 @@ class Channel(NamedTuple):
         number = float(found[self.kind].sel({**self.at, "statistic": name}))
         return Value(number, "s" if name == "period" else self.unit)
 
-    def basis(self, found: xr.Dataset, side: str) -> Basis:
+    def basis(self, found: xr.Dataset, side: str) -> ExtremeModel:
         """What the extremes of a side are by, or why there are none."""
-        return Basis(int(found[f"{self.kind}_basis"].sel({**self.at, "side": side})))
+        return ExtremeModel(int(found[f"{self.kind}_basis"].sel({**self.at, "side": side})))
 
     def extreme(self, found: xr.Dataset, side: str, name: str) -> Value:
         """A figure of the extremes of a side."""
@@ -49,23 +49,25 @@ class Channel(NamedTuple):
         return Value(number, self.unit)
 
 
-def channels_of(found: xr.Dataset) -> Iterator[Channel]:
+def channels_of(found: xr.Dataset) -> Iterator[StatisticsChannel]:
     """The channels of statistics that vary: motions, waves, contacts, lines, those by name."""
-    for channel in _every(found):
-        if Basis.CONSTANT not in {channel.basis(found, side) for side in SIDES}:
+    for channel in _all_channels(found):
+        if ExtremeModel.CONSTANT not in {channel.basis(found, side) for side in EXTREME_SIDES}:
             yield channel
 
 
-def _every(found: xr.Dataset) -> Iterator[Channel]:
+def _all_channels(found: xr.Dataset) -> Iterator[StatisticsChannel]:
     for body in map(str, found.body.values):
         for dof in map(str, found.dof.values):
-            yield Channel("motion", {"body": body, "dof": dof}, f"{body} {dof}", unit_of_dof(dof))
+            yield StatisticsChannel(
+                "motion", {"body": body, "dof": dof}, f"{body} {dof}", unit_of_dof(dof)
+            )
     if "wave" in found:
-        yield Channel("wave", {}, "wave elevation", "m")
-    for kind in UNITS:
+        yield StatisticsChannel("wave", {}, "wave elevation", "m")
+    for kind in UNIT_DIMS:
         for name in map(str, found[kind].values if kind in found.coords else ()):
             if f"{kind}_force" in found:
-                yield Channel(f"{kind}_force", {kind: name}, f"force of {name}", "N")
+                yield StatisticsChannel(f"{kind}_force", {kind: name}, f"force of {name}", "N")
     for name in map(str, found.channel.values if "channel" in found.dims else ()):
         unit = str(found.unit.sel(channel=name).item())
-        yield Channel("named", {"channel": name}, name, unit)
+        yield StatisticsChannel("named", {"channel": name}, name, unit)

@@ -17,11 +17,11 @@ from hydrosim.compiling.facts import solution
 from hydrosim.compiling.notes import Notes
 from hydrosim.compiling.restart import resume, started_from
 from hydrosim.compiling.wet import in_states
-from hydrosim.documents.places import located, locating
+from hydrosim.documents.places import add_source_lines, locating
 from hydrosim.forces.pair import Tie
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import Kind, NaturalMode, natural_modes
-from hydrosim.linear.stability import Watch, unwatched
+from hydrosim.linear.stability import Watch, without_progress
 from hydrosim.presentation.document import (
     Cell,
     Document,
@@ -57,15 +57,17 @@ if TYPE_CHECKING:
 CLOSE_ENOUGH = 1e-2  # tolerance of a fit for periods and damping ratios, where a run convolves
 
 
-def check_document(scene: Scene, times: Sequence[float] = (), watch: Watch = unwatched) -> Document:
+def check_document(
+    scene: Scene, times: Sequence[float] = (), watch: Watch = without_progress
+) -> Document:
     """Verdicts on warnings, step and radiation; natural periods; in detail the size of the problem,
     databases and what is skipped. Step limits and periods are those of the start, of ``times`` [s]
     and, if tanks change, of the end. ``watch`` shows how far the search for step limits is."""
     own = compile_scene(scene, in_plane=True)
     with locating(scene.places):
         check_criteria(own)
-    compiled = linearisable(own)
-    whole = linearisable(own.whole) if own.whole else compiled
+    compiled = with_linear_memory(own)
+    whole = with_linear_memory(own.whole) if own.whole else compiled
     nodes: list[Node] = [*_verdicts(own, compiled, watch)]
     nodes += _lists({"Waves": own.notes.seas})
     nodes += _lists({"Trees of joints": list(_describe_roots(own.scene))})
@@ -75,7 +77,7 @@ def check_document(scene: Scene, times: Sequence[float] = (), watch: Watch = unw
     nodes += _periods_of(whole, "at the start of the run")
     end = [compiled.begin + scene.duration] if own.model.tanks.each.size else []
     for time in sorted({*times, *end}):
-        nodes += _later(
+        nodes += _limits_at(
             with_contents_at(compiled, time), with_contents_at(whole, time), watch, time
         )
     nodes += [Heading("Details", "details", detail=True), *_details(own, compiled)]
@@ -92,12 +94,12 @@ def check(case: Case | Scene | str | Path, times: Sequence[float] = ()) -> Docum
 
 
 def _verdicts(own: Compiled, compiled: Compiled, watch: Watch) -> Iterator[Node]:
-    yield from warnings([located(text, own.scene.places) for text in own.notes.warnings])
+    yield from warnings([add_source_lines(text, own.scene.places) for text in own.notes.warnings])
     if not own.facts.exact:
         yield from _of_step(compiled, watch)
     if isfinite(own.notes.radiation_error):
         yield radiation_verdict(own.notes.radiation_error)
-    yield Sentence("{}.", [_begun(solution(own.scene, own.facts))])
+    yield Sentence("{}.", [_capitalise(solution(own.scene, own.facts))])
 
 
 def _of_step(compiled: Compiled, watch: Watch) -> Iterator[Node]:
@@ -109,7 +111,7 @@ def _of_step(compiled: Compiled, watch: Watch) -> Iterator[Node]:
     if not limits:
         yield Verdict(Outcome.GOOD, "{} is stable at any step.", [str(solver.method)])
     if not compiled.method.adapts:
-        yield Sentence("{}.", [_begun(accuracy_limit(compiled, found))])
+        yield Sentence("{}.", [_capitalise(accuracy_limit(compiled, found))])
 
 
 def _of_limit(limit: StepLimit, step: float) -> Verdict:
@@ -150,12 +152,12 @@ def _describe_roots(scene: Scene) -> Iterator[str]:
             )
 
 
-def _begun(text: str) -> str:
+def _capitalise(text: str) -> str:
     """A text with a capital at its beginning. Names in it keep theirs."""
     return text[:1].upper() + text[1:]
 
 
-def _later(compiled: Compiled, whole: Compiled, watch: Watch, time: float) -> Iterator[Node]:
+def _limits_at(compiled: Compiled, whole: Compiled, watch: Watch, time: float) -> Iterator[Node]:
     """Step limits and natural periods at a ``time`` [s]."""
     yield Heading(f"At {time:g} s")
     if not compiled.facts.exact:
@@ -235,7 +237,7 @@ def _steps(own: Compiled, compiled: Compiled) -> Iterator[str]:
         yield f"{clock.points:,} steps of {clock.step:g} s by {scene.solver.method}"
 
 
-def linearisable(compiled: Compiled) -> Compiled:
+def with_linear_memory(compiled: Compiled) -> Compiled:
     """A compiled scene with states instead of a convolution, whose memory cannot be linearised."""
     if compiled.model.convolution.row.size == 0:
         return compiled

@@ -19,33 +19,38 @@ from hydrosim.presentation.document import (
     Value,
     Verdict,
 )
-from hydrosim.presentation.figures import Curve, Curves
+from hydrosim.presentation.figures import Curves, PlottedCurve
 from hydrosim.presentation.units import units_of
-from hydrosim.wording.comparison import compared, files
-from hydrosim.wording.parts import Parts, nodes_of
+from hydrosim.wording.comparison import files, names_compared
+from hydrosim.wording.sections import MAX_TABLE_ROWS, Sections, build_sections
 
-NEEDED = ("ours", "theirs", "difference", "low", "high", "chance", "differs")
-PICTURES, ROWS = 12, 300  # at most
+STUDY_COMPARISON_VARIABLES = ("ours", "theirs", "difference", "low", "high", "chance", "differs")
+MAX_PICTURES = 12
 
 
 def is_of_studies(found: xr.Dataset) -> bool:
     """Whether a dataset is what `hydrosim compare` writes of two files of many runs."""
-    return all(name in found for name in NEEDED)
+    return all(name in found for name in STUDY_COMPARISON_VARIABLES)
 
 
 def studies_document(found: xr.Dataset) -> Document:
     """The report of a comparison of two sets of runs."""
-    return Document(compared(found), nodes_of(PARTS, found), _counted(found), units_of(found.attrs))
+    return Document(
+        names_compared(found),
+        build_sections(STUDY_COMPARISON_SECTIONS, found),
+        _run_counts(found),
+        units_of(found.attrs),
+    )
 
 
 def studies_tables(found: xr.Dataset) -> Document:
     """What differs and what may be chance, without pictures."""
-    others = (replace(node, detail=True) for node in _others(found))
+    others = (replace(node, detail=True) for node in _other_channels(found))
     nodes = [*_outcome(found), *others]
-    return Document(compared(found), nodes, _counted(found), units_of(found.attrs))
+    return Document(names_compared(found), nodes, _run_counts(found), units_of(found.attrs))
 
 
-def _counted(found: xr.Dataset) -> str:
+def _run_counts(found: xr.Dataset) -> str:
     """How many runs were compared, and how."""
     counts = f"{found.sizes['run']} and {found.sizes['other_run']} runs"
     return f"{counts}: {found.attrs['compared']}"
@@ -53,7 +58,7 @@ def _counted(found: xr.Dataset) -> str:
 
 def _outcome(found: xr.Dataset) -> Iterator[Node]:
     yield Table(("", "file"), list(files(found, "theirs")))
-    differing, equal = _differing(found), _equal(found)
+    differing, equal = _differing_channels(found), _is_equal(found)
     all_, level = found.sizes["channel"], float(found.attrs["level"])
     yield Sentence(
         f"{differing.sizes['channel']} of {all_} channels differ by more than chance;"
@@ -76,16 +81,16 @@ def _outcome(found: xr.Dataset) -> Iterator[Node]:
 
 
 def _pictures(found: xr.Dataset) -> Iterator[Node]:
-    differing, paired = _differing(found), bool(found.attrs.get("paired"))
+    differing, paired = _differing_channels(found), bool(found.attrs.get("paired"))
     if not differing.sizes["channel"]:
         return
     order = "theirs rise; one above the other are runs of the same seed" if paired else "each rise"
     yield Sentence(
-        f"Values in all runs of the channels that differ most certainly, {PICTURES} at most:"
+        f"Values in all runs of the channels that differ most certainly, {MAX_PICTURES} at most:"
         f" {order}. Of channels that are alike, as by symmetry, the first is drawn."
     )
     alike = {one.theirs.values.tobytes(): one for one in reversed(list(_rows(differing)))}
-    for one in list(reversed(alike.values()))[:PICTURES]:
+    for one in list(reversed(alike.values()))[:MAX_PICTURES]:
         yield _picture(one, paired)
 
 
@@ -99,16 +104,16 @@ def _picture(one: xr.Dataset, paired: bool) -> Curves:
     return Curves(str(one.channel.values), label, "share", "value", unit, curves)
 
 
-def _others(found: xr.Dataset) -> Iterator[Sentence | Table]:
-    rest = found.isel(channel=np.flatnonzero((found.differs == 0) & ~_equal(found)))
+def _other_channels(found: xr.Dataset) -> Iterator[Sentence | Table]:
+    rest = found.isel(channel=np.flatnonzero((found.differs == 0) & ~_is_equal(found)))
     rest = rest.isel(channel=np.argsort(rest.chance.values))
     if rest.sizes["channel"]:
-        yield _table(rest.isel(channel=slice(ROWS)))
-    if names := [str(name) for name in found.channel.values[_equal(found)]]:
+        yield _table(rest.isel(channel=slice(MAX_TABLE_ROWS)))
+    if names := [str(name) for name in found.channel.values[_is_equal(found)]]:
         yield Sentence(f"Equal in all runs: {', '.join(names)}.")
 
 
-def _assumed(found: xr.Dataset) -> Iterator[Node]:
+def _test_assumptions(found: xr.Dataset) -> Iterator[Node]:
     paired = bool(found.attrs.get("paired"))
     test = (
         "Runs of the same seed and parameters are pairs; their differences are tested by"
@@ -129,12 +134,12 @@ def _assumed(found: xr.Dataset) -> Iterator[Node]:
     )
 
 
-def _differing(found: xr.Dataset) -> xr.Dataset:
+def _differing_channels(found: xr.Dataset) -> xr.Dataset:
     own = found.isel(channel=np.flatnonzero(found.differs.values))
     return own.isel(channel=np.argsort(own.chance.values, kind="stable"))
 
 
-def _equal(found: xr.Dataset) -> np.ndarray:
+def _is_equal(found: xr.Dataset) -> np.ndarray:
     """Which channels (n,) are the same in all runs."""
     ends = np.stack([found[name].values for name in ("difference", "low", "high")])
     return np.asarray((ends == 0.0).all(axis=0))
@@ -160,16 +165,16 @@ def _row(one: xr.Dataset) -> list[Cell]:
     return [str(one.channel.values), *mean, apart, share, interval, chance]
 
 
-def _curve(values: np.ndarray) -> Curve:
+def _curve(values: np.ndarray) -> PlottedCurve:
     none = np.full(values.size, np.nan)
     share = (np.arange(values.size) + 0.5) / max(values.size, 1)
-    return Curve(share, values, none, none)
+    return PlottedCurve(share, values, none, none)
 
 
-PARTS: Parts[xr.Dataset] = {
+STUDY_COMPARISON_SECTIONS: Sections[xr.Dataset] = {
     "outcome": ("What differs", _outcome),
     "pictures": ("Both sets of runs", _pictures),
-    "others": ("What may be chance", _others),
-    "assumptions": ("How it was tested", _assumed),
+    "others": ("What may be chance", _other_channels),
+    "assumptions": ("How it was tested", _test_assumptions),
 }
 """Sections by name: the heading, and what gives the nodes below it, of a comparison of studies."""

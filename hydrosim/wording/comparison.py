@@ -23,17 +23,17 @@ from hydrosim.presentation.document import (
 )
 from hydrosim.presentation.figures import Chart
 from hydrosim.presentation.units import units_of
-from hydrosim.wording.parts import Parts, lines_of, nodes_of
-from hydrosim.wording.series import READING
+from hydrosim.wording.sections import Sections, build_sections, lines_of
+from hydrosim.wording.series import CHARTS_NOTE
 
-NEEDED = ("ours", "recorded", "residual", "verdict")
-SHARES = (1e-3, 0.01, 0.1)
+COMPARISON_VARIABLES = ("ours", "recorded", "residual", "verdict")
+RMS_SHARES = (1e-3, 0.01, 0.1)
 """Rms over std, between which channels are counted."""
-ORDER = ("position", "wave", "fender", "spring", "", "energy")
+KIND_ORDER = ("position", "wave", "fender", "spring", "", "energy")
 """Kinds of channels."""
-FIRST = 12
+MAIN_CHART_COUNT = 12
 """Charts that are open."""
-HEAD = ("channel", "rms", "rms/std", "largest", "at", "correlation")
+CHANNEL_COLUMNS = ("channel", "rms", "rms/std", "largest", "at", "correlation")
 RULES = (
     "Gain 1.02, late by 0.3 s, offset 0.05 m: what was recorded is 1.02 times the run, comes 0.3 s"
     " later and lies 0.05 m higher. Each is said only if the agreement is clearly worse without.",
@@ -46,22 +46,22 @@ RULES = (
 
 def is_comparison(found: xr.Dataset) -> bool:
     """Whether a dataset is what `hydrosim compare` writes of a run and a recording."""
-    return all(name in found for name in NEEDED) and "channel" in found.dims
+    return all(name in found for name in COMPARISON_VARIABLES) and "channel" in found.dims
 
 
 def comparison_document(found: xr.Dataset) -> Document:
     """The report of a comparison."""
     time = found.time.values.astype(float)
-    nodes = nodes_of(PARTS, found)
-    return Document(compared(found), nodes, _span(time), units_of(found.attrs), time)
+    nodes = build_sections(COMPARISON_SECTIONS, found)
+    return Document(names_compared(found), nodes, _span(time), units_of(found.attrs), time)
 
 
 def comparison_tables(found: xr.Dataset) -> Document:
     """What differs, and how it was compared, without both series."""
     bands = (replace(node, detail=True) for node in _bands(found))
-    nodes = [*_outcome(found), *_contacts(found), *bands, *_assumed(found)]
+    nodes = [*_outcome(found), *_contacts(found), *bands, *_comparison_assumptions(found)]
     said = _span(found.time.values.astype(float))
-    return Document(compared(found), nodes, said, units_of(found.attrs))
+    return Document(names_compared(found), nodes, said, units_of(found.attrs))
 
 
 def _span(time: np.ndarray) -> str:
@@ -71,7 +71,7 @@ def _span(time: np.ndarray) -> str:
     )
 
 
-def compared(found: xr.Dataset) -> str:
+def names_compared(found: xr.Dataset) -> str:
     """What was compared with what."""
     names = [str(found.attrs.get(name, "")) or "unknown" for name in ("run", "recording")]
     return " and ".join(names)
@@ -86,26 +86,26 @@ def files(found: xr.Dataset, other: str) -> Iterator[tuple[str, str]]:
 
 def _outcome(found: xr.Dataset) -> Iterator[Node]:
     yield Table(("", "file"), list(files(found, "recorded")))
-    yield Sentence(_counted(found))
+    yield Sentence(_counts_by_difference(found))
     yield from _tolerances(found)
-    each = [found.isel(channel=k) for k in _furthest(found)]
+    each = [found.isel(channel=k) for k in _order_by_difference(found)]
     verdicts = [(str(one.channel.values), str(one.verdict.values)) for one in each]
     yield Table(("channel", "what is recorded is"), verdicts)
     title = "Ours less recorded; std is that of what is recorded"
-    yield Table(HEAD, [_row(one) for one in each], title)
+    yield Table(CHANNEL_COLUMNS, [_row(one) for one in each], title)
     yield List(RULES, "What the words mean:", detail=True)
 
 
-def _counted(found: xr.Dataset) -> str:
+def _counts_by_difference(found: xr.Dataset) -> str:
     """How many channels differ by how much."""
     size = _error(found)
-    edges = [f"{100.0 * share:g}" for share in SHARES]
+    edges = [f"{100.0 * share:g}" for share in RMS_SHARES]
     ranges = [
         f"below {edges[0]} %",
         *(f"from {low} to {high} %" for low, high in pairwise(edges)),
         f"{edges[-1]} % or more",
     ]
-    counts = np.bincount(np.digitize(size, SHARES), minlength=len(ranges))
+    counts = np.bincount(np.digitize(size, RMS_SHARES), minlength=len(ranges))
     parts = [f"{count} {text}" for count, text in zip(counts, ranges, strict=True) if count]
     return (
         "The rms difference of each channel, relative to the std of the recording:"
@@ -121,15 +121,15 @@ def _error(found: xr.Dataset) -> np.ndarray:
     return np.where(np.isnan(found.relative.values), alone, found.relative.values)
 
 
-def _furthest(found: xr.Dataset) -> np.ndarray:
-    """Channels in the `ORDER` of their kinds, of each kind those first that differ most."""
+def _order_by_difference(found: xr.Dataset) -> np.ndarray:
+    """Channels in the `KIND_ORDER` of their kinds, of each kind those first that differ most."""
     kinds = np.array([_kind(str(name)) for name in found.channel.values])
     return np.lexsort((-_error(found), kinds))
 
 
 def _kind(name: str) -> int:
-    of = next((each for each in ORDER if each and name.startswith(each)), "")
-    return ORDER.index(of)
+    of = next((each for each in KIND_ORDER if each and name.startswith(each)), "")
+    return KIND_ORDER.index(of)
 
 
 def _tolerances(found: xr.Dataset) -> Iterator[Node]:
@@ -165,11 +165,11 @@ def _row(one: xr.Dataset) -> list[Cell]:
 
 
 def _series(found: xr.Dataset) -> Iterator[Node]:
-    yield Sentence(READING)
-    for rank, k in enumerate(_furthest(found)):
+    yield Sentence(CHARTS_NOTE)
+    for rank, k in enumerate(_order_by_difference(found)):
         one = found.isel(channel=k)
         unit = str(one.units.values)
-        name, folded = str(one.channel.values), rank >= FIRST
+        name, folded = str(one.channel.values), rank >= MAIN_CHART_COUNT
         both = {"ours": one.ours.values, "recorded": one.recorded.values}
         yield Chart(f"{name}: {one.verdict.values}", unit, both, folded=folded)
         apart = {"ours less recorded": one.residual.values}
@@ -184,7 +184,7 @@ def _bands(found: xr.Dataset) -> Iterator[Sentence | Table]:
         " between. Drift is the mean of the last tenth of the time less that of the first."
     )
     names = [str(band) for band in found.band.values]
-    rows = [_of_bands(found.isel(channel=k), names) for k in _furthest(found)]
+    rows = [_of_bands(found.isel(channel=k), names) for k in _order_by_difference(found)]
     head = ("channel", "mean difference", "difference of drifts", "gain", "lag", *names)
     yield Table(head, rows)
 
@@ -202,7 +202,7 @@ def _band(at: xr.Dataset, std: float) -> str:
     if std == 0.0:
         return "–"
     share = f"{100.0 * float(at.band_rms) / std:.3g} %"
-    known = float(at.band_recorded) > SHARES[0] * std
+    known = float(at.band_recorded) > RMS_SHARES[0] * std
     return f"{share} ({float(at.band_ours / at.band_recorded):.3f})" if known else share
 
 
@@ -224,7 +224,7 @@ def _contacts(found: xr.Dataset) -> Iterator[Node]:
     yield Table(head, rows, "First contact and share of the time in contact")
 
 
-def _assumed(found: xr.Dataset) -> Iterator[Node]:
+def _comparison_assumptions(found: xr.Dataset) -> Iterator[Node]:
     rows = [("times", str(found.attrs.get("compared", "unknown")))]
     if "shift" in found.attrs:
         rows.append(("added to the recorded times", _shift(float(found.attrs["shift"]))))
@@ -255,11 +255,11 @@ def _shift(seconds: float) -> str:
     return "none: no channel correlates" if np.isnan(seconds) else f"{seconds:+.3f} s (estimated)"
 
 
-PARTS: Parts[xr.Dataset] = {
+COMPARISON_SECTIONS: Sections[xr.Dataset] = {
     "outcome": ("What differs", _outcome),
     "series": ("Both over time", _series),
     "contacts": ("Contacts", _contacts),
     "bands": ("Slow, waves, fast", _bands),
-    "assumptions": ("How it was compared", _assumed),
+    "assumptions": ("How it was compared", _comparison_assumptions),
 }
 """Sections by name: the heading, and what gives the nodes below it, of a comparison."""

@@ -18,7 +18,7 @@ from hydrosim.results.error_figures import (
     reported_beyond,
 )
 from hydrosim.results.ledger import CLOSED
-from hydrosim.wording.parts import lines_of
+from hydrosim.wording.sections import lines_of
 
 if TYPE_CHECKING:
     from hydrosim.studies.run.converge import ConvergenceStudy, ConvergenceTrial

@@ -21,11 +21,18 @@ from hydrosim.presentation.document import (
 )
 from hydrosim.presentation.units import units_of
 from hydrosim.results.phases import is_operation
-from hydrosim.statistics.effects import spread
-from hydrosim.statistics.explain import AXES, OTHER, PARTS, PHASES, lasting, matter
-from hydrosim.wording.parts import title_of
+from hydrosim.statistics.effects import seed_spread
+from hydrosim.statistics.explain import (
+    DIRECTION_AXES,
+    EXPLAINED_PHASES,
+    FRICTION_PARTS,
+    OTHER,
+    significant_entries,
+    stages_with_values,
+)
+from hydrosim.wording.sections import title_of
 
-SLIPS = {
+SLIP_ROWS = {
     "mean N in slip": ("slip_mean_load", "N"),
     "mean direction d": ("slip_mean_direction", ""),
     "Cov(N, d)": ("slip_covariance", "N"),
@@ -35,14 +42,14 @@ SLIPS = {
     "slip towards -": ("slip_astern", "m"),
 }
 """What is said of the slip of a point: the variable and its SI unit."""
-MODES = {
+CONTACT_MODE_ROWS = {
     "share of time": ("mode_share", "share"),
     "moved": ("mode_moved", "m"),
     "work of friction": ("mode_work", "J"),
 }
 
 
-class Row(NamedTuple):
+class ExplainedFigure(NamedTuple):
     """A figure by its name: ``values`` (span,) or (run, span) in an SI ``unit``."""
 
     name: str
@@ -64,11 +71,11 @@ def explanation_document(
 def explanation(found: xr.Dataset, body: str, direction: str) -> Iterator[Node]:
     """The balance of mean forces on a body in a direction; what the friction of each group of
     contacts comes from; how its points slip, and what they do in each mode."""
-    found = found.sel(span=told_spans(found))
+    found = found.sel(span=reported_spans(found))
     yield _table(f"{body} in {direction}", _balance(found.sel(body=body, dof=direction)))
     if "friction_part" in found:
         for group in dict.fromkeys(found.fender_group.values.ravel()):
-            own = found.sel(fender=found.fender_group == group, direction=AXES[direction])
+            own = found.sel(fender=found.fender_group == group, direction=DIRECTION_AXES[direction])
             own = own.sel(span=_of_group(found, str(group)))
             if own.friction_part.fillna(0.0).any():
                 yield _table(f"mean friction of {group} in {direction}", _friction(own))
@@ -76,9 +83,9 @@ def explanation(found: xr.Dataset, body: str, direction: str) -> Iterator[Node]:
     yield _closing(found)
 
 
-def _table(title: str, rows: Iterator[Row]) -> Table:
+def _table(title: str, rows: Iterator[ExplainedFigure]) -> Table:
     each = list(rows)
-    spans = lasting(each[0].values)
+    spans = stages_with_values(each[0].values)
     table = [
         [row.name, *(mean_cell(row.values.sel(span=s), row.unit) for s in spans)] for row in each
     ]
@@ -91,7 +98,7 @@ def mean_cell(values: xr.DataArray, unit: str) -> Cell:
     x = x[np.isfinite(x)]
     if x.size == 0:
         return ""
-    of = spread(x)
+    of = seed_spread(x)
     if "run" in values.dims and x.size > 1:
         return Sentence("{} ({})", [Value(of.mean, unit), Between(of.low, of.high, unit)])
     return Value(of.mean + 0.0, unit)
@@ -102,7 +109,7 @@ def _of_group(found: xr.Dataset, group: str) -> list[str]:
     return [s for s in map(str, found.span.values) if ": " not in s or s.startswith(f"{group}: ")]
 
 
-def told_spans(found: xr.Dataset) -> list[str]:
+def reported_spans(found: xr.Dataset) -> list[str]:
     """All spans but the phases of groups of contacts that go through no operation."""
     there = {str(s) for s in found.span.values if found.span_end.sel(span=s).notnull().any()}
     names = [str(s) for s in found.span.values]
@@ -112,46 +119,48 @@ def told_spans(found: xr.Dataset) -> list[str]:
 def _phase(span: str) -> int | None:
     """The phase that a span is; none if it is no phase."""
     name = span.rpartition(": ")[2]
-    return PHASES.index(name) if name in PHASES else None
+    return EXPLAINED_PHASES.index(name) if name in EXPLAINED_PHASES else None
 
 
 def _phases_beside(span: str, there: set[str]) -> Iterator[int]:
     """The phases of the same group of contacts, among the spans that are ``there``."""
     prefix = span.removesuffix(span.rpartition(": ")[2])
-    yield from (k for k, phase in enumerate(PHASES) if f"{prefix}{phase}" in there)
+    yield from (k for k, phase in enumerate(EXPLAINED_PHASES) if f"{prefix}{phase}" in there)
 
 
-def _balance(found: xr.Dataset) -> Iterator[Row]:
+def _balance(found: xr.Dataset) -> Iterator[ExplainedFigure]:
     """Times, displacements, mean forces by what exerts them."""
-    yield Row("duration", found.span_end - found.span_begin, "s")
-    yield Row("displacement", found.displacement, "m")
-    for name in matter(found.mean_force, "force"):
-        yield Row(f"mean force, {name.replace('_', ' ')}", found.mean_force.sel(force=name), "N")
-    yield Row("change of momentum", found.momentum_rate, "N")
+    yield ExplainedFigure("duration", found.span_end - found.span_begin, "s")
+    yield ExplainedFigure("displacement", found.displacement, "m")
+    for name in significant_entries(found.mean_force, "force"):
+        yield ExplainedFigure(
+            f"mean force, {name.replace('_', ' ')}", found.mean_force.sel(force=name), "N"
+        )
+    yield ExplainedFigure("change of momentum", found.momentum_rate, "N")
 
 
-def _friction(found: xr.Dataset) -> Iterator[Row]:
+def _friction(found: xr.Dataset) -> Iterator[ExplainedFigure]:
     """Mean friction of a group, by what it comes from."""
     part = found.friction_part.sum("fender").where(found.span_end.notnull())
-    for name in PARTS:
-        if name != OTHER or name in matter(part, "part"):
-            yield Row(name, part.sel(part=name), "N")
-    yield Row("sum", part.sum("part", skipna=False), "N")
+    for name in FRICTION_PARTS:
+        if name != OTHER or name in significant_entries(part, "part"):
+            yield ExplainedFigure(name, part.sel(part=name), "N")
+    yield ExplainedFigure("sum", part.sum("part", skipna=False), "N")
 
 
-def _points(found: xr.Dataset) -> Iterator[Row]:
+def _points(found: xr.Dataset) -> Iterator[ExplainedFigure]:
     """How a point of the group slips, on average, and what it does in each mode."""
     for mode in map(str, found.contact_mode.values):
         of = found.sel(contact_mode=mode)
-        for name, (variable, unit) in MODES.items():
-            yield Row(f"{mode}: {name}", of[variable].mean("fender"), unit)
-    for name, (variable, unit) in SLIPS.items():
-        yield Row(name, found[variable].mean("fender"), unit)
+        for name, (variable, unit) in CONTACT_MODE_ROWS.items():
+            yield ExplainedFigure(f"{mode}: {name}", of[variable].mean("fender"), unit)
+    for name, (variable, unit) in SLIP_ROWS.items():
+        yield ExplainedFigure(name, found[variable].mean("fender"), unit)
 
 
 def _closing(found: xr.Dataset) -> Sentence:
     """How far works and impulses do not add up, the worst of all bodies, spans and runs."""
-    missed = float(np.abs(found.unbalanced.sel(dof=list(AXES))).max())
+    missed = float(np.abs(found.unbalanced.sel(dof=list(DIRECTION_AXES))).max())
     done = float(np.abs(found.force_work).sum(["body", "dof", "force"]).max())
     missing = float(np.abs(found.work_missing).max())
     return Sentence(

@@ -22,16 +22,17 @@ def describe_joints(scene: Scene) -> Iterator[str]:
     for branch in found.branches:
         motions = ", ".join(motion.name.replace("_", " ") for motion in branch.joint.motions)
         how = f"coordinates: {motions}" if motions else "no motion"
-        yield f"{branch.name}: {_between(branch.joint)}; {how}{_restoring(bodies[branch.child])}"
+        restoring = _restoring(bodies[branch.child])
+        yield f"{branch.name}: {_bodies_of_joint(branch.joint)}; {how}{restoring}"
     for name in found.loops:
         joint = scene.joints[name]
         role = "keeps a distance" if joint.type == JointType.ROD else "closes a loop"
-        yield f"{name}: {_between(joint)}; {role}, held by constraint forces"
+        yield f"{name}: {_bodies_of_joint(joint)}; {role}, held by constraint forces"
     for name in found.passing:
-        yield f"{name}: {_between(scene.joints[name])}; a constraint while it is closed"
+        yield f"{name}: {_bodies_of_joint(scene.joints[name])}; a constraint while it is closed"
 
 
-def _between(joint: Joint) -> str:
+def _bodies_of_joint(joint: Joint) -> str:
     other = "the earth" if joint.to is None else joint.to
     return f"{joint.type} between {joint.body} and {other}"
 

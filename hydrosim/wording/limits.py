@@ -20,17 +20,17 @@ from hydrosim.presentation.document import (
     Value,
     Verdict,
 )
-from hydrosim.presentation.figures import Curve, Curves
+from hydrosim.presentation.figures import Curves, PlottedCurve
 from hydrosim.presentation.units import units_of
-from hydrosim.statistics.headings import SAID as SIDES
+from hydrosim.statistics.headings import MIRROR_REASON as SIDES
 from hydrosim.statistics.headings import image_of, without_images
-from hydrosim.statistics.weather import WIDEST
+from hydrosim.statistics.weather import MAX_HEADING_GAP
 from hydrosim.wording.assumptions import case_nodes
-from hydrosim.wording.parts import Parts, attribute_text, lines_of, nodes_of, title_of
+from hydrosim.wording.sections import Sections, attribute_text, build_sections, lines_of, title_of
 from hydrosim.wording.title_block import title_block
 
-NEEDED = ("limit", "low", "high", "governing")
-SAID = {
+LIMIT_VARIABLES = ("limit", "low", "high", "governing")
+ASSUMPTION_LABELS = {
     "method": "method",
     "probability": "share of the seas that hold all criteria",
     "confidence": "confidence of the intervals",
@@ -50,23 +50,24 @@ SAID = {
     "versions": "versions",
     "case_file": "case file",
 }
-OF_RUNS = ("confidence", "seeds", "runs", "runs_of_all")
+RUN_ATTRIBUTES = ("confidence", "seeds", "runs", "runs_of_all")
 """What means nothing where spectra give the limits."""
-MOST = 0.5
+MAX_SHARE_OUTSIDE = 0.5
 """Share of the time without a limit from which headings or periods are lacking."""
-HOUR = 3600.0
-OVER = ("stage", "swell", "heading", "peak_period")
+HOUR_S = 3600.0
+LIMIT_DIMS = ("stage", "swell", "heading", "peak_period")
 
 
 def is_limits(found: xr.Dataset) -> bool:
     """Whether a dataset is what `hydrosim operability` writes."""
-    return all(name in found for name in NEEDED) and set(OVER) <= set(found.limit.dims)
+    has_variables = all(name in found for name in LIMIT_VARIABLES)
+    return has_variables and set(LIMIT_DIMS) <= set(found.limit.dims)
 
 
 def limits_document(found: xr.Dataset) -> Document:
     """The report of limits of operation."""
     units = units_of(found.attrs)
-    nodes = [*title_block(found), *nodes_of(PARTS, found)]
+    nodes = [*title_block(found), *build_sections(LIMIT_SECTIONS, found)]
     return Document(title_of(found), nodes, _subtitle(found), units)
 
 
@@ -137,7 +138,7 @@ def weather_nodes(found: xr.Dataset) -> Iterator[Node]:
         yield Sentence(
             "The operation is planned to take {}, with a contingency of {}. A contingency that is"
             " not given is as long as the operation.",
-            [Value(planned / HOUR, "h"), Value((window - planned) / HOUR, "h")],
+            [Value(planned / HOUR_S, "h"), Value((window - planned) / HOUR_S, "h")],
         )
     if "alpha" in found:
         yield from _alpha(found)
@@ -148,7 +149,7 @@ def weather_nodes(found: xr.Dataset) -> Iterator[Node]:
 def _alpha(found: xr.Dataset) -> Iterator[Node]:
     """The alpha factor of each limit."""
     own = without_images(found)
-    head = ("peak period", *(_to(float(heading), own) for heading in own.heading.values))
+    head = ("peak period", *(_heading_words(float(heading), own) for heading in own.heading.values))
     rows: list[list[Cell]] = [
         [digits_of(float(period)), *(Value(float(x), "", 3) for x in at)]
         for period, at in zip(own.peak_period.values, own.alpha.values.T, strict=True)
@@ -174,12 +175,12 @@ def _hindcast(found: xr.Dataset) -> Iterator[Node]:
             "Its directions are headings, with the x axis at a bearing of {}.", [bearing]
         )
     outside = Value(float(found.hindcast_outside), "share", 3)
-    if outside.number > MOST:
+    if outside.number > MAX_SHARE_OUTSIDE:
         yield Verdict(
             Outcome.WARNING,
             "{} of the time has no limit. Add peak periods, and with a bearing headings at most {}"
             " apart, that cover the hindcast.",
-            [outside, Value(WIDEST, "rad", 3)],
+            [outside, Value(MAX_HEADING_GAP, "rad", 3)],
         )
     else:
         yield Sentence("{} of the time has no limit and counts as not workable.", [outside])
@@ -187,7 +188,7 @@ def _hindcast(found: xr.Dataset) -> Iterator[Node]:
         share = Value(float(found.hindcast_below_alpha), "share", 3)
         text = "{} of the time has a limit below the alpha table, and counts as not workable."
         yield Verdict(Outcome.WARNING, text, [share])
-    window = float(found.waiting.attrs["window"]) / HOUR
+    window = float(found.waiting.attrs["window"]) / HOUR_S
     head = ("season", "workable", "a window can begin in", "waiting P50", "P90", "after the last")
     rows = [_season(found.sel(season=season)) for season in found.season.values]
     yield Table(head, rows, f"Windows of {window:g} h")
@@ -199,19 +200,19 @@ def _season(at: xr.Dataset) -> list[Cell]:
         for name in ("workable", "startable", "never")
     )
     waits = [
-        Value(float(w) / HOUR, "h") if np.isfinite(w) else "beyond the record"
+        Value(float(w) / HOUR_S, "h") if np.isfinite(w) else "beyond the record"
         for w in at.waiting.values
     ]
     return [str(at.season.values), workable, startable, *waits, never]
 
 
-def _each(at: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
+def _limits_by_heading(at: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
     """Limits over the peak period, of each heading and swell, by what the waves are; those that
     are mirrored to the other side are named with their own."""
     own = without_images(at)
     for swell in own.swell.values:
         for heading in own.heading.values:
-            name = _to(float(heading), own)
+            name = _heading_words(float(heading), own)
             name += "" if swell == "none" else f", swell {swell}"
             yield name, own.sel(swell=swell, heading=heading)
 
@@ -219,9 +220,11 @@ def _each(at: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
 def distinct_lines(at: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
     """Limits over the peak period by what the waves are, those that are the same under one name."""
     found: list[tuple[str, xr.Dataset]] = []
-    for name, each in _each(at):
+    for name, each in _limits_by_heading(at):
         for k, (other, known) in enumerate(found):
-            if all(_equal(each[part].values, known[part].values) for part in NEEDED):
+            if all(
+                _arrays_equal(each[part].values, known[part].values) for part in LIMIT_VARIABLES
+            ):
                 found[k] = f"{other}; {name}", known
                 break
         else:
@@ -229,11 +232,11 @@ def distinct_lines(at: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
     return found
 
 
-def _equal(one: np.ndarray, other: np.ndarray) -> bool:
+def _arrays_equal(one: np.ndarray, other: np.ndarray) -> bool:
     return np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
 
 
-def _to(heading: float, found: xr.Dataset) -> str:
+def _heading_words(heading: float, found: xr.Dataset) -> str:
     image = image_of(heading, found)
     other = "" if image is None else f" and {_degrees(image)}"
     return f"to {_degrees(heading)}{other} deg"
@@ -243,17 +246,17 @@ def _degrees(heading: float) -> str:
     return f"{round(np.degrees(heading), 6):g}"
 
 
-def _curve(at: xr.Dataset, found: xr.Dataset) -> Curve:
+def _curve(at: xr.Dataset, found: xr.Dataset) -> PlottedCurve:
     """A curve of the limits that lie within the heights; a sea without one has no point."""
     top = float(found.attrs.get("highest", np.inf))
     points = zip(at.peak_period.values, at.governing.values, strict=True)
-    remarks = [f"m at {period:g} s {_governed(by)}" for period, by in points]
+    remarks = [f"m at {period:g} s {_governing_words(by)}" for period, by in points]
     within = np.array([not side_of(float(limit), found) for limit in at.limit.values])
-    limit, low, high = (np.where(within, at[name].values, np.nan) for name in NEEDED[:3])
-    return Curve(at.peak_period.values, limit, low, np.minimum(high, top), remarks)
+    limit, low, high = (np.where(within, at[name].values, np.nan) for name in LIMIT_VARIABLES[:3])
+    return PlottedCurve(at.peak_period.values, limit, low, np.minimum(high, top), remarks)
 
 
-def _governed(by: object) -> str:
+def _governing_words(by: object) -> str:
     return f"governed by {by}" if str(by) else ""
 
 
@@ -267,7 +270,7 @@ def side_of(limit: float, found: xr.Dataset) -> str:
 
 def _rows(found: xr.Dataset) -> Iterator[list[Cell]]:
     for stage in found.stage.values:
-        for name, at in _each(found.sel(stage=stage)):
+        for name, at in _limits_by_heading(found.sel(stage=stage)):
             for k, period in enumerate(at.peak_period.values):
                 one = at.isel(peak_period=k)
                 limit, interval = _limit(one)
@@ -296,12 +299,12 @@ def _case(found: xr.Dataset) -> Iterator[Node]:
     yield from case_nodes(found)
 
 
-def _assumed(found: xr.Dataset) -> Iterator[Node]:
+def _limit_assumptions(found: xr.Dataset) -> Iterator[Node]:
     spectra = _by_spectra(found)
     known = {
         said: attribute_text(found.attrs[name])
-        for name, said in SAID.items()
-        if name in found.attrs and not (spectra and name in OF_RUNS)
+        for name, said in ASSUMPTION_LABELS.items()
+        if name in found.attrs and not (spectra and name in RUN_ATTRIBUTES)
     }
     yield Table(("assumption", ""), list(known.items()))
     yield Sentence(
@@ -319,10 +322,10 @@ def _convergence(found: xr.Dataset) -> Iterator[Node]:
     yield Sentence("This study does not assess how limits change with the step of the solver.")
 
 
-PARTS: Parts[xr.Dataset] = {
+LIMIT_SECTIONS: Sections[xr.Dataset] = {
     "outcome": ("Limits", _outcome),
     "case": ("Case", _case),
-    "assumptions": ("Assumptions", _assumed),
+    "assumptions": ("Assumptions", _limit_assumptions),
     "convergence": ("Convergence", _convergence),
 }
 """Sections by name: the heading, and what gives the nodes below it."""

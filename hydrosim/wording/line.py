@@ -21,11 +21,11 @@ from hydrosim.presentation.document import (
 from hydrosim.presentation.units import DEFAULT, Units
 from hydrosim.studies.line import LineResponse, StillLine, angle_at_fairlead
 
-AT_REST = (
+AT_REST_COLUMNS = (
     *("line", "to", "tension", "horizontal pull", "down at fairlead", "angle below level"),
     *("anchor tension", "grounded", "length"),
 )
-FRICTION = (
+FRICTION_NOTE = (
     "With friction on the seabed the pull has no potential. It depends on the place alone here, as"
     " if the fairlead had come there from slack."
 )
@@ -40,15 +40,15 @@ def line_document(
 ) -> Document:
     """The lines at rest, and the ``responses`` of one of them; before them what is ``left_out`` of
     their file."""
-    nodes: list[Node] = [*warnings(left_out), *_refused(lines), _at_rest(lines)]
+    nodes: list[Node] = [*warnings(left_out), *_unsolved_lines(lines), _at_rest(lines)]
     if any(line.friction > 0.0 for line in lines):
-        nodes.append(Sentence(FRICTION, detail=True))
+        nodes.append(Sentence(FRICTION_NOTE, detail=True))
     for found in responses:
         nodes += [_over_offsets(found), *_gaps(found)]
     return Document(title, nodes, units=units)
 
 
-def _refused(lines: Sequence[StillLine]) -> Iterator[Verdict]:
+def _unsolved_lines(lines: Sequence[StillLine]) -> Iterator[Verdict]:
     for line in lines:
         pull = line.end_forces()
         if not pull.converged:
@@ -56,7 +56,7 @@ def _refused(lines: Sequence[StillLine]) -> Iterator[Verdict]:
 
 
 def _at_rest(lines: Sequence[StillLine]) -> Table:
-    return Table(AT_REST, [_row_at_rest(line) for line in lines], "At rest")
+    return Table(AT_REST_COLUMNS, [_row_at_rest(line) for line in lines], "At rest")
 
 
 def _row_at_rest(line: StillLine) -> list[Cell]:

@@ -19,14 +19,14 @@ from hydrosim.presentation.document import (
     Verdict,
 )
 from hydrosim.presentation.units import unit_of_dof, units_of
-from hydrosim.wording.parts import lines_of, title_of
+from hydrosim.wording.sections import lines_of, title_of
 
-SHOWN = 3
+MAX_SHARES = 3
 """Coordinates that a mode is described by."""
-LITTLE = 0.05
+MIN_SHARE = 0.05
 """Of the energy of a mode: coordinates with less are left out."""
-ROUNDING = 1e-10
-COLUMNS = {
+ROUNDING_BELOW = 1e-10
+RESPONSE_COLUMNS = {
     "at rest": "position_at_rest",
     "mean drift": "mean_drift_offset",
     "std in sea": "response_std",
@@ -48,7 +48,7 @@ def _remarks(found: xr.Dataset) -> Iterator[Node]:
 
 
 def _motions(found: xr.Dataset) -> Table:
-    columns = {name: variable for name, variable in COLUMNS.items() if variable in found}
+    columns = {name: variable for name, variable in RESPONSE_COLUMNS.items() if variable in found}
     waves = range(found.sizes.get("wave", 0))
     rows: list[list[Cell]] = []
     for body in map(str, found.body.values):
@@ -70,7 +70,7 @@ def _figure(at: xr.Dataset, variable: str, dof: str) -> Value:
     number = float(at[variable])
     if variable == "response_period":
         return Value(number, "s")
-    return Value(0.0 if abs(number) <= ROUNDING else number, unit_of_dof(dof))
+    return Value(0.0 if abs(number) <= ROUNDING_BELOW else number, unit_of_dof(dof))
 
 
 def _modes(found: xr.Dataset) -> Table:
@@ -95,7 +95,7 @@ def _decay(at: xr.Dataset) -> list[Cell]:
 def _moves(at: xr.Dataset) -> str:
     """The coordinates that have most of the energy of a mode."""
     share = at.mode_share.stack(coordinate=("body", "dof"))
-    largest = share.sortby(share, ascending=False)[:SHOWN]
+    largest = share.sortby(share, ascending=False)[:MAX_SHARES]
     several = at.body.size > 1
     parts = [
         (float(value), f"{f'{body} ' if several else ''}{dof}")
@@ -104,8 +104,8 @@ def _moves(at: xr.Dataset) -> str:
     if "joint_mode_share" in at:
         joints = zip(at.joint_mode_share.values, at.joint_motion.values, strict=True)
         parts += [(float(value), str(name)) for value, name in joints]
-    parts = sorted(parts, key=lambda part: -part[0])[:SHOWN]
-    return ", ".join(f"{name} {value:.0%}" for value, name in parts if value >= LITTLE)
+    parts = sorted(parts, key=lambda part: -part[0])[:MAX_SHARES]
+    return ", ".join(f"{name} {value:.0%}" for value, name in parts if value >= MIN_SHARE)
 
 
 def _rao_tables(found: xr.Dataset) -> Iterator[Node]:

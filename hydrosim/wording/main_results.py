@@ -10,24 +10,24 @@ import xarray as xr
 from hydrosim.case.tables import plain
 from hydrosim.presentation.document import Cell, Node, Outcome, Sentence, Table, Verdict
 from hydrosim.statistics.extremes import LAWS
-from hydrosim.statistics.orders import ENOUGH
-from hydrosim.statistics.statistics import SIDES
-from hydrosim.wording.channels import Channel, channels_of
+from hydrosim.statistics.orders import VALUES_FOR_INTERVAL
+from hydrosim.statistics.statistics import EXTREME_SIDES
+from hydrosim.wording.channels import StatisticsChannel, channels_of
 from hydrosim.wording.criteria import criteria_nodes
-from hydrosim.wording.parts import lines_of
 from hydrosim.wording.run import element_verdicts, solution_verdicts, status_verdict
+from hydrosim.wording.sections import lines_of
 
 NO_CRITERIA = "The case asks for no criteria."
-ASK = "Limits with their sources under `criteria:` in the case are judged in the results."
+CRITERIA_HINT = "Limits with their sources under `criteria:` in the case are judged in the results."
 ONE_SEA = (
     "These results are of one sea: one draw of random waves (seed {}). In another draw of the same"
     " spectrum, largest values, crawl and criteria come out otherwise. Decide on several draws."
 )
 MORE_SEAS = (
-    f"For several draws, run a study with `seeds: 1-{ENOUGH}` by `hydrosim sweep`. It judges the"
-    " same limits over all of its seas."
+    f"For several draws, run a study with `seeds: 1-{VALUES_FOR_INTERVAL}` by"
+    " `hydrosim sweep`. It judges the same limits over all of its seas."
 )
-WARNED = '{} under "Assumptions and warnings". Read {} before you use the results.'
+WARNINGS_HINT = '{} under "Assumptions and warnings". Read {} before you use the results.'
 
 
 def main_results(run: xr.Dataset) -> Iterator[Node]:
@@ -42,13 +42,13 @@ def main_results(run: xr.Dataset) -> Iterator[Node]:
     yield from element_verdicts(run)
     if count := len(lines_of(run, "warnings")):
         words = ("A warning is", "it") if count == 1 else (f"{count} warnings are", "them")
-        yield Verdict(Outcome.WARNING, WARNED, words)
+        yield Verdict(Outcome.WARNING, WARNINGS_HINT, words)
 
 
 def next_steps(run: xr.Dataset) -> Iterator[Node]:
     """Criteria and seeds that the run lacks, and how to have them."""
     if not list(criteria_nodes(run)):
-        yield Sentence(ASK)
+        yield Sentence(CRITERIA_HINT)
     if _is_of_random_waves(run):
         yield Sentence(MORE_SEAS)
 
@@ -71,8 +71,8 @@ def largest_values(found: xr.Dataset) -> Iterator[Node]:
     )
 
 
-def _largest(found: xr.Dataset, channel: Channel) -> list[Cell]:
-    side = max(SIDES, key=lambda side: abs(channel.figure(found, side).number))
+def _largest(found: xr.Dataset, channel: StatisticsChannel) -> list[Cell]:
+    side = max(EXTREME_SIDES, key=lambda side: abs(channel.figure(found, side).number))
     seen = channel.figure(found, side)
     if channel.basis(found, side) not in LAWS:
         return [channel.title, seen, "", "", ""]

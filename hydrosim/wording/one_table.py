@@ -9,24 +9,25 @@ import numpy as np
 
 from hydrosim.presentation.document import Cell, Node, Sentence, Table, Value
 from hydrosim.statistics import effects
-from hydrosim.statistics.effects import DRAWN, Plan, Row
+from hydrosim.statistics.effects import SAMPLED_DESIGNS, EffectRow, PlanRuns
+from hydrosim.wording.sections import MAX_TABLE_ROWS
 from hydrosim.wording.seeds import named_values
 
-FEWEST = 2
+MIN_FIGURES = 2
 """Figures, from which on there is one table of all."""
-MOST = 300
-"""Rows."""
-HOW = "Means over seeds, and half of their 90 % intervals. Figures are of all complete runs."
+METHOD_NOTE = (
+    "Means over seeds, and half of their 90 % intervals. Figures are of all complete runs."
+)
 
 
-def has_one_table(plan: Plan) -> bool:
+def has_results_table(plan: PlanRuns) -> bool:
     """Whether a plan is in the one table of its study."""
-    return plan.design not in DRAWN and len(plan.figures) >= FEWEST
+    return plan.design not in SAMPLED_DESIGNS and len(plan.figures) >= MIN_FIGURES
 
 
-def one_table(plans: Sequence[Plan]) -> Iterator[Node]:
+def results_table(plans: Sequence[PlanRuns]) -> Iterator[Node]:
     """All figures at all values of the plans; nothing where a plan has a single figure."""
-    own = [plan for plan in plans if has_one_table(plan)]
+    own = [plan for plan in plans if has_results_table(plan)]
     if not own:
         return
     figures = own[0].figures
@@ -34,15 +35,15 @@ def one_table(plans: Sequence[Plan]) -> Iterator[Node]:
     columns = [name for figure in figures for name in (figure, "±")]
     head = (*(("study",) if several else ()), "value", *columns, "runs")
     rows = [row for plan in own for row in _of_plan(plan, figures, several)]
-    yield Table(head, rows[:MOST], "All figures")
-    yield Sentence(HOW)
+    yield Table(head, rows[:MAX_TABLE_ROWS], "All figures")
+    yield Sentence(METHOD_NOTE)
     for name in figures:
         text = str(own[0].runs[name].attrs.get("long_name", ""))
         yield Sentence("{}: {}.", [name, text], detail=True)
 
 
-def _of_plan(plan: Plan, figures: Sequence[str], several: bool) -> Iterator[list[Cell]]:
-    found: dict[str, dict[str, Row]] = {}
+def _of_plan(plan: PlanRuns, figures: Sequence[str], several: bool) -> Iterator[list[Cell]]:
+    found: dict[str, dict[str, EffectRow]] = {}
     for row in effects.rows(plan):
         found.setdefault(named_values(plan, row.values) or "all", {})[row.figure] = row
     for name, by_figure in found.items():
@@ -52,7 +53,7 @@ def _of_plan(plan: Plan, figures: Sequence[str], several: bool) -> Iterator[list
         yield [*study, name, *cells, str(runs)]
 
 
-def _cells(row: Row) -> tuple[Cell, Cell]:
+def _cells(row: EffectRow) -> tuple[Cell, Cell]:
     """A mean, and half of its interval; nothing where no run has a value."""
     of = row.spread
     if not of.n:

@@ -30,11 +30,11 @@ from hydrosim.results.error_figures import COMPANION, EVALUATIONS, RELATIVE, rep
 from hydrosim.results.ledger import CLOSED
 from hydrosim.results.netcdf import is_part
 from hydrosim.wording.criteria import criteria_nodes
-from hydrosim.wording.parts import attribute_text, lines_of, title_of
+from hydrosim.wording.sections import attribute_text, lines_of, title_of
 from hydrosim.wording.stages import stage_nodes
 
-MODES = (OPEN, STICK, SLIP)
-TENSION = ("tension at the start", "mean", "largest")
+MODE_NUMBERS = (OPEN, STICK, SLIP)
+TENSION_COLUMNS = ("tension at the start", "mean", "largest")
 """Columns of tables of lines."""
 RADIATION_GOOD = 0.01
 """Change of motions by the fits of radiation up to which they are good."""
@@ -92,16 +92,16 @@ def result_tables(run: xr.Dataset) -> Iterator[Node]:
         if not is_part(run):
             yield from stage_nodes(run)
     if "spring" in run.dims:
-        yield Table(("line", *TENSION, "slack"), list(_lines(run)))
+        yield Table(("line", *TENSION_COLUMNS, "slack"), list(_lines(run)))
     if "line" in run.dims:
-        columns = ("catenary", *TENSION, "smallest on the seabed")
+        columns = ("catenary", *TENSION_COLUMNS, "smallest on the seabed")
         yield Table(columns, list(_catenaries(run)))
     if "winch" in run.dims:
-        lengths = ("winch", *TENSION, "slack", "shortest", "longest")
+        lengths = ("winch", *TENSION_COLUMNS, "slack", "shortest", "longest")
         yield Table(lengths, list(_winches(run)))
     if "compensator" in run.dims:
         loads = list(_compensators(run))
-        yield Table(("compensator", *TENSION, "smallest"), loads)
+        yield Table(("compensator", *TENSION_COLUMNS, "smallest"), loads)
     yield from _links(run)
     if rows := list(_capacities(run)):
         shares = ("of a capacity", "largest load", "at", "capacity", "used")
@@ -142,7 +142,7 @@ def element_verdicts(run: xr.Dataset) -> Iterator[Node]:
     if "trigger" in run.dims:
         yield from _waiting(run)
     yield from _never_closed(run)
-    yield from _overloaded(run)
+    yield from _overload_warnings(run)
 
 
 def status_verdict(run: xr.Dataset) -> Verdict:
@@ -203,7 +203,7 @@ def _never_closed(run: xr.Dataset) -> Iterator[Node]:
             yield Verdict(Outcome.WARNING, text, [name])
 
 
-def _overloaded(run: xr.Dataset) -> Iterator[Node]:
+def _overload_warnings(run: xr.Dataset) -> Iterator[Node]:
     """Contacts and lines whose load was above their capacity."""
     for load in largest_loads(run):
         if load.largest > load.capacity:
@@ -284,10 +284,10 @@ def _contacts(run: xr.Dataset) -> Iterator[list[Cell]]:
     for i, name in enumerate(map(str, run.fender.values)):
         touching = np.flatnonzero(modes[:, i] != OPEN)
         if touching.size == 0:
-            yield [name, "none", *("" for _ in MODES), ""]
+            yield [name, "none", *("" for _ in MODE_NUMBERS), ""]
             continue
         later = modes[touching[0] :, i]
-        shares = (Value(float(np.mean(later == mode)), "share", 2) for mode in MODES)
+        shares = (Value(float(np.mean(later == mode)), "share", 2) for mode in MODE_NUMBERS)
         first = Value(float(time[touching[0]]), "s")
         slip = run.fender_slip_distance.values[:, i]
         before = slip[0] if is_part(run) else 0.0
@@ -342,7 +342,7 @@ def _links(run: xr.Dataset) -> Iterator[Node]:
         yield Table(("torsion spring", "mean moment", "smallest", "largest"), list(rows))
     if "pto" in run.dims:
         head = ("power take-off", "mean power", "largest", "absorbed")
-        yield Table(head, list(_absorbed(run)))
+        yield Table(head, list(_pto_rows(run)))
 
 
 def _externals(run: xr.Dataset) -> Iterator[Node]:
@@ -369,7 +369,7 @@ def _ranges(loads: xr.DataArray, dim: str, unit: str) -> Iterator[list[Cell]]:
         yield [name, *(Value(float(x), unit) for x in (load.mean(), load.min(), load.max()))]
 
 
-def _absorbed(run: xr.Dataset) -> Iterator[list[Cell]]:
+def _pto_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
     """Power and energy of each power take-off; the energy is the integral of the power over the
     steps of the run."""
     lasts = float(run.time[-1] - run.time[0])

@@ -13,58 +13,64 @@ from hydrosim.presentation.document import Between, Cell, Node, Sentence, Table,
 from hydrosim.presentation.layout import text_of
 from hydrosim.presentation.units import units_of
 from hydrosim.results.stages import FIGURES, TIME
-from hydrosim.statistics.effects import Plan, combinations, spread
-from hydrosim.statistics.ends import Ends, of_channels, of_figures, of_motions
-from hydrosim.statistics.gumbel import INTERVAL
-from hydrosim.statistics.orders import ENOUGH
-from hydrosim.statistics.over_seeds import LAW, RUNS, Extremes, find_extremes
+from hydrosim.statistics.effects import PlanRuns, combinations, seed_spread
+from hydrosim.statistics.ends import (
+    SmallestAndLargest,
+    ends_of_channels,
+    ends_of_figures,
+    ends_of_motions,
+)
+from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY
+from hydrosim.statistics.orders import VALUES_FOR_INTERVAL
+from hydrosim.statistics.over_seeds import GUMBEL_METHOD, MIN_RUNS, SeedExtremes, find_extremes
+from hydrosim.wording.sections import MAX_TABLE_ROWS
 
-SHOWN = 5
+MAX_COMBINATIONS = 5
 """Combinations of parameters that are shown."""
-MOST = 300
-"""Rows of a table."""
-CLEARANCE = FIGURES["end_clearance"][0]
+CLEARANCE_FIGURE = FIGURES["end_clearance"][0]
 """The only result of stages that may be negative."""
-VARIED = "varied"
+VARIED_COORDINATE = "varied"
 """Coordinate of runs: the parameter that is varied, one at a time."""
-HOW = (
-    f"Intervals hold 90 %, over {RUNS} seeds or more. Where maxima follow Gumbel's law they are by"
-    " it; else by the order of the runs, without a law."
+EXTREMES_METHOD_NOTE = (
+    f"Intervals hold 90 %, over {MIN_RUNS} seeds or more. Where maxima follow Gumbel's law they are"
+    " by it; else by the order of the runs, without a law."
 )
 
 
-def seed_nodes(plan: Plan) -> Iterator[Node]:
+def seed_nodes(plan: PlanRuns) -> Iterator[Node]:
     """Extremes over the seeds of each combination of the parameters of a plan without figures."""
-    yield Sentence(HOW, detail=True)
+    yield Sentence(EXTREMES_METHOD_NOTE, detail=True)
     each = list(combinations(plan))
-    for values, at in each[:SHOWN]:
+    for values, at in each[:MAX_COMBINATIONS]:
         of = plan.runs.isel(run=at)
         title = named_values(plan, values)
         yield from nodes_over_seeds(of, f"{title or 'All'}: {at.size} runs")
-    if len(each) > SHOWN:
-        more = str(len(each) - SHOWN)
+    if len(each) > MAX_COMBINATIONS:
+        more = str(len(each) - MAX_COMBINATIONS)
         yield Sentence("{} more combinations are in motion, in the file.", [more])
 
 
-def extreme_nodes(plan: Plan) -> Iterator[Node]:
+def extreme_nodes(plan: PlanRuns) -> Iterator[Node]:
     """Extremes over the seeds of figures, and of every other channel of the file."""
     each = list(combinations(plan))
-    if max((at.size for _, at in each), default=0) < RUNS:
+    if max((at.size for _, at in each), default=0) < MIN_RUNS:
         text = "Most probable extremes and P90 over seeds take {} seeds or more."
-        yield Sentence(text, [str(RUNS)], detail=True)
+        yield Sentence(text, [str(MIN_RUNS)], detail=True)
         return
     figures: list[list[Cell]] = []
     channels: list[list[Cell]] = []
     for k, (values, at) in enumerate(each):
         of = plan.runs.isel(run=at)
         name = named_values(plan, values) or "all"
-        figures += [[name, *row] for row in _rows(of_figures(of, plan.figures))]
-        if k < SHOWN:
-            channels += [[name, *row] for row in _rows([*of_motions(of), *of_channels(of)])]
+        figures += [[name, *row] for row in _rows(ends_of_figures(of, plan.figures))]
+        if k < MAX_COMBINATIONS:
+            channels += [
+                [name, *row] for row in _rows([*ends_of_motions(of), *ends_of_channels(of)])
+            ]
     yield from _tables("figure", figures, of=True)
     yield from _tables("channel", channels, of=True, detail=True)
     if figures or channels:
-        yield Sentence(HOW, detail=True)
+        yield Sentence(EXTREMES_METHOD_NOTE, detail=True)
 
 
 def _tables(
@@ -78,40 +84,40 @@ def _tables(
     n = len(begin)
     title = "The most probable extreme of a run, and where the extreme of another run lies"
     head = (*begin, "most probable", "interval", "another run")
-    yield Table(head, [row[: n + 3] for row in rows[:MOST]], title, detail)
+    yield Table(head, [row[: n + 3] for row in rows[:MAX_TABLE_ROWS]], title, detail)
     title = "P90: 90 % of runs do not exceed this largest value, or do not fall below this smallest"
-    each = [[*row[:n], *row[n + 3 :]] for row in rows[:MOST]]
+    each = [[*row[:n], *row[n + 3 :]] for row in rows[:MAX_TABLE_ROWS]]
     yield Table((*begin, "P90", "interval", "by"), each, title, detail)
 
 
 def nodes_over_seeds(runs: xr.Dataset, title: str = "") -> Iterator[Node]:
     """Between which values each motion is, extremes of another run, stages over runs."""
     head = ("motion", "smallest", "largest")
-    moving = list(of_motions(runs))
+    moving = list(ends_of_motions(runs))
     ends: list[list[Cell]] = [
         [each.name, Value(np.min(each.low), each.unit), Value(np.max(each.high), each.unit)]
         for each in moving
         if each.low is not None and each.high is not None
     ]
     yield Table(head, ends, title)
-    yield from _tables("channel", _rows([*moving, *of_channels(runs)]))
+    yield from _tables("channel", _rows([*moving, *ends_of_channels(runs)]))
     if stages := list(_stages(runs)):
         yield Table(("stage or figure", "group", "mean", "interval", "all runs", "runs"), stages)
 
 
-def named_values(plan: Plan, values: Mapping[str, object]) -> str:
+def named_values(plan: PlanRuns, values: Mapping[str, object]) -> str:
     """The values of the parameters of runs, in the units that they are read in; of one parameter at
     a time, the one that is varied."""
-    varied = str(values.get(VARIED, ""))
-    if VARIED in values and not varied:
+    varied = str(values.get(VARIED_COORDINATE, ""))
+    if VARIED_COORDINATE in values and not varied:
         return "the case"
     names = [plan.axis(varied)] if varied else [*values]
     units = units_of(plan.runs.attrs)
     read = {name: text_of(value_of(values[name], plan.unit(name)), units) for name in names}
-    return ", ".join(f"{short(name)} {value}" for name, value in read.items())
+    return ", ".join(f"{short_key(name)} {value}" for name, value in read.items())
 
 
-def short(name: str) -> str:
+def short_key(name: str) -> str:
     """The last two words of a key."""
     return " ".join(name.split(".")[-2:]).replace("_", " ")
 
@@ -121,18 +127,18 @@ def value_of(value: object, unit: str) -> Value | str:
     return Value(value, unit, 6) if isinstance(value, float) else value_text(value)
 
 
-def _rows(each: Iterable[Ends]) -> list[list[Cell]]:
+def _rows(each: Iterable[SmallestAndLargest]) -> list[list[Cell]]:
     """Extremes of channels that enough runs have values of."""
     return [row for ends in each for row in _extremes(ends)]
 
 
-def _extremes(ends: Ends) -> Iterator[list[Cell]]:
+def _extremes(ends: SmallestAndLargest) -> Iterator[list[Cell]]:
     """Of the smallest and of the largest value of each run."""
     for side, found in find_extremes(ends):
         yield [ends.name, side, *_cells(found, ends.unit)]
 
 
-def _cells(found: Extremes, unit: str) -> list[Cell]:
+def _cells(found: SeedExtremes, unit: str) -> list[Cell]:
     return [
         Value(found.probable, unit),
         Between(*found.interval, unit),
@@ -143,12 +149,16 @@ def _cells(found: Extremes, unit: str) -> list[Cell]:
     ]
 
 
-def _method(found: Extremes) -> str:
+def _method(found: SeedExtremes) -> str:
     """The law, or the order of the runs and what their interval of another run holds."""
-    if found.method == LAW:
-        return LAW
+    if found.method == GUMBEL_METHOD:
+        return GUMBEL_METHOD
     held = f"interval of another run holds {100.0 * found.probability:.0f} %"
-    more = "" if found.probability >= INTERVAL else f"; with {ENOUGH} runs it would hold 90 %"
+    more = (
+        ""
+        if found.probability >= INTERVAL_PROBABILITY
+        else f"; with {VALUES_FOR_INTERVAL} runs it would hold 90 %"
+    )
     return f"{found.method} ({held}{more})"
 
 
@@ -160,7 +170,7 @@ def _stages(runs: xr.Dataset) -> Iterator[list[Cell]]:
         for what, each in {**stages, **{FIGURES[f][0]: of[f] for f in FIGURES}}.items():
             known = each.values[np.isfinite(each.values)]
             if known.size and np.ptp(known) > 0.0:
-                at = spread(known, -np.inf if what == CLEARANCE else 0.0)
+                at = seed_spread(known, -np.inf if what == CLEARANCE_FIGURE else 0.0)
                 unit = str(each.attrs["units"])
                 ends = Between(at.low, at.high, unit), Between(known.min(), known.max(), unit)
                 yield [what, str(name), Value(at.mean, unit), *ends, str(known.size)]

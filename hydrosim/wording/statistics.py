@@ -22,84 +22,85 @@ from hydrosim.presentation.document import (
 from hydrosim.presentation.units import units_of
 from hydrosim.results.channels import LINES
 from hydrosim.results.phases import is_operation
-from hydrosim.statistics.extremes import LAWS, Basis
-from hydrosim.statistics.orders import ENOUGH
-from hydrosim.statistics.statistics import NAMES, SIDES, statistics
-from hydrosim.wording.channels import Channel, channels_of
-from hydrosim.wording.parts import title_of
+from hydrosim.statistics.extremes import LAWS, ExtremeModel
+from hydrosim.statistics.orders import VALUES_FOR_INTERVAL
+from hydrosim.statistics.statistics import EXTREME_SIDES, STATISTIC_NAMES, statistics
+from hydrosim.wording.channels import StatisticsChannel, channels_of
+from hydrosim.wording.sections import title_of
 from hydrosim.wording.stages import stage_nodes
 
-FEWEST = 16
+MIN_RECORDS = 16
 """Records that figures are made of."""
 MOMENTS = ("mean", "std", "significant", "period", "smallest", "largest")
-LAW = {
-    Basis.GAUSSIAN: "a Gaussian process",
-    Basis.CLIPPED_GAUSSIAN: "a clipped Gaussian process",
-    Basis.GUMBEL: "Gumbel's law",
-    Basis.IMPACTS: "impacts of exponential sizes",
+LAW_NAMES = {
+    ExtremeModel.GAUSSIAN: "a Gaussian process",
+    ExtremeModel.CLIPPED_GAUSSIAN: "a clipped Gaussian process",
+    ExtremeModel.GUMBEL: "Gumbel's law",
+    ExtremeModel.IMPACTS: "impacts of exponential sizes",
 }
-SEEDS = f"run {ENOUGH} seeds"
-HOW = (
-    f"To run {ENOUGH} seeds, write a study file with `case: CASE.yaml` and `seeds: 1-{ENOUGH}`."
-    f" Then call `hydrosim sweep STUDY.yaml`. The smallest and the largest of {ENOUGH} runs hold"
-    " the value of another run in 90 % of cases."
+SEEDS_HINT = f"run {VALUES_FOR_INTERVAL} seeds"
+STATISTICS_METHOD_NOTE = (
+    f"To run {VALUES_FOR_INTERVAL} seeds, write a study file with `case: CASE.yaml` and"
+    f" `seeds: 1-{VALUES_FOR_INTERVAL}`. Then call `hydrosim sweep STUDY.yaml`. The smallest and"
+    f" the largest of {VALUES_FOR_INTERVAL} runs hold the value of another run in 90 % of cases."
 )
-LATER = "use a part that is stationary (--from)"
-REASONS: dict[Basis, tuple[str, tuple[str, ...]]] = {
-    Basis.REGULAR: ("The motion is regular: it repeats itself.", ()),
-    Basis.CLIPPED: ("It stays at its bound for much of the time.", ()),
-    Basis.TOO_SHORT: (
+STATIONARY_HINT = "use a part that is stationary (--from)"
+REASONS: dict[ExtremeModel, tuple[str, tuple[str, ...]]] = {
+    ExtremeModel.REGULAR: ("The motion is regular: it repeats itself.", ()),
+    ExtremeModel.CLIPPED: ("It stays at its bound for much of the time.", ()),
+    ExtremeModel.TOO_SHORT: (
         "The record is too short for the slow part of it, or not stationary: the mean goes from {}"
         " to {} (first and last fifth). Simulate longer.",
         ("first_mean", "last_mean"),
     ),
-    Basis.RARE: (f"There is too little contact. Simulate longer, or {SEEDS}.", ()),
-    Basis.MEAN_CHANGES: (
+    ExtremeModel.RARE: (f"There is too little contact. Simulate longer, or {SEEDS_HINT}.", ()),
+    ExtremeModel.MEAN_CHANGES: (
         "It is not stationary: the mean goes from {} to {} (first and last fifth). Either"
-        f" {LATER}, or {SEEDS}.",
+        f" {STATIONARY_HINT}, or {SEEDS_HINT}.",
         ("first_mean", "last_mean"),
     ),
-    Basis.STD_CHANGES: (
+    ExtremeModel.STD_CHANGES: (
         "It is not stationary: the standard deviation goes from {} to {} (first and last fifth), or"
-        f" changes in between. Either {LATER}, or {SEEDS}.",
+        f" changes in between. Either {STATIONARY_HINT}, or {SEEDS_HINT}.",
         ("first_std", "last_std"),
     ),
-    Basis.WAVES_GROW: (
+    ExtremeModel.WAVES_GROW: (
         "It is not stationary: the waves grow until {ramp:g} s. Start there (--from {ramp:g}).",
         (),
     ),
-    Basis.OPERATION: (
+    ExtremeModel.OPERATION: (
         "It is not stationary: contact goes through phases while other channels change. Either"
-        f" {LATER}, or {SEEDS}.",
+        f" {STATIONARY_HINT}, or {SEEDS_HINT}.",
         (),
     ),
-    Basis.ALONE: (
+    ExtremeModel.ALONE: (
         "The largest values follow another law than the rest (impacts?), and are too few for a law"
-        f" of their own. Simulate longer, or {SEEDS}.",
+        f" of their own. Simulate longer, or {SEEDS_HINT}.",
         (),
     ),
-    Basis.HALVES: (
+    ExtremeModel.HALVES: (
         "A law that holds for one half of the record makes the largest value of the other half"
-        f" impossible (impacts, a change?). Instead, {SEEDS}.",
+        f" impossible (impacts, a change?). Instead, {SEEDS_HINT}.",
         (),
     ),
-    Basis.BOUNDED: (
-        f"Its slow part moves between bounds; no law of extremes covers that. Instead, {SEEDS}.",
+    ExtremeModel.BOUNDED: (
+        "Its slow part moves between bounds; no law of extremes covers that."
+        f" Instead, {SEEDS_HINT}.",
         (),
     ),
-    Basis.CURVED: (
+    ExtremeModel.CURVED: (
         "Its highest crests follow none of the laws (a contact that carries a weight again and"
-        f" again?). Instead, {SEEDS}.",
+        f" again?). Instead, {SEEDS_HINT}.",
         (),
     ),
-    Basis.TRANSIENT: (
+    ExtremeModel.TRANSIENT: (
         "It is larger at the beginning than later (a start-up transient). Start later (--from).",
         (),
     ),
-    Basis.NOT_FINITE: ("It is not finite.", ()),
+    ExtremeModel.NOT_FINITE: ("It is not finite.", ()),
 }
 """Why a channel has no extremes: a text, and the figures in its places."""
-CHATTERS = (
+CHATTER_NOTE = (
     "{}: this mean is by impulses; the mean of the records is {}. The force changes between"
     " records. If it chatters from step to step, use a smaller solver.step, dopri5 or esdirk4. If"
     " it knocks, use a smaller output.step."
@@ -128,7 +129,7 @@ def line_nodes(found: xr.Dataset) -> Iterator[Node]:
 
 def statistics_of(run: xr.Dataset) -> xr.Dataset | None:
     """Statistics of a run from where its waves have grown; None where it has too few records."""
-    return statistics(run, grown_from(run)) if has_statistics(run) else None
+    return statistics(run, ramp_end(run)) if has_statistics(run) else None
 
 
 def statistics_nodes(run: xr.Dataset, found: xr.Dataset | None) -> Iterator[Node]:
@@ -136,7 +137,7 @@ def statistics_nodes(run: xr.Dataset, found: xr.Dataset | None) -> Iterator[Node
     if found is None:
         yield Sentence("The run has too few finite records for statistics.")
         return
-    if start := grown_from(run):
+    if start := ramp_end(run):
         yield Sentence("Figures start at {}, when the waves have grown.", [Value(start, "s")])
     yield from figures(found)
     yield from contact_nodes(found)
@@ -163,10 +164,10 @@ def figures(found: xr.Dataset) -> Iterator[Node]:
         )
         head = ("channel", "side", "observed", "most probable", "interval", "another run", "law")
         yield Table(head, rows)
-    if without := list(_without(found, channels)):
+    if without := list(_reasons_without_extremes(found, channels)):
         yield List(without, "No extremes:")
-        if any(SEEDS in item.text for item in without):
-            yield Sentence(HOW)
+        if any(SEEDS_HINT in item.text for item in without):
+            yield Sentence(STATISTICS_METHOD_NOTE)
     yield from _in_phases(found, channels)
 
 
@@ -186,30 +187,30 @@ def contact_nodes(found: xr.Dataset) -> Iterator[Node]:
 
 def has_statistics(run: xr.Dataset) -> bool:
     """Whether a run has enough finite records for figures."""
-    return run.time.size >= FEWEST and bool(np.isfinite(run.position).all())
+    return run.time.size >= MIN_RECORDS and bool(np.isfinite(run.position).all())
 
 
-def grown_from(run: xr.Dataset) -> float:
+def ramp_end(run: xr.Dataset) -> float:
     """The time from which the waves have grown [s], if that is well before the end; else 0."""
     ramp = float(run.attrs.get("wave_ramp", 0.0))
     first, last = run.time.values[[0, -1]]
     return ramp if first < ramp < 0.5 * (first + last) else 0.0
 
 
-def _mean_verdicts(found: xr.Dataset, channels: Sequence[Channel]) -> Iterator[Node]:
+def _mean_verdicts(found: xr.Dataset, channels: Sequence[StatisticsChannel]) -> Iterator[Node]:
     """Warnings of channels whose records have another mean than their impulses."""
     for channel in channels:
         recorded = channel.recorded_mean(found)
         if np.isfinite(recorded.number):
-            yield Verdict(Outcome.WARNING, CHATTERS, [channel.title, recorded])
+            yield Verdict(Outcome.WARNING, CHATTER_NOTE, [channel.title, recorded])
 
 
-def _moments(found: xr.Dataset, channel: Channel) -> list[Cell]:
+def _moments(found: xr.Dataset, channel: StatisticsChannel) -> list[Cell]:
     return [channel.title, *(channel.figure(found, name) for name in MOMENTS)]
 
 
-def _extremes(found: xr.Dataset, channel: Channel) -> Iterator[list[Cell]]:
-    for side in SIDES:
+def _extremes(found: xr.Dataset, channel: StatisticsChannel) -> Iterator[list[Cell]]:
+    for side in EXTREME_SIDES:
         basis = channel.basis(found, side)
         if basis in LAWS:
             yield [
@@ -219,15 +220,17 @@ def _extremes(found: xr.Dataset, channel: Channel) -> Iterator[list[Cell]]:
                 channel.extreme(found, side, "mpm"),
                 channel.interval(found, side, "mpm"),
                 channel.interval(found, side, "predicted"),
-                LAW[basis],
+                LAW_NAMES[basis],
             ]
 
 
-def _without(found: xr.Dataset, channels: Sequence[Channel]) -> Iterator[Sentence]:
+def _reasons_without_extremes(
+    found: xr.Dataset, channels: Sequence[StatisticsChannel]
+) -> Iterator[Sentence]:
     """Why channels have no extremes: those that have the same reason together."""
     names: dict[Sentence, list[str]] = {}
     for channel in channels:
-        bases = {side: channel.basis(found, side) for side in SIDES}
+        bases = {side: channel.basis(found, side) for side in EXTREME_SIDES}
         for side, basis in bases.items():
             if basis not in LAWS:
                 reason = _reason(found, channel, basis)
@@ -241,16 +244,18 @@ def _both_sides(names: Sequence[str]) -> Iterator[str]:
     """Channels with their sides; without, where both sides are among the names."""
     titles = {name: name.rpartition(", ")[0] for name in names}
     several = Counter(titles.values())
-    yield from dict.fromkeys(t if several[t] == len(SIDES) else name for name, t in titles.items())
+    yield from dict.fromkeys(
+        t if several[t] == len(EXTREME_SIDES) else name for name, t in titles.items()
+    )
 
 
-def _reason(found: xr.Dataset, channel: Channel, basis: Basis) -> Sentence:
+def _reason(found: xr.Dataset, channel: StatisticsChannel, basis: ExtremeModel) -> Sentence:
     text, names = REASONS[basis]
     text = text.replace("{ramp:g}", f"{float(found.attrs['wave_ramp']):g}")
     return Sentence(text, tuple(channel.figure(found, name) for name in names))
 
 
-def _in_phases(found: xr.Dataset, channels: Sequence[Channel]) -> Iterator[Node]:
+def _in_phases(found: xr.Dataset, channels: Sequence[StatisticsChannel]) -> Iterator[Node]:
     """Figures of the channels that were asked for by name, in each phase."""
     if "named_phase" not in found:
         return
@@ -259,7 +264,7 @@ def _in_phases(found: xr.Dataset, channels: Sequence[Channel]) -> Iterator[Node]
         for group in _operations(found):
             for phase in map(str, found.phase.values):
                 at = found.named_phase.sel(contact_group=group, phase=phase, **channel.at)
-                of = {name: float(at.sel(statistic=name)) for name in NAMES}
+                of = {name: float(at.sel(statistic=name)) for name in STATISTIC_NAMES}
                 if not np.isnan(of["mean"]):
                     names = ("mean", "std", "smallest", "largest")
                     values = (Value(of[name], channel.unit) for name in names)

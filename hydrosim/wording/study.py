@@ -22,7 +22,7 @@ from hydrosim.presentation.document import (
     Value,
     Verdict,
 )
-from hydrosim.presentation.figures import Curve, Curves
+from hydrosim.presentation.figures import Curves, PlottedCurve
 from hydrosim.presentation.layout import text_of
 from hydrosim.presentation.units import units_of
 from hydrosim.results.error_figures import RELATIVE, reported_beyond
@@ -31,23 +31,21 @@ from hydrosim.results.ledger import CLOSED
 from hydrosim.results.runs_file import COMPLETE, DIFFER, with_keys
 from hydrosim.results.validation import DESIGN
 from hydrosim.statistics import effects
-from hydrosim.statistics.effects import DRAWN, Difference, Plan, Row
+from hydrosim.statistics.effects import SAMPLED_DESIGNS, Difference, EffectRow, PlanRuns
 from hydrosim.wording.assumptions import assumptions, case_nodes
-from hydrosim.wording.one_table import has_one_table, one_table
-from hydrosim.wording.parts import Parts, nodes_of, title_of
-from hydrosim.wording.seeds import extreme_nodes, seed_nodes, short, value_of
+from hydrosim.wording.one_table import has_results_table, results_table
+from hydrosim.wording.sections import MAX_TABLE_ROWS, Sections, build_sections, title_of
+from hydrosim.wording.seeds import extreme_nodes, seed_nodes, short_key, value_of
 from hydrosim.wording.study_criteria import study_criteria
 from hydrosim.wording.title_block import title_block
 
-MOST = 300
-"""Rows of a table, and remarks of a list."""
-TOLD = 5
+MAX_WARNINGS_TOLD = 5
 """Warnings that a summary tells."""
-NAMED = 10
+MAX_RUNS_NAMED = 10
 """Runs that a remark is of."""
-LINES = 12
+MAX_LINES_PER_CHART = 12
 """Lines of a picture."""
-MEANS = (
+INTERVALS_NOTE = (
     "The 90 % interval contains the true mean over all seeds with a probability of 90 %. The"
     ' interval "another seed" contains the value of one more seed with the same probability. Both'
     " use Student's t, which is exact if a figure is normally distributed over seeds. Intervals of"
@@ -57,17 +55,17 @@ MEANS = (
 
 def study_document(runs: xr.Dataset) -> Document:
     """The report of a file of many runs."""
-    nodes = [*title_block(runs), *nodes_of(PARTS, runs)]
-    return Document(title_of(runs), nodes, counted(runs), units_of(runs.attrs))
+    nodes = [*title_block(runs), *build_sections(STUDY_SECTIONS, runs)]
+    return Document(title_of(runs), nodes, counts_by_status(runs), units_of(runs.attrs))
 
 
 def study_tables(runs: xr.Dataset) -> Document:
     """Criteria, how the runs went, what they warn of and what parameters do, without the case."""
-    nodes = [*_outcome(runs), *_warned(runs, TOLD), *_results(runs)]
+    nodes = [*_outcome(runs), *_frequent_warnings(runs, MAX_WARNINGS_TOLD), *_results(runs)]
     return Document(title_of(runs), nodes, units=units_of(runs.attrs))
 
 
-def counted(runs: xr.Dataset) -> str:
+def counts_by_status(runs: xr.Dataset) -> str:
     """How many runs came to which end."""
     ends = ", ".join(f"{number} {name}" for name, number in _counts(runs).items())
     return f"{runs.sizes['run']} runs: {ends}"
@@ -101,10 +99,10 @@ def _ends(runs: xr.Dataset) -> Iterator[Node]:
         return
     text = "{} of {} runs are complete. Figures are of these."
     yield Verdict(Outcome.BAD, text, [str(complete), str(count)])
-    yield List(_at_most([_of_runs(text, own) for text, own in _unfinished(runs).items()]))
+    yield List(_at_most([_of_runs(text, own) for text, own in _unfinished_runs(runs).items()]))
 
 
-def _unfinished(runs: xr.Dataset) -> dict[str, list[int]]:
+def _unfinished_runs(runs: xr.Dataset) -> dict[str, list[int]]:
     """The numbers of the runs that are not complete, by what became of them."""
     found: dict[str, list[int]] = {}
     ends = zip(runs.status.values, runs.status_message.values, strict=True)
@@ -116,7 +114,9 @@ def _unfinished(runs: xr.Dataset) -> dict[str, list[int]]:
 
 def _of_runs(text: str, own: list[int]) -> Sentence:
     """A remark with the numbers of the runs that it is of."""
-    named = ", ".join(map(str, own[:NAMED])) + (", ..." if len(own) > NAMED else "")
+    named = ", ".join(map(str, own[:MAX_RUNS_NAMED])) + (
+        ", ..." if len(own) > MAX_RUNS_NAMED else ""
+    )
     runs = "run" if len(own) == 1 else f"{len(own)} runs:"
     return Sentence("{} ({} {})", [text, runs, named])
 
@@ -128,13 +128,13 @@ def _results(runs: xr.Dataset) -> Iterator[Node]:
         yield Sentence(text)
         return
     plans = effects.plans(runs)
-    yield from one_table(plans)
+    yield from results_table(plans)
     for plan in plans:
         title = " ".join(f"{plan.name} {plan.design}".replace("_", " ").split())
         yield Sentence("Plan: {}, {} runs.", [title, str(plan.runs.sizes["run"])])
         if plan.figures:
-            yield from _of_samples(plan) if plan.design in DRAWN else _of_values(plan)
-            if plan.design not in DRAWN and "motion" in runs:
+            yield from _of_samples(plan) if plan.design in SAMPLED_DESIGNS else _of_values(plan)
+            if plan.design not in SAMPLED_DESIGNS and "motion" in runs:
                 yield from extreme_nodes(plan)
         elif "motion" in runs:
             yield from seed_nodes(plan)
@@ -142,22 +142,22 @@ def _results(runs: xr.Dataset) -> Iterator[Node]:
             yield Sentence("The study file asks for no figures.")
 
 
-def _of_values(plan: Plan) -> Iterator[Node]:
+def _of_values(plan: PlanRuns) -> Iterator[Node]:
     rows = list(effects.rows(plan))
     names = [*dict.fromkeys(name for row in rows for name in row.values)]
-    head = ("figure", *map(short, names), "mean", "90 % interval", "another seed", "runs")
-    again = has_one_table(plan)
-    yield Table(head, [_cells(plan, row, names) for row in rows[:MOST]], detail=again)
-    yield Sentence(MEANS, detail=True)
-    if len(rows) > MOST:
-        more = str(len(rows) - MOST)
+    head = ("figure", *map(short_key, names), "mean", "90 % interval", "another seed", "runs")
+    again = has_results_table(plan)
+    yield Table(head, [_cells(plan, row, names) for row in rows[:MAX_TABLE_ROWS]], detail=again)
+    yield Sentence(INTERVALS_NOTE, detail=True)
+    if len(rows) > MAX_TABLE_ROWS:
+        more = str(len(rows) - MAX_TABLE_ROWS)
         yield Sentence("{} more rows are in the table that hydrosim statistics writes.", [more])
     if told := [_difference(plan, each) for each in _differences(plan)]:
         yield List(told, "What the parameters change:", detail=again)
     yield from _pictures(plan, rows)
 
 
-def _cells(plan: Plan, row: Row, names: Sequence[str]) -> list[Cell]:
+def _cells(plan: PlanRuns, row: EffectRow, names: Sequence[str]) -> list[Cell]:
     s = row.spread
     values = [value_of(row.values[name], plan.unit(name)) for name in names]
     mean = Value(s.mean, row.unit) if s.n else "no run has a value"
@@ -166,23 +166,23 @@ def _cells(plan: Plan, row: Row, names: Sequence[str]) -> list[Cell]:
     return [row.figure, *values, mean, interval, another, str(s.n)]
 
 
-def _differences(plan: Plan) -> list[Difference]:
+def _differences(plan: PlanRuns) -> list[Difference]:
     """Differences between the ends of a parameter, of plans that have them."""
     if plan.design != "one_at_a_time" and len(plan.parameters) != 1:
         return []
     return list(effects.differences(plan))
 
 
-def _difference(plan: Plan, of: Difference) -> Sentence:
+def _difference(plan: PlanRuns, of: Difference) -> Sentence:
     """A change in words; its interval where there are seeds to have one of, what contacts did where
     there are contacts."""
     axis = plan.axis(of.parameter)
     at = of.spread
     ends = [value_of(of.low, plan.unit(axis)), value_of(of.high, plan.unit(axis))]
     if not at.n:
-        return Sentence("{}: no seed has a value at both ends of {}.", [of.figure, short(axis)])
+        return Sentence("{}: no seed has a value at both ends of {}.", [of.figure, short_key(axis)])
     text = "{} changes by {} from {} {} to {}"
-    parts: list[Part] = [of.figure, Value(at.mean, of.unit), short(axis), *ends]
+    parts: list[Part] = [of.figure, Value(at.mean, of.unit), short_key(axis), *ends]
     if np.isfinite(at.low):
         text += " ({}; {} seeds, standard deviation {})"
         parts += [Between(at.low, at.high, of.unit), str(at.n), Value(of.std, of.unit, 2)]
@@ -197,7 +197,7 @@ def _difference(plan: Plan, of: Difference) -> Sentence:
     return Sentence(f"{text}.", parts)
 
 
-def _pictures(plan: Plan, rows: list[Row]) -> Iterator[Node]:
+def _pictures(plan: PlanRuns, rows: list[EffectRow]) -> Iterator[Node]:
     """Each figure over the first parameter that is a number, a line for each value of others."""
     axes = [plan.axis(parameter) for parameter in plan.parameters]
     numbers = [a for a in axes if np.asarray(plan.runs[a].values).dtype.kind in "if"]
@@ -206,9 +206,9 @@ def _pictures(plan: Plan, rows: list[Row]) -> Iterator[Node]:
     axis = numbers[0]
     for figure in plan.figures:
         own = [row for row in rows if row.figure == figure]
-        others = [_others(plan, row, axis) for row in own]
+        others = [_other_parameters(plan, row, axis) for row in own]
         kinds = list(dict.fromkeys(others))
-        if len(kinds) <= LINES:
+        if len(kinds) <= MAX_LINES_PER_CHART:
             curves = {
                 ", ".join(kind) or figure: _curve(
                     [row for row, other in zip(own, others, strict=True) if other == kind], axis
@@ -217,10 +217,10 @@ def _pictures(plan: Plan, rows: list[Row]) -> Iterator[Node]:
             }
             unit = own[0].unit if own else ""
             title = f"{figure}: means over seeds with their 90 % intervals"
-            yield Curves(title, short(axis), plan.unit(axis), figure, unit, curves)
+            yield Curves(title, short_key(axis), plan.unit(axis), figure, unit, curves)
 
 
-def _others(plan: Plan, row: Row, axis: str) -> tuple[str, ...]:
+def _other_parameters(plan: PlanRuns, row: EffectRow, axis: str) -> tuple[str, ...]:
     """The values of all parameters but one, as they are read."""
     units = units_of(plan.runs.attrs)
     rest = {name: value for name, value in row.values.items() if name != axis}
@@ -228,17 +228,17 @@ def _others(plan: Plan, row: Row, axis: str) -> tuple[str, ...]:
     return tuple(text_of(value, units) for value in each)
 
 
-def _curve(rows: list[Row], axis: str) -> Curve:
+def _curve(rows: list[EffectRow], axis: str) -> PlottedCurve:
     rows = sorted(rows, key=lambda row: float(row.values[axis]))
     x = np.array([float(row.values[axis]) for row in rows])
     y, low, high = np.array([row.spread[1:4] for row in rows], float).T
-    return Curve(x, y, low, high)
+    return PlottedCurve(x, y, low, high)
 
 
-def _of_samples(plan: Plan) -> Iterator[Node]:
+def _of_samples(plan: PlanRuns) -> Iterator[Node]:
     """Correlations of drawn samples, or Sobol's indices."""
     if plan.design != "sobol_indices":
-        rows = [(f, short(p), Value(r, digits=3)) for f, p, r in effects.correlations(plan)]
+        rows = [(f, short_key(p), Value(r, digits=3)) for f, p, r in effects.correlations(plan)]
         yield Table(("figure", "parameter", "Spearman's rank correlation"), rows)
         return
     try:
@@ -249,7 +249,7 @@ def _of_samples(plan: Plan) -> Iterator[Node]:
     yield Sentence("Sobol's indices are shares of the variance of a figure.")
     head = ("figure", "parameter", "alone", "90 % interval", "with all others", "90 % interval")
     rows_: list[list[Cell]] = [
-        [e.figure, short(e.parameter), *_share(e.first), *_share(e.total)] for e in found
+        [e.figure, short_key(e.parameter), *_share(e.first), *_share(e.total)] for e in found
     ]
     yield Table(head, rows_)
 
@@ -265,15 +265,15 @@ def _case(runs: xr.Dataset) -> Iterator[Node]:
     yield from case_nodes(runs.assign_attrs(first))
 
 
-def _assumed(runs: xr.Dataset) -> Iterator[Node]:
+def _study_assumptions(runs: xr.Dataset) -> Iterator[Node]:
     """Warnings with how many runs have them, then what the runs have in common."""
-    told = list(_warned(runs, MOST))
+    told = list(_frequent_warnings(runs, MAX_TABLE_ROWS))
     yield from told or [Sentence("The runs hold no warnings.")]
     yield Sentence("The rest is the same in all complete runs.")
     yield assumptions(runs)
 
 
-def _warned(runs: xr.Dataset, most: int) -> Iterator[Node]:
+def _frequent_warnings(runs: xr.Dataset, most: int) -> Iterator[Node]:
     """The most frequent warnings, each with how many runs have it."""
     if "warnings" not in runs:
         return
@@ -310,23 +310,23 @@ def _measured_errors(runs: xr.Dataset) -> Iterator[Node]:
     for run in measured:
         values = [str(runs[name].values[run]) for name in names]
         rows.append([str(run), *values, Value(float(runs[RELATIVE].values[run]), digits=1)])
-    head = ("run", *map(short, names), "error of motions, of their range")
+    head = ("run", *map(short_key, names), "error of motions, of their range")
     yield Table(head, rows, "Errors by the steps of the solver, in runs that measured them")
     yield Sentence("A run has a warning beyond {}.", [Value(reported_beyond(runs), digits=1)])
 
 
 def _at_most(items: list[Sentence]) -> list[Sentence]:
-    more = len(items) - MOST
+    more = len(items) - MAX_TABLE_ROWS
     if more <= 0:
         return items
-    return [*items[:MOST], Sentence("{} more are in the result file.", [str(more)])]
+    return [*items[:MAX_TABLE_ROWS], Sentence("{} more are in the result file.", [str(more)])]
 
 
-PARTS: Parts[xr.Dataset] = {
+STUDY_SECTIONS: Sections[xr.Dataset] = {
     "outcome": ("Outcome", _outcome),
     "results": ("What parameters do", _results),
     "case": ("Case", _case),
-    "assumptions": ("Assumptions and warnings", _assumed),
+    "assumptions": ("Assumptions and warnings", _study_assumptions),
     "convergence": ("Convergence", _convergence),
 }
 """Sections by name: the heading, and what gives the nodes below it."""

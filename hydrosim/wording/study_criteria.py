@@ -9,8 +9,8 @@ import xarray as xr
 
 from hydrosim.presentation.document import Cell, Node, Outcome, Sentence, Table, Verdict
 from hydrosim.results.runs_file import COMPLETE
-from hydrosim.statistics.criteria import Criterion, Judged, judge_plan, judge_study
-from hydrosim.statistics.effects import DRAWN, Plan
+from hydrosim.statistics.criteria import Criterion, JudgedCriterion, judge_plan, judge_study
+from hydrosim.statistics.effects import SAMPLED_DESIGNS, PlanRuns
 from hydrosim.wording.criteria import (
     criteria_verdict,
     criterion_figures,
@@ -18,13 +18,11 @@ from hydrosim.wording.criteria import (
     meanings,
     met_or_not,
 )
+from hydrosim.wording.sections import MAX_TABLE_ROWS
 from hydrosim.wording.seeds import named_values
 
-MOST = 300
-"""Rows of a table."""
 
-
-def study_criteria(runs: xr.Dataset, plans: Sequence[Plan]) -> Iterator[Node]:
+def study_criteria(runs: xr.Dataset, plans: Sequence[PlanRuns]) -> Iterator[Node]:
     """A verdict on all criteria of a study, one on each that is not met, the register with values
     of the worst run, and the criteria at each value of the parameters."""
     found = judge_study(plans)
@@ -46,7 +44,7 @@ def study_criteria(runs: xr.Dataset, plans: Sequence[Plan]) -> Iterator[Node]:
         for each in found
     ]
     yield Table((*head, *more), rows, "Criteria")
-    yield from (_without(each) for each in found if each.without)
+    yield from (_runs_without_event(each) for each in found if each.without)
     yield from _by_value(plans)
     yield meanings(worst)
 
@@ -61,49 +59,49 @@ def _verdict(runs: xr.Dataset, worst: Sequence[Criterion]) -> Verdict:
     return criteria_verdict(worst, where, Outcome.WARNING)
 
 
-def _broken_in(of: Judged, plans: Sequence[Plan]) -> Verdict:
+def _broken_in(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> Verdict:
     place = _place(of, plans)
     at = f" in the worst run ({place})" if place else " in the worst run"
     return criterion_not_met(of.worst, at, f" {of.met} of {of.runs} runs meet it.")
 
 
-def _share(of: Judged) -> str:
+def _share(of: JudgedCriterion) -> str:
     return f"{of.met}/{of.runs}"
 
 
-def _place(of: Judged, plans: Sequence[Plan]) -> str:
+def _place(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> str:
     """The plan, the values of the parameters and the seed of the worst run."""
     seed = f"seed {of.seed}" if of.seed else ""
     return ", ".join(filter(None, [_plan(of, plans), named_values(of.plan, of.values), seed]))
 
 
-def _plan(of: Judged, plans: Sequence[Plan]) -> str:
+def _plan(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> str:
     return of.plan.name.replace("_", " ") if len(plans) > 1 else ""
 
 
-def _without(of: Judged) -> Sentence:
+def _runs_without_event(of: JudgedCriterion) -> Sentence:
     return Sentence(
         "{} of {} runs never come to {} ({}). They count as runs that meet it.",
         [str(of.without), str(of.runs), of.worst.name, of.worst.what],
     )
 
 
-def _by_value(plans: Sequence[Plan]) -> Iterator[Table | Sentence]:
+def _by_value(plans: Sequence[PlanRuns]) -> Iterator[Table | Sentence]:
     """Each criterion at each value of the parameters, of plans that have values."""
-    own = [plan for plan in plans if plan.parameters and plan.design not in DRAWN]
+    own = [plan for plan in plans if plan.parameters and plan.design not in SAMPLED_DESIGNS]
     each = [judged for plan in own for judged in judge_plan(plan)]
     each.sort(key=lambda judged: [*own[0].criteria].index(judged.worst.name))
     if not each:
         return
     head = ("criterion", "at", "worst value", "margin", "", "runs within")
-    rows = [_row_at(judged, plans) for judged in each[:MOST]]
+    rows = [_row_at(judged, plans) for judged in each[:MAX_TABLE_ROWS]]
     yield Table(head, rows, "Criteria at each value")
-    if len(each) > MOST:
-        more = str(len(each) - MOST)
+    if len(each) > MAX_TABLE_ROWS:
+        more = str(len(each) - MAX_TABLE_ROWS)
         yield Sentence("{} more rows are in the table that hydrosim statistics writes.", [more])
 
 
-def _row_at(of: Judged, plans: Sequence[Plan]) -> list[Cell]:
+def _row_at(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> list[Cell]:
     name, worst, _, margin, _ = criterion_figures(of.worst)
     at = ", ".join(filter(None, [_plan(of, plans), named_values(of.plan, of.values)]))
     return [name, at, worst, margin, met_or_not(of.worst), _share(of)]

@@ -11,7 +11,7 @@ from hydrosim.case.criteria import TITLE_BLOCK
 from hydrosim.case.tables import plain, seas
 from hydrosim.presentation.document import Cell, Node, Sentence, Table
 from hydrosim.presentation.units import units_of
-from hydrosim.wording.parts import lines_of
+from hydrosim.wording.sections import lines_of
 
 LABELS = {
     "project": "Project",

@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 import hydrosim as hs
 from hydrosim.case.particulars import Particulars
 from hydrosim.database.build.recipe import load_recipe
-from hydrosim.database.build.water import SHALLOWEST
+from hydrosim.database.build.water import MIN_TESTED_KH
 
 BOX = Path(__file__).parents[2] / "hydro_db" / "box.nc"
 SIDES = ("--length", "180 m", "--beam", 55, "--draught", "800 cm")
@@ -110,7 +110,7 @@ def test_a_recipe_begins_at_a_frequency_that_can_be_computed(
     recipe = load_recipe(tmp_path / "own_hull.yaml").data
     first = recipe.frequencies[0]
     k = brentq(lambda k: 9.81 * k * tanh(k * depth) - first**2, 1e-9, 1.0)
-    assert k * depth > SHALLOWEST
+    assert k * depth > MIN_TESTED_KH
     assert first - recipe.frequencies[1] == pytest.approx(-0.03)
     assert first == pytest.approx(0.03)
 

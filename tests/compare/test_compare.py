@@ -15,9 +15,9 @@ from recorded_runs import SIZE, made_run, position, sea, write_csv
 
 from hydrosim.compare import Comparison, MappingFile, compare
 from hydrosim.compare.align import precision_of
-from hydrosim.compare.comparison import beyond
+from hydrosim.compare.comparison import exceeded_tolerances
 from hydrosim.compare.dataset import to_dataset
-from hydrosim.compare.diagnosis import NEAR, UNITS
+from hydrosim.compare.diagnosis import CONFUSED_UNITS, UNIT_GAIN_TOLERANCE
 from hydrosim.documents.units import factor
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
@@ -105,12 +105,14 @@ def test_planted_differences_are_named(against: Against, name: str) -> None:
         assert result.verdict == verdict
 
 
-@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize("unit", CONFUSED_UNITS)
 def test_units_that_are_taken_for_ours(unit: str) -> None:
     """All of them are units, of the same kind, and more than the tolerance of a gain apart."""
-    sizes = sorted(factor(other, unit) ** sign for other in UNITS[unit] for sign in (1, -1))
-    assert min(np.diff(np.log([*sizes, 1e12]))) > 2 * NEAR
-    assert min(np.abs(np.log(sizes))) > 2 * NEAR
+    sizes = sorted(
+        factor(other, unit) ** sign for other in CONFUSED_UNITS[unit] for sign in (1, -1)
+    )
+    assert min(np.diff(np.log([*sizes, 1e12]))) > 2 * UNIT_GAIN_TOLERANCE
+    assert min(np.abs(np.log(sizes))) > 2 * UNIT_GAIN_TOLERANCE
 
 
 def test_pairs_of_causes_are_not_seen_in_each_other(against: Against) -> None:
@@ -327,13 +329,16 @@ def test_tolerances(against: Against) -> None:
         "energy_kinetic": "x",
     }
     found = against(columns, names)
-    assert beyond(found, {"*": 0.025, "energy_kinetic": 1.1e5}) == {}
-    assert beyond(found, {"*": 0.01}) == {"position.barge.heave": 0.01, "energy_kinetic": 0.01}
-    assert beyond(found, {"*": 0.01, "position.*": 0.03, "energy_kinetic": 9e4}) == {
+    assert exceeded_tolerances(found, {"*": 0.025, "energy_kinetic": 1.1e5}) == {}
+    assert exceeded_tolerances(found, {"*": 0.01}) == {
+        "position.barge.heave": 0.01,
+        "energy_kinetic": 0.01,
+    }
+    assert exceeded_tolerances(found, {"*": 0.01, "position.*": 0.03, "energy_kinetic": 9e4}) == {
         "energy_kinetic": 9e4
     }
     with pytest.raises(InputError, match=r"--tolerance: found position\.barge\.heeve; expected"):
-        beyond(found, {"position.barge.heeve": 0.1})
+        exceeded_tolerances(found, {"position.barge.heeve": 0.1})
 
 
 def test_dataset(against: Against, tmp_path: Path) -> None:

@@ -8,14 +8,14 @@ import xarray as xr
 from reading import tables, texts
 
 from hydrosim.compare.dataset import studies_dataset
-from hydrosim.compare.studies import Comparison, compare_studies
+from hydrosim.compare.studies import StudyComparison, compare_studies
 from hydrosim.errors import InputError
 from hydrosim.wording.compared_studies import studies_tables
 
 RUNS, CHANNELS = 12, 20
 
 
-def said(found: Comparison) -> list[str]:
+def said(found: StudyComparison) -> list[str]:
     """What is said of a comparison: which runs, sentences, verdicts."""
     document = studies_tables(studies_dataset(found, {}))
     return [document.subtitle, *texts(document.nodes)]

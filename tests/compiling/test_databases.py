@@ -12,8 +12,8 @@ import hydrosim as hs
 from hydrosim.compiling.compile import compile_scene
 from hydrosim.compiling.suitability import judged
 from hydrosim.compiling.wet import moving
-from hydrosim.database import HydroDatabase, Use, body_of, check, doubts, load
-from hydrosim.database.changes import changed
+from hydrosim.database import HydroDatabase, Use, body_of, check, doubt_warnings, load
+from hydrosim.database.changes import apply_changes
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.scene import (
@@ -86,7 +86,7 @@ def two() -> HydroDatabase:
 def test_two_bodies_with_noise_in_sway_and_roll_run_in_heave(two) -> None:
     """As they are; in all that moves they are refused, with frequency, pair and size."""
     bad = noisy(two, 0.2, SWAY, ROLL)
-    assert {f.name for f in check(bad) if f.refused} >= {"symmetry of added mass"}
+    assert {f.name for f in check(bad) if f.is_refused} >= {"symmetry of added mass"}
     run, sound = (hs.simulate(pair(db, ("heave",))) for db in (bad, two))
     assert run.attrs["status"] == "complete"
     np.testing.assert_array_equal(run.position, sound.position)
@@ -107,7 +107,7 @@ def test_what_is_above_the_frequencies_of_the_waves_is_a_doubt() -> None:
     damping[top, HEAVE, HEAVE] = -0.5 * damping[:, HEAVE, HEAVE].max()
     bad = replace(db, radiation_damping=damping)
     with pytest.raises(InputError, match=r"positive damping: found .* at 2\.\d+ rad/s"):
-        doubts(bad, Use())
+        doubt_warnings(bad, Use())
     compiled = compile_scene(barge(bad, ("heave",)))
     assert any("positive damping" in text for text in compiled.notes.warnings)
     low = damping.copy()
@@ -147,10 +147,10 @@ def test_moments_of_noise_are_no_wrong_convention(share) -> None:
     lever = share * np.cbrt(db.volume[0])
     loads = db.excitation.copy()
     loads[..., ROLL] += lever * loads[..., HEAVE]
-    found = [finding for finding in check(replace(db, excitation=loads)) if finding.refused]
+    found = [finding for finding in check(replace(db, excitation=loads)) if finding.is_refused]
     assert not found
     loads[..., ROLL] *= -1.0
-    assert any(finding.refused for finding in check(replace(db, excitation=loads)))
+    assert any(finding.is_refused for finding in check(replace(db, excitation=loads)))
 
 
 def test_a_database_made_in_python_is_checked() -> None:
@@ -215,12 +215,12 @@ def test_ways_past_a_refusal_are_recorded(way) -> None:
 
 
 def test_symmetrising_mends_noise_and_nothing_else(two) -> None:
-    mended = changed(noisy(two, 0.2, SWAY, ROLL), Changes(symmetrise=True))
-    assert not any(finding.refused for finding in check(mended))
+    mended = apply_changes(noisy(two, 0.2, SWAY, ROLL), Changes(symmetrise=True))
+    assert not any(finding.is_refused for finding in check(mended))
     for name in MATRICES:
         matrix = getattr(mended, name)
         np.testing.assert_array_equal(matrix, matrix.swapaxes(1, 2))
-    again = changed(hull(), Changes(symmetrise=True))
+    again = apply_changes(hull(), Changes(symmetrise=True))
     np.testing.assert_allclose(again.added_mass, hull().added_mass, atol=1e-3 * 1.6e8)
 
 
@@ -238,14 +238,14 @@ def test_bodies_apart_are_by_themselves(two) -> None:
     np.testing.assert_array_equal(found.position, expected.position)
     both = tuple(replace(body, hydrodynamics=apart) for body in scene.bodies)
     couple = hs.simulate(replace(scene, bodies=both))
-    coupled = changed(two, Changes(bodies_apart=True))
+    coupled = apply_changes(two, Changes(bodies_apart=True))
     assert not coupled.added_mass[:, :6, 6:].any()
     assert np.abs(couple.position - hs.simulate(scene).position).max() > 1e-3
 
 
 def test_a_database_without_loads_serves_in_calm_water() -> None:
     """Memory and decay are those with loads; waves are refused, unless they drive nothing."""
-    bare = changed(hull(), Changes(without=(Without.LOADS,)))
+    bare = apply_changes(hull(), Changes(without=(Without.LOADS,)))
     calm = with_body(in_waves(barge(hull(), ("heave",))), position=(0, 0, 1.0, 0, 0, 0))
     found, expected = (
         hs.simulate(with_body(calm, hydrodynamics=db)).position for db in (bare, hull())
@@ -265,7 +265,7 @@ def test_a_database_without_loads_serves_in_calm_water() -> None:
 )
 def test_changes_that_do_not_fit_are_refused(changes, message) -> None:
     with pytest.raises(InputError, match=message):
-        changed(hull(), changes)
+        apply_changes(hull(), changes)
 
 
 def test_coefficients_alone_are_a_damped_oscillator(figure) -> None:

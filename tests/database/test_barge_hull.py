@@ -80,8 +80,8 @@ def test_particulars_of_the_study(h851):
 def test_panels_close_the_hull_exactly(h851, mesh):
     """Plane faces with their corners on stations: no discretisation error, normals outward."""
     result = barge.hydrostatics(h851)
-    hull = barge.mirrored(barge.half_hull(h851, mesh))
-    lid = barge.mirrored(barge.half_lid(h851, mesh))
+    hull = barge.with_mirror_image(barge.half_hull(h851, mesh))
+    lid = barge.with_mirror_image(barge.half_lid(h851, mesh))
     assert enclosed_volume(hull) == pytest.approx(result.volume, rel=1e-12)
     up = np.array([0.0, 0.0, result.area])
     np.testing.assert_allclose(area_vectors(hull).sum(axis=0), -up, atol=1e-8)
@@ -94,7 +94,7 @@ def test_second_moments_converge_to_the_closed_form(h851):
 
     def error(factor: int) -> float:
         mesh = barge.Resolution(lid_along=(2 * factor, 3 * factor, 3 * factor), lid_across=factor)
-        lid = barge.mirrored(barge.half_lid(h851, mesh))
+        lid = barge.with_mirror_image(barge.half_lid(h851, mesh))
         areas = -area_vectors(lid)[:, 2]
         return float(areas @ lid.mean(axis=1)[:, 1] ** 2 / result.second_yy - 1)
 
@@ -105,5 +105,5 @@ def test_second_moments_converge_to_the_closed_form(h851):
 
 def test_number_of_panels(h851):
     mesh = barge.Resolution()
-    assert len(barge.mirrored(barge.half_hull(h851, mesh))) == 2368
-    assert len(barge.mirrored(barge.half_lid(h851, mesh))) == 912
+    assert len(barge.with_mirror_image(barge.half_hull(h851, mesh))) == 2368
+    assert len(barge.with_mirror_image(barge.half_lid(h851, mesh))) == 912

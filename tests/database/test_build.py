@@ -15,7 +15,7 @@ from scipy.special import hankel1, jv, kn
 from validation_data import unpacked
 
 from hydrosim.database.build import barge, drift, store
-from hydrosim.database.build.water import SHALLOWEST, Water
+from hydrosim.database.build.water import MIN_TESTED_KH, Water
 from hydrosim.errors import InputError
 from hydrosim.evidence import Feature, Kind
 from hydrosim.outputs import Output
@@ -25,7 +25,7 @@ pytest.importorskip("capytaine", reason="capytaine is not installed (pip install
 import capytaine as cpt
 
 from hydrosim.database.build import bem, green, mesh, near_field
-from hydrosim.database.build.afloat import afloat
+from hydrosim.database.build.afloat import hulls_afloat
 from hydrosim.database.build.build import build
 from hydrosim.database.build.command import build_database
 from hydrosim.database.build.recipe import Recipe, load_recipe
@@ -109,7 +109,7 @@ def test_froude_krylov_of_a_box(tmp_path, depth, degrees):
     """The pressure integrated over six rectangles by hand: 1e-3 in magnitude and phase."""
     L, B, T, w = 100.0, 20.0, 5.0, 0.6
     heading, water = np.radians([degrees]), Water(depth=depth)
-    hull = afloat(a_box(tmp_path, panels=2)).hull
+    hull = hulls_afloat(a_box(tmp_path, panels=2)).hull
     computed = bem.froude_krylov(hull, water, w, heading)[0]
     k = water.wavenumber(w)
     kx, ky = k * np.cos(heading[0]), k * np.sin(heading[0])
@@ -132,14 +132,14 @@ def test_sphere_by_the_equation_for_the_potential(tmp_path):
     32 x 8 panels, where sources are 7.1 off. The mesh holds the volume whatever its panels."""
     path = tmp_path / "sphere.yaml"
     path.write_text(SPHERE.format(method="direct"))
-    floats = afloat(load_recipe(path))
+    floats = hulls_afloat(load_recipe(path))
     half = 1025.0 * floats.integrals[0].volume / 2
     assert mesh.integrals(floats.panels).volume == pytest.approx(2 * half / 1025.0, rel=1e-12)
     assert mesh.is_symmetric(floats.panels)
     heave = bem.limit_added_mass(floats.hull, Water(), np.inf)[2, 2]
     assert heave == pytest.approx(half, rel=0.02)
     path.write_text(SPHERE.format(method="indirect"))
-    sources = bem.limit_added_mass(afloat(load_recipe(path)).hull, Water(), np.inf)[2, 2]
+    sources = bem.limit_added_mass(hulls_afloat(load_recipe(path)).hull, Water(), np.inf)[2, 2]
     assert 0.06 < sources / half - 1 < 0.08
 
 
@@ -176,7 +176,7 @@ def test_the_sea_bed_adds_what_a_series_of_eigenfunctions_says(validated):
     """To the Green function of deep water and the source's image in the bed."""
     depth = 20.0
     errors = []
-    for kh in (SHALLOWEST, 0.15, 2.0, 8.0):
+    for kh in (MIN_TESTED_KH, 0.15, 2.0, 8.0):
         k = kh / depth
         nu = k * np.tanh(kh)
         tables = green.bed_tables(k, nu, depth, 100.0, 5.0)
@@ -196,7 +196,7 @@ def test_the_sea_bed_adds_what_a_series_of_eigenfunctions_says(validated):
 @pytest.mark.parametrize("kh", [0.1, 1.0, np.inf])
 def test_slopes_of_the_sea_bed_are_those_of_its_potentials(tmp_path, kh, adjoint):
     """K is the slope of S along the normal, of the point or of the source."""
-    depth, panels = 12.0, afloat(a_box(tmp_path, panels=10)).hull.panels
+    depth, panels = 12.0, hulls_afloat(a_box(tmp_path, panels=10)).hull.panels
     mesh = bem.mesh_of(panels)
     water = {"water_depth": depth, "wavenumber": kh / depth}
     whole = green.FiniteDepth()
@@ -212,7 +212,7 @@ def test_slopes_of_the_sea_bed_are_those_of_its_potentials(tmp_path, kh, adjoint
 
 def test_finite_depth_costs_little_more_than_infinite(tmp_path):
     """At equal panels: 1.5 times with many panels."""
-    hull, headings = afloat(a_box(tmp_path, panels=2.5)).hull, np.zeros(1)
+    hull, headings = hulls_afloat(a_box(tmp_path, panels=2.5)).hull, np.zeros(1)
     took = {}
     for depth in (np.inf, 20.0):
         bem.solve(hull, Water(depth=depth), 0.7, headings)  # loads tables, compiles
@@ -226,7 +226,7 @@ def test_sea_bed_is_a_mirror(tmp_path):
     """Waves of infinite frequency have no pressure at z = 0: the hull in shallow water is one of a
     pile of double hulls that heave in turn, here in deep water, whose Green function is another.
     Ten of them leave half a per cent."""
-    box, depth = afloat(a_box(tmp_path, panels=10)), 12.0
+    box, depth = hulls_afloat(a_box(tmp_path, panels=10)), 12.0
     shallow = bem.limit_added_mass(box.hull, Water(depth=depth), np.inf)[2, 2]
     pile, speed = [box.panels], [np.ones(len(box.panels))]
     for n in range(1, 5):
@@ -250,8 +250,8 @@ def test_shallow_water_keeps_the_energy(tmp_path):
     per cent on these few panels, as in deep water (heave 4.0 there, 3.8 here); and the balance of
     the drift: 3 per cent."""
     recipe, water = a_box(tmp_path, panels=4, depth="15 m", frequencies="[0.9]"), Water(depth=15.0)
-    solution = bem.solve(afloat(recipe).hull, water, 0.9, recipe.headings)
-    waves = np.sum(np.abs(solution.kochin_radiation) ** 2, axis=1) * drift.STEP
+    solution = bem.solve(hulls_afloat(recipe).hull, water, 0.9, recipe.headings)
+    waves = np.sum(np.abs(solution.kochin_radiation) ** 2, axis=1) * drift.DIRECTION_STEP
     k = water.wavenumber(0.9)
     leaving = 2 * drift._factors(k, 0.9, water)[1] / (k * 0.9) * waves
     np.testing.assert_allclose(leaving[:3], np.diag(solution.damping)[:3], rtol=0.05)
@@ -347,14 +347,14 @@ def test_qtf_of_a_recipe(tmp_path, own_store, monkeypatch):
 
 
 def test_changed_inputs_are_solved_again(tmp_path):
-    hull = afloat(a_box(tmp_path)).hull
+    hull = hulls_afloat(a_box(tmp_path)).hull
     moved = hull.panels.copy()
     moved[0, 0, 0] = np.nextafter(moved[0, 0, 0], 1e3)
     water, headings = Water(), np.array([0.0, 1.0])
     keys = [
         bem.solution_key(hull, water, 0.5, headings),
         bem.solution_key(replace(hull, panels=moved), water, 0.5, headings),
-        bem.solution_key(replace(hull, lid=mesh.NONE), water, 0.5, headings),
+        bem.solution_key(replace(hull, lid=mesh.NO_PANELS), water, 0.5, headings),
         bem.solution_key(replace(hull, symmetric=False), water, 0.5, headings),
         bem.solution_key(replace(hull, centres=((0.0, 0.0, 1.0),)), water, 0.5, headings),
         bem.solution_key(hull, Water(density=1000.0), 0.5, headings),
@@ -447,7 +447,7 @@ def test_hydrostatics_of_panels_are_the_closed_form():
     """For plane panels exact, about any axes and without symmetry."""
     shape = barge.Barge(260.0, 63.0, 12.4, 42.0, 100.0, 51.23, 2.4, 19.0)
     exact = barge.hydrostatics(shape)
-    panels = barge.mirrored(barge.half_hull(shape, barge.resolution(shape, 15.0)))
+    panels = barge.with_mirror_image(barge.half_hull(shape, barge.resolution(shape, 15.0)))
     found = mesh.integrals(panels)
     for name in ("area", "moment_x", "second_xx", "second_yy", "volume", "centre_of_buoyancy"):
         np.testing.assert_allclose(
@@ -464,7 +464,7 @@ def test_mesh_files_are_scaled_and_clipped(tmp_path):
     lower = sphere(16, 6, 10.0)
     whole = np.concatenate([lower, lower[:, ::-1] * [1, 1, -1]])[:, ::-1] + [0, 0, 100.0]
     gdf(tmp_path / "ball.gdf", whole)
-    floats = afloat(a_mesh(tmp_path, "ball.gdf", scale=0.1, waterline=10))
+    floats = hulls_afloat(a_mesh(tmp_path, "ball.gdf", scale=0.1, waterline=10))
     assert floats.hull.symmetric
     assert (floats.hull.panels[..., 1] >= -1e-9).all()
     assert floats.integrals[0].volume == pytest.approx(mesh.integrals(lower / 10).volume, rel=1e-6)

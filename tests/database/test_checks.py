@@ -12,8 +12,8 @@ import pytest
 from validation_data import unpacked
 
 from hydrosim.database import check, load, netcdf
-from hydrosim.database.changes import changed as changed_database
-from hydrosim.database.checks import CHECKS, accepted, doubts
+from hydrosim.database.changes import apply_changes as changed_database
+from hydrosim.database.checks import CHECKS, accepted_findings, doubt_warnings
 from hydrosim.database.checks.use import EVERYTHING
 from hydrosim.database.load import read
 from hydrosim.errors import InputError
@@ -26,7 +26,7 @@ OPTIONAL = [name for name, variable in netcdf.VARIABLES.items() if variable.opti
 
 
 def failed(db) -> set[str]:
-    return {finding.name for finding in check(db) if not finding.passed}
+    return {finding.name for finding in check(db) if not finding.has_passed}
 
 
 def changed(db, **changes):
@@ -280,7 +280,9 @@ DOUBTED = {
     "centre of gravity 25 m higher": (capsizing, "metacentric heights"),
     "mass with 5 % more": ({"inertia_matrix": times(1.05)}, "weight"),
     "drift doubled in the file": (
-        lambda db: replace(db, attributes={**db.attributes, netcdf.NUMBERS: netcdf.ALTERED}),
+        lambda db: replace(
+            db, attributes={**db.attributes, netcdf.NUMBERS_ATTRIBUTE: netcdf.ALTERED}
+        ),
         "numbers as written",
     ),
     "QTF per two amplitudes": ({"qtf_difference": times(2)}, "QTF against mean drift"),
@@ -337,9 +339,9 @@ def test_a_refusal_says_how_noise_is_taken_away(whole):
     with pytest.raises(
         InputError, match=r"accept: \[symmetry of added mass.*--given symmetrise=true"
     ):
-        doubts(turned, EVERYTHING)
+        doubt_warnings(turned, EVERYTHING)
     with pytest.raises(InputError) as caught:
-        doubts(replace(whole, excitation=whole.excitation.conj()), EVERYTHING)
+        doubt_warnings(replace(whole, excitation=whole.excitation.conj()), EVERYTHING)
     assert "symmetrise" not in str(caught.value)
 
 
@@ -384,7 +386,7 @@ def test_wide_panels_are_a_cause_where_bodies_were_built_from_them(made_up, bodi
 def test_nonsense_is_refused_without_an_error(made_up, bodies):
     findings = check(made_up(bodies))
     assert all(np.isfinite(finding.figure) for finding in findings)
-    assert any(finding.refused for finding in findings)
+    assert any(finding.is_refused for finding in findings)
 
 
 def test_few_frequencies_and_headings_are_no_error(barge):
@@ -427,8 +429,8 @@ def test_short_lowest_wave_is_no_proof_of_convention(barge):
     """From 0.6 rad/s the loads are far from the limit of long waves: doubts, not refusals."""
     short = between(barge, 0.6, 2.2)
     findings = [finding for finding in check(short) if "long waves" in finding.name]
-    assert not all(finding.passed for finding in findings)
-    assert not any(finding.refused for finding in findings)
+    assert not all(finding.has_passed for finding in findings)
+    assert not any(finding.is_refused for finding in findings)
 
 
 def test_two_barges_far_from_the_origin_are_in_phase_with_their_own_waves(barge):
@@ -492,25 +494,25 @@ OTHERS = {
 def test_databases_of_others(name):
     given = Given(water_density=1000.0) if "hemi" in name else NOTHING_GIVEN
     findings = check(read(unpacked(name), given))
-    assert {finding.name for finding in findings if not finding.passed} == OTHERS[name]
-    assert not any(finding.refused for finding in findings)
+    assert {finding.name for finding in findings if not finding.has_passed} == OTHERS[name]
+    assert not any(finding.is_refused for finding in findings)
 
 
 def test_what_somebody_has_looked_into_is_not_warned_of_again(barge):
     """But stands in the table of `db check`; and what would be refused is still warned of."""
     short, name = between(barge, 0.02, 0.8), "kernel truncation"
-    assert any(name in said for said in doubts(short, EVERYTHING))
+    assert any(name in said for said in doubt_warnings(short, EVERYTHING))
     known = changed_database(short, Changes(accept=(name,)))
-    assert not any(name in said for said in doubts(known, EVERYTHING))
+    assert not any(name in said for said in doubt_warnings(known, EVERYTHING))
     (finding,) = (one for one in check(known) if one.name == name)
-    assert not finding.passed
+    assert not finding.has_passed
     assert ", accepted" in str(finding)
     both = changed_database(known, Changes(accept=("positive damping",)))
-    assert accepted(both) == [name, "positive damping"]
+    assert accepted_findings(both) == [name, "positive damping"]
     refused = replace(barge, radiation_damping=-barge.radiation_damping)
-    names = tuple(one.name for one in check(refused) if one.refused)
+    names = tuple(one.name for one in check(refused) if one.is_refused)
     assert names
-    said = doubts(changed_database(refused, Changes(accept=names)), EVERYTHING)
+    said = doubt_warnings(changed_database(refused, Changes(accept=names)), EVERYTHING)
     assert all(any(name in line for line in said) for name in names)
 
 
@@ -519,8 +521,8 @@ def test_doubts_are_one_short_line_that_names_the_command(whole, tmp_path):
     """The advice of each is what `hydrosim db check` prints."""
     change, _ = DOUBTED["depth of 100 m instead of deep water"]
     changed = planted(whole, change)
-    (line,) = doubts(changed, EVERYTHING)
-    doubted = [finding for finding in check(changed, EVERYTHING) if finding.doubted]
+    (line,) = doubt_warnings(changed, EVERYTHING)
+    doubted = [finding for finding in check(changed, EVERYTHING) if finding.is_doubted]
     assert len(doubted) > 1
     assert line.endswith(". `hydrosim db check` explains each.")
     assert line.count(changed.source) == 1

@@ -69,7 +69,7 @@ def wall_force(w: float, water: Water) -> float:
     return float(np.sum(per_length * np.cos(t)) * RADIUS * t[1])
 
 
-def computed(w: float, place: tuple[float, float], water: Water) -> drift.Drift:
+def computed(w: float, place: tuple[float, float], water: Water) -> drift.MeanDrift:
     return drift.mean_drift(kochin(w, place, water), w, HEADINGS, water)
 
 

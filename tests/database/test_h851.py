@@ -156,7 +156,7 @@ def test_froude_krylov_is_the_wave_on_the_panels(barge):
     phase of the file. Midpoints of panels are within 1 per cent of the largest up to 0.8 rad/s."""
     given = json.loads(barge.attributes["hull"])
     half = hull.half_hull(hull.Barge(**given), hull.Resolution())
-    panels = hull.mirrored(
+    panels = hull.with_mirror_image(
         half - [hull.hydrostatics(hull.Barge(**given)).centre_of_buoyancy[0], 0, 0]
     )
     centre = panels.mean(axis=1)

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 
 from hydrosim.database.build.barge import box, hydrostatics
 from hydrosim.database.build.closed import barge_with_deck, hull_of_recipe
-from hydrosim.database.hull import closed, immersed, integrals, read_hull
+from hydrosim.database.hull import close_hull, immersed_triangles, integrals, read_hull
 from hydrosim.documents.mesh_keys import MeshKeys
 from hydrosim.errors import InputError
 
@@ -32,7 +32,7 @@ def test_a_mesh_file_has_the_hydrostatics_of_its_hull(tmp_path: Path, form: str)
     """In millimetres above the keel; binary files have single precision."""
     path = write(tmp_path / f"hull{form}", (FACES + np.array([0.0, 0.0, 8.0])) * 1000.0)
     found, exact = (
-        integrals(immersed(read_hull(path, MeshKeys(scale=1e-3, waterline=8.0)).corners)),
+        integrals(immersed_triangles(read_hull(path, MeshKeys(scale=1e-3, waterline=8.0)).corners)),
         hydrostatics(SHAPE),
     )
     assert_allclose(found.stiffness(-2.0, 1.0, 1.0), exact.stiffness(-2.0, 1.0, 1.0), atol=1.0)
@@ -44,8 +44,8 @@ def test_axes_and_offset_place_a_mesh(tmp_path: Path) -> None:
     stern = np.array([50.0, 0.0, 8.0])
     path = write(tmp_path / "hull.ply", (FACES + stern) * [1.0, -1.0, -1.0])
     keys = MeshKeys(axes=("x", "-y", "-z"), offset=(-50.0, 0.0, 0.0), waterline=8.0)
-    found = integrals(immersed(read_hull(path, keys).corners))
-    exact = integrals(immersed(FACES))
+    found = integrals(immersed_triangles(read_hull(path, keys).corners))
+    exact = integrals(immersed_triangles(FACES))
     assert_allclose(found.centre_of_buoyancy, exact.centre_of_buoyancy, atol=1e-9)
     assert_allclose(found.stiffness(0.0, 1.0, 1.0), exact.stiffness(0.0, 1.0, 1.0), atol=1e-6)
     path = write(tmp_path / "turned.ply", FACES[..., [2, 0, 1]])
@@ -60,7 +60,7 @@ def test_axes_that_mirror_or_flatten_a_hull_are_refused(axes: tuple[str, ...]) -
 
 
 def test_normals_that_point_inwards_are_turned() -> None:
-    assert integrals(immersed(closed(FACES[:, ::-1], "hull").corners)).volume > 0.0
+    assert integrals(immersed_triangles(close_hull(FACES[:, ::-1], "hull").corners)).volume > 0.0
 
 
 def test_open_meshes_are_refused(tmp_path: Path) -> None:
@@ -70,12 +70,12 @@ def test_open_meshes_are_refused(tmp_path: Path) -> None:
     turned = FACES.copy()
     turned[0] = turned[0, ::-1]
     with pytest.raises(InputError, match="all normals outward"):
-        closed(turned, "hull")
+        close_hull(turned, "hull")
 
 
 def test_a_hull_out_of_the_water_is_refused() -> None:
     with pytest.raises(InputError, match=r"from 2 to 14 m above .* lifted by initial\.position"):
-        closed(FACES + np.array([0.0, 0.0, 10.0]), "hull")
+        close_hull(FACES + np.array([0.0, 0.0, 10.0]), "hull")
 
 
 def test_a_file_that_is_no_mesh_is_refused(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("capytaine", reason="capytaine is not installed (pip install .[bem])")
 
 from hydrosim.database.build import mesh
-from hydrosim.database.build.afloat import afloat, floating
+from hydrosim.database.build.afloat import floating, hulls_afloat
 from hydrosim.database.build.build import build
 from hydrosim.database.build.recipe import load_recipe
 from hydrosim.database.build.water import Water
@@ -41,7 +41,7 @@ def test_databases_of_the_cases_are_made_of_their_recipes(name):
 def test_a_float_above_a_submerged_spar():
     """Closed forms of polygons of 32 and 24 sides; the submerged spar has no waterplane at all."""
     recipe = load_recipe(HYDRO_DB / "point_absorber.yaml")
-    floats = afloat(recipe)
+    floats = hulls_afloat(recipe)
     assert floats.hull.symmetric
     disc, column = (0.5 * n * np.sin(2.0 * np.pi / n) for n in (32, 24))
     volume = [36.0 * 2.0 * disc + 0.36 * 2.5 * disc, 4.0 * 24.0 * column + 25.0 * column]
@@ -63,7 +63,7 @@ def test_windings_tell_inside_from_outside():
 def test_a_spar_that_reaches_into_its_float_is_refused():
     higher = ("bodies.spar.hull.waterline=-2",)
     with pytest.raises(InputError, match=r"bodies\.spar\.position: found panels inside float"):
-        afloat(load_recipe(HYDRO_DB / "point_absorber.yaml", higher))
+        hulls_afloat(load_recipe(HYDRO_DB / "point_absorber.yaml", higher))
 
 
 def test_a_float_may_be_within_a_ring(tmp_path):
@@ -76,9 +76,9 @@ def test_a_float_may_be_within_a_ring(tmp_path):
         "  box: {hull: {type: box, length: 2, beam: 2, draught: 4}, centre_of_gravity: [0, 0, 0],"
         " radii_of_gyration: [1, 1, 1]}\n"
     )
-    assert len(afloat(load_recipe(tmp_path / "recipe.yaml")).integrals) == 2
+    assert len(hulls_afloat(load_recipe(tmp_path / "recipe.yaml")).integrals) == 2
     with pytest.raises(InputError, match="found panels inside ring"):
-        afloat(load_recipe(tmp_path / "recipe.yaml", ("bodies.box.hull.length=5",)))
+        hulls_afloat(load_recipe(tmp_path / "recipe.yaml", ("bodies.box.hull.length=5",)))
 
 
 def _ring() -> str:

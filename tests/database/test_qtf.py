@@ -362,7 +362,7 @@ def test_a_diagonal_through_zero_leaves_its_row_alone():
     both = [np.repeat(row[None, :, None], 2, axis=0) for row in (near, far)]
     transfer = np.full((3, 3, 1), 50.0 + 20.0j)
     transfer[[0, 1, 2], [0, 1, 2], 0] = near
-    result = qtf.scaled(transfer, *both)
+    result = qtf.correct_to_diagonals(transfer, *both)
     np.testing.assert_allclose(mean(result)[:, 0], far)
     assert abs(result[0, 1, 0] / transfer[0, 1, 0] - np.sqrt(0.9)) < 0.05
 

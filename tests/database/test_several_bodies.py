@@ -13,7 +13,7 @@ from hydrosim.errors import InputError
 pytest.importorskip("capytaine", reason="capytaine is not installed (pip install .[bem])")
 
 from hydrosim.database.build import bem, drift_of_each, mesh
-from hydrosim.database.build.afloat import afloat
+from hydrosim.database.build.afloat import hulls_afloat
 from hydrosim.database.build.build import build
 from hydrosim.database.build.drift import mean_drift
 from hydrosim.database.build.recipe import load_recipe
@@ -64,7 +64,7 @@ def close(one: np.ndarray, other: np.ndarray, error: float = 1e-5) -> None:
 )
 def test_the_gap_between_two_hulls_is_measured(tmp_path, place, gap):
     """Beside, ahead and across; panels of 4 m at most, near the edges half as long."""
-    floats = afloat(load_recipe(boxes(tmp_path, (0.0, 0.0, 0.0), place)))
+    floats = hulls_afloat(load_recipe(boxes(tmp_path, (0.0, 0.0, 0.0), place)))
     owner = np.array(floats.hull.owner)
     found, widest = mesh.narrowest_gap(*(floats.panels[owner == number] for number in (0, 1)))
     assert found == pytest.approx(gap, rel=0.05)
@@ -110,7 +110,7 @@ def test_placed_and_turned(tmp_path):
 def test_halves_are_the_whole(tmp_path, places, alike):
     """Side by side one is the other's mirror image, in line each is its own."""
     half, whole = built(tmp_path, *places), built(tmp_path, *places, settings=("symmetry=none",))
-    assert afloat(load_recipe(boxes(tmp_path, *places))).hull.symmetric
+    assert hulls_afloat(load_recipe(boxes(tmp_path, *places))).hull.symmetric
     assert half.port_starboard_symmetric is alike
     assert not whole.port_starboard_symmetric
     for name in ("added_mass", "radiation_damping", "excitation", "froude_krylov"):
@@ -151,9 +151,9 @@ def test_drift_of_each_adds_up_to_that_of_all(tmp_path):
     alike."""
     beside = load_recipe(boxes(tmp_path, (0.0, 7.0, 0.0), (0.0, -7.0, 0.0), panels=2.5))
     water, headings = Water(), np.radians([0.0, 30.0, 90.0])
-    floats = afloat(beside)
+    floats = hulls_afloat(beside)
     solution = bem.solve(floats.hull, water, 1.2, headings)
-    near = drift_of_each._near(floats.hull, None, water, 1.2, headings)
+    near = drift_of_each._near_field_drifts(floats.hull, None, water, 1.2, headings)
     far = mean_drift(solution.kochin_diffraction, 1.2, headings, water).force
     both = near.reshape(3, 2, 6).sum(axis=1)
     largest = np.abs(far[:, :2]).max()
@@ -192,7 +192,7 @@ def test_drift_in_a_recipe(tmp_path):
 )
 def test_messages(tmp_path, places, setting, said):
     with pytest.raises(InputError, match=said):
-        afloat(load_recipe(boxes(tmp_path, *places), [setting]))
+        hulls_afloat(load_recipe(boxes(tmp_path, *places), [setting]))
 
 
 @pytest.mark.parametrize(
@@ -205,4 +205,4 @@ def test_panels_by_default(tmp_path, hull):
         f"title: A hull\nhull: {{type: {hull}}}\ncentre_of_gravity: [0, 0, 0]\n"
         "radii_of_gyration: [1, 1, 1]\nfrequencies: [1.0]\nheadings: [0]\n"
     )
-    assert 1200 < len(afloat(load_recipe(path)).panels) < 2400
+    assert 1200 < len(hulls_afloat(load_recipe(path)).panels) < 2400

@@ -9,7 +9,7 @@ import pytest
 from made_decays import Law, draw, draw_no_decay, noise, roll_of, try_fit
 
 from hydrosim.decay.fit import fit_decays, fit_files
-from hydrosim.decay.problem import Problem
+from hydrosim.decay.problem import DecayProblem
 from hydrosim.decay.record import decay_of, read_decay
 from hydrosim.errors import InputError
 
@@ -144,7 +144,7 @@ def test_terms_for_use_leave_hardly_more_than_all_terms() -> None:
     fit = fit_decays([decay])
     assert fit.terms.values.min() < 0.0
     assert min(fit.damping) >= 0.0
-    problem = Problem([decay])
+    problem = DecayProblem([decay])
     plain = np.std(problem.residuals(problem.solve().parameters)[0])
     assert fit.deviations[0] <= 1.01 * plain
 

@@ -9,7 +9,7 @@ import pytest
 
 from hydrosim.case import load_case
 from hydrosim.documents.nodes import compose
-from hydrosim.documents.places import located, locating, places_of
+from hydrosim.documents.places import add_source_lines, locating, places_of
 from hydrosim.errors import InputError
 
 TEXT = """\
@@ -41,12 +41,12 @@ PLACES = places_of(node)
     ],
 )
 def test_a_message_begins_with_the_place_of_its_key(text: str, place: str) -> None:
-    assert located(text, PLACES) == f"{place}{text}"
+    assert add_source_lines(text, PLACES) == f"{place}{text}"
 
 
 def test_each_line_has_its_own_place_and_a_file_is_named_once() -> None:
     text = "a.yaml: bodies.barge.mass: found 3\nwaves.0.seed: found 1"
-    assert located(text, PLACES) == (
+    assert add_source_lines(text, PLACES) == (
         "a.yaml:3: bodies.barge.mass: found 3\na.yaml:6: waves.0.seed: found 1"
     )
 
@@ -63,5 +63,5 @@ def test_keys_of_a_base_file_have_its_name_and_settings_have_none(tmp_path: Path
     case = load_case(over, ["solver.step=0.5 s"])
     assert case.places["bodies.b.mass"] == f"{tmp_path}/base.yaml:3"
     assert case.places["duration"] == f"{over}:2"
-    assert located("solver.step: found 0.5 s", case.places) == "solver.step: found 0.5 s"
+    assert add_source_lines("solver.step: found 0.5 s", case.places) == "solver.step: found 0.5 s"
     assert pickle.loads(pickle.dumps(case.scene())).places == case.places

@@ -14,7 +14,7 @@ import yaml
 
 import hydrosim as hs
 from hydrosim.compiling.compile import compile_scene
-from hydrosim.statistics.explain import explained
+from hydrosim.statistics.explain import explain_run
 
 CASES = Path(__file__).parents[2] / "cases" / "lock_in"
 SEEDS = (1, 2)
@@ -157,7 +157,7 @@ def test_explain_books_the_lock(runs: Runs, name: str) -> None:
     """Forces sum to the change of momentum over each stage, and works to that of the kinetic
     energy, with what closing stops."""
     run = runs[name, 1]
-    found = explained(run)
+    found = explain_run(run)
     forces = found.mean_force.sel(dof="surge", force="joints")
     assert float(np.abs(forces).max()) > 1e4
     assert float(np.abs(found.unbalanced).max()) < 1e-3

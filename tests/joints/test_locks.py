@@ -39,7 +39,7 @@ from hydrosim.scene import (
     When,
     Window,
 )
-from hydrosim.wording.parts import lines_of
+from hydrosim.wording.sections import lines_of
 
 CLOSES = 0.5  # s
 FREE_AXES: dict[JointType, tuple[tuple[int, ...], tuple[int, ...]]] = {

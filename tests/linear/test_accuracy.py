@@ -25,7 +25,7 @@ from hydrosim.forces import (
 )
 from hydrosim.forces.contact.modes import SLIP, STICK
 from hydrosim.integrate import ESDIRK4, HEUN, RK2, RK4
-from hydrosim.linear.accuracy import Vibration, remembered, vibration_errors
+from hydrosim.linear.accuracy import Vibration, memory_response, vibration_errors
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import natural_modes
 from hydrosim.scene import (
@@ -209,7 +209,7 @@ def test_the_memory_of_a_convolution_damps_what_it_should() -> None:
     linear, w = linearise(model, state), 0.6
     bare = replace(linear, jacobian=linear.jacobian[:12, :12], states=linear.states[:12])
     expected = (linear.dynamic_stiffness(w) - bare.dynamic_stiffness(w)) / (1j * w)
-    found = remembered(convolved, w)
+    found = memory_response(convolved, w)
     scale = np.sqrt(np.abs(np.diag(expected)))
     assert np.abs((found - expected) / np.multiply.outer(scale, scale)).max() < 5e-3
     heave = next(m for m in natural_modes(linear) if m.dof == "heave")

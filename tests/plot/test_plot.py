@@ -16,11 +16,11 @@ from hydrosim.plot.draw import Format, View, phases
 from hydrosim.plot.draw import figure as figure_of
 from hydrosim.plot.layout import Frame, picture
 from hydrosim.plot.panels import Window, bands, lines, thinned
-from hydrosim.presentation.units import Shown, as_attribute
+from hydrosim.presentation.units import DisplayUnit, as_attribute
 from hydrosim.results.similar_sizes import group_by_size
 
 TIME = np.linspace(0.0, 60.0, 121)
-KILO = Shown("kN", 1e-3)
+KILO = DisplayUnit("kN", 1e-3)
 UNITS = tuple(f"[{unit}]" for unit in ("m", "deg", "kN", "MJ"))
 DETAILS = ("overview", "motions", "fender_forces", "contact", "energies")
 
@@ -224,7 +224,7 @@ def test_the_title_says_when_a_run_is_not_complete() -> None:
 def test_long_runs_are_bands_with_their_mean_and_say_so() -> None:
     """A sine of 12.566 s and amplitude 1: the band is from -1 to 1, the mean about 0."""
     time = np.linspace(0.0, 40_000.0, 160_001)
-    figure = picture([lines(time, "heave", Shown("m", 1.0), {"": np.sin(0.5 * time)})], "")
+    figure = picture([lines(time, "heave", DisplayUnit("m", 1.0), {"": np.sin(0.5 * time)})], "")
     (band,) = figure.axes[0].collections
     ends = band.get_paths()[0].get_extents()
     assert (ends.y0, ends.y1) == pytest.approx((-1.0, 1.0), abs=1e-3)

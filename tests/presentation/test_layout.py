@@ -7,17 +7,17 @@ import math
 import pytest
 
 from hydrosim.presentation.document import Between, Cell, Sentence, Table, Value
-from hydrosim.presentation.layout import Laid, decimals_of, laid_out, text_of
+from hydrosim.presentation.layout import RenderedTable, decimals_of, render_table, text_of
 from hydrosim.presentation.units import DEFAULT, Units
 
 INF, NAN = math.inf, math.nan
 
 
-def laid(head: list[str], *rows: list[Cell], units: Units = DEFAULT) -> Laid:
-    return laid_out(Table(head, rows), units)
+def laid(head: list[str], *rows: list[Cell], units: Units = DEFAULT) -> RenderedTable:
+    return render_table(Table(head, rows), units)
 
 
-def texts(of: Laid) -> list[list[str]]:
+def texts(of: RenderedTable) -> list[list[str]]:
     return [[cell.text for cell in row] for row in of.rows]
 
 

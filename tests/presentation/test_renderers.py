@@ -24,7 +24,7 @@ from hydrosim.presentation.document import (
     Verdict,
     warnings,
 )
-from hydrosim.presentation.figures import Chart, Code, Curve, Curves, Drawing
+from hydrosim.presentation.figures import Chart, Code, Curves, Drawing, PlottedCurve
 from hydrosim.presentation.terminal import print_document
 from hydrosim.presentation.units import Units
 from hydrosim.report.page import html
@@ -35,7 +35,7 @@ DRAWING = Drawing("Plan", "<svg><title>plan</title></svg>", "a plan")
 FIGURES = [
     Code("Case", "title: x", shown=True),
     Chart("Heave", "m", {"barge": TIME}),
-    Curves("Limits", "period", "s", "height", "m", {"beam": Curve(TIME, TIME, NAN, NAN)}),
+    Curves("Limits", "period", "s", "height", "m", {"beam": PlottedCurve(TIME, TIME, NAN, NAN)}),
 ]
 DOCUMENT = Document(
     "A title",

@@ -9,8 +9,8 @@ import pytest
 
 import hydrosim as hs
 from hydrosim.presentation.units import (
-    ATTRIBUTE,
     DEFAULT,
+    UNITS_ATTRIBUTE,
     Units,
     as_attribute,
     chosen_units,
@@ -46,7 +46,7 @@ DEGREE = 180.0 / math.pi
     ],
 )
 def test_usual_units(unit: str, read: str, factor: float) -> None:
-    shown = DEFAULT.shown(unit)
+    shown = DEFAULT.display_unit(unit)
     assert shown.unit == read
     assert shown.factor == pytest.approx(factor, rel=1e-12)
 
@@ -67,7 +67,7 @@ def test_usual_units(unit: str, read: str, factor: float) -> None:
     ],
 )
 def test_chosen_units(units: Units, unit: str, read: str, factor: float) -> None:
-    shown = units.shown(unit)
+    shown = units.display_unit(unit)
     assert shown.unit == read
     assert shown.factor == pytest.approx(factor, rel=1e-12)
 
@@ -81,8 +81,8 @@ def test_the_unit_written_most_often_is_chosen() -> None:
 
 def test_the_choice_is_kept_in_results() -> None:
     attributes = as_attribute({"N": "MN"})
-    assert json.loads(attributes[ATTRIBUTE]) == {"N": "MN"}
-    assert units_of(attributes).shown("N").unit == "MN"
+    assert json.loads(attributes[UNITS_ATTRIBUTE]) == {"N": "MN"}
+    assert units_of(attributes).display_unit("N").unit == "MN"
     assert as_attribute({}) == {}
     assert units_of({}) is DEFAULT
 
@@ -104,7 +104,7 @@ def test_a_case_is_answered_in_its_units(tmp_path) -> None:
     path.write_text(CASE)
     run = hs.simulate(hs.load_case(path).scene())
     units = units_of(run.attrs)
-    assert units.shown("N").unit == "MN"
-    assert units.shown("kg").unit == "kg"
-    assert units.shown("rad").unit == "deg"
+    assert units.display_unit("N").unit == "MN"
+    assert units.display_unit("kg").unit == "kg"
+    assert units.display_unit("rad").unit == "deg"
     assert run.hydrosim.summary().units == units

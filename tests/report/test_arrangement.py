@@ -9,19 +9,21 @@ import numpy as np
 import pytest
 
 from hydrosim.presentation.units import DEFAULT, Units
-from hydrosim.report.arrangement import Arrangement, Line, Placed, svg
+from hydrosim.report.arrangement import DrawnBody, DrawnLine, SceneArrangement, svg
 
 BOX = np.array([(x, y, z) for x in (-50.0, 50.0) for y in (-10.0, 10.0) for z in (-4.0, 6.0)])
 POINTS = np.array([[-30.0, 0.0, 6.0], [30.0, 0.0, 6.0]])
 
 
-def drawn(name: str = "barge", heading: float = 0.0) -> Arrangement:
+def drawn(name: str = "barge", heading: float = 0.0) -> SceneArrangement:
     turn = np.array([[np.cos(heading), -np.sin(heading)], [np.sin(heading), np.cos(heading)]])
     box, points = BOX.copy(), POINTS.copy()
     box[:, :2] = BOX[:, :2] @ turn.T
     points[:, :2] = POINTS[:, :2] @ turn.T
-    lines = [Line("bow", points[1], points[1] + [500.0, 0.0, -90.0])]
-    return Arrangement([Placed(name, box)], {"pads": points}, lines, [("waves", np.pi / 3)], {})
+    lines = [DrawnLine("bow", points[1], points[1] + [500.0, 0.0, -90.0])]
+    return SceneArrangement(
+        [DrawnBody(name, box)], {"pads": points}, lines, [("waves", np.pi / 3)], {}
+    )
 
 
 def elements(picture: str, tag: str) -> list[ElementTree.Element]:
@@ -69,5 +71,5 @@ def test_names_are_texts() -> None:
 
 
 def test_what_is_flat_is_drawn() -> None:
-    flat = Arrangement([Placed("plate", BOX * [1.0, 0.0, 0.0])], {}, [], [], {})
+    flat = SceneArrangement([DrawnBody("plate", BOX * [1.0, 0.0, 0.0])], {}, [], [], {})
     assert elements(svg(flat, DEFAULT), "polygon")

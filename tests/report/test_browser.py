@@ -11,7 +11,7 @@ from recorded_runs import made_run
 from report_pages import HOSTILE, hostile_run
 
 from hydrosim.report.page import html
-from hydrosim.report.run import PARTS, run_document
+from hydrosim.report.run import RUN_SECTIONS, run_document
 
 pytestmark = pytest.mark.browser
 
@@ -27,7 +27,8 @@ def test_a_report_is_drawn_without_a_network(tmp_path: Path, scheme: str) -> Non
     with opened(written(tmp_path, made_run()), color_scheme=scheme) as (page, said, asked):
         assert (said, asked) == ([], [])
         ids = page.eval_on_selector_all("section", "all => all.map((one) => one.id)")
-        drawn = [name for name in PARTS if name != "arrangement"]  # no case that could be drawn
+        # there is no case that could be drawn
+        drawn = [name for name in RUN_SECTIONS if name != "arrangement"]
         assert ids == ["", *drawn]
         charts = page.locator("details[open] > canvas[data-chart]").all()
         assert len(charts) >= 4

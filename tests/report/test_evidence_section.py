@@ -11,7 +11,7 @@ import hydrosim as hs
 from hydrosim.evidence import Feature, features_of, known_lines, lines_about
 from hydrosim.evidence.features import OF_RUNS, OF_SCENES
 from hydrosim.presentation.document import List, Sentence, Table
-from hydrosim.report.evidence import UNKNOWN, evidence_nodes, without_line
+from hydrosim.report.evidence import UNKNOWN_CASE_NOTE, evidence_nodes, without_line
 from hydrosim.report.run import run_document
 from hydrosim.report.scenery import scene_of
 
@@ -98,4 +98,4 @@ def test_parts_without_a_line_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_run_without_its_case_says_so() -> None:
-    assert list(evidence_nodes(made_run(), None)) == [Sentence(UNKNOWN)]
+    assert list(evidence_nodes(made_run(), None)) == [Sentence(UNKNOWN_CASE_NOTE)]

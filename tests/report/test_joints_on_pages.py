@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 import hydrosim as hs
 from hydrosim.plot.layout import picture
 from hydrosim.plot.pictures import joints
-from hydrosim.report.arrangement import arranged
+from hydrosim.report.arrangement import arrange_scene
 from hydrosim.report.page import html
 from hydrosim.report.replay import replay_document
 from hydrosim.report.run import run_document
@@ -36,7 +36,7 @@ def barges() -> xr.Dataset:
 
 def test_bodies_of_one_database_are_drawn_where_they_float_and_the_hinge_between(barges):
     """40 m each, 4 m apart, with the hinge over the middle of the gap at deck level."""
-    drawing = arranged(scene_of(barges))
+    drawing = arrange_scene(scene_of(barges))
     fore, aft = (body.corners[:, 0] for body in drawing.bodies)
     np.testing.assert_allclose([fore.min(), fore.max()], [2.0, 42.0], atol=1e-9)
     np.testing.assert_allclose([aft.min(), aft.max()], [-42.0, -2.0], atol=1e-9)

@@ -15,7 +15,7 @@ from report_pages import Page, data_of, hostile_run
 from scipy.spatial.transform import Rotation
 
 from hydrosim.case import load_case
-from hydrosim.report.page import LARGEST, html
+from hydrosim.report.page import MAX_PAGE_BYTES, html
 from hydrosim.report.replay import replay_document
 from hydrosim.report.scenery import box, scene_of, shape_of, waves_of
 from hydrosim.report.supports import column, keel_of, supports_of
@@ -136,7 +136,7 @@ def test_the_command_writes_a_page(
     replay: Command = command(monkeypatch, capsys, "replay")
     write(made_run(duration=60.0), tmp_path / "made.nc")
     assert replay("made.nc").code == 0
-    assert (tmp_path / "made_replay.html").stat().st_size < LARGEST
+    assert (tmp_path / "made_replay.html").stat().st_size < MAX_PAGE_BYTES
     write(made_run(duration=60.0).isel(time=slice(1)), tmp_path / "short.nc")
     assert "nothing to replay" in replay("short.nc").err
     many = {"status": ("run", ["complete"] * 3)}

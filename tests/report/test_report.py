@@ -13,8 +13,8 @@ from report_pages import HOSTILE, Page, chart, data_of, hostile_run
 
 from hydrosim.presentation.document import Document
 from hydrosim.report import run as run_report
-from hydrosim.report.page import LARGEST, html, without_folders
-from hydrosim.report.run import PARTS, run_document
+from hydrosim.report.page import MAX_PAGE_BYTES, html, without_folders
+from hydrosim.report.run import RUN_SECTIONS, run_document
 from hydrosim.results.netcdf import write
 
 
@@ -34,7 +34,7 @@ def page_of(run: xr.Dataset) -> str:
 def test_every_section_is_there_and_linked() -> None:
     page = Page(page_of(made_run()))
     ids = [of["id"] for tag, of in page.elements if tag == "section" and "id" in of]
-    drawn = [name for name in PARTS if name != "arrangement"]  # no case that could be drawn
+    drawn = [name for name in RUN_SECTIONS if name != "arrangement"]  # no case that could be drawn
     assert ids == drawn
     links = [of["href"] for tag, of in page.elements if tag == "a"]
     assert links == [f"#{name}" for name in ids]
@@ -161,7 +161,7 @@ def test_long_runs_with_much_in_them_fit() -> None:
     time = xr.DataArray(0.5 * np.arange(count), dims="time", attrs={"units": "s"})
     long = run.isel(time=np.arange(count) % run.time.size).assign_coords(time=time)
     more = {f"force_{k}": long.force_mooring for k in range(40)}
-    assert len(page_of(long.assign(more))) < LARGEST
+    assert len(page_of(long.assign(more))) < MAX_PAGE_BYTES
 
 
 def test_the_command_writes_a_page(report: Command, tmp_path: Path) -> None:

@@ -19,9 +19,9 @@ from hydrosim.errors import InputError
 from hydrosim.recordings import read_recording
 from hydrosim.report import report_of
 from hydrosim.report.page import html
-from hydrosim.wording.compared_studies import PARTS as OF_STUDIES
+from hydrosim.wording.compared_studies import STUDY_COMPARISON_SECTIONS as OF_STUDIES
 from hydrosim.wording.compared_studies import studies_document
-from hydrosim.wording.comparison import PARTS, comparison_document
+from hydrosim.wording.comparison import COMPARISON_SECTIONS, comparison_document
 
 FILES = {"title": "A barge", "run": "ours.nc", "recording": "test.nc"}
 
@@ -133,7 +133,7 @@ def test_pages_are_shown_without_complaint(tmp_path: Path) -> None:
     said = dict.fromkeys(FILES, HOSTILE)
     runs, studies = of_runs(tmp_path, said), of_studies(said=said)
     for document, parts in (
-        (comparison_document(runs), PARTS),
+        (comparison_document(runs), COMPARISON_SECTIONS),
         (studies_document(studies), OF_STUDIES),
     ):
         path = tmp_path / "page.html"

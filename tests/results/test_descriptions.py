@@ -18,7 +18,7 @@ from hydrosim.results.output import fixed_coordinates
 from hydrosim.results.runs_file import open_runs
 from hydrosim.results.variables import PURPOSE, describe_coordinates
 from hydrosim.statistics import effects
-from hydrosim.statistics.explain import explained
+from hydrosim.statistics.explain import explain_run
 from hydrosim.statistics.statistics import statistics
 from hydrosim.studies.run.repeat import case_of
 from hydrosim.studies.sweep.study import load_study
@@ -110,7 +110,7 @@ def test_every_variable_of_a_run_and_of_its_statistics_is_described(
     for run in (base_run, pulled):
         assert undescribed(run) == []
         assert undescribed(statistics(run, channels=["wave_elevation"])) == []
-    assert undescribed(explained(pulled)) == []
+    assert undescribed(explain_run(pulled)) == []
 
 
 def test_every_variable_of_a_study_is_described(study: xr.Dataset) -> None:

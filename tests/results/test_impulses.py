@@ -22,7 +22,7 @@ from hydrosim.forces import (
 )
 from hydrosim.results.channels import names, series
 from hydrosim.scene import LinearScenes, Scene, Start
-from hydrosim.statistics.explain import COVARIANCE, DAMPING, DIRECTION, WHOLE, explained
+from hydrosim.statistics.explain import COVARIANCE, DIRECTION, SLIP_DAMPING, WHOLE_RUN, explain_run
 
 MASS, WEIGHT = 1e5, 9.81e5
 MU_S, MU_K, C3 = 0.3, 0.2, 4e4
@@ -109,8 +109,8 @@ def test_friction_in_slip(run: xr.Dataset) -> None:
     expected = -MU_K * d.slip_load - d.slip_damping
     np.testing.assert_allclose(slip.values, expected.values, atol=ROUNDING * 12 * WEIGHT)
     np.testing.assert_allclose(d.slip_damping.values, C3 * d.slip_moved.values, rtol=1e-9)
-    found = explained(run).sel(span=WHOLE)
-    parts = found.friction_part.sel(part=[DIRECTION, COVARIANCE, DAMPING]).sum("part")
+    found = explain_run(run).sel(span=WHOLE_RUN)
+    parts = found.friction_part.sel(part=[DIRECTION, COVARIANCE, SLIP_DAMPING]).sum("part")
     told = 12.0 * parts.transpose("fender", "direction").values  # N s, with E[N], E[d], Cov(N, d)
     np.testing.assert_allclose(told, slip.values, atol=ROUNDING * 12 * WEIGHT)
     np.testing.assert_allclose(run.fender_kinetic, MU_K)

@@ -8,7 +8,7 @@ import xarray as xr
 
 from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
 from hydrosim.results.phases import SHARE, WINDOW, Phase, contact_phases, group_phases, is_operation
-from hydrosim.wording.explain import told_spans
+from hydrosim.wording.explain import reported_spans
 
 
 def history(*pieces: tuple[float, int, int]) -> tuple[np.ndarray, np.ndarray]:
@@ -87,4 +87,4 @@ def test_an_explanation_tells_phases_of_operations_alone() -> None:
     ends |= {"legs: moored": 3.0, "legs: stuck": 9.0, "legs: in contact": 9.0}
     ends |= {"quay: moored": 3.0, "quay: compressed": 9.0, "quay: stuck": np.nan}
     found = xr.Dataset({"span_end": ("span", [*ends.values()])}, {"span": [*ends]})
-    assert told_spans(found) == [name for name in ends if not name.startswith("quay")]
+    assert reported_spans(found) == [name for name in ends if not name.startswith("quay")]

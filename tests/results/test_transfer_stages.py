@@ -25,7 +25,7 @@ from hydrosim.forces.contact.group import STATES as GROUP_STATES
 from hydrosim.plot.pictures import PICTURES
 from hydrosim.results.stages import PARTS, STAGES, stages
 from hydrosim.scene import Clearance, Kinematics, LinearScenes, Scene, Solver, Start, Weight
-from hydrosim.statistics.explain import WHOLE, explained
+from hydrosim.statistics.explain import WHOLE_RUN, explain_run
 from hydrosim.wording.run import run_document
 
 MASS, WEIGHT = 1e5, 9.81e5
@@ -111,7 +111,7 @@ def test_impulses_of_contacts_add_up_to_those_of_their_group():
     each = run.contact_impulse.sum(["fender", "contact_mode"]).values
     group = run.group_impulse.sum("contact_group").values
     assert each - each[0] == pytest.approx(group - group[0], rel=1e-9, abs=1e-9 * np.ptp(group))
-    assert WHOLE in explained(run).span
+    assert WHOLE_RUN in explain_run(run).span
 
 
 def test_accelerations_are_the_rates_of_velocities():

@@ -11,7 +11,7 @@ import xarray as xr
 from reading import ends, number, rows, tables, texts
 
 from hydrosim.errors import InputError
-from hydrosim.presentation.layout import laid_out
+from hydrosim.presentation.layout import render_table
 from hydrosim.presentation.units import DEFAULT
 from hydrosim.statistics import effects
 from hydrosim.statistics.effect_table import as_csv
@@ -42,7 +42,7 @@ def test_intervals_hold_as_often_as_they_promise() -> None:
     """Of 4000 samples of 6 normal values 90 % +- 1.4 %: three standard deviations of a binomial."""
     random = np.random.default_rng(2)
     x = random.normal(3.0, 2.0, (4000, 7))
-    found = [effects.spread(each[:6]) for each in x]
+    found = [effects.seed_spread(each[:6]) for each in x]
     mean = np.mean([s.low < 3.0 < s.high for s in found])
     another = np.mean(
         [s.another_low < value < s.another_high for s, value in zip(found, x[:, 6], strict=True)]
@@ -123,7 +123,7 @@ def test_tables_say_what_there_is_and_nothing_else() -> None:
     assert ends(one["90 % interval"], "m") == pytest.approx((-4.314e-5, 8.314e-5), rel=1e-3)
     assert ends(one["another seed"], "m") == pytest.approx((-8.936e-5, 1.294e-4), rel=1e-3)
     assert (number(none["a"], "s"), none["mean"], none["runs"]) == (2.0, "no run has a value", "0")
-    (shown, _) = laid_out(*tables(nodes, "figure"), DEFAULT).rows
+    (shown, _) = render_table(*tables(nodes, "figure"), DEFAULT).rows
     assert [cell.text for cell in shown] == [
         *("y", "1", "0.00002", "-0.000043 to 0.000083", "-0.000089 to 0.000129", "2")
     ]
@@ -157,8 +157,8 @@ def test_intervals_of_magnitudes_stay_above_zero_and_hold(law: str, count: int) 
     draw, mean = LAWS[law]
     random = np.random.default_rng(4)
     x = np.maximum(draw(random, (4000, count + 1)), 1e-9)
-    own = [effects.spread(each[:count], 0.0) for each in x]
-    usual = [effects.spread(each[:count]) for each in x]
+    own = [effects.seed_spread(each[:count], 0.0) for each in x]
+    usual = [effects.seed_spread(each[:count]) for each in x]
     assert all(0.0 < s.low <= s.mean and 0.0 < s.another_low for s in own)
     held = np.mean([s.low < mean < s.high for s in own])
     another = np.mean(
@@ -172,17 +172,17 @@ def test_intervals_of_magnitudes_stay_above_zero_and_hold(law: str, count: int) 
 def test_both_intervals_are_the_same_far_from_zero() -> None:
     """Of a relative spread e they differ by e itself."""
     x = 100.0 + np.array([0.3, -0.2, 0.1, -0.4, 0.2])
-    np.testing.assert_allclose(effects.spread(x, 0.0), effects.spread(x), rtol=1e-4)
+    np.testing.assert_allclose(effects.seed_spread(x, 0.0), effects.seed_spread(x), rtol=1e-4)
 
 
 def test_a_magnitude_with_zeros_has_no_logarithm_and_ends_at_zero() -> None:
     """A force at re-contact is zero in runs without one."""
-    found = effects.spread(np.array([0.0, 0.0, 3.0, 1.0]), 0.0)
-    usual = effects.spread(np.array([0.0, 0.0, 3.0, 1.0]))
+    found = effects.seed_spread(np.array([0.0, 0.0, 3.0, 1.0]), 0.0)
+    usual = effects.seed_spread(np.array([0.0, 0.0, 3.0, 1.0]))
     assert found.another_low == 0.0 > usual.another_low
     assert found.another_high == usual.another_high
     assert found.low > 0.0 > usual.low
-    assert effects.spread(np.zeros(4), 0.0)[1:] == (0.0,) * 5
+    assert effects.seed_spread(np.zeros(4), 0.0)[1:] == (0.0,) * 5
 
 
 def test_only_magnitudes_are_taken_for_positive() -> None:

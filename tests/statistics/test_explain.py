@@ -1,4 +1,4 @@
-"""`explained` against records made by hand: a point that slips to and fro, under a load that is
+"""`explain_run` against records made by hand: a point that slips to and fro, under a load that is
 larger one way, and for longer that way."""
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ from hydrosim.presentation.document import Document
 from hydrosim.results.phases import Phase
 from hydrosim.results.stages import STAGES
 from hydrosim.statistics.explain import (
-    CONTACT,
     COVARIANCE,
-    DAMPING,
     DIRECTION,
-    JOINTS,
+    IN_CONTACT,
+    JOINT_REACTIONS,
     OTHER,
     REACTION,
+    SLIP_DAMPING,
     STICK,
-    WHOLE,
-    explained,
+    WHOLE_RUN,
+    explain_run,
 )
 from hydrosim.wording.explain import explanation, mean_cell
 
@@ -126,20 +126,20 @@ def parts(found: xr.Dataset, span: str) -> dict[str, float]:
 def test_what_friction_comes_from() -> None:
     """Three seconds of slip ahead under 4 MN, one astern under 1 MN: E[N] = 3.25 MN, E[d] = 0.5,
     E[N d] = 2.75 MN; six seconds of stick."""
-    found = explained(made())
-    for span in (WHOLE, CONTACT, "initial contact"):
+    found = explain_run(made())
+    for span in (WHOLE_RUN, IN_CONTACT, "initial contact"):
         assert parts(found, span) == pytest.approx(
             {
                 STICK: 6.0 * HELD,
                 DIRECTION: -MU * 4.0 * 3.25e6 * 0.5,
                 COVARIANCE: -MU * 4.0 * (2.75e6 - 3.25e6 * 0.5),
-                DAMPING: -(3.0 * 3e3 - 1.0 * 1e3),
+                SLIP_DAMPING: -(3.0 * 3e3 - 1.0 * 1e3),
                 OTHER: 0.0,
             },
             rel=1e-12,
             abs=1e-6,
         )
-    at = found.sel(span=WHOLE, fender="pad 1", direction="x")
+    at = found.sel(span=WHOLE_RUN, fender="pad 1", direction="x")
     assert float(at.load_ahead) == pytest.approx(4e6)
     assert float(at.load_astern) == pytest.approx(1e6)
     assert float(at.slip_ahead) == pytest.approx(3.0)
@@ -147,7 +147,7 @@ def test_what_friction_comes_from() -> None:
 
 
 def test_spans_that_are_not_there_are_no_numbers() -> None:
-    found = explained(made())
+    found = explain_run(made())
     assert np.isnan(found.mean_force.sel(span="stuck")).all()
     assert parts(found, "moored") == pytest.approx(dict.fromkeys(parts(found, "moored"), 0.0))
     assert float(found.span_end.sel(span="moored")) == 10.0
@@ -155,11 +155,11 @@ def test_spans_that_are_not_there_are_no_numbers() -> None:
 
 def test_a_part_of_a_run() -> None:
     """The slip astern alone has no covariance."""
-    found = explained(made(), 15.0, 16.0)
-    assert parts(found, WHOLE)[DIRECTION] == pytest.approx(MU * 1e6)
-    assert parts(found, WHOLE)[COVARIANCE] == pytest.approx(0.0, abs=1e-6)
+    found = explain_run(made(), 15.0, 16.0)
+    assert parts(found, WHOLE_RUN)[DIRECTION] == pytest.approx(MU * 1e6)
+    assert parts(found, WHOLE_RUN)[COVARIANCE] == pytest.approx(0.0, abs=1e-6)
     with pytest.raises(InputError, match=r"found 1 output times from 3 to 3\.5 s"):
-        explained(made(), 3.0, 3.5)
+        explain_run(made(), 3.0, 3.5)
 
 
 def test_what_is_held_has_a_reaction_of_its_own() -> None:
@@ -169,15 +169,17 @@ def test_what_is_held_has_a_reaction_of_its_own() -> None:
     pushed = 1e3 * run.time * xr.DataArray([2.0, 3.0], {"dof": ["surge", "sway"]}, "dof")
     run.impulse.loc[{"force": "push", "body": "barge", "dof": ["surge", "sway"]}] += pushed
     run.position.loc[{"dof": "surge"}] += run.time * 1e-3
-    whole = explained(run).sel(span=WHOLE, body="barge")
+    whole = explain_run(run).sel(span=WHOLE_RUN, body="barge")
     held = whole.mean_force.sel(force=REACTION)
     assert float(held.sel(dof="sway")) == pytest.approx(-3e3)
     assert float(held.sel(dof="surge")) == 0.0
     assert float(whole.unbalanced.sel(dof="sway")) == pytest.approx(0.0, abs=1e-9)
     assert float(whole.unbalanced.sel(dof="surge")) == pytest.approx(2e3)
     title = "barge in sway"
-    assert row(explanation(explained(run), "barge", "sway"), title, of=[f"mean force, {REACTION}"])
-    surge = rows(explanation(explained(run), "barge", "surge"), "barge in surge")
+    assert row(
+        explanation(explain_run(run), "barge", "sway"), title, of=[f"mean force, {REACTION}"]
+    )
+    surge = rows(explanation(explain_run(run), "barge", "surge"), "barge in surge")
     assert not any(REACTION in str(each["barge in surge"]) for each in surge)
 
 
@@ -186,15 +188,15 @@ def test_reactions_of_joints_are_what_other_forces_lack() -> None:
     run = made()
     run.impulse.loc[{"force": "push", "body": "barge", "dof": "surge"}] += 2e3 * run.time
     run.position.loc[{"dof": "surge"}] += run.time * 1e-3
-    joined = explained(run.assign_coords(joint=["pin", "stop"], lock=["stop"]))
-    whole = joined.sel(span=WHOLE, body="barge", dof="surge")
-    assert float(whole.mean_force.sel(force=JOINTS)) == pytest.approx(-2e3)
+    joined = explain_run(run.assign_coords(joint=["pin", "stop"], lock=["stop"]))
+    whole = joined.sel(span=WHOLE_RUN, body="barge", dof="surge")
+    assert float(whole.mean_force.sel(force=JOINT_REACTIONS)) == pytest.approx(-2e3)
     assert float(whole.unbalanced) == pytest.approx(0.0, abs=1e-9)
     told = explanation(joined, "barge", "surge")
-    assert row(told, "barge in surge", of=[f"mean force, {JOINTS}"])
-    locked = explained(run.assign_coords(joint=["stop"], lock=["stop"]))
-    whole = locked.sel(span=WHOLE, body="barge", dof="surge")
-    assert float(whole.mean_force.sel(force=JOINTS)) == 0.0
+    assert row(told, "barge in surge", of=[f"mean force, {JOINT_REACTIONS}"])
+    locked = explain_run(run.assign_coords(joint=["stop"], lock=["stop"]))
+    whole = locked.sel(span=WHOLE_RUN, body="barge", dof="surge")
+    assert float(whole.mean_force.sel(force=JOINT_REACTIONS)) == 0.0
     assert float(whole.unbalanced) == pytest.approx(2e3)
 
 
@@ -204,20 +206,20 @@ def test_stages_of_a_transfer() -> None:
     times = [2.0, 11.0, 14.0, np.nan, np.nan, np.nan, np.nan]
     run = made().assign(stage_time=(("contact_group", "stage"), [times]))
     run = run.assign_coords(stage=list(STAGES), contact_weight=("contact_group", [1e7]))
-    found = explained(run)
+    found = explain_run(run)
     ends = [
         (float(found.span_begin.sel(span=s)), float(found.span_end.sel(span=s))) for s in QUARTERS
     ]
     assert ends[:2] == [(2.0, 11.0), (11.0, 14.0)]
     assert np.isnan(ends[2]).all()
     assert parts(found, QUARTERS[1])[STICK] == pytest.approx(HELD)  # from 13 s on
-    none = explained(run.assign_coords(contact_weight=("contact_group", [np.nan])))
+    none = explain_run(run.assign_coords(contact_weight=("contact_group", [np.nan])))
     assert not set(QUARTERS) & set(none.span.values)
 
 
 def test_a_run_without_impulses_is_told_what_it_lacks() -> None:
     with pytest.raises(InputError, match=r"without impulse, momentum; .*output.impulses=true"):
-        explained(made().drop_vars(["impulse", "momentum"]))
+        explain_run(made().drop_vars(["impulse", "momentum"]))
 
 
 def test_means_over_runs_have_the_interval_of_student() -> None:
@@ -232,11 +234,11 @@ def test_means_over_runs_have_the_interval_of_student() -> None:
 
 
 def test_the_lines_say_each_figure_once() -> None:
-    nodes = list(explanation(explained(made()), "barge", "surge"))
+    nodes = list(explanation(explain_run(made()), "barge", "surge"))
     text = str(Document("made", nodes))
     assert "nan" not in text
     assert text.count("mean force, pad [kN]") == 1
     pad = row(nodes, "barge in surge", of=["mean force, pad"])
-    assert number(pad[WHOLE], "N") == pytest.approx(-260.4e3, rel=1e-6)
+    assert number(pad[WHOLE_RUN], "N") == pytest.approx(-260.4e3, rel=1e-6)
     # (6 HELD - 4 MU E[N d] - 8e3) / 20 s
     assert "stuck" not in text

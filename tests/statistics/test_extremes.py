@@ -17,12 +17,12 @@ from scipy.stats import gumbel_r, norm
 
 from hydrosim.evidence import Feature, Kind
 from hydrosim.statistics.crossings import Crossings, crossings
-from hydrosim.statistics.extremes import LAWS, OFF, Basis, extremes
+from hydrosim.statistics.extremes import LAWS, SHAPE_SCATTER, ExtremeModel, extremes
 from hydrosim.statistics.gaussian import fit_gaussian
-from hydrosim.statistics.gumbel import exceeding, fit_maxima
+from hydrosim.statistics.gumbel import fit_maxima, length_ratio
 from hydrosim.statistics.peaks import fit_upper_tail
-from hydrosim.statistics.series import memories, upcrossings
-from hydrosim.statistics.stationarity import changes
+from hydrosim.statistics.series import independent_samples, upcrossings
+from hydrosim.statistics.stationarity import changes_of_moments
 
 RECORDS = 150
 PROMISED = (0.88, 0.92)
@@ -125,7 +125,9 @@ def test_shapes_of_tails_scatter_as_is_said() -> None:
     drawn = [kind.draw(random) for _ in range(60)]
     shapes = [fit_upper_tail(x, x.mean()).shape for x in drawn]
     waves = np.mean([upcrossings(x - x.mean()).size for x in drawn])
-    assert np.std(shapes) / np.mean(shapes) * np.sqrt(waves) == pytest.approx(OFF, rel=0.3)
+    assert np.std(shapes) / np.mean(shapes) * np.sqrt(waves) == pytest.approx(
+        SHAPE_SCATTER, rel=0.3
+    )
 
 
 def test_crossings_of_short_steps_are_rices() -> None:
@@ -157,7 +159,7 @@ def test_stationary_records_are_not_said_to_change(figure: Figure) -> None:
         random = np.random.default_rng(k)
         for _ in range(40):
             x = kind.record(kind.draw(random))
-            told.append(any(changes(x, memories(x))))
+            told.append(any(changes_of_moments(x, independent_samples(x))))
     figure("share of stationary records said to change", float(np.mean(told)))
     assert np.mean(told) <= 0.01 + 3.0 * np.sqrt(0.01 * 0.99 / len(told))
 
@@ -165,12 +167,12 @@ def test_stationary_records_are_not_said_to_change(figure: Figure) -> None:
 @pytest.mark.parametrize(
     ("trend", "expected"),
     [
-        (lambda x, t: x + t, Basis.MEAN_CHANGES),
-        (lambda x, t: x + (t > 0.7), Basis.MEAN_CHANGES),
-        (lambda x, t: x * (1.0 + t), Basis.STD_CHANGES),
+        (lambda x, t: x + t, ExtremeModel.MEAN_CHANGES),
+        (lambda x, t: x + (t > 0.7), ExtremeModel.MEAN_CHANGES),
+        (lambda x, t: x * (1.0 + t), ExtremeModel.STD_CHANGES),
     ],
 )
-def test_changes_are_told(trend: Callable, expected: Basis) -> None:
+def test_changes_are_told(trend: Callable, expected: ExtremeModel) -> None:
     """A mean that goes by one standard deviation, waves that grow to twice their height."""
     kind, told = KINDS["Gaussian wave motion"], []
     for seed in range(20):
@@ -196,16 +198,16 @@ def test_independent_waves_have_rayleighs_extremes(validated: Callable[..., None
     (sqrt(-2 ln(1 - 0.9^(1/n))), here by n exp(-u^2 / 2) = -ln 0.9, which is 4e-5 off)."""
     count = 1080.0
     x = KINDS["Gaussian wave motion"].draw(np.random.default_rng(1))
-    fit = fit_gaussian(x, memories(x), 50)
+    fit = fit_gaussian(x, independent_samples(x), 50)
     assert fit is not None
     values = 1e7  # in short steps: Rice's rate, a / pi of the values in groups of one each
     alone = Crossings(values, np.pi * count / values, 1e3, 0.0)
     fit = fit._replace(mean=0.0, std=1.0, crossings=alone)
-    error = abs(fit.expected(1.0) / 3.7376 - 1.0)
+    error = abs(fit.expected_maximum(1.0) / 3.7376 - 1.0)
     claim = "most probable largest of 1080 waves"
     validated(Kind.CLOSED_FORM, claim, "Rayleigh", error, 1.3e-5, Feature.EXTREMES)
     exceeded = count / -np.log(0.9)
-    assert fit.expected(exceeded / count) == pytest.approx(4.2977, abs=1e-4)
+    assert fit.expected_maximum(exceeded / count) == pytest.approx(4.2977, abs=1e-4)
 
 
 def test_clipped_fit_finds_what_was_clipped() -> None:
@@ -214,11 +216,11 @@ def test_clipped_fit_finds_what_was_clipped() -> None:
     kind = KINDS["the same, open for 84 %"]
     whole = kind.draw(np.random.default_rng(3))
     x = kind.record(whole)
-    fit = fit_gaussian(x, memories(whole), 50)
+    fit = fit_gaussian(x, independent_samples(whole), 50)
     assert fit is not None
     assert fit.mean == pytest.approx(whole.mean(), abs=0.08)
     assert fit.std == pytest.approx(whole.std(), rel=0.06)
-    free = fit_gaussian(whole, memories(whole), 50)
+    free = fit_gaussian(whole, independent_samples(whole), 50)
     assert free is not None
     assert (free.mean, free.std) == pytest.approx((whole.mean(), whole.std()), rel=1e-9)
 
@@ -254,7 +256,7 @@ def test_gumbel_fit_is_scipys() -> None:
         maxima = gumbel_r.rvs(3.0, 0.7, size=count, random_state=np.random.default_rng(seed))
         law, (location, scale) = fit_maxima(maxima), gumbel_r.fit(maxima)
         assert (law.location, law.scale) == pytest.approx((location, scale), rel=1e-6)
-        p90 = law.expected(exceeding(0.9))
+        p90 = law.expected_maximum(length_ratio(0.9))
         assert p90 == pytest.approx(gumbel_r.ppf(0.9, location, scale), rel=1e-6)
 
 
@@ -263,7 +265,7 @@ def test_p90_over_seeds(validated: Callable[..., None]) -> None:
     600 studies, within three standard errors."""
     random, true = np.random.default_rng(20), gumbel_r.ppf(0.9)
     laws = [fit_maxima(gumbel_r.rvs(size=20, random_state=random)) for _ in range(600)]
-    low, high = np.array([law.confidence(exceeding(0.9)) for law in laws]).T
+    low, high = np.array([law.confidence(length_ratio(0.9)) for law in laws]).T
     share = float(np.mean((low <= true) & (true <= high)))
     limit = float(f"{3.0 * np.sqrt(0.9 * 0.1 / 600):.3g}")
     claim = "90 % intervals of P90 over 20 seeds, share of 600 that hold"
@@ -274,7 +276,7 @@ def test_a_record_that_is_cut_off_above_has_no_largest() -> None:
     """Rarely enough not to be called clipped, but in every window: there is no law."""
     x = np.random.default_rng(8).normal(size=20000)
     x[::300] = 9.0
-    assert extremes(x, 1.0)[1].basis == Basis.CLIPPED
+    assert extremes(x, 1.0)[1].basis == ExtremeModel.CLIPPED
 
 
 def test_the_largest_of_few_values_is_no_clip() -> None:
@@ -282,9 +284,9 @@ def test_the_largest_of_few_values_is_no_clip() -> None:
     x = KINDS["Gaussian wave motion"].draw(np.random.default_rng(9))[:1200]
     part = x[::8]
     assert part.size == 150
-    assert {each.basis for each in extremes(part, 4.0)} <= {*LAWS, Basis.TOO_SHORT}
+    assert {each.basis for each in extremes(part, 4.0)} <= {*LAWS, ExtremeModel.TOO_SHORT}
     clipped = np.minimum(part, np.sort(part)[-4])
-    assert extremes(clipped, 4.0)[1].basis == Basis.CLIPPED
+    assert extremes(clipped, 4.0)[1].basis == ExtremeModel.CLIPPED
 
 
 def test_nothing_of_a_law_without_a_basis() -> None:
@@ -300,14 +302,14 @@ def test_units_do_not_matter(size: float) -> None:
     kind = KINDS["clipped contact force"]
     x = kind.record(kind.draw(np.random.default_rng(1)))
     one, other = extremes(x, 1.0)[1], extremes(size * x, 1.0)[1]
-    assert one.basis == other.basis == Basis.CLIPPED_GAUSSIAN
+    assert one.basis == other.basis == ExtremeModel.CLIPPED_GAUSSIAN
     np.testing.assert_allclose(np.array(other[:5]) / size, one[:5], rtol=1e-9)
 
 
 @pytest.mark.parametrize(
-    ("weight", "expected"), [(2.0, Basis.CURVED), (10.0, Basis.CLIPPED_GAUSSIAN)]
+    ("weight", "expected"), [(2.0, ExtremeModel.CURVED), (10.0, ExtremeModel.CLIPPED_GAUSSIAN)]
 )
-def test_forces_that_end_near_a_weight_have_no_law(weight: float, expected: Basis) -> None:
+def test_forces_that_end_near_a_weight_have_no_law(weight: float, expected: ExtremeModel) -> None:
     """A contact that opens, and closes as far as the weight that it carries; one far from it."""
     bases = []
     for seed in range(12):
@@ -331,7 +333,7 @@ def test_one_value_far_beyond_all_others_has_no_law() -> None:
     """An impact says what the waves do not; nor does it make a Gaussian record of them."""
     x = KINDS["Gaussian wave motion"].draw(np.random.default_rng(1))
     x[5000] = 300.0
-    assert extremes(x, 0.5)[1].basis == Basis.ALONE
+    assert extremes(x, 0.5)[1].basis == ExtremeModel.ALONE
 
 
 @pytest.mark.parametrize(
@@ -399,9 +401,9 @@ def test_halves_of_two_laws_are_told() -> None:
         x[15000:15300] *= 3.0
         told.append(extremes(x, kind.step, None, kind.slowest)[1].basis)
     assert np.mean([basis in LAWS for basis in told]) <= 0.2
-    assert Basis.HALVES in told
+    assert ExtremeModel.HALVES in told
 
 
 def test_two_values_in_turn_are_neither_regular_nor_a_law() -> None:
     x = (np.random.default_rng(2).random(5000) > 0.5).astype(float)
-    assert extremes(x, 0.5)[1].basis == Basis.CLIPPED
+    assert extremes(x, 0.5)[1].basis == ExtremeModel.CLIPPED

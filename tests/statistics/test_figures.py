@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from hydrosim.errors import InputError
-from hydrosim.statistics.figures import Figure, figure_of
+from hydrosim.statistics.figures import ScalarResult, figure_of
 
 TIME = np.arange(6.0)
 X = np.array([0.0, 1.0, -3.0, 2.0, 4.0, -1.0])
@@ -41,7 +41,7 @@ def run() -> xr.Dataset:
     ],
 )
 def test_figures(run: xr.Dataset, statistic: str, phase: str | None, expected: float) -> None:
-    found = figure_of(run, Figure("a", "position.barge.surge", statistic, phase))
+    found = figure_of(run, ScalarResult("a", "position.barge.surge", statistic, phase))
     assert float(found) == pytest.approx(expected, nan_ok=True)
     assert found.attrs["units"] == "m"
 
@@ -53,18 +53,23 @@ def test_crawl_counts_from_where_a_run_begins_and_the_end_from_the_place_at_rest
     moved = run.assign(position=run.position - 3.0 + 6.0 * (run.time == 0.0))
     moved.position.attrs["units"] = "m"
     channel = "position.barge.surge"
-    assert float(figure_of(moved, Figure("a", channel, "end_absolute"))) == 4.0
-    assert float(figure_of(moved, Figure("a", channel, "change_absolute"))) == 7.0
-    assert float(figure_of(moved, Figure("a", channel, "change"))) == -7.0
-    assert str(Figure("a", channel, "change_absolute")) == f"magnitude of the change of {channel}"
+    assert float(figure_of(moved, ScalarResult("a", channel, "end_absolute"))) == 4.0
+    assert float(figure_of(moved, ScalarResult("a", channel, "change_absolute"))) == 7.0
+    assert float(figure_of(moved, ScalarResult("a", channel, "change"))) == -7.0
+    assert (
+        str(ScalarResult("a", channel, "change_absolute"))
+        == f"magnitude of the change of {channel}"
+    )
 
 
 def test_times_before_the_start_are_left_out(run: xr.Dataset) -> None:
-    assert float(figure_of(run, Figure("a", "position.barge.surge", "mean", None, 4.0))) == 1.5
+    assert (
+        float(figure_of(run, ScalarResult("a", "position.barge.surge", "mean", None, 4.0))) == 1.5
+    )
 
 
 def test_phases_need_contacts(run: xr.Dataset) -> None:
-    figure = Figure("a", "position.barge.surge", "end", "moored")
+    figure = ScalarResult("a", "position.barge.surge", "end", "moored")
     with pytest.raises(InputError, match="found phase moored; expected a run with contacts"):
         figure_of(run.drop_vars("contact_phase"), figure)
 
@@ -85,5 +90,5 @@ def test_what_cannot_be_negative_says_so(
     more = run.assign_coords(fender=["pad"]).assign(
         fender_normal_force=(("time", "fender"), np.abs(X)[:, None], {"units": "N"})
     )
-    found = figure_of(more, Figure("a", channel, statistic))
+    found = figure_of(more, ScalarResult("a", channel, statistic))
     assert ("lowest" in found.attrs) is bounded

@@ -13,7 +13,7 @@ from reading import number, row, texts
 
 import hydrosim as hs
 from hydrosim.dofs import DOFS
-from hydrosim.statistics.figures import Figure, figure_of
+from hydrosim.statistics.figures import ScalarResult, figure_of
 from hydrosim.statistics.statistics import statistics
 from hydrosim.wording.statistics import figures, statistics_nodes, statistics_of
 
@@ -64,7 +64,7 @@ def test_a_force_that_chatters_has_the_mean_of_its_impulse() -> None:
     assert told is not None
     assert float(told[1]) == pytest.approx(0.1, abs=0.5e-3)
     assert "use a smaller solver.step" in texts(said)[0]
-    figure = figure_of(run, Figure("push", CHANNEL, "mean"))
+    figure = figure_of(run, ScalarResult("push", CHANNEL, "mean"))
     assert float(figure) == pytest.approx(whole, abs=0.2)
     assert figure.attrs["units"] == "N"
 

@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from hydrosim.statistics.gumbel import exceeding, fit_maxima, follows_gumbel
-from hydrosim.statistics.orders import ENOUGH, find_confidence, find_prediction
+from hydrosim.statistics.gumbel import fit_maxima, follows_gumbel, length_ratio
+from hydrosim.statistics.orders import VALUES_FOR_INTERVAL, find_confidence, find_prediction
 
 Draw = Callable[[np.random.Generator, int], np.ndarray]
 STUDIES = 600
@@ -26,7 +26,7 @@ def held(random: np.random.Generator, count: int) -> np.ndarray:
     return np.minimum(random.normal(3.7, 0.5, count), 4.0 + 0.01 * random.random(count))
 
 
-@pytest.mark.parametrize("count", [2, 10, ENOUGH, 50])
+@pytest.mark.parametrize("count", [2, 10, VALUES_FOR_INTERVAL, 50])
 @pytest.mark.parametrize("draw", [with_and_without_impact, held])
 def test_another_is_held_as_often_as_is_said(draw: Draw, count: int) -> None:
     """Whatever the law; three standard errors of a share."""
@@ -38,8 +38,8 @@ def test_another_is_held_as_often_as_is_said(draw: Draw, count: int) -> None:
         inside.append(found.low <= other <= found.high)
     said = find_prediction(np.arange(float(count))).probability
     assert np.mean(inside) == pytest.approx(said, abs=3.0 * np.sqrt(said * (1.0 - said) / STUDIES))
-    assert said == pytest.approx((count - 1) / (count + 1)) or count > ENOUGH
-    assert (said >= 0.9 - 1e-12) == (count >= ENOUGH)
+    assert said == pytest.approx((count - 1) / (count + 1)) or count > VALUES_FOR_INTERVAL
+    assert (said >= 0.9 - 1e-12) == (count >= VALUES_FOR_INTERVAL)
 
 
 @pytest.mark.parametrize(("probability", "count"), [(np.exp(-1.0), 10), (0.9, 50), (0.9, 19)])
@@ -58,14 +58,14 @@ def test_quantiles_are_held(probability: float, count: int) -> None:
 def test_maxima_of_two_kinds_do_not_follow_gumbels_law() -> None:
     """One in ten that does is doubted; of two kinds nearly all are, by 19 runs."""
     random = np.random.default_rng(8)
-    drawn = [random.gumbel(size=ENOUGH) for _ in range(STUDIES)]
+    drawn = [random.gumbel(size=VALUES_FOR_INTERVAL) for _ in range(STUDIES)]
     doubted = np.mean([not follows_gumbel(x, fit_maxima(x)) for x in drawn])
     assert doubted == pytest.approx(0.1, abs=3.0 * np.sqrt(0.09 / STUDIES))
-    drawn = [with_and_without_impact(random, ENOUGH) for _ in range(STUDIES)]
+    drawn = [with_and_without_impact(random, VALUES_FOR_INTERVAL) for _ in range(STUDIES)]
     assert np.mean([not follows_gumbel(x, fit_maxima(x)) for x in drawn]) > 0.9
 
 
-@pytest.mark.parametrize("count", [ENOUGH, 50])
+@pytest.mark.parametrize("count", [VALUES_FOR_INTERVAL, 50])
 @pytest.mark.parametrize("draw", [with_and_without_impact, held])
 def test_runs_of_an_operation(draw: Draw, count: int) -> None:
     """By Gumbel's law where they follow it, else by their order: intervals of another run and of
@@ -78,7 +78,7 @@ def test_runs_of_an_operation(draw: Draw, count: int) -> None:
         values = np.array(drawn)
         law = fit_maxima(values)
         if follows_gumbel(values, law):
-            low, high = law.confidence(exceeding(np.exp(-1.0)))
+            low, high = law.confidence(length_ratio(np.exp(-1.0)))
             least, most = law.prediction(1.0)
         else:
             low, high = find_confidence(values, np.exp(-1.0))

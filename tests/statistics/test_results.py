@@ -14,9 +14,9 @@ from hydrosim.errors import InputError
 from hydrosim.forces import AppliedForce, Frictionless, Landing, NormalCurve, StickSlip
 from hydrosim.results.stages import STAGES
 from hydrosim.scene import Scene, Weight
-from hydrosim.statistics.explain import PARTS, PHASES, explained
+from hydrosim.statistics.explain import EXPLAINED_PHASES, FRICTION_PARTS, explain_run
 from hydrosim.statistics.figures import figure_of
-from hydrosim.statistics.results import KEYS, Results, StageResult, WhyResult
+from hydrosim.statistics.results import RESULT_KEYS, MotionCauseResult, RunResults, StageResult
 
 MASS, WEIGHT = 1e3, 9810.0
 SEAT = np.zeros((1, 3))
@@ -61,7 +61,7 @@ def test_results_of_stages_are_those_of_the_run(removal: xr.Dataset) -> None:
 
 def test_a_phase_lasts_as_long_as_it_is_recorded(removal: xr.Dataset) -> None:
     phase = removal.contact_phase.values[:, 0]
-    found = figure_of(removal, StageResult("a", "duration", stage=PHASES[1]))
+    found = figure_of(removal, StageResult("a", "duration", stage=EXPLAINED_PHASES[1]))
     assert float(found) == pytest.approx(np.mean(phase == 1) * 20.0)
 
 
@@ -81,20 +81,29 @@ def dragged() -> Scene:
 def test_why_a_body_moved_is_what_is_explained_of_it() -> None:
     """The balance: mean force of floor and push over the mass is the change of speed over time."""
     run = hs.simulate(dragged())
-    found = Results(run)
-    forces = [WhyResult("a", "mean_force", force=name).of(found) for name in ("floor", "push")]
+    found = RunResults(run)
+    forces = [
+        MotionCauseResult("a", "mean_force", force=name).evaluate(found)
+        for name in ("floor", "push")
+    ]
     speed = run.velocity.sel(body="block", dof="surge").values
     rate = MASS * (speed[-1] - speed[0]) / 4.0
     assert sum(float(force) for force in forces) == pytest.approx(rate, rel=1e-9)
-    friction = float(WhyResult("a", "friction").of(found))
+    friction = float(MotionCauseResult("a", "friction").evaluate(found))
     assert friction == pytest.approx(float(forces[0]), rel=1e-9)
-    parts = [float(WhyResult("a", "friction", part=part).of(found)) for part in PARTS]
+    parts = [
+        float(MotionCauseResult("a", "friction", part=part).evaluate(found))
+        for part in FRICTION_PARTS
+    ]
     assert sum(parts) == pytest.approx(friction, rel=1e-12)
-    shares = [float(WhyResult("a", "time_share", mode=m).of(found)) for m in ("stick", "slip")]
+    shares = [
+        float(MotionCauseResult("a", "time_share", mode=m).evaluate(found))
+        for m in ("stick", "slip")
+    ]
     assert sum(shares) == pytest.approx(1.0, abs=1e-9)
-    moved = float(WhyResult("a", "displacement").of(found))
+    moved = float(MotionCauseResult("a", "displacement").evaluate(found))
     assert moved == float(run.position[-1, 0, 0] - run.position[0, 0, 0])
-    assert found.why is found.why
+    assert found.explanation is found.explanation
 
 
 @pytest.mark.parametrize(
@@ -103,14 +112,22 @@ def test_why_a_body_moved_is_what_is_explained_of_it() -> None:
         (StageResult("a", "recontacts", "feet"), "group feet; expected one of these groups: floor"),
         (StageResult("a", "recontacts"), "no group of contacts in the run records its stages"),
         (
-            WhyResult("a", "displacement", body="tug"),
+            MotionCauseResult("a", "displacement", body="tug"),
             "found the body tug; expected one of these bodies",
         ),
-        (WhyResult("a", "mean_force", force="line"), "found the force line; expected one of:"),
-        (WhyResult("a", "friction", stage="open to separated"), "found the stage open to sep"),
+        (
+            MotionCauseResult("a", "mean_force", force="line"),
+            "found the force line; expected one of:",
+        ),
+        (
+            MotionCauseResult("a", "friction", stage="open to separated"),
+            "found the stage open to sep",
+        ),
     ],
 )
-def test_what_a_run_has_not_is_a_message(asked: StageResult | WhyResult, words: str) -> None:
+def test_what_a_run_has_not_is_a_message(
+    asked: StageResult | MotionCauseResult, words: str
+) -> None:
     run = hs.simulate(replace(dragged(), duration=1.0))
     with pytest.raises(InputError, match=words):
         figure_of(run, asked)
@@ -119,12 +136,12 @@ def test_what_a_run_has_not_is_a_message(asked: StageResult | WhyResult, words: 
 def test_impulses_are_needed_to_say_why() -> None:
     run = hs.simulate(replace(dragged(), duration=1.0, output_impulses=False))
     with pytest.raises(InputError, match="without impulse"):
-        figure_of(run, WhyResult("a", "displacement"))
+        figure_of(run, MotionCauseResult("a", "displacement"))
     with pytest.raises(InputError, match="without impulse"):
-        explained(run)
+        explain_run(run)
 
 
 def test_every_result_has_its_keys() -> None:
-    assert {"recontact_force", "time", "duration", "mean_force", "friction"} <= KEYS.keys()
+    assert {"recontact_force", "time", "duration", "mean_force", "friction"} <= RESULT_KEYS.keys()
     assert StageResult("a", "time", stage=STAGES[-1]).late_if_missing
     assert StageResult("a", "end_clearance").at_least

@@ -16,10 +16,10 @@ from hydrosim.dofs import DOFS
 from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
 from hydrosim.presentation.document import Document, Node
 from hydrosim.results.phases import contact_phases
-from hydrosim.statistics.extremes import LAWS, Basis
+from hydrosim.statistics.extremes import LAWS, ExtremeModel
 from hydrosim.statistics.gumbel import fit_maxima
 from hydrosim.statistics.statistics import statistics
-from hydrosim.wording.seeds import LAW, RUNS, nodes_over_seeds
+from hydrosim.wording.seeds import GUMBEL_METHOD, MIN_RUNS, nodes_over_seeds
 from hydrosim.wording.statistics import contact_nodes, figures
 
 TIME = np.arange(0.0, 2000.0, 0.5)
@@ -61,8 +61,8 @@ def of(run: xr.Dataset, dof: str, **options: Any) -> dict[str, float]:
     return {str(name): float(found.sel(statistic=name)) for name in found.statistic.values}
 
 
-def basis(found: xr.Dataset, dof: str, side: str = "largest") -> Basis:
-    return Basis(int(found.motion_basis.sel(body="barge", dof=dof, side=side)))
+def basis(found: xr.Dataset, dof: str, side: str = "largest") -> ExtremeModel:
+    return ExtremeModel(int(found.motion_basis.sel(body="barge", dof=dof, side=side)))
 
 
 def nodes(found: xr.Dataset) -> list[Node]:
@@ -145,7 +145,7 @@ def test_what_is_before_the_start_does_not_count() -> None:
 
 def test_a_regular_motion_has_its_amplitude_for_extremes() -> None:
     found = statistics(record(heave=3.0 + 2.0 * np.sin(2 * np.pi * TIME / 20.0)))
-    assert basis(found, "heave") == Basis.REGULAR
+    assert basis(found, "heave") == ExtremeModel.REGULAR
     extreme = found.motion_extreme.sel(body="barge", dof="heave")
     np.testing.assert_allclose(extreme.sel(side="largest"), 5.0)
     np.testing.assert_allclose(extreme.sel(side="smallest"), 1.0)
@@ -162,7 +162,7 @@ class TestWithoutExtremes:
 
     def test_few_waves(self) -> None:
         x = np.sin(2 * np.pi * TIME / 200.0)
-        assert basis(statistics(record(sway=x)), "sway") == Basis.TOO_SHORT
+        assert basis(statistics(record(sway=x)), "sway") == ExtremeModel.TOO_SHORT
         assert "too short" in self.said(record(sway=x))
 
     def test_no_period(self) -> None:
@@ -173,7 +173,7 @@ class TestWithoutExtremes:
 
     def test_constant_channels_are_not_printed(self) -> None:
         found = statistics(record(surge=waves(), sway=0.0 * TIME + 3.0))
-        assert basis(found, "sway") == basis(found, "yaw") == Basis.CONSTANT
+        assert basis(found, "sway") == basis(found, "yaw") == ExtremeModel.CONSTANT
         assert "sway" not in text_of(found)
 
     def test_one_peak(self) -> None:
@@ -181,9 +181,9 @@ class TestWithoutExtremes:
 
     def test_growing_waves(self) -> None:
         run = record(heave=waves() * np.minimum(TIME / 200.0, 1.0), ramp=200.0)
-        assert basis(statistics(run), "heave") == Basis.WAVES_GROW
+        assert basis(statistics(run), "heave") == ExtremeModel.WAVES_GROW
         assert "the waves grow until 200 s. Start there (--from 200)." in self.said(run)
-        assert basis(statistics(run, 200.0), "heave") == Basis.GAUSSIAN
+        assert basis(statistics(run, 200.0), "heave") == ExtremeModel.GAUSSIAN
 
     def test_a_run_that_ends_while_the_waves_grow(self) -> None:
         self.said(record(heave=waves() * TIME / 2000.0, ramp=5000.0))
@@ -203,8 +203,8 @@ class TestWithoutExtremes:
         touching = TIME > 1000.0
         moving = {"pitch": waves(), "heave": waves(2) + 4.0 * touching}
         run = with_contact(record(**moving), np.where(touching, STICK, OPEN), 1e6 * touching)
-        assert basis(statistics(record(**moving)), "pitch") == Basis.GAUSSIAN
-        assert basis(statistics(run), "pitch") == Basis.OPERATION
+        assert basis(statistics(record(**moving)), "pitch") == ExtremeModel.GAUSSIAN
+        assert basis(statistics(run), "pitch") == ExtremeModel.OPERATION
         assert np.isnan(statistics(run).motion_extreme.sel(dof="pitch")).all()
         assert "contact goes through phases" in self.said(run)
 
@@ -215,14 +215,17 @@ class TestWithoutExtremes:
         force[: TIME.size // 3] = 0.0
         run = with_contact(record(pitch=x), np.where(force > 0.0, SLIP, OPEN), force)
         found = statistics(run)
-        assert basis(found, "pitch") == Basis.GAUSSIAN
-        assert found.fender_force_basis.sel(side="largest") in (Basis.RARE, Basis.TOO_SHORT)
+        assert basis(found, "pitch") == ExtremeModel.GAUSSIAN
+        assert found.fender_force_basis.sel(side="largest") in (
+            ExtremeModel.RARE,
+            ExtremeModel.TOO_SHORT,
+        )
         self.said(run)
 
     def test_not_finite(self) -> None:
         x = waves().copy()
         x[-1] = np.nan
-        assert basis(statistics(record(heave=x)), "heave") == Basis.NOT_FINITE
+        assert basis(statistics(record(heave=x)), "heave") == ExtremeModel.NOT_FINITE
         assert "barge heave: It is not finite." in texts(nodes(statistics(record(heave=x))))
 
     @pytest.mark.parametrize("count", [4, 5, 30, 200])
@@ -239,7 +242,7 @@ def test_whole_seconds_and_a_last_record_off_the_grid() -> None:
     """Times may be whole numbers; the end of a run is recorded wherever it is."""
     time = np.arange(3000)
     run = record(time, heave=waves(time=time))
-    assert basis(statistics(run), "heave") == Basis.GAUSSIAN
+    assert basis(statistics(run), "heave") == ExtremeModel.GAUSSIAN
     odd = run.assign_coords(time=np.append(time[:-1], time[-2] + 0.3))
     assert statistics(odd).attrs["exposure"] == 2999.0
     assert of(odd, "heave")["period"] == pytest.approx(of(run, "heave")["period"], rel=1e-3)
@@ -298,7 +301,7 @@ def test_crawl_by_phase() -> None:
 
 def test_runs_by_gumbels_law() -> None:
     """Over seeds: intervals as of a fit to their largest values; failed runs do not count."""
-    figures = [statistics(record(heave=waves(seed))) for seed in range(RUNS)]
+    figures = [statistics(record(heave=waves(seed))) for seed in range(MIN_RUNS)]
     failed = figures[0] * np.nan
     runs = xr.concat([*figures, failed], "run")
     said = list(nodes_over_seeds(runs))
@@ -314,7 +317,7 @@ def test_runs_by_gumbels_law() -> None:
     assert number(largest["most probable"], "m") == pytest.approx(law.location, rel=1e-9)
     assert number(rare["P90"], "m") == pytest.approx(p90, rel=1e-9)
     assert ends(largest["another run"], "m") == pytest.approx(law.prediction(1.0), rel=1e-9)
-    assert rare["by"] == LAW
+    assert rare["by"] == GUMBEL_METHOD
     assert len(list(nodes_over_seeds(runs.isel(run=[0, 1])))) == 1
 
 
@@ -346,7 +349,7 @@ def test_a_line_cannot_push() -> None:
     run = run.assign(spring_tension=(("time", "spring"), 1e4 * tension[:, None]))
     found = statistics(run.assign_coords(spring=["line"]))
     smallest = found.spring_force_extreme.sel(spring="line", side="smallest")
-    assert Basis(int(found.spring_force_basis.sel(spring="line", side="smallest"))) in LAWS
+    assert ExtremeModel(int(found.spring_force_basis.sel(spring="line", side="smallest"))) in LAWS
     assert float(smallest.min()) == 0.0
     motion = statistics(record(heave=1e4 * tension)).motion_extreme
     unbounded = motion.sel(body="barge", dof="heave", side="smallest")

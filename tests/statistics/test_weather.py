@@ -12,7 +12,13 @@ import xarray as xr
 from hydrosim.documents.text import Source
 from hydrosim.errors import InputError
 from hydrosim.statistics.waiting import Hindcast, waiting, windows
-from hydrosim.statistics.weather import Alpha, Curve, Scatter, Surface, workability
+from hydrosim.statistics.weather import (
+    AlphaFactors,
+    LimitCurve,
+    LimitSurface,
+    ScatterDiagram,
+    workability,
+)
 from hydrosim.studies.operability.weather_files import read_hindcast, read_scatter
 
 HOUR = 3600.0
@@ -92,27 +98,27 @@ def test_limits_by_heading() -> None:
     at other peak periods."""
     heading = np.radians([0.0, 30.0, 60.0, 330.0])
     height = np.array([[3.0, 2.0], [2.0, 1.0], [1.0, 0.5], [2.5, 1.5]])
-    surface = Surface(heading, np.array([6.0, 10.0]), height)
+    surface = LimitSurface(heading, np.array([6.0, 10.0]), height)
     asked = np.radians([0.0, 15.0, -345.0, -15.0, 345.0, 60.0, 61.0, 200.0, 330.0 - 1e-12, 15.0])
     period = np.array([6.0, 6.0, 8.0, 6.0, 10.0, 8.0, 6.0, 6.0, 6.0, 11.0])
     expected = [3.0, 2.5, 2.0, 2.75, 1.75, 0.75, np.nan, np.nan, 2.5, np.nan]
-    assert surface.at(asked, period) == pytest.approx(expected, nan_ok=True)
-    alone = Surface(heading[1:2], surface.period, height[1:2])
-    assert alone.at(asked[:1] + heading[1], period[:1]) == pytest.approx([2.0])
-    assert np.isnan(alone.at(asked[:1], period[:1])).all()
+    assert surface.limit_at(asked, period) == pytest.approx(expected, nan_ok=True)
+    alone = LimitSurface(heading[1:2], surface.period, height[1:2])
+    assert alone.limit_at(asked[:1] + heading[1], period[:1]) == pytest.approx([2.0])
+    assert np.isnan(alone.limit_at(asked[:1], period[:1])).all()
 
 
 def test_workability_of_a_scatter_diagram() -> None:
     """By hand: the limit is 2 m at 6 s, 1.5 m at 8 s, 1 m at 10 s; nothing is known of 14 s."""
-    curve = Curve(np.array([6.0, 10.0]), np.array([2.0, 1.0]))
+    curve = LimitCurve(np.array([6.0, 10.0]), np.array([2.0, 1.0]))
     count = np.array([[10, 20, 5, 5], [10, 10, 10, 0], [10, 10, 10, 0.0]])
-    scatter = Scatter(np.array([0.75, 1.25, 1.75]), np.array([6.0, 8.0, 10.0, 14.0]), count)
+    scatter = ScatterDiagram(np.array([0.75, 1.25, 1.75]), np.array([6.0, 8.0, 10.0, 14.0]), count)
     workable, unknown = workability(scatter, curve)
     assert workable == pytest.approx((10 + 20 + 5 + 10 + 10 + 10) / 100)
     assert unknown == pytest.approx(0.05)
 
 
-DNV = Alpha(
+DNV = AlphaFactors(
     "table 4-1 of DNV-OS-H101",
     HOUR * np.array([12.0, 24, 36, 48, 72]),
     np.array([1.0, 2, 4, 6]),
@@ -304,16 +310,16 @@ def test_an_open_limit_makes_no_sea_beside_it_workable() -> None:
     period = np.array([6.0, 8.0])
     for top in (3.0, 6.0):
         height = np.array([[top, top], [0.6, top], [top, 1.0]])
-        surface = Surface(heading, period, height, height >= top)
+        surface = LimitSurface(heading, period, height, height >= top)
         sea = np.radians([0.0, 30.0, 45.0, 22.5, 0.0])
-        found = surface.at(sea, np.array([6.0, 6.0, 8.0, 8.0, 7.0]))
+        found = surface.limit_at(sea, np.array([6.0, 6.0, 8.0, 8.0, 7.0]))
         np.testing.assert_allclose(found, [top, 0.6, top, top, top])
-        curve = Curve(period, np.array([top, 1.0]), np.array([True, False]))
-        np.testing.assert_allclose(curve.at(np.array([6.0, 6.5, 8.0])), [top, 1.0, 1.0])
+        curve = LimitCurve(period, np.array([top, 1.0]), np.array([True, False]))
+        np.testing.assert_allclose(curve.limit_at(np.array([6.0, 6.5, 8.0])), [top, 1.0, 1.0])
 
 
 def test_limits_that_are_known_are_interpolated_as_before() -> None:
     period = np.array([6.0, 8.0, 9.0])
     height = np.array([1.0, 2.0, 4.0])
-    found = Curve(period, height).at(np.array([5.0, 6.0, 7.0, 8.5, 9.0, 9.1]))
+    found = LimitCurve(period, height).limit_at(np.array([5.0, 6.0, 7.0, 8.5, 9.0, 9.1]))
     np.testing.assert_allclose(found, [np.nan, 1.0, 1.5, 3.0, 4.0, np.nan])

@@ -17,7 +17,7 @@ from numpy.testing import assert_allclose
 
 import hydrosim as hs
 from hydrosim.compiling.wet import WetGroup
-from hydrosim.database import HydroDatabase, load, needed
+from hydrosim.database import HydroDatabase, load, require_array
 from hydrosim.evidence import Feature, Kind
 from hydrosim.presentation.document import List
 from hydrosim.radiation import Retardation, retardation
@@ -120,7 +120,7 @@ def test_energy_and_reciprocity_over_both(validated: Validated) -> None:
     time = np.arange(0.0, 160.0, 0.1)
     kernel = retardation_function(db.frequency, B, time)
     infinite, _ = infinite_added_mass(db.frequency, db.added_mass, time, kernel)
-    added = needed(db, "added_mass_infinite")
+    added = require_array(db, "added_mass_infinite")
     size = diagonal_scale(db.added_mass)
     gap = float((np.abs(infinite - added) / (size[:, None] * size)).max())
     ogilvie = "Ogilvie's relation, from A(ω) and B(ω)"
@@ -181,7 +181,7 @@ def harmonic(
     j = int(np.argmin(np.abs(db.heading - heading)))
     radii = np.concatenate([[1, 1, 1, *RADII[name]] for name in ("port", "starboard")])
     mass = np.diag(MASS * radii**2)
-    C = needed(db, "hydrostatic_stiffness") + np.diag(np.tile(STIFFNESS, 2))
+    C = require_array(db, "hydrostatic_stiffness") + np.diag(np.tile(STIFFNESS, 2))
     drag = np.tile(DAMPING + ROLL * (np.arange(6) == 3), 2)
     if radiation == "database":
         waves = -(omega**2) * db.added_mass[i] + 1j * omega * db.radiation_damping[i]
@@ -278,7 +278,7 @@ def test_a_held_neighbour_reflects_the_waves(moored: Scene) -> None:
     found, db = amplitudes(hs.simulate(compiled), omega, 350.0), barges()
     i, j = int(np.argmin(np.abs(db.frequency - omega))), 9
     K = radiation_of(wet, np.array([omega]))[0]
-    Z = needed(db, "hydrostatic_stiffness") + 1j * omega * K
+    Z = require_array(db, "hydrostatic_stiffness") + 1j * omega * K
     Z = Z - omega**2 * wet.memory.added_mass_infinite
     own = slice(6, 12)
     mass = np.diag(MASS * np.array([1, 1, 1, *RADII["starboard"]]) ** 2)

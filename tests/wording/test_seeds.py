@@ -13,12 +13,12 @@ import xarray as xr
 from hydrosim.dofs import DOFS
 from hydrosim.presentation.document import Between, Sentence, Table, Value
 from hydrosim.statistics import effects
-from hydrosim.statistics.effect_table import EXTREMES, as_csv
-from hydrosim.statistics.ends import of_channels, of_figures
+from hydrosim.statistics.effect_table import EXTREME_COLUMNS, as_csv
+from hydrosim.statistics.ends import ends_of_channels, ends_of_figures
 from hydrosim.statistics.gumbel import fit_maxima
-from hydrosim.statistics.over_seeds import RUNS, extremes_over_seeds
-from hydrosim.statistics.statistics import NAMES, SIDES
-from hydrosim.wording.one_table import one_table
+from hydrosim.statistics.over_seeds import MIN_RUNS, extremes_over_seeds
+from hydrosim.statistics.statistics import EXTREME_SIDES, STATISTIC_NAMES
+from hydrosim.wording.one_table import results_table
 from hydrosim.wording.seeds import extreme_nodes
 
 SEEDS = 40
@@ -30,9 +30,9 @@ rng.shuffle(LARGEST)
 
 def figures(low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Statistics (run, statistic) of which two are known."""
-    found = np.ones((low.size, len(NAMES)))
-    found[:, NAMES.index("smallest")] = low
-    found[:, NAMES.index("largest")] = high
+    found = np.ones((low.size, len(STATISTIC_NAMES)))
+    found[:, STATISTIC_NAMES.index("smallest")] = low
+    found[:, STATISTIC_NAMES.index("largest")] = high
     return found
 
 
@@ -40,7 +40,7 @@ def runs_of(values: np.ndarray, count: int = SEEDS) -> xr.Dataset:
     """Runs of seeds alone with a fender, a line, a channel that was asked for, one over time."""
     plan = {"design": "grid", "samples": None, "parameters": {}}
     zero = np.zeros(count)
-    motion = np.zeros((count, 1, 6, len(NAMES)))
+    motion = np.zeros((count, 1, 6, len(STATISTIC_NAMES)))
     of = figures(zero, values)[:, None]
     channel = figures(-values / 1e6, values / 1e6)[:, None]
     over_time = np.stack([zero, values / 1e7, zero - 1.0], axis=1)
@@ -62,7 +62,7 @@ def runs_of(values: np.ndarray, count: int = SEEDS) -> xr.Dataset:
         "seed": ("run", np.arange(count)),
     }
     known = {"plans": {"": plan}, "figures": ["push", "crawl"], "limits": {}}
-    coords["statistic"] = list(NAMES)
+    coords["statistic"] = list(STATISTIC_NAMES)
     return xr.Dataset(data, coords, {"design": json.dumps(known), "start": 1.0})
 
 
@@ -140,10 +140,10 @@ def test_extremes_in_python_and_in_the_table_are_those_that_are_printed() -> Non
     lines = {line["figure"]: line for line in csv.DictReader(as_csv(runs).splitlines())}
     line = lines["push"]
     assert line["unit"] == "kN"
-    for name in EXTREMES[:-1]:
+    for name in EXTREME_COLUMNS[:-1]:
         assert float(line[name]) == pytest.approx(numbers[name] / 1e3, rel=1e-5)
     assert line["by"] == "Gumbel's law"
-    assert [lines["crawl"][name] for name in EXTREMES] == [""] * len(EXTREMES)
+    assert [lines["crawl"][name] for name in EXTREME_COLUMNS] == [""] * len(EXTREME_COLUMNS)
 
 
 def test_p90_of_the_smallest_is_what_runs_do_not_fall_below() -> None:
@@ -151,7 +151,7 @@ def test_p90_of_the_smallest_is_what_runs_do_not_fall_below() -> None:
     runs = runs_of(LARGEST).assign_coords(channel=["velocity.barge.surge"])
     found = extremes_over_seeds(runs)
     speed = found.isel(extreme=found.channel.values == "velocity.barge.surge")
-    low, high = (float(speed.p90[speed.side.values == side][0]) for side in SIDES)
+    low, high = (float(speed.p90[speed.side.values == side][0]) for side in EXTREME_SIDES)
     assert low == pytest.approx(-high)
     _, rare, *_ = tables(runs_of(LARGEST))
     assert "do not fall below" in rare.title
@@ -159,7 +159,7 @@ def test_p90_of_the_smallest_is_what_runs_do_not_fall_below() -> None:
 
 def test_channels_over_time_begin_where_statistics_do() -> None:
     """The start leaves out the zero of the first record: from there the smallest is -1."""
-    found = {ends.name: ends for ends in of_channels(runs_of(LARGEST))}
+    found = {ends.name: ends for ends in ends_of_channels(runs_of(LARGEST))}
     gap = found["gap"]
     assert gap.low is not None
     assert gap.high is not None
@@ -169,20 +169,20 @@ def test_channels_over_time_begin_where_statistics_do() -> None:
 
 
 def test_figures_that_are_no_extreme_have_none() -> None:
-    assert [each.name for each in of_figures(runs_of(LARGEST), ["push", "crawl"])] == ["push"]
+    assert [each.name for each in ends_of_figures(runs_of(LARGEST), ["push", "crawl"])] == ["push"]
 
 
 def test_few_seeds_say_how_many_it_takes() -> None:
-    (plan,) = effects.plans(runs_of(LARGEST[: RUNS - 1], RUNS - 1))
+    (plan,) = effects.plans(runs_of(LARGEST[: MIN_RUNS - 1], MIN_RUNS - 1))
     (node,) = extreme_nodes(plan)
     assert isinstance(node, Sentence)
-    assert list(node.parts) == [str(RUNS)]
+    assert list(node.parts) == [str(MIN_RUNS)]
 
 
 def test_runs_that_lack_a_channel_are_left_out() -> None:
     runs = runs_of(LARGEST)
     runs["fender_force"] = runs.fender_force.where(runs.seed >= 10)
-    found = {ends.name: ends for ends in of_channels(runs)}
+    found = {ends.name: ends for ends in ends_of_channels(runs)}
     high = found["fender force pad"].high
     assert high is not None
     assert high.tolist() == LARGEST[10:].tolist()
@@ -205,13 +205,13 @@ def test_one_table_has_a_row_for_each_value_and_the_means_of_all_figures() -> No
         },
         {"design": json.dumps({"plans": plans, "figures": ["x", "y"], "limits": {}})},
     )
-    table = next(iter(one_table(effects.plans(runs))))
+    table = next(iter(results_table(effects.plans(runs))))
     assert isinstance(table, Table)
     assert list(table.head) == ["study", "value", "x", "±", "y", "±", "runs"]
     assert [row[0] for row in table.rows] == ["one", "one", "two", "two"]
     means = [row[2].number for row in table.rows if isinstance(row[2], Value)]
     assert means == [2.0, 5.0, 7.0, 3.0]
-    half = effects.spread(np.array([1.0, 3.0]))
+    half = effects.seed_spread(np.array([1.0, 3.0]))
     assert isinstance(table.rows[0][3], Value)
     assert table.rows[0][3].number == half.high - half.mean
     assert table.rows[2][3] == ""  # one run has no interval

@@ -155,7 +155,7 @@ class Catenary(Breaking):
     anchor_body: StrictStr | None = None
     """Body that the anchor is fixed to. Without it the anchor is fixed to the earth. Example:
     tender."""
-    segments: Annotated[tuple[Segment, ...], AfterValidator(of.some)]
+    segments: Annotated[tuple[Segment, ...], AfterValidator(of.require_entries)]
     """Uniform pieces of the line from the fairlead to the anchor."""
     seabed: Seabed | None = None
     """Seabed at the water depth, on which the line may lie. Without it, the line touches no bed."""

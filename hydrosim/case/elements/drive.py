@@ -25,7 +25,7 @@ class OffsetTable(Strict):
 
     time: Annotated[of.Times, AfterValidator(of.several)]
     """Times that rise, from the start of the run to its end."""
-    offset: Annotated[tuple[of.Length, ...], AfterValidator(of.some)]
+    offset: Annotated[tuple[of.Length, ...], AfterValidator(of.require_entries)]
     """Offset at each time. Equal neighbours are a rest."""
 
     @model_validator(mode="after")
@@ -39,7 +39,7 @@ class AngleTable(Strict):
 
     time: Annotated[of.Times, AfterValidator(of.several)]
     """Times that rise, from the start of the run to its end."""
-    angle: Annotated[tuple[of.Angle, ...], AfterValidator(of.some)]
+    angle: Annotated[tuple[of.Angle, ...], AfterValidator(of.require_entries)]
     """Angle at each time. Equal neighbours are a rest."""
 
     @model_validator(mode="after")

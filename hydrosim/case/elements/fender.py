@@ -149,7 +149,7 @@ class Fender(Element):
 
     type: Literal["fender"]
     """Points of a body against a plane."""
-    points: Annotated[tuple[of.Point, ...], AfterValidator(of.some)]
+    points: Annotated[tuple[of.Point, ...], AfterValidator(of.require_entries)]
     """Points in the body frame that touch the plane."""
     plane: Plane
     """The other side of the contact."""

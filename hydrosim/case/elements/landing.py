@@ -25,7 +25,7 @@ class Seats(Strict):
     """Where points come down, in the earth frame or that of a body; they carry along ``axis``, as
     far as ``extent`` from their middle."""
 
-    points: Annotated[tuple[of.Point, ...], AfterValidator(of.some)]
+    points: Annotated[tuple[of.Point, ...], AfterValidator(of.require_entries)]
     """Seats, one for each point, in the earth frame or the frame of their body."""
     axis: of.Direction = (0.0, 0.0, 1.0)
     """Direction in which seats carry, from seat to point. Example: [0, 0, 1]."""
@@ -105,7 +105,7 @@ class Landing(Element):
 
     type: Literal["landing"]
     """Points of a body, each on a seat of its own."""
-    points: Annotated[tuple[of.Point, ...], AfterValidator(of.some)]
+    points: Annotated[tuple[of.Point, ...], AfterValidator(of.require_entries)]
     """Points in the body frame."""
     on: Seats
     """Seats that the points come down on."""

@@ -21,7 +21,7 @@ class LengthTable(Strict):
 
     time: of.Times
     """Times that rise."""
-    length: Annotated[tuple[of.LineLength, ...], AfterValidator(of.some)]
+    length: Annotated[tuple[of.LineLength, ...], AfterValidator(of.require_entries)]
     """Length at each time, with straight lines between."""
 
     @model_validator(mode="after")

@@ -58,7 +58,7 @@ class SpeedTable(Strict):
 
     time: of.Times
     """Times that rise."""
-    speed: Annotated[tuple[of.Speed, ...], AfterValidator(of.some)]
+    speed: Annotated[tuple[of.Speed, ...], AfterValidator(of.require_entries)]
     """Speed of pay-out at each time, negative to heave in."""
 
     @model_validator(mode="after")

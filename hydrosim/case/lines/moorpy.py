@@ -17,7 +17,7 @@ from hydrosim.case.lines.sections import read_number
 from hydrosim.case.lines.system import Held, LineType, Piece, Point, System
 from hydrosim.documents.nodes import compose, locate, plain
 from hydrosim.documents.text import Source
-from hydrosim.documents.units import Quantity, shown
+from hydrosim.documents.units import Quantity, value_text
 from hydrosim.scene import OmittedEntry, Question
 
 REQUIRED_KEYS = ("line_types", "points", "lines")
@@ -76,7 +76,7 @@ class MappingEntry:
         """A name: a text or a number."""
         value = self.find_value(*keys)
         if isinstance(value, bool) or not isinstance(value, str | int | float):
-            self.refuse(f"found {shown(value)}; expected a name", keys[0])
+            self.refuse(f"found {value_text(value)}; expected a name", keys[0])
         return str(value)
 
     def number(self, key: str, quantity: Quantity) -> float:
@@ -92,7 +92,7 @@ class MappingEntry:
         """Three coordinates."""
         value = self.find_value(key)
         if not isinstance(value, list) or len(value) != 3:
-            self.refuse(f"found {shown(value)}; expected three coordinates", key)
+            self.refuse(f"found {value_text(value)}; expected three coordinates", key)
         x, y, z = (self._number(each, quantities.PLACE, key, k) for k, each in enumerate(value))
         return x, y, z
 
@@ -104,10 +104,10 @@ class MappingEntry:
         """The mappings in a list."""
         value = self.find_value(key)
         if not isinstance(value, list):
-            self.refuse(f"found {shown(value)}; expected a list", key)
+            self.refuse(f"found {value_text(value)}; expected a list", key)
         for k, each in enumerate(value):
             if not isinstance(each, Mapping):
-                self.refuse(f"found {shown(each)}; expected a mapping", key, k)
+                self.refuse(f"found {value_text(each)}; expected a mapping", key, k)
             yield MappingEntry(self.source, self.node, (*self.keys, key, k), each)
 
     def unknown_keys(self, kind: str) -> Iterator[OmittedEntry]:
@@ -196,7 +196,7 @@ def _point(entry: MappingEntry) -> Point:
     kind = entry.read_name("type").lower()
     held = next((held for word, held in HELD if word in kind), None)
     if held is None:
-        entry.refuse(f"found {shown(kind)}; expected fixed, fairlead or free", "type")
+        entry.refuse(f"found {value_text(kind)}; expected fixed, fairlead or free", "type")
     return Point(
         held,
         entry.place("location"),

@@ -14,9 +14,9 @@ from typing import NoReturn
 
 from pydantic_core import PydanticCustomError
 
-from hydrosim.documents.nodes import joined
+from hydrosim.documents.nodes import with_hint
 from hydrosim.documents.text import Source
-from hydrosim.documents.units import Quantity, shown
+from hydrosim.documents.units import Quantity, value_text
 
 SECTION_TITLES = {  # what the title of a section holds; the first that does so counts
     "front": "INPUT FILE",
@@ -231,11 +231,11 @@ def read_number(
         _, _, remedy = error.message().partition("; expected ")[2].partition("; ")
         name = f" for {what}" if what else ""
         unit = f" in {quantity.unit}" if quantity.unit else ""
-        found = word if isinstance(word, str) else shown(word)
+        found = word if isinstance(word, str) else value_text(word)
         text = f"found {found}{name}; expected {quantity.what}{unit}"
-        source.wrong(joined(text, remedy), line)
+        source.wrong(with_hint(text, remedy), line)
 
 
 def _refuse_text(source: Source, line: int | None, word: str, what: str) -> NoReturn:
     remedy = "tables in files of their own are not read"
-    source.wrong(f"found {shown(word)}; expected a number for {what}; {remedy}", line)
+    source.wrong(f"found {value_text(word)}; expected a number for {what}; {remedy}", line)

@@ -47,7 +47,7 @@ def roll_mode(body: Body, stiffness: np.ndarray, db: HydroDatabase | None) -> Ro
     M = block_diag(body.mass * np.eye(3), body.inertia)[own]
     total = stiffness.copy()
     if db is not None:
-        total = total + database.needed(db, "hydrostatic_stiffness")
+        total = total + database.require_array(db, "hydrostatic_stiffness")
     K = 0.5 * (total + total.T)[own]
     coefficients = _coefficients(db)
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hydrosim.compiling.hydrostatics.solids import solids_of
-from hydrosim.database.database import HydroDatabase, needed
-from hydrosim.database.hull import immersed, integrals
+from hydrosim.database.database import HydroDatabase, require_array
+from hydrosim.database.hull import immersed_triangles, integrals
 from hydrosim.dofs import SMALL
 from hydrosim.forces.displacement import Hulls, add_displacement_energy
 from hydrosim.forces.layout import HYDROSTATIC
@@ -42,7 +42,7 @@ def hulls_of(scene: Scene, bodies: Bodies) -> Hulls:
 
 def at_rest(body: Body, hull: Hull, water: Environment) -> tuple[Hydrostatics, np.ndarray]:
     """Hydrostatics of a hull at rest, and its stiffness (6, 6) about the centre of gravity."""
-    found, (x, y, z) = integrals(immersed(hull.corners)), body.centre_of_gravity
+    found, (x, y, z) = integrals(immersed_triangles(hull.corners)), body.centre_of_gravity
     below = np.array([x, y, found.centre_of_buoyancy[2]])
     about = replace(found, centre_of_buoyancy=below)
     return found, about.stiffness(z, water.water_density, water.gravity)
@@ -59,7 +59,10 @@ def with_hulls(db: HydroDatabase, bodies: Sequence[Body], water: Environment) ->
     volume, centre = np.zeros(size), np.zeros((size, 3))
     for k, body in enumerate(bodies):
         if body.hydrostatics is None:
-            volume[k], centre[k] = needed(db, "volume")[k], needed(db, "centre_of_buoyancy")[k]
+            volume[k], centre[k] = (
+                require_array(db, "volume")[k],
+                require_array(db, "centre_of_buoyancy")[k],
+            )
             continue
         found, own = at_rest(body, body.hydrostatics, water)
         volume[k], centre[k] = found.volume, found.centre_of_buoyancy
@@ -97,6 +100,6 @@ def _weight(body: Body, hull: Hull) -> np.ndarray:
     weight."""
     if body.weight == Weight.CARRIED:
         return np.zeros(4)
-    found = integrals(immersed(hull.corners))
+    found = integrals(immersed_triangles(hull.corners))
     over = found.centre_of_buoyancy - body.centre_of_gravity
     return found.volume * np.array([1.0, over[0], over[1], 0.0])

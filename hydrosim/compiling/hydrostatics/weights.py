@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from hydrosim.compiling.hydrostatics.tank_checks import check_lightship
-from hydrosim.database.database import HydroDatabase, needed
+from hydrosim.database.database import HydroDatabase, require_array
 from hydrosim.database.hull import integrals
 from hydrosim.errors import InputError
 from hydrosim.forces.layout import HYDROSTATIC, WEIGHT
@@ -39,7 +39,7 @@ def _buoyancy(body: Body, alone: Mapping[str, HydroDatabase]) -> float:
     if body.name not in alone or body.hydrostatics is not None:
         return 0.0
     db = alone[body.name]
-    return float(db.water_density * db.gravity * needed(db, "volume")[0])
+    return float(db.water_density * db.gravity * require_array(db, "volume")[0])
 
 
 def _check_supports(scene: Scene, alone: Mapping[str, HydroDatabase]) -> None:
@@ -70,7 +70,7 @@ def _stands(body: Body, alone: Mapping[str, HydroDatabase]) -> bool:
         return True
     if body.name not in alone:
         return False
-    return bool(needed(alone[body.name], "hydrostatic_stiffness")[2, 2] > 0.0)
+    return bool(require_array(alone[body.name], "hydrostatic_stiffness")[2, 2] > 0.0)
 
 
 def _links(scene: Scene) -> Iterator[tuple[str, str | None]]:

@@ -9,7 +9,7 @@ import numpy as np
 from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond
 from hydrosim.compiling.questions.extents import extents
 from hydrosim.compiling.questions.periods import natural_periods
-from hydrosim.database.database import HydroDatabase, needed
+from hydrosim.database.database import HydroDatabase, require_array
 from hydrosim.dofs import DOFS
 from hydrosim.forces.applied_force import AppliedForce
 from hydrosim.forces.signal import Harmonic, Signal
@@ -46,7 +46,7 @@ def mass(about: About) -> Iterator[Doubt]:
 
 def _displaced_mass(db: HydroDatabase) -> float:
     """Mass of the water that a body displaces [kg]."""
-    return db.water_density * float(needed(db, "volume")[0])
+    return db.water_density * float(require_array(db, "volume")[0])
 
 
 def _is_hopeless(body: Body, displaced: float) -> bool:
@@ -129,7 +129,7 @@ def trim(about: About) -> Iterator[Doubt]:
         weight = body.mass * about.scene.environment.gravity
         off = np.array(body.centre_of_gravity) - db.centre_of_buoyancy[0]
         moment = weight * np.array([0.0, -off[1], off[0]])
-        tilt = _tilt(body, needed(db, "hydrostatic_stiffness"), moment)
+        tilt = _tilt(body, require_array(db, "hydrostatic_stiffness"), moment)
         if np.abs(tilt).max() > TILT:
             limit = float(np.degrees(TILT))
             roll, pitch = (
@@ -161,7 +161,7 @@ def stability(about: About) -> Iterator[Doubt]:
     """Ask about hulls that capsize, or that have no waterplane."""
     gravity = about.scene.environment.gravity
     for _, body, db in about.afloat():
-        stiffness = needed(db, "hydrostatic_stiffness")
+        stiffness = require_array(db, "hydrostatic_stiffness")
         for dof in (3, 4):
             height = stiffness[dof, dof] / (body.mass * gravity)
             if height < 0.0 and DOFS[dof] in body.dofs:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.database.database import needed
+from hydrosim.database.database import require_array
 from hydrosim.dofs import DOFS
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ def natural_periods(about: About, i: int, body: Body, db: HydroDatabase) -> dict
     model = about.model
     each = model.elements.linear_moorings
     moored = [e["stiffness"] for e in each if e["body"] == i]
-    stiffness = np.diag(sum(moored, needed(db, "hydrostatic_stiffness")))
+    stiffness = np.diag(sum(moored, require_array(db, "hydrostatic_stiffness")))
     added = np.diag(model.added_mass)[6 * i : 6 * i + 6]
     inertia = np.array([body.mass] * 3 + list(np.diag(body.inertia))) + added
     return {

@@ -18,18 +18,18 @@ from scipy.linalg import block_diag
 
 from hydrosim.database.build import barge, mesh, sphere
 from hydrosim.database.build.assemble import Floating
-from hydrosim.database.build.barge import Panels, mirrored
+from hydrosim.database.build.barge import Panels, with_mirror_image
 from hydrosim.database.build.bem import Hull
-from hydrosim.database.build.extrapolate import coarser
-from hydrosim.database.build.hull_keys import MeshHull, SphereHull, resolution
-from hydrosim.database.build.recipe import Lid, Method, Part, Recipe, Symmetry
+from hydrosim.database.build.extrapolate import coarsen
+from hydrosim.database.build.hull_keys import MeshFileHull, SphereHull, resolution
+from hydrosim.database.build.recipe import HullSymmetry, IntegralEquation, Lid, Recipe, RecipeBody
 from hydrosim.database.build.water import Water
 from hydrosim.database.hydrostatics import Hydrostatics
 from hydrosim.errors import InputError
 
 
 @dataclass(frozen=True)
-class Afloat:
+class FloatingHulls:
     """Hulls in the database's frame for the solver, and the hydrostatics of each hull in its own
     frame. ``alike``: each body is symmetric about y = 0."""
 
@@ -40,11 +40,11 @@ class Afloat:
     @property
     def panels(self) -> Panels:
         """All panels of the wetted hulls (n, 4, 3)."""
-        return mirrored(self.hull.panels) if self.hull.symmetric else self.hull.panels
+        return with_mirror_image(self.hull.panels) if self.hull.symmetric else self.hull.panels
 
 
 @dataclass(frozen=True)
-class _Own:
+class _PartHull:
     """A hull in its own frame: its panels (n, 4, 3) and those of its lid. If ``halved``, the panels
     of both are those at y >= 0."""
 
@@ -53,38 +53,45 @@ class _Own:
     halved: bool
     integrals: Hydrostatics
 
-    def whole(self) -> tuple[Panels, Panels]:
+    def all_panels(self) -> tuple[Panels, Panels]:
         """All panels of the hull and all panels of the lid."""
         return (
-            (mirrored(self.panels), mirrored(self.lid)) if self.halved else (self.panels, self.lid)
+            (with_mirror_image(self.panels), with_mirror_image(self.lid))
+            if self.halved
+            else (self.panels, self.lid)
         )
 
 
-def afloat(recipe: Recipe, share: float = 1.0) -> Afloat:
+def hulls_afloat(recipe: Recipe, share: float = 1.0) -> FloatingHulls:
     """Hulls of ``recipe``, with a ``share`` of its number of panels."""
-    own = [_own(recipe, part, share) for part in recipe.data.parts]
+    own = [_hull_of_part(recipe, part, share) for part in recipe.data.parts]
     integrals = tuple(each.integrals for each in own)
-    direct = recipe.data.method is Method.DIRECT
-    centres = tuple(_placed(part, np.array(part.centre_of_gravity)) for part in recipe.data.parts)
+    direct = recipe.data.method is IntegralEquation.DIRECT
+    centres = tuple(
+        _in_database_frame(part, np.array(part.centre_of_gravity)) for part in recipe.data.parts
+    )
     points = tuple((float(x), float(y), float(z)) for x, y, z in centres)
-    if len(own) == 1 and not _moved(recipe.data.parts[0]):
+    if len(own) == 1 and not _is_moved(recipe.data.parts[0]):
         (one,) = own
         hull = Hull(one.panels, one.lid, one.halved, points, direct)
-        return Afloat(hull, integrals, one.halved)
-    whole = [each.whole() for each in own]
+        return FloatingHulls(hull, integrals, one.halved)
+    whole = [each.all_panels() for each in own]
     panels, lids = (
-        [_placed(part, both[k]) for part, both in zip(recipe.data.parts, whole, strict=True)]
+        [
+            _in_database_frame(part, both[k])
+            for part, both in zip(recipe.data.parts, whole, strict=True)
+        ]
         for k in (0, 1)
     )
     _check_apart(recipe, panels)
-    hull, alike = _together(panels, lids, recipe.data.symmetry is Symmetry.AUTO)
-    return Afloat(replace(hull, centres=points, direct=direct), integrals, alike)
+    hull, alike = _combine_hulls(panels, lids, recipe.data.symmetry is HullSymmetry.AUTO)
+    return FloatingHulls(replace(hull, centres=points, direct=direct), integrals, alike)
 
 
-def floating(recipe: Recipe, floats: Afloat, water: Water) -> Floating:
+def floating(recipe: Recipe, floats: FloatingHulls, water: Water) -> Floating:
     """Mass and stiffness of all bodies, each with its weight equal to its buoyancy and above it."""
     pairs = zip(recipe.data.parts, floats.integrals, strict=True)
-    bodies = [_floating(recipe, part, integrals, water) for part, integrals in pairs]
+    bodies = [_floating_body(recipe, part, integrals, water) for part, integrals in pairs]
     return Floating(
         centre_of_gravity=np.array([body.centre_of_gravity for body in bodies]),
         centre_of_buoyancy=np.array([body.centre_of_buoyancy for body in bodies]),
@@ -94,24 +101,24 @@ def floating(recipe: Recipe, floats: Afloat, water: Water) -> Floating:
     )
 
 
-def _moved(part: Part) -> bool:
+def _is_moved(part: RecipeBody) -> bool:
     return bool(np.any(part.position) or part.heading)
 
 
-def _turn(part: Part) -> np.ndarray:
+def _heading_rotation(part: RecipeBody) -> np.ndarray:
     c, s = math.cos(part.heading), math.sin(part.heading)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
-def _placed(part: Part, points: np.ndarray) -> np.ndarray:
+def _in_database_frame(part: RecipeBody, points: np.ndarray) -> np.ndarray:
     """Points (..., 3) of the body's own frame in the database's frame."""
-    if not _moved(part):
+    if not _is_moved(part):
         return points
-    turned = points @ _turn(part).T if part.heading else points
+    turned = points @ _heading_rotation(part).T if part.heading else points
     return np.asarray(turned + np.array([*part.position, 0.0]))
 
 
-def _together(panels: list[Panels], lids: list[Panels], halve: bool) -> tuple[Hull, bool]:
+def _combine_hulls(panels: list[Panels], lids: list[Panels], halve: bool) -> tuple[Hull, bool]:
     """All hulls; if they may be halved and are symmetric, those at y >= 0. The second value says
     which bodies are symmetric."""
     every, lid = np.concatenate(panels), np.concatenate(lids)
@@ -132,14 +139,14 @@ def _check_apart(recipe: Recipe, panels: Sequence[Panels]) -> None:
     """Refuse hulls with panels inside each other. One may float within a ring or under another."""
     names = [*getattr(recipe.data, "bodies", {"hull": None})]
     for i, j in combinations(range(len(panels)), 2):
-        if _meet(panels[i], panels[j]) or _meet(panels[j], panels[i]):
+        if _contains_panel(panels[i], panels[j]) or _contains_panel(panels[j], panels[i]):
             raise InputError(
                 f"{recipe.path}: bodies.{names[j]}.position: found panels inside {names[i]};"
                 " expected hulls that do not overlap."
             )
 
 
-def _meet(panels: Panels, others: Panels) -> bool:
+def _contains_panel(panels: Panels, others: Panels) -> bool:
     """Whether a panel of the ``others`` is inside the hull of the ``panels``."""
     points = mesh.inner_points(others)
     low, high = panels.min(axis=(0, 1)), panels.max(axis=(0, 1))
@@ -147,8 +154,8 @@ def _meet(panels: Panels, others: Panels) -> bool:
     return bool((np.abs(mesh.windings(panels, points[near])) > 0.5).any())
 
 
-def _own(recipe: Recipe, part: Part, share: float) -> _Own:
-    if isinstance(part.hull, MeshHull):
+def _hull_of_part(recipe: Recipe, part: RecipeBody, share: float) -> _PartHull:
+    if isinstance(part.hull, MeshFileHull):
         return _of_file(recipe, part.hull)
     if isinstance(part.hull, SphereHull):
         radius, size = part.hull.radius, part.hull.size() / share
@@ -156,33 +163,35 @@ def _own(recipe: Recipe, part: Part, share: float) -> _Own:
         integrals = sphere.hydrostatics(radius)
     else:
         shape = part.hull.shape(recipe.data.water)
-        counts = coarser(resolution(part.hull, shape), share)
+        counts = coarsen(resolution(part.hull, shape), share)
         integrals = barge.hydrostatics(shape)
         shift = [-integrals.centre_of_buoyancy[0], 0.0, 0.0]
         half, lid = barge.half_hull(shape, counts) + shift, barge.half_lid(shape, counts) + shift
     if recipe.data.lid is Lid.NONE:
-        lid = mesh.NONE
-    if recipe.data.symmetry is Symmetry.NONE:
-        return _Own(mirrored(half), mirrored(lid), False, integrals)
-    return _Own(half, lid, True, integrals)
+        lid = mesh.NO_PANELS
+    if recipe.data.symmetry is HullSymmetry.NONE:
+        return _PartHull(with_mirror_image(half), with_mirror_image(lid), False, integrals)
+    return _PartHull(half, lid, True, integrals)
 
 
-def _of_file(recipe: Recipe, given: MeshHull) -> _Own:
+def _of_file(recipe: Recipe, given: MeshFileHull) -> _PartHull:
     file = recipe.path.parent / given.file
     panels = mesh.read_panels(file, given)
-    lid = mesh.lid_of(panels) if recipe.data.lid is Lid.AUTO else mesh.NONE
+    lid = mesh.lid_of(panels) if recipe.data.lid is Lid.AUTO else mesh.NO_PANELS
     integrals = mesh.integrals(panels)
-    symmetric = recipe.data.symmetry is Symmetry.AUTO and mesh.is_symmetric(panels)
+    symmetric = recipe.data.symmetry is HullSymmetry.AUTO and mesh.is_symmetric(panels)
     if symmetric:
         panels = mesh.port_half(panels)
         lid = mesh.port_half(lid) if len(lid) else lid
-    return _Own(panels, lid, symmetric, integrals)
+    return _PartHull(panels, lid, symmetric, integrals)
 
 
-def _floating(recipe: Recipe, part: Part, integrals: Hydrostatics, water: Water) -> Floating:
+def _floating_body(
+    recipe: Recipe, part: RecipeBody, integrals: Hydrostatics, water: Water
+) -> Floating:
     """One body, in the database's frame."""
     gravity, buoyancy = np.array(part.centre_of_gravity), integrals.centre_of_buoyancy.copy()
-    if not isinstance(part.hull, MeshHull):
+    if not isinstance(part.hull, MeshFileHull):
         buoyancy[0] = 0.0
     aside = np.hypot(*(gravity - buoyancy)[:2])
     if aside > 0.01 * np.cbrt(integrals.volume):
@@ -193,21 +202,21 @@ def _floating(recipe: Recipe, part: Part, integrals: Hydrostatics, water: Water)
             " the hull heels or trims."
         )
     mass = water.density * integrals.volume
-    inertia = block_diag(mass * np.eye(3), _turning(part, mass))
+    inertia = block_diag(mass * np.eye(3), _moments_of_inertia(part, mass))
     stiffness = integrals.stiffness(gravity[2], water.density, water.gravity)
     if part.heading:
-        turn = block_diag(_turn(part), _turn(part))
+        turn = block_diag(_heading_rotation(part), _heading_rotation(part))
         inertia, stiffness = (turn @ matrix @ turn.T for matrix in (inertia, stiffness))
     return Floating(
-        centre_of_gravity=_placed(part, gravity),
-        centre_of_buoyancy=_placed(part, buoyancy),
+        centre_of_gravity=_in_database_frame(part, gravity),
+        centre_of_buoyancy=_in_database_frame(part, buoyancy),
         volume=np.array(integrals.volume),
         inertia=inertia,
         stiffness=stiffness,
     )
 
 
-def _turning(part: Part, mass: float) -> np.ndarray:
+def _moments_of_inertia(part: RecipeBody, mass: float) -> np.ndarray:
     """Moments of inertia (3, 3) about the centre of gravity."""
     if part.radii_of_gyration is None:
         return np.array(part.inertia)

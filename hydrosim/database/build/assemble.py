@@ -10,7 +10,7 @@ import numpy as np
 
 from hydrosim.database import HydroDatabase
 from hydrosim.database.build.bem import Solution
-from hydrosim.database.build.drift import Complex, Drift, Drifting, Real, mean_drift
+from hydrosim.database.build.drift import Complex, Drifting, MeanDrift, Real, mean_drift
 from hydrosim.database.build.water import Water
 
 LATERAL = np.array([False, True, False, True, False, True])
@@ -103,7 +103,7 @@ def _drifts(
     headings: Real,
     water: Water,
     about: tuple[float, float],
-) -> list[Drift]:
+) -> list[MeanDrift]:
     pairs = zip(waves, solutions, strict=True)
     return [mean_drift(kochin, s.frequency, headings, water, about) for kochin, s in pairs]
 

@@ -114,7 +114,7 @@ def half_hull(hull: Barge, mesh: Resolution) -> Panels:
 def half_lid(hull: Barge, mesh: Resolution) -> Panels:
     """Panels of the waterplane inside the hull at y >= 0, normals down."""
     knots = [0.0, hull.stern_length, hull.length - hull.bow_length, hull.length]
-    x = _joined(_uniform(knots, mesh.lid_along))
+    x = _concatenate_pieces(_uniform(knots, mesh.lid_along))
     across = np.linspace(0, 1, mesh.lid_across + 1)
     return patch(x[:, None], hull.half_breadth(x)[:, None] * across, 0.0)[:, ::-1]
 
@@ -146,7 +146,7 @@ def resolution(hull: Barge, size: float) -> Resolution:
     )
 
 
-def mirrored(panels: Panels) -> Panels:
+def with_mirror_image(panels: Panels) -> Panels:
     """The panels and their mirror image in y = 0. The last corner of triangles is doubled there,
     too."""
     return np.concatenate([panels, panels[:, [1, 0, 3, 2]] * [1, -1, 1]])
@@ -156,7 +156,7 @@ def _stations(hull: Barge, mesh: Resolution) -> np.ndarray:
     pieces = _uniform(hull.corners(), mesh.along)
     pieces[0] = _cosine(mesh.along[0]) * hull.rake_length
     pieces[-1] = hull.length - hull.rake_length * _cosine(mesh.along[-1])[::-1]
-    return _joined(pieces)
+    return _concatenate_pieces(pieces)
 
 
 def _cosine(count: int) -> np.ndarray:
@@ -169,7 +169,7 @@ def _uniform(knots: Sequence[float], counts: Sequence[int]) -> list[np.ndarray]:
     return [np.linspace(a, b, count + 1) for (a, b), count in spans]
 
 
-def _joined(pieces: list[np.ndarray]) -> np.ndarray:
+def _concatenate_pieces(pieces: list[np.ndarray]) -> np.ndarray:
     return np.concatenate([piece[:-1] for piece in pieces[:-1]] + [pieces[-1]])
 
 

@@ -12,34 +12,34 @@ import capytaine
 import numpy as np
 
 from hydrosim.database import HydroDatabase
-from hydrosim.database.build.afloat import Afloat, afloat, floating
+from hydrosim.database.build.afloat import FloatingHulls, floating, hulls_afloat
 from hydrosim.database.build.assemble import Floating, Rules, assemble, asymmetry
 from hydrosim.database.build.bem import Hull, Progress, Solution, limit_added_mass, solve_all
 from hydrosim.database.build.drift import Drifting, Real
 from hydrosim.database.build.drift_of_each import drift_of_each
 from hydrosim.database.build.estimate import estimated_seconds
-from hydrosim.database.build.extrapolate import Radiation, extrapolated
+from hydrosim.database.build.extrapolate import CoarseRadiation, extrapolate_radiation
 from hydrosim.database.build.far_field import by_far_field
-from hydrosim.database.build.hull_keys import AnyHull, MeshHull, SphereHull
+from hydrosim.database.build.hull_keys import AnyHull, MeshFileHull, SphereHull
 from hydrosim.database.build.mesh import narrowest_gap
 from hydrosim.database.build.near_field import first_order_all, wetted_surface, whole
 from hydrosim.database.build.qtf import difference_qtf
 from hydrosim.database.build.recipe import DifferenceQtf, OneBody, Recipe, SeveralBodies
-from hydrosim.database.build.water import SHALLOWEST, Water
-from hydrosim.database.database import PANELS
+from hydrosim.database.build.water import MIN_TESTED_KH, Water
+from hydrosim.database.database import PANELS_ATTRIBUTE
 from hydrosim.errors import InputError
 
 QTF = "near field, with Pinkster's second-order potential; surge, sway and yaw scaled to mean_drift"
 
 
-def silent(done: int, total: int) -> None:
+def ignore_progress(done: int, total: int) -> None:
     """Default for ``progress``: ignores it."""
 
 
 def build(
     recipe: Recipe,
     jobs: int = 1,
-    progress: Progress = silent,
+    progress: Progress = ignore_progress,
     announce: Callable[[float], None] | None = None,
 ) -> HydroDatabase:
     """Database of ``recipe``, computed by ``jobs`` processes.
@@ -51,13 +51,13 @@ def build(
     """
     data = recipe.data
     water = Water(data.water.density, data.water.gravity, data.water.depth)
-    floats = afloat(recipe)
+    floats = hulls_afloat(recipe)
     body = floating(recipe, floats, water)
     _check_depth(recipe, floats, water)
     _warn_of_irregular(recipe, floats, water)
     _warn_of_gaps(recipe, floats)
     if announce is not None:
-        announce(_estimated(recipe, floats.hull, water, jobs))
+        announce(_remaining_seconds(recipe, floats.hull, water, jobs))
     progress(0, recipe.steps)
     limits = _limits(floats.hull, water)
     progress = _all_of(recipe.steps, progress)
@@ -81,13 +81,13 @@ def build(
         free, held = (drifts.get(kind) for kind in (Drifting.FREE, Drifting.HELD))
         db = replace(db, mean_drift=free, mean_drift_held=held)
     if isinstance(data, OneBody) and data.extrapolate is not None:
-        db = _extrapolated(db, recipe, data.extrapolate, water, jobs, progress)
+        db = _extrapolate_from_coarse(db, recipe, data.extrapolate, water, jobs, progress)
     if isinstance(data, OneBody) and data.qtf is not None:
         db = _with_qtf(db, data.qtf, floats.hull, body, jobs, progress)
     return db
 
 
-def _estimated(recipe: Recipe, hull: Hull, water: Water, jobs: int) -> float:
+def _remaining_seconds(recipe: Recipe, hull: Hull, water: Water, jobs: int) -> float:
     """Time [s] that all frequencies take which are not stored yet; those of QTFs, of fewer panels
     and of drifts count as all others."""
     one = estimated_seconds(hull, water, recipe.frequencies, recipe.headings)
@@ -106,21 +106,21 @@ def _limits(hull: Hull, water: Water) -> tuple[Real | None, Real]:
     return zero, limit_added_mass(hull, water, np.inf)
 
 
-def _extrapolated(
+def _extrapolate_from_coarse(
     db: HydroDatabase, recipe: Recipe, share: float, water: Water, jobs: int, progress: Progress
 ) -> HydroDatabase:
     """``db`` with added mass and damping extrapolated from a ``share`` of its panels."""
-    floats = afloat(recipe, share)
+    floats = hulls_afloat(recipe, share)
     solved = solve_all(floats.hull, water, recipe.frequencies, np.empty(0), jobs, progress)
     rules = Rules(floats.alike, recipe.headings)
     zero = limit_added_mass(floats.hull, water, 0.0) if water.is_deep else None
-    coarse = Radiation(
+    coarse = CoarseRadiation(
         rules.matrices(np.array([s.added_mass for s in solved])),
         rules.matrices(np.array([s.damping for s in solved])),
         None if zero is None else rules.matrices(zero),
     )
     draught = -float(floats.hull.panels[..., 2].min())
-    return extrapolated(db, coarse, share, draught)
+    return extrapolate_radiation(db, coarse, share, draught)
 
 
 def _with_qtf(
@@ -145,7 +145,7 @@ def _with_qtf(
     )
 
 
-def _check_depth(recipe: Recipe, floats: Afloat, water: Water) -> None:
+def _check_depth(recipe: Recipe, floats: FloatingHulls, water: Water) -> None:
     draught = -floats.hull.panels[..., 2].min()
     if draught >= water.depth:
         raise InputError(
@@ -158,11 +158,11 @@ def _check_depth(recipe: Recipe, floats: Afloat, water: Water) -> None:
         raise InputError(
             f"{recipe.path}: frequencies: found {lowest:g} rad/s; expected at least {least:.3g}"
             f" rad/s in {water.depth:g} m of water. The solver cannot compute waves more than"
-            f" {2 * np.pi / SHALLOWEST:.0f} times longer than the depth."
+            f" {2 * np.pi / MIN_TESTED_KH:.0f} times longer than the depth."
         )
 
 
-def _warn_of_irregular(recipe: Recipe, floats: Afloat, water: Water) -> None:
+def _warn_of_irregular(recipe: Recipe, floats: FloatingHulls, water: Water) -> None:
     """Warn of irregular frequencies: without a lid, the water inside the hull has resonances that
     spoil the results."""
     if len(floats.hull.lid):
@@ -177,7 +177,7 @@ def _warn_of_irregular(recipe: Recipe, floats: Afloat, water: Water) -> None:
         )
 
 
-def _warn_of_gaps(recipe: Recipe, floats: Afloat) -> None:
+def _warn_of_gaps(recipe: Recipe, floats: FloatingHulls) -> None:
     """Warn of panels that are wider than a gap between two hulls: the water in it comes out wrong,
     and a run may refuse the database."""
     if not isinstance(recipe.data, SeveralBodies):
@@ -200,7 +200,9 @@ def _warn_of_gaps(recipe: Recipe, floats: Afloat) -> None:
             )
 
 
-def _attributes(recipe: Recipe, floats: Afloat, solutions: Sequence[Solution]) -> dict[str, str]:
+def _attributes(
+    recipe: Recipe, floats: FloatingHulls, solutions: Sequence[Solution]
+) -> dict[str, str]:
     raw = {
         "added_mass": asymmetry(np.array([s.added_mass for s in solutions])).max(),
         "radiation_damping": asymmetry(np.array([s.damping for s in solutions])).max(),
@@ -209,8 +211,8 @@ def _attributes(recipe: Recipe, floats: Afloat, solutions: Sequence[Solution]) -
     panels = {"hull": halves * len(floats.hull.panels), "lid": halves * len(floats.hull.lid)}
     return {
         "title": recipe.data.title,
-        "hull": json.dumps(_described(recipe)),
-        PANELS: json.dumps(panels),
+        "hull": json.dumps(_hull_descriptions(recipe)),
+        PANELS_ATTRIBUTE: json.dumps(panels),
         "solver": f"Capytaine {capytaine.__version__}, {recipe.data.method} method",
         "mean_drift_of": "without viscous damping; Maruo's far field",
         "raw_asymmetry": json.dumps(raw),
@@ -220,7 +222,7 @@ def _attributes(recipe: Recipe, floats: Afloat, solutions: Sequence[Solution]) -
     }
 
 
-def _described(recipe: Recipe) -> dict[str, object]:
+def _hull_descriptions(recipe: Recipe) -> dict[str, object]:
     data = recipe.data
     if isinstance(data, SeveralBodies):
         return {name: _hull(recipe, part.hull) for name, part in data.bodies.items()}
@@ -228,6 +230,6 @@ def _described(recipe: Recipe) -> dict[str, object]:
 
 
 def _hull(recipe: Recipe, hull: AnyHull) -> dict[str, object]:
-    if isinstance(hull, MeshHull | SphereHull):
+    if isinstance(hull, MeshFileHull | SphereHull):
         return dict(hull)
     return asdict(hull.shape(recipe.data.water))

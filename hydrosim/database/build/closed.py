@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from hydrosim.database.build.barge import Barge, hydrostatics, patch
-from hydrosim.database.build.hull_keys import MeshHull, SphereHull
+from hydrosim.database.build.hull_keys import MeshFileHull, SphereHull
 from hydrosim.database.build.recipe import load_recipe
-from hydrosim.database.hull import closed, read_closed, triangles_of
+from hydrosim.database.hull import close_hull, read_closed, triangles_of
 from hydrosim.dofs import about_z
 from hydrosim.errors import InputError
 from hydrosim.scene import Hull
@@ -19,7 +19,7 @@ def hull_of_recipe(path: Path, body: int = 1, depth: float | None = None) -> Hul
     """Hull of a ``body`` of a recipe, in the database's frame. The sides of barges and boxes extend
     to a flat deck ``depth`` [m] above the keel. Raises `InputError` if that is not possible.
     """
-    return closed(shape_of_recipe(path, body, depth), str(path))
+    return close_hull(shape_of_recipe(path, body, depth), str(path))
 
 
 def shape_of_recipe(path: Path, body: int = 1, depth: float | None = None) -> np.ndarray:
@@ -29,12 +29,12 @@ def shape_of_recipe(path: Path, body: int = 1, depth: float | None = None) -> np
         raise InputError(f"{path}: has {len(recipe.data.parts)} bodies; expected body {body}.")
     part = recipe.data.parts[body - 1]
     hull = part.hull
-    if isinstance(hull, SphereHull) or isinstance(hull, MeshHull) == (depth is not None):
+    if isinstance(hull, SphereHull) or isinstance(hull, MeshFileHull) == (depth is not None):
         raise InputError(
             f"{path}: its hull is a {hull.type}, and depth is {depth}; expected a barge or a box"
             " with a depth (keel to deck), or a mesh without one. Give a file as mesh instead."
         )
-    if isinstance(hull, MeshHull):
+    if isinstance(hull, MeshFileHull):
         own = read_closed(path.parent / hull.file, hull)
     else:
         own = barge_with_deck(hull.shape(recipe.data.water), float(depth or 0.0))

@@ -30,7 +30,7 @@ def build_database(
     paths of the files."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # processes share the work, not threads
     _require_modules()
-    from hydrosim.database.build.afloat import afloat
+    from hydrosim.database.build.afloat import hulls_afloat
     from hydrosim.database.build.build import build
     from hydrosim.database.build.picture import draw, draw_qtf
     from hydrosim.database.build.recipe import load_recipe
@@ -51,7 +51,7 @@ def build_database(
         files = write(db, output)
     if picture:
         files.append(page.path)
-        draw(db, afloat(given).panels, page)
+        draw(db, hulls_afloat(given).panels, page)
     if picture and db.qtf_difference is not None:
         files.append(transfer.path)
         draw_qtf(db, transfer)

@@ -21,7 +21,7 @@ Complex = NDArray[np.complex128]
 # |H|^2 has Fourier orders up to 2 k R with the half-length R of the body: 720 directions suffice
 # for k R < 180.
 DIRECTIONS = np.arange(720) * (2 * np.pi / 720)
-STEP = DIRECTIONS[1]
+DIRECTION_STEP = DIRECTIONS[1]
 
 
 class Drifting(StrEnum):
@@ -31,7 +31,7 @@ class Drifting(StrEnum):
     HELD = "held"
 
 
-class Drift(NamedTuple):
+class MeanDrift(NamedTuple):
     """Mean drift per amplitude squared (headings, 6) [N/m^2, N m/m^2], and the relative energy
     imbalance (headings,) of the far field, which is zero for an exact solution of an undamped
     body."""
@@ -46,7 +46,7 @@ def mean_drift(
     headings: Real,
     water: Water,
     about: tuple[float, float] = (0.0, 0.0),
-) -> Drift:
+) -> MeanDrift:
     """Drift in surge, sway and yaw in waves of unit amplitude, from ``kochin`` (headings,
     directions). Headings are multiples of half a degree. The moment is about the vertical through
     the point ``about`` [m].
@@ -65,16 +65,19 @@ def mean_drift(
     c1, c2 = _factors(k, frequency, water)
     kochin = 1j * kochin * _from_origin(k, headings, about)
     slope = _derivative(kochin)
-    ahead = np.arange(len(headings)), np.rint(headings / STEP).astype(int) % DIRECTIONS.size
-    energy = np.abs(kochin) ** 2 * STEP
+    ahead = (
+        np.arange(len(headings)),
+        np.rint(headings / DIRECTION_STEP).astype(int) % DIRECTIONS.size,
+    )
+    energy = np.abs(kochin) ** 2 * DIRECTION_STEP
     force = np.zeros((len(headings), 6))
     for axis, component in enumerate((np.cos, np.sin)):
         turned = component(headings)[:, None] - component(DIRECTIONS)
         force[:, axis] = c2 * np.sum(energy * turned, axis=1)
-    spin = np.sum(np.imag(np.conj(kochin) * slope), axis=1) * STEP
+    spin = np.sum(np.imag(np.conj(kochin) * slope), axis=1) * DIRECTION_STEP
     force[:, 5] = c1 / k * np.real(slope[ahead]) - c2 / k * spin
     taken = -c1 * np.imag(kochin[ahead])
-    return Drift(force, taken / (c2 * np.sum(energy, axis=1)) - 1)
+    return MeanDrift(force, taken / (c2 * np.sum(energy, axis=1)) - 1)
 
 
 def _from_origin(k: float, headings: Real, point: tuple[float, float]) -> Complex:

@@ -39,13 +39,13 @@ def drift_of_each(
     solutions, found = list(solutions), {}
     for kind in kinds:
         floating = body if kind is Drifting.FREE else None
-        one = joblib.delayed(_stored)
+        one = joblib.delayed(_stored_drifts)
         calls = (one(hull, floating, water, s.frequency, headings) for s in solutions)
         near = []
         for drift in compute_all(calls, jobs):
             near.append(drift)
             progress(len(near), len(solutions))
-        far = np.array([_far(body, kind, s, headings, water) for s in solutions])
+        far = np.array([_far_field_drifts(body, kind, s, headings, water) for s in solutions])
         found[kind] = brought_to(np.array(near), far)
     return found
 
@@ -61,7 +61,9 @@ def brought_to(near: Real, far: Real) -> Real:
     return np.where(told, each + shared, each).reshape(near.shape)
 
 
-def _far(body: Floating, kind: Drifting, s: Solution, headings: Real, water: Water) -> Real:
+def _far_field_drifts(
+    body: Floating, kind: Drifting, s: Solution, headings: Real, water: Water
+) -> Real:
     """Drift (headings, 6) of all bodies together."""
     free = kind is Drifting.FREE
     waves = (
@@ -72,15 +74,17 @@ def _far(body: Floating, kind: Drifting, s: Solution, headings: Real, water: Wat
     return mean_drift(waves, s.frequency, headings, water).force
 
 
-def _stored(
+def _stored_drifts(
     hull: Hull, floating: Floating | None, water: Water, frequency: float, headings: Real
 ) -> Real:
     held = (np.empty(0),) if floating is None else (floating.inertia, floating.stiffness)
     key = key_of("drift of each", solution_key(hull, water, frequency, headings), *held)
-    return remembered(key, lambda: [_near(hull, floating, water, frequency, headings)])[0]
+    return remembered(
+        key, lambda: [_near_field_drifts(hull, floating, water, frequency, headings)]
+    )[0]
 
 
-def _near(
+def _near_field_drifts(
     hull: Hull, floating: Floating | None, water: Water, frequency: float, headings: Real
 ) -> Real:
     """Drift (headings, n) of each body from the pressures on its hull."""

@@ -20,9 +20,9 @@ from hydrosim.database.build.drift import Real
 from hydrosim.database.build.store import entry_name
 from hydrosim.database.build.water import Water
 
-SAMPLES = (150, 600)  # panels
-FACTORISED = 700  # size of the sample of a matrix
-TRIALS = 3  # factorisations that are timed
+SAMPLE_PANELS = (150, 600)  # panels
+SAMPLE_MATRIX_SIZE = 700  # size of the sample of a matrix
+FACTORISATION_TRIALS = 3  # factorisations that are timed
 SHORTEST_S = 1e-3  # of a sample, by the resolution of clocks
 
 
@@ -48,7 +48,9 @@ def _missing_limits(hull: Hull, water: Water) -> int:
 def _seconds_of_one(hull: Hull, water: Water, frequency: float, headings: Real) -> float:
     """Time [s] of one frequency near ``frequency`` [rad/s], in this process."""
     begin = perf_counter(), process_time()
-    samples = [_sample_seconds(hull, water, frequency, headings, wanted) for wanted in SAMPLES]
+    samples = [
+        _sample_seconds(hull, water, frequency, headings, wanted) for wanted in SAMPLE_PANELS
+    ]
     factorisations = _factorisation_seconds()
     # other programs delay short samples by chance, so that all share one delay
     delay = (perf_counter() - begin[0]) / max(process_time() - begin[1], SHORTEST_S)
@@ -58,17 +60,17 @@ def _seconds_of_one(hull: Hull, water: Water, frequency: float, headings: Real) 
     powers = np.array([[count**2, count] for count, _ in samples], dtype=float)
     quadratic, linear = np.linalg.solve(powers, [seconds for _, seconds in samples])
     matrices = (2 if hull.symmetric else 1) * (2 if hull.direct else 1)
-    factorised = matrices * factorisations * (size / FACTORISED) ** 3
+    factorised = matrices * factorisations * (size / SAMPLE_MATRIX_SIZE) ** 3
     return delay * float(max(quadratic, 0.0) * size**2 + max(linear, 0.0) * size + factorised)
 
 
 def _factorisation_seconds() -> float:
-    """CPU time [s] of the factorisation of a matrix of the size `FACTORISED`."""
-    matrix = np.eye(FACTORISED) + 1j / (1.0 + np.arange(FACTORISED))
+    """CPU time [s] of the factorisation of a matrix of the size `SAMPLE_MATRIX_SIZE`."""
+    matrix = np.eye(SAMPLE_MATRIX_SIZE) + 1j / (1.0 + np.arange(SAMPLE_MATRIX_SIZE))
     begin = process_time()
-    for _ in range(TRIALS):
+    for _ in range(FACTORISATION_TRIALS):
         lu_factor(matrix)
-    return max(process_time() - begin, SHORTEST_S) / TRIALS
+    return max(process_time() - begin, SHORTEST_S) / FACTORISATION_TRIALS
 
 
 def _sample_seconds(

@@ -19,10 +19,10 @@ from hydrosim.database.build.barge import Resolution
 from hydrosim.database.build.drift import Real
 from hydrosim.waves.dispersion import wavenumber
 
-ORDER = 4 / 3
+CONVERGENCE_ORDER = 4 / 3
 
 
-class Radiation(NamedTuple):
+class CoarseRadiation(NamedTuple):
     """Added mass and damping (frequencies, n, n), and, if known, added mass (n, n) at zero
     frequency."""
 
@@ -31,27 +31,27 @@ class Radiation(NamedTuple):
     zero: Real | None
 
 
-def coarser(counts: Resolution, share: float) -> Resolution:
+def coarsen(counts: Resolution, share: float) -> Resolution:
     """Panels with a ``share`` of their number around every section, on both rakes and on end walls.
     Along the hull and on the lid their number is unchanged, because short waves determine their
     size there."""
 
-    def fewer(count: int) -> int:
+    def reduce_count(count: int) -> int:
         return max(1, round(share * count))
 
     first, *middle, last = counts.along
     return replace(
         counts,
-        along=(fewer(first), *middle, fewer(last)),
-        across=fewer(counts.across),
-        down=fewer(counts.down),
-        wall_across=fewer(counts.wall_across),
-        wall_down=fewer(counts.wall_down),
+        along=(reduce_count(first), *middle, reduce_count(last)),
+        across=reduce_count(counts.across),
+        down=reduce_count(counts.down),
+        wall_across=reduce_count(counts.wall_across),
+        wall_down=reduce_count(counts.wall_down),
     )
 
 
-def extrapolated(
-    db: HydroDatabase, coarse: Radiation, share: float, draught: float
+def extrapolate_radiation(
+    db: HydroDatabase, coarse: CoarseRadiation, share: float, draught: float
 ) -> HydroDatabase:
     """``db`` with added mass and damping extrapolated to zero panel size, from its own and from
     those of a ``share`` of the panels (Richardson 1911).
@@ -60,22 +60,22 @@ def extrapolated(
     another cause there. So the change decays as exp(-(k T / 4)^2), and small damping stays
     positive.
     """
-    factor = 1 / (share**-ORDER - 1)
+    factor = 1 / (share**-CONVERGENCE_ORDER - 1)
     k = wavenumber(db.frequency, db.water_depth, db.gravity)
     reached = np.exp(-((k * draught / 4) ** 2))[:, None, None]
 
-    def beyond(fine: Real, other: Real) -> Real:
+    def to_zero_panel_size(fine: Real, other: Real) -> Real:
         return fine + factor * (fine - other)
 
-    def faded(fine: Real, other: Real) -> Real:
+    def to_zero_below_bilge(fine: Real, other: Real) -> Real:
         return fine + factor * reached * (fine - other)
 
     zero = db.added_mass_zero
     if zero is not None and coarse.zero is not None:
-        zero = beyond(zero, coarse.zero)
+        zero = to_zero_panel_size(zero, coarse.zero)
     return replace(
         db,
-        added_mass=faded(db.added_mass, coarse.added_mass),
-        radiation_damping=faded(db.radiation_damping, coarse.damping),
+        added_mass=to_zero_below_bilge(db.added_mass, coarse.added_mass),
+        radiation_damping=to_zero_below_bilge(db.radiation_damping, coarse.damping),
         added_mass_zero=zero,
     )

@@ -18,7 +18,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hydrosim.database.build.bem import Solution
-from hydrosim.database.build.drift import DIRECTIONS, STEP, Complex, Real
+from hydrosim.database.build.drift import DIRECTION_STEP, DIRECTIONS, Complex, Real
 from hydrosim.database.build.recipe import FarField
 from hydrosim.database.build.water import Water
 
@@ -29,10 +29,12 @@ def by_far_field(
     """``solutions`` with loads that come partly from Haskind's relation, and with the damping of
     these loads. The damping is symmetric and has no negative eigenvalues, as energy conservation
     requires. The ``headings`` are evenly spaced around the circle; the water is deep."""
-    return [_mixed(solution, headings, wanted, water) for solution in solutions]
+    return [_blend_far_field(solution, headings, wanted, water) for solution in solutions]
 
 
-def _mixed(solution: Solution, headings: Real, wanted: FarField, water: Water) -> Solution:
+def _blend_far_field(
+    solution: Solution, headings: Real, wanted: FarField, water: Water
+) -> Solution:
     w = solution.frequency
     share = np.interp(w, wanted.rising, [0.0, wanted.share])
     far = haskind(solution.kochin_radiation, w, headings, water)
@@ -45,6 +47,6 @@ def _mixed(solution: Solution, headings: Real, wanted: FarField, water: Water) -
 def haskind(kochin: Complex, frequency: float, headings: Real, water: Water) -> Complex:
     """Loads (headings, n) for exp(+i w t) from Kochin functions (n, directions) in Capytaine's
     normalisation and time factor. Headings are multiples of half a degree."""
-    behind = np.rint((headings + np.pi) / STEP).astype(int) % DIRECTIONS.size
+    behind = np.rint((headings + np.pi) / DIRECTION_STEP).astype(int) % DIRECTIONS.size
     factor = -4j * np.pi * water.density * water.gravity / frequency
     return np.conj(factor * kochin[:, behind].T)

@@ -17,10 +17,10 @@ from hydrosim.documents.units import Quantity, problem
 Size = Annotated[float, Quantity("length", "m", "12.4 m", above=0)]
 Stiffness = Annotated[float, Quantity("stiffness", "N/m", "132105 kN/m", above=0)]
 Count = Annotated[int, Field(strict=True, ge=1, le=1000)]
-PANELS = 1000  # number of panels of default size that would cover the wetted hull
+DEFAULT_PANELS = 1000  # number of panels of default size that would cover the wetted hull
 
 
-class Water(Strict):
+class RecipeWater(Strict):
     """Density, gravity and depth."""
 
     density: of.Density = 1025.0
@@ -96,7 +96,7 @@ class BargeHull(Strict):
             raise problem(f"a wall_depth of {self.wall_depth:g} m", "the draught at most")
         return self
 
-    def shape(self, water: Water) -> barge.Barge:
+    def shape(self, water: RecipeWater) -> barge.Barge:
         """The barge afloat in ``water``."""
         taper = (self.beam + self.bow_beam) / 2
         stern = self.stern_length
@@ -122,7 +122,7 @@ class BoxHull(Strict):
     panels: PanelsOf | None = None
     """Largest size of panels, or their numbers."""
 
-    def shape(self, _: Water) -> barge.Barge:
+    def shape(self, _: RecipeWater) -> barge.Barge:
         """The box as a barge."""
         return barge.box(self.length, self.beam, self.draught)
 
@@ -139,10 +139,10 @@ class SphereHull(Strict):
 
     def size(self) -> float:
         """Largest size of the panels [m]."""
-        return self.panels or math.sqrt(2 * math.pi * self.radius**2 / PANELS)
+        return self.panels or math.sqrt(2 * math.pi * self.radius**2 / DEFAULT_PANELS)
 
 
-class MeshHull(MeshKeys):
+class MeshFileHull(MeshKeys):
     """A hull from a file beside the recipe."""
 
     type: Literal["mesh"]
@@ -151,7 +151,7 @@ class MeshHull(MeshKeys):
     """Mesh file, relative to the recipe. Example: hull.stl."""
 
 
-AnyHull = Annotated[BargeHull | BoxHull | SphereHull | MeshHull, Discriminator("type")]
+AnyHull = Annotated[BargeHull | BoxHull | SphereHull | MeshFileHull, Discriminator("type")]
 
 
 def resolution(hull: BargeHull | BoxHull, shape: barge.Barge) -> barge.Resolution:
@@ -159,11 +159,11 @@ def resolution(hull: BargeHull | BoxHull, shape: barge.Barge) -> barge.Resolutio
     if isinstance(hull.panels, Counts):
         return hull.panels.resolution()
     around = 2 * (shape.length + shape.beam) * shape.draught
-    usual = math.sqrt((shape.length * shape.beam + around) / PANELS)
+    usual = math.sqrt((shape.length * shape.beam + around) / DEFAULT_PANELS)
     return barge.resolution(shape, hull.panels or usual)
 
 
-def check_hull(hull: AnyHull, water: Water) -> None:
+def check_hull(hull: AnyHull, water: RecipeWater) -> None:
     """Refuse a barge whose corners are in the wrong order."""
     if isinstance(hull, BargeHull | BoxHull):
         _check_corners(hull.shape(water))

@@ -16,10 +16,10 @@ from hydrosim.database.hydrostatics import Hydrostatics
 from hydrosim.documents.mesh_keys import MeshKeys
 from hydrosim.errors import InputError
 
-NONE: Panels = np.empty((0, 4, 3))
-_SAME = 1e-5  # of the hull's size: closer points are merged
-GRID = 5  # points along the edge of a panel, by which gaps are measured
-BESIDE = 1.5  # times a gap: distance of the panels that are looked at
+NO_PANELS: Panels = np.empty((0, 4, 3))
+_MERGE_FRACTION = 1e-5  # of the hull's size: closer points are merged
+EDGE_POINTS = 5  # points along the edge of a panel, by which gaps are measured
+NEIGHBOUR_GAPS = 1.5  # times a gap: distance of the panels that are looked at
 _INSIDE = 1e-3  # of a panel's size: depth of the point behind it
 _CLOSED = 0.01  # largest relative difference of the volumes of a closed hull
 
@@ -37,8 +37,9 @@ def read_panels(path: Path, keys: MeshKeys) -> Panels:
             " `scale`, `axes` or `offset`."
         )
     wet = panels_of(mesh_of(panels).immersed_part())
-    wet = wet[wet[..., 2].min(axis=1) < -_SAME * np.ptp(wet[..., 2])]  # no panels in the waterplane
-    return _outward(wet, path)
+    below = wet[..., 2].min(axis=1) < -_MERGE_FRACTION * np.ptp(wet[..., 2])
+    wet = wet[below]  # no panels in the waterplane
+    return _with_outward_normals(wet, path)
 
 
 def integrals(panels: Panels) -> Hydrostatics:
@@ -50,7 +51,7 @@ def is_symmetric(panels: Panels) -> bool:
     """Whether every panel has its mirror image in y = 0."""
     middles = centres(panels)
     apart, _ = scipy.spatial.cKDTree(middles).query(middles * [1, -1, 1])
-    return bool(apart.max() < _SAME * np.ptp(middles, axis=0).max())
+    return bool(apart.max() < _MERGE_FRACTION * np.ptp(middles, axis=0).max())
 
 
 def centres(panels: Panels) -> np.ndarray:
@@ -94,7 +95,7 @@ def lid_of(panels: Panels) -> Panels:
 
 def panels_of(mesh: cpt.Mesh) -> Panels:
     """Mesh as (n, 4, 3); the last corner of triangles is doubled."""
-    return np.asarray(mesh.vertices[mesh.faces]) if mesh.nb_faces else NONE
+    return np.asarray(mesh.vertices[mesh.faces]) if mesh.nb_faces else NO_PANELS
 
 
 def _read(path: Path) -> Panels:
@@ -108,7 +109,7 @@ def _read(path: Path) -> Panels:
     return panels
 
 
-def _outward(panels: Panels, path: Path) -> Panels:
+def _with_outward_normals(panels: Panels, path: Path) -> Panels:
     """Panels with normals into the water. The volumes by x, y and z are equal if the panels leave
     no holes and have consistent normals."""
     corners = hull.triangles_of(panels)
@@ -130,12 +131,12 @@ def narrowest_gap(one: Panels, other: Panels) -> tuple[float, tuple[float, float
     away = [trees[1].query(clouds[0])[0].min(axis=1), trees[0].query(clouds[1])[0].min(axis=1)]
     gap = float(away[0].min())
     edges = [np.linalg.norm(p - np.roll(p, 1, axis=1), axis=2).max(axis=1) for p in (one, other)]
-    widest = [float(e[a <= BESIDE * gap].max()) for e, a in zip(edges, away, strict=True)]
+    widest = [float(e[a <= NEIGHBOUR_GAPS * gap].max()) for e, a in zip(edges, away, strict=True)]
     return gap, (widest[0], widest[1])
 
 
 def _points_on(panels: Panels) -> Panels:
     """A grid of points (n, m, 3) on each panel."""
-    s, t = (x.ravel() for x in np.meshgrid(*2 * [np.linspace(0.0, 1.0, GRID)]))
+    s, t = (x.ravel() for x in np.meshgrid(*2 * [np.linspace(0.0, 1.0, EDGE_POINTS)]))
     weights = np.stack([(1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t], axis=1)
     return np.einsum("mk,nkd->nmd", weights, panels)

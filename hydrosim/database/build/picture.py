@@ -9,12 +9,12 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
-from hydrosim.database import HydroDatabase, needed
+from hydrosim.database import HydroDatabase, require_array
 from hydrosim.dofs import DOFS
 from hydrosim.outputs import Output, save_picture
 
 TRANSLATIONS, ROTATIONS = (0, 1, 2), (3, 4, 5)
-QTFS = (0, 1, 2, 5)  # surge, sway, heave, yaw
+QTF_DOFS = (0, 1, 2, 5)  # surge, sway, heave, yaw
 
 
 def draw(db: HydroDatabase, panels: np.ndarray, output: Path | Output) -> None:
@@ -42,21 +42,21 @@ def draw_qtf(db: HydroDatabase, output: Path | Output) -> None:
     """Draw the magnitudes of the difference-frequency QTFs over both frequencies, for each DOF at
     the heading at which it is largest."""
     figure = Figure(figsize=(11, 9.5), layout="constrained")
-    largest = np.abs(needed(db, "qtf_difference")).max(axis=(1, 2)).argmax(axis=0)
-    for axis, dof in zip(figure.subplots(2, 2).flat, QTFS, strict=True):
+    largest = np.abs(require_array(db, "qtf_difference")).max(axis=(1, 2)).argmax(axis=0)
+    for axis, dof in zip(figure.subplots(2, 2).flat, QTF_DOFS, strict=True):
         _draw_transfer(axis, db, int(largest[dof]), dof)
     figure.suptitle(f"{db.attributes['title']}: difference-frequency QTFs")
     save_picture(figure, output, dpi=100)
 
 
 def _draw_transfer(axis: Axes, db: HydroDatabase, pair: int, dof: int) -> None:
-    w = needed(db, "qtf_frequency")
-    size = np.abs(needed(db, "qtf_difference")[pair, :, :, dof]) / 1e3
+    w = require_array(db, "qtf_frequency")
+    size = np.abs(require_array(db, "qtf_difference")[pair, :, :, dof]) / 1e3
     shades = axis.pcolormesh(w, w, size.T, shading="nearest", rasterized=True)
     unit = "kN m/m²" if dof in ROTATIONS else "kN/m²"
     axis.figure.colorbar(shades, ax=axis, label=f"|T| [{unit}]")
     axis.set(xlabel="$w_1$ [rad/s]", ylabel="$w_2$ [rad/s]", aspect="equal")
-    degrees = np.degrees(needed(db, "qtf_heading")[pair, 0])
+    degrees = np.degrees(require_array(db, "qtf_heading")[pair, 0])
     axis.set_title(f"{DOFS[dof]}, waves to {degrees:.0f}°", fontsize="medium")
 
 

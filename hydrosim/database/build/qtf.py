@@ -15,7 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 import scipy
 
-from hydrosim.database import HydroDatabase, all_headings, needed
+from hydrosim.database import HydroDatabase, all_headings, require_array
 from hydrosim.database.build.assemble import LATERAL
 from hydrosim.database.build.drift import Complex, Real
 from hydrosim.database.build.near_field import Flow, Wetted, displacement
@@ -23,9 +23,9 @@ from hydrosim.database.build.water import Water
 from hydrosim.errors import InputError
 
 FAR_FIELD = np.array([True, True, False, False, False, True])
-SCALES = 0.5, 2.0  # limits of the ratio of far to near field
-SMALL = 0.25  # of the largest diagonal: below it the ratio is not used
-TURN = 2 * np.pi
+RATIO_LIMITS = 0.5, 2.0  # limits of the ratio of far to near field
+SMALL_DIAGONAL_FRACTION = 0.25  # of the largest diagonal: below it the ratio is not used
+TURN_RAD = 2 * np.pi
 
 
 def difference_qtf(
@@ -39,7 +39,7 @@ def difference_qtf(
     point, at the frequencies (nq) and ``headings`` (nh,) of ``flows``. Each heading is paired with
     itself or, with ``crossing``, with every heading.
 
-    T- is `quadratic`, brought to the far field's diagonal by `scaled`, plus
+    T- is `quadratic`, brought to the far field's diagonal by `correct_to_diagonals`, plus
     `second_order_potential`. ``db`` is the body's own database, with the mean drift of the same
     body, floating or held. Raises `InputError` if it lacks a heading or a frequency.
     """
@@ -52,7 +52,7 @@ def difference_qtf(
     far = np.where(FAR_FIELD, _drift(db, frequency, headings), near)
     transfer = np.array(
         [
-            scaled(quadratic(water, wetted, flows, a, b), near[[a, b]], far[[a, b]])
+            correct_to_diagonals(quadratic(water, wetted, flows, a, b), near[[a, b]], far[[a, b]])
             + second_order_potential(db, frequency, headings[a], headings[b])
             for a, b in chosen
         ]
@@ -82,8 +82,8 @@ def quadratic(
         + rho int (X . grad phi_t) n dS + A x F
 
     (Pinkster 1980, Low frequency second order wave exciting forces on floating structures) and the
-    hydrostatic load by second-order rotation, see `_turned`. Moments are about the moving reference
-    point: the arm is crossed with n, and F is the moment.
+    hydrostatic load by second-order rotation, see `_second_order_rotation_load`. Moments are about
+    the moving reference point: the arm is crossed with n, and F is the moment.
     """
     forward = _products(water, wetted, flows, first, second)
     back = forward if first == second else _products(water, wetted, flows, second, first)
@@ -116,7 +116,7 @@ def second_order_potential(
     return ratio[..., None] * np.where(sign[..., None] < 0, np.conj(X), X)
 
 
-def scaled(transfer: Complex, near: Real, far: Real) -> Complex:
+def correct_to_diagonals(transfer: Complex, near: Real, far: Real) -> Complex:
     """``transfer`` (nq, nq, 6) between two headings, corrected to the better diagonals ``far`` (2,
     nq, 6). ``near`` (2, nq, 6) are the diagonals that the same pressures give for either heading:
 
@@ -128,10 +128,10 @@ def scaled(transfer: Complex, near: Real, far: Real) -> Complex:
     there. It is limited to 1/2 to 2. The result is Hermitian, and for equal headings its diagonal
     is far. Two different headings have no common diagonal, so e is left out.
     """
-    small = np.square(SMALL * np.abs(near).max(axis=1, keepdims=True))
+    small = np.square(SMALL_DIAGONAL_FRACTION * np.abs(near).max(axis=1, keepdims=True))
     with np.errstate(invalid="ignore"):
         ratio = (far * near + small) / (near**2 + small)
-    scale = np.clip(np.nan_to_num(ratio, nan=1.0), *SCALES)
+    scale = np.clip(np.nan_to_num(ratio, nan=1.0), *RATIO_LIMITS)
     result = transfer * np.sqrt(scale[0][:, None] * scale[1])
     if np.array_equal(near[0], near[1]):
         rest = far[0] - scale[0] * near[0]
@@ -154,10 +154,14 @@ def _products(
     twice += acceleration * _integral(density * wetted.area, moved, two.velocity)
     turn, load = one.motion[:, None, 3:], np.conj(two.load)
     twice += np.concatenate([np.cross(turn, load[:, :3]), np.cross(turn, load[:, 3:])], axis=-1)
-    return (twice + _turned(weight, wetted, one.motion[:, 3:], two.motion[:, 3:])) / 2
+    return (
+        twice + _second_order_rotation_load(weight, wetted, one.motion[:, 3:], two.motion[:, 3:])
+    ) / 2
 
 
-def _turned(weight: float, wetted: Wetted, one: Complex, two: Complex) -> Complex:
+def _second_order_rotation_load(
+    weight: float, wetted: Wetted, one: Complex, two: Complex
+) -> Complex:
     """Hydrostatic load (nq, nq, 6) by the second order of rotation vectors (nq, 3).
 
     A point at (x, y, z) from the reference point rises by A_z (A_x x + A_y y) / 2
@@ -208,7 +212,7 @@ def _drift(db: HydroDatabase, frequency: Real, headings: Real) -> Real:
             f"{db.source}: has mean drift for the headings {np.degrees(db.heading)} deg; expected"
             f" it for all headings of the QTF, {np.degrees(headings)} deg. Compute it for these."
         )
-    drift = needed(db, "mean_drift")[:, rows].reshape(len(db.frequency), -1)
+    drift = require_array(db, "mean_drift")[:, rows].reshape(len(db.frequency), -1)
     values = np.array([np.interp(frequency, db.frequency, column) for column in drift.T])
     return np.swapaxes(values.reshape(len(rows), 6, -1), 1, 2)
 
@@ -218,20 +222,25 @@ def _excitation(db: HydroDatabase, frequency: Real, direction: Real) -> Complex:
     water, and linear between the headings."""
     _check_range(db, frequency[frequency > db.frequency[0]])
     full = all_headings(db)
-    static = np.broadcast_to(needed(db, "hydrostatic_stiffness")[:, 2], full.excitation.shape[1:])
+    static = np.broadcast_to(
+        require_array(db, "hydrostatic_stiffness")[:, 2], full.excitation.shape[1:]
+    )
     knots = np.concatenate([[0.0], full.frequency])
     X = scipy.interpolate.CubicSpline(knots, np.concatenate([static[None], full.excitation]))(
         frequency
     )
     start, count = full.heading[0], len(full.heading)
-    turned = start + np.mod(direction - start, TURN)
-    place = np.interp(turned, [*full.heading, start + TURN], np.arange(count + 1))
+    turned = start + np.mod(direction - start, TURN_RAD)
+    place = np.interp(turned, [*full.heading, start + TURN_RAD], np.arange(count + 1))
     left = np.floor(place).astype(int)
     share = (place - left)[..., None]
-    return _at(X, left % count) * (1 - share) + _at(X, (left + 1) % count) * share
+    return (
+        _loads_at_heading(X, left % count) * (1 - share)
+        + _loads_at_heading(X, (left + 1) % count) * share
+    )
 
 
-def _at(loads: Complex, heading: np.ndarray) -> Complex:
+def _loads_at_heading(loads: Complex, heading: np.ndarray) -> Complex:
     return np.take_along_axis(loads, heading[..., None, None], axis=-2)[..., 0, :]
 
 

@@ -13,22 +13,22 @@ from typing import Annotated, Any, Generic, Self, TypeVar
 import numpy as np
 from pydantic import AfterValidator, Discriminator, StrictStr, Tag, model_validator
 
-from hydrosim.database.build.drift import STEP, Drifting, Real
-from hydrosim.database.build.hull_keys import AnyHull, MeshHull, Water, check_hull
+from hydrosim.database.build.drift import DIRECTION_STEP, Drifting, Real
+from hydrosim.database.build.hull_keys import AnyHull, MeshFileHull, RecipeWater, check_hull
 from hydrosim.documents import quantities as of
 from hydrosim.documents.layers import apply_setting, read_case, written
 from hydrosim.documents.messages import Problem
 from hydrosim.documents.nodes import entries
 from hydrosim.documents.quantities import Strict
 from hydrosim.documents.units import Quantity, problem
-from hydrosim.documents.validate import validated
+from hydrosim.documents.validate import validate_document
 
-MOST = 1000  # frequencies or headings
+MAX_STEPS = 1000  # frequencies or headings
 
 Frequency = Annotated[float, Quantity("wave frequency", "rad/s", "0.1 rad/s", above=0)]
 Share = Annotated[float, Quantity("share", "", "50 %", above=0, at_most=1)]
 Coarser = Annotated[float, Quantity("part of the panels", "", "0.6", above=0, at_most=0.9)]
-T = TypeVar("T")
+StepValue = TypeVar("StepValue")
 
 
 class Lid(StrEnum):
@@ -38,14 +38,14 @@ class Lid(StrEnum):
     NONE = "none"
 
 
-class Symmetry(StrEnum):
+class HullSymmetry(StrEnum):
     """Whether one half is computed if the hull is symmetric about y = 0."""
 
     AUTO = "auto"
     NONE = "none"
 
 
-class Method(StrEnum):
+class IntegralEquation(StrEnum):
     """Integral equation for the pressures: for sources on the panels (indirect), or for the
     potential (direct), which needs fewer panels on smooth hulls."""
 
@@ -53,30 +53,30 @@ class Method(StrEnum):
     DIRECT = "direct"
 
 
-class Steps(Strict, Generic[T]):
+class Steps(Strict, Generic[StepValue]):
     """Values from start to stop."""
 
-    start: T
+    start: StepValue
     """First value."""
-    stop: T
+    stop: StepValue
     """Last value."""
-    step: T
+    step: StepValue
     """Difference between values."""
 
     def values(self) -> tuple[float, ...]:
         """All values, rounded so that 0.06 is 0.06."""
         start, stop, step = (float(x) for x in (self.start, self.stop, self.step))  # type: ignore[arg-type]
         steps = (stop - start) / step if step else -1.0
-        if not -1e-9 <= steps < MOST or abs(steps - round(steps)) > 1e-6:
+        if not -1e-9 <= steps < MAX_STEPS or abs(steps - round(steps)) > 1e-6:
             found = f"start {start:g}, stop {stop:g}, step {step:g}"
             if steps > 0.0:
                 found += f", which are {steps:.6g} steps"
-            expected = f"a whole number of steps from start to stop, at most {MOST - 1}"
+            expected = f"a whole number of steps from start to stop, at most {MAX_STEPS - 1}"
             raise problem(found, expected)
         return tuple(np.linspace(start, stop, round(steps) + 1).round(15).tolist())
 
 
-def _form(value: object) -> str:
+def _form_of_steps(value: object) -> str:
     return "steps" if isinstance(value, dict) else "list"
 
 
@@ -90,7 +90,7 @@ def _values(given: Any) -> tuple[float, ...]:
 
 def _on_grid(headings: tuple[float, ...]) -> tuple[float, ...]:
     for heading in headings:
-        off = heading / STEP - round(heading / STEP)
+        off = heading / DIRECTION_STEP - round(heading / DIRECTION_STEP)
         if abs(off) > 1e-6 or abs(heading) > 2 * math.pi + 1e-9:
             found = f"a heading of {math.degrees(heading):g} deg"
             raise problem(found, "multiples of half a degree, at most one turn")
@@ -99,20 +99,20 @@ def _on_grid(headings: tuple[float, ...]) -> tuple[float, ...]:
 
 _Entry = Annotated[
     Annotated[Steps[Frequency], Tag("steps")] | Annotated[Frequency, Tag("list")],
-    Discriminator(_form),
+    Discriminator(_form_of_steps),
 ]
 Frequencies = Annotated[
     Annotated[Steps[Frequency], Tag("steps")] | Annotated[tuple[_Entry, ...], Tag("list")],
-    Discriminator(_form),
+    Discriminator(_form_of_steps),
     AfterValidator(_values),
-    AfterValidator(of.some),
+    AfterValidator(of.require_entries),
     of.RISING,
 ]
 Headings = Annotated[
     Annotated[Steps[of.Angle], Tag("steps")] | Annotated[tuple[of.Angle, ...], Tag("list")],
-    Discriminator(_form),
+    Discriminator(_form_of_steps),
     AfterValidator(_values),
-    AfterValidator(of.some),
+    AfterValidator(of.require_entries),
     of.RISING,
     AfterValidator(_on_grid),
 ]
@@ -137,7 +137,7 @@ class FarField(Strict):
     """Frequencies between which the share rises from 0. Example: [1 rad/s, 1.5 rad/s]."""
 
 
-class Part(Strict):
+class RecipeBody(Strict):
     """A body: its hull, position and mass properties. The centre of gravity is in the hull's own
     frame. ``position`` and ``heading`` place this frame in the database's frame."""
 
@@ -162,12 +162,12 @@ class Part(Strict):
         return self
 
 
-class Common(Strict):
+class CommonKeys(Strict):
     """Keys common to recipes of one and of several bodies, in SI and radians."""
 
     title: StrictStr
     """Title of the database, for people. Example: Barge at a draught of 6 m."""
-    water: Water = Water()
+    water: RecipeWater = RecipeWater()
     """Water that the hull floats in."""
     frequencies: Frequencies
     """Wave frequencies: steps, or a list of values and steps."""
@@ -175,9 +175,9 @@ class Common(Strict):
     """Directions that waves go to: steps, or a list. They are multiples of half a degree."""
     lid: Lid = Lid.AUTO
     """Whether panels on the inner waterplane remove irregular frequencies."""
-    symmetry: Symmetry = Symmetry.AUTO
+    symmetry: HullSymmetry = HullSymmetry.AUTO
     """Whether half of a symmetric hull is computed."""
-    method: Method = Method.INDIRECT
+    method: IntegralEquation = IntegralEquation.INDIRECT
     """Integral equation that is solved."""
     far_field: FarField | None = None
     """Use of the far field for loads at high frequencies."""
@@ -205,18 +205,20 @@ class Common(Strict):
         return self
 
 
-class SeveralBodies(Common):
+class SeveralBodies(CommonKeys):
     """Recipe of several bodies with hydrodynamic interaction: by name, in the order of the
     database."""
 
-    bodies: Annotated[dict[str, Part], AfterValidator(of.some)]
+    bodies: Annotated[dict[str, RecipeBody], AfterValidator(of.require_entries)]
     """Bodies by name, in the order of the database."""
     drift: tuple[Drifting, ...] = ()
     """Mean drift loads to compute: of free bodies, held bodies, or both."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        if self.drift and (math.isfinite(self.water.depth) or self.method is Method.DIRECT):
+        if self.drift and (
+            math.isfinite(self.water.depth) or self.method is IntegralEquation.DIRECT
+        ):
             found = "drift of several bodies in shallow water, or with method: direct"
             raise problem(found, "deep water and method: indirect", "remove drift")
         for part in self.bodies.values():
@@ -224,12 +226,12 @@ class SeveralBodies(Common):
         return self
 
     @property
-    def parts(self) -> tuple[Part, ...]:
+    def parts(self) -> tuple[RecipeBody, ...]:
         """The bodies."""
         return tuple(self.bodies.values())
 
 
-class OneBody(Part, Common):
+class OneBody(RecipeBody, CommonKeys):
     """The recipe of one body."""
 
     drift: tuple[Drifting, ...] = tuple(Drifting)
@@ -241,7 +243,7 @@ class OneBody(Part, Common):
     both."""
 
     @property
-    def parts(self) -> tuple[Part, ...]:
+    def parts(self) -> tuple[RecipeBody, ...]:
         """The body."""
         return (self,)
 
@@ -250,7 +252,7 @@ class OneBody(Part, Common):
         check_hull(self.hull, self.water)
         if self.qtf is not None:
             self._check_qtf(self.qtf)
-        if self.extrapolate is not None and isinstance(self.hull, MeshHull):
+        if self.extrapolate is not None and isinstance(self.hull, MeshFileHull):
             raise problem("extrapolate with a mesh", "a barge, a box or a sphere")
         return self
 
@@ -261,7 +263,7 @@ class OneBody(Part, Common):
             raise problem(f"qtf in {self.water.depth:g} m of water", "deep water", "remove qtf")
         if Drifting.FREE not in self.drift:
             raise problem("qtf without the drift of the body floating free", "drift: [free]")
-        if self.method is Method.DIRECT:
+        if self.method is IntegralEquation.DIRECT:
             raise problem("qtf with method: direct", "method: indirect", "its flow is of sources")
         for heading in np.array(qtf.headings):
             if np.abs(np.array(self.headings) - heading).min() > 1e-9:
@@ -320,14 +322,14 @@ def load_recipe(path: Path | str, settings: Sequence[str] = ()) -> Recipe:
     text = written(document) if settings else text
     further = partial(_without_file, path.parent)
     if "bodies" in entries(document):
-        return Recipe(path, text, validated(document, SeveralBodies, further))
-    return Recipe(path, text, validated(document, OneBody, further))
+        return Recipe(path, text, validate_document(document, SeveralBodies, further))
+    return Recipe(path, text, validate_document(document, OneBody, further))
 
 
 def _without_file(folder: Path, data: OneBody | SeveralBodies) -> Iterator[Problem]:
     """Refuse hulls whose mesh file does not exist."""
     for k, part in enumerate(data.parts):
-        if isinstance(part.hull, MeshHull) and not (folder / part.hull.file).is_file():
+        if isinstance(part.hull, MeshFileHull) and not (folder / part.hull.file).is_file():
             above = ("bodies", [*data.bodies][k]) if isinstance(data, SeveralBodies) else ()
             text = f"found no such file at {folder / part.hull.file}; expected a mesh of the hull"
             yield Problem((*above, "hull", "file"), text)

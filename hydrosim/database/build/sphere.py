@@ -31,14 +31,14 @@ def half_hull(radius: float, size: float) -> Panels:
     """Panels (n, 4, 3) of the wetted hull at y >= 0, normals into the water, ``size`` [m] wide at
     the waterline. At the lowest point they are triangles with a doubled last corner."""
     polar, (x, y) = _circles(radius, size), _meridians(radius, size)
-    r = radius * _outside(polar, len(x) - 1)
+    r = radius * _corner_radius(polar, len(x) - 1)
     return _triangles_last(patch(x * r * np.sin(polar), y * r * np.sin(polar), -r * np.cos(polar)))
 
 
 def half_lid(radius: float, size: float) -> Panels:
     """Panels (n, 4, 3) of the waterplane inside the hull at y >= 0, normals down."""
     polar, (x, y) = _circles(radius, size), _meridians(radius, size)
-    edge = radius * _outside(polar, len(x) - 1)
+    edge = radius * _corner_radius(polar, len(x) - 1)
     r = np.linspace(0.0, edge, math.ceil(radius / size) + 1)
     return _triangles_last(patch(x * r, y * r, 0.0))
 
@@ -55,7 +55,7 @@ def _meridians(radius: float, size: float) -> tuple[np.ndarray, np.ndarray]:
     return np.cos(angle), np.sin(angle)
 
 
-def _outside(polar: np.ndarray, count: int) -> float:
+def _corner_radius(polar: np.ndarray, count: int) -> float:
     """Distance of the corners from the centre over the radius. Two circles of latitude bound a
     frustum whose ends are regular polygons with 2 ``count`` corners."""
     wide, deep = np.sin(polar), np.cos(polar)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from hydrosim.waves.dispersion import wavenumber
 
-SHALLOWEST = 0.01  # kh down to which `green` is tested
+MIN_TESTED_KH = 0.01  # kh down to which `green` is tested
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Water:
         """Lowest frequency [rad/s] that can be computed; 0 in deep water."""
         if self.is_deep:
             return 0.0
-        return math.sqrt(self.gravity * SHALLOWEST / self.depth * math.tanh(SHALLOWEST))
+        return math.sqrt(self.gravity * MIN_TESTED_KH / self.depth * math.tanh(MIN_TESTED_KH))
 
     def wavenumber(self, frequency: float) -> float:
         """Wavenumber [1/m] of waves of ``frequency`` [rad/s]."""

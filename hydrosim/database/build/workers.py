@@ -16,13 +16,13 @@ from typing import Any
 
 import joblib
 
-WATCHED, HELD = Pipe(duplex=False)
+WATCHED_END, HELD_END = Pipe(duplex=False)
 """Reading end that workers watch, and writing end that this process holds open."""
 
 
 def compute_all(calls: Iterable[Any], jobs: int) -> Iterator[Any]:
     """Results of delayed ``calls`` in order, by ``jobs`` processes."""
-    watch = {"initializer": _end_with, "initargs": (WATCHED,)} if jobs != 1 else {}
+    watch = {"initializer": _end_with, "initargs": (WATCHED_END,)} if jobs != 1 else {}
     return iter(joblib.Parallel(n_jobs=jobs, return_as="generator", **watch)(calls))
 
 

@@ -11,19 +11,19 @@ from collections.abc import Sequence
 from difflib import get_close_matches
 from functools import lru_cache
 
-from hydrosim.database.checks.finding import ACCEPTED, Check, Finding, accepted
+from hydrosim.database.checks.finding import ACCEPTED_ATTRIBUTE, Check, Finding, accepted_findings
 from hydrosim.database.checks.haskind import HASKIND
 from hydrosim.database.checks.hydrostatics import HYDROSTATICS
 from hydrosim.database.checks.long_waves import LONG_WAVES
 from hydrosim.database.checks.radiation import RADIATION
-from hydrosim.database.checks.ranges import ORDER, RANGES
+from hydrosim.database.checks.ranges import ORDER_CHECKS, RANGES
 from hydrosim.database.checks.second_order import SECOND_ORDER
-from hydrosim.database.checks.use import EVERYTHING, Part, Use
+from hydrosim.database.checks.use import EVERYTHING, CheckSubject, Use
 from hydrosim.database.database import HydroDatabase
 from hydrosim.errors import InputError
 
 CHECKS: tuple[Check, ...] = (
-    *ORDER,
+    *ORDER_CHECKS,
     *RANGES,
     *RADIATION,
     *HASKIND,
@@ -33,29 +33,31 @@ CHECKS: tuple[Check, ...] = (
 )
 SYMMETRIES = {"symmetry of added mass", "symmetry of radiation damping", "port and starboard"}
 """Checks of errors that `symmetrise` removes."""
-NAMES = tuple(one.name for one in CHECKS)
+CHECK_NAMES = tuple(one.name for one in CHECKS)
 
 
-def unknown(name: str) -> str:
+def unknown_name_message(name: str) -> str:
     """Message on an unknown name of a finding; empty if a check has that name."""
-    if name in NAMES:
+    if name in CHECK_NAMES:
         return ""
-    near = get_close_matches(name, NAMES, 1)
-    return f'found "{name}"; expected ' + (f'"{near[0]}"' if near else f"one of {', '.join(NAMES)}")
+    near = get_close_matches(name, CHECK_NAMES, 1)
+    return f'found "{name}"; expected ' + (
+        f'"{near[0]}"' if near else f"one of {', '.join(CHECK_NAMES)}"
+    )
 
 
 def check(db: HydroDatabase, use: Use = EVERYTHING) -> list[Finding]:
     """All findings about the data in ``use`` of ``db``. If frequencies or headings are refused,
     only their findings, because no other figure is meaningful then."""
-    order = [one(db) for one in ORDER]
-    if any(finding.refused for finding in order):
+    order = [one(db) for one in ORDER_CHECKS]
+    if any(finding.is_refused for finding in order):
         return order
-    return [*order, *(one(db, use) for one in CHECKS[len(ORDER) :])]
+    return [*order, *(one(db, use) for one in CHECKS[len(ORDER_CHECKS) :])]
 
 
 def in_order(db: HydroDatabase) -> HydroDatabase:
     """Return the database. Raises `InputError` if frequencies or headings are out of order."""
-    refuse(db, [one(db) for one in ORDER])
+    refuse_database(db, [one(db) for one in ORDER_CHECKS])
     return db
 
 
@@ -64,26 +66,26 @@ def _findings(db: HydroDatabase, use: Use) -> tuple[Finding, ...]:
     return tuple(check(db, use))
 
 
-def refused(db: HydroDatabase, use: Use) -> tuple[Finding, ...]:
+def refusing_findings(db: HydroDatabase, use: Use) -> tuple[Finding, ...]:
     """Findings that refuse the database for this ``use``."""
-    return tuple(finding for finding in _findings(db, use) if finding.refused)
+    return tuple(finding for finding in _findings(db, use) if finding.is_refused)
 
 
-def doubts(db: HydroDatabase, use: Use) -> tuple[str, ...]:
+def doubt_warnings(db: HydroDatabase, use: Use) -> tuple[str, ...]:
     """A warning of all doubted findings, if there are any; `hydrosim db check` has their advice.
     Raises `InputError` if the database is refused for this ``use``."""
     findings = _findings(db, use)
-    refuse(db, findings)
-    doubted = [finding.summary for finding in findings if finding.doubted]
+    refuse_database(db, findings)
+    doubted = [finding.summary for finding in findings if finding.is_doubted]
     if not doubted:
         return ()
     each = "it" if len(doubted) == 1 else "each"
     return (f"{db.source}: {'; '.join(doubted)}. `hydrosim db check` explains {each}.",)
 
 
-def refuse(db: HydroDatabase, findings: Sequence[Finding]) -> None:
+def refuse_database(db: HydroDatabase, findings: Sequence[Finding]) -> None:
     """Raises `InputError` if one of the ``findings`` refuses the database."""
-    bad = [finding for finding in findings if finding.refused]
+    bad = [finding for finding in findings if finding.is_refused]
     if not bad:
         return
     reasons = "\n".join(f"  {finding}" for finding in bad)

@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.database.checks.use import EVERYTHING, Part, Use
+from hydrosim.database.checks.use import EVERYTHING, CheckSubject, Use
 from hydrosim.database.database import HydroDatabase, Real
 from hydrosim.dofs import DOFS
 
-ACCEPTED = "accepted"  # attribute of a database: names of accepted findings
+ACCEPTED_ATTRIBUTE = "accepted"  # attribute of a database: names of accepted findings
 
 
 @dataclass(frozen=True)
@@ -32,18 +32,18 @@ class Finding:
     accepted: bool = False
 
     @property
-    def passed(self) -> bool:
+    def has_passed(self) -> bool:
         """Whether the figure is within the limit."""
         return self.figure <= self.limit
 
     @property
-    def doubted(self) -> bool:
+    def is_doubted(self) -> bool:
         """Whether the figure exceeds the limit and is not accepted; always true above the
         refusal."""
-        return not self.passed and not (self.accepted and self.figure <= self.refusal)
+        return not self.has_passed and not (self.accepted and self.figure <= self.refusal)
 
     @property
-    def refused(self) -> bool:
+    def is_refused(self) -> bool:
         """Whether the figure exceeds the refusal."""
         return self.figure > self.refusal and not self.accepted
 
@@ -51,14 +51,14 @@ class Finding:
     def summary(self) -> str:
         """The figure, its place and its limit, without advice."""
         place = f" {self.place}" if self.place else ""
-        said = ", accepted" if self.accepted and not self.passed else ""
+        said = ", accepted" if self.accepted and not self.has_passed else ""
         return f"{self.name}: found {self.figure:.3g}{place}, expected at most {self.limit:g}{said}"
 
     def __str__(self) -> str:
         return f"{self.summary} ({self.advice})."
 
 
-class Errors(NamedTuple):
+class RelativeErrors(NamedTuple):
     """Errors ``relative`` to a usual size, NaN if not judged, along ``axes`` ("frequency",
     "heading", "dof", "motion" or "body"). ``size`` are absolute errors, in a ``unit`` of
     translations before and after the metres. ``where`` is the position of all of them."""
@@ -70,16 +70,16 @@ class Errors(NamedTuple):
     where: str = ""
 
 
-def one(figure: float) -> Errors:
+def single_error(figure: float) -> RelativeErrors:
     """Errors with a single figure for the whole database."""
-    return Errors(np.array(float(figure)))
+    return RelativeErrors(np.array(float(figure)))
 
 
 class LeftOut(Exception):
     """Raised if the figure cannot be computed for this database; the message is the reason."""
 
 
-def always(db: HydroDatabase) -> bool:
+def proves_always(db: HydroDatabase) -> bool:
     """Default: the figure is a proof in any database."""
     return True
 
@@ -99,13 +99,13 @@ class Check:
     wrong with this database."""
 
     name: str
-    errors: Callable[[HydroDatabase], Errors]
+    errors: Callable[[HydroDatabase], RelativeErrors]
     limit: float
     advice: str
-    of: frozenset[Part]
+    of: frozenset[CheckSubject]
     refusal: float = np.inf
     needs: tuple[str, ...] = ()
-    proves: Callable[[HydroDatabase], bool] = always
+    proves: Callable[[HydroDatabase], bool] = proves_always
     of_all: bool = False
     cause: Callable[[HydroDatabase], str] = no_cause
 
@@ -117,42 +117,44 @@ class Check:
                 raise LeftOut(f"nothing uses the {min(self.of)}")
             if lacking:
                 raise LeftOut(f"the database has no {lacking[0].replace('_', ' ')}")
-            if Part.LOADS in self.of and not db.excitation.any():
+            if CheckSubject.LOADS in self.of and not db.excitation.any():
                 raise LeftOut("the database has no wave loads")
-            errors = self.errors(use.seen(db) if self.of_all else db)
+            errors = self.errors(use.without_fixed_damping(db) if self.of_all else db)
         except LeftOut as reason:
             return Finding(self.name, 0.0, self.limit, f"left out: {reason}", left_out=True)
-        return self._found(db, use, errors)
+        return self._find_worst(db, use, errors)
 
-    def _found(self, db: HydroDatabase, use: Use, errors: Errors) -> Finding:
+    def _find_worst(self, db: HydroDatabase, use: Use, errors: RelativeErrors) -> Finding:
         """Refusal applies to DOFs that the waves excite; errors of others are doubts."""
-        whole = use.of(np.asarray(errors.relative), errors.axes)
-        excited = use.excited(whole, errors.axes, db.frequency)
+        whole = use.without_fixed_dofs(np.asarray(errors.relative), errors.axes)
+        excited = use.at_wave_frequencies(whole, errors.axes, db.frequency)
         proves = self.of <= use.parts and self.proves(db)
-        refuses = proves and largest(excited) > self.refusal
+        refuses = proves and largest_error(excited) > self.refusal
         worst = excited if refuses else whole
         return Finding(
             self.name,
-            largest(worst),
+            largest_error(worst),
             self.limit,
             self.advice + self.cause(db),
-            self.refusal if refuses or (proves and largest(whole) <= self.refusal) else np.inf,
-            place=_place(db, errors, worst) if largest(worst) > self.limit else "",
-            accepted=self.name in accepted(db),
+            self.refusal
+            if refuses or (proves and largest_error(whole) <= self.refusal)
+            else np.inf,
+            place=_place(db, errors, worst) if largest_error(worst) > self.limit else "",
+            accepted=self.name in accepted_findings(db),
         )
 
 
-def accepted(db: HydroDatabase) -> list[str]:
+def accepted_findings(db: HydroDatabase) -> list[str]:
     """Names of the findings that neither refuse the database nor cause a warning."""
-    return [name for name in db.attributes.get(ACCEPTED, "").split(", ") if name]
+    return [name for name in db.attributes.get(ACCEPTED_ATTRIBUTE, "").split(", ") if name]
 
 
-def largest(errors: Real) -> float:
+def largest_error(errors: Real) -> float:
     """Largest error; zero if none is judged."""
     return 0.0 if np.isnan(errors).all() else float(np.nanmax(errors))
 
 
-def _place(db: HydroDatabase, errors: Errors, worst: Real) -> str:
+def _place(db: HydroDatabase, errors: RelativeErrors, worst: Real) -> str:
     """Frequency, heading and pair of the largest error, and its size."""
     at = np.unravel_index(int(np.nanargmax(worst)), worst.shape)
     index = dict(zip(errors.axes, map(int, at), strict=True))
@@ -166,7 +168,7 @@ def _place(db: HydroDatabase, errors: Errors, worst: Real) -> str:
     dofs = [index[name] for name in ("dof", "motion") if name in index]
     if dofs:
         words.append("in " + " by ".join(_dof(db, dof) for dof in dofs))
-    size = "" if errors.size is None else _sized(float(np.abs(errors.size[at])), errors, dofs)
+    size = "" if errors.size is None else _size_text(float(np.abs(errors.size[at])), errors, dofs)
     return ", ".join(words) + size
 
 
@@ -175,7 +177,7 @@ def _dof(db: HydroDatabase, dof: int) -> str:
     return body + DOFS[dof % 6]
 
 
-def _sized(size: float, errors: Errors, dofs: list[int]) -> str:
+def _size_text(size: float, errors: RelativeErrors, dofs: list[int]) -> str:
     before, after = errors.unit
     power = sum(dof % 6 > 2 for dof in dofs)
     metres = {0: "", 1: " m", 2: " m²"}[power]

@@ -4,54 +4,54 @@ from __future__ import annotations
 
 import numpy as np
 
-from hydrosim.database.checks.finding import Check, Errors
+from hydrosim.database.checks.finding import Check, RelativeErrors
 from hydrosim.database.checks.scales import diagonal, displaced_mass
-from hydrosim.database.checks.use import Part
-from hydrosim.database.database import HydroDatabase, Real, needed
+from hydrosim.database.checks.use import CheckSubject
+from hydrosim.database.database import HydroDatabase, Real, require_array
 
 
-def _of_dofs(db: HydroDatabase, values: Real, *dofs: int) -> Errors:
+def _of_dofs(db: HydroDatabase, values: Real, *dofs: int) -> RelativeErrors:
     """``values`` (nb, len(dofs)) or (nb, 1) for those degrees of freedom of each body."""
     relative = np.full((db.bodies, 6), np.nan)
     relative[:, list(dofs)] = values
-    return Errors(relative.ravel(), ("dof",))
+    return RelativeErrors(relative.ravel(), ("dof",))
 
 
-def _heave(db: HydroDatabase) -> Errors:
-    own = diagonal(needed(db, "hydrostatic_stiffness"))[2::6]
+def _heave(db: HydroDatabase) -> RelativeErrors:
+    own = diagonal(require_array(db, "hydrostatic_stiffness"))[2::6]
     return _of_dofs(db, ((1 - np.sign(own)) / 2)[:, None], 2)
 
 
-def _asymmetry(db: HydroDatabase) -> Errors:
-    stiffness = needed(db, "hydrostatic_stiffness")
+def _asymmetry(db: HydroDatabase) -> RelativeErrors:
+    stiffness = require_array(db, "hydrostatic_stiffness")
     scale = np.sqrt(np.maximum(np.abs(np.diag(stiffness)), 1e-300))
     dofs = np.arange(len(stiffness))
     stiff = (dofs % 6 > 1) & (dofs % 6 < 5)
     judged = np.outer(stiff, stiff) & (dofs[:, None] // 6 == dofs // 6)
     gap = np.where(judged, stiffness - stiffness.T, np.nan)
-    return Errors(np.abs(gap) / np.outer(scale, scale), ("dof", "motion"), gap, ("N", "/m"))
+    return RelativeErrors(np.abs(gap) / np.outer(scale, scale), ("dof", "motion"), gap, ("N", "/m"))
 
 
-def _metacentre(db: HydroDatabase) -> Errors:
+def _metacentre(db: HydroDatabase) -> RelativeErrors:
     """1 for each negative metacentric height."""
-    stiffness = diagonal(needed(db, "hydrostatic_stiffness")).reshape(-1, 6)
+    stiffness = diagonal(require_array(db, "hydrostatic_stiffness")).reshape(-1, 6)
     return _of_dofs(db, np.where(stiffness[:, 3:5] < 0, 1.0, 0.0), 3, 4)
 
 
-def _waterplane(db: HydroDatabase) -> Errors:
+def _waterplane(db: HydroDatabase) -> RelativeErrors:
     """Heave, roll and pitch stiffness minus the levers of buoyancy and weight are rho g times the
     integrals of (1, x, y)(1, x, y) over the waterplane. The error is their distance from positive
     semi-definite, and below the polar moment A^2/2pi of a disc, the smallest possible."""
     rho_g = db.water_density * db.gravity
-    lever = (needed(db, "centre_of_buoyancy") - needed(db, "centre_of_gravity"))[:, 2]
-    stiffness = _blocks(needed(db, "hydrostatic_stiffness"))[:, 2:5, 2:5].copy()
-    for block, less in zip(stiffness, rho_g * needed(db, "volume") * lever, strict=True):
+    lever = (require_array(db, "centre_of_buoyancy") - require_array(db, "centre_of_gravity"))[:, 2]
+    stiffness = _blocks(require_array(db, "hydrostatic_stiffness"))[:, 2:5, 2:5].copy()
+    for block, less in zip(stiffness, rho_g * require_array(db, "volume") * lever, strict=True):
         block[[1, 2], [1, 2]] -= less
-    impossible = [[_impossible(block / rho_g)] for block in stiffness]
+    impossible = [[_impossible_moments(block / rho_g)] for block in stiffness]
     return _of_dofs(db, np.array(impossible), 3, 4)
 
 
-def _impossible(moments: Real) -> float:
+def _impossible_moments(moments: Real) -> float:
     """Errors of the moments (3, 3) of a plane area."""
     area = moments[0, 0]
     if area <= 0.0:
@@ -63,9 +63,9 @@ def _impossible(moments: Real) -> float:
     return max(0.0, 1 - polar / least, -np.linalg.eigvalsh((scaled + scaled.T) / 2)[0])
 
 
-def _weight(db: HydroDatabase) -> Errors:
-    mass = diagonal(needed(db, "inertia_matrix"))[0::6]
-    return Errors(np.abs(mass / displaced_mass(db) - 1), ("body",))
+def _weight(db: HydroDatabase) -> RelativeErrors:
+    mass = diagonal(require_array(db, "inertia_matrix"))[0::6]
+    return RelativeErrors(np.abs(mass / displaced_mass(db) - 1), ("body",))
 
 
 def _blocks(matrix: Real) -> Real:
@@ -83,7 +83,7 @@ HYDROSTATICS = (
         " submerged body, else the stiffness is missing or its sign is wrong",
         refusal=0.5,
         needs=("hydrostatic_stiffness",),
-        of=frozenset({Part.STIFFNESS}),
+        of=frozenset({CheckSubject.STIFFNESS}),
     ),
     Check(
         "symmetry of the stiffness",
@@ -92,7 +92,7 @@ HYDROSTATICS = (
         "largest |C_ij - C_ji| / sqrt(C_ii C_jj) in heave, roll and pitch, zero in theory; look"
         " for a wrong sign or an exchanged entry",
         needs=("hydrostatic_stiffness",),
-        of=frozenset({Part.STIFFNESS}),
+        of=frozenset({CheckSubject.STIFFNESS}),
     ),
     Check(
         "metacentric heights",
@@ -101,7 +101,7 @@ HYDROSTATICS = (
         "1 if a roll or pitch stiffness is negative; the body capsizes, or its centre of gravity"
         " or the sign is wrong",
         needs=("hydrostatic_stiffness",),
-        of=frozenset({Part.STIFFNESS}),
+        of=frozenset({CheckSubject.STIFFNESS}),
     ),
     Check(
         "moments of the waterplane",
@@ -111,7 +111,7 @@ HYDROSTATICS = (
         " for wrong units, a stiffness without gravity, or centres in another frame",
         refusal=0.5,
         needs=("hydrostatic_stiffness", "volume", "centre_of_buoyancy", "centre_of_gravity"),
-        of=frozenset({Part.STIFFNESS}),
+        of=frozenset({CheckSubject.STIFFNESS}),
     ),
     Check(
         "weight",
@@ -121,6 +121,6 @@ HYDROSTATICS = (
         " difference, else volume, density or mass is wrong",
         refusal=0.9,
         needs=("inertia_matrix", "volume"),
-        of=frozenset({Part.SPARE}),
+        of=frozenset({CheckSubject.SPARE}),
     ),
 )

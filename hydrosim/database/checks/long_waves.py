@@ -19,20 +19,22 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.database.checks.finding import Check, Errors
-from hydrosim.database.checks.scales import compact, diagonal, displaced_mass, first_wavenumber
+from hydrosim.database.checks.finding import Check, RelativeErrors
+from hydrosim.database.checks.scales import diagonal, displaced_mass, first_wavenumber, is_compact
 from hydrosim.database.checks.scales import length as sides
-from hydrosim.database.checks.use import Part
-from hydrosim.database.database import Complex, HydroDatabase, Real, needed, of_frequencies
+from hydrosim.database.checks.use import CheckSubject
+from hydrosim.database.database import Complex, HydroDatabase, Real, of_frequencies, require_array
 from hydrosim.waves.dispersion import wavenumber
 
-_COUPLED = 0.3  # fraction by which the inertia of the water may reduce the heave load
-_STEEPER = (0.01, 100.0)  # range of the effect of a wrong depth on the wavenumber
+_COUPLED_INERTIA_FRACTION = 0.3
+"""Fraction by which the inertia of the water may reduce the heave load."""
+_WAVENUMBER_RATIO_RANGE = (0.01, 100.0)  # range of the effect of a wrong depth on the wavenumber
 _TINY = 1e-300
-_CLEAR = 0.1  # k V^(1/3) up to which the limits hold within about a per cent
-_STILL = 0.05  # fraction by which the inertia of the water may reduce the heave load there
-_LEVER = 5e-3  # of V^(1/3): displacement of the heave load by coarse panels
-_LEAK = 1e-4  # fraction of the heave load that coarse panels make horizontal
+_MAX_LONG_WAVE_KL = 0.1  # k V^(1/3) up to which the limits hold within about a per cent
+_INERTIA_FRACTION = 0.05
+"""Fraction by which the inertia of the water may reduce the heave load there."""
+_LEVER_FRACTION = 5e-3  # of V^(1/3): displacement of the heave load by coarse panels
+_HORIZONTAL_FRACTION = 1e-4  # fraction of the heave load that coarse panels make horizontal
 
 
 def _static_row(db: HydroDatabase) -> int:
@@ -40,9 +42,9 @@ def _static_row(db: HydroDatabase) -> int:
     static."""
     k = wavenumber(db.frequency, db.water_depth, db.gravity)
     mass = displaced_mass(db) + diagonal(db.added_mass)[:, 2::6]
-    stiffness = diagonal(needed(db, "hydrostatic_stiffness"))[2::6]
-    still = (db.frequency[:, None] ** 2 * mass < _STILL * stiffness).all(axis=1)
-    return int(np.flatnonzero(still & (k * sides(db).max() <= _CLEAR)).max(initial=0))
+    stiffness = diagonal(require_array(db, "hydrostatic_stiffness"))[2::6]
+    still = (db.frequency[:, None] ** 2 * mass < _INERTIA_FRACTION * stiffness).all(axis=1)
+    return int(np.flatnonzero(still & (k * sides(db).max() <= _MAX_LONG_WAVE_KL)).max(initial=0))
 
 
 class _Wave(NamedTuple):
@@ -83,55 +85,57 @@ def _pressure(db: HydroDatabase, wave: _Wave) -> Complex:
     return displaced_mass(db)[:, None] * wave.acceleration[..., :2]
 
 
-def _diverted(db: HydroDatabase, wave: _Wave) -> Complex:
+def _diverted_load(db: HydroDatabase, wave: _Wave) -> Complex:
     """Load (nh, nb, 6) of the water that the bodies divert."""
     flat = wave.acceleration.reshape(db.heading.size, -1)
     return (flat @ db.added_mass[0].T).reshape(wave.acceleration.shape)
 
 
-def _of_dofs(db: HydroDatabase, values: Real, *dofs: int, size: Real | None = None) -> Errors:
+def _of_dofs(
+    db: HydroDatabase, values: Real, *dofs: int, size: Real | None = None
+) -> RelativeErrors:
     """Errors (nh, nb) or (nh, nb, len(dofs)) of those degrees of freedom of each body at the first
     frequency, and the absolute ``size`` of the latter."""
 
-    def spread(numbers: Real) -> Real:
+    def to_all_dofs(numbers: Real) -> Real:
         out = np.full((1, db.heading.size, db.bodies, 6), np.nan)
         out[0, ..., list(dofs)] = np.moveaxis(np.atleast_3d(numbers), -1, 0)
         return out.reshape(1, db.heading.size, -1)
 
-    sizes = None if size is None else spread(size)
-    return Errors(spread(values), ("frequency", "heading", "dof"), sizes, ("N", "/m"))
+    sizes = None if size is None else to_all_dofs(size)
+    return RelativeErrors(to_all_dofs(values), ("frequency", "heading", "dof"), sizes, ("N", "/m"))
 
 
-def _horizontal_phase(db: HydroDatabase) -> Errors:
+def _horizontal_phase(db: HydroDatabase) -> RelativeErrors:
     loads = _at_bodies(db)
     drive = np.einsum("hbi,hi->hb", loads[..., :2], _wave(db).towards)
-    clear = np.abs(drive) > _LEAK * np.abs(loads[..., 2])
+    clear = np.abs(drive) > _HORIZONTAL_FRACTION * np.abs(loads[..., 2])
     return _of_dofs(db, np.where(clear, _degrees(drive / 1j), np.nan), 0, 1)
 
 
 def _heave_ratio(db: HydroDatabase) -> Complex:
     """Ratio X3 / C33 (nh, nb), NaN for bodies that are not at the surface."""
-    stiffness = diagonal(needed(db, "hydrostatic_stiffness"))[2::6]
+    stiffness = diagonal(require_array(db, "hydrostatic_stiffness"))[2::6]
     floats = stiffness > 0
     return np.where(floats, _at_bodies(db)[..., 2] / np.where(floats, stiffness, 1.0), np.nan)
 
 
-def _heave_phase(db: HydroDatabase) -> Errors:
+def _heave_phase(db: HydroDatabase) -> RelativeErrors:
     return _of_dofs(db, _degrees(_heave_ratio(db)), 2)
 
 
-def _heave_size(db: HydroDatabase) -> Errors:
+def _heave_size(db: HydroDatabase) -> RelativeErrors:
     return _of_dofs(db, _decades(_heave_ratio(db)), 2)
 
 
-def _horizontal_size(db: HydroDatabase) -> Errors:
+def _horizontal_size(db: HydroDatabase) -> RelativeErrors:
     return _of_dofs(db, _decades(_horizontal_ratio(db)), 0, 1)
 
 
 def _horizontal_ratio(db: HydroDatabase) -> Complex:
     """Load along the waves (nh, nb), relative to its limit."""
     wave = _wave(db)
-    expected = _pressure(db, wave) + _diverted(db, wave)[..., :2]
+    expected = _pressure(db, wave) + _diverted_load(db, wave)[..., :2]
     load = np.einsum("hbi,hi->hb", _loads(db)[..., :2], wave.towards)
     along = np.einsum("hbi,hi->hb", expected, wave.towards)
     return load / np.where(along == 0, _TINY, along)
@@ -140,11 +144,11 @@ def _horizontal_ratio(db: HydroDatabase) -> Complex:
 def _wave_of_loads(db: HydroDatabase) -> _Wave:
     """Long wave as steep as the horizontal loads imply; a wrong depth is reported only once, by
     their size."""
-    steeper = np.clip(np.median(np.abs(_horizontal_ratio(db))), *_STEEPER)
+    steeper = np.clip(np.median(np.abs(_horizontal_ratio(db))), *_WAVENUMBER_RATIO_RANGE)
     return _wave(db, float(steeper))
 
 
-def _moments(db: HydroDatabase) -> Errors:
+def _moments(db: HydroDatabase) -> RelativeErrors:
     """Errors in the longest wave, and in a shorter one with the phases of the heave load."""
     row = _static_row(db)
     shorter = of_frequencies(db, np.arange(db.frequency.size) == row)
@@ -163,25 +167,25 @@ def _in_phase(db: HydroDatabase) -> HydroDatabase:
     return replace(db, excitation=db.excitation * np.repeat(turn, 6, axis=1))
 
 
-def _moments_in(db: HydroDatabase) -> Errors:
+def _moments_in(db: HydroDatabase) -> RelativeErrors:
     """Error of the roll and pitch moments, relative to the sum of the sizes of their parts, or to
     the heave load times the lever of coarse panels."""
     wave = _wave_of_loads(db)
-    static, diverted = _static(db, wave)[..., 3:5], _diverted(db, wave)[..., 3:5]
+    static, diverted = _static(db, wave)[..., 3:5], _diverted_load(db, wave)[..., 3:5]
     error = np.abs(_loads(db)[..., 3:5] - static - diverted)
     parts = (np.abs(static) + np.abs(diverted)).max(axis=0)
     slope = np.abs(wave.slope).max(axis=(0, 2))
     least = 0.1 * displaced_mass(db) * db.gravity * slope * sides(db)
-    noise = _LEVER * np.abs(_loads(db)[..., 2]).max(axis=0) * sides(db)
+    noise = _LEVER_FRACTION * np.abs(_loads(db)[..., 2]).max(axis=0) * sides(db)
     scale = np.maximum(parts, np.maximum(least, noise)[:, None])
     return _of_dofs(db, error / scale, 3, 4, size=error)
 
 
 def _static(db: HydroDatabase, wave: _Wave) -> Complex:
     """Load (nh, nb, 6) of the tilted water at rest, about the reference points."""
-    weight = db.water_density * db.gravity * needed(db, "volume")
-    lever = weight * (needed(db, "centre_of_gravity") - db.reference_point)[:, 2]
-    stiffness = needed(db, "hydrostatic_stiffness").reshape(db.bodies, 6, db.bodies, 6)
+    weight = db.water_density * db.gravity * require_array(db, "volume")
+    lever = weight * (require_array(db, "centre_of_gravity") - db.reference_point)[:, 2]
+    stiffness = require_array(db, "hydrostatic_stiffness").reshape(db.bodies, 6, db.bodies, 6)
     loads = np.zeros((db.heading.size, db.bodies, 6), dtype=complex)
     for body in range(db.bodies):
         about = stiffness[body, :, body] + np.diag([0.0, 0.0, 0.0, lever[body], lever[body], 0.0])
@@ -192,13 +196,13 @@ def _static(db: HydroDatabase, wave: _Wave) -> Complex:
     return loads
 
 
-def _froude_krylov(db: HydroDatabase) -> Errors:
+def _froude_krylov(db: HydroDatabase) -> RelativeErrors:
     """Largest error of the Froude-Krylov loads, horizontal along the waves and vertical."""
     wave = _wave_of_loads(db)
-    given = needed(db, "froude_krylov")[0].reshape(db.heading.size, db.bodies, 6)
+    given = require_array(db, "froude_krylov")[0].reshape(db.heading.size, db.bodies, 6)
     horizontal = np.einsum("hbi,hi->hb", given[..., :2] - _pressure(db, wave), wave.towards)
     expected = np.einsum("hbi,hi->hb", _pressure(db, wave), wave.towards)
-    stiffness = diagonal(needed(db, "hydrostatic_stiffness"))[2::6]
+    stiffness = diagonal(require_array(db, "hydrostatic_stiffness"))[2::6]
     floats = stiffness > 0
     ratio = given[..., 2] / np.where(floats, stiffness, 1.0)
     along, heave = np.abs(horizontal / expected), np.abs(ratio - wave.elevation)
@@ -213,7 +217,9 @@ def _heave_is_static(db: HydroDatabase) -> bool:
     mass = displaced_mass(db) + diagonal(db.added_mass)[0, 2::6]
     stiffness = np.abs(diagonal(db.hydrostatic_stiffness)[2::6])
     load = np.maximum(stiffness, np.abs(_loads(db)[..., 2]).max(axis=0))
-    return compact(db) and bool((db.frequency[0] ** 2 * mass < _COUPLED * load).all())
+    return is_compact(db) and bool(
+        (db.frequency[0] ** 2 * mass < _COUPLED_INERTIA_FRACTION * load).all()
+    )
 
 
 def _degrees(load: Complex) -> Real:
@@ -237,8 +243,8 @@ LONG_WAVES = (
         30.0,
         _PHASE,
         refusal=60.0,
-        proves=compact,
-        of=frozenset({Part.LOADS}),
+        proves=is_compact,
+        of=frozenset({CheckSubject.LOADS}),
     ),
     Check(
         "phase of the heave load in long waves",
@@ -248,7 +254,7 @@ LONG_WAVES = (
         refusal=60.0,
         needs=("hydrostatic_stiffness",),
         proves=_heave_is_static,
-        of=frozenset({Part.LOADS}),
+        of=frozenset({CheckSubject.LOADS}),
     ),
     Check(
         "size of the heave load in long waves",
@@ -259,7 +265,7 @@ LONG_WAVES = (
         refusal=0.25,
         needs=("hydrostatic_stiffness",),
         proves=_heave_is_static,
-        of=frozenset({Part.LOADS, Part.STIFFNESS}),
+        of=frozenset({CheckSubject.LOADS, CheckSubject.STIFFNESS}),
     ),
     Check(
         "size of the horizontal load in long waves",
@@ -269,7 +275,7 @@ LONG_WAVES = (
         " frequency; start at a lower frequency, or look for a wrong water depth (it determines"
         " k), volume, density or factor rho",
         needs=("volume",),
-        of=frozenset({Part.LOADS}),
+        of=frozenset({CheckSubject.LOADS}),
     ),
     Check(
         "roll and pitch moments in long waves",
@@ -280,8 +286,8 @@ LONG_WAVES = (
         " centre, exchanged roll and pitch, or pitch positive bow up",
         refusal=0.5,
         needs=("hydrostatic_stiffness", "volume", "centre_of_gravity"),
-        proves=compact,
-        of=frozenset({Part.LOADS, Part.STIFFNESS}),
+        proves=is_compact,
+        of=frozenset({CheckSubject.LOADS, CheckSubject.STIFFNESS}),
     ),
     Check(
         "Froude-Krylov loads in long waves",
@@ -291,7 +297,7 @@ LONG_WAVES = (
         " start at a lower frequency, or look for rho g, the sign of i or a wrong depth",
         refusal=0.5,
         needs=("froude_krylov", "hydrostatic_stiffness", "volume"),
-        proves=compact,
-        of=frozenset({Part.SPARE}),
+        proves=is_compact,
+        of=frozenset({CheckSubject.SPARE}),
     ),
 )

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from hydrosim.database import netcdf
-from hydrosim.database.checks.finding import Check, Errors, LeftOut, one
+from hydrosim.database.checks.finding import Check, LeftOut, RelativeErrors, single_error
 from hydrosim.database.checks.scales import (
     damping_floor,
     damping_scale,
     diagonal,
     load_floor,
 )
-from hydrosim.database.checks.use import Part
+from hydrosim.database.checks.use import CheckSubject
 from hydrosim.database.database import Complex, HydroDatabase, Real
 from hydrosim.radiation.retardation import (
     TAIL_EXPONENTS,
@@ -24,28 +24,28 @@ from hydrosim.waves.dispersion import wavenumber
 
 # the decay of the damping is fitted from this fraction of the highest frequency up
 _TAIL_FROM = 0.85
-_WINDOW = 4  # neighbouring frequencies on each side with which a spike is compared
-_OUTLIER = 8.0  # a spike exceeds this multiple of the median of its neighbours
-_LAGS = 200  # at which the memory is tested
+_NEIGHBOURS = 4  # neighbouring frequencies on each side with which a spike is compared
+_OUTLIER_RATIO = 8.0  # a spike exceeds this multiple of the median of its neighbours
+_MEMORY_LAGS = 200  # at which the memory is tested
 
 
-def _alteration(db: HydroDatabase) -> Errors:
-    if netcdf.NUMBERS not in db.attributes:
+def _alteration(db: HydroDatabase) -> RelativeErrors:
+    if netcdf.NUMBERS_ATTRIBUTE not in db.attributes:
         raise LeftOut("the file has no checksum of hydrosim")
-    return one(float(db.attributes[netcdf.NUMBERS] == netcdf.ALTERED))
+    return single_error(float(db.attributes[netcdf.NUMBERS_ATTRIBUTE] == netcdf.ALTERED))
 
 
-def _frequencies(db: HydroDatabase) -> Errors:
-    return one(float(np.count_nonzero(np.diff(db.frequency, prepend=0.0) <= 0)))
+def _frequencies(db: HydroDatabase) -> RelativeErrors:
+    return single_error(float(np.count_nonzero(np.diff(db.frequency, prepend=0.0) <= 0)))
 
 
-def _headings(db: HydroDatabase) -> Errors:
+def _headings(db: HydroDatabase) -> RelativeErrors:
     wrong = np.count_nonzero(np.diff(db.heading) <= 0)
     beyond = np.count_nonzero(np.abs(db.heading) > 2 * np.pi + 1e-9)
-    return one(float(wrong + beyond))
+    return single_error(float(wrong + beyond))
 
 
-def _kernel_truncation(db: HydroDatabase) -> Errors:
+def _kernel_truncation(db: HydroDatabase) -> RelativeErrors:
     """Fraction of K(0) = 2/pi int B dw above the last frequency, with B ~ w^-q continued from the
     end of the range. A damping that does not decrease there is continued with the slowest decay
     that a fit may have. So a small irregular remainder stays a small fraction."""
@@ -56,15 +56,15 @@ def _kernel_truncation(db: HydroDatabase) -> Errors:
     tail = np.abs(damping[-1]) * w[-1] / (q - 1.0)
     inside = np.diff(w) @ (np.abs(damping[1:]) + np.abs(damping[:-1])) / 2
     live = damping.max(axis=0) > damping_floor(db)
-    return Errors(np.where(live, tail / np.maximum(inside + tail, 1e-300), 0.0), ("dof",))
+    return RelativeErrors(np.where(live, tail / np.maximum(inside + tail, 1e-300), 0.0), ("dof",))
 
 
-def _memory(db: HydroDatabase) -> Errors:
+def _memory(db: HydroDatabase) -> RelativeErrors:
     """Frequencies dw apart resolve K(t) up to t = pi/dw. Its values from there to twice that,
     relative to its peak, are neglected memory, or an echo of the spacing."""
     _at_least(db, 4)
     known = np.pi / np.diff(db.frequency).max()
-    time = np.concatenate([[0.0], np.linspace(known, 2 * known, _LAGS)])
+    time = np.concatenate([[0.0], np.linspace(known, 2 * known, _MEMORY_LAGS)])
     active = radiating(db.radiation_damping)
     damping = db.radiation_damping[:, active[:, None], active]
     kernel = retardation_function(db.frequency, damping, time)
@@ -72,12 +72,12 @@ def _memory(db: HydroDatabase) -> Errors:
     scale = diagonal_scale(kernel)
     later = np.abs(kernel[1:]).max(axis=0) / np.outer(scale, scale)
     relative[np.ix_(active, active)] = later
-    return Errors(relative, ("dof", "motion"))
+    return RelativeErrors(relative, ("dof", "motion"))
 
 
-def _spikes(db: HydroDatabase) -> Errors:
+def _spikes(db: HydroDatabase) -> RelativeErrors:
     """Largest outlier of the diagonals of A and B, relative to the largest damping of the DOF."""
-    _at_least(db, 2 * _WINDOW)
+    _at_least(db, 2 * _NEIGHBOURS)
     w = db.frequency[1:-1, None]
     scale = damping_scale(db) ** 2
     live = diagonal(db.radiation_damping).max(axis=0) > damping_floor(db)
@@ -86,10 +86,10 @@ def _spikes(db: HydroDatabase) -> Errors:
     spikes = [_outliers(np.abs(matrix / scale)) for matrix in (damping, added)]
     relative = np.full((db.frequency.size, live.size), np.nan)
     relative[1:-1] = np.where(live, np.maximum(*spikes), np.nan)
-    return Errors(relative, ("frequency", "dof"), relative * scale, ("kg", "/s"))
+    return RelativeErrors(relative, ("frequency", "dof"), relative * scale, ("kg", "/s"))
 
 
-def _smooth_loads(db: HydroDatabase) -> Errors:
+def _smooth_loads(db: HydroDatabase) -> RelativeErrors:
     """Errors of splines through the loads between frequencies, relative to the root mean square of
     the loads. They are estimated as an eighth of the departure at each frequency from the cubic
     through two neighbours on either side, which are twice as far apart. On the shipped hulls
@@ -104,7 +104,7 @@ def _smooth_loads(db: HydroDatabase) -> Errors:
     rough = np.pad(departure / 8.0, ((2, 2), (0, 0)))
     size = np.sqrt((np.abs(loads) ** 2).mean(axis=(0, 1)))
     relative = rough / np.maximum(size, load_floor(db))
-    return Errors(relative, ("frequency", "dof"), rough, ("N", "/m"))
+    return RelativeErrors(relative, ("frequency", "dof"), rough, ("N", "/m"))
 
 
 def _departure(w: Real, values: Real | Complex, each: int = 1) -> Real | Complex:
@@ -125,10 +125,10 @@ def _outliers(departure: Real) -> Real:
 
     The departure of a smooth curve changes little from one frequency to the next; a spike at one
     frequency raises three departures."""
-    padded = np.pad(departure, ((_WINDOW, _WINDOW), (0, 0)), mode="reflect")
-    around = np.lib.stride_tricks.sliding_window_view(padded, 2 * _WINDOW + 1, axis=0)
+    padded = np.pad(departure, ((_NEIGHBOURS, _NEIGHBOURS), (0, 0)), mode="reflect")
+    around = np.lib.stride_tricks.sliding_window_view(padded, 2 * _NEIGHBOURS + 1, axis=0)
     usual = np.median(around, axis=-1)
-    return np.where(departure > _OUTLIER * usual, departure, 0.0)
+    return np.where(departure > _OUTLIER_RATIO * usual, departure, 0.0)
 
 
 def _at_least(db: HydroDatabase, count: int) -> None:
@@ -136,14 +136,14 @@ def _at_least(db: HydroDatabase, count: int) -> None:
         raise LeftOut(f"needs {count} frequencies, the database has {db.frequency.size}")
 
 
-ORDER = (
+ORDER_CHECKS = (
     Check(
         "frequencies",
         _frequencies,
         0.0,
         "number of frequencies that are not above zero and the previous one; sort them, in rad/s",
         refusal=0.0,
-        of=frozenset({Part.ORDER}),
+        of=frozenset({CheckSubject.ORDER}),
     ),
     Check(
         "headings",
@@ -151,7 +151,7 @@ ORDER = (
         0.0,
         "number of headings that do not increase or lie beyond a full turn; sort them, in rad",
         refusal=0.0,
-        of=frozenset({Part.ORDER}),
+        of=frozenset({CheckSubject.ORDER}),
     ),
 )
 
@@ -162,7 +162,7 @@ RANGES = (
         0.0,
         "1 if the numbers are not those that hydrosim wrote into the file; accept it if you"
         " changed them on purpose, else convert the original again",
-        of=frozenset(Part),
+        of=frozenset(CheckSubject),
     ),
     Check(
         "kernel truncation",
@@ -171,7 +171,7 @@ RANGES = (
         "largest fraction of a retardation function at time zero that comes from above the"
         " highest frequency, where hydrosim continues the damping by a power law; compute higher"
         " frequencies",
-        of=frozenset({Part.RADIATION}),
+        of=frozenset({CheckSubject.RADIATION}),
     ),
     Check(
         "frequency spacing",
@@ -179,7 +179,7 @@ RANGES = (
         0.02,
         "remaining retardation functions, relative to their peak, after the time pi/dw that the"
         " widest step dw between frequencies resolves; compute frequencies in between",
-        of=frozenset({Part.RADIATION}),
+        of=frozenset({CheckSubject.RADIATION}),
     ),
     Check(
         "irregular frequencies",
@@ -188,7 +188,7 @@ RANGES = (
         "largest spike in added mass or damping relative to the largest damping; remove"
         " irregular frequencies with a lid, or leave those frequencies out; acceptable if bodies"
         " trap a wave between them",
-        of=frozenset({Part.RADIATION}),
+        of=frozenset({CheckSubject.RADIATION}),
     ),
     Check(
         "smooth loads",
@@ -197,6 +197,6 @@ RANGES = (
         "largest error of the excitation between frequencies, estimated from its departure from"
         " the cubic through its neighbours; compute more frequencies, or look for phases of"
         " another origin or rows in another order",
-        of=frozenset({Part.LOADS}),
+        of=frozenset({CheckSubject.LOADS}),
     ),
 )

@@ -8,10 +8,10 @@ from hydrosim.database.database import HydroDatabase, Real
 from hydrosim.waves.dispersion import wavenumber
 
 # a DOF with less than this fraction of its body's scale counts as having no added mass or damping
-NOISE = 1e-4
+MASS_NOISE_FRACTION = 1e-4
 LONG_WAVE = 0.3  # k V^(1/3) below which the limits of long waves must hold
 GYRATION = 2.5  # half a length over its radius of gyration: 1.7 for a box, 2.2 for an ellipsoid
-MODES = np.array([0, 0, 0, 1, 1, 1])  # power of a length in the loads of the six DOFs
+LENGTH_POWERS = np.array([0, 0, 0, 1, 1, 1])  # power of a length in the loads of the six DOFs
 
 
 def displaced_mass(db: HydroDatabase) -> Real:
@@ -32,7 +32,7 @@ def radius(db: HydroDatabase) -> Real:
     """Estimate (nb,) of half the longest side or more, from the distribution of added mass over the
     body."""
     added = np.abs(diagonal(db.added_mass)[0]).reshape(db.bodies, 6)
-    heave = np.maximum(added[:, 2], NOISE * displaced_mass(db))
+    heave = np.maximum(added[:, 2], MASS_NOISE_FRACTION * displaced_mass(db))
     return np.maximum(GYRATION * np.sqrt(added[:, 3:].max(axis=1) / heave), length(db))
 
 
@@ -41,7 +41,7 @@ def first_wavenumber(db: HydroDatabase) -> float:
     return float(wavenumber(db.frequency[0], db.water_depth, db.gravity))
 
 
-def compact(db: HydroDatabase) -> bool:
+def is_compact(db: HydroDatabase) -> bool:
     """Whether the longest wave is long compared with every body."""
     return bool(first_wavenumber(db) * length(db).max() < LONG_WAVE)
 
@@ -49,7 +49,7 @@ def compact(db: HydroDatabase) -> bool:
 def added_mass_scale(db: HydroDatabase) -> Real:
     """Square root of the largest diagonal (n,), or of the noise if that is larger."""
     largest = np.abs(diagonal(db.added_mass)).max(axis=0)
-    return np.sqrt(np.maximum(largest, NOISE * _inertia(db)))
+    return np.sqrt(np.maximum(largest, MASS_NOISE_FRACTION * _inertia(db)))
 
 
 def damping_scale(db: HydroDatabase) -> Real:
@@ -61,13 +61,15 @@ def damping_scale(db: HydroDatabase) -> Real:
 def damping_floor(db: HydroDatabase) -> Real:
     """Noise (n,) on the diagonal of the damping."""
     rate = np.sqrt(db.gravity / np.repeat(length(db), 6))
-    return NOISE * _inertia(db) * rate
+    return MASS_NOISE_FRACTION * _inertia(db) * rate
 
 
 def load_floor(db: HydroDatabase) -> Real:
     """Noise (n,) in the loads per wave amplitude."""
     side = length(db)[:, None]
-    return (NOISE * db.water_density * db.gravity * side ** (2 + MODES)).ravel()
+    return (
+        MASS_NOISE_FRACTION * db.water_density * db.gravity * side ** (2 + LENGTH_POWERS)
+    ).ravel()
 
 
 def diagonal(matrices: Real) -> Real:
@@ -77,4 +79,4 @@ def diagonal(matrices: Real) -> Real:
 
 def _inertia(db: HydroDatabase) -> Real:
     """Displaced mass (n,), times V^(2/3) for rotations."""
-    return (displaced_mass(db)[:, None] * length(db)[:, None] ** (2 * MODES)).ravel()
+    return (displaced_mass(db)[:, None] * length(db)[:, None] ** (2 * LENGTH_POWERS)).ravel()

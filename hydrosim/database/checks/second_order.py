@@ -6,74 +6,91 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hydrosim.database.checks.finding import Check, Errors, LeftOut, one
+from hydrosim.database.checks.finding import Check, LeftOut, RelativeErrors, single_error
 from hydrosim.database.checks.scales import length
-from hydrosim.database.checks.use import Part
-from hydrosim.database.database import SAME_HEADING, TURN, Complex, HydroDatabase, Real, needed
+from hydrosim.database.checks.use import CheckSubject
+from hydrosim.database.database import (
+    SAME_HEADING,
+    TURN_RAD,
+    Complex,
+    HydroDatabase,
+    Real,
+    require_array,
+)
 
 _SHORT_WAVE = 2.0  # k V^(1/3) above which the drift is near its limit for short waves
 
 
-def _along(db: HydroDatabase) -> Real:
+def _drift_along_waves(db: HydroDatabase) -> Real:
     """Mean drift force (nw, nh) of all bodies along the waves."""
-    drift = needed(db, "mean_drift").reshape(*db.excitation.shape[:2], db.bodies, 6).sum(axis=2)
+    drift = (
+        require_array(db, "mean_drift").reshape(*db.excitation.shape[:2], db.bodies, 6).sum(axis=2)
+    )
     return drift[..., 0] * np.cos(db.heading) + drift[..., 1] * np.sin(db.heading)
 
 
-def _pull(db: HydroDatabase) -> Errors:
+def _maruo_drift(db: HydroDatabase) -> RelativeErrors:
     """Maruo's (1960) formula gives the force along the waves as an integral of |H(theta)|^2 (1 -
     cos(theta - beta)), which is never negative."""
-    along = _along(db)
+    along = _drift_along_waves(db)
     against = np.maximum(0.0, -along)
     relative = against / max(np.abs(along).max(), np.finfo(float).tiny)
-    return Errors(relative, ("frequency", "heading"), against, ("N/m²", ""))
+    return RelativeErrors(relative, ("frequency", "heading"), against, ("N/m²", ""))
 
 
-def _drift_size(db: HydroDatabase) -> Errors:
+def _drift_size(db: HydroDatabase) -> RelativeErrors:
     """A wall of width b reflects short waves, with a force of rho g b / 2. The force over all
     headings is compared with that for the bodies' size."""
     if db.frequency[-1] ** 2 / db.gravity * length(db).min() < _SHORT_WAVE:
         raise LeftOut("needs a higher frequency")
     wall = 0.5 * db.water_density * db.gravity * length(db).sum()
-    return one(abs(np.log10(max(np.abs(_along(db)[-1]).mean() / wall, 1e-300))))
+    return single_error(
+        abs(np.log10(max(np.abs(_drift_along_waves(db)[-1]).mean() / wall, 1e-300)))
+    )
 
 
-def _hermitian(db: HydroDatabase) -> Errors:
-    qtf = needed(db, "qtf_difference")
-    apart = [_apart(db, p, qtf[p], qtf[q].conj().swapaxes(0, 1)) for p, q in _opposite(db)]
-    return max(apart, key=_worst)
+def _hermitian(db: HydroDatabase) -> RelativeErrors:
+    qtf = require_array(db, "qtf_difference")
+    apart = [
+        _transfer_errors(db, p, qtf[p], qtf[q].conj().swapaxes(0, 1))
+        for p, q in _opposite_pairs(db)
+    ]
+    return max(apart, key=_worst_error)
 
 
-def _sum_symmetry(db: HydroDatabase) -> Errors:
-    qtf = needed(db, "qtf_sum")
-    return max((_apart(db, p, qtf[p], qtf[q].swapaxes(0, 1)) for p, q in _opposite(db)), key=_worst)
+def _sum_symmetry(db: HydroDatabase) -> RelativeErrors:
+    qtf = require_array(db, "qtf_sum")
+    return max(
+        (_transfer_errors(db, p, qtf[p], qtf[q].swapaxes(0, 1)) for p, q in _opposite_pairs(db)),
+        key=_worst_error,
+    )
 
 
-def _opposite(db: HydroDatabase) -> list[tuple[int, int]]:
+def _opposite_pairs(db: HydroDatabase) -> list[tuple[int, int]]:
     """Pairs of headings, and the positions of the same pairs in reverse order."""
-    headings = needed(db, "qtf_heading")
-    same = _same(headings[:, None, :], headings[None, :, ::-1]).all(axis=-1)
+    headings = require_array(db, "qtf_heading")
+    same = _heading_distance(headings[:, None, :], headings[None, :, ::-1]).all(axis=-1)
     found = [(int(p), int(q)) for p, q in np.argwhere(same)]
     if not found:
         raise LeftOut("no pair of headings occurs in both orders")
     return found
 
 
-def _diagonal(db: HydroDatabase) -> Errors:
+def _diagonal(db: HydroDatabase) -> RelativeErrors:
     """Largest difference of the diagonal from the mean drift at the same heading, for DOFs that
     have both."""
     errors = list(_diagonal_errors(db))
     if not errors:
         raise LeftOut("the mean drift has none of the headings of the QTF")
-    return max(errors, key=_worst)
+    return max(errors, key=_worst_error)
 
 
-def _diagonal_errors(db: HydroDatabase) -> Iterator[Errors]:
-    frequency, drift = needed(db, "qtf_frequency"), needed(db, "mean_drift")
+def _diagonal_errors(db: HydroDatabase) -> Iterator[RelativeErrors]:
+    frequency, drift = require_array(db, "qtf_frequency"), require_array(db, "mean_drift")
     known = (frequency >= db.frequency[0]) & (frequency <= db.frequency[-1])
-    for (first, second), qtf in zip(needed(db, "qtf_heading"), _qtf(db), strict=True):
-        at = np.flatnonzero(_same(db.heading, first))
-        if not _same(first, second) or at.size == 0 or not known.any():
+    for (first, second), qtf in zip(require_array(db, "qtf_heading"), _qtf(db), strict=True):
+        at = np.flatnonzero(_heading_distance(db.heading, first))
+        if not _heading_distance(first, second) or at.size == 0 or not known.any():
             continue
         own = np.diagonal(qtf, axis1=0, axis2=1).T[known]
         for dof in np.flatnonzero(np.abs(own).max(axis=0) * np.abs(drift).max(axis=(0, 1))):
@@ -88,25 +105,27 @@ def _qtf(db: HydroDatabase) -> Complex:
     return np.asarray(db.qtf_difference)
 
 
-def _apart(db: HydroDatabase, pair: int, a: Complex, b: Complex) -> Errors:
+def _transfer_errors(db: HydroDatabase, pair: int, a: Complex, b: Complex) -> RelativeErrors:
     """Errors between two transfer functions (nq, nq, n) of a pair of headings."""
     gap = np.abs(a - b).max(axis=1) / max(np.abs(a).max(), np.finfo(float).tiny)
-    return _at_worst(gap, needed(db, "qtf_frequency"), needed(db, "qtf_heading")[pair][0])
+    return _at_worst(
+        gap, require_array(db, "qtf_frequency"), require_array(db, "qtf_heading")[pair][0]
+    )
 
 
-def _at_worst(relative: Real, frequency: Real, heading: float) -> Errors:
+def _at_worst(relative: Real, frequency: Real, heading: float) -> RelativeErrors:
     """Largest of errors (nq, n) for each degree of freedom, and its position."""
     row = np.nanargmax(np.nanmax(relative, axis=1))
     where = f"at {frequency[row]:.4g} rad/s, heading {np.degrees(heading):.4g} deg"
-    return Errors(relative[row], ("dof",), where=where)
+    return RelativeErrors(relative[row], ("dof",), where=where)
 
 
-def _worst(errors: Errors) -> float:
+def _worst_error(errors: RelativeErrors) -> float:
     return float(np.nanmax(errors.relative))
 
 
-def _same(a: Real | float, b: Real | float) -> np.ndarray:
-    return np.abs((np.asarray(a) - b + TURN / 2) % TURN - TURN / 2) < SAME_HEADING
+def _heading_distance(a: Real | float, b: Real | float) -> np.ndarray:
+    return np.abs((np.asarray(a) - b + TURN_RAD / 2) % TURN_RAD - TURN_RAD / 2) < SAME_HEADING
 
 
 _SYMMETRY = (
@@ -116,13 +135,13 @@ _SYMMETRY = (
 SECOND_ORDER = (
     Check(
         "drift along the waves",
-        _pull,
+        _maruo_drift,
         0.05,
         "largest mean drift against the waves, relative to the largest along them; impossible"
         " without current and damping: look for a wrong sign, or headings that waves come from",
         refusal=0.3,
         needs=("mean_drift",),
-        of=frozenset({Part.DRIFT}),
+        of=frozenset({CheckSubject.DRIFT}),
     ),
     Check(
         "size of the drift",
@@ -132,7 +151,7 @@ SECOND_ORDER = (
         " for a factor such as rho g, or wave heights used for amplitudes",
         refusal=1.5,
         needs=("mean_drift",),
-        of=frozenset({Part.DRIFT}),
+        of=frozenset({CheckSubject.DRIFT}),
     ),
     Check(
         "QTF is Hermitian",
@@ -141,7 +160,7 @@ SECOND_ORDER = (
         f"largest |T-_12 - conj T-_21|, relative to the largest; {_SYMMETRY}",
         refusal=0.1,
         needs=("qtf_difference", "qtf_heading"),
-        of=frozenset({Part.DIFFERENCE}),
+        of=frozenset({CheckSubject.DIFFERENCE}),
     ),
     Check(
         "sum QTF is symmetric",
@@ -150,7 +169,7 @@ SECOND_ORDER = (
         f"largest |T+_12 - T+_21|, relative to the largest; {_SYMMETRY}",
         refusal=0.1,
         needs=("qtf_sum", "qtf_heading"),
-        of=frozenset({Part.SUM}),
+        of=frozenset({CheckSubject.SUM}),
     ),
     Check(
         "QTF against mean drift",
@@ -160,6 +179,6 @@ SECOND_ORDER = (
         " use more frequencies or finer panels, or look for a factor such as 2 or rho g",
         refusal=1.0,
         needs=("qtf_difference", "qtf_frequency", "qtf_heading", "mean_drift"),
-        of=frozenset({Part.DIFFERENCE}),
+        of=frozenset({CheckSubject.DIFFERENCE}),
     ),
 )

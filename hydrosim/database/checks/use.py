@@ -12,7 +12,7 @@ from hydrosim.database.database import HydroDatabase, Real
 AXES_OF_DOFS = ("dof", "motion")
 
 
-class Part(StrEnum):
+class CheckSubject(StrEnum):
     """Subjects of checks; a scene may not use some of them."""
 
     ORDER = "order of frequencies and headings"
@@ -31,11 +31,11 @@ class Use:
     frequency [rad/s] of the waves. Errors above that frequency are only doubts, because they only
     affect the memory of radiation."""
 
-    parts: frozenset[Part] = frozenset(Part)
+    parts: frozenset[CheckSubject] = frozenset(CheckSubject)
     dofs: tuple[int, ...] | None = None
     highest: float = np.inf
 
-    def of(self, relative: Real, axes: tuple[str, ...]) -> Real:
+    def without_fixed_dofs(self, relative: Real, axes: tuple[str, ...]) -> Real:
         """Errors with NaN for degrees of freedom that do not move."""
         if self.dofs is None:
             return relative
@@ -47,7 +47,7 @@ class Use:
                 relative = np.where(moves.reshape(across), relative, np.nan)
         return relative
 
-    def excited(self, relative: Real, axes: tuple[str, ...], frequency: Real) -> Real:
+    def at_wave_frequencies(self, relative: Real, axes: tuple[str, ...], frequency: Real) -> Real:
         """Errors at frequencies (always the first axis) that the waves have; all errors if none of
         those is judged."""
         if "frequency" not in axes:
@@ -56,7 +56,7 @@ class Use:
         inside = np.where(waves.reshape(-1, *[1] * (relative.ndim - 1)), relative, np.nan)
         return relative if np.isnan(inside).all() else inside
 
-    def seen(self, db: HydroDatabase) -> HydroDatabase:
+    def without_fixed_damping(self, db: HydroDatabase) -> HydroDatabase:
         """Database without damping of the degrees of freedom that do not move."""
         if self.dofs is None or len(self.dofs) == 6 * db.bodies:
             return db

@@ -27,7 +27,7 @@ from hydrosim.database.database import Complex, HydroDatabase, Real
 from hydrosim.database.readers.aqwa_qtf import mean_drift, second_order
 from hydrosim.database.readers.assembly import (
     Abscissa,
-    assembled,
+    assemble,
     at_origin,
     block_diagonal,
     frequencies,
@@ -42,10 +42,11 @@ from hydrosim.scene.given import NOTHING_GIVEN, Given
 NAME = "AQWA .AH1"
 
 _KEYWORD = re.compile(r"[A-Z][A-Z_]+\s*$")
-_NUMBER = r"=\s*([-+]?\d*\.?\d+(?:[EeDd][-+]?\d+)?)"
-_LISTED_VOLUME = re.compile(r"MESH BASED DISPLACEMENT[^=\n]*" + _NUMBER)
+_NUMBER_AFTER_EQUALS = r"=\s*([-+]?\d*\.?\d+(?:[EeDd][-+]?\d+)?)"
+_LISTED_VOLUME = re.compile(r"MESH BASED DISPLACEMENT[^=\n]*" + _NUMBER_AFTER_EQUALS)
 _LISTED_CENTRE = re.compile(
-    r"POSITION OF THE CENTRE OF BUOYANCY" + r"[^\n]*\n".join(rf"[^=\n]*{_NUMBER}" for _ in range(3))
+    r"POSITION OF THE CENTRE OF BUOYANCY"
+    + r"[^\n]*\n".join(rf"[^=\n]*{_NUMBER_AFTER_EQUALS}" for _ in range(3))
 )
 
 _Rows = list[tuple[int, list[str]]]  # line and words
@@ -82,7 +83,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     quadratic = second_order(table, centre, depth, gravity) if table else {}
     drift = mean_drift(quadratic, head.omega, head.heading)
     method = {} if drift is None else {"mean_drift_method": "diagonal of the QTF"}
-    return assembled(
+    return assemble(
         path,
         head.omega,
         head.heading,
@@ -113,8 +114,8 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
 def _files(path: Path) -> tuple[Path, Path | None]:
     """The .AH1 file and the .QTF beside it, either of which may be named."""
     if path.suffix.lower() != ".qtf":
-        return path, _beside(path, ".QTF")
-    database = _beside(path, ".AH1")
+        return path, _sibling_file(path, ".QTF")
+    database = _sibling_file(path, ".AH1")
     if database is None:
         raise InputError(
             f"{path}: has only AQWA's quadratic transfer functions; expected"
@@ -124,7 +125,7 @@ def _files(path: Path) -> tuple[Path, Path | None]:
     return database, path
 
 
-def _beside(path: Path, suffix: str) -> Path | None:
+def _sibling_file(path: Path, suffix: str) -> Path | None:
     """File of the same name with this suffix, in upper or lower case."""
     names = (path.with_suffix(suffix), path.with_suffix(suffix.lower()))
     return next((name for name in names if name.is_file()), None)
@@ -280,11 +281,11 @@ def _displacement(
             _table(text, sections, "DISPLACEMENT", 1)[:, 0],
             _table(text, sections, "COB", 3),
         )
-    listing = _beside(text.path, ".LIS")
-    return _listed(listing, bodies) if listing else (None, None)
+    listing = _sibling_file(text.path, ".LIS")
+    return _listed_values(listing, bodies) if listing else (None, None)
 
 
-def _listed(listing: Path, bodies: int) -> tuple[Real | None, Real | None]:
+def _listed_values(listing: Path, bodies: int) -> tuple[Real | None, Real | None]:
     content = "\n".join(read_text(listing).lines)
     volume = np.array(_LISTED_VOLUME.findall(content), dtype=float)
     centre = np.array(_LISTED_CENTRE.findall(content), dtype=float)

@@ -71,14 +71,14 @@ def mean_drift(fields: dict[str, Any], omega: Real, heading: Real) -> Real | Non
     rows, columns = np.argsort(omega), np.argsort(heading)
     if own.shape != omega.shape or towards.shape != heading.shape:
         return None
-    if not (_same(own, omega[rows]) and _same(towards, heading[columns])):
+    if not (_is_equal(own, omega[rows]) and _is_equal(towards, heading[columns])):
         return None
     drift = np.empty((own.size, towards.size, fields["qtf_difference"].shape[-1]))
     drift[np.ix_(rows, columns)] = np.einsum("hiid->ihd", fields["qtf_difference"]).real
     return drift
 
 
-def _same(a: Real, b: Real) -> bool:
+def _is_equal(a: Real, b: Real) -> bool:
     return bool(np.allclose(a, b, atol=_PRINTED))
 
 

@@ -18,7 +18,7 @@ from hydrosim.errors import InputError
 # Loads in the mirror image in x = 0: surge, pitch and yaw change sign.
 _FORE_AFT_SIGN = np.array([-1.0, 1.0, 1.0, 1.0, -1.0, -1.0])
 _FASTEST = 1e4  # rad/s: waves shorter than a micrometre; larger numbers come from a damaged file
-_SAME = 1e-6  # relative difference below which two frequencies or headings are equal
+_HEADING_TOLERANCE = 1e-6  # rad: headings beyond a quarter of a turn by less are within it
 _BY_FREQUENCY = ("added_mass", "radiation_damping")
 _BY_WAVE = ("excitation", "froude_krylov", "mean_drift")
 
@@ -75,15 +75,15 @@ def elevation(
 def with_fore_aft_headings(heading: Real, loads: Any) -> tuple[Real, Any]:
     """Headings 0 to 180 degrees, and their loads, of a hull that is symmetric about x = 0, from
     headings of the first quadrant. Headings beyond the quadrant are left as they are."""
-    if (np.abs(heading - np.pi / 4) > np.pi / 4 + _SAME).any():
+    if (np.abs(heading - np.pi / 4) > np.pi / 4 + _HEADING_TOLERANCE).any():
         return heading, loads
-    new = heading < np.pi / 2 - _SAME
+    new = heading < np.pi / 2 - _HEADING_TOLERANCE
     mirrored = np.pi - heading[new][::-1]
     images = loads[:, new][:, ::-1] * _FORE_AFT_SIGN
     return np.concatenate([heading, mirrored]), np.concatenate([loads, images], axis=1)
 
 
-def assembled(
+def assemble(
     path: Path,
     omega: Real,
     heading: Real,
@@ -168,7 +168,7 @@ def volumes(path: Path, given: Sequence[float] | None, file: ArrayLike | None) -
     return None if value is None else np.atleast_1d(np.asarray(value, dtype=float))
 
 
-def told(path: Path, name: str, given: float | None, file: float | None = None) -> float:
+def require_number(path: Path, name: str, given: float | None, file: float | None = None) -> float:
     """A number of the file, or one that the user gives. Raises `InputError` if there is neither."""
     value = given if file is None else file
     if value is None:

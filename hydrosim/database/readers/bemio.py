@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 NAME = "BEMIO HDF5"
 
 _PARAMETERS = "simulation_parameters"
-_MOST = 100_000  # frequencies, headings
+_MAX_GRID_SIZE = 100_000  # frequencies, headings
 _MOST_BODIES = 1000
 _MOST_NUMBERS = 50_000_000  # of one variable
 _DRIFT = ("momentum_conservation", "control_surface", "pressure_integration")
@@ -110,7 +110,7 @@ class _Source:
             raise InputError(f"{self.path}: {name} has values that are not numbers, or too large.")
         return value
 
-    def needed(self, name: str, *shape: int) -> Real:
+    def require_variable(self, name: str, *shape: int) -> Real:
         """A variable that must exist."""
         value = self.optional(name, *shape)
         if value is None:
@@ -122,7 +122,7 @@ class _Source:
 
     def positive(self, name: str) -> float:
         """A parameter above zero."""
-        value = float(self.needed(f"{_PARAMETERS}/{name}", 1)[0])
+        value = float(self.require_variable(f"{_PARAMETERS}/{name}", 1)[0])
         if not 1e-6 < value < 1e9:
             raise InputError(f"{self.path}: {name} is {value:g}, expected a positive number.")
         return value
@@ -201,9 +201,14 @@ def _database(source: _Source, given: Given) -> HydroDatabase:
 
 def _layout(source: _Source) -> _Layout:
     bodies = sum(f"body{i + 1}" in source.file for i in range(_MOST_BODIES))
-    w = source.needed(f"{_PARAMETERS}/w")
-    degrees = source.needed(f"{_PARAMETERS}/wave_dir")
-    if not bodies or not 0 < w.size <= _MOST or not 0 < degrees.size <= _MOST or w.min() <= 0:
+    w = source.require_variable(f"{_PARAMETERS}/w")
+    degrees = source.require_variable(f"{_PARAMETERS}/wave_dir")
+    if (
+        not bodies
+        or not 0 < w.size <= _MAX_GRID_SIZE
+        or not 0 < degrees.size <= _MAX_GRID_SIZE
+        or w.min() <= 0
+    ):
         raise InputError(
             f"{source.path}: {bodies} bodies, {degrees.size} headings (wave_dir) and {w.size}"
             f" frequencies (w, from {w.min(initial=np.inf):g}); expected at least one of each,"
@@ -369,23 +374,23 @@ def _quadratic(source: _Source, bodies: int) -> dict[str, Any]:
 
 def _transfer(source: _Source, groups: list[str]) -> tuple[Real, Real, Complex]:
     """Frequencies (nq,), headings (1, 2), and T (1, nq, nq, n)."""
-    period = source.needed(f"{groups[0]}/PER_i")
+    period = source.require_variable(f"{groups[0]}/PER_i")
     nq = period.size
     if not 0 < nq <= 2000 or period.min() <= 1e-4 or np.unique(period).size < nq:
         raise InputError(
             f"{source.path}: {groups[0]}/PER_i has {nq} periods from {period.min(initial=0.0):g} s;"
             " expected up to 2000, all positive and different."
         )
-    angles = [source.needed(f"{groups[0]}/BETA_{x}", nq) for x in "ij"]
+    angles = [source.require_variable(f"{groups[0]}/BETA_{x}", nq) for x in "ij"]
     if any(np.ptp(angle) > 0 for angle in angles):
         raise InputError(f"{source.path}: {groups[0]} has several headings, expected one pair.")
     order = np.argsort(-period)
     T = np.empty((1, nq, nq, len(groups)), dtype=complex)
     for dof, group in enumerate(groups):
-        if not np.array_equal(source.needed(f"{group}/PER_i", nq), period):
+        if not np.array_equal(source.require_variable(f"{group}/PER_i", nq), period):
             raise InputError(f"{source.path}: {group}/PER_i differs from that of the first DOF.")
         parts = [
-            source.needed(f"{group}/{part}_F_ij", nq * nq).reshape(nq, nq, order="F")
+            source.require_variable(f"{group}/{part}_F_ij", nq * nq).reshape(nq, nq, order="F")
             for part in ("Re", "Im")
         ]
         T[0, ..., dof].real, T[0, ..., dof].imag = (part[order][:, order] for part in parts)

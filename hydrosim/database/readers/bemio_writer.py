@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.database.database import Complex, HydroDatabase, needed
+from hydrosim.database.database import Complex, HydroDatabase, require_array
 from hydrosim.database.readers.common import inverse, quotient
 from hydrosim.database.transfer import move_reference
 from hydrosim.errors import InputError
@@ -32,7 +32,7 @@ def write(db: HydroDatabase, path: Path) -> None:
         raise InputError(
             f"{db.source}: has no wave loads, which a BEMIO file needs; write an .nc file."
         )
-    centre = needed(db, "centre_of_gravity")
+    centre = require_array(db, "centre_of_gravity")
     if not np.array_equal(centre, db.reference_point):
         db = move_reference(db, centre)
     pairs = 0 if db.qtf_heading is None else len(db.qtf_heading)
@@ -73,7 +73,7 @@ def _write_properties(db: HydroDatabase, body: int, group: h5py.Group) -> None:
         [[6 * body + 1.0]],
         [[6 * body + 6.0]],
     )
-    group["cg"] = needed(db, "centre_of_gravity")[body][:, None]
+    group["cg"] = require_array(db, "centre_of_gravity")[body][:, None]
     if db.centre_of_buoyancy is not None:
         group["cb"] = db.centre_of_buoyancy[body][:, None]
     if db.volume is not None:
@@ -110,9 +110,9 @@ def _write_loads(value: Complex, weight: float, group: h5py.Group) -> None:
 
 def _write_transfer(db: HydroDatabase, rows: slice, group: h5py.Group, name: str) -> None:
     """For each DOF, a column of n^2 numbers; the index of the first wave varies fastest."""
-    w = needed(db, "qtf_frequency")
+    w = require_array(db, "qtf_frequency")
     period = inverse(lambda T: 2 * np.pi / T, 2 * np.pi / w, w)
-    pair = needed(db, "qtf_heading")[0]
+    pair = require_array(db, "qtf_heading")[0]
     degrees = inverse(np.radians, np.degrees(pair), pair)
     for kind, transfer in (("Diff", db.qtf_difference), ("Sum", db.qtf_sum)):
         if transfer is None:

@@ -26,10 +26,10 @@ import numpy as np
 from hydrosim.database.database import Complex, HydroDatabase, Real, remedy_for_gaps
 from hydrosim.database.readers.assembly import (
     Abscissa,
-    assembled,
+    assemble,
     frequencies,
     points,
-    told,
+    require_number,
     volumes,
 )
 from hydrosim.documents import hdf5
@@ -40,7 +40,7 @@ from hydrosim.scene.given import NOTHING_GIVEN, POINTS_UNKNOWN, Given
 NAME = "Capytaine netCDF"
 
 _CLASSIC = b"CDF"
-_MOST = 10**7  # numbers in one variable; more is a damaged file's
+_MAX_VARIABLE_SIZE = 10**7  # numbers in one variable; more is a damaged file's
 # exceptions of the libraries about damaged files
 _UNREADABLE = (
     OSError,
@@ -74,7 +74,7 @@ def sniff(path: Path, head: bytes) -> bool:
     if not head.startswith((hdf5.MAGIC, _CLASSIC)):
         return False
     try:
-        with _opened(path) as file:
+        with _open(path) as file:
             names = set(file.dimensions)
     except _UNREADABLE:
         return False
@@ -84,7 +84,7 @@ def sniff(path: Path, head: bytes) -> bool:
 def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     """Database in a Capytaine file. Raises `InputError` for data that are missing or do not fit."""
     try:
-        with _opened(path) as file:
+        with _open(path) as file:
             return _File(path, file).database(given)
     except _UNREADABLE as error:
         raise InputError(
@@ -93,7 +93,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
         ) from error
 
 
-def _opened(path: Path) -> Any:
+def _open(path: Path) -> Any:
     """File of netCDF's library. In the classic format, which xarray writes without that library, a
     file of scipy, which allocates no memory for the sizes in a damaged head."""
     import netCDF4  # slow to load, and dry scenes have no databases
@@ -121,9 +121,9 @@ class _File:
     def database(self, given: Given) -> HydroDatabase:
         """All variables of the file."""
         path, nb = self.path, self.bodies
-        density = told(path, "rho", given.water_density, self.scalar("rho"))
-        gravity = told(path, "g", given.gravity, self.scalar("g"))
-        depth = told(path, "water_depth", given.water_depth, self.scalar("water_depth"))
+        density = require_number(path, "rho", given.water_density, self.scalar("rho"))
+        gravity = require_number(path, "g", given.gravity, self.scalar("g"))
+        depth = require_number(path, "water_depth", given.water_depth, self.scalar("water_depth"))
         if self.scalar("forward_speed"):
             raise self.wrong("forward_speed", "a ship under way", "a body at rest")
         omega = self.omega(depth, gravity)
@@ -132,7 +132,7 @@ class _File:
         unknown = {} if reference is not None else {"assumed": POINTS_UNKNOWN}
         used = given.frequencies
         heading, total, froude_krylov = self.loads(omega.size)
-        return assembled(
+        return assemble(
             path,
             omega,
             heading,
@@ -183,8 +183,10 @@ class _File:
         if name not in self.file.variables:
             raise self.wrong(name, "none", "one of Capytaine's")
         stored = self.file.variables[name]
-        if math.prod(stored.shape) > _MOST:
-            raise self.wrong(name, f"{math.prod(stored.shape)} values", f"at most {_MOST}")
+        if math.prod(stored.shape) > _MAX_VARIABLE_SIZE:
+            raise self.wrong(
+                name, f"{math.prod(stored.shape)} values", f"at most {_MAX_VARIABLE_SIZE}"
+            )
         return stored
 
     def real(self, name: str, *dimensions: str) -> Real:

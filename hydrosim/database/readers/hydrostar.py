@@ -32,7 +32,7 @@ from hydrosim.database.database import Complex, HydroDatabase, Real
 from hydrosim.database.readers import hydrostar_linear, wamit
 from hydrosim.database.readers.assembly import elevation
 from hydrosim.database.readers.common import preferred_drift
-from hydrosim.database.readers.hydrostar_table import CLOSE, Table, table_of
+from hydrosim.database.readers.hydrostar_table import DIFFERENCE_TOLERANCE_RAD_S, QtfTable, table_of
 from hydrosim.database.readers.text import read_text
 from hydrosim.errors import InputError
 from hydrosim.scene.given import NOTHING_GIVEN, Given, first_given
@@ -43,7 +43,7 @@ _MARK = b"#QTFMODE"
 _HEAD = 4096  # bytes
 _SUFFIXES = {".qtf", ".rao", ".dat"}
 _FIELDS = ("FF", "MF")  # suffixes of drifts by momentum: far and middle field
-_SAME = 1e-4  # relative difference of equal frequencies and headings
+_GRID_RTOL = 1e-4  # relative difference of equal frequencies and headings
 
 
 def sniff(path: Path, head: bytes) -> bool:
@@ -54,7 +54,7 @@ def sniff(path: Path, head: bytes) -> bool:
 def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     """Database of all HydroStar tables in the folder of ``path``. Raises `InputError` for data that
     are missing or do not fit."""
-    tables = [table_of(read_text(file)) for file in _marked(path, _MARK)]
+    tables = [table_of(read_text(file)) for file in _files_with_mark(path, _MARK)]
     drifts = [table for table in tables if table.is_mean]
     transfers = [table for table in tables if not table.is_mean]
     db = _first_order(path, tables, given)
@@ -65,10 +65,10 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     return _with_transfers(db, transfers) if transfers else db
 
 
-def _first_order(path: Path, tables: Sequence[Table], given: Given) -> HydroDatabase:
+def _first_order(path: Path, tables: Sequence[QtfTable], given: Given) -> HydroDatabase:
     """First-order database: the WAMIT set in the folder or, without one, the tables."""
     sets = [file for file in path.parent.iterdir() if file.suffix == ".1" and file.is_file()]
-    linear = _marked(path, hydrostar_linear.MARK)
+    linear = _files_with_mark(path, hydrostar_linear.MARK)
     if not sets and linear:
         return hydrostar_linear.read(linear, given)
     if len(sets) != 1:
@@ -89,7 +89,7 @@ def _first_order(path: Path, tables: Sequence[Table], given: Given) -> HydroData
     return replace(db, attributes={**db.attributes, "assumed": assumed})
 
 
-def _marked(path: Path, mark: bytes) -> list[Path]:
+def _files_with_mark(path: Path, mark: bytes) -> list[Path]:
     """The files of the folder with this mark in their heads, ``path`` first."""
     found = []
     for file in [path, *sorted(path.parent.iterdir())]:
@@ -100,14 +100,14 @@ def _marked(path: Path, mark: bytes) -> list[Path]:
     return found
 
 
-def _with_transfers(db: HydroDatabase, tables: Sequence[Table]) -> HydroDatabase:
+def _with_transfers(db: HydroDatabase, tables: Sequence[QtfTable]) -> HydroDatabase:
     """Database with quadratic transfer functions."""
     differences = [table for table in tables if table.is_difference]
     sums = [table for table in tables if not table.is_difference]
-    _alike(tables, ("heading", "frequency", "point", "wave_point"))
+    _require_equal(tables, ("heading", "frequency", "point", "wave_point"))
     for group in (differences, sums):
-        _alike(group, ("difference",))
-        _once(group)
+        _require_equal(group, ("difference",))
+        _require_unique_loads(group)
     if any(table.is_crossed for table in tables):
         warnings.warn(
             f"{tables[0].text.path}: has pairs of headings; only pairs of equal headings are"
@@ -124,14 +124,14 @@ def _with_transfers(db: HydroDatabase, tables: Sequence[Table]) -> HydroDatabase
     )
 
 
-def _mean_drift(db: HydroDatabase, tables: Sequence[Table]) -> tuple[Real | None, str]:
+def _mean_drift(db: HydroDatabase, tables: Sequence[QtfTable]) -> tuple[Real | None, str]:
     """Drift (nw, nh, 6) about the reference point, and its method. Momentum is preferred if it was
     computed; otherwise HydroStar writes zeros."""
-    _alike(tables, ("heading", "frequency", "point"))
+    _require_equal(tables, ("heading", "frequency", "point"))
     methods = []
     for field in (*_FIELDS, ""):
         own = [table for table in tables if _field(table) == field]
-        _once(own)
+        _require_unique_loads(own)
         methods.append(own if any(table.value.any() for table in own) else [])
     far, middle, pressure = methods
     momentum = far or middle
@@ -143,19 +143,22 @@ def _mean_drift(db: HydroDatabase, tables: Sequence[Table]) -> tuple[Real | None
     )
 
 
-def _field(table: Table) -> str:
+def _field(table: QtfTable) -> str:
     end = table.text.path.stem[-2:].upper()
     return end if end in _FIELDS else ""
 
 
-def _drift(db: HydroDatabase, tables: Sequence[Table]) -> Real:
+def _drift(db: HydroDatabase, tables: Sequence[QtfTable]) -> Real:
     """Drift (nw, nh, 6) about the reference point. Raises `InputError` if its waves differ from
     those of the database."""
     first = tables[0]
     for name in ("frequency", "heading"):
         here = getattr(first, name)
         there = getattr(db, name)
-        if here.shape != there.shape or np.abs(here - there).max() > _SAME * np.abs(there).max():
+        if (
+            here.shape != there.shape
+            or np.abs(here - there).max() > _GRID_RTOL * np.abs(there).max()
+        ):
             raise InputError(
                 f"{first.text.path}: has another {name} than the first-order loads; expected the"
                 " same. Compute both for the same waves, or move the mean drift out of the"
@@ -164,10 +167,10 @@ def _drift(db: HydroDatabase, tables: Sequence[Table]) -> Real:
     drift = np.zeros((first.frequency.size, first.heading.size, 6))
     for table in tables:
         drift[..., table.dof] = table.value[..., 0].real.T
-    return np.asarray(_moved(db, first, drift, len(tables), 3 if _field(first) else 6))
+    return np.asarray(_loads_at_reference(db, first, drift, len(tables), 3 if _field(first) else 6))
 
 
-def _alike(tables: Sequence[Table], names: Sequence[str]) -> None:
+def _require_equal(tables: Sequence[QtfTable], names: Sequence[str]) -> None:
     """Raises `InputError` if tables differ in one of these properties."""
     for table in tables[1:]:
         for name in names:
@@ -179,7 +182,7 @@ def _alike(tables: Sequence[Table], names: Sequence[str]) -> None:
                 )
 
 
-def _once(tables: Sequence[Table]) -> None:
+def _require_unique_loads(tables: Sequence[QtfTable]) -> None:
     """Raises `InputError` if two tables have the same load."""
     if len({table.dof for table in tables}) < len(tables):
         names = ", ".join(table.text.path.name for table in tables)
@@ -189,7 +192,9 @@ def _once(tables: Sequence[Table]) -> None:
         )
 
 
-def _moved(db: HydroDatabase, table: Table, loads: Any, count: int, enough: int = 6) -> Any:
+def _loads_at_reference(
+    db: HydroDatabase, table: QtfTable, loads: Any, count: int, enough: int = 6
+) -> Any:
     """Loads (..., 6) with moments about the database's reference point. ``count`` loads are known,
     ``enough`` are needed."""
     arm = table.point - db.reference_point[0]
@@ -202,13 +207,13 @@ def _moved(db: HydroDatabase, table: Table, loads: Any, count: int, enough: int 
     return loads
 
 
-def _transfer(db: HydroDatabase, tables: Sequence[Table]) -> Complex | None:
+def _transfer(db: HydroDatabase, tables: Sequence[QtfTable]) -> Complex | None:
     """Transfer functions (nh, nw, nw, 6) about the database's reference point and per elevations at
     its origin."""
     if not tables:
         return None
     first, w = tables[0], tables[0].frequency
-    if w[-1] - w[0] > first.difference[-1] + CLOSE:
+    if w[-1] - w[0] > first.difference[-1] + DIFFERENCE_TOLERANCE_RAD_S:
         warnings.warn(
             f"{first.text.path}: has waves of frequencies up to {first.difference[-1]:g} rad/s"
             " apart; loads of other pairs are assumed zero. Compute larger differences if the"
@@ -221,16 +226,16 @@ def _transfer(db: HydroDatabase, tables: Sequence[Table]) -> Complex | None:
     wave = elevation(w[:, None], first.heading, first.wave_point, db.water_depth, db.gravity).T
     second = wave.conj() if first.is_difference else wave
     out *= (wave[:, :, None] * second[:, None, :])[..., None]
-    return np.asarray(_moved(db, first, out, len(tables)))
+    return np.asarray(_loads_at_reference(db, first, out, len(tables)))
 
 
-def _square(table: Table) -> Complex:
+def _square(table: QtfTable) -> Complex:
     """Transfer functions (nh, nw, nw) for both orders of each pair of frequencies."""
     w, last = table.frequency, table.difference[-1]
     out = np.zeros((table.heading.size, w.size, w.size), dtype=complex)
     for i in range(w.size):
         apart = w[i:] - w[i]
-        apart = np.where(apart < last + CLOSE, np.minimum(apart, last), apart)
+        apart = np.where(apart < last + DIFFERENCE_TOLERANCE_RAD_S, np.minimum(apart, last), apart)
         for h, row in enumerate(table.value[:, i]):
             pairs = np.interp(apart, table.difference, row, right=0.0)
             out[h, i, i:] = pairs

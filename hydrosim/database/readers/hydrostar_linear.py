@@ -21,7 +21,7 @@ import numpy as np
 from hydrosim.database.database import Complex, HydroDatabase, Real
 from hydrosim.database.readers.assembly import (
     Abscissa,
-    assembled,
+    assemble,
     elevation,
     frequencies,
     points,
@@ -29,9 +29,9 @@ from hydrosim.database.readers.assembly import (
     volumes,
 )
 from hydrosim.database.readers.hydrostar_table import (
-    after,
     check_head,
     head_of,
+    numbers_after,
     numbers_of,
     rows_of,
     water_of,
@@ -50,7 +50,7 @@ _EVERY = {
 
 
 @dataclass(frozen=True)
-class Entry:
+class LinearEntry:
     """One entry: ``value`` (nw, nh) of a ``component`` that is numbered from 1."""
 
     text: Text
@@ -68,16 +68,16 @@ def read(paths: Sequence[Path], given: Given) -> HydroDatabase:
     """Database in these files of a folder. Raises `InputError` for data that are missing or do not
     fit."""
     entries = [entry for path in paths if (entry := _entry(read_text(path))).kind in _EVERY]
-    first = _checked(paths[0], entries)
+    first = _check_entries(paths[0], entries)
     found = first_given(first.given, given)
-    loads = np.stack([_of(entries, _LOAD, k).value for k in _EVERY[_LOAD]], axis=-1)
+    loads = np.stack([_entry_of(entries, _LOAD, k).value for k in _EVERY[_LOAD]], axis=-1)
     depth = float(found.water_depth or np.inf)
     gravity = float(found.gravity or np.nan)
-    start = _of(entries, _LOAD, 1)
+    start = _entry_of(entries, _LOAD, 1)
     omega = start.frequency
     waves = elevation(omega[:, None], start.heading, first.wave_point, depth, gravity)
     path = paths[0]
-    return assembled(
+    return assemble(
         path,
         omega,
         start.heading,
@@ -97,17 +97,17 @@ def read(paths: Sequence[Path], given: Given) -> HydroDatabase:
     )
 
 
-def _of(entries: Sequence[Entry], kind: str, component: int) -> Entry:
+def _entry_of(entries: Sequence[LinearEntry], kind: str, component: int) -> LinearEntry:
     return next(e for e in entries if (e.kind, e.component) == (kind, component))
 
 
-def _matrix(entries: Sequence[Entry], kind: str) -> Real:
+def _matrix(entries: Sequence[LinearEntry], kind: str) -> Real:
     """(nw, 6, 6), in the order of the components."""
-    columns = [_of(entries, kind, component).value[:, 0].real for component in _EVERY[kind]]
+    columns = [_entry_of(entries, kind, component).value[:, 0].real for component in _EVERY[kind]]
     return np.stack(columns, axis=-1).reshape(-1, 6, 6)
 
 
-def _checked(path: Path, entries: Sequence[Entry]) -> Entry:
+def _check_entries(path: Path, entries: Sequence[LinearEntry]) -> LinearEntry:
     """The first entry. Raises `InputError` if one is missing, occurs twice or has other waves."""
     for kind, wanted in _EVERY.items():
         components = [entry.component for entry in entries if entry.kind == kind]
@@ -134,7 +134,7 @@ def _checked(path: Path, entries: Sequence[Entry]) -> Entry:
     return first
 
 
-def _entry(text: Text) -> Entry:
+def _entry(text: Text) -> LinearEntry:
     """Entry of a file. Raises `InputError` for data that are missing or not supported."""
     head = head_of(text)
     check_head(text, head, ("RAOTYPE", "COMPONENT", "HEADING"))
@@ -148,13 +148,13 @@ def _entry(text: Text) -> Entry:
     if not len(rows) or (np.diff(rows[:, 0]) <= 0).any():
         raise text.wrong(len(text.lines) - 1, "frequencies out of order", "ascending ones")
     size, phase = rows[:, 1 : 1 + heading.size], rows[:, 1 + heading.size :]
-    return Entry(
+    return LinearEntry(
         text,
         water_of(text),
         kind,
         int(numbers_of(text, head, "COMPONENT", 1)[0]),
-        np.array(after(text, "Reference point of body 1", 3)),
-        np.array(after(text, "Ref.pt incident wave", 2)),
+        np.array(numbers_after(text, "Reference point of body 1", 3)),
+        np.array(numbers_after(text, "Ref.pt incident wave", 2)),
         np.radians(heading),
         frequencies(text.path, rows[:, 0], Abscissa.RADIANS_PER_SECOND),
         polar(size, -np.radians(phase)),

@@ -13,16 +13,16 @@ from hydrosim.database.readers.assembly import Abscissa, frequencies
 from hydrosim.database.readers.text import Text
 from hydrosim.scene.given import Given
 
-CLOSE = 1e-6  # rad/s
+DIFFERENCE_TOLERANCE_RAD_S = 1e-6  # rad/s
 
 _FACTS = "Reference length", "Water density", "Gravity acceleration"
 _SMALLEST = 0.5  # density in tonnes and gravity in 10 m/s^2; the inverse is the largest value
 
-_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][-+]?\d+)?")
+_NUMBER_PATTERN = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][-+]?\d+)?")
 
 
 @dataclass(frozen=True)
-class Table:
+class QtfTable:
     """One load: ``value`` (nh, nw, nd) in rows with the lower frequency and the ``difference``."""
 
     text: Text
@@ -43,7 +43,7 @@ class Table:
         return self.is_difference and self.difference.size == 1
 
 
-def table_of(text: Text) -> Table:
+def table_of(text: Text) -> QtfTable:
     """Table of a file. Raises `InputError` for data that are missing or not supported."""
     head = head_of(text)
     check_head(text, head, ("HEADING", "DIFF", "QTFMODE", "DIRECTION", "COORD"))
@@ -51,7 +51,9 @@ def table_of(text: Text) -> Table:
         raise text.wrong(head["CPLXTYPE"], "another type", "0, real and imaginary parts")
     heading = numbers_of(text, head, "HEADING")
     difference = numbers_of(text, head, "DIFF")
-    if (np.diff(difference, prepend=-CLOSE) <= 0).any() or difference[0] > CLOSE:
+    if (np.diff(difference, prepend=-DIFFERENCE_TOLERANCE_RAD_S) <= 0).any() or difference[
+        0
+    ] > DIFFERENCE_TOLERANCE_RAD_S:
         raise text.wrong(head["DIFF"], "other differences", "ascending ones from zero")
     mode = text.lines[head["QTFMODE"]].split()[1:]
     direction = numbers_of(text, head, "DIRECTION")[-1]
@@ -63,13 +65,13 @@ def table_of(text: Text) -> Table:
         )
     crossed = "HEADING1" in head
     frequency, value = _rows(text, heading.size, difference.size, crossed)
-    return Table(
+    return QtfTable(
         text,
         water_of(text),
         mode == ["Diff"],
         int(direction) - 1,
         numbers_of(text, head, "COORD", 3),
-        np.array(after(text, "Ref.pt incident wave", 2)),
+        np.array(numbers_after(text, "Ref.pt incident wave", 2)),
         np.radians(heading),
         frequencies(text.path, frequency, Abscissa.RADIANS_PER_SECOND),
         difference,
@@ -93,7 +95,7 @@ def check_head(text: Text, head: dict[str, int], names: Sequence[str]) -> None:
     for name in names:
         if name not in head:
             raise text.wrong(0, f"no line #{name}", "HydroStar's table of a load with one")
-    if any(after(text, "Forward speed", 1)):
+    if any(numbers_after(text, "Forward speed", 1)):
         raise text.wrong(0, "a forward speed", "none", "Compute it without.")
 
 
@@ -101,8 +103,8 @@ def water_of(text: Text) -> Given:
     """Water properties in the head."""
     line = next((line for line in text.lines if line.startswith("#") and "Waterdepth" in line), "")
     deep = "inf" in line.lower()
-    length, density, gravity = (after(text, words, 1)[0] for words in _FACTS)
-    depth = np.inf if deep else after(text, "Waterdepth", 1)[0]
+    length, density, gravity = (numbers_after(text, words, 1)[0] for words in _FACTS)
+    depth = np.inf if deep else numbers_after(text, "Waterdepth", 1)[0]
     water = density / 1e3, gravity / 10
     if (
         not _SMALLEST < min(water) <= max(water) < 1 / _SMALLEST
@@ -118,17 +120,17 @@ def water_of(text: Text) -> Given:
     return Given(length=length, water_density=density, gravity=gravity, water_depth=depth)
 
 
-def after(text: Text, words: str, count: int) -> list[float]:
+def numbers_after(text: Text, words: str, count: int) -> list[float]:
     """Numbers after these words and a colon in the head."""
     for index, line in enumerate(text.lines):
         if line.startswith("#") and words in line:
-            return text.numbers(index, _NUMBER.findall(line.partition(":")[2]), count)
+            return text.numbers(index, _NUMBER_PATTERN.findall(line.partition(":")[2]), count)
     raise text.wrong(0, f"no line with {words}", "the head of a HydroStar table")
 
 
 def numbers_of(text: Text, head: dict[str, int], name: str, count: int | None = None) -> Real:
     """Numbers of the line with this name, at least one."""
-    words = _NUMBER.findall(text.lines[head[name]].partition(name)[2])
+    words = _NUMBER_PATTERN.findall(text.lines[head[name]].partition(name)[2])
     if not words:
         raise text.wrong(head[name], "no numbers", f"those of {name}")
     return np.array(text.numbers(head[name], words, count))

@@ -24,11 +24,11 @@ import numpy as np
 from hydrosim.database.database import Complex, HydroDatabase, Real
 from hydrosim.database.readers.assembly import (
     Abscissa,
-    assembled,
+    assemble,
     frequencies,
     points,
     polar,
-    told,
+    require_number,
     volumes,
     with_fore_aft_headings,
 )
@@ -46,7 +46,7 @@ _LONG = 0.3  # k V^(1/3) of waves that show the centre of flotation
 _PARA = "numbers of frequencies and headings, above zero, and a symmetry of 0, 1 or 2"
 
 
-class _Record(NamedTuple):
+class _KeywordRecord(NamedTuple):
     line: int
     keyword: str
     fields: list[str]
@@ -91,7 +91,9 @@ class _Reader:
         self.text = text
         rows = ((line, content[:80]) for line, content in enumerate(text.lines))
         cut = [
-            _Record(line, row[:_WIDTH].strip(), [row[i : i + 10] for i in range(_WIDTH, 80, 10)])
+            _KeywordRecord(
+                line, row[:_WIDTH].strip(), [row[i : i + 10] for i in range(_WIDTH, 80, 10)]
+            )
             for line, row in rows
             if row.strip()
         ]
@@ -106,7 +108,7 @@ class _Reader:
         self.next += 1
         return self.text.numbers(record.line, record.fields[:count], count)
 
-    def peek(self, expected: str) -> _Record:
+    def peek(self, expected: str) -> _KeywordRecord:
         """The next record. Raises `InputError` at the end of the file."""
         if self.next >= len(self.records):
             self.text.line(len(self.text.lines), expected)
@@ -129,8 +131,8 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     line = reader.peek("keyword SPRING").line
     spring = _Spring(*reader.take("SPRING", 6))
     tables = _tables(reader)
-    density = told(path, "water density", given.water_density)
-    gravity = told(path, "gravity", given.gravity)
+    density = require_number(path, "water density", given.water_density)
+    gravity = require_number(path, "gravity", given.gravity)
     centre = points(path, "centre of gravity", given.centre_of_gravity, None, 1)
     stiffness = None
     if centre is not None:
@@ -138,7 +140,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
         keel = -(draught if draught > 0 else waterline)
         stiffness = density * gravity * _stiffness(spring, centre[0, 2] - keel)
     symmetric = given.port_starboard_symmetric
-    return assembled(
+    return assemble(
         path,
         tables.omega,
         tables.heading,

@@ -25,7 +25,7 @@ import numpy as np
 from hydrosim.database.database import Complex, HydroDatabase, Real
 from hydrosim.database.readers.assembly import (
     Abscissa,
-    assembled,
+    assemble,
     at_origin,
     block_diagonal,
     frequencies,
@@ -34,7 +34,7 @@ from hydrosim.database.readers.assembly import (
     volumes,
 )
 from hydrosim.database.readers.qtf import Pairs, quadratic
-from hydrosim.database.readers.text import Text, parsed, read_text
+from hydrosim.database.readers.text import Text, parse_number, read_text
 from hydrosim.database.transfer import velocity_transfer
 from hydrosim.errors import InputError
 from hydrosim.scene.given import NOTHING_GIVEN, Given
@@ -73,7 +73,7 @@ def sniff(path: Path, head: bytes) -> bool:
     """Whether Nemoh uses this name; other programs also have .tec files."""
     if path.name.lower() == "nemoh.cal":
         return True
-    beside = _found(path.parent.parent, "Nemoh.cal")
+    beside = _find_any_case(path.parent.parent, "Nemoh.cal")
     return path.suffix.lower() == ".tec" and (beside is not None or path.name.lower() in _TABLES)
 
 
@@ -88,7 +88,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     omega, matrices = _zones(tec, 6 * bodies, 6 * bodies)
     loads = _first_order(results, project, omega)  # confirms the number of headings
     hydrostatics = _hydrostatics(folder, bodies, project.rotation_points)
-    return assembled(
+    return assemble(
         project.text.path,
         omega,
         project.headings(),
@@ -114,7 +114,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     )
 
 
-def _found(folder: Path, name: str) -> Path | None:
+def _find_any_case(folder: Path, name: str) -> Path | None:
     """A file or folder, in upper or lower case, which depends on the version."""
     if not folder.is_dir():
         return None
@@ -122,7 +122,7 @@ def _found(folder: Path, name: str) -> Path | None:
 
 
 def _existing(folder: Path, name: str) -> Path:
-    path = _found(folder, name)
+    path = _find_any_case(folder, name)
     if path is None:
         raise InputError(
             f"{folder / name}: no such file or folder; expected one of a Nemoh project, with"
@@ -201,7 +201,7 @@ def _zones(path: Path, zones: int, pairs: int) -> tuple[Real, Real]:
     rows, starts = [], [0]
     for line, content in enumerate(text.lines):
         words = content.split()
-        if words and parsed(words[0]) is not None:
+        if words and parse_number(words[0]) is not None:
             rows.append(text.numbers(line, words, 1 + 2 * pairs))
         elif words and len(rows) > starts[-1]:
             starts.append(len(rows))
@@ -235,7 +235,7 @@ def _abscissa(head: str) -> Abscissa:
 def _first_order(results: Path, project: _Project, omega: Real) -> dict[str, Complex]:
     """Excitation and, if it was written, its Froude-Krylov part."""
     paths = {"excitation": _existing(results, "ExcitationForce.tec")}
-    if froude_krylov := _found(results, "FKForce.tec"):
+    if froude_krylov := _find_any_case(results, "FKForce.tec"):
         paths["froude_krylov"] = froude_krylov
     return {field: _loads(path, project, omega) for field, path in paths.items()}
 
@@ -256,7 +256,7 @@ def _loads(path: Path, project: _Project, omega: Real) -> Complex:
 
 def _second_order(results: Path, project: _Project) -> dict[str, Any]:
     """Quadratic transfer functions, if they were computed."""
-    folder = _found(results, "QTF")
+    folder = _find_any_case(results, "QTF")
     if folder is None:
         return {}
     bodies = len(project.rotation_points)
@@ -267,9 +267,11 @@ def _second_order(results: Path, project: _Project) -> dict[str, Any]:
 def _pairs(folder: Path, project: _Project, kind: str) -> Pairs | None:
     """Rows of all bodies of one kind."""
     bodies = len(project.rotation_points)
-    whole = _found(folder, f"OUT_QTF{kind}_N.dat")
+    whole = _find_any_case(folder, f"OUT_QTF{kind}_N.dat")
     paths = (
-        [whole] if whole else [_found(folder, f"OUT_QTF{kind}_N_{k}.dat") for k in range(bodies)]
+        [whole]
+        if whole
+        else [_find_any_case(folder, f"OUT_QTF{kind}_N_{k}.dat") for k in range(bodies)]
     )
     rows = [_rows(path, 6 * body) for body, path in enumerate(paths) if path]
     if not rows:
@@ -315,9 +317,11 @@ class _Hydrostatics(NamedTuple):
 def _hydrostatics(folder: Path, bodies: int, rotation_points: Real) -> _Hydrostatics:
     """Hydrostatics from Mesh/Hydrostatics.dat and Mesh/KH.dat; the stiffness is moved from the
     centres of gravity to the points of rotation."""
-    mesh = _found(folder, "Mesh")
+    mesh = _find_any_case(folder, "Mesh")
     files = (
-        [] if mesh is None else [_numbered(mesh, "Hydrostatics", k, bodies) for k in range(bodies)]
+        []
+        if mesh is None
+        else [_numbered_mesh(mesh, "Hydrostatics", k, bodies) for k in range(bodies)]
     )
     if not all(files) or not files:
         return _Hydrostatics()
@@ -325,7 +329,7 @@ def _hydrostatics(folder: Path, bodies: int, rotation_points: Real) -> _Hydrosta
         *[_hydrostatics_of(path) for path in files if path], strict=True
     )
     found = _Hydrostatics(None, np.array(volume), np.array(buoyancy), np.array(gravity))
-    matrices = [mesh and _numbered(mesh, "KH", k, bodies) for k in range(bodies)]
+    matrices = [mesh and _numbered_mesh(mesh, "KH", k, bodies) for k in range(bodies)]
     if not all(matrices):
         return found
     own = block_diagonal([_matrix(path) for path in matrices if path])
@@ -333,10 +337,10 @@ def _hydrostatics(folder: Path, bodies: int, rotation_points: Real) -> _Hydrosta
     return found._replace(stiffness=move.T @ own @ move)
 
 
-def _numbered(mesh: Path, name: str, body: int, bodies: int) -> Path | None:
+def _numbered_mesh(mesh: Path, name: str, body: int, bodies: int) -> Path | None:
     """File of one body; that of a single body may have no number."""
-    plain = _found(mesh, f"{name}.dat") if bodies == 1 else None
-    return plain or _found(mesh, f"{name}_{body}.dat")
+    plain = _find_any_case(mesh, f"{name}.dat") if bodies == 1 else None
+    return plain or _find_any_case(mesh, f"{name}_{body}.dat")
 
 
 def _hydrostatics_of(path: Path) -> tuple[float, list[float], list[float]]:

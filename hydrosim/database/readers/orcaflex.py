@@ -29,27 +29,27 @@ import yaml
 from hydrosim.database.database import Complex, HydroDatabase, Real
 from hydrosim.database.readers.assembly import (
     Abscissa,
-    assembled,
+    assemble,
     at_origin,
     frequencies,
     points,
     polar,
-    told,
+    require_number,
     volumes,
     with_fore_aft_headings,
 )
 from hydrosim.database.readers.qtf import Pairs, quadratic
-from hydrosim.database.readers.text import parsed, read_text
+from hydrosim.database.readers.text import parse_number, read_text
 from hydrosim.database.transfer import velocity_transfer
 from hydrosim.documents.limits import DEEPEST
-from hydrosim.documents.units import shown
+from hydrosim.documents.units import value_text
 from hydrosim.errors import InputError
 from hydrosim.scene.given import NOTHING_GIVEN, Given
 
 NAME = "OrcaFlex vessel type"
 
 _GRAVITY = 9.80665  # OrcaFlex's own, m/s^2
-_SAME = 1e-6  # relative difference of equal frequencies
+_FREQUENCY_RTOL = 1e-6  # relative difference of equal frequencies
 _HEAVE_ROLL_PITCH = [2, 3, 4]
 _DOFS = ("Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw")
 _PAIR = ("RAOPeriodOrFrequency1", "RAOPeriodOrFrequency2", "RAODirection1", "RAODirection2")
@@ -106,7 +106,7 @@ class _Node:
         self.name = name
         self.content = content
         if not isinstance(content, dict):
-            raise self.wrong("", shown(content), "a mapping")
+            raise self.wrong("", value_text(content), "a mapping")
 
     def wrong(self, key: str, found: str, expected: str) -> InputError:
         """Error to raise about a key."""
@@ -129,14 +129,14 @@ class _Node:
         """The mappings in the list under a key."""
         items = self.get(key)
         if not isinstance(items, list):
-            raise self.wrong(key, shown(items), "a list")
+            raise self.wrong(key, value_text(items), "a list")
         return [_Node(self.path, f"{self.name}{key}[{i}].", item) for i, item in enumerate(items)]
 
     def choice(self, key: str, choices: Sequence[str]) -> str:
         """Value of a key that is one of several words."""
         found = self.get(key)
         if found not in choices:
-            raise self.wrong(key, shown(found).strip('"'), f"one of {', '.join(choices)}")
+            raise self.wrong(key, value_text(found).strip('"'), f"one of {', '.join(choices)}")
         return str(found)
 
     def number(self, key: str) -> float:
@@ -147,9 +147,9 @@ class _Node:
         """Finite numbers in nested lists; -1 in ``shape`` allows any number of rows."""
         rows = self.get(key)
         flat = list(_flat(rows, len(shape)))
-        values = [parsed(word) if isinstance(word, str) else None for word in flat]
+        values = [parse_number(word) if isinstance(word, str) else None for word in flat]
         if None in values:
-            raise self.wrong(key, shown(flat[values.index(None)]), "a number")
+            raise self.wrong(key, value_text(flat[values.index(None)]), "a number")
         try:
             return np.array(values, dtype=float).reshape(shape)
         except ValueError:
@@ -241,7 +241,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     buoyancy = units.length * draught.numbers("CentreOfBuoyancy", (3,)) - lift
     volume = units.length**3 * draught.numbers("DisplacedVolume", ())
     reference = vessel.reference - lift
-    return assembled(
+    return assemble(
         path,
         omega,
         heading,
@@ -344,7 +344,7 @@ def _vessel(model: _Node, given: Given) -> _Vessel:
         kind.choice("Symmetry", _SYMMETRY),
         reference,
         reference[2] - units.length * height,
-        told(model.path, "water depth", given.water_depth, depth),
+        require_number(model.path, "water depth", given.water_depth, depth),
         gravity if given.gravity is None else given.gravity,
     )
 
@@ -376,7 +376,7 @@ def _centre_key(draught: _Node) -> str:
 def _label(kind: _Node, draught: _Node) -> str:
     """Name of a draught: type and draught."""
     return ", ".join(
-        shown(node.content.get("Name", "unnamed")).strip('"') for node in (kind, draught)
+        value_text(node.content.get("Name", "unnamed")).strip('"') for node in (kind, draught)
     )
 
 
@@ -402,7 +402,7 @@ def _density(model: _Node, given: Given, units: _Units) -> float:
     density = None
     if "Density" in environment.content:
         density = units.mass / units.length**3 * environment.number("Density")
-    return told(model.path, "water density", given.water_density, density)
+    return require_number(model.path, "water density", given.water_density, density)
 
 
 def _matrices(vessel: _Vessel) -> tuple[Real, Real, Real]:
@@ -437,9 +437,9 @@ def _first_order(vessel: _Vessel) -> tuple[Real, Real, Complex]:
     scale = vessel.units.loads(1) * vessel.conventions.sign
     loads = polar(size, vessel.conventions.lag(phase, 1)) * scale
     origin, phase_origin = _origins(node, vessel.units)
-    loads = _at(vessel, loads, waves, heading, phase_origin - origin)
-    heading, loads = _mirrored(vessel, heading, loads)
-    loads = _at(vessel, loads, waves, heading, origin)
+    loads = _loads_at(vessel, loads, waves, heading, phase_origin - origin)
+    heading, loads = _mirror_headings(vessel, heading, loads)
+    loads = _loads_at(vessel, loads, waves, heading, origin)
     return waves, heading, loads @ velocity_transfer((origin - vessel.reference)[None])
 
 
@@ -451,14 +451,14 @@ def _symmetric(vessel: _Vessel, given: Given) -> bool | None:
     )
 
 
-def _mirrored(vessel: _Vessel, heading: Real, loads: Any) -> tuple[Real, Any]:
+def _mirror_headings(vessel: _Vessel, heading: Real, loads: Any) -> tuple[Real, Any]:
     """Loads with the headings that fore-aft symmetry gives."""
     if "yz" not in vessel.symmetry:
         return heading, loads
     return with_fore_aft_headings(heading, loads)
 
 
-def _at(vessel: _Vessel, loads: Complex, omega: Real, heading: Real, point: Real) -> Complex:
+def _loads_at(vessel: _Vessel, loads: Complex, omega: Real, heading: Real, point: Real) -> Complex:
     return at_origin(loads, omega, heading, point, vessel.depth, vessel.gravity)
 
 
@@ -486,7 +486,7 @@ def _require_motions(node: _Node, columns: list[str]) -> None:
     known = [f"RAO{dof}{what}" for dof in _DOFS for what in ("Amp", "Phase")]
     unknown = [name for name in columns if name not in known]
     if unknown:
-        raise node.wrong("", f"a column {shown(unknown[0])}", "RAOSurgeAmp to RAOYawPhase")
+        raise node.wrong("", f"a column {value_text(unknown[0])}", "RAOSurgeAmp to RAOYawPhase")
 
 
 def _sizes_and_phases(columns: list[str], rows: Real) -> tuple[Real, Real]:
@@ -513,7 +513,7 @@ def _matching(draught: _Node, omega: Real, waves: Real) -> list[int]:
     finite = np.isfinite(omega) & (omega > 0)
     near = np.abs(waves - np.where(finite, omega, 0.0)[:, None])
     rows = near.argmin(axis=1)
-    fits = near[np.arange(omega.size), rows] <= _SAME * omega
+    fits = near[np.arange(omega.size), rows] <= _FREQUENCY_RTOL * omega
     if not fits[finite].all() or finite.sum() != waves.size:
         raise draught.wrong(
             "FrequencyDependentAddedMassAndDamping",
@@ -534,7 +534,7 @@ def _mean_drift(vessel: _Vessel, waves: Real, heading: Real, rows: list[int]) ->
     size, phase = _sizes_and_phases(*table)
     scale = vessel.units.loads(2) * vessel.conventions.sign
     drift = size * np.cos(phase * vessel.conventions.phase_unit) * scale
-    own_heading, drift = _mirrored(vessel, directions, drift)
+    own_heading, drift = _mirror_headings(vessel, directions, drift)
     if not np.array_equal(own_waves, waves) or not np.array_equal(own_heading, heading):
         raise node.wrong("RAOs", "other waves", "the frequencies and directions of the load RAOs")
     origin, _ = _origins(node, vessel.units)

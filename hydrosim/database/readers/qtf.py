@@ -39,7 +39,7 @@ def quadratic(
         return {}
     frequency, heading = np.unique(present[0].omega), np.unique(present[0].heading, axis=0)
     for other in present[1:]:
-        if not _same(np.unique(other.omega), frequency) or not _same(
+        if not _is_equal(np.unique(other.omega), frequency) or not _is_equal(
             np.unique(other.heading, axis=0), heading
         ):
             raise InputError(
@@ -49,16 +49,16 @@ def quadratic(
     return {
         "qtf_frequency": frequency,
         "qtf_heading": heading,
-        "qtf_difference": _filled(path, dofs, frequency, heading, difference, np.conj),
-        "qtf_sum": _filled(path, dofs, frequency, heading, total, np.array),
+        "qtf_difference": _fill(path, dofs, frequency, heading, difference, np.conj),
+        "qtf_sum": _fill(path, dofs, frequency, heading, total, np.array),
     }
 
 
-def _same(a: Real, b: Real) -> bool:
+def _is_equal(a: Real, b: Real) -> bool:
     return a.shape == b.shape and bool((a == b).all())
 
 
-def _filled(
+def _fill(
     path: Path, dofs: int, frequency: Real, heading: Real, pairs: Pairs | None, swapped: Any
 ) -> Complex | None:
     """Array (np, nq, nq, n); ``swapped`` converts a value to that of the waves in reverse order."""

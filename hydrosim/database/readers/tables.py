@@ -26,7 +26,7 @@ _FORTRAN = re.compile(r"([+-]?\d*\.\d*)[DdEe]?([+-]\d+)")
 
 
 @dataclass(frozen=True)
-class Table:
+class NumberTable:
     """``values`` (rows, columns), NaN in missing columns, and the ``line`` (rows,) of each row."""
 
     path: Path
@@ -39,7 +39,7 @@ class Table:
             f"{self.path}, line {self.line[row]}: found {found}, expected {expected}."
         )
 
-    def whole(self, column: int, lowest: int, highest: int) -> Index:
+    def whole_numbers(self, column: int, lowest: int, highest: int) -> Index:
         """A column of whole numbers between two limits."""
         values = self.values[:, column]
         wrong = (values != np.rint(values)) | (values < lowest) | (values > highest)
@@ -49,11 +49,13 @@ class Table:
             raise self.problem(row, f"{values[row]:g}", expected)
         return values.astype(np.intp)
 
-    def only(self, rows: NDArray[np.bool_]) -> Table:
+    def select_rows(self, rows: NDArray[np.bool_]) -> NumberTable:
         """The table with some of its rows."""
-        return Table(self.path, self.values[rows], self.line[rows])
+        return NumberTable(self.path, self.values[rows], self.line[rows])
 
-    def spread(self, index: tuple[Index, ...], shape: tuple[int, ...], value: NDArray) -> NDArray:
+    def fill_array(
+        self, index: tuple[Index, ...], shape: tuple[int, ...], value: NDArray
+    ) -> NDArray:
         """Array with each row's value in its place and NaN elsewhere. Raises `InputError` if a
         place is taken twice, or if the array is too large for the number of rows."""
         if math.prod(shape) > _SPARSEST * (len(self.line) + 1000):
@@ -73,7 +75,7 @@ class Table:
         return spread
 
 
-def read_table(path: Path, columns: tuple[int, ...]) -> Table:
+def read_table(path: Path, columns: tuple[int, ...]) -> NumberTable:
     """Rows of a file whose lines have one of these numbers of columns. Earlier lines that are not
     mostly numbers are a heading. Raises `InputError` for other lines."""
     width = max(columns)
@@ -90,7 +92,7 @@ def read_table(path: Path, columns: tuple[int, ...]) -> Table:
             f"{path}: found no rows of numbers, expected rows of {' or '.join(map(str, columns))}"
             " numbers. Is it empty or of another kind?"
         )
-    return Table(path, np.array(values).reshape(-1, width), np.array(numbers))
+    return NumberTable(path, np.array(values).reshape(-1, width), np.array(numbers))
 
 
 def read_lines(path: Path) -> list[str]:

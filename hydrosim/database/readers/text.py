@@ -9,7 +9,7 @@ from pathlib import Path
 from hydrosim.database.readers.tables import number_in
 from hydrosim.errors import InputError
 
-_LARGEST = 1e30  # larger than any quantity in any unit: a larger number comes from a damaged file
+_MAX_MAGNITUDE = 1e30  # above any quantity in any unit: a larger number is of a damaged file
 _DAMAGED = "The file is damaged or of another version; export it again."
 
 
@@ -34,7 +34,7 @@ class Text:
 
     def number(self, index: int, word: str) -> float:
         """One finite number, in Fortran's notation, too."""
-        value = parsed(word)
+        value = parse_number(word)
         if value is None:
             raise self.wrong(index, repr(word.strip()[:40]), "a finite number")
         return value
@@ -62,9 +62,9 @@ def read_text(path: Path) -> Text:
     return Text(path, content.replace("\r\n", "\n").replace("\r", "\n").split("\n"))
 
 
-def parsed(word: str) -> float | None:
+def parse_number(word: str) -> float | None:
     """Number of a word; None for other words, NaN, infinity and implausible sizes."""
     value = number_in(word)
-    if "_" in word or not abs(value) <= _LARGEST:  # also false for NaN
+    if "_" in word or not abs(value) <= _MAX_MAGNITUDE:  # also false for NaN
         return None
     return value

@@ -28,11 +28,11 @@ from pathlib import Path
 import numpy as np
 
 from hydrosim.database.database import Complex, HydroDatabase, Real
-from hydrosim.database.readers.assembly import assembled, points, volumes
+from hydrosim.database.readers.assembly import assemble, points, volumes
 from hydrosim.database.readers.veres_text import (
+    HALF_TURN_SIGNS,
     NO_SPEED,
-    TURN,
-    Lines,
+    NumberLines,
     Ship,
     at_rest,
     counts_of,
@@ -46,7 +46,7 @@ NAME = "ShipX (VERES) .re7"
 _SET = {".re1", ".re2", ".re7", ".re8"}
 _BLOCK = 38  # lines of one frequency: the frequency, six matrices and the viscous roll damping
 _ROUNDING = 1e-3  # rad/s: frequencies of .re2 have four decimals
-_SAME = 1e-6  # rad/s: .re7 and .re8 print them alike
+_FREQUENCY_TOLERANCE_RAD_S = 1e-6  # rad/s: .re7 and .re8 print them alike
 _OTHER_RUN = "The files belong to different runs; run VERES again."
 
 
@@ -76,17 +76,17 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     """Database in a .re7 file and those beside it. Raises `InputError` for data that are missing or
     do not fit."""
     path = _existing(path)
-    found = _coefficients(Lines(path))
+    found = _coefficients(NumberLines(path))
     _warn(path, found)
-    loads = _beside(path, ".re8")
+    loads = _sibling_file(path, ".re8")
     none = np.empty(0), np.empty((found.frequency.size, 0, 6), dtype=complex)
-    heading, excitation = _loads(Lines(loads), found) if loads else none
-    drift = _beside(path, ".re2") if loads else None
-    mean = {"mean_drift": _drift(Lines(drift), found, heading)} if drift else {}
+    heading, excitation = _loads(NumberLines(loads), found) if loads else none
+    drift = _sibling_file(path, ".re2") if loads else None
+    mean = {"mean_drift": _drift(NumberLines(drift), found, heading)} if drift else {}
     method = {"mean_drift_method": "surge, sway, yaw by VERES; heave, roll, pitch zero"}
     ship, (ahead, above) = found.ship, found.centre
     depth = {} if given.water_depth else {"assumed": "water depth inf"}
-    return assembled(
+    return assemble(
         path,
         found.frequency,
         heading,
@@ -111,7 +111,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
 
 def _existing(path: Path) -> Path:
     """The .re7 of the set that ``path`` belongs to."""
-    found = path if path.suffix.lower() not in _SET - {".re7"} else _beside(path, ".re7")
+    found = path if path.suffix.lower() not in _SET - {".re7"} else _sibling_file(path, ".re7")
     if found is None:
         raise InputError(
             f"{path.with_suffix('.re7')}: no such file, expected it beside {path.name}: it has the"
@@ -120,12 +120,12 @@ def _existing(path: Path) -> Path:
     return found
 
 
-def _beside(path: Path, suffix: str) -> Path | None:
+def _sibling_file(path: Path, suffix: str) -> Path | None:
     names = (path.with_suffix(suffix), path.with_suffix(suffix.upper()))
     return next((name for name in names if name.is_file()), None)
 
 
-def _coefficients(lines: Lines) -> _Coefficients:
+def _coefficients(lines: NumberLines) -> _Coefficients:
     ship, (aft, keel) = ship_of(lines), lines.row("the centre of gravity, LCG and VCG", 2)
     version = lines.row("the version, -1 and 2", 2, 4)
     if version != [-1.0, 2.0]:
@@ -155,7 +155,7 @@ def _coefficients(lines: Lines) -> _Coefficients:
     )
 
 
-def _block(lines: Lines) -> tuple[float, Real, list[float]]:
+def _block(lines: NumberLines) -> tuple[float, Real, list[float]]:
     """Frequency, six matrices (6, 6, 6) and roll damping."""
     omega = lines.row("a frequency", 1)[0]
     kinds = ("added mass", "damping", "stiffness")
@@ -163,7 +163,7 @@ def _block(lines: Lines) -> tuple[float, Real, list[float]]:
     return omega, np.array(matrices), lines.row("viscous roll damping", 3)
 
 
-def _loads(lines: Lines, known: _Coefficients) -> tuple[Real, Complex]:
+def _loads(lines: NumberLines, known: _Coefficients) -> tuple[Real, Complex]:
     """Headings (nh,) and loads (nw, nh, 6) of .re8; columns with parts of the loads are skipped."""
     ship_of(lines)
     lines.row("the centre of gravity, LCG and VCG", 2)
@@ -173,18 +173,24 @@ def _loads(lines: Lines, known: _Coefficients) -> tuple[Real, Complex]:
     for _ in range(headings):
         degrees += lines.row("a heading", 1)
         for w in range(count):
-            _same(lines, lines.row("a frequency", 1)[0], known.frequency, w, _SAME)
+            _require_frequencies(
+                lines,
+                lines.row("a frequency", 1)[0],
+                known.frequency,
+                w,
+                _FREQUENCY_TOLERANCE_RAD_S,
+            )
             rows = [lines.row("DOF, real and imaginary part", 3, 9) for _ in range(6)]
             loads.append([complex(row[1], row[2]) for row in rows])
             if [row[0] for row in rows] != [1, 2, 3, 4, 5, 6]:
                 raise lines.wrong(f"DOFs {[row[0] for row in rows]}", "1 to 6 in this order")
     if len(set(degrees)) < headings:
         raise lines.wrong("a heading twice", "each of them once")
-    array = np.array(loads).reshape(headings, count, 6).swapaxes(0, 1) * TURN
+    array = np.array(loads).reshape(headings, count, 6).swapaxes(0, 1) * HALF_TURN_SIGNS
     return _heading(degrees), array
 
 
-def _drift(lines: Lines, known: _Coefficients, heading: Real) -> Real:
+def _drift(lines: NumberLines, known: _Coefficients, heading: Real) -> Real:
     """Drift (nw, nh, 6) of .re2, at the frequencies and headings of the loads."""
     ship = ship_of(lines)
     speeds, headings, count = lines.counts("numbers of speeds, headings and frequencies", 3)
@@ -194,7 +200,7 @@ def _drift(lines: Lines, known: _Coefficients, heading: Real) -> Real:
         rows = []
         for w in range(count):
             omega, *three = lines.row("frequency and three drift coefficients", 4)
-            _same(lines, omega, known.frequency, w, _ROUNDING)
+            _require_frequencies(lines, omega, known.frequency, w, _ROUNDING)
             rows.append(three)
         if abs(speed) < NO_SPEED:
             found[float(_heading([degrees])[0])] = rows
@@ -207,10 +213,12 @@ def _drift(lines: Lines, known: _Coefficients, heading: Real) -> Real:
     scale = ship.density * ship.gravity * ship.breadth**2
     drift = np.zeros((count, heading.size, 6))
     drift[..., [0, 1, 5]] = np.array([found[b] for b in heading.tolist()]).swapaxes(0, 1)
-    return drift * TURN * scale / np.array([ship.length] * 3 + [1.0] * 3)
+    return drift * HALF_TURN_SIGNS * scale / np.array([ship.length] * 3 + [1.0] * 3)
 
 
-def _same(lines: Lines, omega: float, known: Real, index: int, tolerance: float) -> None:
+def _require_frequencies(
+    lines: NumberLines, omega: float, known: Real, index: int, tolerance: float
+) -> None:
     """Raises `InputError` if a frequency differs from that of .re7."""
     if index >= known.size or abs(omega - known[index]) > tolerance:
         raise lines.wrong(

@@ -11,14 +11,14 @@ from hydrosim.database.database import Real
 from hydrosim.database.readers.text import Text, read_text
 from hydrosim.errors import InputError
 
-TURN = np.array([-1.0, -1.0, 1.0, -1.0, -1.0, 1.0])  # half a turn about z
+HALF_TURN_SIGNS = np.array([-1.0, -1.0, 1.0, -1.0, -1.0, 1.0])  # half a turn about z
 NO_SPEED = 1e-6  # m/s
 
 _TEXT = 6  # lines of it
-_SMALLEST, _LARGEST = 1e-3, 1e5  # of dimensions of a ship and properties of water
+_MIN_DIMENSION, _MAX_DIMENSION = 1e-3, 1e5  # of dimensions of a ship and properties of water
 
 
-class Lines:
+class NumberLines:
     """Rows of numbers, one after the other."""
 
     def __init__(self, path: Path) -> None:
@@ -39,7 +39,9 @@ class Lines:
 
     def matrix(self, what: str) -> Real:
         """Six rows of six, in our axes."""
-        return np.array([self.row(what, 6) for _ in range(6)]) * np.outer(TURN, TURN)
+        return np.array([self.row(what, 6) for _ in range(6)]) * np.outer(
+            HALF_TURN_SIGNS, HALF_TURN_SIGNS
+        )
 
     def wrong(self, found: str, expected: str, *advice: str) -> InputError:
         """Error to raise about the last line read."""
@@ -57,17 +59,17 @@ class Ship:
     draught: float
 
 
-def ship_of(lines: Lines) -> Ship:
+def ship_of(lines: NumberLines) -> Ship:
     """Values of the next two lines."""
     density, gravity = lines.row("density and gravity", 2)
     found = Ship(density, gravity, *lines.row("length, breadth and draught", 3))
     sizes = density, gravity, found.length, found.breadth
-    if not _SMALLEST <= min(sizes) <= max(sizes) <= _LARGEST:
+    if not _MIN_DIMENSION <= min(sizes) <= max(sizes) <= _MAX_DIMENSION:
         raise lines.wrong("numbers of no ship", "density, gravity, length and breadth in SI units")
     return found
 
 
-def counts_of(lines: Lines) -> tuple[int, int, int]:
+def counts_of(lines: NumberLines) -> tuple[int, int, int]:
     """Numbers of speeds, headings and frequencies."""
     *counts, dofs = lines.counts("numbers of speeds, headings, frequencies and DOFs", 4)
     if dofs != 6 or 0 in counts:
@@ -79,7 +81,7 @@ def counts_of(lines: Lines) -> tuple[int, int, int]:
     return counts[0], counts[1], counts[2]
 
 
-def at_rest(lines: Lines, speeds: int, size: int) -> tuple[float, float]:
+def at_rest(lines: NumberLines, speeds: int, size: int) -> tuple[float, float]:
     """Skip to the speed of zero, with ``size`` lines for each speed. Returns the position of its
     motion coordinate system, aft of amidships and above the keel."""
     found = []

@@ -27,7 +27,7 @@ import numpy as np
 from hydrosim.database.database import Complex, HydroDatabase, Real
 from hydrosim.database.readers import wamit_header
 from hydrosim.database.readers.common import mirror_image, preferred_drift
-from hydrosim.database.readers.tables import Index, Table, read_table
+from hydrosim.database.readers.tables import Index, NumberTable, read_table
 from hydrosim.database.readers.wamit_writer import write as write
 from hydrosim.errors import InputError
 from hydrosim.scene.given import (
@@ -48,14 +48,14 @@ _NUMERIC = {".1", ".3fk", ".3sc", ".hst", ".mmx", *_EXCITATION, *_DRIFT, *_DIFFE
 _TEXT = {".out", ".pot", ".gdf"}
 
 _ASSUMED = Given(length=1.0, water_density=1025.0, gravity=9.80665, water_depth=np.inf)
-_SAME = 1e-4  # relative difference of equal frequencies, printed with 5 to 7 digits
+_FREQUENCY_RTOL = 1e-4  # relative difference of equal frequencies, printed with 5 to 7 digits
 _SAME_DEGREES = 1e-3
 _HIGHEST_INDEX = 6000
 _LONG = 0.3  # of the largest heave load: larger ones belong to long waves
 
 
 @dataclass(frozen=True)
-class Units:
+class WamitUnits:
     """Factors that convert the numbers of ``bodies`` bodies to SI units."""
 
     bodies: int
@@ -78,7 +78,7 @@ class Units:
         """Factors (n,): rho g times the length to ``power`` plus one for a rotation."""
         return self.density * self.gravity * self.length ** (power + self.rotations)
 
-    def frequency(self, table: Table, column: int) -> Real:
+    def frequency(self, table: NumberTable, column: int) -> Real:
         """Frequency of each row [rad/s]; zero and infinity where the column has their codes."""
         value = table.values[:, column]
         w = angular(self.column, value, self)
@@ -90,7 +90,7 @@ class Units:
         return w
 
 
-def angular(column: FrequencyColumn, value: Real, units: Units) -> Real:
+def angular(column: FrequencyColumn, value: Real, units: WamitUnits) -> Real:
     """Frequency [rad/s]. A zero period is infinite frequency, a negative one zero frequency. For
     frequencies and wavenumbers, zero is zero and a negative value is infinity."""
     size = np.maximum(np.abs(value), 1e-30)
@@ -130,9 +130,9 @@ def _database(
     path: Path,
     files: dict[str, Path],
     facts: Given,
-    units: Units,
-    radiation: Table,
-    excitation: list[Table],
+    units: WamitUnits,
+    radiation: NumberTable,
+    excitation: list[NumberTable],
     assumed: list[str],
 ) -> HydroDatabase:
     frequency, added_mass, damping, limits = _radiation(radiation, units)
@@ -177,7 +177,7 @@ def _files(path: Path) -> dict[str, Path]:
     return {p.suffix.lower(): p for p in beside if p.stem == stem and p.suffix.lower() in known}
 
 
-def _excitation_tables(path: Path, files: dict[str, Path]) -> list[Table]:
+def _excitation_tables(path: Path, files: dict[str, Path]) -> list[NumberTable]:
     """Tables whose sum is the excitation; empty for a set without loads."""
     for suffix in _EXCITATION:
         if suffix in files:
@@ -211,8 +211,8 @@ def _facts(
     _check_bodies(where, said, bodies)
     said = replace(
         said,
-        centre_of_buoyancy=_shifted(said.centre_of_buoyancy, origin),
-        centre_of_gravity=_shifted(said.centre_of_gravity, origin),
+        centre_of_buoyancy=_shift_points(said.centre_of_buoyancy, origin),
+        centre_of_gravity=_shift_points(said.centre_of_gravity, origin),
     )
     known = first_given(said, given)
     assumed = [
@@ -253,7 +253,7 @@ def _check_bodies(where: str, said: Given, bodies: int) -> None:
             )
 
 
-def _shifted(points: tuple[float, ...] | None, by: tuple[float, ...] | None) -> tuple | None:
+def _shift_points(points: tuple[float, ...] | None, by: tuple[float, ...] | None) -> tuple | None:
     if points is None or by is None or len(points) != len(by):
         return points
     return tuple(p + b for p, b in zip(points, by, strict=True))
@@ -274,12 +274,12 @@ def _points(path: Path, facts: Given, bodies: int) -> dict[str, Any]:
 
 
 def _units(
-    facts: Given, bodies: int, radiation: Table, excitation: list[Table]
-) -> tuple[Units, list[str]]:
+    facts: Given, bodies: int, radiation: NumberTable, excitation: list[NumberTable]
+) -> tuple[WamitUnits, list[str]]:
     """Units, and a remark if the kind of the first column is a guess."""
     names = ("length", "water_density", "gravity", "water_depth")
     length, density, gravity, depth = (float(getattr(facts, name)) for name in names)
-    units = Units(bodies, length, density, gravity, depth, FrequencyColumn.PERIOD)
+    units = WamitUnits(bodies, length, density, gravity, depth, FrequencyColumn.PERIOD)
     if facts.frequency_column is not None:
         return replace(units, column=facts.frequency_column), []
     guess = FrequencyColumn.PERIOD
@@ -288,11 +288,13 @@ def _units(
     return replace(units, column=guess), [f"first column {guess}"]
 
 
-def _guessed_column(units: Units, radiation: Table, excitation: Table) -> FrequencyColumn:
+def _guessed_column(
+    units: WamitUnits, radiation: NumberTable, excitation: NumberTable
+) -> FrequencyColumn:
     """By Haskind's relation, w^2 L/g = 2 B33'/|X3'|^2 in deep water if the heave load does not
     depend on the heading. This nearly holds in long waves (Newman 1962, J. Ship Research 6)."""
-    heave = radiation.only((radiation.values[:, 1:3] == 3).all(axis=1)).values
-    loads = excitation.only(excitation.values[:, 2] == 3).values
+    heave = radiation.select_rows((radiation.values[:, 1:3] == 3).all(axis=1)).values
+    loads = excitation.select_rows(excitation.values[:, 2] == 3).values
     both = [x for x in heave[:, 0] if x > 0 and x in loads[:, 0]]
     square = np.array([np.mean(loads[loads[:, 0] == x, 3] ** 2) for x in both])
     damping = heave[np.isin(heave[:, 0], both), 4]
@@ -306,23 +308,23 @@ def _guessed_column(units: Units, radiation: Table, excitation: Table) -> Freque
     return min(errors, key=lambda column: errors[column], default=FrequencyColumn.PERIOD)
 
 
-def _deep_number(column: FrequencyColumn, value: Real, units: Units) -> Real:
+def _deep_number(column: FrequencyColumn, value: Real, units: WamitUnits) -> Real:
     return angular(column, value, units) ** 2 * units.length / units.gravity
 
 
-def _dofs(table: Table, column: int, highest: int) -> Index:
+def _dofs(table: NumberTable, column: int, highest: int) -> Index:
     """Indices from zero of DOFs in one column, or in two for .1 and .hst."""
-    both = [table.whole(c, 1, highest) for c in (column, column + 1)]
+    both = [table.whole_numbers(c, 1, highest) for c in (column, column + 1)]
     return np.stack(both) - 1
 
 
-def _radiation(table: Table, units: Units) -> tuple[Real, Real, Real, dict[float, Real]]:
+def _radiation(table: NumberTable, units: WamitUnits) -> tuple[Real, Real, Real, dict[float, Real]]:
     """Frequencies, A, B, and A at the frequencies zero and infinity."""
     n = 6 * units.bodies
     every, row = np.unique(units.frequency(table, 0), return_inverse=True)
     index, shape = (row, *_dofs(table, 1, n)), (every.size, n, n)
-    mass = _complete(table, table.spread(index, shape, table.values[:, 3]), every)
-    damping = table.spread(index, shape, table.values[:, 4])
+    mass = _complete(table, table.fill_array(index, shape, table.values[:, 3]), every)
+    damping = table.fill_array(index, shape, table.values[:, 4])
     waves = np.isfinite(every) & (every > 0)
     lacking = np.isnan(table.values[:, 4]) & waves[row]
     if lacking.any():
@@ -335,7 +337,7 @@ def _radiation(table: Table, units: Units) -> tuple[Real, Real, Real, dict[float
     return every[waves], mass[waves], np.nan_to_num(damping[waves]) * factor, limits
 
 
-def _complete(table: Table, array: Any, frequency: Real) -> Any:
+def _complete(table: NumberTable, array: Any, frequency: Real) -> Any:
     """Array (nw, ...) with zero for entries that no frequency has. Raises `InputError` for an entry
     that only some frequencies have."""
     absent = np.isnan(array)
@@ -351,7 +353,9 @@ def _complete(table: Table, array: Any, frequency: Real) -> Any:
     return np.where(absent, 0.0, array)
 
 
-def _nearest(table: Table, column: int, values: Real, grid: Real, same: Real | float) -> Index:
+def _nearest(
+    table: NumberTable, column: int, values: Real, grid: Real, same: Real | float
+) -> Index:
     """Position of each row's value in the grid. Raises `InputError` for a value that is not in the
     grid."""
     order = np.argsort(grid)
@@ -365,22 +369,24 @@ def _nearest(table: Table, column: int, values: Real, grid: Real, same: Real | f
     return place
 
 
-def _on_grid(table: Table, units: Units, frequency: Real, heading: Real, dof_column: int) -> Real:
+def _on_grid(
+    table: NumberTable, units: WamitUnits, frequency: Real, heading: Real, dof_column: int
+) -> Real:
     """Real and imaginary parts (2, nw, nh, n) of a table of loads, NaN for missing ones."""
     w = units.frequency(table, 0)
     waves = np.isfinite(w) & (w > 0)
-    table, w = table.only(waves), w[waves]
+    table, w = table.select_rows(waves), w[waves]
     n = 6 * units.bodies
     index = (
-        _nearest(table, 0, w, frequency, _SAME * w),
+        _nearest(table, 0, w, frequency, _FREQUENCY_RTOL * w),
         _nearest(table, 1, table.values[:, 1], heading, _SAME_DEGREES),
-        table.whole(dof_column, 1, n) - 1,
+        table.whole_numbers(dof_column, 1, n) - 1,
     )
     shape = (frequency.size, heading.size, n)
-    return np.stack([table.spread(index, shape, table.values[:, -part]) for part in (2, 1)])
+    return np.stack([table.fill_array(index, shape, table.values[:, -part]) for part in (2, 1)])
 
 
-def _covering(table: Table, loads: Real, frequency: Real, heading: Real) -> Real:
+def _covering(table: NumberTable, loads: Real, frequency: Real, heading: Real) -> Real:
     """Loads (nw, nh, n) with zero for DOFs that the table never has. Raises `InputError` for a DOF
     that it has for some waves only."""
     nw, nh, n = loads.shape
@@ -388,14 +394,14 @@ def _covering(table: Table, loads: Real, frequency: Real, heading: Real) -> Real
     return _complete(table, loads.reshape(nw * nh, n), waves).reshape(loads.shape)
 
 
-def _loads(table: Table, units: Units, frequency: Real, heading: Real) -> Complex:
+def _loads(table: NumberTable, units: WamitUnits, frequency: Real, heading: Real) -> Complex:
     parts = _on_grid(table, units, frequency, heading, 2)
     real, imaginary = (_covering(table, part, frequency, heading) for part in parts)
     return np.asarray((real + 1j * imaginary) * units.load(2))
 
 
 def _mean_drift(
-    files: dict[str, Path], units: Units, frequency: Real, heading: Real
+    files: dict[str, Path], units: WamitUnits, frequency: Real, heading: Real
 ) -> tuple[Real | None, str]:
     momentum, control_surface, pressure = (
         _drift(read_table(files[suffix], (8,)), units, frequency, heading)
@@ -406,18 +412,18 @@ def _mean_drift(
     return preferred_drift(momentum, control_surface, pressure, units.bodies)
 
 
-def _drift(table: Table, units: Units, frequency: Real, heading: Real) -> Real:
+def _drift(table: NumberTable, units: WamitUnits, frequency: Real, heading: Real) -> Real:
     """Drift from the rows with equal headings; other rows belong to a transfer function."""
-    table.whole(3, -6 * units.bodies, 6 * units.bodies)
+    table.whole_numbers(3, -6 * units.bodies, 6 * units.bodies)
     one = np.abs(table.values[:, 1] - table.values[:, 2]) < _SAME_DEGREES
-    table = table.only(one & (table.values[:, 3] > 0))
+    table = table.select_rows(one & (table.values[:, 3] > 0))
     if not table.line.size:
         raise InputError(f"{table.path}: no row has equal headings and I > 0, expected some.")
     real = _on_grid(table, units, frequency, heading, 3)[0]
     return _covering(table, real, frequency, heading) * units.load(1)
 
 
-def _quadratic(files: dict[str, Path], units: Units) -> dict[str, Any]:
+def _quadratic(files: dict[str, Path], units: WamitUnits) -> dict[str, Any]:
     """Fields of the database on quadratic transfer functions."""
     tables = {
         name: read_table(files[found[0]], (9,))
@@ -442,27 +448,27 @@ def _quadratic(files: dict[str, Path], units: Units) -> dict[str, Any]:
 
 
 def _transfer(
-    table: Table, units: Units, frequency: Real, pairs: Real, difference: bool
+    table: NumberTable, units: WamitUnits, frequency: Real, pairs: Real, difference: bool
 ) -> Complex:
     """Array (np, nq, nq, n); the missing triangle is the other with waves swapped."""
     n, nq = 6 * units.bodies, frequency.size
     w_1, w_2 = (units.frequency(table, column) for column in (0, 1))
-    first = _nearest(table, 0, w_1, frequency, _SAME * w_1)
-    second = _nearest(table, 1, w_2, frequency, _SAME * w_2)
+    first = _nearest(table, 0, w_1, frequency, _FREQUENCY_RTOL * w_1)
+    second = _nearest(table, 1, w_2, frequency, _FREQUENCY_RTOL * w_2)
     apart = np.abs(table.values[:, None, 2:4] - pairs).max(axis=2)
     if (apart.min(axis=1) > _SAME_DEGREES).any():
         row = int(np.argmax(apart.min(axis=1)))
         raise table.problem(row, "headings that the difference file lacks", "the same pairs")
-    index = (np.argmin(apart, axis=1), first, second, table.whole(4, 1, n) - 1)
+    index = (np.argmin(apart, axis=1), first, second, table.whole_numbers(4, 1, n) - 1)
     value = table.values[:, 7] + 1j * table.values[:, 8]
-    found = table.spread(index, (len(pairs), nq, nq, n), value)
-    swapped = _swapped(found, pairs)
+    found = table.fill_array(index, (len(pairs), nq, nq, n), value)
+    swapped = _swap_waves(found, pairs)
     full = np.where(np.isnan(found), swapped.conj() if difference else swapped, found)
     flat = _complete(table, full.reshape(-1, n), np.tile(np.repeat(frequency, nq), len(pairs)))
     return flat.reshape(full.shape) * units.load(1)
 
 
-def _swapped(transfer: Complex, pairs: Real) -> Complex:
+def _swap_waves(transfer: Complex, pairs: Real) -> Complex:
     """Transfer function with the waves exchanged, NaN if the pair of headings has no partner."""
     result = np.full_like(transfer, np.nan)
     for p, pair in enumerate(pairs):
@@ -471,16 +477,16 @@ def _swapped(transfer: Complex, pairs: Real) -> Complex:
     return result
 
 
-def _stiffness(files: dict[str, Path], units: Units) -> Real | None:
+def _stiffness(files: dict[str, Path], units: WamitUnits) -> Real | None:
     if ".hst" not in files:
         return None
     table, n = read_table(files[".hst"], (3,)), 6 * units.bodies
     row, column = _dofs(table, 0, n)
-    stiffness = table.spread((row, column), (n, n), table.values[:, 2])
+    stiffness = table.fill_array((row, column), (n, n), table.values[:, 2])
     return np.nan_to_num(stiffness) * (units.density * units.gravity * units.matrix(2))
 
 
-def _inertia(files: dict[str, Path], units: Units) -> Real | None:
+def _inertia(files: dict[str, Path], units: WamitUnits) -> Real | None:
     if ".mmx" not in files:
         return None
     return wamit_header.inertia(files[".mmx"], units.bodies, units.density)

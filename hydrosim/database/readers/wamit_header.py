@@ -14,7 +14,7 @@ from hydrosim.errors import InputError
 from hydrosim.scene.given import NOTHING_GIVEN, Given
 
 _MOST_BODIES = 1000
-_LARGEST = 1e12
+_MAX_NUMBER = 1e12
 _GRAVITY, _CENTRE = "Gravity:", "Center of Gravity:"
 _PLACE = "HBOT, XBODY(1-4), IRAD, IDIFF and six MODE, or bodies with the names of geometry files"
 
@@ -82,7 +82,7 @@ def _check_unturned(path: Path, degrees: list[float]) -> None:
 def _leading(line: str) -> list[float]:
     """Numbers before the first word, as Fortran reads a line."""
     numbers = [number_in(token) for token in line.replace(",", " ").split()]
-    words = [k for k, number in enumerate(numbers) if not abs(number) < _LARGEST]
+    words = [k for k, number in enumerate(numbers) if not abs(number) < _MAX_NUMBER]
     return numbers[: words[0]] if words else numbers
 
 
@@ -175,7 +175,7 @@ def _items(
             if or_last and len(values) == 1:
                 values = (*[0.0] * (count - 1), *values)
             if len(values) < count or any(
-                math.isnan(v) or _LARGEST < abs(v) < math.inf for v in values
+                math.isnan(v) or _MAX_NUMBER < abs(v) < math.inf for v in values
             ):
                 raise InputError(
                     f"{path}, line {number}: found {' '.join(tokens)[:60]!r} after {label!r},"

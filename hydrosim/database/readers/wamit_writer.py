@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrosim.database.database import Complex, HydroDatabase, Real, needed
+from hydrosim.database.database import Complex, HydroDatabase, Real, require_array
 from hydrosim.database.readers.common import inverse, quotient
 
-_NUMBER = "%24.16e"
+_NUMBER_FORMAT = "%24.16e"
 
 
 def write(db: HydroDatabase, stem: Path) -> None:
@@ -66,13 +66,13 @@ def _write_bodies(db: HydroDatabase, stem: Path) -> None:
     for body, origin in enumerate(db.reference_point):
         lines += ["", f" WAMIT  Ouputs for body N = {body + 1} IALTFRCN = 1"]
         if db.volume is not None:
-            lines.append(_labelled("Volumes (VOLX,VOLY,VOLZ):", [db.volume[body]] * 3))
+            lines.append(_labelled_line("Volumes (VOLX,VOLY,VOLZ):", [db.volume[body]] * 3))
         for label, points in (
             ("Center of Buoyancy (Xb,Yb,Zb):", db.centre_of_buoyancy),
             ("Center of Gravity:  (Xg,Yg,Zg)", db.centre_of_gravity),
         ):
             if points is not None:
-                lines.append(_labelled(label, _difference(points[body], origin)))
+                lines.append(_labelled_line(label, _difference(points[body], origin)))
     if db.inertia_matrix is not None:
         lines += ["", " Normalized mass matrix:", "     I     J     MASS(I,J)/RHO"]
         lines += _lines(_matrix_rows([], quotient(db.inertia_matrix, db.water_density)))
@@ -83,8 +83,8 @@ def _difference(point: Real, origin: Real) -> Real:
     return inverse(lambda x: x + origin, point - origin, point)
 
 
-def _labelled(label: str, values: Real | list[float]) -> str:
-    return f" {label} " + " ".join(_NUMBER % value for value in values)
+def _labelled_line(label: str, values: Real | list[float]) -> str:
+    return f" {label} " + " ".join(_NUMBER_FORMAT % value for value in values)
 
 
 def _matrix_rows(before: list[float], *matrices: Real) -> list[list[float | int]]:
@@ -109,9 +109,9 @@ def _load_rows(
 
 
 def _transfer_rows(db: HydroDatabase, transfer: Complex) -> list[list[float | int]]:
-    w = needed(db, "qtf_frequency")
+    w = require_array(db, "qtf_frequency")
     period = inverse(lambda T: 2 * np.pi / T, 2 * np.pi / w, w).tolist()
-    heading = _degrees(needed(db, "qtf_heading")).tolist()
+    heading = _degrees(require_array(db, "qtf_heading")).tolist()
     parts = _parts(transfer, db.water_density * db.gravity)
     return [
         [period[i], period[j], *heading[p], dof + 1, *parts[p][i][j][dof]]
@@ -131,7 +131,9 @@ def _degrees(angle: Real) -> Real:
 
 
 def _lines(rows: list[list[float | int]]) -> list[str]:
-    return ["".join(f"{x:6d}" if isinstance(x, int) else _NUMBER % x for x in r) for r in rows]
+    return [
+        "".join(f"{x:6d}" if isinstance(x, int) else _NUMBER_FORMAT % x for x in r) for r in rows
+    ]
 
 
 def _write(db: HydroDatabase, stem: Path, suffix: str, rows: list[list[float | int]]) -> None:

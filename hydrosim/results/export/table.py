@@ -78,7 +78,7 @@ def table_of(run: xr.Dataset, patterns: Sequence[str], start: float, end: float)
 
 
 def _read_in(column: Column, units: Units) -> Column:
-    unit, factor = units.shown(column.unit)
+    unit, factor = units.display_unit(column.unit)
     if factor == 1.0:
         return column
     return replace(column, unit=unit, values=factor * column.values)

@@ -11,7 +11,7 @@ from hydrosim.forces.contact.fender import pressure
 from hydrosim.forces.contact.geometry import EARTH, Touch, touch
 from hydrosim.forces.contact.laws import COULOMB, FRICTIONLESS, friction
 from hydrosim.forces.contact.modes import STICK
-from hydrosim.linear.contacts import Contacts, find_rigid_tractions, pressed, with_contacts
+from hydrosim.linear.contacts import Contacts, find_rigid_tractions, pressed_points, with_contacts
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.stepping.dynamics import new_work
 from hydrosim.stepping.names import contact_names
@@ -41,7 +41,7 @@ def contact_remarks(
     """Remarks on the assumed state of contacts, and on whether the waves of the scene would change
     it."""
     names = contact_names(compiled.scene)
-    found = pressed(rest.model, rest.state)
+    found = pressed_points(rest.model, rest.state)
     if not found.size:
         return
     which = _join_names([names[i] for i in found])

@@ -43,8 +43,8 @@ from hydrosim.studies.run.simulation import prepare_scene, simulate
 
 if TYPE_CHECKING:
     from hydrosim.case import Case
-    from hydrosim.statistics.figures import Figure
-    from hydrosim.statistics.results import StageResult, WhyResult
+    from hydrosim.statistics.figures import ScalarResult
+    from hydrosim.statistics.results import MotionCauseResult, StageResult
 
 GC_TIME_FRACTION = 0.05  # of the time, at most, is spent on collecting garbage
 ESTIMATE_INTERVAL = (
@@ -67,7 +67,7 @@ def simulate_many(
     variables: Sequence[str] = ("position",),
     channels: Sequence[str] = (),
     labels: Mapping[str, Sequence[object] | xr.Variable] | None = None,
-    figures: Sequence[Figure | StageResult | WhyResult] = (),
+    figures: Sequence[ScalarResult | StageResult | MotionCauseResult] = (),
     attributes: Mapping[str, str] | None = None,
     start: float = 0.0,
     workers: int | None = None,

@@ -22,9 +22,9 @@ from hydrosim.results.error_figures import (
 )
 from hydrosim.results.memory import MEMORY_PREFIX
 from hydrosim.results.variables import describe_coordinates
-from hydrosim.statistics.figures import Asked
-from hydrosim.statistics.results import Results
-from hydrosim.statistics.statistics import RECORDED, columns, of_units
+from hydrosim.statistics.figures import RequestedStatistic
+from hydrosim.statistics.results import RunResults
+from hydrosim.statistics.statistics import RECORDED_SUFFIX, columns, of_units
 
 if TYPE_CHECKING:
     from hydrosim.studies.many.form import RunLayout
@@ -58,7 +58,7 @@ def reduce_run(
     run: xr.Dataset,
     variables: list[str],
     start: float,
-    figures: Sequence[Asked] = (),
+    figures: Sequence[RequestedStatistic] = (),
     channels: Sequence[str] = (),
     lenient: bool = False,
 ) -> xr.Dataset:
@@ -72,7 +72,7 @@ def reduce_run(
     statistics, coords, attributes = columns(
         run, start, None, _chosen_channels(run, channels, lenient)
     )
-    statistics = {name: of for name, of in statistics.items() if not name.endswith(RECORDED)}
+    statistics = {name: of for name, of in statistics.items() if not name.endswith(RECORDED_SUFFIX)}
     variables_of_run: dict[str, Any] = {
         **statistics,
         **of_units(run),
@@ -88,8 +88,8 @@ def reduce_run(
         for name, what in COUNT_ATTRIBUTES.items()
     }
     variables_of_run[RELATIVE] = _relative_error(run)
-    results = Results(run)
-    why = results.why if "impulse" in run else xr.Dataset()
+    results = RunResults(run)
+    why = results.explanation if "impulse" in run else xr.Dataset()
     for figure in figures:
         if any(figure.name in each for each in (variables_of_run, coords, run, why)):
             raise InputError(
@@ -97,7 +97,7 @@ def reduce_run(
                 " of the runs; expected another one."
             )
         try:
-            variables_of_run[figure.name] = figure.of(results).variable
+            variables_of_run[figure.name] = figure.evaluate(results).variable
         except InputError:
             if not lenient:
                 raise

@@ -18,10 +18,15 @@ from hydrosim.compiling.symmetry import not_mirrored, plane_of
 from hydrosim.dofs import DOFS, MIRROR_SIGN
 from hydrosim.errors import HydrosimError
 from hydrosim.scene import Scene
-from hydrosim.statistics.headings import MIRRORED, NEAR, SAID, images_of
+from hydrosim.statistics.headings import (
+    MIRROR_REASON,
+    MIRRORED_ATTRIBUTE,
+    SAME_HEADING_RAD,
+    images_of,
+)
 
 if TYPE_CHECKING:
-    from hydrosim.statistics.figures import Asked
+    from hydrosim.statistics.figures import RequestedStatistic
     from hydrosim.studies.operability.seas import Swell
 
 EVEN_STATISTICS = ("end_absolute", "change_absolute", "std", "largest_absolute")
@@ -30,7 +35,10 @@ MOTION_CHANNELS = ("position", "velocity", "acceleration")
 
 
 def add_mirrored_limits(
-    found: xr.Dataset, scene: Scene, figures: Sequence[Asked], swells: Sequence[Swell | None]
+    found: xr.Dataset,
+    scene: Scene,
+    figures: Sequence[RequestedStatistic],
+    swells: Sequence[Swell | None],
 ) -> xr.Dataset:
     """The limits ``found`` with those to the other side, if these are the same; attributes say
     which they are, or why there are none."""
@@ -41,7 +49,7 @@ def add_mirrored_limits(
     reasons = [*_criteria_asymmetries(figures, swells, scene), *_scene_asymmetries(scene, headings)]
     if reasons:
         text = f"Limits are not mirrored to the other side: {'; '.join(reasons)}."
-        return found.assign_attrs({SAID: text})
+        return found.assign_attrs({MIRROR_REASON: text})
     mirrored = found.sel(heading=[heading for heading, _ in images])
     mirrored = mirrored.assign_coords(
         heading=("heading", [at for _, at in images], found.heading.attrs)
@@ -53,16 +61,20 @@ def add_mirrored_limits(
         "Scene and criteria are symmetric about the x axis. Limits to the other side are the same,"
         " without runs of their own."
     )
-    return both.assign_attrs({SAID: text, MIRRORED: np.sort([at for _, at in images])})
+    return both.assign_attrs(
+        {MIRROR_REASON: text, MIRRORED_ATTRIBUTE: np.sort([at for _, at in images])}
+    )
 
 
 def _criteria_asymmetries(
-    figures: Sequence[Asked], swells: Sequence[Swell | None], scene: Scene
+    figures: Sequence[RequestedStatistic], swells: Sequence[Swell | None], scene: Scene
 ) -> list[str]:
     """Criteria and swells that are others to the other side."""
     names = [str(figure) for figure in figures if not _is_even(figure)]
     names += [name for figure in figures for name in figure.elements if _is_asymmetric(name, scene)]
-    oblique_swells = [s for s in swells if s is not None and abs(np.sin(s.heading)) > NEAR]
+    oblique_swells = [
+        s for s in swells if s is not None and abs(np.sin(s.heading)) > SAME_HEADING_RAD
+    ]
     return names + [f"swell to {np.degrees(swell.heading):g} deg" for swell in oblique_swells]
 
 
@@ -76,7 +88,7 @@ def _is_asymmetric(name: str, scene: Scene) -> bool:
     return bool(list(without_image(elements, plane_of(scene))))
 
 
-def _is_even(figure: Asked) -> bool:
+def _is_even(figure: RequestedStatistic) -> bool:
     """Whether a figure is the same of a motion and of its mirror image."""
     if not figure.channel:
         return figure.is_even

@@ -18,7 +18,7 @@ import scipy
 from hydrosim.compiling.compile import Radiation, compile_for_linear
 from hydrosim.dofs import DOFS
 from hydrosim.scene import Scene, SecondOrder
-from hydrosim.statistics.excursions import LEVELS, Excursions, find_excursions
+from hydrosim.statistics.excursions import LEVEL_RANGE, Excursions, find_excursions
 from hydrosim.studies.linear.response import Responder, responder
 from hydrosim.studies.linear.rest import at_rest
 from hydrosim.studies.operability.seas import Sea, in_sea
@@ -26,7 +26,7 @@ from hydrosim.waves.components import sea as drawn
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
-    from hydrosim.statistics.figures import Asked
+    from hydrosim.statistics.figures import RequestedStatistic
 
 DERIVATIVE_ORDERS = {"position": 0, "velocity": 1, "acceleration": 2}
 """Channels that are linear in the motions, and how often they are derived."""
@@ -42,7 +42,9 @@ class Spectral:
         self.rest = rest.position
         self.about: Responder = responder(calm, rest.state)
 
-    def limit(self, sea: Sea, figure: Asked, limit: float, probability: float) -> float:
+    def limit(
+        self, sea: Sea, figure: RequestedStatistic, limit: float, probability: float
+    ) -> float:
         """The significant height [m] up to which a ``figure`` stays within its ``limit`` with this
         probability, infinite where waves do not move it; 0 if it never does."""
         (waves,) = drawn(in_sea(self.scene, replace(sea, swell=None), 1.0, 1).environment)
@@ -65,7 +67,7 @@ class Spectral:
         return _deviation(rooms, motion, probability) / sqrt(m0)
 
 
-def spectral(scene: Scene, figures: Sequence[Asked], swell: bool) -> Spectral | str:
+def spectral(scene: Scene, figures: Sequence[RequestedStatistic], swell: bool) -> Spectral | str:
     """What gives limits by spectra; or, in words, why runs are needed."""
     for figure in figures:
         name, *rest = figure.channel.split(".")
@@ -102,4 +104,4 @@ def _deviation(rooms: list[float], motion: Excursions, probability: float) -> fl
     def excess(part: float) -> float:
         return motion.log_inside([each / (part * room) for each in rooms]) - log(probability)
 
-    return room * float(scipy.optimize.brentq(excess, *LEVELS, xtol=1e-12))
+    return room * float(scipy.optimize.brentq(excess, *LEVEL_RANGE, xtol=1e-12))

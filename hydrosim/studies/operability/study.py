@@ -32,7 +32,7 @@ from hydrosim.studies.sweep.trial import check_figures, check_units
 if TYPE_CHECKING:
     from hydrosim.results.journal import Journal
     from hydrosim.scene import Scene
-    from hydrosim.statistics.figures import Asked
+    from hydrosim.statistics.figures import RequestedStatistic
     from hydrosim.studies.operability_file import Operability
     from hydrosim.studies.study_file import StudyFile
 
@@ -52,7 +52,7 @@ class Limits:
     scene: Scene
     data: StudyFile
     wanted: Operability
-    figures: tuple[Asked, ...]
+    figures: tuple[RequestedStatistic, ...]
     limits: tuple[float, ...]
     least: tuple[bool, ...]
     units: dict[str, str]

@@ -13,8 +13,8 @@ import xarray as xr
 from hydrosim.interrupts import raise_if_interrupted, undisturbed
 from hydrosim.results.journal import Journal, Kept
 from hydrosim.results.runs_file import COMPLETE
-from hydrosim.statistics.figures import Asked
-from hydrosim.statistics.results import Results
+from hydrosim.statistics.figures import RequestedStatistic
+from hydrosim.statistics.results import RunResults
 from hydrosim.studies.many.garbage import collected_here
 from hydrosim.studies.many.outcome import RunOutcome
 from hydrosim.studies.many.pools import outcome_of
@@ -31,7 +31,7 @@ class Trials:
 
     def __init__(
         self,
-        figures: Sequence[Asked],
+        figures: Sequence[RequestedStatistic],
         workers: int,
         progress: Callable[[int], None] = lambda _: None,
         journal: Journal | None = None,
@@ -90,5 +90,5 @@ class Trials:
         return outcome
 
     def _figures(self, run: xr.Dataset) -> xr.Dataset:
-        results = Results(run)
-        return xr.Dataset({figure.name: figure.of(results) for figure in self.figures})
+        results = RunResults(run)
+        return xr.Dataset({figure.name: figure.evaluate(results) for figure in self.figures})

@@ -13,7 +13,13 @@ import xarray as xr
 from hydrosim.documents.text import Source
 from hydrosim.errors import InputError
 from hydrosim.statistics.waiting import Hindcast, waiting
-from hydrosim.statistics.weather import Alpha, Curve, Scatter, Surface, workability
+from hydrosim.statistics.weather import (
+    AlphaFactors,
+    LimitCurve,
+    LimitSurface,
+    ScatterDiagram,
+    workability,
+)
 from hydrosim.studies.operability.weather_files import read_hindcast, read_scatter
 
 if TYPE_CHECKING:
@@ -30,18 +36,18 @@ class Weather:
     """A scatter diagram, a hindcast, the bearing of the x axis [rad] by which its directions are
     headings, and the operation that needs a window."""
 
-    scatter: Scatter | None
+    scatter: ScatterDiagram | None
     hindcast: Hindcast | None
     bearing: float | None
     operation: Operation | None
 
-    def alpha(self) -> Alpha | None:
+    def alpha(self) -> AlphaFactors | None:
         """The table of alpha factors, if there is one."""
         table = self.operation.alpha if self.operation is not None else None
         if table is None:
             return None
         arrays = (np.array(x) for x in (table.planned, table.heights, table.factors))
-        return Alpha(table.source, *arrays)
+        return AlphaFactors(table.source, *arrays)
 
 
 def read_weather(folder: Path, wanted: Operability) -> Weather:
@@ -71,7 +77,7 @@ def assess_weather(found: xr.Dataset, weather: Weather) -> xr.Dataset:
     new: dict[str, xr.DataArray] = {}
     if weather.scatter is not None:
         least = limit.min("heading").values
-        curve = Curve(found.peak_period.values, least, is_open.all("heading").values)
+        curve = LimitCurve(found.peak_period.values, least, is_open.all("heading").values)
         workable, outside = workability(weather.scatter, curve)
         new["scatter_workable"] = _share(workable, "share of the seas that is workable")
         new["scatter_outside"] = _share(outside, "share of the seas at other peak periods")
@@ -140,9 +146,11 @@ def _limits_over_time(limit: xr.DataArray, is_open: xr.DataArray, weather: Weath
     heading, period = limit.heading.values, limit.peak_period.values
     if bearing is None or hindcast.coming is None:
         least = limit.min("heading", skipna=False).values
-        return Curve(period, least, is_open.all("heading").values).at(hindcast.period)
+        return LimitCurve(period, least, is_open.all("heading").values).limit_at(hindcast.period)
     going = bearing - hindcast.coming - np.pi  # bearings turn clockwise, headings the other way
-    return Surface(heading, period, limit.values, is_open.values).at(going, hindcast.period)
+    return LimitSurface(heading, period, limit.values, is_open.values).limit_at(
+        going, hindcast.period
+    )
 
 
 def _hindcast_variables(

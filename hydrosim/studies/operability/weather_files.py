@@ -23,14 +23,14 @@ from hydrosim.documents.text import (
     Table,
     name_and_unit,
     parse,
+    readable_unit,
     require_finite,
     require_rising,
-    spelled,
     unit_of_column,
 )
 from hydrosim.documents.units import factor
 from hydrosim.statistics.waiting import Hindcast
-from hydrosim.statistics.weather import Scatter
+from hydrosim.statistics.weather import ScatterDiagram
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,7 +48,7 @@ MAX_HEIGHT_M = 30.0  # m: significant heights of a scatter diagram
 MIN_DIRECTIONS = 10  # directions, of which some should be more than 6.28 degrees
 
 
-def read_scatter(source: Source) -> Scatter:
+def read_scatter(source: Source) -> ScatterDiagram:
     """The scatter diagram in a text file; InputError says what is wrong with it."""
     source.head(4)
     table = parse(source, first="a significant height [m]")
@@ -76,7 +76,7 @@ def read_scatter(source: Source) -> Scatter:
         )
     if np.any(count < 0.0) or not count.sum() > 0.0:
         source.wrong("found counts that are negative, or none at all; expected how often seas are")
-    return Scatter(heights, periods, count)
+    return ScatterDiagram(heights, periods, count)
 
 
 def read_hindcast(source: Source) -> Hindcast:
@@ -196,7 +196,7 @@ def _convert_values(source: Source, values: xr.DataArray, what: str) -> np.ndarr
     """Numbers in the program's unit; directions those that waves come from, as a file has them
     unless its standard name says that they go there."""
     unit = str(values.attrs.get("units", DEFAULT_UNITS[what]))
-    unit = "deg" if unit.lower().startswith("deg") else spelled(unit) or unit
+    unit = "deg" if unit.lower().startswith("deg") else readable_unit(unit) or unit
     try:
         scale = factor(unit, COLUMN_UNITS[what])
     except ValueError as error:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from hydrosim.linear.accuracy import WRONG, Vibration, vibrations
-from hydrosim.linear.stability import Combination, Watch, combinations, unwatched
+from hydrosim.linear.stability import Combination, Watch, combinations, without_progress
 from hydrosim.radiation.threads import one_thread
 from hydrosim.rigid.free import groups
 from hydrosim.scene.solver import fitting_step
@@ -38,7 +38,7 @@ class StepNeed(NamedTuple):
 
 @one_thread
 def scene_combinations(
-    compiled: Compiled, each_alone: bool = False, watch: Watch = unwatched
+    compiled: Compiled, each_alone: bool = False, watch: Watch = without_progress
 ) -> list[Combination]:
     """Combinations of contacts for which a scene is linearised, see `stability`."""
     return combinations(compiled.scene, compiled.model, compiled.state, each_alone, watch)

@@ -27,7 +27,7 @@ from hydrosim.documents.layers import read_case
 from hydrosim.documents.messages import Problem
 from hydrosim.documents.nodes import SETTING
 from hydrosim.documents.places import locating_in
-from hydrosim.documents.validate import validated
+from hydrosim.documents.validate import validate_document
 from hydrosim.documents.value_text import letter_of
 from hydrosim.errors import InputError
 from hydrosim.outputs import settings_text
@@ -50,8 +50,8 @@ from hydrosim.studies.sweep.coordinates import CaseValue, label_values, value_at
 if TYPE_CHECKING:
     from hydrosim.documents.units import Scale
     from hydrosim.scene import Scene
-    from hydrosim.statistics.figures import Figure
-    from hydrosim.statistics.results import StageResult, WhyResult
+    from hydrosim.statistics.figures import ScalarResult
+    from hydrosim.statistics.results import MotionCauseResult, StageResult
 
 # coordinates of runs: the plan, and what of it is varied
 STUDY_LABEL = "study"
@@ -76,7 +76,7 @@ class ParameterStudy:
     labels: dict[str, xr.Variable]
     kept: OutputSettings
     inputs: tuple[Path, ...] = ()
-    figures: tuple[Figure | StageResult | WhyResult, ...] = ()
+    figures: tuple[ScalarResult | StageResult | MotionCauseResult, ...] = ()
     design: str = "{}"
     seeds: tuple[int, ...] = ()
     until: SeedTarget | None = None
@@ -95,7 +95,7 @@ def read_study(path: Path) -> StudyFile:
             text = f"found no such file at {place}; expected a case file; {RELATIVE}"
             yield Problem(("case",), text)
 
-    return validated(read_case(path)[1], StudyFile, further)
+    return validate_document(read_case(path)[1], StudyFile, further)
 
 
 def load_study(path: Path | str) -> ParameterStudy:
@@ -146,7 +146,9 @@ def settings_with(data: StudyFile, case: Case) -> str:
     return settings_text(study, {f"case.{key}": value for key, value in of_case.items()})
 
 
-def requested_figures(data: StudyFile) -> tuple[Figure | StageResult | WhyResult, ...]:
+def requested_figures(
+    data: StudyFile,
+) -> tuple[ScalarResult | StageResult | MotionCauseResult, ...]:
     """What is asked of each run: the figures, and those of the criteria."""
     asked = {**data.figures, **data.criteria}
     return tuple(each.figure(name, data.output.start) for name, each in asked.items())

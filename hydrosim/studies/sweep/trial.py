@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 from hydrosim.documents.units import Scale, factor
 from hydrosim.errors import HydrosimError, InputError
-from hydrosim.statistics.figures import Asked
-from hydrosim.statistics.results import Results
+from hydrosim.statistics.figures import RequestedStatistic
+from hydrosim.statistics.results import RunResults
 from hydrosim.studies.run.asked import NotAskable
 from hydrosim.studies.run.simulation import simulate
 
@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 TRIAL_STEPS = 4  # of output
 
 
-def check_figures(file: Path, scenes: Sequence[Scene], figures: Sequence[Asked]) -> dict[str, str]:
+def check_figures(
+    file: Path, scenes: Sequence[Scene], figures: Sequence[RequestedStatistic]
+) -> dict[str, str]:
     """The units of the ``figures`` that a study ``file`` asks of runs like those of the ``scenes``,
     of which some may lack some; none where no scene can be run, which its own run will say. Raises
     InputError where no run has such a channel, or a case of the study has not those of its own
@@ -42,7 +44,9 @@ def check_figures(file: Path, scenes: Sequence[Scene], figures: Sequence[Asked])
     return units
 
 
-def _try_figures(scene: Scene, figures: Sequence[Asked]) -> dict[str, str | InputError]:
+def _try_figures(
+    scene: Scene, figures: Sequence[RequestedStatistic]
+) -> dict[str, str | InputError]:
     """The unit of each figure in a few steps of a scene, or why there is none; nothing where the
     scene cannot be run."""
     short = replace(scene, duration=min(scene.duration, TRIAL_STEPS * scene.output_step))
@@ -53,10 +57,10 @@ def _try_figures(scene: Scene, figures: Sequence[Asked]) -> dict[str, str | Inpu
     except HydrosimError:
         return {}
     units: dict[str, str | InputError] = {}
-    results = Results(run)
+    results = RunResults(run)
     for figure in figures:
         try:
-            units[figure.name] = str(figure.of(results).attrs["units"])
+            units[figure.name] = str(figure.evaluate(results).attrs["units"])
         except InputError as error:
             units[figure.name] = error
     return units

@@ -17,10 +17,10 @@ from hydrosim.presentation.document import (
 )
 
 TERMS = (("p1", "1/s"), ("p2", "1/rad"), ("p3", "s/rad^2"))
-AMPLITUDES = 5
+MAX_RATIO_ROWS = 5
 """Rows of damping ratios, from the smallest to the largest recorded roll."""
-DIGITS = 5
-KEYS = ("s^-1", "rad^-1", "s/rad^2")
+COEFFICIENT_DIGITS = 5
+CASE_UNITS = ("s^-1", "rad^-1", "s/rad^2")
 """Units in a case file."""
 
 
@@ -28,13 +28,13 @@ def calibration_document(fit: DecayFit) -> Document:
     """Damping of the decays, how well the records tell it, and where the equation does not fit."""
     doubts = [Verdict(Outcome.WARNING, "{}", [text]) for text in fit.doubts]
     notes = [Sentence("{}.", [note]) for decay in fit.decays for note in decay.notes]
-    nodes = [*doubts, _terms(fit), _untold(fit), _ratios(fit), _records(fit), *notes]
+    nodes = [*doubts, _terms(fit), _undetermined_terms(fit), _ratios(fit), _records(fit), *notes]
     return Document("Decay of roll", nodes)
 
 
 def keys_of(fit: DecayFit, body: str) -> list[str]:
     """Lines of a force element with the fitted damping, as in a case file."""
-    values = zip((name for name, _ in TERMS), fit.damping, KEYS, strict=True)
+    values = zip((name for name, _ in TERMS), fit.damping, CASE_UNITS, strict=True)
     return [
         "forces:",
         "  roll_damping:",
@@ -56,10 +56,10 @@ def _terms(fit: DecayFit) -> Table:
 
 
 def _row(name: str, interval: Interval, used: float) -> list[Cell]:
-    return [name, *(f"{x:.{DIGITS}g}" for x in (*interval, used))]
+    return [name, *(f"{x:.{COEFFICIENT_DIGITS}g}" for x in (*interval, used))]
 
 
-def _untold(fit: DecayFit) -> Node:
+def _undetermined_terms(fit: DecayFit) -> Node:
     """Terms that the records do not tell from zero."""
     names = [name for k, (name, _) in enumerate(TERMS) if fit.terms.interval(k).holds_zero]
     if not names:
@@ -73,7 +73,7 @@ def _untold(fit: DecayFit) -> Node:
 
 def _ratios(fit: DecayFit) -> Table:
     rows: list[list[Cell]] = []
-    for amplitude in np.linspace(*fit.amplitudes, AMPLITUDES):
+    for amplitude in np.linspace(*fit.amplitudes, MAX_RATIO_ROWS):
         ratio = fit.terms.damping_ratio(amplitude)
         used = fit.used_ratio(amplitude)
         cells: list[Cell] = [Value(x, "share", 3) for x in (*ratio, used)]

@@ -11,7 +11,7 @@ from hydrosim.forces.damping.viscous_roll import EDDIES, KIND, ViscousRoll
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
 
-AMPLITUDE = 5.0  # deg
+AMPLITUDE_DEG = 5.0  # deg
 
 
 def describe_roll_damping(compiled: Compiled) -> Iterator[str]:
@@ -29,11 +29,11 @@ def describe_roll_damping(compiled: Compiled) -> Iterator[str]:
             off = f"less {waves:.4g} by waves" if element.includes_waves else "waves not taken off"
             parts.append(f"p1 is {float(found['measured']):.4g} N m s/rad in all, {off}")
         if omega > 0.0:
-            rate = omega * radians(AMPLITUDE)
+            rate = omega * radians(AMPLITUDE_DEG)
             damping = B1 + EDDIES * B2 * rate + 0.75 * B3 * rate**2
             ratio = 50.0 * damping / (mass * omega)
             parts.append(
-                f"{ratio:.3g} % of critical besides waves at {AMPLITUDE:g} deg and"
+                f"{ratio:.3g} % of critical besides waves at {AMPLITUDE_DEG:g} deg and"
                 f" {2.0 * pi / omega:.4g} s"
             )
         yield "; ".join(parts)

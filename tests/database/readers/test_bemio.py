@@ -138,7 +138,7 @@ def test_sphere_loads(path):
         warnings.simplefilter("always")
         db = load(path)
     assert db.port_starboard_symmetric
-    assert {f.name for f in check(db) if not f.passed} <= {
+    assert {f.name for f in check(db) if not f.has_passed} <= {
         "kernel truncation",
         "size of the horizontal load in long waves",
     }

@@ -11,7 +11,7 @@ import xarray
 
 from hydrosim.compiling.databases import opened
 from hydrosim.database import HydroDatabase, all_headings, netcdf
-from hydrosim.database.changes import changed
+from hydrosim.database.changes import apply_changes
 from hydrosim.database.load import load, read
 from hydrosim.errors import InputError
 from hydrosim.scene import ChangedDatabase, Changes
@@ -161,10 +161,10 @@ def test_frequencies_without_numbers_can_be_left_out(barge_set, barge, tmp_path,
     with pytest.raises(InputError, match=range_said):
         read(path)
     used = (float(omega[2]), float(omega[-1]))
-    whole = changed(read(stored(barge_set, tmp_path / "whole.nc")), Changes(frequencies=used))
+    whole = apply_changes(read(stored(barge_set, tmp_path / "whole.nc")), Changes(frequencies=used))
     for db in (
         opened(ChangedDatabase(path, Changes(frequencies=used))),
-        changed(read(path, Given(frequencies=used)), Changes(frequencies=used)),
+        apply_changes(read(path, Given(frequencies=used)), Changes(frequencies=used)),
     ):
         assert db.checksum == whole.checksum
     with pytest.raises(InputError, match=range_said):

@@ -131,14 +131,14 @@ def test_hemisphere_is_doubted_for_the_range_its_makers_do_not_trust(hemisphere,
     """Above 5 rad/s there are irregular frequencies: spikes, negative damping of 6 % of the
     largest, and added mass that does not go with it. Nothing else is wrong with the file. Up to
     5 rad/s the damping of surge has not decayed."""
-    failed = {finding.name for finding in check(hemisphere) if not finding.passed}
+    failed = {finding.name for finding in check(hemisphere) if not finding.has_passed}
     assert failed == {"positive damping", "irregular frequencies", "added mass against damping"}
     with pytest.warns(UserWarning, match="positive damping"):
         load(validation / "hemisphere" / "hemisphere.1")
     trusted = hemisphere.frequency <= 5.0
     names = ("frequency", "added_mass", "radiation_damping", "excitation", "mean_drift")
     lower = replace(hemisphere, **{name: getattr(hemisphere, name)[trusted] for name in names})
-    failed = {finding.name for finding in check(lower) if not finding.passed}
+    failed = {finding.name for finding in check(lower) if not finding.has_passed}
     assert failed == {"kernel truncation"}
 
 
@@ -685,7 +685,7 @@ def test_a_set_without_loads_has_no_headings(hemisphere_copy):
     assert bare.excitation.shape == (bare.frequency.size, 0, 6)
     np.testing.assert_array_equal(bare.added_mass, whole.added_mass)
     assert bare.mean_drift is None
-    assert not any(finding.refused for finding in check(bare))
+    assert not any(finding.is_refused for finding in check(bare))
 
 
 @pytest.fixture

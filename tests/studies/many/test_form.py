@@ -17,8 +17,8 @@ from hydrosim.compare.exact import differences
 from hydrosim.forces import Frictionless, StickSlip
 from hydrosim.results.growing import growing
 from hydrosim.scene import Scene, Weight
-from hydrosim.statistics.explain import explained, of_runs
-from hydrosim.statistics.figures import Figure
+from hydrosim.statistics.explain import explain_run, explanations_of_runs
+from hydrosim.statistics.figures import ScalarResult
 from hydrosim.studies.many import many
 from hydrosim.studies.many.form import one_scene_of_each_kind
 
@@ -57,9 +57,9 @@ def test_kinetic_friction_with_impulses_is_kept_apart() -> None:
     assert runs.fender_kinetic.values.ravel().tolist() == [0.1, 0.15, 0.05]
     assert "fender_kinetic" in runs.coords
     assert "fender_kinetic: a value for each run" in runs.attrs["runs_differ"]
-    found = of_runs(runs)
+    found = explanations_of_runs(runs)
     for k, scene in enumerate(scenes):
-        single = explained(hs.simulate(scene))
+        single = explain_run(hs.simulate(scene))
         for name in single.data_vars:
             assert equal(found[name][k], single[name]), name
 
@@ -116,7 +116,7 @@ def test_a_weight_that_varies_is_kept_apart() -> None:
 
 def test_a_figure_or_a_variable_that_some_runs_lack_is_left_out_of_these() -> None:
     have, lack = sliding(impulses=False), without(sliding(impulses=False), "push")
-    pushed = Figure("pushed", "force_push.block.surge", "largest")
+    pushed = ScalarResult("pushed", "force_push.block.surge", "largest")
     runs = hs.simulate_many([lack, have], variables=["force_push"], figures=[pushed])
     assert list(runs.status) == ["complete"] * 2
     assert np.isnan(float(runs.pushed[0]))
@@ -129,7 +129,10 @@ def test_a_figure_or_a_variable_that_some_runs_lack_is_left_out_of_these() -> No
     ("asked", "words"),
     [
         ({"variables": ["force_pull"]}, "variables: found force_pull"),
-        ({"figures": [Figure("a", "force_pull.block.surge", "end")]}, "force_pull.block.surge"),
+        (
+            {"figures": [ScalarResult("a", "force_pull.block.surge", "end")]},
+            "force_pull.block.surge",
+        ),
         ({"channels": ["tide.*"]}, "output.channels: found tide"),
     ],
 )

@@ -16,9 +16,9 @@ from moored_barge import CASES
 
 from hydrosim.plot.operability import _panel
 from hydrosim.scene import Scene
-from hydrosim.statistics.figures import Figure as Asked
+from hydrosim.statistics.figures import ScalarResult
 from hydrosim.statistics.headings import image_of, without_images
-from hydrosim.statistics.results import StageResult, WhyResult
+from hydrosim.statistics.results import MotionCauseResult, StageResult
 from hydrosim.studies.operability.mirrored import add_mirrored_limits
 from hydrosim.studies.operability.seas import Swell
 from hydrosim.studies.operability.study import limits_of, load_limits
@@ -95,17 +95,17 @@ def removal() -> Scene:
     ("asked", "swells", "mirrored"),
     [
         (StageResult("a", "recontact_force", "legs"), [None], True),
-        (Asked("a", "position.barge.roll", "largest_absolute"), [None], True),
-        (Asked("a", "position.barge.surge", "largest"), [None], True),
-        (Asked("a", "position.barge.roll", "largest"), [None], False),
-        (Asked("a", "fender_normal_force.interface 1", "largest"), [None], False),
-        (WhyResult("a", "displacement", direction="sway", body="barge"), [None], False),
+        (ScalarResult("a", "position.barge.roll", "largest_absolute"), [None], True),
+        (ScalarResult("a", "position.barge.surge", "largest"), [None], True),
+        (ScalarResult("a", "position.barge.roll", "largest"), [None], False),
+        (ScalarResult("a", "fender_normal_force.interface 1", "largest"), [None], False),
+        (MotionCauseResult("a", "displacement", direction="sway", body="barge"), [None], False),
         (StageResult("a", "recontacts", "legs"), [None, Swell(1.0, 14.0, np.pi)], True),
         (StageResult("a", "recontacts", "legs"), [None, Swell(1.0, 14.0, 1.0)], False),
     ],
 )
 def test_what_tells_the_sides_apart_is_not_mirrored(
-    removal: Scene, asked: Asked, swells: list[Swell | None], mirrored: bool
+    removal: Scene, asked: ScalarResult, swells: list[Swell | None], mirrored: bool
 ) -> None:
     found = add_mirrored_limits(known([0.0, 1.0]), removal, [asked], swells)
     assert found.sizes["heading"] == (3 if mirrored else 2)

@@ -16,7 +16,7 @@ import hydrosim as hs
 from hydrosim.compare.exact import differences
 from hydrosim.interrupts import ENDING
 from hydrosim.presentation.units import Units
-from hydrosim.statistics.effects import Plan
+from hydrosim.statistics.effects import PlanRuns
 from hydrosim.studies.many import many
 from hydrosim.studies.sweep.study import load_study
 
@@ -392,7 +392,7 @@ def test_a_frequency_of_waves_is_read_in_radians_per_second_and_a_turn_in_degree
     np.testing.assert_allclose(lowest.values, 2.0 * np.pi * np.array([0.1, 0.2]))
     assert (lowest.attrs["units"], lowest.attrs["cyclic"]) == ("rad/s", 1)
     runs = xr.Dataset(coords={"lowest": lowest, "rate": ("run", [0.1, 0.2], {"units": "rad/s"})})
-    plan = Plan("", "grid", {}, [], None, runs)
+    plan = PlanRuns("", "grid", {}, [], None, runs)
     degrees = Units({"rad": "deg"})
-    assert degrees.shown(plan.unit("lowest")) == ("rad/s", 1.0)
-    assert degrees.shown(plan.unit("rate")).unit == "deg/s"
+    assert degrees.display_unit(plan.unit("lowest")) == ("rad/s", 1.0)
+    assert degrees.display_unit(plan.unit("rate")).unit == "deg/s"

@@ -1,4 +1,4 @@
-"""The parts of a document, each from what a result holds of it."""
+"""The sections of a document, each from what a result holds of it."""
 
 from __future__ import annotations
 
@@ -11,16 +11,18 @@ from hydrosim.documents.digits import digits_of
 from hydrosim.presentation.document import Heading, Node, Outcome, Verdict
 
 Result = TypeVar("Result")
-Part = Callable[[Result], Iterator[Node]]
-Parts = Mapping[str, tuple[str, Part[Result]]]
+SectionBuilder = Callable[[Result], Iterator[Node]]
+Sections = Mapping[str, tuple[str, SectionBuilder[Result]]]
 """Sections by name: the heading, and what gives the nodes below it."""
+MAX_TABLE_ROWS = 300
+"""Rows of a table, and remarks of a list."""
 
 
-def nodes_of(parts: Parts[Result], result: Result) -> list[Node]:
+def build_sections(parts: Sections[Result], result: Result) -> list[Node]:
     """The headings and nodes of those parts of a result that have anything to say."""
     nodes: list[Node] = []
     for name, (title, part) in parts.items():
-        if below := list(_tried(part, result)):
+        if below := list(_build_section(part, result)):
             nodes += [Heading(title, name), *below]
     return nodes
 
@@ -45,7 +47,7 @@ def attribute_text(value: Any) -> str:
         return str(value)
 
 
-def _tried(part: Part[Result], result: Result) -> Iterator[Node]:
+def _build_section(part: SectionBuilder[Result], result: Result) -> Iterator[Node]:
     """The nodes of a part. A result of another version or origin gives those that can be made."""
     try:
         yield from part(result)
