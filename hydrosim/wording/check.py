@@ -43,10 +43,10 @@ from hydrosim.studies.ballast.loading import with_contents_at
 from hydrosim.studies.run.asked import check_criteria
 from hydrosim.studies.run.resolution import accuracy_limit, scene_combinations
 from hydrosim.studies.run.step_limits import scene_step_limits
-from hydrosim.wording.floating import describe_floating, describe_lines
 from hydrosim.wording.joints import describe_drives, describe_joints
 from hydrosim.wording.roll.damping import describe_roll_damping
 from hydrosim.wording.run import radiation_verdict
+from hydrosim.wording.start.floating import describe_floating, describe_lines
 
 if TYPE_CHECKING:
     from hydrosim.case import Case

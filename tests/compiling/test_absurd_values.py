@@ -17,7 +17,7 @@ from hydrosim.compiling.compile import compile_scene
 from hydrosim.errors import InputError
 from hydrosim.scene.chain import strongest_breaking_load
 from hydrosim.wording.check import check
-from hydrosim.wording.floating import describe_direction
+from hydrosim.wording.start.floating import describe_direction
 
 Mistake = tuple[str, str, Any, Any, str]
 """Case, key, wrong value, right value, text of the question."""
@@ -48,7 +48,7 @@ MISTAKES: list[Mistake] = [
     (TENDER, "forces.chain_1.capacity", "25 MN", "2.2 MN", "of grade R5 breaks at 3.2e+06 N"),
     (TENDER, "forces.chain_1.capacity", "1300 N", "1.3 MN", "of grade R5 breaks at 3.2e+06 N"),
     (TENDER, "forces.bow_breast.capacity", "225 GN", "450 kN", "m longer; usual is up to 10"),
-    (TENDER, "forces.fenders.points", [[8, 6, 0.2]], [[8, -6, 0.2]], "inside or behind the hull"),
+    (TENDER, "forces.fenders.points", [[8, 6, 0.2]], [[8, -6, 0.2]], "at the far side of the hull"),
     (
         TENDER,
         "forces.fenders.plane",
@@ -78,7 +78,7 @@ MISTAKES: list[Mistake] = [
         "forces.bow_breast.length",
         "79.5 m",
         "8.2 m",
-        "m apart at the start; usual is up to 5",
+        "at the start; usual is up to 5",
     ),
     (TENDER, "forces.tender_wind.surge", [-25, -18, 0, 18, 25], [25, 18, 0, -18, -25], "against"),
     (TENDER, "forces.tender_wind.sway", [0, -36, -51, -36, 0], [0, 36, 51, 36, 0], "against the s"),
@@ -88,7 +88,7 @@ MISTAKES: list[Mistake] = [
         "forces.barge_current.sway",
         [0, 0, 1e-3, 0, 0],
         [0, 6e4, 1e5, 6e4, 0],
-        "of 1.7e-06 for",
+        "Is it in kN?",
     ),
 ]
 

@@ -22,7 +22,7 @@ LIFTED = 0.5  # of the weight
 SHORTEST, LONGEST = 1.0, 1000.0  # s, of natural periods
 TILT = np.radians(0.3)  # largest heel or trim by its own weight of a body that is afloat level
 LIGHTEST = 1.2  # kg/m^3
-SMALLEST_RADIUS = 0.05  # of that of a hull with all its mass at its ends
+SMALLEST_RADIUS = 0.01  # of that of a hull with all its mass at its ends
 LARGER = 1.25  # ratio: rounding, above the radius of gyration of a body with all mass at its ends
 
 
@@ -186,7 +186,10 @@ def _high_centres(about: About) -> Iterator[Doubt]:
     for _, body, db in about.afloat():
         size = extents(body, db)
         height = body.centre_of_gravity[2]
-        if size is not None and size.filled > COMPACT and height > size.draught:
+        capsizes = np.any(np.diag(needed(db, "hydrostatic_stiffness"))[3:5] < 0.0)
+        if size is None or size.filled < COMPACT or capsizes:
+            continue
+        if height > size.draught:
             found = f"a centre of gravity {text_beyond(height, size.draught)} m above the water"
             usual = f"usual is less than the draught of about {size.draught:.3g} m above it"
             advice = (

@@ -45,8 +45,11 @@ def points(about: About) -> Iterator[Doubt]:
         deep = np.array([_inside(size, point, normal) for point in fender.points])
         worst = int(np.argmax(deep))
         if deep[worst] > 0.0:
+            where = (
+                "at the far side of" if _is_far(size, fender.points[worst], normal) else "inside"
+            )
             found = (
-                f"point {worst + 1} inside or behind the hull of {fender.body}, which reaches about"
+                f"point {worst + 1} {where} the hull of {fender.body}, which reaches about"
                 f" {deep[worst]:.2g} m further towards the plane"
             )
             usual = "usual is a point at its side"
@@ -100,10 +103,14 @@ def _inside(size: Extents, point: np.ndarray, normal: np.ndarray) -> float:
     if z >= ABOVE * size.draught or size.filled < COMPACT or level < UPRIGHT:
         return 0.0
     towards = -normal[:2] / level
-    reach = float(np.abs(towards) @ size.half)
-    here = float(towards @ [x, y])
-    inner = bool(np.all(np.abs([x, y]) < INNER * size.half))
-    across = abs(float(towards[0] * y - towards[1] * x))
-    width = float(np.abs(towards) @ size.half[::-1])
-    far = here < FAR_SIDE * reach and across < INNER * width
-    return reach - here if inner or far else 0.0
+    within = bool(np.all(np.abs([x, y]) < INNER * size.half)) or _is_far(size, point, normal)
+    return float(np.abs(towards) @ size.half - towards @ [x, y]) if within else 0.0
+
+
+def _is_far(size: Extents, point: np.ndarray, normal: np.ndarray) -> bool:
+    """Whether a hull is between a point and an upright plane with this ``normal``."""
+    x, y, _ = point - size.centre
+    towards = -normal[:2] / np.linalg.norm(normal[:2])
+    behind = towards @ [x, y] < FAR_SIDE * (np.abs(towards) @ size.half)
+    across = np.abs(towards[0] * y - towards[1] * x)
+    return bool(behind and across < INNER * (np.abs(towards) @ size.half[::-1]))
