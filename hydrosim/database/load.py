@@ -111,6 +111,6 @@ def _files(path: Path) -> list[Path]:
 def _head(file: Path) -> bytes:
     try:
         with file.open("rb") as opened:
-            return opened.read(HEAD)
+            return opened.read(HEAD).removeprefix(b"\xef\xbb\xbf")  # of UTF-8
     except OSError as error:
         raise InputError(f"{file}: cannot be read ({error.strerror}).") from None

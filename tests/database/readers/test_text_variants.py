@@ -45,8 +45,8 @@ VARIANTS: dict[str, Change] = {
     "exponents with D": with_fortran_exponents,
     "no line end at the end": lambda content: content.rstrip(b"\n"),
 }
-REFUSED = {("AQWA", "tabs"), ("MARIN", "tabs"), ("OrcaFlex", "end of file of DOS")}
-"""Columns of fixed width, which tabs break; YAML has no such mark."""
+REFUSED = {("MARIN", "tabs")}
+"""Columns of fixed width, which tabs break."""
 
 
 def wamit_set(db: HydroDatabase, folder: Path) -> Path:
