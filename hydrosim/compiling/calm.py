@@ -16,13 +16,14 @@ from hydrosim.compiling.families import members_of
 from hydrosim.compiling.joints.drives import check_driven_start
 from hydrosim.compiling.model import model_of
 from hydrosim.compiling.notes_of_sea import notes_of_sea
-from hydrosim.compiling.questions import asked
+from hydrosim.compiling.questions import asked, describe_doubts
 from hydrosim.compiling.questions.doubt import describe_start
 from hydrosim.compiling.refusals import check_start
 from hydrosim.compiling.restart import begin
 from hydrosim.compiling.start import first_state, start_of, with_slow_places
 from hydrosim.compiling.wet import WetGroup
 from hydrosim.dofs import DOFS
+from hydrosim.errors import InputError
 from hydrosim.forces import heights_of_wind, in_gusts
 from hydrosim.forces.kind import elements_of
 from hydrosim.forces.line.catenary import Catenary
@@ -37,6 +38,7 @@ from hydrosim.waves.places import grid_step, steps_per_block
 from hydrosim.waves.synthesis import MISSED
 
 if TYPE_CHECKING:
+    from hydrosim.compiling.facts import Facts
     from hydrosim.database.database import HydroDatabase
     from hydrosim.forces.kind import Parts
     from hydrosim.scene import Solver, WaveForces
@@ -56,11 +58,23 @@ def compile_calm(scene: Scene, wet: Sequence[WetGroup], known: Parts | None = No
     """
     model = model_of(scene, wet, known)
     facts = facts_of(scene, wet, model)
-    fresh = first_state(scene, model)
+    try:
+        fresh = first_state(scene, model)
+    except InputError as error:
+        causes = _odd_values(scene, facts) if scene.at_rest else []
+        raise InputError("\n".join([str(error), *causes])) from None
     check_start(scene, model, fresh)
     state = start_of(scene, model, facts.layout, fresh)
     check_driven_start(scene, model, state, begin(scene))
     return with_method(Compiled(scene, tuple(wet), facts, state))
+
+
+def _odd_values(scene: Scene, facts: Facts) -> list[str]:
+    """What questions ask of a scene that has no place at rest: the cause may be among it."""
+    where = replace(scene, at_rest=False)
+    fresh = first_state(where, facts.model)
+    about = describe_start(where, facts, fresh, (), begin(scene) + scene.duration)
+    return [f"A cause may be: {text}" for text in describe_doubts(about, ())]
 
 
 def in_waves(calm: Compiled, scene: Scene, sea: Sequence[Components]) -> Compiled:

@@ -23,6 +23,11 @@ HEAD_BYTES = 4096  # bytes by which a format is recognised
 NOTHING_CHANGED = Changes()
 NOT_READ = {  # files beside databases, or files of programs without a reader
     ".lis": "a listing of AQWA, which is read beside an .AH1 file; give the .AH1 file",
+    ".in": "an input file, such as that of HAMS; give its Output/Wamit_format/NAME.1",
+    ".dat": "an input file, such as that of HydroDyn; give the .1 file that its PotFile names",
+    ".ss": "a state-space model; give the .1 file of the same hull",
+    ".4": "motions of WAMIT; give the .1 file of the same hull",
+    ".owr": "results of OrcaWave; load them into OrcaFlex and save its text data file (.yml)",
     ".rao": "a table without the header of HydroStar; let HydroStar write WAMIT's format",
     ".tec": "a table for Tecplot that belongs to no Nemoh project",
 }
@@ -106,6 +111,6 @@ def _files(path: Path) -> list[Path]:
 def _head(file: Path) -> bytes:
     try:
         with file.open("rb") as opened:
-            return opened.read(HEAD_BYTES)
+            return opened.read(HEAD_BYTES).removeprefix(b"\xef\xbb\xbf")  # of UTF-8
     except OSError as error:
         raise InputError(f"{file}: cannot be read ({error.strerror}).") from None

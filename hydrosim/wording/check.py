@@ -18,7 +18,6 @@ from hydrosim.compiling.notes import Notes
 from hydrosim.compiling.restart import resume, started_from
 from hydrosim.compiling.wet import in_states
 from hydrosim.documents.places import add_source_lines, locating
-from hydrosim.forces.pair import Tie
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import Kind, NaturalMode, natural_modes
 from hydrosim.linear.stability import Watch, without_progress
@@ -40,7 +39,6 @@ from hydrosim.presentation.units import units_of
 from hydrosim.scene import Scene
 from hydrosim.scene.trees import floating_roots
 from hydrosim.stepping.names import coordinate_at
-from hydrosim.stepping.start_loads import start_loads
 from hydrosim.studies.ballast.loading import with_contents_at
 from hydrosim.studies.run.asked import check_criteria
 from hydrosim.studies.run.resolution import accuracy_limit, scene_combinations
@@ -48,6 +46,7 @@ from hydrosim.studies.run.step_limits import scene_step_limits
 from hydrosim.wording.joints import describe_drives, describe_joints
 from hydrosim.wording.roll.damping import describe_roll_damping
 from hydrosim.wording.run import radiation_verdict
+from hydrosim.wording.start.floating import describe_floating, describe_lines
 
 if TYPE_CHECKING:
     from hydrosim.case import Case
@@ -70,10 +69,11 @@ def check_document(
     whole = with_linear_memory(own.whole) if own.whole else compiled
     nodes: list[Node] = [*_verdicts(own, compiled, watch)]
     nodes += _lists({"Waves": own.notes.seas})
+    nodes += describe_floating(own.whole or own)
     nodes += _lists({"Trees of joints": list(_describe_roots(own.scene))})
     nodes += describe_drives(own.scene, own.begin)
     nodes += _lists({"Wind and current": own.notes.streams, "Lines": own.notes.drag})
-    nodes += _pretensions(own)
+    nodes += describe_lines(own)
     nodes += _periods_of(whole, "at the start of the run")
     end = [compiled.begin + scene.duration] if own.model.tanks.each.size else []
     for time in sorted({*times, *end}):
@@ -123,21 +123,6 @@ def _of_limit(limit: StepLimit, step: float) -> Verdict:
     )
     parts: list[Part] = [Value(step, "s", 3), Value(limit.step, "s", 3), limit.what, limit.contact]
     return Verdict(Outcome.GOOD if stable else Outcome.BAD, text, parts)
-
-
-def _pretensions(own: Compiled) -> Iterator[Table]:
-    """Tensions of lines and forces of struts at the start, beside what they may carry."""
-    lines = {name: of for name, of in own.scene.forces.items() if isinstance(of, Tie)}
-    if not lines:
-        return
-    loads = start_loads(own.scene, own.model, own.state, own.facts.rows, own.begin)
-    rows: list[list[Cell]] = []
-    for name, line in lines.items():
-        allowed: list[Cell] = ["", ""]
-        if line.capacity is not None:
-            allowed = [Value(line.capacity, "N"), Value(loads[name] / line.capacity, "share", 2)]
-        rows.append([name, Value(loads[name], "N"), *allowed])
-    yield Table(("line", "load at the start", "capacity", "used"), rows, "Loads of lines")
 
 
 def _describe_roots(scene: Scene) -> Iterator[str]:

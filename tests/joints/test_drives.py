@@ -19,6 +19,8 @@ from solutions import solved
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences
+from hydrosim.database.build.barge import box
+from hydrosim.database.build.closed import barge_with_deck
 from hydrosim.errors import InputError
 from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import (
@@ -37,12 +39,14 @@ from hydrosim.forces.signal import compile_signals, corners
 from hydrosim.outputs import Output
 from hydrosim.scene import (
     Active,
+    Hull,
     Joint,
     JointFriction,
     JointResistance,
     JointType,
     Kinematics,
     Method,
+    Question,
     Ratchet,
     Scene,
     Start,
@@ -56,6 +60,7 @@ from hydrosim.studies.run.checkpoint import Checkpoint
 Validated = Callable[..., None]
 Figure = Callable[[str, float], None]
 X, Y, Z = np.eye(3).tolist()
+BOX = barge_with_deck(box(2.0, 1.0, 0.5), 1.0)
 WITHIN = 1e-9
 EDGE = 1e-13  # s: beside a knot, on the side of its piece
 CART, BOB, ARM, ABOUT = 40.0, 3.0, 2.5, 9.0  # kg, kg, m, kg m^2
@@ -308,6 +313,32 @@ def test_a_pitch_that_has_no_angle_is_refused_before_the_run(amplitude: float) -
     else:
         expected = "forces.turn.angle: found a pitch of up to 86 deg; expected less than 85 deg"
         assert expected in refused(whole)
+
+
+@pytest.mark.parametrize(("amplitude", "hull"), [(80.0, True), (86.0, True), (86.0, False)])
+def test_a_roll_that_takes_a_hull_out_of_its_water_is_refused(amplitude: float, hull: bool) -> None:
+    block = replace(carried("block", 12.0, (5.0, 9.0, 7.0), (0.0,) * 3), weight=Weight.BALANCED)
+    if hull:
+        block = replace(block, hydrostatics=Hull(BOX), weight=Weight.CARRIED)
+    turn = {"turn": Drive("block", dof="roll", position=Harmonic(np.radians(amplitude), 8.0))}
+    whole = replace(scene([block], {}, 8.0, turn), accept=tuple(Question))
+    if amplitude < 85.0 or not hull:
+        hs.compile_scene(whole)
+    else:
+        expected = "forces.turn.angle: found a roll of up to 86 deg; expected less than 85 deg"
+        assert expected in refused(whole)
+
+
+def test_a_driven_hull_that_capsizes_names_its_drive() -> None:
+    """A hinge to the earth turns it, beside another body that stays upright."""
+    block = carried("block", 12.0, (5.0, 9.0, 7.0), (0.0,) * 3)
+    still = replace(block, name="still", location=(50.0, 0.0))
+    hulls = [replace(each, hydrostatics=Hull(BOX)) for each in (still, block)]
+    pin = Joint(JointType.HINGE, "block", axis=(0.0, 1.0, 0.0))
+    turn = Drive("block", dof="angle", joint="pin", position=Harmonic(np.radians(95.0), 8.0))
+    whole = replace(scene(hulls, {"pin": pin}, 8.0, {"turn": turn}), accept=tuple(Question))
+    with pytest.raises(hs.SimulationError, match=r"heel of its hull.*moved by forces\.turn"):
+        hs.simulate(whole)
 
 
 def test_mistakes_are_told() -> None:

@@ -17,16 +17,13 @@ from hydrosim.documents import quantities as of
 from hydrosim.documents.messages import Keys
 from hydrosim.documents.quantities import Strict
 from hydrosim.documents.units import problem
+from hydrosim.scene.chain import CHAIN, STEEL
 
 if TYPE_CHECKING:
     from hydrosim.forces.line.catenary import Catenary as Built
 
-STEEL = 7850.0  # kg/m^3
 ROUGHEST = 3.0  # friction of chain on sand or clay is about 1
 LARGEST = 0.4  # m: twice the largest chain that is made
-CHAIN = {"studless": (19.9e3, 85.4e9), "studlink": (21.9e3, 101.0e9)}
-"""Mass per length over squared diameter [kg/m^3] and axial stiffness over squared diameter [N/m^2]
-of chain (Orcina, OrcaFlex manual, "Chain: mechanical properties")."""
 
 
 class Chain(Strict):

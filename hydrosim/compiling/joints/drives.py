@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hydrosim.compiling.hydrostatics.liquids import cut_tanks
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces import driven_coordinates
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
     from hydrosim.stepping.state import State
 
 AGREES = 1e-6  # m, rad and per second: rounding of the input
+PITCH_LIMIT = "angles of bodies are defined. Drive the angle of a hinge to the earth instead"
+ROLL_LIMIT = "the water surface cuts a hull or a tank. Drive a smaller angle"
 SAMPLES_PER_PIECE = 7
 SAMPLES_PER_PERIOD = 64
 
@@ -153,17 +156,28 @@ def _problems_of_signal(
                 f" the whole run, from {begin:g} s to {last:g} s. Repeat a value to stand still"
             )
             return
-    if drive.joint is None and drive.dof == "pitch" and scene.solver.kinematics is Kinematics.EXACT:
+    if _is_tilt_limited(scene, bodies, drive):
         times = sample_times(drive, begin, last)
         largest = max(abs(motion_at(drive, float(t))[0]) for t in times)
         if largest > LARGEST_TILT:
             yield (
-                f"{key}: found a pitch of up to {np.degrees(largest):.4g} deg; expected less than"
-                f" {np.degrees(LARGEST_TILT):.0f} deg, where angles of bodies are defined. Drive"
-                " the angle of a hinge to the earth instead"
+                f"{key}: found a {drive.dof} of up to {np.degrees(largest):.4g} deg; expected less"
+                f" than {np.degrees(LARGEST_TILT):.0f} deg, where"
+                f" {ROLL_LIMIT if drive.dof == 'roll' else PITCH_LIMIT}"
             )
     if scene.initial is None:
         yield from _problems_of_start(scene, bodies, drive)
+
+
+def _is_tilt_limited(scene: Scene, bodies: Mapping[str, Body], drive: Drive) -> bool:
+    """Whether a drive turns a body in pitch, or a hull or tanks as meshes in roll: a run ends where
+    they tilt too far."""
+    if drive.joint is not None or scene.solver.kinematics is not Kinematics.EXACT:
+        return False
+    with_surface = bodies[drive.body].hydrostatics is not None or any(
+        scene.bodies[cut.body].name == drive.body for cut in cut_tanks(scene)
+    )
+    return drive.dof == "pitch" or (drive.dof == "roll" and with_surface)
 
 
 def _problems_of_start(scene: Scene, bodies: Mapping[str, Body], drive: Drive) -> Iterator[str]:

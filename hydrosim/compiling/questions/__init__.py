@@ -24,6 +24,7 @@ from hydrosim.compiling.questions import (
     shapes,
     sloshing,
     starts,
+    stream_loads,
     waters,
 )
 from hydrosim.errors import InputError
@@ -50,7 +51,7 @@ QUESTIONS: Mapping[Question, Callable[[About], Iterator[Doubt]]] = {
     Question.FRICTION: elements.friction,
     Question.DAMPING: elements.damping,
     Question.WATER: waters.water,
-    Question.STREAMS: waters.streams,
+    Question.STREAMS: lambda about: chain(waters.streams(about), stream_loads.coefficients(about)),
     Question.SHIELDING: neighbours.shielding,
     Question.SLOSHING: sloshing.sloshing,
     Question.WAVES: waters.waves,

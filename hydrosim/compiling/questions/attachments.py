@@ -12,7 +12,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond
-from hydrosim.compiling.questions.extents import Extents, extents
+from hydrosim.compiling.questions.extents import ROUND, Extents, extents
 from hydrosim.forces.line.catenary import Catenary
 from hydrosim.forces.link import TorsionSpring
 from hydrosim.forces.pair import Tie
@@ -25,7 +25,10 @@ DRY_REACH = 20.0  # of the largest radius of gyration
 # m
 MIN_HULL_REACH = 20.0
 MIN_DRY_REACH = 100.0
-MIN_UNDER_KEEL = 3.0
+MIN_UNDER_KEEL = 2.0
+MIN_OUTRIGGER = 5.0
+MIN_FREEBOARD = 10.0
+UNDER_KEEL = 0.3  # of the draught
 ALONG = 0.1  # cosine of the smallest angle between an axis and the axes that a joint leaves free
 FRAME = "Points are in the body frame, from the centre of gravity."
 
@@ -45,6 +48,7 @@ def attachments(about: About) -> Iterator[Doubt]:
         size = sizes.get(line.body)
         if isinstance(line, Catenary) and size is not None:
             yield from _under_keel(name, line, size)
+            yield from _off_hull(name, line, size)
 
 
 def _points(about: About) -> Iterator[tuple[str, str, np.ndarray]]:
@@ -77,14 +81,30 @@ def _reach(body: Body, size: Extents | None) -> float:
 
 
 def _under_keel(name: str, line: Catenary, size: Extents) -> Iterator[Doubt]:
-    """Ask about a fairlead more than a draught under the keel."""
-    under = size.centre[2] - size.draught - line.point[2]
-    limit = max(size.draught, MIN_UNDER_KEEL)
+    """Ask about a fairlead metres under the keel."""
+    under = size.centre[2] - ROUND * size.draught - line.point[2]
+    limit = max(UNDER_KEEL * size.draught, MIN_UNDER_KEEL)
     if under > limit:
         found = (
             f"a fairlead about {text_beyond(under, limit, '.2g')} m under the keel of {line.body}"
         )
         yield Doubt(f"forces.{name}.point", found, f"usual is up to {limit:.2g} m", FRAME)
+
+
+def _off_hull(name: str, line: Catenary, size: Extents) -> Iterator[Doubt]:
+    """Ask about a fairlead of a mooring line far beside a hull, or far above the water."""
+    if line.anchor_body is not None or line.anchor[2] >= 0.0:
+        return
+    off = np.array(line.point, float) - size.centre
+    aside = float(np.linalg.norm(np.maximum(np.abs(off[:2]) - ROUND * size.half, 0.0)))
+    limit = max(MIN_OUTRIGGER, float(size.half.min()))
+    if aside > limit:
+        found = f"a fairlead about {text_beyond(aside, limit, '.2g')} m outside of {line.body}"
+        yield Doubt(f"forces.{name}.point", found, f"usual is up to {limit:.2g} m", FRAME)
+    limit = max(MIN_FREEBOARD, 2.0 * size.draught)
+    if off[2] > limit:
+        found = f"a fairlead {text_beyond(float(off[2]), limit)} m above the water"
+        yield Doubt(f"forces.{name}.point", found, f"usual is up to {limit:.3g} m", FRAME)
 
 
 def axes(about: About) -> Iterator[Doubt]:

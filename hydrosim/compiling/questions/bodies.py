@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond
-from hydrosim.compiling.questions.extents import extents
+from hydrosim.compiling.questions.extents import COMPACT, extents
 from hydrosim.compiling.questions.periods import natural_periods
 from hydrosim.database.database import HydroDatabase, require_array
 from hydrosim.dofs import DOFS
@@ -22,6 +22,7 @@ LIFTED = 0.5  # of the weight
 SHORTEST, LONGEST = 1.0, 1000.0  # s, of natural periods
 TILT = np.radians(0.3)  # largest heel or trim by its own weight of a body that is afloat level
 LIGHTEST = 1.2  # kg/m^3
+SMALLEST_RADIUS = 0.01  # of that of a hull with all its mass at its ends
 LARGER = 1.25  # ratio: rounding, above the radius of gyration of a body with all mass at its ends
 
 
@@ -103,7 +104,8 @@ def _densities(about: About) -> Iterator[Doubt]:
 
 
 def _radii(about: About) -> Iterator[Doubt]:
-    """Ask about radii of gyration that exceed the size of the hull."""
+    """Ask about radii of gyration that exceed the size of the hull, or that are a small part of
+    it."""
     for _, body, db in about.wet():
         size = extents(body, db)
         if size is None:
@@ -118,6 +120,13 @@ def _radii(about: About) -> Iterator[Doubt]:
                     f"a radius of gyration of {text_beyond(radius, limit)} m in {name}",
                     f"a hull of this size with all its mass at its ends has {limit:.3g} m",
                     "Is it in feet? Then give it the unit ft.",
+                )
+            elif name in body.dofs and radius < SMALLEST_RADIUS * limit:
+                yield Doubt(
+                    f"bodies.{body.name}.inertia, radii_of_gyration",
+                    f"a radius of gyration of {radius:.3g} m in {name}",
+                    f"usual is above {SMALLEST_RADIUS * limit:.3g} m for a hull of this size",
+                    "Check its unit.",
                 )
 
 
@@ -158,7 +167,8 @@ def _tilt(body: Body, stiffness: np.ndarray, moment: np.ndarray) -> np.ndarray:
 
 
 def stability(about: About) -> Iterator[Doubt]:
-    """Ask about hulls that capsize, or that have no waterplane."""
+    """Ask about hulls that capsize, or whose centre of gravity is a draught above the water."""
+    yield from _high_centres(about)
     gravity = about.scene.environment.gravity
     for _, body, db in about.afloat():
         stiffness = require_array(db, "hydrostatic_stiffness")
@@ -169,6 +179,24 @@ def stability(about: About) -> Iterator[Doubt]:
                 usual = "usual is above 0.15 m"
                 advice = "The body capsizes: check the height of its centre of gravity."
                 yield Doubt(f"bodies.{body.name}.centre_of_gravity", found, usual, advice)
+
+
+def _high_centres(about: About) -> Iterator[Doubt]:
+    """Ask about closed hulls with a centre of gravity more than a draught above the water."""
+    for _, body, db in about.afloat():
+        size = extents(body, db)
+        height = body.centre_of_gravity[2]
+        capsizes = np.any(np.diag(require_array(db, "hydrostatic_stiffness"))[3:5] < 0.0)
+        if size is None or size.filled < COMPACT or capsizes:
+            continue
+        if height > size.draught:
+            found = f"a centre of gravity {text_beyond(height, size.draught)} m above the water"
+            usual = f"usual is less than the draught of about {size.draught:.3g} m above it"
+            advice = (
+                "Is it the height above the keel? z counts from the origin of the database,"
+                " which is in the still water."
+            )
+            yield Doubt(f"bodies.{body.name}.centre_of_gravity", found, usual, advice)
 
 
 def periods(about: About) -> Iterator[Doubt]:

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
 import numpy as np
 
 from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond
+from hydrosim.compiling.questions.extents import extents
+from hydrosim.compiling.questions.periods import natural_inertias
 from hydrosim.compiling.questions.shapes import drag
 from hydrosim.dofs import DOFS
 from hydrosim.forces.contact.coulomb import Coulomb
 from hydrosim.forces.contact.fender import Contact
 from hydrosim.forces.contact.friction_slope import FrictionSlope
-from hydrosim.forces.contact.normal import PrescribedNormal
+from hydrosim.forces.contact.normal import NormalCurve, PrescribedNormal
 from hydrosim.forces.contact.stick_slip import StickSlip
 from hydrosim.forces.damping.linear_damping import LinearDamping
 from hydrosim.forces.damping.viscous_roll import KIND as ROLLS
@@ -24,6 +26,15 @@ from hydrosim.scene import Question, Weight
 ROUGHEST = 1.0
 BERTHING = 0.1  # m/s: berthing speed of a large ship (PIANC WG 33, 2002)
 SOFTEST = 1.5  # m: a pneumatic fender of 3.3 m takes all its energy in twice that
+STIFFEST = 1e10  # N/m: a bar of steel of 1 m with a section of 0.05 m^2
+# of critical damping: given as a ratio, and as damping
+MIN_RATIO = 1e-3
+LEAST_RATIO, MOST_RATIO = 1e-4, 3.0
+MAX_ROLL_RATIO = 0.5
+MAX_FENDER_RATIO = 10.0
+SMOOTHEST = 0.005
+SAME_SIZE = 1.5  # ratio of a barge's dimensions to those of its hull
+MAX_STIFFNESS_RATIO = 100.0  # of friction beside that of the normal; elastic bodies have up to 1
 SAME_PERIOD = 0.1
 TOGETHER = 0.7  # cosine of the largest angle between normals of fenders that share a load
 
@@ -46,13 +57,18 @@ def _left_out(about: About, question: Question) -> Iterator[Doubt]:
 
 
 def softness(about: About) -> Iterator[Doubt]:
-    """Ask about fenders that a body at berthing speed compresses by metres."""
+    """Ask about fenders that a body at berthing speed compresses by metres, and about those that
+    are stiffer than steel."""
     fenders = [
         (name, fender)
         for name, fender in about.scene.forces.items()
         if isinstance(fender, Contact) and not isinstance(fender.normal, PrescribedNormal)
     ]
     for name, fender in fenders:
+        if _stiffness(fender) > STIFFEST:
+            found = f"{text_beyond(_stiffness(fender), STIFFEST)} N/m per point"
+            usual = f"usual is up to {STIFFEST:g} N/m, a bar of steel of 1 m and 0.05 m^2"
+            yield Doubt(f"forces.{name}.normal", found, usual, "Check its unit.")
         others = [other for _, other in fenders if _together(fender, other)]
         stiffness = sum(len(other.points) * _stiffness(other) for other in others)
         below_weight = list(_under_weight(about, name, fender, stiffness))
@@ -120,7 +136,8 @@ def _mass(about: About, fender: Contact) -> float:
 
 
 def friction(about: About) -> Iterator[Doubt]:
-    """Ask about friction coefficients above 1."""
+    """Ask about friction coefficients above 1, and about a stiffness of friction beside which a
+    body moves by metres before it slips, or that is far above that of the fender."""
     for name, fender in about.scene.forces.items():
         law = fender.friction if isinstance(fender, Contact) else None
         largest = 0.0
@@ -132,6 +149,33 @@ def friction(about: About) -> Iterator[Doubt]:
             usual = "usual is 0.05 to 0.8: steel on steel 0.1 to 0.7, rubber up to 1"
             advice = "Is it a percentage?"
             yield Doubt(f"forces.{name}.friction", f"a coefficient of {largest:g}", usual, advice)
+        if 0.0 < largest < SMOOTHEST:
+            usual = "usual is 0.05 to 0.8: greased steel has 0.1, PTFE 0.04"
+            yield Doubt(f"forces.{name}.friction", f"a coefficient of {largest:g}", usual)
+        if isinstance(fender, Contact) and isinstance(law, StickSlip):
+            yield from _friction_stiffness(about, name, fender, law)
+
+
+def _friction_stiffness(
+    about: About, name: str, fender: Contact, law: StickSlip
+) -> Iterator[Doubt]:
+    """Ask about the tangential stiffness of a fender, at the load of a body at berthing speed."""
+    if isinstance(fender.normal, PrescribedNormal):
+        return
+    normal = _stiffness(fender)
+    key = f"forces.{name}.friction.stiffness"
+    load = BERTHING * np.sqrt(_mass(about, fender) * normal / len(fender.points))
+    stretch = law.static * load / law.stiffness
+    if stretch > SOFTEST:
+        found = (
+            f"{law.stiffness:.3g} N/m per point: the body moves {text_beyond(stretch, SOFTEST)} m"
+            f" before it slips at a load of {load:.3g} N"
+        )
+        yield Doubt(key, found, f"usual is up to {SOFTEST:g} m", "Is it in kN/m?")
+    if law.stiffness > MAX_STIFFNESS_RATIO * normal > 0.0:
+        found = f"{law.stiffness:.3g} N/m per point, and {normal:.3g} N/m normal to the plane"
+        usual = f"usual is up to {MAX_STIFFNESS_RATIO:g} times the normal stiffness"
+        yield Doubt(key, found, usual, "Check its unit.")
 
 
 def damping(about: About) -> Iterator[Doubt]:
@@ -139,6 +183,9 @@ def damping(about: About) -> Iterator[Doubt]:
     about drag of another size."""
     yield from drag(about)
     yield from _roll_damping(about)
+    yield from _linear_damping(about)
+    yield from _roll_forms(about)
+    yield from _fender_damping(about)
     for name, element in about.scene.forces.items():
         if not isinstance(element, LinearMooring | LinearDamping) or element.damping_ratio is None:
             continue
@@ -147,6 +194,85 @@ def damping(about: About) -> Iterator[Doubt]:
                 usual = "usual is 0.01 to 0.3 of critical"
                 advice = f'Is it a percentage? Then it is "{ratio:g} %".'
                 yield Doubt(f"forces.{name}.damping_ratio.{dof}", f"{ratio:g}", usual, advice)
+            if 0.0 < ratio < MIN_RATIO:
+                usual = "usual is 0.01 to 0.3 of critical"
+                advice = "It is a fraction of critical damping: 5 % are 0.05."
+                yield Doubt(f"forces.{name}.damping_ratio.{dof}", f"{ratio:g}", usual, advice)
+
+
+def _linear_damping(about: About) -> Iterator[Doubt]:
+    """Ask about linear damping far below or above critical, where hydrostatics or moorings restore
+    a body."""
+    wet = {body.name: (i, body, db) for i, body, db in about.afloat()}
+    for name, of in about.scene.forces.items():
+        if not isinstance(of, LinearDamping) or of.damping is None or of.body not in wet:
+            continue
+        i, body, db = wet[of.body]
+        restored = list(natural_inertias(about, i, body, db))
+        yield from _slow_damping(about, name, of, {each for each, _, _ in restored})
+        for dof, inertia, period in restored:
+            damping = float(of.damping[DOFS.index(dof), DOFS.index(dof)])
+            ratio = damping * period / (4.0 * np.pi * inertia)
+            if damping > 0.0 and not LEAST_RATIO <= ratio <= MOST_RATIO:
+                limit = LEAST_RATIO if ratio < LEAST_RATIO else MOST_RATIO
+                found = f"{damping:.3g}, which is {text_beyond(ratio, limit, '.2g')} of critical"
+                usual = "usual is 0.01 to 0.3 of critical"
+                yield Doubt(f"forces.{name}.damping.{dof}", found, usual, "Check its unit.")
+
+
+def _roll_forms(about: About) -> Iterator[Doubt]:
+    """Ask about dimensions of a barge, for its roll damping, that its hull has not."""
+    sizes = {body.name: extents(body, db) for _, body, db in about.afloat()}
+    for name, of in about.scene.forces.items():
+        size = sizes.get(of.body) if isinstance(of, ViscousRoll) else None
+        if size is None or not isinstance(of, ViscousRoll) or of.barge is None:
+            continue
+        own = {"length": 2.0 * size.half.max(), "beam": 2.0 * size.half.min()}
+        for key, length in {**own, "draught": size.draught}.items():
+            given = float(getattr(of.barge, key))
+            if not 1.0 / SAME_SIZE <= given / length <= SAME_SIZE:
+                found = f"a {key} of {given:.3g} m"
+                usual = f"the hull of {of.body} has about {length:.3g} m"
+                yield Doubt(f"forces.{name}.ikeda.{key}", found, usual)
+
+
+def _fender_damping(about: About) -> Iterator[Doubt]:
+    """Ask about dampers of contacts that are far above critical."""
+    for name, of in about.scene.forces.items():
+        if not isinstance(of, Contact) or not isinstance(of.normal, NormalCurve):
+            continue
+        mass = _mass(about, of) / len(of.points)
+        law = of.friction
+        found = [("normal.damping", of.normal.damping, _stiffness(of))]
+        if isinstance(law, StickSlip):
+            found.append(("friction.damping", law.damping, law.stiffness))
+            found.append(("friction.slip_damping", law.slip_damping, law.stiffness))
+        for key, damping, stiffness in found:
+            critical = 2.0 * np.sqrt(stiffness * mass)
+            if damping > MAX_FENDER_RATIO * critical > 0.0:
+                text = f"{damping:.3g} N s/m per point, {damping / critical:.3g} times critical"
+                usual = f"usual is up to {MAX_FENDER_RATIO:g} times critical"
+                yield Doubt(f"forces.{name}.{key}", text, usual, "Check its unit.")
+
+
+def _slow_damping(
+    about: About, name: str, of: LinearDamping, restored: Collection[str]
+) -> Iterator[Doubt]:
+    """Ask about linear damping of surge and sway beside the mass and the length of a hull, where
+    no stiffness of its own restores it."""
+    _, body, db = next(each for each in about.afloat() if each[1].name == of.body)
+    size = extents(body, db)
+    if size is None or of.damping is None:
+        return
+    rate = np.sqrt(about.scene.environment.gravity / (2.0 * size.half.max()))
+    for k, dof in enumerate(DOFS[:2]):
+        damping = float(of.damping[k, k])
+        ratio = damping / (body.mass * rate)
+        if dof not in restored and damping > 0.0 and not LEAST_RATIO <= ratio <= MOST_RATIO:
+            limit = LEAST_RATIO if ratio < LEAST_RATIO else MOST_RATIO
+            found = f"{damping:.3g} N s/m, {text_beyond(ratio, limit, '.2g')} of m sqrt(g/L)"
+            usual = f"usual is {LEAST_RATIO:g} to {MOST_RATIO:g} of that"
+            yield Doubt(f"forces.{name}.damping.{dof}", found, usual, "Is it in kN s/m?")
 
 
 def _roll_damping(about: About) -> Iterator[Doubt]:
@@ -165,6 +291,14 @@ def _roll_damping(about: About) -> Iterator[Doubt]:
                 " includes_waves: false if p1 has no waves in it.",
             )
         period = 2.0 * np.pi / omega if omega > 0.0 else np.inf
+        ratio = element.p1 * period / (4.0 * np.pi)
+        if 0.0 < ratio < MIN_RATIO and not (element.p2 or element.p3):
+            found = f"{element.p1:.3g} 1/s, which is {ratio:.2g} of critical damping"
+            yield Doubt(f"forces.{name}.p1", found, "usual is 0.01 to 0.1 of critical")
+        if np.isfinite(period) and ratio > MAX_ROLL_RATIO:
+            share = text_beyond(ratio, MAX_ROLL_RATIO, ".2g")
+            found = f"{element.p1:.3g} 1/s, which is {share} of critical damping"
+            yield Doubt(f"forces.{name}.p1", found, "usual is 0.01 to 0.1 of critical")
         if element.period and omega > 0.0 and abs(element.period / period - 1.0) > SAME_PERIOD:
             yield Doubt(
                 f"forces.{name}.period",

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from hydrosim.compiling.questions.chains import bar_diameters
 from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond
 from hydrosim.compiling.questions.extents import COMPACT, Extents, extents
 from hydrosim.forces.line.catenary import Catenary
@@ -13,9 +14,13 @@ from hydrosim.forces.line.now import LineNow, lines_now
 
 # m
 BURIED = 1.0
-HOVERING = 0.25  # of the water depth
+HOVERING = 0.25  # of the water depth, for lines that know no seabed
+ABOVE_BED = 0.03  # of the water depth, for lines that do
+MIN_ABOVE_BED = 2.0
 SOFT = 1e-3  # EA over the weight of the lightest body; a nylon hawser of a large tanker has 1.5e-3
 AT_SIDE = 0.7  # of half of the breadth or length: fairleads further out are at a side
+WIDE_CHAIN = 20.0  # bar diameters: coefficient times diameter, 2.4 of studless chain
+WIDEST = 10.0  # m, of other lines
 CROSSING = 0.5  # of the breadth of a hull
 KEEL = 0.8  # of the draught: fairleads deeper are at the keel
 
@@ -33,6 +38,7 @@ def routes(about: About) -> Iterator[Doubt]:
         assert isinstance(of, Catenary)
         yield from _beside_bed(line, of, depth)
         yield from _softness(about, line, of)
+        yield from _drag(about, line, of)
         size = sizes.get(of.body)
         if size is not None and of.anchor_body is None and of.anchor[2] < 0.0:
             yield from _under_hull(about, line, of, size)
@@ -48,7 +54,10 @@ def _beside_bed(line: LineNow, of: Catenary, depth: float) -> Iterator[Doubt]:
         yield Doubt(key, found, usual, "With the key seabed, it rests on the seabed.")
     moored = of.anchor_body is None and of.anchor[2] < 0.0
     above = depth + of.anchor[2]
-    if moored and np.isfinite(depth) and above > max(HOVERING * depth, BURIED):
+    limit = max(HOVERING * depth, BURIED)
+    if of.friction is not None:
+        limit = max(ABOVE_BED * depth, MIN_ABOVE_BED)
+    if moored and np.isfinite(depth) and above > limit:
         found = f"an anchor {above:.3g} m above the seabed, in water of {depth:g} m"
         yield Doubt(f"{key}.anchor", found, "usual is an anchor on the seabed")
 
@@ -64,6 +73,17 @@ def _softness(about: About, line: LineNow, of: Catenary) -> Iterator[Doubt]:
         usual = f"usual is above {SOFT:g} of the weight"
         advice = "Check the diameter and its unit."
         yield Doubt(f"forces.{line.name}.segments", found, usual, advice)
+
+
+def _drag(about: About, line: LineNow, of: Catenary) -> Iterator[Doubt]:
+    """Ask about drag of a line that is far wider than its chain, or wider than any line."""
+    widest = float(of.drag_width.max())
+    bars = list(bar_diameters(of, about.scene.environment))
+    limit = WIDE_CHAIN * max(bars) if bars else WIDEST
+    if widest > limit:
+        found = f"a drag coefficient times diameter of {text_beyond(widest, limit)} m"
+        usual = f"usual is up to {limit:.3g} m"
+        yield Doubt(f"forces.{line.name}.segments", found, usual, "Is the diameter in mm?")
 
 
 def _under_hull(about: About, line: LineNow, of: Catenary, size: Extents) -> Iterator[Doubt]:

@@ -7,14 +7,23 @@ from math import inf
 
 import numpy as np
 
+from hydrosim.compiling.questions.chains import bar_diameters
 from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond
 from hydrosim.forces.contact.fender import Contact
+from hydrosim.forces.line.catenary import Catenary
 from hydrosim.forces.line.winch import Winch
 from hydrosim.forces.pair import Tie
+from hydrosim.forces.spring import Spring
 from hydrosim.scene import Body, Weight
+from hydrosim.scene.chain import strongest_breaking_load
 from hydrosim.scene.trees import joined_with
 from hydrosim.stepping.start_loads import start_loads
 
+# of the breaking load of chain of grade R5; grade R3 has 0.7 of it, and ships' chain 0.3
+MOST_OF_BREAKING = 2.0
+LEAST_OF_BREAKING = 0.02
+MOST_EXTENSION = 10.0  # of a spring, over its length
+MOST_STRAIN = 0.5  # at the breaking load: nylon has 0.3
 TINY = 1e-5  # of the weight of the lightest body that a line, contact or joint acts on
 
 
@@ -22,6 +31,8 @@ def capacities(about: About) -> Iterator[Doubt]:
     """Ask about allowable loads that are exceeded at the start, that no weight can hang from, or
     that are a unit away from the bodies' weights."""
     yield from _tiny(about)
+    yield from _strengths(about)
+    yield from _stretches(about)
     yield from _exceeded(about)
     yield from _hanging(about)
 
@@ -46,6 +57,44 @@ def _tiny(about: About) -> Iterator[Doubt]:
             found = f"{limit:.3g} N, for a body whose weight is {lightest:.3g} N"
             usual = f"usual is above {TINY:g} of the weight"
             yield Doubt(key, found, usual, "Is it in kN?")
+
+
+def _stretches(about: About) -> Iterator[Doubt]:
+    """Ask about capacities of springs at which they are several times as long."""
+    for name, of in about.scene.forces.items():
+        if not isinstance(of, Spring) or not of.capacity or not isinstance(of.length, float):
+            continue
+        slope = float(of.tension[-1] - of.tension[-2]) / float(of.extension[-1] - of.extension[-2])
+        extension = of.extension[-1] + max(of.capacity - of.tension[-1], 0.0) / max(slope, 1e-300)
+        if of.length > 0.0 and extension > MOST_EXTENSION * of.length:
+            found = (
+                f"{of.capacity:.3g} N, at which the line of {of.length:g} m is"
+                f" {extension:.3g} m longer"
+            )
+            usual = f"usual is up to {MOST_EXTENSION:g} times its length"
+            yield Doubt(f"forces.{name}.capacity", found, usual, "Check capacity and stiffness.")
+
+
+def _strengths(about: About) -> Iterator[Doubt]:
+    """Ask about capacities far above or below the breaking load of a line's thinnest chain, and
+    about those that stretch a rope by half of its length."""
+    for name, of in about.scene.forces.items():
+        if not isinstance(of, Catenary) or not of.capacity:
+            continue
+        key = f"forces.{name}.capacity"
+        bars = list(bar_diameters(of, about.scene.environment))
+        breaking = strongest_breaking_load(min(bars)) if bars else 0.0
+        low, high = LEAST_OF_BREAKING * breaking, MOST_OF_BREAKING * breaking
+        strain = of.capacity / float(of.stiffness.min())
+        if bars and not low <= of.capacity <= high:
+            found = f"{of.capacity:.3g} N, for a chain of {1e3 * min(bars):.3g} mm"
+            usual = f"such a chain of grade R5 breaks at {breaking:.3g} N"
+            yield Doubt(key, found, usual, "Check diameter, capacity and their units.")
+        elif strain > MOST_STRAIN:
+            share = text_beyond(strain, MOST_STRAIN, ".0%")
+            found = f"{of.capacity:.3g} N, at which the line is {share} longer"
+            usual = f"usual is up to {MOST_STRAIN:.0%}"
+            yield Doubt(key, found, usual, "Check capacity, stiffness and their units.")
 
 
 def _exceeded(about: About) -> Iterator[Doubt]:

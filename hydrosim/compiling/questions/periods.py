@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,14 +18,21 @@ if TYPE_CHECKING:
 
 def natural_periods(about: About, i: int, body: Body, db: HydroDatabase) -> dict[str, float]:
     """Natural periods [s] of body ``i`` for each degree of freedom by itself, by name."""
+    return {name: period for name, _, period in natural_inertias(about, i, body, db)}
+
+
+def natural_inertias(
+    about: About, i: int, body: Body, db: HydroDatabase
+) -> Iterator[tuple[str, float, float]]:
+    """Name, inertia with added mass [kg, kg m^2] and natural period [s] of each degree of freedom
+    of body ``i`` that stiffness restores."""
     model = about.model
     each = model.elements.linear_moorings
     moored = [e["stiffness"] for e in each if e["body"] == i]
     stiffness = np.diag(sum(moored, require_array(db, "hydrostatic_stiffness")))
     added = np.diag(model.added_mass)[6 * i : 6 * i + 6]
     inertia = np.array([body.mass] * 3 + list(np.diag(body.inertia))) + added
-    return {
-        name: float(2.0 * np.pi * np.sqrt(inertia[dof] / stiffness[dof]))
-        for dof, name in enumerate(DOFS)
-        if name in body.dofs and stiffness[dof] > 0.0
-    }
+    for dof, name in enumerate(DOFS):
+        if name in body.dofs and stiffness[dof] > 0.0:
+            period = float(2.0 * np.pi * np.sqrt(inertia[dof] / stiffness[dof]))
+            yield name, float(inertia[dof]), period

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
 from hydrosim.compiling.questions.attachments import attachments
 from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond
-from hydrosim.compiling.questions.extents import COMPACT, Extents, extents
+from hydrosim.compiling.questions.extents import COMPACT, ROUND, Extents, extents
 from hydrosim.forces.contact.fender import Fender
 from hydrosim.rigid.kinematics import Motion
 
 INNER = 0.8  # of length and breadth, for hulls without sides
 ABOVE = 0.25  # of the draught: height above the water to which hulls have sides
+FAR_SIDE = -0.3  # of the half breadth towards the plane: points behind it are at the other side
 UPRIGHT = 0.5  # horizontal part of the normal, below which a plane is no wall
-ROUND = 2.0 / np.sqrt(3.0)  # axis of an ellipse over the side of the rectangle of its water plane
 # m, or half of the breadth: largest distance of fenders and brackets from the hull
 STANDING_OFF = 5.0
 
@@ -40,16 +40,36 @@ def points(about: About) -> Iterator[Doubt]:
             yield Doubt(f"forces.{name}.points", found, usual, ADVICE)
         if fender.plane.corners or not {fender.plane.body} <= {None, *wet}:
             continue
+        yield from _plane_inside(name, fender, each)
         normal = _normal(about.motion, about.index, fender)
         deep = np.array([_inside(size, point, normal) for point in fender.points])
         worst = int(np.argmax(deep))
         if deep[worst] > 0.0:
+            where = (
+                "at the far side of" if _is_far(size, fender.points[worst], normal) else "inside"
+            )
             found = (
-                f"point {worst + 1} inside the hull of {fender.body}, which reaches about"
+                f"point {worst + 1} {where} the hull of {fender.body}, which reaches about"
                 f" {deep[worst]:.2g} m further towards the plane"
             )
             usual = "usual is a point at its side"
             yield Doubt(f"forces.{name}.points", found, usual, ADVICE)
+
+
+def _plane_inside(
+    name: str, fender: Fender, sizes: Mapping[str, Extents | None]
+) -> Iterator[Doubt]:
+    """Ask about a plane at the other side of the hull that it is fixed to."""
+    size = sizes.get(fender.plane.body) if fender.plane.body is not None else None
+    if size is None:
+        return
+    towards = np.array(fender.plane.normal, float)
+    point = np.array(fender.plane.point, float)
+    deep = _inside(size, point, -towards / np.linalg.norm(towards))
+    if deep > float(size.half.min()):
+        found = f"a plane that {fender.plane.body} exceeds by about {deep:.2g} m"
+        usual = "usual is a plane at its side, with a normal that points away from it"
+        yield Doubt(f"forces.{name}.plane", found, usual, ADVICE)
 
 
 ADVICE = (
@@ -76,12 +96,21 @@ def _outside(size: Extents, point: np.ndarray) -> float:
 
 
 def _inside(size: Extents, point: np.ndarray, normal: np.ndarray) -> float:
-    """Distance by which a compact hull extends beyond a point inside it, towards an upright plane
-    with this ``normal`` [m]; 0 for other points."""
+    """Distance by which a compact hull extends beyond a point inside it or at its other side,
+    towards an upright plane with this ``normal`` [m]; 0 for other points."""
     x, y, z = point - size.centre
-    within = np.all(np.abs([x, y]) < INNER * size.half) and z < ABOVE * size.draught
     level = float(np.linalg.norm(normal[:2]))
-    if not within or size.filled < COMPACT or level < UPRIGHT:
+    if z >= ABOVE * size.draught or size.filled < COMPACT or level < UPRIGHT:
         return 0.0
     towards = -normal[:2] / level
-    return float(np.abs(towards) @ size.half - towards @ [x, y])
+    within = bool(np.all(np.abs([x, y]) < INNER * size.half)) or _is_far(size, point, normal)
+    return float(np.abs(towards) @ size.half - towards @ [x, y]) if within else 0.0
+
+
+def _is_far(size: Extents, point: np.ndarray, normal: np.ndarray) -> bool:
+    """Whether a hull is between a point and an upright plane with this ``normal``."""
+    x, y, _ = point - size.centre
+    towards = -normal[:2] / np.linalg.norm(normal[:2])
+    behind = towards @ [x, y] < FAR_SIDE * (np.abs(towards) @ size.half)
+    across = np.abs(towards[0] * y - towards[1] * x)
+    return bool(behind and across < INNER * (np.abs(towards) @ size.half[::-1]))

@@ -14,7 +14,8 @@ from hydrosim.scene.tanks import Box
 
 # drag over 0.5 rho times the projected area under water: surge, sway, heave. A ship in surge has
 # little more than friction; a flat plate has about 2, edges and bilge keels more
-LEAST_DRAG = (0.001, 0.02, 0.02)
+# in yaw, of cross flow over the length: T L^4 / 32 in place of the area
+LEAST_DRAG = (0.001, 0.02, 0.02, 0.0, 0.0, 0.005)
 MOST_DRAG = 30.0
 TANK_MARGIN = 0.5  # of the half length and breadth of the water plane
 
@@ -65,8 +66,13 @@ def drag(about: About) -> Iterator[Doubt]:
         if size is None:
             continue
         length, breadth = 2.0 * size.half
+        long = max(length, breadth)
         areas = (breadth * size.draught, length * size.draught, length * breadth)
-        for k, (area, least) in enumerate(zip(areas, LEAST_DRAG, strict=True)):
+        turning = (0.0, 0.0, size.draught * long**4 / 32.0)
+        for k, (area, least) in enumerate(zip((*areas, *turning), LEAST_DRAG, strict=True)):
+            if area == 0.0:
+                continue
+            unit = "m^2" if k < 3 else "m^5"
             found = float(of.damping[k, k])
             coefficient = found / (0.5 * density * area)
             if found > 0.0 and not least <= coefficient <= MOST_DRAG:
@@ -74,7 +80,7 @@ def drag(about: About) -> Iterator[Doubt]:
                 text = text_beyond(coefficient, limit, ".2g")
                 yield Doubt(
                     f"forces.{name}.damping.{DOFS[k]}",
-                    f"{found:.3g} N s^2/m^2, a drag coefficient of {text} on {area:.3g} m^2",
+                    f"{found:.3g}, a drag coefficient of {text} on {area:.3g} {unit}",
                     f"usual is {least:g} to {MOST_DRAG:g}",
-                    "Is it in kN s^2/m^2?",
+                    "Is it in kN?",
                 )

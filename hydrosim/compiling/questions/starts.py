@@ -20,6 +20,8 @@ from hydrosim.scene.joint import MotionKind
 from hydrosim.scene.trees import arrangement, joined_with, tree_joints
 
 TURN = 2.0 * np.pi * (1.0 + 1e-9)
+ROUND_DEG = (5.0, 10.0, 20.0, *range(15, 361, 15))
+ROUND_RTOL = 6e-4  # between an angle of few digits in rad and a round one in degrees
 TILT = np.radians(30.0)  # limit for a body afloat with linear hydrostatics
 FASTEST = 15.0  # m/s
 DEEPEST = 1.0  # m of compression at the start
@@ -27,12 +29,19 @@ DROP = 3.0  # m above all contacts that carry a body
 BENT = np.radians(5.0)  # beyond a stop at the start
 PRESSED = 0.1  # of the range between two stops, beyond one of them at the start
 STRETCHED = 0.2  # of a line's length
+SLACK = 5.0  # times the distance of its ends
 TIGHT = 0.05  # strain of a catenary
 
 
 def angles(about: About) -> Iterator[Doubt]:
-    """Ask about angles of more than a turn: degrees that were read as radians."""
+    """Ask about angles of more than a turn, degrees that were read as radians, and about angles in
+    degrees that are round ones in radians."""
     for key, angle in _angles(about):
+        round_deg = _round_angle(float(np.degrees(angle)))
+        if round_deg is not None:
+            found = f"{np.degrees(angle):.6g} deg"
+            usual = f"{np.degrees(angle):.6g} rad are {round_deg:g} deg"
+            yield Doubt(key, found, usual, "Is it in radians? Then give it without a unit.")
         if abs(angle) > TURN:
             found = f"{angle:g} rad, which is {np.degrees(angle):.5g} deg"
             advice = f'A number is in radians; degrees are "{angle:g} deg".'
@@ -46,10 +55,22 @@ def angles(about: About) -> Iterator[Doubt]:
                 yield Doubt(f"bodies.{body.name}.initial.position", found, usual)
 
 
+def _round_angle(angle: float) -> float | None:
+    """Round angle [deg] that a number of degrees would be as radians; None if there is none, or if
+    the number is round itself."""
+    size = abs(angle)
+    if size > TURN or abs(float(f"{size:.2g}") - size) <= 1e-9 * size:
+        return None
+    errors = np.abs(np.degrees(size) / np.array(ROUND_DEG) - 1.0)
+    nearest = int(errors.argmin())
+    return float(np.copysign(ROUND_DEG[nearest], angle)) if errors[nearest] < ROUND_RTOL else None
+
+
 def _angles(about: About) -> Iterator[tuple[str, float]]:
     """All angles of a scene with their keys."""
     environment = about.scene.environment
     for body in about.scene.bodies:
+        yield f"bodies.{body.name}.heading", body.heading
         for angle in body.position[3:]:
             yield f"bodies.{body.name}.initial.position", angle
     for train in environment.waves:
@@ -190,6 +211,10 @@ def _springs(about: About) -> Iterator[Doubt]:
     for (name, line), row in zip(springs.items(), p.lines, strict=True):
         longer = float(stretch(row, 0.0, about.model.bodies, about.motion, p).extension)
         length = float(row["length"])
+        apart = length + longer
+        if length > SLACK * apart > 0.0 and line.tension[0] == 0.0:
+            found = f"{length:g} m, while its ends are {apart:.3g} m apart at the start"
+            yield Doubt(f"forces.{name}.length", found, f"usual is up to {SLACK:g} times that")
         if longer > max(STRETCHED * length, float(line.extension[-1])):
             found = f"{length:g} m, while its ends are {longer:.3g} m further apart at the start"
             yield Doubt(

@@ -14,6 +14,7 @@ import numpy as np
 
 from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond
 from hydrosim.compiling.questions.seas import crossing_period, height_of, peak_period
+from hydrosim.scene import Jonswap, Tma
 
 # kg/m^3, m/s^2
 DENSITIES = (990.0, 1035.0)
@@ -30,6 +31,7 @@ FEELERS = {
 HIGHEST = 20.0
 PERIODS = (1.0, 30.0)
 STEEPEST = 0.1
+SHARPEST = 20.0  # peak enhancement: long swell is modelled with up to 15
 MICHE = 0.142
 MOST_STEPS = 1e9  # of a run: about an hour
 STEPS = 10.0  # fewest steps of a method in a period of the waves
@@ -75,7 +77,8 @@ def streams(about: About) -> Iterator[Doubt]:
 
 
 def waves(about: About) -> Iterator[Doubt]:
-    """Ask about seas that are higher, shorter or longer than real seas."""
+    """Ask about seas that are higher, shorter, longer or more regular than real seas."""
+    yield from _peaks(about)
     for sea in about.sea:
         height = height_of(sea)
         peak = peak_period(sea)
@@ -87,6 +90,14 @@ def waves(about: About) -> Iterator[Doubt]:
             limit = PERIODS[0] if peak < PERIODS[0] else PERIODS[1]
             found = f"a period of {text_beyond(peak, limit)} s"
             yield Doubt("environment.waves", found, usual)
+
+
+def _peaks(about: About) -> Iterator[Doubt]:
+    """Ask about spectra with a peak that no wind sea or swell has."""
+    for train in about.scene.environment.waves:
+        if isinstance(train.spectrum, Jonswap | Tma) and train.spectrum.peak_enhancement > SHARPEST:
+            found = f"{text_beyond(train.spectrum.peak_enhancement, SHARPEST)}"
+            yield Doubt("environment.waves.peak_enhancement", found, "usual is 1 to 7")
 
 
 def steepness(about: About) -> Iterator[Doubt]:
@@ -133,6 +144,12 @@ def step(about: About) -> Iterator[Doubt]:
         found = f"{solver.step:g} s, {duration / solver.step:.1e} steps of {duration:g} s"
         usual = f"usual is up to {MOST_STEPS:g} steps, which may take an hour"
         yield Doubt("solver.step", found, usual, refused=True)
+    for sea in about.sea:
+        period = peak_period(sea)
+        if about.scene.output_step > period / 2.0:
+            usual = f"usual is far below the waves' period, {period:.3g} s"
+            advice = "Records and their statistics miss the motion in waves."
+            yield Doubt("output.step", f"{about.scene.output_step:g} s", usual, advice)
     for sea in () if free else about.sea:
         period = peak_period(sea)
         if solver.step > period / STEPS:

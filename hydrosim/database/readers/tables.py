@@ -22,6 +22,8 @@ _LONGEST_LINE = 10_000  # characters
 _LARGEST_NUMBER = 1e60  # products of a few such numbers stay finite
 _SPARSEST = 64  # array size per row; symmetries leave out up to 9 of 10 rows
 # numbers of Fortran that Python does not read: 1.0D+00, and 1.0-101 for three-digit exponents
+_COMMENT = re.compile(r"[!#\x1a].*", re.DOTALL)  # and the mark of the end of files of DOS
+_BYTE_ORDER_MARK = "\xef\xbb\xbf"  # of UTF-8, read as 8-bit characters
 _FORTRAN = re.compile(r"([+-]?\d*\.\d*)[DdEe]?([+-]\d+)")
 
 
@@ -77,11 +79,12 @@ class NumberTable:
 
 def read_table(path: Path, columns: tuple[int, ...]) -> NumberTable:
     """Rows of a file whose lines have one of these numbers of columns. Earlier lines that are not
-    mostly numbers are a heading. Raises `InputError` for other lines."""
+    mostly numbers are a heading. Comments after ! or # are left out. Raises `InputError` for
+    other lines."""
     width = max(columns)
     values, numbers = array("d"), array("q")
     for number, line in enumerate(_lines(path), 1):
-        tokens = line.split()
+        tokens = _COMMENT.sub("", line).replace(", ", " ").split()
         if not tokens or (not numbers and _heading(tokens)):
             continue
         row = _row(path, number, tokens, columns)
@@ -106,6 +109,7 @@ def _lines(path: Path) -> Iterator[str]:
         if path.stat().st_size > _LARGEST_FILE:
             raise InputError(f"{path}: is larger than 1 GiB; expected a table of coefficients.")
         with path.open(encoding="latin-1") as file:
+            yield file.readline(_LONGEST_LINE).removeprefix(_BYTE_ORDER_MARK)
             yield from iter(lambda: file.readline(_LONGEST_LINE), "")
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror}).") from error

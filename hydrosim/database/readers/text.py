@@ -59,6 +59,7 @@ def read_text(path: Path) -> Text:
         content = path.read_bytes().decode("utf-8-sig", errors="replace")
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror}).") from error
+    content = content.rstrip("\x1a")  # the mark of the end of files of DOS
     return Text(path, content.replace("\r\n", "\n").replace("\r", "\n").split("\n"))
 
 

@@ -170,11 +170,13 @@ def _database(
 
 
 def _files(path: Path) -> dict[str, Path]:
-    """The files of the set by their suffixes in lower case."""
+    """The files of the set by their suffixes in lower case. Names may differ in case, as they may
+    under Windows; the file with the same case is preferred."""
     known = _NUMERIC | _TEXT
     stem = path.stem if path.suffix.lower() in known else path.name
     beside = path.parent.iterdir() if path.parent.is_dir() else ()
-    return {p.suffix.lower(): p for p in beside if p.stem == stem and p.suffix.lower() in known}
+    alike = [p for p in beside if p.stem.lower() == stem.lower() and p.suffix.lower() in known]
+    return {p.suffix.lower(): p for p in sorted(alike, key=lambda p: (p.stem == stem, p.name))}
 
 
 def _excitation_tables(path: Path, files: dict[str, Path]) -> list[NumberTable]:

@@ -109,7 +109,8 @@ def _damping(
             raise InputError(
                 f"forces.{name}.damping_ratio.{dof}: found a ratio where hydrostatics and linear"
                 f" moorings of {element.body} have no stiffness, so that there is no critical"
-                " damping. Add stiffness, or give damping instead."
+                " damping. Add stiffness, or give damping instead; in roll and pitch, check the"
+                " height of the centre of gravity."
             )
     critical = 2.0 * np.sqrt(np.maximum(found.stiffness, 0.0) * found.mass)
     return np.diag(element.damping_ratio * critical)

@@ -7,9 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hydrosim.compiling.joints.closed import driven_joints, singular_joints
+from hydrosim.compiling.joints.drives import drives_of, is_turn
 from hydrosim.forces import function_errors, lost_units, mode_row_names
-from hydrosim.rigid.free import owners
+from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.scene import Method
+from hydrosim.scene.trees import joined_with
+from hydrosim.stepping.dynamics import new_work
 from hydrosim.stepping.names import force_names
 from hydrosim.stepping.record import unpack
 from hydrosim.stepping.run import PITCH
@@ -96,6 +99,8 @@ def failure(compiled: Compiled, run: Run, time: float) -> str:
     else:
         where = _failed_part(compiled, run.state)
     what = MESSAGES[status].format(where=where)
+    if status == CAPSIZED:
+        what += _driven_text(scene, where)
     remedy = REMEDIES.get(status) or choose_remedy(status, scene.solver.method)
     for name, reason in lost_units(model, scene, run.state.modes):
         what = f"the force of {name} is lost: {reason}"
@@ -112,6 +117,17 @@ def failure(compiled: Compiled, run: Run, time: float) -> str:
     message += f" {remedy}"
     earlier = (*compiled.notes.warnings, *compiled.step_warnings)
     return "\n".join([message, *(f"Earlier warnings: {text}" for text in earlier)])
+
+
+def _driven_text(scene: Scene, body: str) -> str:
+    """Names of the drives that turn a ``body``, or the joints of its tree."""
+    tree = joined_with(scene, body)
+    names = [
+        f"forces.{name}"
+        for name, drive in drives_of(scene).items()
+        if drive.body in tree and is_turn(scene, drive)
+    ]
+    return f" (moved by {' and '.join(names)})" if names else ""
 
 
 def choose_remedy(status: int, method: Method) -> str:
@@ -137,20 +153,27 @@ def _failed_part(compiled: Compiled, state: State) -> str:
     """Name of the state that is not finite, or else of the body with the steepest angle."""
     scene = compiled.scene
     model = compiled.model
-    n = model.bodies.active.size
     y = state.y
     first = int(np.argmax(~np.isfinite(y)))
     if np.isfinite(y[first]):
-        judged = np.isin(model.bodies.active, 6 * np.arange(len(scene.bodies)) + PITCH)
-        judged[model.hulls.roll] = True
-        steepest = int(np.argmax(np.abs(y[:n]) * judged))
-        return scene.bodies[owners(model.bodies)[steepest]].name
+        return scene.bodies[_steepest_body(model, y)].name
     kind, entry = compiled.facts.layout.at(first)
     if kind in (StateKind.COORDINATE, StateKind.RATE):
         return f"{entry.component} of body {entry.owner}"
     if kind in STATE_DESCRIPTIONS:
         return STATE_DESCRIPTIONS[StateKind(kind)].format(entry=entry)
     return f"the {kind} of {entry.owner}"
+
+
+def _steepest_body(model: Model, y: np.ndarray) -> int:
+    """Index of the body with the largest tilt among those with a pitch, a hull or cut tanks."""
+    bodies = model.bodies
+    n = bodies.active.size
+    own = bodies.active[: n - bodies.tree.coordinates]
+    judged = [*own[own % 6 == PITCH] // 6, *model.hulls.body, *model.liquids.each["body"]]
+    motion = new_work(model).motion
+    place_bodies(y[:n], y[n : 2 * n], bodies, motion)
+    return int(min(judged, key=lambda b: motion.rotation[b, 2, 2], default=0))
 
 
 def _largest_force(scene: Scene, model: Model, record: Record, count: int) -> tuple[str, float]:
