@@ -152,7 +152,7 @@ def friction(about: About) -> Iterator[Doubt]:
         if 0.0 < largest < SMOOTHEST:
             usual = "usual is 0.05 to 0.8: greased steel has 0.1, PTFE 0.04"
             yield Doubt(f"forces.{name}.friction", f"a coefficient of {largest:g}", usual)
-        if isinstance(fender, Contact) and isinstance(law, StickSlip):
+        if isinstance(fender, Contact) and isinstance(law, StickSlip) and largest <= ROUGHEST:
             yield from _friction_stiffness(about, name, fender, law)
 
 

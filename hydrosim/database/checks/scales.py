@@ -29,11 +29,22 @@ def length(db: HydroDatabase) -> Real:
 
 
 def radius(db: HydroDatabase) -> Real:
-    """Estimate (nb,) of half the longest side or more, from the distribution of added mass over the
-    body."""
+    """Estimate (nb,) of half the longest side or more, from the distributions of added mass over the
+    body and of its waterplane. Shallow water adds more mass in heave than in pitch."""
     added = np.abs(diagonal(db.added_mass)[0]).reshape(db.bodies, 6)
     heave = np.maximum(added[:, 2], MASS_NOISE_FRACTION * displaced_mass(db))
-    return np.maximum(GYRATION * np.sqrt(added[:, 3:].max(axis=1) / heave), length(db))
+    of_mass = GYRATION * np.sqrt(added[:, 3:].max(axis=1) / heave)
+    return np.maximum.reduce([of_mass, length(db), _waterplane_radius(db)])
+
+
+def _waterplane_radius(db: HydroDatabase) -> Real:
+    """Half the diagonal (nb,) of a rectangle with the moments of the waterplane; zero without."""
+    if db.hydrostatic_stiffness is None:
+        return np.zeros(db.bodies)
+    stiffness = np.diag(db.hydrostatic_stiffness).reshape(db.bodies, 6)
+    moments = np.maximum(stiffness[:, 3:5], 0.0).sum(axis=1)
+    heave = stiffness[:, 2]
+    return np.sqrt(3.0 * np.divide(moments, heave, out=np.zeros(db.bodies), where=heave > 0.0))
 
 
 def first_wavenumber(db: HydroDatabase) -> float:
