@@ -49,13 +49,15 @@ _HOME = {
     "simulate": "studies.run.simulation",
     "Simulation": "door.simulation",
     "simulate_many": "studies.many.many",
-    "Figure": "statistics.figures",
+    "ScalarResult": "statistics.figures",
     "StageResult": "statistics.results",
-    "WhyResult": "statistics.results",
+    "MotionCauseResult": "statistics.results",
     "Pool": "studies.many.pools",
     "check": "wording.check",
 }
 __all__ = sorted(_HOME)
+_OLD_NAMES = {"Figure": "ScalarResult", "WhyResult": "MotionCauseResult"}
+"""Names of 0.2, which work for one version more."""
 _OF_RUNS = {"open_run", "simulate", "simulate_many", "Simulation"}
 """Functions that return runs; loading one of them registers `run.hydrosim`."""
 
@@ -69,6 +71,7 @@ def __getattr__(name: str) -> Any:
     needs."""
     if name == "__version__":
         return import_module("hydrosim.program").program_version()
+    name = _OLD_NAMES.get(name, name)
     if name not in _HOME:
         raise AttributeError(f"module 'hydrosim' has no attribute {name!r}")
     if name in _OF_RUNS:

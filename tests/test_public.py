@@ -27,6 +27,11 @@ def test_names_are_listed_and_there() -> None:
     assert hs.__version__.split(".")[0].isdigit()
 
 
+def test_names_of_the_last_version_work() -> None:
+    assert getattr(hs, "Figure") is hs.ScalarResult  # noqa: B009
+    assert getattr(hs, "WhyResult") is hs.MotionCauseResult  # noqa: B009
+
+
 def test_a_case_is_loaded_without_compilers_and_libraries_of_files() -> None:
     """They take longer to load than all else together, and who reads a case needs none of them."""
     hs.load_case(CASE)  # keeps the factors of its units, which pint tells
