@@ -29,8 +29,8 @@ def length(db: HydroDatabase) -> Real:
 
 
 def radius(db: HydroDatabase) -> Real:
-    """Estimate (nb,) of half the longest side or more, from the distributions of added mass over the
-    body and of its waterplane. Shallow water adds more mass in heave than in pitch."""
+    """Estimate (nb,) of half the longest side or more, from the distribution of added mass over the
+    body and from its waterplane. Shallow water adds more mass in heave than in pitch."""
     added = np.abs(diagonal(db.added_mass)[0]).reshape(db.bodies, 6)
     heave = np.maximum(added[:, 2], MASS_NOISE_FRACTION * displaced_mass(db))
     of_mass = GYRATION * np.sqrt(added[:, 3:].max(axis=1) / heave)
