@@ -14,6 +14,7 @@ from validation_data import unpacked
 from hydrosim.database import check, load, netcdf
 from hydrosim.database.changes import apply_changes as changed_database
 from hydrosim.database.checks import CHECKS, accepted_findings, doubt_warnings
+from hydrosim.database.checks.scales import radius
 from hydrosim.database.checks.use import EVERYTHING
 from hydrosim.database.load import read
 from hydrosim.errors import InputError
@@ -531,3 +532,12 @@ def test_doubts_are_one_short_line_that_names_the_command(whole, tmp_path):
         assert finding.advice not in line
         assert finding.advice in str(finding)
     assert len(line) < 0.5 * sum(len(str(finding)) for finding in doubted)
+
+
+def test_the_size_of_a_hull_does_not_shrink_in_shallow_water():
+    """The water under a keel adds ten times the mass in heave, and hardly more in pitch. Half the
+    diagonal of the box of 100 by 20 m is 51 m."""
+    box = load(ROOT / "hydro_db" / "box.nc")
+    shallow = changed(box, added_mass=scaled(2, 2, by=10.0))
+    half_diagonal = np.hypot(100.0, 20.0) / 2.0
+    assert 0.9 * half_diagonal < radius(shallow)[0] <= radius(box)[0]
