@@ -9,7 +9,6 @@ moved. A study may ask for any of them by name, as a figure or as a criterion.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import pairwise
 from typing import ClassVar
 
@@ -75,11 +74,14 @@ class RunResults:
 
     def __init__(self, run: xr.Dataset) -> None:
         self.run = run
+        self._explanation: xr.Dataset | None = None
 
-    @cached_property
+    @property
     def explanation(self) -> xr.Dataset:
         """What `explain_run` says of the run."""
-        return explain_run(self.run)
+        if self._explanation is None:
+            self._explanation = explain_run(self.run)
+        return self._explanation
 
     def group(self, name: str | None) -> str:
         """The group of contacts of this name, or the only one; InputError if there is none."""
