@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond
+from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond, text_outside
 from hydrosim.compiling.questions.extents import COMPACT, extents
 from hydrosim.compiling.questions.periods import natural_periods
 from hydrosim.database.database import HydroDatabase, require_array
@@ -205,8 +205,8 @@ def periods(about: About) -> Iterator[Doubt]:
     for i, body, db in about.afloat():
         for name, period in natural_periods(about, i, body, db).items():
             if not SHORTEST <= period <= LONGEST:
-                limit = SHORTEST if period < SHORTEST else LONGEST
-                found = f"a natural period of {text_beyond(period, limit)} s in {name}"
+                text = text_outside(period, SHORTEST, LONGEST)
+                found = f"a natural period of {text} s in {name}"
                 usual = f"usual is {SHORTEST:g} to {LONGEST:g} s"
                 advice = "Check stiffness, mass and their units."
                 yield Doubt(f"bodies.{body.name}", found, usual, advice)

@@ -42,6 +42,11 @@ def text_beyond(value: float, limit: float, form: str = ".3g") -> str:
     return f"{value:.{digits}{kind}}"
 
 
+def text_outside(value: float, low: float, high: float, form: str = ".3g") -> str:
+    """A ``value`` below ``low`` or above ``high``, as `text_beyond` shows it."""
+    return text_beyond(value, low if value < low else high, form)
+
+
 @dataclass(frozen=True, eq=False)
 class About:
     """Subject of all questions: a scene as compiled with its ``facts``, its ``sea`` as drawn, the

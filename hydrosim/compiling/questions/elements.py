@@ -6,8 +6,8 @@ from collections.abc import Collection, Iterator
 
 import numpy as np
 
-from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond
-from hydrosim.compiling.questions.extents import extents
+from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond, text_outside
+from hydrosim.compiling.questions.extents import Extents, extents
 from hydrosim.compiling.questions.periods import natural_inertias
 from hydrosim.compiling.questions.shapes import drag
 from hydrosim.dofs import DOFS
@@ -21,7 +21,7 @@ from hydrosim.forces.damping.viscous_roll import KIND as ROLLS
 from hydrosim.forces.damping.viscous_roll import ViscousRoll
 from hydrosim.forces.line.catenary import Catenary
 from hydrosim.forces.linear_mooring import LinearMooring
-from hydrosim.scene import Question, Weight
+from hydrosim.scene import Body, Question, Weight
 
 ROUGHEST = 1.0
 BERTHING = 0.1  # m/s: berthing speed of a large ship (PIANC WG 33, 2002)
@@ -209,13 +209,14 @@ def _linear_damping(about: About) -> Iterator[Doubt]:
             continue
         i, body, db = wet[of.body]
         restored = list(natural_inertias(about, i, body, db))
-        yield from _slow_damping(about, name, of, {each for each, _, _ in restored})
+        unrestored = {*DOFS[:2]} - {dof for dof, _, _ in restored}
+        yield from _slow_damping(about, name, of.damping, body, extents(body, db), unrestored)
         for dof, inertia, period in restored:
             damping = float(of.damping[DOFS.index(dof), DOFS.index(dof)])
             ratio = damping * period / (4.0 * np.pi * inertia)
             if damping > 0.0 and not LEAST_RATIO <= ratio <= MOST_RATIO:
-                limit = LEAST_RATIO if ratio < LEAST_RATIO else MOST_RATIO
-                found = f"{damping:.3g}, which is {text_beyond(ratio, limit, '.2g')} of critical"
+                share = text_outside(ratio, LEAST_RATIO, MOST_RATIO, ".2g")
+                found = f"{damping:.3g}, which is {share} of critical"
                 usual = "usual is 0.01 to 0.3 of critical"
                 yield Doubt(f"forces.{name}.damping.{dof}", found, usual, "Check its unit.")
 
@@ -227,8 +228,12 @@ def _roll_forms(about: About) -> Iterator[Doubt]:
         size = sizes.get(of.body) if isinstance(of, ViscousRoll) else None
         if size is None or not isinstance(of, ViscousRoll) or of.barge is None:
             continue
-        own = {"length": 2.0 * size.half.max(), "beam": 2.0 * size.half.min()}
-        for key, length in {**own, "draught": size.draught}.items():
+        lengths = {
+            "length": 2.0 * size.half.max(),
+            "beam": 2.0 * size.half.min(),
+            "draught": size.draught,
+        }
+        for key, length in lengths.items():
             given = float(getattr(of.barge, key))
             if not 1.0 / SAME_SIZE <= given / length <= SAME_SIZE:
                 found = f"a {key} of {given:.3g} m"
@@ -256,21 +261,24 @@ def _fender_damping(about: About) -> Iterator[Doubt]:
 
 
 def _slow_damping(
-    about: About, name: str, of: LinearDamping, restored: Collection[str]
+    about: About,
+    name: str,
+    matrix: np.ndarray,
+    body: Body,
+    size: Extents | None,
+    unrestored: Collection[str],
 ) -> Iterator[Doubt]:
     """Ask about linear damping of surge and sway beside the mass and the length of a hull, where
     no stiffness of its own restores it."""
-    _, body, db = next(each for each in about.afloat() if each[1].name == of.body)
-    size = extents(body, db)
-    if size is None or of.damping is None:
+    if size is None:
         return
     rate = np.sqrt(about.scene.environment.gravity / (2.0 * size.half.max()))
     for k, dof in enumerate(DOFS[:2]):
-        damping = float(of.damping[k, k])
+        damping = float(matrix[k, k])
         ratio = damping / (body.mass * rate)
-        if dof not in restored and damping > 0.0 and not LEAST_RATIO <= ratio <= MOST_RATIO:
-            limit = LEAST_RATIO if ratio < LEAST_RATIO else MOST_RATIO
-            found = f"{damping:.3g} N s/m, {text_beyond(ratio, limit, '.2g')} of m sqrt(g/L)"
+        if dof in unrestored and damping > 0.0 and not LEAST_RATIO <= ratio <= MOST_RATIO:
+            share = text_outside(ratio, LEAST_RATIO, MOST_RATIO, ".2g")
+            found = f"{damping:.3g} N s/m, {share} of m sqrt(g/L)"
             usual = f"usual is {LEAST_RATIO:g} to {MOST_RATIO:g} of that"
             yield Doubt(f"forces.{name}.damping.{dof}", found, usual, "Is it in kN s/m?")
 

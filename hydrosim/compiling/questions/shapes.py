@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond
+from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond, text_outside
 from hydrosim.compiling.questions.extents import extents
 from hydrosim.dofs import DOFS
 from hydrosim.forces.damping.quadratic_damping import QuadraticDamping
@@ -15,7 +15,7 @@ from hydrosim.scene.tanks import Box
 # drag over 0.5 rho times the projected area under water: surge, sway, heave. A ship in surge has
 # little more than friction; a flat plate has about 2, edges and bilge keels more
 # in yaw, of cross flow over the length: T L^4 / 32 in place of the area
-LEAST_DRAG = (0.001, 0.02, 0.02, 0.0, 0.0, 0.005)
+LEAST_DRAG = {"surge": 0.001, "sway": 0.02, "heave": 0.02, "yaw": 0.005}
 MOST_DRAG = 30.0
 TANK_MARGIN = 0.5  # of the half length and breadth of the water plane
 
@@ -66,20 +66,21 @@ def drag(about: About) -> Iterator[Doubt]:
         if size is None:
             continue
         length, breadth = 2.0 * size.half
-        long = max(length, breadth)
-        areas = (breadth * size.draught, length * size.draught, length * breadth)
-        turning = (0.0, 0.0, size.draught * long**4 / 32.0)
-        for k, (area, least) in enumerate(zip((*areas, *turning), LEAST_DRAG, strict=True)):
-            if area == 0.0:
-                continue
-            unit = "m^2" if k < 3 else "m^5"
+        areas = {
+            "surge": (breadth * size.draught, "m^2"),
+            "sway": (length * size.draught, "m^2"),
+            "heave": (length * breadth, "m^2"),
+            "yaw": (size.draught * max(length, breadth) ** 4 / 32.0, "m^5"),
+        }
+        for dof, (area, unit) in areas.items():
+            least = LEAST_DRAG[dof]
+            k = DOFS.index(dof)
             found = float(of.damping[k, k])
             coefficient = found / (0.5 * density * area)
             if found > 0.0 and not least <= coefficient <= MOST_DRAG:
-                limit = least if coefficient < least else MOST_DRAG
-                text = text_beyond(coefficient, limit, ".2g")
+                text = text_outside(coefficient, least, MOST_DRAG, ".2g")
                 yield Doubt(
-                    f"forces.{name}.damping.{DOFS[k]}",
+                    f"forces.{name}.damping.{dof}",
                     f"{found:.3g}, a drag coefficient of {text} on {area:.3g} {unit}",
                     f"usual is {least:g} to {MOST_DRAG:g}",
                     "Is it in kN?",

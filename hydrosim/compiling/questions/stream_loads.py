@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond
+from hydrosim.compiling.questions.doubt import About, Doubt, text_outside
 from hydrosim.compiling.questions.extents import Extents, extents
 from hydrosim.forces.stream_load import CurrentLoad, StreamLoad, WindLoad
 
@@ -47,10 +47,10 @@ def _unlikely_size(
         largest = float(np.abs(force).max())
         coefficient = largest / reference
         if largest > 0.0 and not low <= coefficient <= high:
-            limit = low if coefficient < low else high
+            text = text_outside(coefficient, low, high, ".2g")
             found = (
-                f"up to {largest:.3g} N s^2/m^2, a drag coefficient of"
-                f" {text_beyond(coefficient, limit, '.2g')} for the size of {of.body}"
+                f"up to {largest:.3g} N s^2/m^2, a drag coefficient of {text} for the size of"
+                f" {of.body}"
             )
             usual = f"usual is {low:g} to {high:g}"
             yield Doubt(f"forces.{name}.{key}", found, usual, "Is it in kN?")

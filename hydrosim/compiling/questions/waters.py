@@ -12,7 +12,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond
+from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond, text_outside
 from hydrosim.compiling.questions.seas import crossing_period, height_of, peak_period
 from hydrosim.scene import Jonswap, Tma
 
@@ -87,8 +87,7 @@ def waves(about: About) -> Iterator[Doubt]:
             yield Doubt("environment.waves", f"a height of {text_beyond(height, HIGHEST)} m", usual)
         if not PERIODS[0] <= peak <= PERIODS[1]:
             usual = f"usual is {PERIODS[0]:g} to {PERIODS[1]:g} s"
-            limit = PERIODS[0] if peak < PERIODS[0] else PERIODS[1]
-            found = f"a period of {text_beyond(peak, limit)} s"
+            found = f"a period of {text_outside(peak, *PERIODS)} s"
             yield Doubt("environment.waves", found, usual)
 
 

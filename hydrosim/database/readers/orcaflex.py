@@ -469,8 +469,8 @@ def _by_direction(vessel: _Vessel, node: _Node) -> tuple[Real, Real, tuple[list[
     columns, first = tables[0]
     if len(first) == 0:
         raise items[0].wrong("RAOPeriodOrFrequency", "an empty table", "rows")
+    _require_motions(items[0], columns[1:])  # the others must have the same
     for item, (names, rows) in zip(items, tables, strict=True):
-        _require_motions(item, names[1:])
         if names != columns or rows.shape != first.shape or (rows[:, 0] != first[:, 0]).any():
             raise item.wrong(
                 "RAOPeriodOrFrequency", "other columns or waves", "those of the first direction"

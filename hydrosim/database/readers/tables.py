@@ -21,9 +21,9 @@ _LARGEST_FILE = 2**30  # bytes
 _LONGEST_LINE = 10_000  # characters
 _LARGEST_NUMBER = 1e60  # products of a few such numbers stay finite
 _SPARSEST = 64  # array size per row; symmetries leave out up to 9 of 10 rows
-# numbers of Fortran that Python does not read: 1.0D+00, and 1.0-101 for three-digit exponents
 _COMMENT = re.compile(r"[!#\x1a].*", re.DOTALL)  # and the mark of the end of files of DOS
 _BYTE_ORDER_MARK = "\xef\xbb\xbf"  # of UTF-8, read as 8-bit characters
+# numbers of Fortran that Python does not read: 1.0D+00, and 1.0-101 for three-digit exponents
 _FORTRAN = re.compile(r"([+-]?\d*\.\d*)[DdEe]?([+-]\d+)")
 
 

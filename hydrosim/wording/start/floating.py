@@ -41,8 +41,14 @@ SIDES = (
 ALONG_AXIS = sin(pi / 8.0)  # component below which a direction is along the other axis
 MAX_NAMED_BODIES = 4
 FLOATING_HEAD = (
-    *("body", "heading", "heel", "trim", "draught, about", "G above water"),
-    *("GM in roll", "GM in pitch"),
+    "body",
+    "heading",
+    "heel",
+    "trim",
+    "draught, about",
+    "G above water",
+    "GM in roll",
+    "GM in pitch",
 )
 
 
@@ -56,12 +62,17 @@ def describe_floating(own: Compiled) -> Iterator[Node]:
     directions = list(_describe_directions(scene, headings))
     if directions:
         yield List(directions, "Directions at the start")
-    rows = [_floating_row(about, body, db, rotation[body.name]) for _, body, db in afloat]
+    rows = [
+        _floating_row(about, body, db, headings[body.name], rotation[body.name])
+        for _, body, db in afloat
+    ]
     if rows:
         yield Table(FLOATING_HEAD, rows, "Bodies afloat at the start")
 
 
-def _floating_row(about: About, body: Body, db: HydroDatabase, R: np.ndarray) -> list[Cell]:
+def _floating_row(
+    about: About, body: Body, db: HydroDatabase, heading: float, R: np.ndarray
+) -> list[Cell]:
     gravity = about.scene.environment.gravity
     size = extents(body, db)
     stiffness = require_array(db, "hydrostatic_stiffness")
@@ -69,7 +80,7 @@ def _floating_row(about: About, body: Body, db: HydroDatabase, R: np.ndarray) ->
     height = float(about.centre(about.index[body.name])[2])
     return [
         body.name,
-        Value(atan2(R[1, 0], R[0, 0]), "rad", 3),
+        Value(heading, "rad", 3),
         Value(atan2(R[2, 1], R[2, 2]), "rad", 3),
         Value(atan2(-R[2, 0], hypot(R[0, 0], R[1, 0])), "rad", 3),
         Value(size.draught, "m", 3) if size is not None else "",
