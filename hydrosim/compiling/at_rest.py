@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from hydrosim.stepping.state import State
 
 PROMISE = "found at_rest"
-NEAR = 1e-6  # m
+AT_REST_ATOL_M = 1e-6  # m
 
 
 def states_at_rest(scene: Scene, model: Model, state: State) -> np.ndarray:
@@ -72,7 +72,7 @@ def _nearest(scene: Scene, model: Model, state: State) -> str:
     if not gaps:
         return ""
     name = min(gaps, key=gaps.__getitem__)
-    if gaps[name] < NEAR:
+    if gaps[name] < AT_REST_ATOL_M:
         return f" (the nearest contact, {name}, touches but does not carry in that direction)"
     return (
         f" (the nearest open contact, {name}, is {gaps[name]:.3g} m away: move the body towards"

@@ -19,10 +19,10 @@ weight contacts carry count as restored, although they are free if all contacts 
 
 An explicit method costs 6 evaluations for each step of the largest stable size h_s, however large E
 is. An implicit method costs 40 evaluations for each step h_i = 4.3 r^(1/4) / w (both measured, w is
-a frequency of the motions). Stiff contacts are closed for a fraction of the time, `CLOSED`. So
+a frequency of the motions). Stiff contacts are closed for a fraction of the time, `CONTACT_TIME_FRACTION`. So
 esdirk4 is chosen if
 
-    6 CLOSED / h_s > 40 / h_i.
+    6 CONTACT_TIME_FRACTION / h_s > 40 / h_i.
 
 h_s is the smallest value over all combinations of contacts in `linear.stability`. w is the median
 frequency of the vibrations with all contacts open, or 1 rad/s. Computing time, machine and sea do
@@ -67,9 +67,9 @@ ARM = 100.0  # m, for angles
 EXPLICIT = 6.0
 IMPLICIT = 40.0
 REACH = 4.3
-CLOSED = 0.5
-USUAL = 1.0  # rad/s, for motions without a period
-SLOW = 1e-3  # rad/s: slower motions are no vibrations
+CONTACT_TIME_FRACTION = 0.5
+DEFAULT_FREQUENCY = 1.0  # rad/s, for motions without a period
+MIN_VIBRATION_FREQUENCY = 1e-3  # rad/s: slower motions are no vibrations
 MEASURED = 600.0  # s: duration of the runs whose errors were measured
 GROWS = 1.5  # power of the duration with which errors grow where nothing restores a motion
 
@@ -127,7 +127,7 @@ def _chosen(compiled: Compiled, accuracy: float) -> tuple[Method, str]:
     stable = smallest_step(looked_at, DOPRI5)
     rate = _rate(Method.ESDIRK4, accuracy, changing=True)
     implicit = REACH * rate**0.25 / _frequency(looked_at)
-    stiff = EXPLICIT * CLOSED / stable > IMPLICIT / implicit
+    stiff = EXPLICIT * CONTACT_TIME_FRACTION / stable > IMPLICIT / implicit
     if np.isinf(stable):
         why = "explicit steps of any length are stable"
     else:
@@ -139,8 +139,8 @@ def _chosen(compiled: Compiled, accuracy: float) -> tuple[Method, str]:
 def _frequency(looked_at: Sequence[Combination]) -> float:
     """Median frequency of the vibrations with all contacts open [rad/s]."""
     values = looked_at[0].values.imag
-    vibrating = values[values > SLOW]
-    return float(np.median(vibrating)) if vibrating.size else USUAL
+    vibrating = values[values > MIN_VIBRATION_FREQUENCY]
+    return float(np.median(vibrating)) if vibrating.size else DEFAULT_FREQUENCY
 
 
 def _growth(compiled: Compiled) -> float:

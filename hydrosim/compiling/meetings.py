@@ -19,9 +19,11 @@ if TYPE_CHECKING:
     from hydrosim.database.database import HydroDatabase
     from hydrosim.stepping.dynamics import Model
 
-LOST = 0.05  # relative loss of loads between headings of a database that is worth a warning
+HEADING_LOSS_WARNING = (
+    0.05  # relative loss of loads between headings of a database that is worth a warning
+)
 AT_NODE = 1e-6  # rad: waves this close to a heading of the database count as at it
-BESIDE = 0.01  # relative energy between headings that needs no message
+MAX_ENERGY_BETWEEN_HEADINGS = 0.01  # relative energy between headings that needs no message
 
 
 class Meeting(NamedTuple):
@@ -71,9 +73,9 @@ def coarse_headings(meeting: Meeting) -> Iterator[str]:
     """Warning about a database whose headings are too coarse for its hull in this sea."""
     lost = meeting.lost
     db = meeting.database
-    if lost is not None and max(lost) > LOST:
+    if lost is not None and max(lost) > HEADING_LOSS_WARNING:
         yield (
-            f"bodies.{meeting.body.name}: {_said(lost, db)}; expected less than {LOST:.0%}."
+            f"bodies.{meeting.body.name}: {_said(lost, db)}; expected less than {HEADING_LOSS_WARNING:.0%}."
             f" Compute the database for headings {_spacing(db) / 2.0:.3g} deg apart, or choose"
             " waves that meet the body at a heading of the database."
         )
@@ -105,7 +107,7 @@ def _between(body: Body, seas: Sequence[Components], db: HydroDatabase) -> bool:
     off = np.full(to.size, np.inf)
     for heading in db.heading:  # one at a time, because seas of long runs have many waves
         np.minimum(off, apart(to, heading), out=off)
-    return bool(energy[off > AT_NODE].sum() > BESIDE * energy.sum())
+    return bool(energy[off > AT_NODE].sum() > MAX_ENERGY_BETWEEN_HEADINGS * energy.sum())
 
 
 def _munk(scene: Scene, body: Body, A: np.ndarray, speed: float) -> str:

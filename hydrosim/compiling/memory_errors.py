@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     from hydrosim.stepping.state import State
 
 # points for each frequency of the spectra, because resonances are narrower than the spacing
-BETWEEN = 3
+POINTS_PER_FREQUENCY_STEP = 3
 FIT_WARNED, CUT_WARNED = 0.01, 0.05  # changes of motion that are worth a warning
-ALL = 0.98  # of the resolved length: a memory this long counts as complete
+COMPLETE_MEMORY_FRACTION = 0.98  # of the resolved length: a memory this long counts as complete
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class MemoryErrors:
     @property
     def _is_all(self) -> bool:
         """Whether the frequencies resolve no longer memory."""
-        return self.length > ALL * self.resolved
+        return self.length > COMPLETE_MEMORY_FRACTION * self.resolved
 
     @property
     def _limit(self) -> str:
@@ -164,7 +164,11 @@ def _turned(group: WetGroup, values: np.ndarray) -> np.ndarray:
 
 
 def _between(w: np.ndarray) -> np.ndarray:
-    return np.interp(np.arange(BETWEEN * (w.size - 1) + 1) / BETWEEN, np.arange(w.size), w)
+    return np.interp(
+        np.arange(POINTS_PER_FREQUENCY_STEP * (w.size - 1) + 1) / POINTS_PER_FREQUENCY_STEP,
+        np.arange(w.size),
+        w,
+    )
 
 
 def _size(change: tuple[Change, str]) -> str:

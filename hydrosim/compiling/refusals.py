@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from hydrosim.stepping.state import State
 
 STRAINED = 0.2  # strain of a catenary at the start
-TOGETHER = 1e-9  # of a spring's length, below which its ends coincide
+COINCIDENT_ENDS_RTOL = 1e-9  # of a spring's length, below which its ends coincide
 
 
 def check_scene(scene: Scene) -> None:
@@ -151,7 +151,7 @@ def _check_lines(scene: Scene, model: Model, state: State) -> None:
     y = state.y
     place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
     for line in lines_now(model, scene, begin(scene), y, state.modes, model.bodies, motion):
-        if line.distance <= TOGETHER * line.length:
+        if line.distance <= COINCIDENT_ENDS_RTOL * line.length:
             raise _together(line.name)
         if line.strain > STRAINED:
             raise InputError(
@@ -185,7 +185,10 @@ def _check_springs(scene: Scene, model: Model, state: State) -> None:
     place_bodies(state.y[:n], state.y[n : 2 * n], model.bodies, motion)
     p = model.elements.springs
     for name, line in zip(spring_names(scene), p.lines, strict=True):
-        if stretch(line, 0.0, model.bodies, motion, p).length <= TOGETHER * line["length"]:
+        if (
+            stretch(line, 0.0, model.bodies, motion, p).length
+            <= COINCIDENT_ENDS_RTOL * line["length"]
+        ):
             raise _together(name)
 
 

@@ -41,11 +41,13 @@ if TYPE_CHECKING:
 
     from hydrosim.stepping.state_layout import StateLayout
 
-NEAR = 1e-6  # m or s: a stored mode may exceed its end by this; it then ends as the run begins
+MODE_OVERRUN_ATOL = (
+    1e-6  # m or s: a stored mode may exceed its end by this; it then ends as the run begins
+)
 SAME_FIT = 1e-6  # of the largest entry: fits of one database agree to this rounding
 HEADINGS = "initial_heading"  # variable: heading of each body at the start of the first run [rad]
 MET = "waves_meet"  # variable, with a body's name: position and headings of its wave forces
-SHOWN = 5  # names in a message
+MAX_NAMES_SHOWN = 5  # names in a message
 
 
 def opened(scene: Scene) -> Scene:
@@ -231,8 +233,8 @@ def check_fit(scene: Scene, model: Model, layout: StateLayout) -> None:
 
 
 def _listed(names: Sequence[str]) -> str:
-    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
-    return ", ".join(names[:SHOWN]) + more
+    more = f" and {len(names) - MAX_NAMES_SHOWN} more" if len(names) > MAX_NAMES_SHOWN else ""
+    return ", ".join(names[:MAX_NAMES_SHOWN]) + more
 
 
 def _same_fit(model: Model, layout: StateLayout, run: xr.Dataset) -> bool:
@@ -306,9 +308,9 @@ def _possible(
         steepest = kind.modes(p).steepest
         if steepest is not None:
             margins = own_modes(kind, p, out)
-            touching = margins[:, CONTACT_MARGIN] >= -NEAR * steepest
+            touching = margins[:, CONTACT_MARGIN] >= -MODE_OVERRUN_ATOL * steepest
             own = own_modes(kind, p, possible[:, None])
-            own[:, 0] = touching & (margins[:, SEGMENT_MARGIN] >= -NEAR)
+            own[:, 0] = touching & (margins[:, SEGMENT_MARGIN] >= -MODE_OVERRUN_ATOL)
     return possible
 
 

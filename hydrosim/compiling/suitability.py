@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from hydrosim.waves.components import Components
 
 HARDLY = 0.01  # also the fraction of a sea's energy that a database may lack
-UNKNOWN = "?"
+UNKNOWN_NAME = "?"
 UNKNOWN_POINT = ["?", "?", "?"]
 """Values of a remedy that nobody but the user knows."""
 _WATER = ("water_density", "gravity", "water_depth")
@@ -216,7 +216,7 @@ def _lacking_volumes(bodies: Sequence[Body], density: float) -> Fault:
             f" The weight of {names} is carried, not balanced, so the volume does not follow from"
             " the mass: give that of the hull below the water at rest."
         )
-        volumes = [UNKNOWN if own else v for v, own in zip(volumes, carried, strict=True)]
+        volumes = [UNKNOWN_NAME if own else v for v, own in zip(volumes, carried, strict=True)]
     return Fault(reason, (f"volume: {_example(volumes)}",))
 
 

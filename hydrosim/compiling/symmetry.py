@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     from hydrosim.stepping.dynamics import Model
     from hydrosim.stepping.state import State
 
-NEAR = 1e-9  # m, rad and per second: a smaller state counts as in the plane
+IN_PLANE_ATOL = 1e-9  # m, rad and per second: a smaller state counts as in the plane
 GROWTH = 1e-4  # 1/s: slower growth is rounding, not instability
 ASIDE = MIRROR_SIGN < 0.0  # which of the six coordinates lead out of the plane
 
@@ -108,7 +108,7 @@ def not_mirrored(calm: Compiled, headings: np.ndarray) -> list[str]:
     aside = {entry.name: _leads_aside(entry.coordinates) for entry in calm.facts.layout.moving()}
     state = calm.state
     leads = np.array([*aside.values()])
-    if np.any(np.abs(state.y[: leads.size][leads]) > NEAR):
+    if np.any(np.abs(state.y[: leads.size][leads]) > IN_PLANE_ATOL):
         found.append("the state at the start")
     elif not _mirrored(calm.model, state):
         found.append("the contacts at the start")
@@ -139,7 +139,7 @@ def _asymmetries(calm: Compiled, sea: Sequence[Components]) -> Iterator[str]:
     y = _plane(scene.bodies[0])
     rotations = ASIDE[3:]
     for body in scene.bodies:
-        if abs(_plane(body) - y) > NEAR:
+        if abs(_plane(body) - y) > IN_PLANE_ATOL:
             yield f"{body.name} is beside {scene.bodies[0].name}"
         if body.heading != 0.0:
             yield f"{body.name} has a heading of {np.degrees(body.heading):g} deg at rest"
@@ -165,7 +165,7 @@ def _joints_aside(scene: Scene, y: float) -> Iterator[str]:
     bodies = {body.name: body for body in scene.bodies}
     joints = tree_joints(scene)
     for name, joint in joints.items():
-        beside = abs(_plane(bodies[joint.body]) + joint.point[1] - y) > NEAR
+        beside = abs(_plane(bodies[joint.body]) + joint.point[1] - y) > IN_PLANE_ATOL
         if beside or not all(_is_in_plane(motion, joint) for motion in joint.motions):
             yield f"the joint {name}"
     others = {name: joint for name, joint in scene.joints.items() if name not in joints}
@@ -176,7 +176,9 @@ def _is_in_plane(motion: JointMotion, joint: Joint) -> bool:
     """Whether a motion of a joint stays in a plane of constant y."""
     across = abs(joint.axes()[motion.axis, 1])
     slides = motion.kind == MotionKind.SLIDE
-    return motion.kind != MotionKind.SWIVEL and abs(across - (0.0 if slides else 1.0)) < NEAR
+    return (
+        motion.kind != MotionKind.SWIVEL and abs(across - (0.0 if slides else 1.0)) < IN_PLANE_ATOL
+    )
 
 
 def _plane(body: Body) -> float:
@@ -242,7 +244,9 @@ def _at_start(calm: Compiled, aside: Mapping[str, bool]) -> Iterator[str]:
     state = calm.state
     leads = np.array([*aside.values()])
     size = np.abs(state.y[: leads.size])
-    still = np.where(np.arange(leads.size) < model.radiation, NEAR, NEAR * size.max())
+    still = np.where(
+        np.arange(leads.size) < model.radiation, IN_PLANE_ATOL, IN_PLANE_ATOL * size.max()
+    )
     off = [name for name, is_off in zip(aside, leads & (size > still), strict=True) if is_off]
     if off:
         yield f"{off[0]} at the start" + (" and others" if len(off) > 1 else "")
@@ -260,7 +264,7 @@ def _remembers(state: State) -> bool:
     """Whether a convolution remembers velocities out of the plane."""
     past = state.history.grid[AFTER].T
     last = state.history.node[:, VELOCITY]
-    return any(np.any(np.abs(v.reshape(-1, 6)[:, ASIDE]) > NEAR) for v in (past, last))
+    return any(np.any(np.abs(v.reshape(-1, 6)[:, ASIDE]) > IN_PLANE_ATOL) for v in (past, last))
 
 
 def _mirrored(model: Model, state: State) -> bool:

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 Memory = AutomaticRadiation | StateSpaceRadiation | ConvolutionRadiation
 
 
-ALONG = 1e-12  # of a turn: rounding
+SAME_HEADING_TURNS = 1e-12  # of a turn: rounding
 
 
 class Convolved(NamedTuple):
@@ -301,7 +301,7 @@ def moving(bodies: Sequence[Body]) -> np.ndarray:
 
 def _moving(body: Body) -> list[int]:
     free = {DOFS.index(dof) for dof in body.dofs}
-    turned = 5 in free or abs(np.sin(body.heading + body.position[5])) > ALONG
+    turned = 5 in free or abs(np.sin(body.heading + body.position[5])) > SAME_HEADING_TURNS
     return sorted(free | {0, 1} if turned and free & {0, 1} else free)
 
 

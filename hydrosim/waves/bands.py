@@ -67,7 +67,6 @@ UNKNOWN = np.iinfo(np.int64).min
 VALUE, SLOPE, LOW, LOW_DRIFT = range(4)
 """Factor of a band: the value or the slope of X and D at a frequency of the database. Below all of
 these, the first value of X alone, or of D alone, which fades to zero there."""
-KINDS = 4
 ENTRIES = 12  # of a frequency and a heading in a table of loads: six values, six slopes
 
 

@@ -42,11 +42,11 @@ if TYPE_CHECKING:
     from hydrosim.stepping.state import State
     from hydrosim.waves.body import WaveBody
 
-DAMPING = "line_damping"
+LINE_DAMPING = "line_damping"
 DRIFT = "line_drift"
 """Variables of a run with c and m of its lines."""
 ROUNDS = 200  # of the fixed point
-SAME = 1e-12  # relative change of the damping in the last round
+DAMPING_RTOL = 1e-12  # relative change of the damping in the last round
 BINS = 300  # of frequencies, in which loads of a sea are gathered
 
 
@@ -132,9 +132,9 @@ def _drag_before(scene: Scene) -> dict[str, tuple[float, float]]:
     if scene.initial is None:
         return {}
     run: xr.Dataset = scene.initial.run  # type: ignore[assignment]
-    if DAMPING not in run:
+    if LINE_DAMPING not in run:
         return {}
-    each = zip(run.line.values, run[DAMPING].values, run[DRIFT].values, strict=True)
+    each = zip(run.line.values, run[LINE_DAMPING].values, run[DRIFT].values, strict=True)
     return {str(name): (float(c), float(m)) for name, c, m in each}
 
 
@@ -182,7 +182,7 @@ def _fixed_point(
         S = np.real((omega[:, None, None] ** 2 * spread).sum(axis=0))
         found = [_linearised(at, S, regular) for at in fairleads]
         new = np.array([drag.damping for drag, _ in found])
-        if np.abs(new - c).max() <= SAME * np.abs(new).max():
+        if np.abs(new - c).max() <= DAMPING_RTOL * np.abs(new).max():
             break
         c = new
     return found

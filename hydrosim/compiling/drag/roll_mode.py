@@ -25,10 +25,10 @@ from hydrosim.dofs import DOFS
 from hydrosim.forces.layout import RollMode
 from hydrosim.scene import Body
 
-ROLL = DOFS.index("roll")
-MOST = 50  # iterations
-SAME = 1e-10  # relative change of the frequency at which they end
-SMALL = 1e-3  # of the frequency: step of the slope S'
+ROLL_INDEX = DOFS.index("roll")
+MAX_ITERATIONS = 50  # iterations
+FREQUENCY_RTOL = 1e-10  # relative change of the frequency at which they end
+SLOPE_STEP_FRACTION = 1e-3  # of the frequency: step of the slope S'
 
 Matrices = Callable[[float], tuple[np.ndarray, np.ndarray]]
 
@@ -41,9 +41,9 @@ def roll_mode(body: Body, stiffness: np.ndarray, db: HydroDatabase | None) -> Ro
     roll, the mode is roll alone.
     """
     free = [i for i, dof in enumerate(DOFS) if dof in body.dofs]
-    free = free if ROLL in free else [ROLL]
+    free = free if ROLL_INDEX in free else [ROLL_INDEX]
     own = np.ix_(free, free)
-    at = free.index(ROLL)
+    at = free.index(ROLL_INDEX)
     M = block_diag(body.mass * np.eye(3), body.inertia)[own]
     total = stiffness.copy()
     if db is not None:
@@ -61,12 +61,12 @@ def roll_mode(body: Body, stiffness: np.ndarray, db: HydroDatabase | None) -> Ro
     omega, mass = _undamped(K, M, coefficients, own, at)
     if omega == 0.0:
         return RollMode(0.0, mass, 0.0)
-    for _ in range(MOST):
-        step = SMALL * omega
+    for _ in range(MAX_ITERATIONS):
+        step = SLOPE_STEP_FRACTION * omega
         mass = -(schur(omega + step) - schur(omega - step)).real / (4.0 * step * omega)
         change = schur(omega).real / (2.0 * omega * mass)
         omega += change
-        if abs(change) <= SAME * omega:
+        if abs(change) <= FREQUENCY_RTOL * omega:
             break
     return RollMode(omega, mass, schur(omega).imag / omega)
 
@@ -76,13 +76,13 @@ def _undamped(
 ) -> tuple[float, float]:
     """Frequency and mass per roll of the undamped mode."""
     omega = 0.0
-    for _ in range(MOST):
+    for _ in range(MAX_ITERATIONS):
         H = M + coefficients(omega)[0][own]
         values, shapes = eigh(K, H)
         k = int(np.argmax(shapes[at] * (H @ shapes)[at]))
         before = omega
         omega = float(np.sqrt(max(values[k], 0.0)))
-        if abs(omega - before) <= SMALL * omega:
+        if abs(omega - before) <= SLOPE_STEP_FRACTION * omega:
             break
     u = shapes[:, k] / shapes[at, k]
     return omega, float(u @ H @ u)

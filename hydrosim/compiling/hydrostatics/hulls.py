@@ -20,8 +20,8 @@ from hydrosim.scene import Body, Environment, Hull, Scene, Weight
 if TYPE_CHECKING:
     from hydrosim.database.hydrostatics import Hydrostatics
 
-LOOKS = 20  # attitudes at which a hull is compared with its mirror image
-ROLL = 3  # index among a body's six coordinates
+COMPARED_ATTITUDES = 20  # attitudes at which a hull is compared with its mirror image
+ROLL_INDEX = 3  # index among a body's six coordinates
 
 
 def hulls_of(scene: Scene, bodies: Bodies) -> Hulls:
@@ -29,7 +29,7 @@ def hulls_of(scene: Scene, bodies: Bodies) -> Hulls:
     chosen = [(b, body, body.hydrostatics) for b, body in enumerate(scene.bodies)]
     each = [(b, body, hull) for b, body, hull in chosen if hull is not None]
     water = scene.environment
-    places = [6 * b + ROLL for b, *_ in each]
+    places = [6 * b + ROLL_INDEX for b, *_ in each]
     return Hulls(
         body=np.array([b for b, *_ in each], dtype=np.int64),
         solids=solids_of([hull.corners - np.array(b.centre_of_gravity) for _, b, hull in each]),
@@ -79,7 +79,7 @@ def lopsided(p: Hulls, bodies: Bodies) -> Iterator[int]:
         own = p._replace(body=p.body[h : h + 1], solids=solids)
         own = own._replace(height=p.height[h : h + 1], weight=p.weight[h : h + 1])
         size, depth = (np.ptp(p.solids.corners[..., axis]) for axis in (1, 2))
-        for _ in range(LOOKS):
+        for _ in range(COMPARED_ATTITUDES):
             heave, trim, heel = draw.uniform(-0.5, 0.5, 3) * (depth, 0.1, depth / size)
             motion.coordinates[6 * b + 2] = heave
             port, starboard = (_stored(own, bodies, motion, b, trim, x) for x in (heel, -heel))

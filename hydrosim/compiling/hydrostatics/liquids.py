@@ -16,8 +16,8 @@ from hydrosim.tanks.pieces import PIECE
 from hydrosim.tanks.shapes import capacity, pieces, triangles, volume_at
 from hydrosim.tanks.surface import LIQUID, Liquids
 
-STEADY = -1
-ROLL = 3  # index among a body's six coordinates
+CONSTANT_CONTENTS = -1
+ROLL_COORDINATE = 3  # index among a body's six coordinates
 
 
 class Cut(NamedTuple):
@@ -56,7 +56,7 @@ def liquids_of(scene: Scene, bodies: Bodies) -> Liquids:
     each = [
         (
             cut.body,
-            index.get((cut.body, cut.tank.name), STEADY),
+            index.get((cut.body, cut.tank.name), CONSTANT_CONTENTS),
             volume_at(cut.shape, cut.tank.level),
             first,
             end - 1,
@@ -67,7 +67,7 @@ def liquids_of(scene: Scene, bodies: Bodies) -> Liquids:
         for cut, (first, end) in zip(every, ends, strict=True)
     ]
     meshes = [triangles(cut.shape) - at for cut, at in zip(every, origins, strict=True)]
-    rolls = [6 * cut.body + ROLL for cut in every]
+    rolls = [6 * cut.body + ROLL_COORDINATE for cut in every]
     return Liquids(
         each=np.array(each, dtype=LIQUID),
         pieces=np.concatenate([np.zeros(0, dtype=PIECE), *tables]),

@@ -10,9 +10,11 @@ from hydrosim.database.hull import Triangles, areas
 from hydrosim.rigid.solids import MOMENTS, Solids
 
 # projected horizontal area over area of a triangle, below which it counts as upright
-UPRIGHT = 1e-12
+MIN_WATERPLANE_FRACTION = 1e-12
 PARCEL = 16  # triangles of a group at most
-LEVEL = 4.0  # weight of height in the split: triangles at one height get wet at the same time
+HEIGHT_WEIGHT = (
+    4.0  # weight of height in the split: triangles at one height get wet at the same time
+)
 
 
 def solids_of(meshes: Sequence[Triangles]) -> Solids:
@@ -33,13 +35,15 @@ def solids_of(meshes: Sequence[Triangles]) -> Solids:
 def _faces(corners: Triangles) -> Triangles:
     """Triangles that are not upright."""
     vectors = areas(corners)
-    return corners[np.abs(vectors[:, 2]) > UPRIGHT * np.linalg.norm(vectors, axis=1)]
+    return corners[
+        np.abs(vectors[:, 2]) > MIN_WATERPLANE_FRACTION * np.linalg.norm(vectors, axis=1)
+    ]
 
 
 def _parcels(corners: np.ndarray) -> list[np.ndarray]:
     """Groups of a few neighbouring triangles (nt, 3, 3)."""
     middles, size = corners.mean(axis=1), np.ptp(corners, axis=(0, 1))
-    return [corners[rows] for rows in _parted(middles / size * [1.0, 1.0, LEVEL])]
+    return [corners[rows] for rows in _parted(middles / size * [1.0, 1.0, HEIGHT_WEIGHT])]
 
 
 def _parted(middles: np.ndarray) -> list[np.ndarray]:

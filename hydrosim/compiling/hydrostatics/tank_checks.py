@@ -14,7 +14,7 @@ from hydrosim.tanks.loading import at_start, body_without, least_moment, loaded
 from hydrosim.tanks.shapes import height
 from hydrosim.tanks.timeline import follow
 
-SAME = 1e-9  # relative difference of densities
+DENSITY_RTOL = 1e-9  # relative difference of densities
 
 
 def check_lightship(body: Body, displaced: float, sinks: bool = False) -> None:
@@ -57,7 +57,7 @@ def check_tanks(body: Body) -> None:
 
 
 def _check_level(key: str, level: float, tank: Tank) -> None:
-    if not 0.0 <= level <= height(tank.shape) * (1.0 + SAME):
+    if not 0.0 <= level <= height(tank.shape) * (1.0 + DENSITY_RTOL):
         raise InputError(
             f"{key}: found {level:g} m; expected 0 to {height(tank.shape):g} m, the height of the"
             f" tank {tank.name}."
@@ -68,7 +68,7 @@ def _check_plan(key: str, tank: Tank) -> None:
     assert tank.plan is not None
     for level in tank.plan.level:
         _check_level(f"{key}.level", float(level), tank)
-    if abs(tank.plan.level[0] - tank.level) > SAME * height(tank.shape):
+    if abs(tank.plan.level[0] - tank.level) > DENSITY_RTOL * height(tank.shape):
         raise InputError(
             f"{key}.level: found {tank.plan.level[0]:g} m at the first time; expected the level at"
             f" the start, {tank.level:g} m."
@@ -87,7 +87,7 @@ def _check_pump(key: str, pump: Pump, tanks: dict[str, Tank], moved: Sequence[Ta
             f"{key}: found {pump.source or 'sea'} at both ends; expected two different places."
         )
     ends = [tanks[name] for name in (pump.source, pump.target) if name is not None]
-    if abs(ends[0].density - ends[-1].density) > SAME * ends[0].density:
+    if abs(ends[0].density - ends[-1].density) > DENSITY_RTOL * ends[0].density:
         raise InputError(
             f"{key}: found fluids of {ends[0].density:g} and {ends[-1].density:g} kg/m^3 at its"
             " ends; expected one density. Mixtures are not modelled."

@@ -14,8 +14,8 @@ from hydrosim.rigid.kinematics import BODY, Bodies
 from hydrosim.scene import Kinematics, Scene
 from hydrosim.scene.trees import arrangement
 
-SEEN = 1e-9  # of a displacement per coordinate: smaller ones are rounding
-PLACES = 3  # at which joints are looked at, besides rest
+DISPLACEMENT_RTOL = 1e-9  # of a displacement per coordinate: smaller ones are rounding
+SAMPLED_CONFIGURATIONS = 3  # at which joints are looked at, besides rest
 
 
 def bodies_of(scene: Scene) -> Bodies:
@@ -60,9 +60,9 @@ def with_dofs_of_joints(scene: Scene) -> Scene:
     bodies = bodies_of(scene)
     draw = np.random.default_rng(1)
     n = bodies.active.size
-    places = [np.zeros(n), *(draw.uniform(-1.0, 1.0, n) for _ in range(PLACES))]
+    places = [np.zeros(n), *(draw.uniform(-1.0, 1.0, n) for _ in range(SAMPLED_CONFIGURATIONS))]
     size = np.max([np.abs(slopes_at(bodies, q)).max(axis=1, initial=0.0) for q in places], axis=0)
-    moves = size.reshape(-1, 6) > SEEN
+    moves = size.reshape(-1, 6) > DISPLACEMENT_RTOL
     each = [
         replace(body, dofs=tuple(np.array(DOFS)[own])) if body.name in carried else body
         for body, own in zip(scene.bodies, moves, strict=True)

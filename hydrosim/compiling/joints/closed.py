@@ -30,10 +30,10 @@ if TYPE_CHECKING:
     from hydrosim.scene import Body, Joint, Scene
     from hydrosim.stepping.state import State
 
-CLOSE = 1e-6  # m, rad and per second: rounding of the input, which the start removes
+CLOSURE_ATOL = 1e-6  # m, rad and per second: rounding of the input, which the start removes
 ASIDE = 1e-3  # of a metre and a radian: how far a linkage is moved to test whether it is regular
-RANK = 1e-7  # of the largest singular value: smaller ones are zero
-SHORTEST = 1e-9  # m: a shorter rod has no direction
+RANK_RTOL = 1e-7  # of the largest singular value: smaller ones are zero
+MIN_ROD_LENGTH_M = 1e-9  # m: a shorter rod has no direction
 TRIES = 30  # Newton's iterations back to the constraints
 TAKING_PART = 0.1  # of a joint's constraints in the combination that vanishes
 
@@ -72,7 +72,7 @@ def _check_rod(scene: Scene, name: str, joint: Joint) -> Iterator[str]:
     bodies = {body.name: body for body in scene.bodies}
     ends = [_place_at_rest(bodies.get(str(b)), p) for b, p in _ends_of(joint)]
     apart = float(np.linalg.norm(ends[0] - ends[1]))
-    if apart <= SHORTEST:
+    if apart <= MIN_ROD_LENGTH_M:
         yield (
             f"joints.{name}.to_point: found both ends of the rod at one place, with all bodies at"
             " rest; expected two places. For one place use a ball"
@@ -116,13 +116,13 @@ def start_followers(model: Model, state: State) -> None:
     rates = state.y[n : 2 * n]
     rows = _all_rows(model, state.y, state.modes)
     size = 1.0 + np.abs(rows.J) @ np.abs(rates)
-    if np.all(np.abs(rows.J @ rates) <= CLOSE * size):
+    if np.all(np.abs(rows.J @ rates) <= CLOSURE_ATOL * size):
         return
     free = np.setdiff1d(np.arange(n), driven)
     below = linalg.cholesky(inertia(model, state.y)[np.ix_(free, free)], lower=True)
     scaled = linalg.solve_triangular(below, rows.J[:, free].T, lower=True).T
     wanted = -rows.J[:, driven] @ rates[driven]
-    pushed = np.linalg.lstsq(scaled, wanted, rcond=RANK)[0]
+    pushed = np.linalg.lstsq(scaled, wanted, rcond=RANK_RTOL)[0]
     rates[free] += linalg.solve_triangular(below.T, pushed)
 
 
@@ -204,10 +204,10 @@ def _check_gaps(scene: Scene, model: Model, rows: Rows) -> None:
         gap = float(np.linalg.norm(own[rows.slides]))
         sine = min(float(np.linalg.norm(own[~rows.slides])), 1.0)
         turn = float(np.degrees(np.arcsin(sine)))
-        if max(gap, np.radians(turn)) > CLOSE:
+        if max(gap, np.radians(turn)) > CLOSURE_ATOL:
             raise InputError(
                 f"joints.{name}: does not close at the start: {gap:.3g} m and {turn:.3g} deg are"
-                f" missing between {_sides(scene, name)}; expected less than {CLOSE:g} m and rad."
+                f" missing between {_sides(scene, name)}; expected less than {CLOSURE_ATOL:g} m and rad."
                 " Joints are closed with all bodies at rest: change the starts (initial.position of"
                 f" bodies, initial of joints) together, or leave them out.{_start_of_drives(scene)}"
             )
@@ -253,7 +253,7 @@ def _check_velocities(scene: Scene, model: Model, state: State, rows: Rows) -> N
     rates = rows.J @ state.y[n : 2 * n]
     size = np.abs(rows.J) @ np.abs(state.y[n : 2 * n])
     pawl = p.each["ratchet"][rows.lock] != NO_RATCHET
-    apart = (np.abs(rates) > CLOSE * (1.0 + size)) & ~pawl
+    apart = (np.abs(rates) > CLOSURE_ATOL * (1.0 + size)) & ~pawl
     if apart.any():
         worst = int(np.argmax(np.abs(rates) * apart))
         name = constraint_names(scene)[rows.lock[worst]]
@@ -269,7 +269,9 @@ def _check_velocities(scene: Scene, model: Model, state: State, rows: Rows) -> N
 def _start_of_drives(scene: Scene) -> str:
     """Remedy where drives move the start of a scene; empty without any."""
     moving = [
-        name for name, drive in drives_of(scene).items() if abs(motion_at(drive, 0.0)[0]) > CLOSE
+        name
+        for name, drive in drives_of(scene).items()
+        if abs(motion_at(drive, 0.0)[0]) > CLOSURE_ATOL
     ]
     if not moving:
         return ""
@@ -302,7 +304,7 @@ def _check_regular(scene: Scene, model: Model, state: State, rows: Rows) -> None
 
 
 def _rank(J: np.ndarray) -> int:
-    return int(np.linalg.matrix_rank(J, tol=RANK * np.linalg.norm(J, 2)))
+    return int(np.linalg.matrix_rank(J, tol=RANK_RTOL * np.linalg.norm(J, 2)))
 
 
 def _return(model: Model, y: np.ndarray, modes: np.ndarray) -> bool:
@@ -312,7 +314,7 @@ def _return(model: Model, y: np.ndarray, modes: np.ndarray) -> bool:
         rows = _all_rows(model, y, modes)
         if np.abs(rows.residual).max() < 1e-12:
             return True
-        back = -np.linalg.lstsq(rows.J / root, rows.residual, rcond=RANK)[0] / root
+        back = -np.linalg.lstsq(rows.J / root, rows.residual, rcond=RANK_RTOL)[0] / root
         _shift(y, back, model)
     return False
 

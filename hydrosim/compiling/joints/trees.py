@@ -15,7 +15,7 @@ from hydrosim.scene.joint import JointMotion, MotionKind
 from hydrosim.scene.trees import arrangement, tree_joints
 
 SWIVEL = MotionKind.SWIVEL
-KINDS = {MotionKind.SLIDE: SLIDE, MotionKind.TURN: TURN, SWIVEL: BALL}
+TREE_JOINT_CODES = {MotionKind.SLIDE: SLIDE, MotionKind.TURN: TURN, SWIVEL: BALL}
 
 
 def check_trees(scene: Scene) -> Iterator[str]:
@@ -105,7 +105,12 @@ def _moves(branch: Branch, body: Body, first: int) -> Iterator[tuple[object, ...
     """Entries of `MOVE` of a joint, from parent to child; its coordinates begin at ``first``."""
     axes = branch.joint.axes() @ about_z(body.heading).T
     steps = [
-        (KINDS[motion.kind], first + j, -1.0 if branch.reversed else 1.0, _axes_of(motion, axes))
+        (
+            TREE_JOINT_CODES[motion.kind],
+            first + j,
+            -1.0 if branch.reversed else 1.0,
+            _axes_of(motion, axes),
+        )
         for j, motion in enumerate(branch.joint.motions)
         if motion.kind != MotionKind.SWIVEL or motion.axis == 0  # a ball is one move
     ]

@@ -29,7 +29,9 @@ MIN_UNDER_KEEL = 2.0
 MIN_OUTRIGGER = 5.0
 MIN_FREEBOARD = 10.0
 UNDER_KEEL = 0.3  # of the draught
-ALONG = 0.1  # cosine of the smallest angle between an axis and the axes that a joint leaves free
+FREE_AXIS_COSINE = (
+    0.1  # cosine of the smallest angle between an axis and the axes that a joint leaves free
+)
 FRAME = "Points are in the body frame, from the centre of gravity."
 
 
@@ -122,7 +124,7 @@ def axes(about: About) -> Iterator[Doubt]:
             continue
         axis = np.array(spring.axis, float)
         cosine = abs(branch.joint.axes()[0] @ axis) / np.linalg.norm(axis)
-        if cosine < ALONG:
+        if cosine < FREE_AXIS_COSINE:
             angle = np.degrees(np.arccos(min(cosine, 1.0)))
             found = (
                 f"an axis at {angle:.3g} deg to that of {branch.name}, which holds this rotation"

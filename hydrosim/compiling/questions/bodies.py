@@ -19,7 +19,7 @@ from hydrosim.tanks.loading import at_start, body_without, least_moment
 MASS_TOLERANCE = 0.01  # relative difference of mass and displaced mass that needs a question
 HOPELESS = 10.0  # ratio of mass to displaced mass, or its inverse, that no mooring can hold
 LIFTED = 0.5  # of the weight
-SHORTEST, LONGEST = 1.0, 1000.0  # s, of natural periods
+MIN_NATURAL_PERIOD_S, MAX_NATURAL_PERIOD_S = 1.0, 1000.0  # s, of natural periods
 TILT = np.radians(0.3)  # largest heel or trim by its own weight of a body that is afloat level
 LIGHTEST = 1.2  # kg/m^3
 SMALLEST_RADIUS = 0.01  # of that of a hull with all its mass at its ends
@@ -204,10 +204,10 @@ def periods(about: About) -> Iterator[Doubt]:
     itself."""
     for i, body, db in about.afloat():
         for name, period in natural_periods(about, i, body, db).items():
-            if not SHORTEST <= period <= LONGEST:
-                text = text_outside(period, SHORTEST, LONGEST)
+            if not MIN_NATURAL_PERIOD_S <= period <= MAX_NATURAL_PERIOD_S:
+                text = text_outside(period, MIN_NATURAL_PERIOD_S, MAX_NATURAL_PERIOD_S)
                 found = f"a natural period of {text} s in {name}"
-                usual = f"usual is {SHORTEST:g} to {LONGEST:g} s"
+                usual = f"usual is {MIN_NATURAL_PERIOD_S:g} to {MAX_NATURAL_PERIOD_S:g} s"
                 advice = "Check stiffness, mass and their units."
                 yield Doubt(f"bodies.{body.name}", found, usual, advice)
 

@@ -36,7 +36,7 @@ SMOOTHEST = 0.005
 SAME_SIZE = 1.5  # ratio of a barge's dimensions to those of its hull
 MAX_STIFFNESS_RATIO = 100.0  # of friction beside that of the normal; elastic bodies have up to 1
 SAME_PERIOD = 0.1
-TOGETHER = 0.7  # cosine of the largest angle between normals of fenders that share a load
+SHARED_LOAD_COSINE = 0.7  # cosine of the largest angle between normals of fenders that share a load
 
 
 def bending(about: About) -> Iterator[Doubt]:
@@ -101,7 +101,7 @@ def _under_weight(about: About, name: str, fender: Contact, stiffness: float) ->
         each.body == body.name and each.carries() and not isinstance(each, Contact)
         for each in about.scene.forces.values()
     )
-    if body.weight != Weight.CARRIED or not dry or hangs or upward < TOGETHER:
+    if body.weight != Weight.CARRIED or not dry or hangs or upward < SHARED_LOAD_COSINE:
         return
     weight = body.mass * about.scene.environment.gravity
     if weight > SOFTEST * stiffness:
@@ -119,7 +119,7 @@ def _together(fender: Contact, other: Contact) -> bool:
     normals = (np.array(each.planes()[0].normal, float) for each in (fender, other))
     n, m = (normal / np.linalg.norm(normal) for normal in normals)
     same = fender.body == other.body and [*fender.others()] == [*other.others()]
-    return same and bool(n @ m > TOGETHER)
+    return same and bool(n @ m > SHARED_LOAD_COSINE)
 
 
 def _stiffness(fender: Contact) -> float:

@@ -24,7 +24,9 @@ MOST_OF_BREAKING = 2.0
 LEAST_OF_BREAKING = 0.02
 MOST_EXTENSION = 10.0  # of a spring, over its length
 MOST_STRAIN = 0.5  # at the breaking load: nylon has 0.3
-TINY = 1e-5  # of the weight of the lightest body that a line, contact or joint acts on
+NEGLIGIBLE_LOAD_FRACTION = (
+    1e-5  # of the weight of the lightest body that a line, contact or joint acts on
+)
 
 
 def capacities(about: About) -> Iterator[Doubt]:
@@ -53,9 +55,9 @@ def _tiny(about: About) -> Iterator[Doubt]:
     for key, limit, names in limits:
         own = [body.mass for body in about.scene.bodies if body.name in names and body.dofs]
         lightest = gravity * min(own, default=0.0)
-        if limit is not None and limit < TINY * lightest:
+        if limit is not None and limit < NEGLIGIBLE_LOAD_FRACTION * lightest:
             found = f"{limit:.3g} N, for a body whose weight is {lightest:.3g} N"
-            usual = f"usual is above {TINY:g} of the weight"
+            usual = f"usual is above {NEGLIGIBLE_LOAD_FRACTION:g} of the weight"
             yield Doubt(key, found, usual, "Is it in kN?")
 
 

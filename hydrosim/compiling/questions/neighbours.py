@@ -15,9 +15,9 @@ from hydrosim.compiling.questions.seas import peak_wavelength
 if TYPE_CHECKING:
     from hydrosim.scene import Body
 
-NEAR = 2.0  # times the larger breadth
+NEIGHBOUR_BREADTHS = 2.0  # times the larger breadth
 DIRECTIONS = np.linspace(0.0, 2.0 * np.pi, 720, endpoint=False)
-LOOKS = np.stack([np.cos(DIRECTIONS), np.sin(DIRECTIONS)], axis=1)
+DIRECTION_VECTORS = np.stack([np.cos(DIRECTIONS), np.sin(DIRECTIONS)], axis=1)
 
 
 def shielding(about: About) -> Iterator[Doubt]:
@@ -36,13 +36,13 @@ def shielding(about: About) -> Iterator[Doubt]:
             continue
         breadth = 2.0 * max(first.half.min(), second.half.min())
         gap = _gap(about, (one, first), (other, second))
-        if gap < NEAR * breadth:
+        if gap < NEIGHBOUR_BREADTHS * breadth:
             length = peak_wavelength(about.sea)
             yield Doubt(
                 f"bodies.{one.name}, bodies.{other.name}",
                 f"hulls with separate databases that are {_said(gap)}, with a breadth of"
                 f" {breadth:.3g} m and waves of {length:.3g} m",
-                f"usual is more than {NEAR:g} breadths",
+                f"usual is more than {NEIGHBOUR_BREADTHS:g} breadths",
                 "Neither hull shields the other from waves, and neither feels the waves radiated"
                 " by the other. Compute one database of both with `hydrosim db build` (bodies:"
                 " in the recipe).",
@@ -63,13 +63,13 @@ def _coupled(one: Body, other: Body) -> bool:
 def _gap(about: About, one: tuple[Body, Extents], other: tuple[Body, Extents]) -> float:
     """Distance of the rectangles of two hulls at the start [m]; 0 if they overlap."""
     middles, reaches = zip(*(_seen(about, *each) for each in (one, other)), strict=True)
-    apart = LOOKS @ (middles[1] - middles[0]) - reaches[0] - reaches[1]
+    apart = DIRECTION_VECTORS @ (middles[1] - middles[0]) - reaches[0] - reaches[1]
     return max(float(apart.max()), 0.0)
 
 
 def _seen(about: About, body: Body, size: Extents) -> tuple[np.ndarray, np.ndarray]:
-    """Centre of a hull's rectangle (2,), and its extent from there in all directions `LOOKS`."""
+    """Centre of a hull's rectangle (2,), and its extent from there in all directions `DIRECTION_VECTORS`."""
     b = about.index[body.name]
     R = about.motion.rotation[b]
     middle = (about.centre(b) + R @ size.centre)[:2]
-    return middle, np.abs(LOOKS @ R[:2, :2]) @ size.half
+    return middle, np.abs(DIRECTION_VECTORS @ R[:2, :2]) @ size.half

@@ -13,9 +13,9 @@ from hydrosim.forces.contact.fender import Fender
 from hydrosim.rigid.kinematics import Motion
 
 INNER = 0.8  # of length and breadth, for hulls without sides
-ABOVE = 0.25  # of the draught: height above the water to which hulls have sides
+FREEBOARD_FRACTION = 0.25  # of the draught: height above the water to which hulls have sides
 FAR_SIDE = -0.3  # of the half breadth towards the plane: points behind it are at the other side
-UPRIGHT = 0.5  # horizontal part of the normal, below which a plane is no wall
+MIN_WALL_NORMAL = 0.5  # horizontal part of the normal, below which a plane is no wall
 # m, or half of the breadth: largest distance of fenders and brackets from the hull
 STANDING_OFF = 5.0
 
@@ -100,7 +100,7 @@ def _inside(size: Extents, point: np.ndarray, normal: np.ndarray) -> float:
     towards an upright plane with this ``normal`` [m]; 0 for other points."""
     x, y, z = point - size.centre
     level = float(np.linalg.norm(normal[:2]))
-    if z >= ABOVE * size.draught or size.filled < COMPACT or level < UPRIGHT:
+    if z >= FREEBOARD_FRACTION * size.draught or size.filled < COMPACT or level < MIN_WALL_NORMAL:
         return 0.0
     towards = -normal[:2] / level
     within = bool(np.all(np.abs([x, y]) < INNER * size.half)) or _is_far(size, point, normal)

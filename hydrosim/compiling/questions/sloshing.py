@@ -31,17 +31,17 @@ if TYPE_CHECKING:
     from hydrosim.database.database import HydroDatabase
     from hydrosim.waves.components import Components
 
-NEAR = 0.1  # of the period: waves within it make the fluid slosh
-SHARE = 0.1  # of the waves' energy within `NEAR`
-APART = 0.2  # of the period: a mode of the body within it drives the fluid
-REACHED = 0.01  # of the waves' energy within `NEAR` of that mode of the body
+WAVE_RESONANCE_RTOL = 0.1  # of the period: waves within it make the fluid slosh
+MIN_RESONANT_ENERGY_SHARE = 0.1  # of the waves' energy within `WAVE_RESONANCE_RTOL`
+BODY_RESONANCE_RTOL = 0.2  # of the period: a mode of the body within it drives the fluid
+REACHED = 0.01  # of the waves' energy within `WAVE_RESONANCE_RTOL` of that mode of the body
 MATTERS = 0.01  # of the mass of the body
-ENDS = 0.01  # of the height: an empty or full tank does not slosh
+MIN_LEVEL_FRACTION = 0.01  # of the height: an empty or full tank does not slosh
 LEVELS = 41  # between the lowest and the highest level of the run
 
 
 # motions that excite sloshing along x, y
-DRIVEN = (("surge", "pitch", "yaw"), ("sway", "roll", "yaw"))
+SLOSHING_DOFS = (("surge", "pitch", "yaw"), ("sway", "roll", "yaw"))
 
 
 class Resonance(NamedTuple):
@@ -59,7 +59,7 @@ def sloshing(about: About) -> Iterator[Doubt]:
     """Ask about tanks whose fluid would slosh with the waves, or with the roll of their body."""
     for b, body, db in about.wet():
         levels = dict(_levels(about, body)) if about.sea else {}
-        for axis, driven in enumerate(DRIVEN if levels else ()):
+        for axis, driven in enumerate(SLOSHING_DOFS if levels else ()):
             if not set(driven) & set(body.dofs):
                 continue
             roll = _roll_period(about, b, body, db) if axis == 1 else np.inf
@@ -93,8 +93,8 @@ def _doubt(body: Body, found: Sequence[Resonance], axis: int, roll: float) -> Do
         f"bodies.{body.name}.tanks ({names})",
         f"fluid that sloshes along {'xy'[axis]} with a period of {_range(worst.period)} s at"
         f" levels of {_range(worst.level)} m ({worst.tank.name}), with a fraction of"
-        f" {worst.share.max():.2g} of the wave energy within {NEAR:.0%} of such a period{rolls}",
-        f"usual is a period {APART:.0%} away from those of waves and roll",
+        f" {worst.share.max():.2g} of the wave energy within {WAVE_RESONANCE_RTOL:.0%} of such a period{rolls}",
+        f"usual is a period {BODY_RESONANCE_RTOL:.0%} away from those of waves and roll",
         "The model keeps the fluid level, without sloshing. Divide the tanks, avoid these levels"
         " in such waves, or take the loads from a computation of sloshing.",
     )
@@ -110,16 +110,16 @@ def _resonance(
 ) -> Resonance | None:
     """Resonance of a tank; None if it has none at any ``level`` (n,)."""
     full = height(tank.shape)
-    level = level[(level > ENDS * full) & (level < (1.0 - ENDS) * full)]
+    level = level[(level > MIN_LEVEL_FRACTION * full) & (level < (1.0 - MIN_LEVEL_FRACTION) * full)]
     widths = np.array([width(tank.shape, float(x), axis) for x in level])
     level = level[widths > 0.0]
     widths = widths[widths > 0.0]
     period = mode_period(widths, level, about.scene.environment.gravity)
     angle = body.heading + body.position[5] + 0.5 * np.pi * axis
-    share = np.array([_share(about.sea, angle, T, NEAR) for T in period])
-    reached = np.array([_share(about.sea, angle, T, APART) for T in period])
-    rolls = (np.abs(period / roll - 1.0) < APART) & (reached > REACHED)
-    hit = (share > SHARE) | rolls
+    share = np.array([_share(about.sea, angle, T, WAVE_RESONANCE_RTOL) for T in period])
+    reached = np.array([_share(about.sea, angle, T, BODY_RESONANCE_RTOL) for T in period])
+    rolls = (np.abs(period / roll - 1.0) < BODY_RESONANCE_RTOL) & (reached > REACHED)
+    hit = (share > MIN_RESONANT_ENERGY_SHARE) | rolls
     if not hit.any():
         return None
     return Resonance(tank, level[hit], period[hit], share[hit], bool(rolls.any()))

@@ -19,18 +19,18 @@ from hydrosim.scene import ForceElement, GivenComponents, Weight
 from hydrosim.scene.joint import MotionKind
 from hydrosim.scene.trees import arrangement, joined_with, tree_joints
 
-TURN = 2.0 * np.pi * (1.0 + 1e-9)
+FULL_TURN_RAD = 2.0 * np.pi * (1.0 + 1e-9)
 ROUND_DEG = (5.0, 10.0, 20.0, *range(15, 361, 15))
 ROUND_RTOL = 6e-4  # between an angle of few digits in rad and a round one in degrees
 TILT = np.radians(30.0)  # limit for a body afloat with linear hydrostatics
 FASTEST = 15.0  # m/s
-DEEPEST = 1.0  # m of compression at the start
+MAX_START_COMPRESSION_M = 1.0  # m of compression at the start
 DROP = 3.0  # m above all contacts that carry a body
 BENT = np.radians(5.0)  # beyond a stop at the start
-PRESSED = 0.1  # of the range between two stops, beyond one of them at the start
+MAX_STOP_OVERRUN_FRACTION = 0.1  # of the range between two stops, beyond one of them at the start
 STRETCHED = 0.2  # of a line's length
-SLACK = 5.0  # times the distance of its ends
-TIGHT = 0.05  # strain of a catenary
+MAX_SLACK_RATIO = 5.0  # times the distance of its ends
+MAX_START_STRAIN = 0.05  # strain of a catenary
 
 
 def angles(about: About) -> Iterator[Doubt]:
@@ -42,13 +42,13 @@ def angles(about: About) -> Iterator[Doubt]:
             found = f"{np.degrees(angle):.6g} deg"
             usual = f"{np.degrees(angle):.6g} rad are {round_deg:g} deg"
             yield Doubt(key, found, usual, "Is it in radians? Then give it without a unit.")
-        if abs(angle) > TURN:
+        if abs(angle) > FULL_TURN_RAD:
             found = f"{angle:g} rad, which is {np.degrees(angle):.5g} deg"
             advice = f'A number is in radians; degrees are "{angle:g} deg".'
             yield Doubt(key, found, "an angle is usually within one turn", advice)
     for _, body, _ in about.wet():
         for name, angle in zip(("roll", "pitch"), body.position[3:5], strict=True):
-            if TILT < abs(angle) <= TURN:
+            if TILT < abs(angle) <= FULL_TURN_RAD:
                 tilt = text_beyond(np.degrees(angle), np.copysign(np.degrees(TILT), angle))
                 found = f"a {name} of {tilt} deg"
                 usual = "usual is less than 30 deg, because hydrostatics are linear"
@@ -59,7 +59,7 @@ def _round_angle(angle: float) -> float | None:
     """Round angle [deg] that a number of degrees would be as radians; None if there is none, or if
     the number is round itself."""
     size = abs(angle)
-    if size > TURN or abs(float(f"{size:.2g}") - size) <= 1e-9 * size:
+    if size > FULL_TURN_RAD or abs(float(f"{size:.2g}") - size) <= 1e-9 * size:
         return None
     errors = np.abs(np.degrees(size) / np.array(ROUND_DEG) - 1.0)
     nearest = int(errors.argmin())
@@ -107,11 +107,11 @@ def overlap(about: About) -> Iterator[Doubt]:
     yield from _pressed_stops(about)
     for name, fender, deep in _fenders(about):
         worst = int(np.argmax(deep))
-        if isinstance(fender.normal, NormalCurve) and deep[worst] > DEEPEST:
+        if isinstance(fender.normal, NormalCurve) and deep[worst] > MAX_START_COMPRESSION_M:
             found = (
                 f"that point {worst + 1} is {_metres(deep[worst])} behind its plane at the start"
             )
-            usual = f"usual is a gap, or a compression of up to {DEEPEST:g} m"
+            usual = f"usual is a gap, or a compression of up to {MAX_START_COMPRESSION_M:g} m"
             advice = "Check points (body frame, from the centre of gravity) and plane.point."
             yield Doubt(f"forces.{name}", found, usual, advice)
 
@@ -124,11 +124,11 @@ def _pressed_stops(about: About) -> Iterator[Doubt]:
         here = [float(next(places)) for _ in joint.motions]
         for motion, acting, x in zip(joint.motions, joint.resistances, here, strict=False):
             stops = acting.stops
-            limit = DEEPEST if motion.kind == MotionKind.SLIDE else BENT
+            limit = MAX_START_COMPRESSION_M if motion.kind == MotionKind.SLIDE else BENT
             beyond = 0.0 if stops is None else max(stops.lowest - x, x - stops.highest)
             if stops is None or (about.scene.at_rest and beyond <= limit):
                 continue
-            if beyond > min(limit, PRESSED * (stops.highest - stops.lowest)):
+            if beyond > min(limit, MAX_STOP_OVERRUN_FRACTION * (stops.highest - stops.lowest)):
                 size = _size(motion.kind)
                 found = f"that {name} starts {size(beyond)} beyond a stop, at {size(x)}"
                 yield Doubt(f"joints.{name}", found, "usual is a start between the stops")
@@ -212,9 +212,11 @@ def _springs(about: About) -> Iterator[Doubt]:
         longer = float(stretch(row, 0.0, about.model.bodies, about.motion, p).extension)
         length = float(row["length"])
         apart = length + longer
-        if length > SLACK * apart > 0.0 and line.tension[0] == 0.0:
+        if length > MAX_SLACK_RATIO * apart > 0.0 and line.tension[0] == 0.0:
             found = f"{length:g} m, while its ends are {apart:.3g} m apart at the start"
-            yield Doubt(f"forces.{name}.length", found, f"usual is up to {SLACK:g} times that")
+            yield Doubt(
+                f"forces.{name}.length", found, f"usual is up to {MAX_SLACK_RATIO:g} times that"
+            )
         if longer > max(STRETCHED * length, float(line.extension[-1])):
             found = f"{length:g} m, while its ends are {longer:.3g} m further apart at the start"
             yield Doubt(
@@ -236,10 +238,10 @@ def _catenaries(about: About) -> Iterator[Doubt]:
         yield Doubt(f"forces.{name}.breaks_at", found, "a line usually holds at the start")
     for line in acting:
         key = f"forces.{line.name}"
-        if line.strain > TIGHT:
-            strain = text_beyond(line.strain, TIGHT, ".1%")
+        if line.strain > MAX_START_STRAIN:
+            strain = text_beyond(line.strain, MAX_START_STRAIN, ".1%")
             found = f"{line.length:g} m, stretched by {strain} at the start"
-            yield Doubt(f"{key}.segments", found, f"usual is up to {TIGHT:.0%}")
+            yield Doubt(f"{key}.segments", found, f"usual is up to {MAX_START_STRAIN:.0%}")
         if line.pull.H == 0.0 and line.ends.x > 0.0:
             found = f"{line.length:g} m, slack at the start: no horizontal pull"
             yield Doubt(f"{key}.segments", found, "a moored body is held by its lines")

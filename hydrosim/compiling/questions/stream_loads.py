@@ -16,7 +16,7 @@ AIR = 1.225  # kg/m^3
 CURRENT_DRAG = (0.002, 10.0)
 WIND_DRAG = (0.003, 30.0)
 SAME_DRAUGHT = 3.0  # ratio
-AGAINST = 0.1  # part of the forces
+MAX_OPPOSING_FRACTION = 0.1  # part of the forces
 
 
 def coefficients(about: About) -> Iterator[Doubt]:
@@ -62,7 +62,7 @@ def _reversed(name: str, of: StreamLoad) -> Iterator[Doubt]:
         ("surge", of.surge, np.cos(of.headings)),
         ("sway", of.sway, np.sin(of.headings)),
     ):
-        if float(force @ component) < -AGAINST * float(np.abs(force).sum()):
+        if float(force @ component) < -MAX_OPPOSING_FRACTION * float(np.abs(force).sum()):
             found = "forces against the stream"
             usual = "usual are forces along it: surge above 0 at 0 deg, sway above 0 at 90 deg"
             advice = "headings are those that the stream goes to, relative to the body."

@@ -34,7 +34,7 @@ STEEPEST = 0.1
 SHARPEST = 20.0  # peak enhancement: long swell is modelled with up to 15
 MICHE = 0.142
 MOST_STEPS = 1e9  # of a run: about an hour
-STEPS = 10.0  # fewest steps of a method in a period of the waves
+MIN_STEPS_PER_PERIOD = 10.0  # fewest steps of a method in a period of the waves
 
 
 def water(about: About) -> Iterator[Doubt]:
@@ -151,6 +151,6 @@ def step(about: About) -> Iterator[Doubt]:
             yield Doubt("output.step", f"{about.scene.output_step:g} s", usual, advice)
     for sea in () if free else about.sea:
         period = peak_period(sea)
-        if solver.step > period / STEPS:
+        if solver.step > period / MIN_STEPS_PER_PERIOD:
             usual = f"usual is up to a tenth of the waves' period, {period:.3g} s"
             yield Doubt("solver.step", f"{solver.step:g} s", usual)
