@@ -15,7 +15,7 @@ from hydrosim.errors import InputError
 from hydrosim.forces import without_friction
 from hydrosim.forces.contact.geometry import touch
 from hydrosim.forces.contact.modes import OPEN
-from hydrosim.linear.equilibrium import ENOUGH, equilibrium
+from hydrosim.linear.equilibrium import RESIDUAL_RTOL, equilibrium
 from hydrosim.modes import MODE
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.stepping.dynamics import Model, new_work
@@ -44,7 +44,7 @@ def states_at_rest(scene: Scene, model: Model, state: State) -> np.ndarray:
             " of gravity."
         )
         raise InputError(f"initial: {PROMISE}; {error} {remedy}") from None
-    if np.abs(rest.drift).max(initial=0.0) > ENOUGH * weight:
+    if np.abs(rest.drift).max(initial=0.0) > RESIDUAL_RTOL * weight:
         worst = int(np.abs(rest.drift).argmax())
         lost = coordinates(scene)[worst]
         unit = "N" if lost.dof in DOFS[:3] else "N m"

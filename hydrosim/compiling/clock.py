@@ -15,7 +15,7 @@ from hydrosim.forces.signal import corners
 from hydrosim.integrate import Control
 from hydrosim.rigid.free import are_lengths
 from hydrosim.stepping.clock import Clock
-from hydrosim.waves.following import STATES
+from hydrosim.waves.following import STATES_PER_FOLLOWED_BODY
 from hydrosim.waves.places import grid_step, steps_per_block
 
 if TYPE_CHECKING:
@@ -76,9 +76,9 @@ def _tolerances(scene: Scene, model: Model) -> np.ndarray:
         B = states.B[states.matrix[g] :][: members.size * size].reshape(members.size, size)
         reach = by_dof[members] @ np.abs(B) / -states.decay[first : first + size]
         absolute[model.radiation + first :][:size] = reach
-    slow = (model.draught - model.slow) // STATES
+    slow = (model.draught - model.slow) // STATES_PER_FOLLOWED_BODY
     filters = np.repeat([tolerance.position, tolerance.position, tolerance.angle], 3)
-    known = np.full(STATES - filters.size, np.inf)
+    known = np.full(STATES_PER_FOLLOWED_BODY - filters.size, np.inf)
     absolute[model.slow : model.draught] = np.tile([*filters, *known], slow)
     absolute[model.draught : model.energy] = tolerance.position
     fenders = model.elements.fenders

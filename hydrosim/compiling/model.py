@@ -45,7 +45,7 @@ from hydrosim.streams.wind import mean_wind
 from hydrosim.tanks.contents import Tanks, tank_names
 from hydrosim.tanks.events import triggered_pumps
 from hydrosim.waves.build import wave_loads_model
-from hydrosim.waves.following import STATES, following_model
+from hydrosim.waves.following import STATES_PER_FOLLOWED_BODY, following_model
 from hydrosim.waves.places import met_by_waves, slow_bodies
 
 if TYPE_CHECKING:
@@ -80,7 +80,7 @@ def model_of(scene: Scene, wet: Sequence[WetGroup], known: Parts | None = None) 
         layout = _layout(scene, bodies, alone, known.tanks)
         known = forces.numbered_anew(known, scene.forces, layout)
     slow = own + forces.state_count(known, scene)
-    draught = slow + STATES * len(slow_bodies(scene, met_by_waves(scene, alone)))
+    draught = slow + STATES_PER_FOLLOWED_BODY * len(slow_bodies(scene, met_by_waves(scene, alone)))
     energy = draught + blending.STATES * family.body.size
     parts = forces.placed(known, scene, own, energy)
     rows = row_names(scene)

@@ -18,8 +18,8 @@ from hydrosim.tanks.contents import (
     quantities,
     tank_names,
 )
-from hydrosim.tanks.pieces import LEVEL
-from hydrosim.tanks.pumping import RUNNING
+from hydrosim.tanks.pieces import FLUID_LEVEL
+from hydrosim.tanks.pumping import PUMP_RUNNING
 
 
 class _Kind(Kind):
@@ -55,11 +55,11 @@ class _Kind(Kind):
 
     def record(self, p: Tanks, bodies: Any, kept: Kept) -> Columns:
         volume = kept.y[p.state : p.state + p.each.size]
-        running = kept.modes[:, :, MODE] == RUNNING
+        running = kept.modes[:, :, MODE] == PUMP_RUNNING
         rate = p.rates["rate"][kept.modes[:, :, SEGMENT]]
         mass, centre = mass_and_centre(p, bodies["mass"], volume)
         return {
-            "tank_level": (("time", "tank"), quantities(p, volume, LEVEL)),
+            "tank_level": (("time", "tank"), quantities(p, volume, FLUID_LEVEL)),
             "tank_mass": (("time", "tank"), volume * p.each["density"]),
             "pump_rate": (("time", "pump"), np.where(running, rate, 0)),
             "pump_mode": (("time", "pump"), kept.modes[:, :, MODE].astype(np.int8)),

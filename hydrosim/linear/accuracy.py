@@ -38,7 +38,7 @@ import numpy as np
 from hydrosim.forces.contact.modes import OPEN
 from hydrosim.integrate import Method
 from hydrosim.linear.components import expand_to_active
-from hydrosim.linear.modes import TINY, shares
+from hydrosim.linear.modes import SMALLEST_FLOAT, shares
 from hydrosim.linear.stability import Combination, what_moves
 from hydrosim.modes import MODE, SEGMENT
 from hydrosim.rigid.free import slopes_at_rest
@@ -46,15 +46,17 @@ from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.state_layout import StateLayout
 
 WRONG = 2.0  # error of a vibration that is out of phase
-FINER = 2.0**0.125  # ratio between tried steps
+TRIED_STEP_RATIO = 2.0**0.125  # ratio between tried steps
 FINEST = 1e-6  # of the step
-SLOW = 1e-9  # rad/s: slower modes do not vibrate
+MIN_VIBRATION_RATE = 1e-9  # rad/s: slower modes do not vibrate
 MOVES = 0.05  # share of velocities in a mode, half in one of a body on a spring
 # periods of a mean, and its fewest records
 PERIODS = 4.0
-FEWEST = 5
-MOST = 100.0  # of an exponent
-SEEN = 2.0  # records in that many periods: fewer do not distinguish a vibration from forced motion
+MIN_RECORDS_PER_MEAN = 5
+MAX_EXPONENT = 100.0  # of an exponent
+RECORDED_PERIODS = (
+    2.0  # records in that many periods: fewer do not distinguish a vibration from forced motion
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,13 +81,13 @@ class Vibration:
         """The largest step, up to ``step`` [s], with an error of at most ``error``."""
         trial = step
         while self.error(method, trial, duration) > error and trial > FINEST * step:
-            trial /= FINER
+            trial /= TRIED_STEP_RATIO
         return trial
 
     def fading(self, method: Method, step: float) -> float:
         """Excess damping rate [1/s] of the vibration by the method."""
         R = method.stability(np.array([step * self.eigenvalue]))
-        made = float(np.log(np.maximum(np.abs(R[0]), TINY))) / step
+        made = float(np.log(np.maximum(np.abs(R[0]), SMALLEST_FLOAT))) / step
         return max(self.eigenvalue.real - made, 0.0)
 
     def excited(
@@ -102,14 +104,16 @@ class Vibration:
         omega = self.eigenvalue.imag
         step = float(time[1] - time[0])
         samples = PERIODS * 2.0 * np.pi / (omega * step)
-        if samples > SEEN:
-            window = np.hanning(max(round(samples), FEWEST) + 2)[1:-1]
+        if samples > RECORDED_PERIODS:
+            window = np.hanning(max(round(samples), MIN_RECORDS_PER_MEAN) + 2)[1:-1]
             slow = felt * np.exp(-1j * omega * time)
             first = (window.size - 1) // 2
             felt = np.convolve(slow, window / window.sum())[first:][: time.size]
         size = np.where(touching, np.abs(felt), 0.0)
         largest = float(size.max())
-        size = np.minimum(size * np.exp(np.minimum(fading * (time - time[0]), MOST)), largest)
+        size = np.minimum(
+            size * np.exp(np.minimum(fading * (time - time[0]), MAX_EXPONENT)), largest
+        )
         ends = np.flatnonzero(np.diff(np.concatenate([[0], touching, [0]])))
         sums = np.add.reduceat(np.append(size, 0.0), ends)[::2] if ends.size else np.zeros(1)
         lasting = step * float(sums.max()) / largest if largest > 0.0 else 0.0
@@ -142,10 +146,10 @@ def vibration_errors(
     """Errors of vibrations with eigenvalues ``values`` (m,) [1/s], relative to their amplitudes, as
     above."""
     z = step * values
-    made = np.log(np.maximum(np.abs(R := method.stability(z)), TINY)) + 1j * np.angle(R)
+    made = np.log(np.maximum(np.abs(R := method.stability(z)), SMALLEST_FLOAT)) + 1j * np.angle(R)
     turns = np.round((z.imag - made.imag) / (2.0 * np.pi))
     rate = np.abs(made + 2j * np.pi * turns - z) / step
-    lasting = np.minimum(duration, 1.0 / np.maximum(np.abs(values.real), TINY))
+    lasting = np.minimum(duration, 1.0 / np.maximum(np.abs(values.real), SMALLEST_FLOAT))
     return np.asarray(np.minimum(rate * lasting, WRONG))
 
 
@@ -163,7 +167,9 @@ def vibrations(
     K^(i w) r'."""
 
     def wrong(values: np.ndarray) -> np.ndarray:
-        return (values.imag > SLOW) & (vibration_errors(method, step, duration, values) > error)
+        return (values.imag > MIN_VIBRATION_RATE) & (
+            vibration_errors(method, step, duration, values) > error
+        )
 
     active = model.bodies.active
     for combination, (part, spectrum) in [(x, part) for x in found for part in x.components]:

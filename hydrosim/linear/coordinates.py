@@ -14,13 +14,13 @@ from hydrosim.waves.following import following_model
 
 STEP = 1e-4  # of the central differences: m, rad and their rates
 CALM = wave_loads_model((), (), 0.0, 1.0, 1.0)
-STILL = following_model((), ())
+NO_FOLLOWED_BODIES = following_model((), ())
 
 
 def without_waves(model: Model) -> Model:
     """The model in calm water and in the mean wind."""
     elements = in_gusts(model.elements, NO_GUSTS)
-    return model._replace(waves=CALM, following=STILL, elements=elements)
+    return model._replace(waves=CALM, following=NO_FOLLOWED_BODIES, elements=elements)
 
 
 def inertia(model: Model, y: np.ndarray) -> np.ndarray:

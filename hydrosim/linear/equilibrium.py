@@ -33,22 +33,25 @@ from hydrosim.forces import lasting_states, without_friction
 from hydrosim.forces.events import settle
 from hydrosim.linear.coordinates import inertia
 from hydrosim.linear.freedom import DEPENDENT, find_constraint_rows, freedom_of
-from hydrosim.linear.modes import FLAT, FREE
+from hydrosim.linear.modes import MIN_STIFFNESS_FREQUENCY, MIN_STIFFNESS_RATIO
 from hydrosim.rigid.free import positions
 from hydrosim.rigid.kinematics import generalised_force, place_bodies
 from hydrosim.stepping.blending import settled
 from hydrosim.stepping.dynamics import Model, Work, new_work, rhs
 from hydrosim.stepping.state import State
 
-ITERATIONS = 100
+MAX_NEWTON_ITERATIONS = 100
 RELAXATIONS = 300
 MAX_RELAXATION = 1.0  # m, rad: longest step of a relaxation
 RATE_CHANGES = (0.2, 2.0)  # of u, from one relaxation to the next
-SMALL = 1e-5  # m, rad: of the central differences
+DIFFERENCE_STEP = 1e-5  # m, rad: of the central differences
 WIDE = 1e-3  # of those of fourth order
-ENOUGH = 1e-9  # of the weight: residual below which the scene is at rest
-ALONG: Any = {"rtol": 1e-12, "atol": 1e-13}  # steps of the integration along allowed motions
-NONE = np.zeros(0)
+RESIDUAL_RTOL = 1e-9  # of the weight: residual below which the scene is at rest
+MOTION_TOLERANCES: Any = {
+    "rtol": 1e-12,
+    "atol": 1e-13,
+}  # steps of the integration along allowed motions
+NO_VALUES = np.zeros(0)
 
 
 class Held(NamedTuple):
@@ -127,11 +130,14 @@ class _Loads:
         reactions = self.reactions(q)
         ahead, behind = (
             np.array(
-                [self._with_reactions(reactions, q + sign * s) for s in SMALL * np.eye(q.size)]
+                [
+                    self._with_reactions(reactions, q + sign * s)
+                    for s in DIFFERENCE_STEP * np.eye(q.size)
+                ]
             )
             for sign in (1, -1)
         )
-        return (behind - ahead).T / (2.0 * SMALL)
+        return (behind - ahead).T / (2.0 * DIFFERENCE_STEP)
 
     def _with_reactions(self, reactions: np.ndarray, q: np.ndarray) -> np.ndarray:
         load = self.at(q)
@@ -152,7 +158,12 @@ class _Loads:
                 " (initial.position); a run from there names the element."
             )
         U, sizes, V = np.linalg.svd(free.project_matrix(K))
-        r = int(np.count_nonzero(sizes > max(FREE**2, FLAT * sizes.max(initial=0.0))))
+        r = int(
+            np.count_nonzero(
+                sizes
+                > max(MIN_STIFFNESS_FREQUENCY**2, MIN_STIFFNESS_RATIO * sizes.max(initial=0.0))
+            )
+        )
         r = len(known.loads) if known else r
         U = free.expand(U)
         V = free.expand(V.T).T
@@ -167,7 +178,7 @@ class _Loads:
         """Forces (m,) of constraints that balance all loads at ``q`` best."""
         rows = self.constraints(q)
         if not len(rows):
-            return NONE
+            return NO_VALUES
         scale = self.scale(q)
         return np.asarray(-self.at(q) / scale @ np.linalg.pinv(rows / scale, DEPENDENT))
 
@@ -192,7 +203,7 @@ class _Loads:
 
         from scipy.integrate import solve_ivp  # slow to load, and rarely needed
 
-        return np.asarray(solve_ivp(along, (0.0, 1.0), q, "DOP853", **ALONG).y[:, -1])
+        return np.asarray(solve_ivp(along, (0.0, 1.0), q, "DOP853", **MOTION_TOLERANCES).y[:, -1])
 
 
 def equilibrium(
@@ -209,14 +220,14 @@ def equilibrium(
     first_modes = state.modes.copy()
     for approach in (_newton, _relax):
         state.modes[:] = first_modes
-        q = approach(start.copy(), loads, 1e-3 * ENOUGH * weight, held)
+        q = approach(start.copy(), loads, 1e-3 * RESIDUAL_RTOL * weight, held)
         here = loads.at(q)
         now = loads.stiff_directions(q, held)
         residual = float(np.abs(now.felt(here)).max(initial=0.0) / weight)
-        if residual <= ENOUGH:
+        if residual <= RESIDUAL_RTOL:
             break
     drift = now.left @ here
-    if not residual <= ENOUGH:
+    if not residual <= RESIDUAL_RTOL:
         raise InputError(
             f"equilibrium at {time:g} s: none found; the smallest residual load is"
             f" {residual:.1e} of the weight. Look for an unbalanced force, or start closer to"
@@ -230,12 +241,14 @@ def equilibrium(
 def _newton(q: np.ndarray, loads: _Loads, enough: float, held: Held | None) -> np.ndarray:
     """Position by Newton's method from ``q``, with loads below ``enough`` if it is found."""
     here = loads.at(q)
-    for _ in range(ITERATIONS):
+    for _ in range(MAX_NEWTON_ITERATIONS):
         now = loads.stiff_directions(q, held)
         if np.abs(now.felt(here)).max(initial=0.0) <= enough:
             break
         stiffness = now.loads @ loads.stiffness(q) @ now.moves
-        step = now.moves @ np.linalg.lstsq(stiffness, now.loads @ here, rcond=FLAT)[0]
+        step = (
+            now.moves @ np.linalg.lstsq(stiffness, now.loads @ here, rcond=MIN_STIFFNESS_RATIO)[0]
+        )
         q, here = _shorten_step(q, step, here, loads, now)
     return q
 

@@ -36,7 +36,7 @@ from hydrosim.stepping.dynamics import (
 if TYPE_CHECKING:
     from hydrosim.stepping.state import State
 
-TOGETHER = 1000  # frequencies at a time
+FREQUENCIES_PER_BLOCK = 1000  # frequencies at a time
 LARGE = 500  # states: vectors are nearly always needed, and cost as much again as values alone
 SEPARATE = 1e7  # condition number of the eigenvectors up to which other states are diagonalised
 
@@ -83,11 +83,11 @@ class Linear:
         unheld, others = self._at_rest
         own = unheld[n : 2 * n]
         found = np.empty((every.size, n, n), dtype=complex)
-        for k in range(0, every.size, TOGETHER):
-            s = 1j * every[k : k + TOGETHER, None, None]
+        for k in range(0, every.size, FREQUENCIES_PER_BLOCK):
+            s = 1j * every[k : k + FREQUENCIES_PER_BLOCK, None, None]
             acceleration = own[:, :n] + s * own[:, n : 2 * n]
             acceleration = acceleration + _of_others(s, n, unheld, others)
-            found[k : k + TOGETHER] = self.inertia @ (s * s * np.eye(n) - acceleration)
+            found[k : k + FREQUENCIES_PER_BLOCK] = self.inertia @ (s * s * np.eye(n) - acceleration)
         return found.reshape(*np.shape(omega), n, n)
 
     def response(self, omega: float, load: np.ndarray) -> np.ndarray:

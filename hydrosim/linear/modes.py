@@ -30,14 +30,14 @@ if TYPE_CHECKING:
 
 STATIC = 1e-5  # rad/s: slower modes count as static
 # rad/s; relative to the largest stiffness over inertia: below them there is no stiffness
-FREE = 1e-3
-FLAT = 1e-9
+MIN_STIFFNESS_FREQUENCY = 1e-3
+MIN_STIFFNESS_RATIO = 1e-9
 # iterations of the frequencies of natural modes; their relative change
-ITERATIONS = 200
-CLOSE = 1e-12
-TINY = np.finfo(float).tiny
-LEVEL = 1e-9  # rad/s: slower modes do not oscillate
-ALIKE = 1e-6  # of w^2: the shapes of modes this close come from one eigenvalue problem
+MAX_MODE_ITERATIONS = 200
+FREQUENCY_RTOL = 1e-12
+SMALLEST_FLOAT = np.finfo(float).tiny
+MIN_OSCILLATION_FREQUENCY = 1e-9  # rad/s: slower modes do not oscillate
+EQUAL_MODE_RTOL = 1e-6  # of w^2: the shapes of modes this close come from one eigenvalue problem
 
 Stiffness = Callable[[np.ndarray], np.ndarray]
 """D(w), (nw, n, n), at frequencies (nw,) [rad/s]."""
@@ -80,21 +80,25 @@ class NaturalMode:
         """Oscillation, or another kind of motion."""
         if not np.isfinite(self.natural_period) and self.eigenvalue == 0.0:
             return Kind.FREE
-        if self.eigenvalue.real > LEVEL:
+        if self.eigenvalue.real > MIN_OSCILLATION_FREQUENCY:
             return Kind.UNSTABLE
-        return Kind.OSCILLATING if abs(self.eigenvalue.imag) > LEVEL else Kind.OVERDAMPED
+        return (
+            Kind.OSCILLATING
+            if abs(self.eigenvalue.imag) > MIN_OSCILLATION_FREQUENCY
+            else Kind.OVERDAMPED
+        )
 
     @property
     def damped_period(self) -> float:
         """Period of the free decay, 2 pi / imaginary part [s]; infinite without oscillation."""
         rate = abs(self.eigenvalue.imag)
-        return 2 * np.pi / rate if rate > LEVEL else np.inf
+        return 2 * np.pi / rate if rate > MIN_OSCILLATION_FREQUENCY else np.inf
 
     @property
     def damping_ratio(self) -> float:
         """Fraction of critical damping; 0 for a free mode."""
         size = abs(self.eigenvalue)
-        return -self.eigenvalue.real / size if size > LEVEL else 0.0
+        return -self.eigenvalue.real / size if size > MIN_OSCILLATION_FREQUENCY else 0.0
 
 
 def natural_modes(linear: Linear) -> list[NaturalMode]:
@@ -175,16 +179,19 @@ def undamped_modes(stiffness: Stiffness, inertia: np.ndarray) -> tuple[np.ndarra
     these differ."""
     K = stiffness(np.array([STATIC]))[0].real
     squares, shapes = _sorted_modes(K, inertia)
-    for _ in range(ITERATIONS):
-        omega = np.sqrt(np.maximum(np.abs(squares), FREE**2))
+    for _ in range(MAX_MODE_ITERATIONS):
+        omega = np.sqrt(np.maximum(np.abs(squares), MIN_STIFFNESS_FREQUENCY**2))
         last = squares.copy()
         masses = (K - stiffness(omega).real) / (omega**2 - STATIC**2)[:, None, None]
         each, vectors = _sorted_modes(K, masses)
-        alike = [int(np.isclose(last, square, rtol=ALIKE, atol=0.0).argmax()) for square in last]
+        alike = [
+            int(np.isclose(last, square, rtol=EQUAL_MODE_RTOL, atol=0.0).argmax())
+            for square in last
+        ]
         for k in np.flatnonzero(_has_stiffness(squares)):
             squares[k] = 0.5 * (squares[k] + each[k, k])
             shapes[:, k] = vectors[alike[k], :, k]
-        if np.all(np.abs(squares - last) <= CLOSE * np.abs(last)):
+        if np.all(np.abs(squares - last) <= FREQUENCY_RTOL * np.abs(last)):
             break
     return squares, shapes
 
@@ -203,12 +210,14 @@ def _sorted_modes(K: np.ndarray, mass: np.ndarray) -> tuple[np.ndarray, np.ndarr
     values = np.take_along_axis(values.real, order, axis=-1)
     vectors = np.take_along_axis(vectors.real, order[..., None, :], axis=-1)
     size = np.sqrt(np.abs(np.einsum("...ik,...ij,...jk->...k", vectors, mass, vectors)))
-    return values, vectors / np.maximum(size, TINY)[..., None, :]
+    return values, vectors / np.maximum(size, SMALLEST_FLOAT)[..., None, :]
 
 
 def _has_stiffness(squares: np.ndarray) -> np.ndarray:
     """Modes with a stiffness, as a mask."""
-    return np.abs(squares) > max(FREE**2, FLAT * np.abs(squares).max(initial=0.0))
+    return np.abs(squares) > max(
+        MIN_STIFFNESS_FREQUENCY**2, MIN_STIFFNESS_RATIO * np.abs(squares).max(initial=0.0)
+    )
 
 
 def shares(left: np.ndarray, right: np.ndarray) -> np.ndarray:
@@ -216,7 +225,7 @@ def shares(left: np.ndarray, right: np.ndarray) -> np.ndarray:
     eigenvectors (m, k), both as columns. They do not depend on units (Perez-Arriaga et al. 1982).
     """
     share = np.abs(left.conj() * right)
-    return np.asarray(share / np.maximum(share.sum(axis=0), TINY))
+    return np.asarray(share / np.maximum(share.sum(axis=0), SMALLEST_FLOAT))
 
 
 def modal_participation(linear: Linear, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -225,14 +234,14 @@ def modal_participation(linear: Linear, shapes: np.ndarray) -> tuple[np.ndarray,
     values, left, right = linear.eigenvectors()
     # free shapes may be parallel
     n = linear.active.size
-    along = np.linalg.pinv(shapes, FLAT)
+    along = np.linalg.pinv(shapes, MIN_STIFFNESS_RATIO)
     motion = [
         np.abs((shapes.T @ left[at].conj()) * (along @ right[at]))
         for at in (slice(0, n), slice(n, 2 * n))
     ]
     others = np.abs(left[2 * n :].conj() * right[2 * n :]).sum(axis=0)
     share = motion[0] + motion[1]
-    return values, share / np.maximum(share.sum(axis=0) + others, TINY)
+    return values, share / np.maximum(share.sum(axis=0) + others, SMALLEST_FLOAT)
 
 
 def _match_rows(share: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -255,7 +264,7 @@ def _name_modes(
 ) -> list[NaturalMode]:
     """Modes named after coordinates, by their shares of kinetic energy."""
     energy = np.abs(shapes * (linear.inertia @ shapes))
-    energy = energy / np.maximum(energy.sum(axis=0), TINY)
+    energy = energy / np.maximum(energy.sum(axis=0), SMALLEST_FLOAT)
     found = []
     for i, k in zip(*_match_rows(energy), strict=True):
         bound = squares[k] > 0.0 and _has_stiffness(squares)[k]
@@ -277,7 +286,7 @@ def _decay(stiffness: Stiffness, omega: float, shape: np.ndarray) -> complex:
     K = stiffness(np.array([STATIC]))[0].real
     n = shape.size
     value = 0j
-    for _ in range(ITERATIONS):
+    for _ in range(MAX_MODE_ITERATIONS):
         D = stiffness(np.array([omega]))[0]
         mass = (K - D.real) / (omega**2 - STATIC**2)
         damping = D.imag / omega
@@ -288,7 +297,7 @@ def _decay(stiffness: Stiffness, omega: float, shape: np.ndarray) -> complex:
         )
         value = complex(values[np.argmax(np.where(values.imag >= 0.0, along, -1.0))])
         last = omega
-        omega = max(abs(value.imag), FREE)
-        if abs(omega - last) <= CLOSE * last:
+        omega = max(abs(value.imag), MIN_STIFFNESS_FREQUENCY)
+        if abs(omega - last) <= FREQUENCY_RTOL * last:
             break
     return value

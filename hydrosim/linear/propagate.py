@@ -48,13 +48,13 @@ from hydrosim.stepping.state import STATUS, Run, State
 
 PHASE = 0.15  # rad, largest phase between two nodes, for waves and forces of one frequency
 # parts of an interval
-FEWEST = POINTS
-WANTED = 16
-MOST = 24
+MIN_PARTS = POINTS
+USUAL_PARTS = 16
+MAX_PARTS = 24
 # intervals at a time, such that their data stay in a core's cache; fewer with more states
-TOGETHER = 1024
+INTERVALS_PER_BLOCK = 1024
 CACHED_STATES = 64
-CLOSE = 1e-9  # of the distance of records: times this close are equal
+EQUAL_TIME_RTOL = 1e-9  # of the distance of records: times this close are equal
 
 
 class PartResponse(NamedTuple):
@@ -242,7 +242,7 @@ def record_times(clock: Clock) -> np.ndarray:
 def stretches(times: np.ndarray, breakpoints: np.ndarray) -> Iterator[np.ndarray]:
     """``times`` and ``breakpoints`` as stretches of equal distances, without a breakpoint inside;
     each begins where the one before ended."""
-    close = CLOSE * float(np.max(np.diff(times)))
+    close = EQUAL_TIME_RTOL * float(np.max(np.diff(times)))
     apart = [np.abs(times - t).min() > close for t in breakpoints]
     stops = np.union1d(times, breakpoints[np.array(apart, dtype=bool)])
     corner = [int(np.abs(stops - t).argmin()) for t in breakpoints]
@@ -256,7 +256,7 @@ def _length(stops: np.ndarray, clock: Clock) -> float:
     """Distance of the stops; identical to the distance of the records where they agree."""
     length = float(stops[-1] - stops[0]) / (stops.size - 1)
     usual = clock.every * clock.step
-    return usual if isclose(length, usual, rel_tol=CLOSE) else length
+    return usual if isclose(length, usual, rel_tol=EQUAL_TIME_RTOL) else length
 
 
 def node_spacing(clock: Clock, model: Model) -> float:
@@ -271,11 +271,11 @@ def node_spacing(clock: Clock, model: Model) -> float:
 def division(length: float, finest: float) -> tuple[int, int]:
     """Pieces of a ``length`` and parts of a piece, such that parts are at most ``finest`` long.
     They equal ``finest`` if possible: then the nodes are on the waves' table."""
-    total = max(ceil(length / finest * (1.0 - CLOSE)), FEWEST)
-    for pieces in range(ceil(total / MOST), total // FEWEST + 1):
+    total = max(ceil(length / finest * (1.0 - EQUAL_TIME_RTOL)), MIN_PARTS)
+    for pieces in range(ceil(total / MAX_PARTS), total // MIN_PARTS + 1):
         if total % pieces == 0:
             return pieces, total // pieces
-    pieces = ceil(total / WANTED)
+    pieces = ceil(total / USUAL_PARTS)
     return pieces, ceil(total / pieces)
 
 
@@ -386,7 +386,9 @@ def motions(
     parts = of.weights.size - 1
     around = [_forces_around(f[:, part.coordinates], part, parts) for part in of.parts]
     turned = [np.ascontiguousarray(part.interval.states[-1].T) for part in of.parts]
-    together = max(int(TOGETHER * min(CACHED_STATES / z.size, 1.0)) // pieces, 1) * pieces
+    together = (
+        max(int(INTERVALS_PER_BLOCK * min(CACHED_STATES / z.size, 1.0)) // pieces, 1) * pieces
+    )
     for k in range(0, (len(f) - 2 * BESIDE - 1) // parts, together):
         here = [np.ascontiguousarray(own[k : k + together]) for own in around]
         states = np.empty((len(here[0]) + 1, z.size))

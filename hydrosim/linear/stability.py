@@ -38,7 +38,7 @@ from hydrosim.stepping.state_layout import StateKind, StateLayout
 GROWTH = 1e-3  # per period
 REACH = 40.0  # largest |h lambda| at which stability functions are evaluated
 AT_ONCE = 400  # points on a ray, of 8000 evaluated first: most limits are near its start
-ALIKE = 1e-6  # relative difference below which steps count as one
+EQUAL_STEP_RTOL = 1e-6  # relative difference below which steps count as one
 
 
 @dataclass(frozen=True)
@@ -196,7 +196,7 @@ def step_limits(
     if any step is stable."""
     parts = [(x.contact, part) for x in found for part in x.components]
     least = _least_steps(found, method)
-    bound = max(step, min(least, default=np.inf) * (1.0 + ALIKE))
+    bound = max(step, min(least, default=np.inf) * (1.0 + EQUAL_STEP_RTOL))
     limits = [
         limit
         for (contact, part), smallest in zip(parts, least, strict=True)
@@ -207,7 +207,7 @@ def step_limits(
     for limit in sorted(limits, key=lambda limit: limit.step):
         rising.setdefault(limit.what, limit)
     told = list(rising.values())
-    return told[:1] + [b for a, b in pairwise(told) if b.step > a.step * (1.0 + ALIKE)]
+    return told[:1] + [b for a, b in pairwise(told) if b.step > a.step * (1.0 + EQUAL_STEP_RTOL)]
 
 
 def smallest_step(found: Sequence[Combination], method: Method) -> float:

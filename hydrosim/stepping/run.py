@@ -57,7 +57,7 @@ from hydrosim.stepping.state import (
 from hydrosim.stepping.stepper import find_start_slope, knows_end_slope, step
 from hydrosim.tanks.pumping import share_of_step
 from hydrosim.tanks.surface import find_clearances, first_passage
-from hydrosim.waves.slow import BEGIN, begin_block
+from hydrosim.waves.slow import BLOCK_BEGIN, begin_block
 
 PITCH = 4  # among a body's six coordinates
 UPRIGHT = 0.087  # cosine of that angle
@@ -134,7 +134,7 @@ def _take_up_block(t, run):
     clock = run.clock
     p = run.model.following
     missing = clock.block - clock.first % clock.block
-    begun = run.state.y[run.model.slow + BEGIN]
+    begun = run.state.y[run.model.slow + BLOCK_BEGIN]
     if t + missing * clock.step > begun + p.block * (1.0 + 1e-9):
         _next_block(t, run)
 

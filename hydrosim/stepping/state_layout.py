@@ -30,7 +30,6 @@ from hydrosim.stepping.names import (
     supplies,
 )
 from hydrosim.waves import slow_bodies
-from hydrosim.waves.slow import NAMES as SLOW_NAMES
 
 
 class StateKind(StrEnum):
@@ -132,7 +131,7 @@ def _blocks(
     for kind in KINDS:
         for own in kind.states(kind.of(model), scene):
             yield own.kind, _each(own.owners, own.components, own.prefix)
-    yield StateKind.SLOW_PLACE, _each(slow_bodies(scene, met), SLOW_NAMES)
+    yield StateKind.SLOW_PLACE, _each(slow_bodies(scene, met), SLOW_STATE_NAMES)
     yield (
         StateKind.SLOW_DRAUGHT,
         _each(_families(scene, model), DRAUGHT_FILTERS),

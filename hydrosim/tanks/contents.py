@@ -19,10 +19,18 @@ from hydrosim.jit.kernels import kernel, root
 from hydrosim.jit.search import piece_of
 from hydrosim.modes import MODE
 from hydrosim.scene import Body, Scene, Tank
-from hydrosim.tanks.pieces import FIRST, LEVEL, PIECE, SECOND, SURFACE, value, values_at
-from hydrosim.tanks.pumping import FLOW, RATE
+from hydrosim.tanks.pieces import (
+    FIRST_MOMENT,
+    FLUID_LEVEL,
+    PIECE_DTYPE,
+    SECOND_MOMENT,
+    SURFACE_MOMENT,
+    value,
+    values_at,
+)
+from hydrosim.tanks.pumping import FLOW, PUMP_RATE_DTYPE
 
-CLOSE = 1e-9  # of a capacity: volumes this close are equal
+EQUAL_VOLUME_RTOL = 1e-9  # of a capacity: volumes this close are equal
 TANK = np.dtype(
     [
         *(("body", int), ("density", float), ("capacity", float), ("first_volume", float)),
@@ -63,8 +71,8 @@ class Tanks(NamedTuple):
 
 def no_tanks() -> Tanks:
     """Constants of a scene without such tanks."""
-    each, pieces, rests = (np.zeros(0, dtype=kind) for kind in (TANK, PIECE, REST))
-    flows, rates = (np.zeros(0, dtype=kind) for kind in (FLOW, RATE))
+    each, pieces, rests = (np.zeros(0, dtype=kind) for kind in (TANK, PIECE_DTYPE, REST))
+    flows, rates = (np.zeros(0, dtype=kind) for kind in (FLOW, PUMP_RATE_DTYPE))
     return Tanks(each, pieces, rests, flows, rates, 0, 0, 0.0, np.zeros((0, 2)))
 
 
@@ -105,7 +113,7 @@ def level(k, y, p):
     tank = p.each[k]
     volume = y[p.state + k]
     piece = p.pieces[piece_of(volume, tank.first, tank.last, p.pieces)]
-    return value(piece, LEVEL, volume - piece.start)
+    return value(piece, FLUID_LEVEL, volume - piece.start)
 
 
 @root
@@ -139,8 +147,8 @@ def _fill(volume, tank, p, contents):
     x = volume - piece.start
     contents.mass[b] += d * volume
     for i in range(3):
-        contents.moment[b, i] += d * value(piece, FIRST + i, x)
-        contents.surface[b, i] += d * value(piece, SURFACE + i, x)
+        contents.moment[b, i] += d * value(piece, FIRST_MOMENT + i, x)
+        contents.surface[b, i] += d * value(piece, SURFACE_MOMENT + i, x)
     for rest in p.rests:
         if rest.body == b and rest.inertial:
             _add_inertia(d, piece, x, contents.inertia[b])
@@ -149,12 +157,12 @@ def _fill(volume, tank, p, contents):
 @kernel
 def _add_inertia(d, piece, x, inertia):
     """Add d (tr P - P)."""
-    xx = value(piece, SECOND, x)
-    yy = value(piece, SECOND + 1, x)
-    zz = value(piece, SECOND + 2, x)
-    xy = value(piece, SECOND + 3, x)
-    xz = value(piece, SECOND + 4, x)
-    yz = value(piece, SECOND + 5, x)
+    xx = value(piece, SECOND_MOMENT, x)
+    yy = value(piece, SECOND_MOMENT + 1, x)
+    zz = value(piece, SECOND_MOMENT + 2, x)
+    xy = value(piece, SECOND_MOMENT + 3, x)
+    xz = value(piece, SECOND_MOMENT + 4, x)
+    yz = value(piece, SECOND_MOMENT + 5, x)
     inertia[0, 0] += d * (yy + zz)
     inertia[1, 1] += d * (xx + zz)
     inertia[2, 2] += d * (xx + yy)
@@ -168,7 +176,7 @@ def _add_inertia(d, piece, x, inertia):
 
 def level_of(p: Tanks, k: int, volume: np.ndarray) -> np.ndarray:
     """Levels (n,) [m] of tank ``k`` at volumes (n,) [m^3]."""
-    return quantity(p, k, volume, LEVEL)
+    return quantity(p, k, volume, FLUID_LEVEL)
 
 
 def quantity(p: Tanks, k: int, volume: np.ndarray, which: int) -> np.ndarray:
@@ -193,7 +201,7 @@ def mass_and_centre(
     for rest in p.rests:
         mass[:, rest["body"]] = rest["mass"]
         moment[:, rest["body"]] = rest["moment"]
-    first = np.stack([quantities(p, volume, FIRST + i) for i in range(3)], axis=2)
+    first = np.stack([quantities(p, volume, FIRST_MOMENT + i) for i in range(3)], axis=2)
     for k, tank in enumerate(p.each):
         mass[:, tank["body"]] += tank["density"] * volume[:, k]
         moment[:, tank["body"]] += tank["density"] * first[:, k]
@@ -205,6 +213,6 @@ def is_mirrored(p: Tanks, y: np.ndarray, modes: np.ndarray) -> bool:
     volume = y[p.state : p.state + p.each.size]
     image = p.each["image"]
     own = modes[p.mode : p.mode + p.flows.size]
-    held = np.abs(volume - volume[image]) <= CLOSE * p.each["capacity"]
+    held = np.abs(volume - volume[image]) <= EQUAL_VOLUME_RTOL * p.each["capacity"]
     same = own[:, MODE] == own[p.flows["image"], MODE]
     return bool(held.all() and same.all())

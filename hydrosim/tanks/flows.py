@@ -31,8 +31,8 @@ from hydrosim.jit.kernels import kernel, root
 from hydrosim.jit.search import piece_of
 from hydrosim.rigid.kinematics import upright
 from hydrosim.rigid.vectors import add, cross, dot, matvec, scale, sub, vector
-from hydrosim.tanks.pieces import FIRST, SECOND, SURFACE, bend, slope
-from hydrosim.tanks.pumping import SEA, rate_of
+from hydrosim.tanks.pieces import FIRST_MOMENT, SECOND_MOMENT, SURFACE_MOMENT, bend, slope
+from hydrosim.tanks.pumping import SEA_INDEX, rate_of
 
 
 @kernel
@@ -42,10 +42,26 @@ def surface_of(k, y, p):
     tank = p.each[k]
     piece = p.pieces[piece_of(y[p.state + k], tank.first, tank.last, p.pieces)]
     x = y[p.state + k] - piece.start
-    r = (slope(piece, FIRST, x), slope(piece, FIRST + 1, x), slope(piece, FIRST + 2, x))
-    dr = (bend(piece, FIRST, x), bend(piece, FIRST + 1, x), bend(piece, FIRST + 2, x))
-    square = (slope(piece, SECOND, x), slope(piece, SECOND + 1, x), slope(piece, SECOND + 2, x))
-    mixed = (slope(piece, SECOND + 3, x), slope(piece, SECOND + 4, x), slope(piece, SECOND + 5, x))
+    r = (
+        slope(piece, FIRST_MOMENT, x),
+        slope(piece, FIRST_MOMENT + 1, x),
+        slope(piece, FIRST_MOMENT + 2, x),
+    )
+    dr = (
+        bend(piece, FIRST_MOMENT, x),
+        bend(piece, FIRST_MOMENT + 1, x),
+        bend(piece, FIRST_MOMENT + 2, x),
+    )
+    square = (
+        slope(piece, SECOND_MOMENT, x),
+        slope(piece, SECOND_MOMENT + 1, x),
+        slope(piece, SECOND_MOMENT + 2, x),
+    )
+    mixed = (
+        slope(piece, SECOND_MOMENT + 3, x),
+        slope(piece, SECOND_MOMENT + 4, x),
+        slope(piece, SECOND_MOMENT + 5, x),
+    )
     return r, dr, square, mixed
 
 
@@ -69,9 +85,9 @@ def add_force(t, y, modes, motion, bodies, p, heights, wrench, rate, dy):
         dy[p.state + k] = 0.0
     for i in range(p.flows.size):
         flow, q = p.flows[i], rate_of(i, modes, p)
-        if flow.source != SEA:
+        if flow.source != SEA_INDEX:
             dy[p.state + flow.source] -= q / p.each[flow.source].density
-        if flow.target != SEA:
+        if flow.target != SEA_INDEX:
             dy[p.state + flow.target] += q / p.each[flow.target].density
     for i in range(p.flows.size):
         q = rate_of(i, modes, p)
@@ -102,15 +118,15 @@ def _push(i, q, y, motion, bodies, p, wrench, rate, dy):
     v, u, w = _velocities(flow.body, motion, bodies, p.current)
     force, moment = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     grown = 0.0
-    if flow.source != SEA and flow.target != SEA:
+    if flow.source != SEA_INDEX and flow.target != SEA_INDEX:
         force, moment = _between(flow, q, w, bodies.exact, y, p, dy)
-    elif q > 0.0 and flow.target != SEA:
+    elif q > 0.0 and flow.target != SEA_INDEX:
         r, _, square, mixed = surface_of(flow.target, y, p)
         force = scale(-q, add(u, cross(w, r)))
         moment = scale(-q, add(cross(r, u), turning(square, mixed, w)))
-    if flow.source != SEA:
+    if flow.source != SEA_INDEX:
         grown -= _moved(flow.source, v, w, y, p)
-    if flow.target != SEA:
+    if flow.target != SEA_INDEX:
         grown += _moved(flow.target, v, w, y, p)
     rate[p.row] += dot(force, v) + dot(moment, w) + 0.5 * q * grown
     if bodies.exact:
@@ -156,8 +172,12 @@ def _lifted(k, y, motion, bodies, p, heights):
     piece = p.pieces[piece_of(y[p.state + k], tank.first, tank.last, p.pieces)]
     x, n = y[p.state + k] - piece.start, upright(b, motion, bodies)
     r, _, _, _ = surface_of(k, y, p)
-    xx, xy = slope(piece, SURFACE, x), slope(piece, SURFACE + 1, x)
-    square = xx * n[0] * n[0] + 2.0 * xy * n[0] * n[1] + slope(piece, SURFACE + 2, x) * n[1] * n[1]
+    xx, xy = slope(piece, SURFACE_MOMENT, x), slope(piece, SURFACE_MOMENT + 1, x)
+    square = (
+        xx * n[0] * n[0]
+        + 2.0 * xy * n[0] * n[1]
+        + slope(piece, SURFACE_MOMENT + 2, x) * n[1] * n[1]
+    )
     if bodies.exact:
         return height + dot(n, r) - square / (2.0 * n[2])
     lowered = r[2] * (1.0 - 0.5 * (n[0] * n[0] + n[1] * n[1]))
@@ -170,7 +190,7 @@ def add_momentum(factor, y, modes, motion, bodies, p, wrench):
     ``wrench`` (6 nb,)."""
     for i in range(p.flows.size):
         flow, q = p.flows[i], factor * rate_of(i, modes, p)
-        if q == 0.0 or flow.source == SEA or flow.target == SEA or not flow.inertial:
+        if q == 0.0 or flow.source == SEA_INDEX or flow.target == SEA_INDEX or not flow.inertial:
             continue
         a, _, _, _ = surface_of(flow.source, y, p)
         b, _, _, _ = surface_of(flow.target, y, p)

@@ -11,7 +11,7 @@ import numpy as np
 from hydrosim.dofs import DOFS
 from hydrosim.scene import Body, FreeSurface, Tank
 from hydrosim.tanks.contents import changing
-from hydrosim.tanks.pieces import FIRST, PAIRS, SECOND, SURFACE, at
+from hydrosim.tanks.pieces import FIRST_MOMENT, PAIRS, SECOND_MOMENT, SURFACE_MOMENT, at
 from hydrosim.tanks.shapes import pieces, volume_at
 
 
@@ -46,10 +46,10 @@ def loaded(
     for tank, volume in contents:
         held = sign * tank.density * at(pieces(tank.shape, np.zeros(3)), volume)
         mass += sign * tank.density * volume
-        first += held[FIRST : FIRST + 3]
-        second += symmetric(held[SECOND : SECOND + 6])
+        first += held[FIRST_MOMENT : FIRST_MOMENT + 3]
+        second += symmetric(held[SECOND_MOMENT : SECOND_MOMENT + 6])
         if tank.surface == FreeSurface.QUASI_STATIC:
-            surface += held[SURFACE:]
+            surface += held[SURFACE_MOMENT:]
     C = first / mass
     about = inertia + _turned(second - mass * np.outer(C, C))
     return Loading(float(mass), C, about, surface)

@@ -7,7 +7,7 @@ over V, are exact at the ends of all pieces. Cubics interpolate between the ends
 upright walls.
 
 Where a section vanishes, at an edge or a corner, slopes over V are infinite: pieces there are
-short, and quadratic. A mesh with more than `MOST` heights is cut at the same number of evenly
+short, and quadratic. A mesh with more than `MAX_PIECES` heights is cut at the same number of evenly
 spaced ones.
 """
 
@@ -20,22 +20,22 @@ import numpy as np
 
 from hydrosim.errors import InputError
 from hydrosim.scene import TankMesh
-from hydrosim.tanks.pieces import ALL, LEVEL, PIECE, SURFACE, hermite
+from hydrosim.tanks.pieces import FLUID_LEVEL, PIECE_DTYPE, SURFACE_MOMENT, TANK_QUANTITIES, hermite
 
-FEWEST, MOST = 64, 256  # pieces
-SAME = 1e-9  # of its height: heights this close are equal
-POINT = 1e-9  # of the largest section: smaller ones have vanished
+MIN_PIECES, MAX_PIECES = 64, 256  # pieces
+EQUAL_HEIGHT_RTOL = 1e-9  # of its height: heights this close are equal
+VANISHED_SECTION_RTOL = 1e-9  # of the largest section: smaller ones have vanished
 # of the mean slope of level over V: with a steeper one the cubic could fall in between
 STEEPEST = 3.0
-NODES, WEIGHTS = (0.5 * x for x in np.polynomial.legendre.leggauss(5))
-NODES += 0.5
-POWERS = np.linalg.inv(NODES[:, None] ** np.arange(5))
-ENDS = POWERS[0], POWERS.sum(axis=0)  # values of a polynomial at both ends, from its nodes
+GAUSS_POINTS, GAUSS_WEIGHTS = (0.5 * x for x in np.polynomial.legendre.leggauss(5))
+GAUSS_POINTS += 0.5
+POWERS = np.linalg.inv(GAUSS_POINTS[:, None] ** np.arange(5))
+END_VALUES = POWERS[0], POWERS.sum(axis=0)  # values of a polynomial at both ends, from its nodes
 RATES = POWERS[1], np.arange(5) @ POWERS  # derivatives at both ends
 
 
 def pieces_of_mesh(shape: TankMesh, origin: np.ndarray) -> np.ndarray:
-    """The pieces (n,) of `PIECE` of a mesh, about ``origin`` (3,) [m] of the body's frame. Raises
+    """The pieces (n,) of `PIECE_DTYPE` of a mesh, about ``origin`` (3,) [m] of the body's frame. Raises
     InputError where a level section of the mesh has no area."""
     return _pieces(shape, *np.asarray(origin, float).tolist())
 
@@ -54,18 +54,18 @@ def _pieces(shape: TankMesh, *origin: float) -> np.ndarray:
     corners = shape.corners - np.array(origin)
     heights = _heights(corners)
     step = np.diff(heights)
-    z = heights[:-1, None] + step[:, None] * NODES
+    z = heights[:-1, None] + step[:, None] * GAUSS_POINTS
     moments = shape.permeability * np.array([[section(corners, h) for h in row] for row in z])
     _check_room(moments[..., 0], z - heights[0], shape.source)
     rates = _rates(moments, z)
     first, last = (_end(e, moments, rates, step) for e in (0, 1))
-    volume = step * (moments[..., 0] @ WEIGHTS)
-    gain = np.zeros((step.size, ALL))
-    gain[:, :LEVEL] = step[:, None] * np.einsum("k,nkq->nq", WEIGHTS, rates)
-    gain[:, LEVEL], gain[:, SURFACE:] = step, last.surface - first.surface
+    volume = step * (moments[..., 0] @ GAUSS_WEIGHTS)
+    gain = np.zeros((step.size, TANK_QUANTITIES))
+    gain[:, :FLUID_LEVEL] = step[:, None] * np.einsum("k,nkq->nq", GAUSS_WEIGHTS, rates)
+    gain[:, FLUID_LEVEL], gain[:, SURFACE_MOMENT:] = step, last.surface - first.surface
     start = np.cumsum(gain, axis=0) - gain
-    start[:, SURFACE:] = first.surface
-    found = np.zeros(step.size, dtype=PIECE)
+    start[:, SURFACE_MOMENT:] = first.surface
+    found = np.zeros(step.size, dtype=PIECE_DTYPE)
     found["start"] = np.cumsum(volume) - volume
     found["c"] = hermite(start, gain, *_slopes(first, last, gain / volume[:, None]), volume)
     return found
@@ -83,10 +83,10 @@ def _heights(corners: np.ndarray) -> np.ndarray:
     """Heights (n + 1,) at which pieces end: the heights of corners, and more, denser towards
     vanishing sections."""
     z = np.unique(corners[..., 2])
-    z = z[np.diff(z, prepend=-np.inf) > SAME * np.ptp(z)]
-    if z.size > MOST:
-        z = np.linspace(z[0], z[-1], MOST + 1)
-    parts = -(-FEWEST // (z.size - 1))
+    z = z[np.diff(z, prepend=-np.inf) > EQUAL_HEIGHT_RTOL * np.ptp(z)]
+    if z.size > MAX_PIECES:
+        z = np.linspace(z[0], z[-1], MAX_PIECES + 1)
+    parts = -(-MIN_PIECES // (z.size - 1))
     area = [section(corners, h)[0] for h in _near(z)]
     point = np.array(area) < 1e-3 * max(area)
     even = np.linspace(0.0, 1.0, parts + 1)
@@ -139,17 +139,17 @@ def _rates(moments: np.ndarray, z: np.ndarray) -> np.ndarray:
 
 
 def _end(e: int, moments: np.ndarray, rates: np.ndarray, step: np.ndarray) -> _End:
-    at, by = (np.einsum("k,nkq->qn", of[e], moments) for of in (ENDS, RATES))
-    by, solid = by / step, at[0] > POINT * at[0].max()
+    at, by = (np.einsum("k,nkq->qn", of[e], moments) for of in (END_VALUES, RATES))
+    by, solid = by / step, at[0] > VANISHED_SECTION_RTOL * at[0].max()
     A = np.where(solid, at[0], 1.0)
-    slope = np.empty((step.size, ALL))
-    slope[:, :LEVEL] = np.einsum("k,nkq->nq", ENDS[e], rates)
-    slope[:, LEVEL] = 1.0
+    slope = np.empty((step.size, TANK_QUANTITIES))
+    slope[:, :FLUID_LEVEL] = np.einsum("k,nkq->nq", END_VALUES[e], rates)
+    slope[:, FLUID_LEVEL] = 1.0
     x, y = at[1] / A, at[2] / A
     surface = np.stack([at[3] - at[1] * x, at[4] - at[1] * y, at[5] - at[2] * y], axis=1)
-    slope[:, SURFACE] = by[3] - 2.0 * x * by[1] + x * x * by[0]
-    slope[:, SURFACE + 1] = by[4] - x * by[2] - y * by[1] + x * y * by[0]
-    slope[:, SURFACE + 2] = by[5] - 2.0 * y * by[2] + y * y * by[0]
+    slope[:, SURFACE_MOMENT] = by[3] - 2.0 * x * by[1] + x * x * by[0]
+    slope[:, SURFACE_MOMENT + 1] = by[4] - x * by[2] - y * by[1] + x * y * by[0]
+    slope[:, SURFACE_MOMENT + 2] = by[5] - 2.0 * y * by[2] + y * y * by[0]
     return _End(solid, slope / A[:, None], np.where(solid[:, None], surface, 0.0))
 
 
@@ -158,7 +158,7 @@ def _slopes(first: _End, last: _End, mean: np.ndarray) -> tuple[np.ndarray, np.n
     each = []
     for end, other in ((first, last), (last, first)):
         slope = np.where(end.solid[:, None], end.slope, 2.0 * mean - other.slope)
-        slope[:, LEVEL] = np.minimum(slope[:, LEVEL], STEEPEST * mean[:, LEVEL])
+        slope[:, FLUID_LEVEL] = np.minimum(slope[:, FLUID_LEVEL], STEEPEST * mean[:, FLUID_LEVEL])
         each.append(slope)
     return each[0], each[1]
 

@@ -15,12 +15,12 @@ import numpy as np
 
 from hydrosim.jit.kernels import kernel
 
-FIRST, SECOND, LEVEL, SURFACE, ALL = 0, 3, 9, 10, 13
+FIRST_MOMENT, SECOND_MOMENT, FLUID_LEVEL, SURFACE_MOMENT, TANK_QUANTITIES = 0, 3, 9, 10, 13
 """First entries of S (3), P (xx, yy, zz, xy, xz, yz), h and J (xx, xy, yy); number of all
 entries."""
 SHALLOW = 0.01  # of a tank's volume
 PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-PIECE = np.dtype([("start", float), ("c", float, (ALL, 4))])
+PIECE_DTYPE = np.dtype([("start", float), ("c", float, (TANK_QUANTITIES, 4))])
 """Coefficients of 1, x, x^2, x^3, x = V - start."""
 
 
@@ -63,16 +63,19 @@ def with_ends(table: np.ndarray, full: float) -> np.ndarray:
     low, high = SHALLOW * full, (1.0 - SHALLOW) * full
     starts = np.union1d(table["start"], [low, high])
     of = np.searchsorted(table["start"], starts, side="right") - 1
-    found = np.zeros(starts.size, dtype=PIECE)
+    found = np.zeros(starts.size, dtype=PIECE_DTYPE)
     found["start"], found["c"] = starts, _moved(table["c"][of], starts - table["start"][of])
-    inner = [found["c"][np.searchsorted(starts, v), SURFACE:, :2].T for v in (low, high)]
-    nothing = np.zeros((1, ALL - SURFACE))
+    inner = [found["c"][np.searchsorted(starts, v), SURFACE_MOMENT:, :2].T for v in (low, high)]
+    nothing = np.zeros((1, TANK_QUANTITIES - SURFACE_MOMENT))
     for begin, first, last in ((0.0, nothing, inner[0]), (high, inner[1], nothing)):
-        ends = (np.broadcast_to(end, (2, ALL - SURFACE))[:, None] for end in (first, last))
+        ends = (
+            np.broadcast_to(end, (2, TANK_QUANTITIES - SURFACE_MOMENT))[:, None]
+            for end in (first, last)
+        )
         (value, slope), (then, slope_then) = ends
         curve = hermite(value, then - value, slope, slope_then, np.array([low]))[0]
         own = (starts >= begin) & (starts < begin + low)
-        found["c"][own, SURFACE:] = _moved(curve[None], starts[own] - begin)
+        found["c"][own, SURFACE_MOMENT:] = _moved(curve[None], starts[own] - begin)
     return found
 
 

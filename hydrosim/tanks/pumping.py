@@ -13,10 +13,10 @@ from hydrosim.jit.kernels import kernel, root, root_giving
 from hydrosim.modes import MARGINS, MODE, SEGMENT
 from hydrosim.tanks.pieces import SHALLOW
 
-SEA = -1
-LEAST = 1e-3  # of a step
+SEA_INDEX = -1
+MIN_STEP_FRACTION = 1e-3  # of a step
 MANY = 32  # steps until a tank is empty or full
-WAITING, RUNNING, OVER = range(3)
+PUMP_WAITING, PUMP_RUNNING, PUMP_ENDED = range(3)
 NEXT_MARGIN, SOURCE_MARGIN, TARGET_MARGIN, LEVEL_MARGIN = range(4)
 FLOW = np.dtype(
     [
@@ -27,10 +27,10 @@ FLOW = np.dtype(
     ]
 )
 """Constants of a flow. Its rates are ``first`` to ``last``. A level is reached if sign (V - volume)
-is positive; there is none if the tank is `SEA`. ``watched`` is true if the flow ends when its
+is positive; there is none if the tank is `SEA_INDEX`. ``watched`` is true if the flow ends when its
 source is empty or its target full. ``triggered`` is true if it begins and ends by a trigger.
 ``image`` is the index of its mirror image, or its own index."""
-RATE = np.dtype([("end", float), ("rate", float)])
+PUMP_RATE_DTYPE = np.dtype([("end", float), ("rate", float)])
 """Mass per time [kg/s] until ``end`` [s]; into the target, negative back to the source."""
 
 
@@ -38,7 +38,7 @@ RATE = np.dtype([("end", float), ("rate", float)])
 def rate_of(i, modes, p):
     """Mass per time of flow ``i``."""
     mode = modes[p.mode + i]
-    return p.rates[mode[SEGMENT]].rate if mode[MODE] == RUNNING else 0.0
+    return p.rates[mode[SEGMENT]].rate if mode[MODE] == PUMP_RUNNING else 0.0
 
 
 @root_giving(float)
@@ -55,14 +55,14 @@ def share_of_step(step, y, modes, p):
         moved = step * abs(rate_of(i, modes, p))
         if moved > 0.0:
             least = min(least, _share(flow.source, moved, y, p), _share(flow.target, moved, y, p))
-    return max(least, LEAST)
+    return max(least, MIN_STEP_FRACTION)
 
 
 @kernel
 def _share(k, moved, y, p):
     """The fraction for tank ``k``, with the mass ``moved`` in a step. It is 1 while `MANY` steps
     remain."""
-    if k == SEA or p.each[k].liquid < 0:
+    if k == SEA_INDEX or p.each[k].liquid < 0:
         return 1.0
     tank = p.each[k]
     left = min(y[p.state + k], tank.capacity - y[p.state + k])
@@ -81,10 +81,10 @@ def margins(t, y, modes, p, out):
         flow, mode, m = p.flows[i], modes[p.mode + i], MARGINS * (p.mode + i)
         for j in range(MARGINS):
             out[m + j] = 1.0
-        if mode[MODE] == WAITING and flow.start_tank != SEA:
+        if mode[MODE] == PUMP_WAITING and flow.start_tank != SEA_INDEX:
             missing = y[p.state + flow.start_tank] - flow.start_volume
             out[m + LEVEL_MARGIN] = -flow.start_sign * missing
-        elif mode[MODE] == RUNNING:
+        elif mode[MODE] == PUMP_RUNNING:
             _running(t, y, mode, flow, p, m, out)
 
 
@@ -94,12 +94,12 @@ def _running(t, y, mode, flow, p, m, out):
         out[m + NEXT_MARGIN] = p.rates[mode[SEGMENT]].end - t
     if p.rates[mode[SEGMENT]].rate == 0.0:
         return
-    if flow.watched and flow.source != SEA:
+    if flow.watched and flow.source != SEA_INDEX:
         out[m + SOURCE_MARGIN] = y[p.state + flow.source]
-    if flow.watched and flow.target != SEA:
+    if flow.watched and flow.target != SEA_INDEX:
         tank = p.each[flow.target]
         out[m + TARGET_MARGIN] = tank.capacity - y[p.state + flow.target]
-    if flow.stop_tank != SEA:
+    if flow.stop_tank != SEA_INDEX:
         over = y[p.state + flow.stop_tank] - flow.stop_volume
         out[m + LEVEL_MARGIN] = -flow.stop_sign * over
 
@@ -108,24 +108,24 @@ def _running(t, y, mode, flow, p, m, out):
 def switch(i, which, t, modes, p):
     """Switch flow ``i`` to its next mode, after margin ``which`` has reached zero."""
     mode = modes[p.mode + i]
-    if mode[MODE] == WAITING:
-        mode[MODE] = RUNNING
+    if mode[MODE] == PUMP_WAITING:
+        mode[MODE] = PUMP_RUNNING
         while mode[SEGMENT] < p.flows[i].last and p.rates[mode[SEGMENT]].end <= t:
             mode[SEGMENT] += 1
     elif which == NEXT_MARGIN:
         mode[SEGMENT] += 1
     else:
-        mode[MODE] = OVER
+        mode[MODE] = PUMP_ENDED
 
 
 @kernel
 def turn(i, stage, y, modes, p):
     """Set flow ``i`` to the state of its trigger: before, during or after its time, which are
-    `WAITING`, `RUNNING` and `OVER`. It is also over if there is nothing to pump."""
+    `PUMP_WAITING`, `PUMP_RUNNING` and `PUMP_ENDED`. It is also over if there is nothing to pump."""
     flow, mode = p.flows[i], modes[p.mode + i]
-    dry = flow.source != SEA and y[p.state + flow.source] <= 0.0
-    full = flow.target != SEA and y[p.state + flow.target] >= p.each[flow.target].capacity
-    mode[MODE] = OVER if stage == RUNNING and (dry or full) else stage
+    dry = flow.source != SEA_INDEX and y[p.state + flow.source] <= 0.0
+    full = flow.target != SEA_INDEX and y[p.state + flow.target] >= p.each[flow.target].capacity
+    mode[MODE] = PUMP_ENDED if stage == PUMP_RUNNING and (dry or full) else stage
 
 
 @root
@@ -134,7 +134,7 @@ def settle(t, modes, p):
     ends at or after ``t``. Triggers are applied last."""
     for i in range(p.flows.size):
         flow, mode = p.flows[i], modes[p.mode + i]
-        mode[MODE] = RUNNING if flow.start_tank == SEA else WAITING
+        mode[MODE] = PUMP_RUNNING if flow.start_tank == SEA_INDEX else PUMP_WAITING
         mode[SEGMENT] = flow.first
         while mode[SEGMENT] < flow.last and p.rates[mode[SEGMENT]].end < t:
             mode[SEGMENT] += 1

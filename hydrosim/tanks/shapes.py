@@ -9,11 +9,11 @@ import numpy as np
 from hydrosim.scene import Box, TankMesh, TankShape, TankTable
 from hydrosim.tanks.mesh import capacity_of_mesh, pieces_of_mesh
 from hydrosim.tanks.pieces import (
-    ALL,
-    LEVEL,
-    PIECE,
-    SECOND,
-    SURFACE,
+    FLUID_LEVEL,
+    PIECE_DTYPE,
+    SECOND_MOMENT,
+    SURFACE_MOMENT,
+    TANK_QUANTITIES,
     at,
     slopes_at,
     values_at,
@@ -23,7 +23,7 @@ from hydrosim.tanks.table import level_of_table, pieces_of_table
 
 
 def pieces(shape: TankShape, origin: np.ndarray) -> np.ndarray:
-    """The pieces (n,) of `PIECE` of a shape, about ``origin`` (3,) [m] of the body's frame."""
+    """The pieces (n,) of `PIECE_DTYPE` of a shape, about ``origin`` (3,) [m] of the body's frame."""
     return with_ends(_pieces(shape, origin), capacity(shape))
 
 
@@ -51,10 +51,10 @@ def heel_and_trim(shape: TankShape, volume: np.ndarray) -> np.ndarray:
     computed for a box whose area and second moments equal those of the surface at volumes (n,)
     [m^3]."""
     own = _pieces(shape, np.zeros(3))
-    level = values_at(own, volume, LEVEL)
+    level = values_at(own, volume, FLUID_LEVEL)
     room = np.maximum(np.minimum(level, height(shape) - level), 0.0)
-    spread = np.stack([values_at(own, volume, SURFACE + i) for i in (2, 0)], axis=1)
-    half = np.sqrt(3.0 * np.maximum(spread * slopes_at(own, volume, LEVEL)[:, None], 0.0))
+    spread = np.stack([values_at(own, volume, SURFACE_MOMENT + i) for i in (2, 0)], axis=1)
+    half = np.sqrt(3.0 * np.maximum(spread * slopes_at(own, volume, FLUID_LEVEL)[:, None], 0.0))
     return np.arctan2(room[:, None], half)
 
 
@@ -77,7 +77,7 @@ def volume_at(shape: TankShape, level: float) -> float:
             return _root(lambda v: float(curve(v)) - level, capacity(shape))
         case TankMesh():
             own = pieces_of_mesh(shape, np.zeros(3))
-            return _root(lambda v: float(at(own, v)[LEVEL]) - level, capacity(shape))
+            return _root(lambda v: float(at(own, v)[FLUID_LEVEL]) - level, capacity(shape))
     return capacity(shape) * level / (shape.high[2] - shape.low[2])
 
 
@@ -104,14 +104,14 @@ def _of_box(shape: Box, origin: np.ndarray) -> np.ndarray:
     low, high = np.subtract(shape.low, origin), np.subtract(shape.high, origin)
     size, middle, bottom = high - low, 0.5 * (high + low), low[2]
     rise = 1.0 / (shape.permeability * size[0] * size[1])  # dh/dV
-    c = np.zeros((ALL, 4))
+    c = np.zeros((TANK_QUANTITIES, 4))
     c[0, 1], c[1, 1] = middle[:2]
     c[2, 1:3] = bottom, 0.5 * rise
-    c[SECOND, 1], c[SECOND + 1, 1] = middle[:2] ** 2 + size[:2] ** 2 / 12.0
-    c[SECOND + 2, 1:] = bottom**2, bottom * rise, rise**2 / 3.0
-    c[SECOND + 3, 1] = middle[0] * middle[1]
+    c[SECOND_MOMENT, 1], c[SECOND_MOMENT + 1, 1] = middle[:2] ** 2 + size[:2] ** 2 / 12.0
+    c[SECOND_MOMENT + 2, 1:] = bottom**2, bottom * rise, rise**2 / 3.0
+    c[SECOND_MOMENT + 3, 1] = middle[0] * middle[1]
     for i in (0, 1):
-        c[SECOND + 4 + i] = middle[i] * c[2]
-    c[LEVEL, 1] = rise
-    c[SURFACE, 0], c[SURFACE + 2, 0] = size[:2] ** 2 / (12.0 * rise)
-    return np.array([(0.0, c)], dtype=PIECE)
+        c[SECOND_MOMENT + 4 + i] = middle[i] * c[2]
+    c[FLUID_LEVEL, 1] = rise
+    c[SURFACE_MOMENT, 0], c[SURFACE_MOMENT + 2, 0] = size[:2] ** 2 / (12.0 * rise)
+    return np.array([(0.0, c)], dtype=PIECE_DTYPE)

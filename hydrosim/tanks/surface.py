@@ -26,13 +26,13 @@ from hydrosim.jit.search import piece_of
 from hydrosim.rigid.kinematics import upright
 from hydrosim.rigid.solids import Solids, area_below, sums_below
 from hydrosim.rigid.vectors import dot, scale, vector
-from hydrosim.tanks.pieces import FIRST, slope, value
+from hydrosim.tanks.pieces import FIRST_MOMENT, slope, value
 
-ROUNDING = 1e-14  # of a tank's volume
+VOLUME_RTOL = 1e-14  # of a tank's volume
 FEW = 16  # most triangles that are not upright: passing a corner of a finer mesh changes little
-NEAR = 1e-9  # m: a surface that rests at a corner does not pass it
-PASSED = 1e-6  # of a step
-LOOKS = 100  # most iterations: bisection alone ends after 50
+CORNER_ATOL_M = 1e-9  # m: a surface that rests at a corner does not pass it
+CORNER_TIME_RTOL = 1e-6  # of a step
+MAX_BISECTIONS = 100  # most iterations: bisection alone ends after 50
 LIQUID = np.dtype(
     [
         *(("body", int), ("tank", int), ("volume", float), ("first", int), ("last", int)),
@@ -66,11 +66,15 @@ def level_surfaces(y, motion, bodies, tanks, p, contents):
         piece = p.pieces[piece_of(volume, liquid.first, liquid.last, p.pieces)]
         x = volume - piece.start
         n = upright(b, motion, bodies)
-        middle = (slope(piece, FIRST, x), slope(piece, FIRST + 1, x), slope(piece, FIRST + 2, x))
+        middle = (
+            slope(piece, FIRST_MOMENT, x),
+            slope(piece, FIRST_MOMENT + 1, x),
+            slope(piece, FIRST_MOMENT + 2, x),
+        )
         s, moment = surface(volume, dot(n, middle), n, k, p)
         contents.height[k] = s
         for i in range(3):
-            contents.shift[b, i] += liquid.density * (moment[i] - value(piece, FIRST + i, x))
+            contents.shift[b, i] += liquid.density * (moment[i] - value(piece, FIRST_MOMENT + i, x))
 
 
 @root
@@ -83,7 +87,7 @@ def find_clearances(y, motion, bodies, tanks, p, heights, out):
         n = upright(liquid.body, motion, bodies)
         first = p.solids.begin[p.solids.first[k]]
         last = p.solids.begin[p.solids.first[k + 1]]
-        within = ROUNDING * liquid.capacity < volume < (1.0 - ROUNDING) * liquid.capacity
+        within = VOLUME_RTOL * liquid.capacity < volume < (1.0 - VOLUME_RTOL) * liquid.capacity
         for i in range(first, last):
             for j in range(3):
                 corner = vector(p.solids.corners[i, j], 0)
@@ -100,9 +104,9 @@ def first_passage(before, after):
         for j in range(3):
             a = before[i, j]
             b = after[i, j]
-            if (a < 0.0) != (b < 0.0) and max(abs(a), abs(b)) > NEAR:
+            if (a < 0.0) != (b < 0.0) and max(abs(a), abs(b)) > CORNER_ATOL_M:
                 part = a / (a - b)
-                if PASSED < part < 1.0 - PASSED:
+                if CORNER_TIME_RTOL < part < 1.0 - CORNER_TIME_RTOL:
                     first = min(first, part)
     return first
 
@@ -111,7 +115,7 @@ def first_passage(before, after):
 def surface(volume, guess, n, k, p):
     """Height s of the surface and first moment S (3,) of a ``volume`` in tank ``k``."""
     part = p.each[k].permeability
-    rounding = ROUNDING * p.each[k].capacity
+    rounding = VOLUME_RTOL * p.each[k].capacity
     lowest, highest = _ends(n, k, p.solids)
     s = min(max(guess, lowest), highest)
     if volume <= rounding:
@@ -120,7 +124,7 @@ def surface(volume, guess, n, k, p):
         s = highest
     half = 0.5 * part / n[2]
     total, depth, arm = sums_below(-s, n, k, p.solids)
-    for _ in range(LOOKS):
+    for _ in range(MAX_BISECTIONS):
         over = -half * depth - volume
         if abs(over) <= rounding:
             break

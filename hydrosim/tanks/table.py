@@ -12,14 +12,22 @@ from typing import Any
 import numpy as np
 
 from hydrosim.scene import TankTable
-from hydrosim.tanks.pieces import ALL, LEVEL, PAIRS, PIECE, SECOND, SURFACE, hermite
+from hydrosim.tanks.pieces import (
+    FLUID_LEVEL,
+    PAIRS,
+    PIECE_DTYPE,
+    SECOND_MOMENT,
+    SURFACE_MOMENT,
+    TANK_QUANTITIES,
+    hermite,
+)
 
-PARTS = 8  # pieces between two rows of a table
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)
+PIECES_PER_ROW = 8  # pieces between two rows of a table
+GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(5)
 
 
 def pieces_of_table(shape: TankTable, origin: np.ndarray) -> np.ndarray:
-    """The pieces (n,) of `PIECE` of a table, about ``origin`` (3,) [m] of the body's frame."""
+    """The pieces (n,) of `PIECE_DTYPE` of a table, about ``origin`` (3,) [m] of the body's frame."""
     from scipy.interpolate import CubicSpline
 
     volume = np.asarray(shape.volume, float)
@@ -27,11 +35,15 @@ def pieces_of_table(shape: TankTable, origin: np.ndarray) -> np.ndarray:
     level, surface = level_of_table(shape), _monotone(volume, np.asarray(shape.surface, float))
     starts = np.concatenate([_within(a, b) for a, b in pairwise(volume)])
     ends = np.append(starts[1:], volume[-1])
-    found = np.zeros(starts.size, dtype=PIECE)
+    found = np.zeros(starts.size, dtype=PIECE_DTYPE)
     found["start"] = starts
     for k in range(4):
         order = float(max(1, k * (k - 1)))  # k!, up to 3
-        for i, curve in ((slice(0, 3), first), (LEVEL, level), (slice(SURFACE, ALL), surface)):
+        for i, curve in (
+            (slice(0, 3), first),
+            (FLUID_LEVEL, level),
+            (slice(SURFACE_MOMENT, TANK_QUANTITIES), surface),
+        ):
             found["c"][:, i, k] = curve(starts, k) / order
 
     def rate(v: np.ndarray) -> np.ndarray:
@@ -40,15 +52,20 @@ def pieces_of_table(shape: TankTable, origin: np.ndarray) -> np.ndarray:
         return np.stack([r[:, i] * r[:, j] for i, j in PAIRS], axis=1) + spread
 
     half = 0.5 * (ends - starts)
-    grown = sum(w * rate(starts + half * (1.0 + x)) for x, w in zip(NODES, WEIGHTS, strict=True))
+    grown = sum(
+        w * rate(starts + half * (1.0 + x))
+        for x, w in zip(GAUSS_POINTS, GAUSS_WEIGHTS, strict=True)
+    )
     grown = half[:, None] * grown
     held = np.vstack([np.zeros(6), np.cumsum(grown, axis=0)[:-1]])
-    found["c"][:, SECOND:LEVEL] = hermite(held, grown, rate(starts), rate(ends), 2.0 * half)
+    found["c"][:, SECOND_MOMENT:FLUID_LEVEL] = hermite(
+        held, grown, rate(starts), rate(ends), 2.0 * half
+    )
     return found
 
 
 def _within(a: float, b: float) -> np.ndarray:
-    return np.linspace(a, b, PARTS, endpoint=False)
+    return np.linspace(a, b, PIECES_PER_ROW, endpoint=False)
 
 
 def level_of_table(shape: TankTable) -> Any:

@@ -11,10 +11,10 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.modes import COLUMNS, MARGINS, MODE, SEGMENT
-from hydrosim.tanks.contents import CLOSE, Tanks
-from hydrosim.tanks.pumping import OVER, RUNNING, SEA, margins, settle, switch
+from hydrosim.tanks.contents import EQUAL_VOLUME_RTOL, Tanks
+from hydrosim.tanks.pumping import PUMP_ENDED, PUMP_RUNNING, SEA_INDEX, margins, settle, switch
 
-MOST = 10_000  # most changes of flows
+MAX_FLOW_CHANGES = 10_000  # most changes of flows
 
 
 class Problem(NamedTuple):
@@ -45,14 +45,14 @@ def follow(p: Tanks, end: float) -> Timeline:
     p = p._replace(state=0, mode=0)
     modes = np.zeros((p.flows.size, COLUMNS), dtype=np.int64)
     settle(0.0, modes, p)
-    modes[p.flows["triggered"], MODE] = OVER
+    modes[p.flows["triggered"], MODE] = PUMP_ENDED
     t = 0.0
     volume = p.each["first_volume"].astype(float)
     begun = np.zeros(p.flows.size)
     times = [t]
     volumes = [volume.copy()]
     problem = None
-    for _ in range(MOST):
+    for _ in range(MAX_FLOW_CHANGES):
         speed = _speeds(modes, p)
         changes = _times_of_changes(t, volume, speed, modes, p)
         then = min(changes.min(initial=np.inf), end)
@@ -72,7 +72,7 @@ def follow(p: Tanks, end: float) -> Timeline:
 
 def _rates(modes: np.ndarray, p: Tanks) -> np.ndarray:
     """Mass per time (nf,) of the flows."""
-    return np.where(modes[:, MODE] == RUNNING, p.rates["rate"][modes[:, SEGMENT]], 0.0)
+    return np.where(modes[:, MODE] == PUMP_RUNNING, p.rates["rate"][modes[:, SEGMENT]], 0.0)
 
 
 def _speeds(modes: np.ndarray, p: Tanks) -> np.ndarray:
@@ -112,17 +112,17 @@ def _change(
     for i in np.flatnonzero((changes <= t).any(axis=1)).tolist():
         switch(i, int(np.argmax(changes[i] <= t)), t, modes, p)
         ends = {int(p.flows["source"][i]), int(p.flows["target"][i])}
-        over = modes[i, MODE] == OVER and rates[i] != 0.0
+        over = modes[i, MODE] == PUMP_ENDED and rates[i] != 0.0
         if over and begun[i] == t and ends.isdisjoint(foreseen):
             return Problem(i, None, t, "nothing")
-        begun[i] = begun[i] if modes[i, MODE] == OVER else t
+        begun[i] = begun[i] if modes[i, MODE] == PUMP_ENDED else t
     return None
 
 
 def unforeseen(p: Tanks) -> set[int]:
     """The tanks that flows with triggers fill or empty."""
     by_triggers = p.flows[p.flows["triggered"]]
-    return {*by_triggers["source"].tolist(), *by_triggers["target"].tolist()} - {SEA}
+    return {*by_triggers["source"].tolist(), *by_triggers["target"].tolist()} - {SEA_INDEX}
 
 
 def _problem(
@@ -131,7 +131,7 @@ def _problem(
     """A tank that runs dry or over before ``then``, with a flow that causes it."""
     size = p.each["capacity"]
     after = volume + speed * (then - t)
-    beyond = (after < -CLOSE * size) | (after > (1.0 + CLOSE) * size)
+    beyond = (after < -EQUAL_VOLUME_RTOL * size) | (after > (1.0 + EQUAL_VOLUME_RTOL) * size)
     beyond[[*unforeseen(p)]] = False
     given = _rates(modes, p)[:, None] * _into(p)
     for tank in np.flatnonzero(beyond).tolist():

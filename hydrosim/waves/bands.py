@@ -31,7 +31,6 @@ import scipy
 from hydrosim.jit.kernels import assign, clear, kernel, root, summing
 from hydrosim.scene import Place, SecondOrder
 from hydrosim.waves.forms import DIFFERENCE, MEAN, cells_of, moves_second_order
-from hydrosim.waves.forms import POINTS as DRIFT_POINTS
 from hydrosim.waves.frequency_nodes import (
     MAX_NODES,
     NARROWEST,
@@ -45,7 +44,7 @@ from hydrosim.waves.frequency_nodes import (
     lagrange_weights,
     new_node_sums,
 )
-from hydrosim.waves.loads import POINTS, lagrange, rise
+from hydrosim.waves.loads import STENCIL_POINTS, lagrange, rise
 from hydrosim.waves.splines import interpolated
 
 if TYPE_CHECKING:
@@ -61,13 +60,13 @@ TRAINS = 8  # most headings of a long-crested sea
 WIDE = 3.0
 """Largest ratio of the widest cell of frequencies to the mean one; it sets the resolution of
 envelopes."""
-NONE = -1
+NO_LOAD = -1
 SPARE = 2  # nodes of heading that are kept beside those of one yaw; even, as others
-UNKNOWN = np.iinfo(np.int64).min
+NO_SAMPLE = np.iinfo(np.int64).min
 VALUE, SLOPE, LOW, LOW_DRIFT = range(4)
 """Factor of a band: the value or the slope of X and D at a frequency of the database. Below all of
 these, the first value of X alone, or of D alone, which fades to zero there."""
-ENTRIES = 12  # of a frequency and a heading in a table of loads: six values, six slopes
+ENTRIES_PER_LOAD = 12  # of a frequency and a heading in a table of loads: six values, six slopes
 
 
 class Bands(NamedTuple):
@@ -76,14 +75,14 @@ class Bands(NamedTuple):
     ``sets`` (nb + 1,) and ``span`` (ns + 1,) give the first set of each body and the first band of
     each set. The envelopes of a set, (times, 2, bands), real and imaginary, start at ``table`` in
     ``values``, ``step`` apart; none where the body drifts. The factor of a band at heading 0 starts
-    at ``load`` in the body's table of X and at ``drift`` in the table of D; `NONE` if there is no
+    at ``load`` in the body's table of X and at ``drift`` in the table of D; `NO_LOAD` if there is no
     such load.
     """
 
     sets: np.ndarray
     span: np.ndarray
     ramp: np.ndarray  # (ns,) [s]
-    pairing: np.ndarray  # (ns,) of the second-order load, or NONE
+    pairing: np.ndarray  # (ns,) of the second-order load, or NO_LOAD
     step: np.ndarray  # (ns,) [s]
     times: np.ndarray  # (ns,)
     table: np.ndarray  # (ns,)
@@ -278,15 +277,15 @@ def _set(
     heading = body.heading + cells.trains[train]
     return Set(
         ramp=cells.ramp,
-        pairing=forms.forms[0].pairing if forms.forms else NONE,
+        pairing=forms.forms[0].pairing if forms.forms else NO_LOAD,
         step=step,
         values=values,
         omega=omega,
         kx=k * np.cos(heading),
         ky=k * np.sin(heading),
         heading=heading,
-        load=np.where(loads, ENTRIES * nodes * inside + entry, NONE),
-        drift=np.where(drifts, ENTRIES * drift_nodes * inside + entry, NONE),
+        load=np.where(loads, ENTRIES_PER_LOAD * nodes * inside + entry, NO_LOAD),
+        drift=np.where(drifts, ENTRIES_PER_LOAD * drift_nodes * inside + entry, NO_LOAD),
         share=np.isin(what, (VALUE, LOW)).astype(float),
         energy=np.bincount(band, weight * np.abs(elevation) ** 2),
         nodes=cells.nodes(count, body.heading) if count else None,
@@ -388,18 +387,18 @@ def new_band_sums(bodies: int, bands: Bands, gathered: FrequencyNodes) -> BandSu
         np.zeros((4, bands.omega.size)),
         np.zeros((2, bands.omega.size)),
         np.zeros(bands.omega.size),
-        np.zeros(2 * POINTS * drifting),
+        np.zeros(2 * STENCIL_POINTS * drifting),
         new_node_sums(gathered),
-        np.zeros(DRIFT_POINTS),
-        _new_columns(POINTS, 12, bands.load),
-        _new_columns(DRIFT_POINTS, 6, bands.drift),
+        np.zeros(DRIFT_STENCIL_POINTS),
+        _new_columns(STENCIL_POINTS, 12, bands.load),
+        _new_columns(DRIFT_STENCIL_POINTS, 6, bands.drift),
     )
 
 
 def _new_columns(points: int, entries: int, table: np.ndarray) -> Columns:
     """Columns for bands with this place (n,) in a table; none if no band has any."""
-    shape = (points + SPARE, entries, table.size if np.any(table != NONE) else 0)
-    return Columns(np.zeros(shape), np.full((shape[0], shape[2]), UNKNOWN))
+    shape = (points + SPARE, entries, table.size if np.any(table != NO_LOAD) else 0)
+    return Columns(np.zeros(shape), np.full((shape[0], shape[2]), NO_SAMPLE))
 
 
 @kernel
@@ -425,28 +424,28 @@ def weigh_bands(k, yaw, end, p, work):
         to = bands.heading[first] - p.rest[k] - yaw
         if work.loads.known.size > 0:
             x = to * p.nodes[k] / (2.0 * pi)
-            node = floor(x) - POINTS // 2 + 1
-            for m in range(POINTS):
+            node = floor(x) - STENCIL_POINTS // 2 + 1
+            for m in range(STENCIL_POINTS):
                 column = (node + m) % work.loads.known.shape[0]
                 if work.loads.known[column, first] != node + m:
                     work.loads.known[column, first] = node + m
-                    at = p.first[k] + ENTRIES * ((node + m) % p.nodes[k])
+                    at = p.first[k] + ENTRIES_PER_LOAD * ((node + m) % p.nodes[k])
                     copy_loads(first, last, at, bands.load, p.load, work.loads.values[column])
-                work.weight[m] = lagrange(x - node, m, POINTS)
+                work.weight[m] = lagrange(x - node, m, STENCIL_POINTS)
             for j in range(12):
                 row = work.load[12 * end + j, first:last]
-                _weigh_columns(node, work.weight[:POINTS], j, first, work.loads.values, row)
+                _weigh_columns(node, work.weight[:STENCIL_POINTS], j, first, work.loads.values, row)
         if work.drifts.known.size > 0:
             x = to * p.second.nodes[k] / (2.0 * pi)
-            node = floor(x) - DRIFT_POINTS // 2 + 1
-            for m in range(DRIFT_POINTS):
+            node = floor(x) - DRIFT_STENCIL_POINTS // 2 + 1
+            for m in range(DRIFT_STENCIL_POINTS):
                 column = (node + m) % work.drifts.known.shape[0]
                 if work.drifts.known[column, first] != node + m:
                     work.drifts.known[column, first] = node + m
-                    at = p.second.table[k] + ENTRIES * ((node + m) % p.second.nodes[k])
+                    at = p.second.table[k] + ENTRIES_PER_LOAD * ((node + m) % p.second.nodes[k])
                     table = p.second.drift
                     copy_drifts(first, last, at, bands.drift, table, work.drifts.values[column])
-                work.weight[m] = lagrange(x - node, m, DRIFT_POINTS)
+                work.weight[m] = lagrange(x - node, m, DRIFT_STENCIL_POINTS)
             for j in range(6):
                 row = work.drift[6 * end + j, first:last]
                 _weigh_columns(node, work.weight, j, first, work.drifts.values, row)
@@ -459,7 +458,7 @@ def copy_loads(first, last, at, entry, table, out):
     n)."""
     for n in range(first, last):
         for j in range(6):
-            value = table[at + entry[n] + j] if entry[n] != NONE else 0.0j
+            value = table[at + entry[n] + j] if entry[n] != NO_LOAD else 0.0j
             out[2 * j, n] = value.real
             out[2 * j + 1, n] = value.imag
 
@@ -469,7 +468,7 @@ def copy_drifts(first, last, at, entry, table, out):
     """Copy the entries of bands from the node ``at`` of a real ``table`` into a column (6, n)."""
     for n in range(first, last):
         for j in range(6):
-            out[j, n] = table[at + entry[n] + j] if entry[n] != NONE else 0.0
+            out[j, n] = table[at + entry[n] + j] if entry[n] != NO_LOAD else 0.0
 
 
 @kernel
@@ -492,7 +491,7 @@ def _add_two(one, near, other, far, out):
 
 @root
 def follow_path(k, t, middle, apart, path, p, work):
-    """Envelopes of a body that drifts, at `POINTS` times ``apart``, from t on. The block is about
+    """Envelopes of a body that drifts, at `STENCIL_POINTS` times ``apart``, from t on. The block is about
     the time ``middle``; ``path`` has the displacement at t and the velocity."""
     bands = p.bands
     since = middle - t
@@ -501,11 +500,11 @@ def follow_path(k, t, middle, apart, path, p, work):
     fill_envelopes(k, t, apart, path, p, work.nodes, work.envelope)
     find_phases(k, t, apart, path, bands, work)
     start = bands.span[bands.sets[k]]
-    for s in range(POINTS):
+    for s in range(STENCIL_POINTS):
         for i in range(bands.sets[k], bands.sets[k + 1]):
             low = bands.span[i]
             high = bands.span[i + 1]
-            at = 2 * POINTS * (low - start) + 2 * (high - low) * s
+            at = 2 * STENCIL_POINTS * (low - start) + 2 * (high - low) * s
             re = work.envelope[at : at + high - low]
             im = work.envelope[at + high - low : at + 2 * (high - low)]
             turn_back(work.phase[0, low:high], work.phase[1, low:high], re, im)
@@ -546,11 +545,11 @@ def add_bands(k, t, part, sample, p, work, first, second):
         high = bands.span[s + 1]
         grown = rise(t, bands.ramp[s])
         if drifts:
-            at = 2 * POINTS * (low - start)
-            _find_values(sample, 0, POINTS, at, low, high, work.envelope, work)
+            at = 2 * STENCIL_POINTS * (low - start)
+            _find_values(sample, 0, STENCIL_POINTS, at, low, high, work.envelope, work)
         else:
             x = t / bands.step[s]
-            before = floor(x) - POINTS // 2 + 1
+            before = floor(x) - STENCIL_POINTS // 2 + 1
             at = bands.table[s]
             _find_values(x - before, before, bands.times[s], at, low, high, bands.values, work)
         add_waves(grown, part, low, high, work.load, work.value, first)
@@ -558,7 +557,7 @@ def add_bands(k, t, part, sample, p, work, first, second):
             pair_values(bands.share[low:high], low, high, work)
         elif bands.pairing[s] == MEAN:
             assign(work.paired[low:high], bands.energy[low:high])
-        if bands.pairing[s] != NONE:
+        if bands.pairing[s] != NO_LOAD:
             _add_drift(grown * grown, part, low, high, work.drift, work.paired, second)
 
 
@@ -571,11 +570,11 @@ def _find_values(x, before, times, table, low, high, values, work):
     im = work.value[1, low:high]
     clear(re)
     clear(im)
-    for m in range(0, POINTS, 2):
+    for m in range(0, STENCIL_POINTS, 2):
         a = table + 2 * size * ((before + m) % times)
         b = table + 2 * size * ((before + m + 1) % times)
-        one = lagrange(x, m, POINTS)
-        other = lagrange(x, m + 1, POINTS)
+        one = lagrange(x, m, STENCIL_POINTS)
+        other = lagrange(x, m + 1, STENCIL_POINTS)
         _add_two(one, values[a : a + size], other, values[b : b + size], re)
         a += size
         b += size

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from hydrosim.waves.components import Components
     from hydrosim.waves.transfer import TransferFunctions
 
-FEWEST = 8  # fewest headings for an estimate
+MIN_HEADINGS = 8  # fewest headings for an estimate
 EVEN = 1e-6  # rad: largest difference of the spacing of headings
 UNRESOLVED = 0.95  # largest ratio of harmonics: above it they do not decay
 ARM = 1e-3  # m: moments below the forces times this arm are noise
@@ -33,12 +33,12 @@ def lost_between_headings(
     """Loss by interpolation between the headings, for the first-order forces and for the moments in
     the ``seas``: root mean squares over all headings, relative to those of the loads.
 
-    None if the headings are not evenly spaced round the circle, or fewer than `FEWEST`.
+    None if the headings are not evenly spaced round the circle, or fewer than `MIN_HEADINGS`.
     """
     order = np.argsort(np.mod(database.heading, 2.0 * np.pi))
     angle = np.mod(database.heading, 2.0 * np.pi)[order]
     count = angle.size
-    if count < FEWEST or np.abs(np.diff(angle) - 2.0 * np.pi / count).max() > EVEN:
+    if count < MIN_HEADINGS or np.abs(np.diff(angle) - 2.0 * np.pi / count).max() > EVEN:
         return None
     X = database.excitation[:, order, :6]
     size, missed = (np.abs(X) ** 2).mean(axis=1), _lost(X) ** 2

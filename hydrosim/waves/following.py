@@ -44,7 +44,7 @@ from hydrosim.waves.forms import (
     new_filtered,
 )
 from hydrosim.waves.frequency_nodes import FrequencyNodes, Span, nodes_model, span_of
-from hydrosim.waves.loads import POINTS, rise
+from hydrosim.waves.loads import STENCIL_POINTS, rise
 from hydrosim.waves.synthesis import MISSED, row_step
 from hydrosim.waves.transfer import TransferFunctions, transfer_table
 
@@ -52,11 +52,15 @@ if TYPE_CHECKING:
     from hydrosim.waves.body import WaveBody
     from hydrosim.waves.components import Components
 
-NODES = 6  # nodes of heading per heading of the database
-CUT = 0.25  # of the mean frequency of the sea: motions below it are slow
-STATES = 16  # states of a body whose slow motion the waves follow, see `hydrosim.waves.slow`
-STEADY = 1e-4  # of the error between rows: that of a yaw which is taken as steady
-SMALL = 1e-9  # of the largest wave: smaller ones are left out
+NODES_PER_HEADING = 6  # nodes of heading per heading of the database
+SLOW_FREQUENCY_FRACTION = 0.25  # of the mean frequency of the sea: motions below it are slow
+STATES_PER_FOLLOWED_BODY = (
+    16  # states of a body whose slow motion the waves follow, see `hydrosim.waves.slow`
+)
+STEADY_YAW_ERROR_FRACTION = (
+    1e-4  # of the error between rows: that of a yaw which is taken as steady
+)
+NEGLIGIBLE_WAVE_RATIO = 1e-9  # of the largest wave: smaller ones are left out
 
 
 class FollowingLoads(NamedTuple):
@@ -171,7 +175,12 @@ def following_model(
         placed=np.array([body.wave_forces.position != Place.MEAN for body in chosen], dtype=bool),
         turns=np.array([body.wave_forces.headings != Place.MEAN for body in chosen], dtype=bool),
         nodes=np.array([part.table.shape[1] for part in parts], dtype=np.int64),
-        steady=np.array([STEADY * missed * 2 * NODES / part.table.shape[1] for part in parts]),
+        steady=np.array(
+            [
+                STEADY_YAW_ERROR_FRACTION * missed * 2 * NODES_PER_HEADING / part.table.shape[1]
+                for part in parts
+            ]
+        ),
         offset=np.cumsum([0, *(part.omega.size for part in parts)]),
         first=first,
         active=np.array([body.active for body in chosen], dtype=bool).reshape(-1, 6),
@@ -186,11 +195,12 @@ def following_model(
         bands=bands_model(bands),
         gathered=nodes_model(nodes, spans),
         slow=slow,
-        state=STATES * np.searchsorted(owners, [body.index for body in chosen]).astype(np.int64),
+        state=STATES_PER_FOLLOWED_BODY
+        * np.searchsorted(owners, [body.index for body in chosen]).astype(np.int64),
         cut=np.array([cuts[body.index] for body in chosen]),
         block=block,
         row_step=step,
-        rows=ceil(block / step) + POINTS if slow.any() else 0,
+        rows=ceil(block / step) + STENCIL_POINTS if slow.any() else 0,
     )
 
 
@@ -198,7 +208,7 @@ def _part(seas: Sequence[Components], body: WaveBody, database: TransferFunction
     """The waves of the seas that load a body, train by train in the order of frequency, which saves
     work where many waves have one heading. First-order loads have only waves in the frequency range
     of its database."""
-    w, table = transfer_table(database, NODES)
+    w, table = transfer_table(database, NODES_PER_HEADING)
     elevation = np.concatenate([waves.at(*body.place()) for waves in seas])
     each = [
         np.concatenate([getattr(waves, name) for waves in seas])
@@ -208,7 +218,9 @@ def _part(seas: Sequence[Components], body: WaveBody, database: TransferFunction
     sea = np.repeat(np.arange(len(seas)), [waves.omega.size for waves in seas])
     size = np.abs(elevation)
     first = (each[0] <= w[-1] * (1.0 + 1e-9)) & body.wave_forces.first_order
-    loaded = (size > SMALL * size.max(initial=0.0)) & (first | moves_second_order(body))
+    loaded = (size > NEGLIGIBLE_WAVE_RATIO * size.max(initial=0.0)) & (
+        first | moves_second_order(body)
+    )
     order = np.lexsort((each[0], _trains(each[2]), sea))
     order = order[loaded[order]]
     omega, wavenumber, heading, ramp = (values[order] for values in each)
@@ -221,7 +233,7 @@ def _part(seas: Sequence[Components], body: WaveBody, database: TransferFunction
         *(omega, wavenumber, heading, ramp, elevation[order]),
         *cells_of(w, omega),
         table,
-        CUT * float(mean),
+        SLOW_FREQUENCY_FRACTION * float(mean),
         forms,
         known,
         w,
@@ -327,7 +339,7 @@ def loads_at_heading(k, yaw, p, cell, out):
         if p.cell[n] != last or p.heading[n] != heading:
             last, heading = p.cell[n], p.heading[n]
             to = heading - p.rest[k] - yaw
-            cell_at(last, to, p.nodes[k], p.first[k], POINTS, p.load, cell)
+            cell_at(last, to, p.nodes[k], p.first[k], STENCIL_POINTS, p.load, cell)
         to, u, h = heading - p.rest[k] - yaw, p.part[n], p.width[n]
         v = 1.0 - u
         shift = p.wavenumber[n] * (x * cos(to) + y * sin(to)) if x != 0.0 or y != 0.0 else 0.0

@@ -40,10 +40,10 @@ if TYPE_CHECKING:
 DIFFERENCE, SUM, MEAN = range(3)
 """Kinds of forms: pairs of waves at their difference or sum frequencies, or each wave with
 itself."""
-GIVEN, ONE, DRIFT, PLUS, MINUS = range(5)
+WEIGHTED_AS_GIVEN, ONE, DRIFT, PLUS, MINUS = range(5)
 """Weights of a filter: given, 1, drift of a DOF, roots of its positive or its negative values."""
-POINTS = 10
-NODES = 16  # nodes of heading per heading of the database
+DRIFT_STENCIL_POINTS = 10
+DRIFT_NODES_PER_HEADING = 16  # nodes of heading per heading of the database
 DOFS = range(6)
 
 
@@ -196,7 +196,7 @@ def _quadratic(
     for found in turned_qtf(database, waves.omega[at], waves.heading[at], name):
         filters = [
             Filter(
-                GIVEN,
+                WEIGHTED_AS_GIVEN,
                 int(at[0]) + one.begin,
                 int(at[0]) + one.begin + one.weights.size,
                 float(waves.ramp[at[0]]),
@@ -216,7 +216,7 @@ def no_drift(waves: int) -> Drift:
 
 def _drift(database: QuadraticFunctions, omega: np.ndarray) -> Drift:
     """D of every wave at its own frequency; the second factor is zero."""
-    w, table = drift_table(database, NODES)
+    w, table = drift_table(database, DRIFT_NODES_PER_HEADING)
     factor = np.stack([drift_above(database, omega), np.zeros(omega.size)], axis=1)
     return Drift(*cells_of(w, np.stack([omega, omega], axis=1)), factor, table)
 
@@ -227,7 +227,7 @@ def _drift_beyond(database: QuadraticFunctions, omega: np.ndarray) -> Drift:
     ends = np.clip(omega, known[0], known[-1])
     if np.array_equal(ends, omega):
         return no_drift(omega.size)
-    w, table = drift_table(database, NODES)
+    w, table = drift_table(database, DRIFT_NODES_PER_HEADING)
     both = np.stack([omega, ends], axis=1)
     factor = np.stack([drift_above(database, omega), -drift_above(database, ends)], axis=1)
     factor[ends == omega] = 0.0
@@ -301,7 +301,7 @@ def join_once(tables: Sequence[np.ndarray], kind: type) -> tuple[np.ndarray, np.
 
 def _counts(form: Form, drift: Drift) -> bool:
     """True if a form may load the body; a form of drift does so only if there is drift."""
-    given = all(one.kind == GIVEN for one in form.filters)
+    given = all(one.kind == WEIGHTED_AS_GIVEN for one in form.filters)
     return given or bool(np.any(drift.factor))
 
 
@@ -401,7 +401,15 @@ def _find_drift(k, yaw, p, work):
                 f = forms.cell[n, one]
                 if f != last[one] or heading != seen[one]:
                     first = forms.table[k]
-                    cell_at(f, to, forms.nodes[k], first, POINTS, forms.drift, work.cell[one])
+                    cell_at(
+                        f,
+                        to,
+                        forms.nodes[k],
+                        first,
+                        DRIFT_STENCIL_POINTS,
+                        forms.drift,
+                        work.cell[one],
+                    )
                     last = (f, last[1]) if one == 0 else (last[0], f)
                     seen = (heading, seen[1]) if one == 0 else (seen[0], heading)
                 _add_drift(n, one, forms, work.cell[one], work.drift[:, i])
@@ -445,7 +453,7 @@ def _weigh(f, yaw, at, out, forms, work):
     kind = forms.kind[f]
     for i in range(forms.begin[f], forms.end[f]):
         weight = turn
-        if kind == GIVEN:
+        if kind == WEIGHTED_AS_GIVEN:
             weight *= forms.weight[forms.at[f] + i - forms.begin[f]]
         elif kind == DRIFT:
             weight *= work.drift[forms.dof[f], i]

@@ -26,7 +26,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.jit.kernels import clear, kernel, root, summing
-from hydrosim.waves.loads import POINTS
+from hydrosim.waves.loads import STENCIL_POINTS
 
 ANCHOR_S = 8.0  # shortest time for which amplitudes at nodes are used
 SPEED_RATIO = 3.0  # largest drift speed over the group velocity of the shortest wave
@@ -93,15 +93,15 @@ def span_of(omega: np.ndarray, wavenumber: np.ndarray, block: float, step: float
     """The span for waves (nw,) and rows ``step`` apart in a ``block`` [s]."""
     period = max(ANCHOR_S, block)
     slowest = float(np.min(omega / (2.0 * wavenumber), initial=np.inf))  # group velocity
-    return Span(period, slowest * period / sqrt(2.0), block / 2.0 + POINTS / 2.0 * step)
+    return Span(period, slowest * period / sqrt(2.0), block / 2.0 + STENCIL_POINTS / 2.0 * step)
 
 
 def count_nodes(width: float, span: Span, missed: float) -> int:
     """Nodes per cell of up to this ``width`` [rad/s] for an error of ``missed``; more than
-    `MAX_NODES` if it needs too many, or envelopes change too fast for `POINTS` samples per
+    `MAX_NODES` if it needs too many, or envelopes change too fast for `STENCIL_POINTS` samples per
     block."""
-    apart = 2.0 * span.reach / (POINTS - 1)
-    if SAMPLING_ERROR * (width * apart) ** POINTS > missed:
+    apart = 2.0 * span.reach / (STENCIL_POINTS - 1)
+    if SAMPLING_ERROR * (width * apart) ** STENCIL_POINTS > missed:
         return MAX_NODES + 1
     x = width / 2.0 * (span.period + (1.0 + SPEED_RATIO) * span.reach)
     for count in range(4, MAX_NODES + 1):
@@ -161,7 +161,7 @@ def _share_places(sets: Sequence[NodeSet]) -> tuple[np.ndarray, np.ndarray, np.n
     bands = 0
     for one in sets:
         size = int(one.band.max()) + 1
-        at = 2 * POINTS * bands + one.band
+        at = 2 * STENCIL_POINTS * bands + one.band
         found.append(np.stack([nodes + one.node, at, np.full(one.node.size, size)]))
         nodes += one.omega.size
         bands += size
@@ -171,7 +171,7 @@ def _share_places(sets: Sequence[NodeSet]) -> tuple[np.ndarray, np.ndarray, np.n
 
 class NodeSums(NamedTuple):
     """Scratch: the ``anchor`` (nb, 3), t_a and d_a over the lattice's spacings, at which the
-    ``amplitude`` (2, nn) of all nodes was made. Samples of a node, (2, `POINTS`)."""
+    ``amplitude`` (2, nn) of all nodes was made. Samples of a node, (2, `STENCIL_POINTS`)."""
 
     anchor: np.ndarray
     amplitude: np.ndarray
@@ -181,7 +181,9 @@ class NodeSums(NamedTuple):
 def new_node_sums(p: FrequencyNodes) -> NodeSums:
     """Scratch for these nodes, without any known amplitude."""
     return NodeSums(
-        np.full((p.per_cell.size, 3), np.nan), np.zeros((2, p.omega.size)), np.zeros((2, POINTS))
+        np.full((p.per_cell.size, 3), np.nan),
+        np.zeros((2, p.omega.size)),
+        np.zeros((2, STENCIL_POINTS)),
     )
 
 
@@ -232,8 +234,8 @@ def _add_to_nodes(a, b, weight, re, im):
 
 @root
 def fill_envelopes(k, t, apart, path, p, work, out):
-    """Samples of E_f of all bands of the k-th body at `POINTS` times ``apart``, from t on.
-    ``path``: displacement x, y at t and velocity. ``out`` has, for every set, (POINTS, 2, bands),
+    """Samples of E_f of all bands of the k-th body at `STENCIL_POINTS` times ``apart``, from t on.
+    ``path``: displacement x, y at t and velocity. ``out`` has, for every set, (STENCIL_POINTS, 2, bands),
     real and imaginary parts."""
     nodes = p.gathered
     anchor = work.anchor[k]
@@ -252,7 +254,7 @@ def fill_envelopes(k, t, apart, path, p, work, out):
         factor = nodes.factor[m]
         size = nodes.size[m]
         at = nodes.at[m]
-        for s in range(POINTS):
+        for s in range(STENCIL_POINTS):
             out[at + 2 * size * s] += factor * work.sample[0, s]
             out[at + 2 * size * s + size] += factor * work.sample[1, s]
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from hydrosim.jit.kernels import kernel, root_giving
 
-POINTS = 6
+STENCIL_POINTS = 6
 """Number of rows that an interpolation reads."""
 
 _NODE = 1e-9  # of a step: times this close to a node are at the node
@@ -103,7 +103,7 @@ def rows_at(x, rows):
     node = floor(x + 0.5)
     if abs(x - node) < _NODE and 0 <= node < rows:
         return node, 1
-    return min(max(floor(x) - POINTS // 2 + 1, 0), rows - POINTS), POINTS
+    return min(max(floor(x) - STENCIL_POINTS // 2 + 1, 0), rows - STENCIL_POINTS), STENCIL_POINTS
 
 
 @kernel

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from hydrosim.waves.body import WaveBody
     from hydrosim.waves.transfer import TransferFunctions
 
-LONG = 2.0
+LONG_HULL_MOMENT_RATIO = 2.0
 """Ratio of pitch to roll moments, or the reverse, above which moments turn with the hull. The loss
 by keeping them in either axes is the same at 2.3, for moments of the first harmonic of heading."""
 
@@ -44,7 +44,7 @@ def turned_bodies(bodies: Sequence[WaveBody]) -> np.ndarray:
 def is_long(database: TransferFunctions) -> bool:
     """True if roll and pitch moments are of different size over all waves of the database."""
     sizes = np.sqrt(np.mean(np.abs(database.excitation[..., 3:5]) ** 2, axis=(0, 1)))
-    return bool(sizes.max() > LONG * sizes.min())
+    return bool(sizes.max() > LONG_HULL_MOMENT_RATIO * sizes.min())
 
 
 @kernel

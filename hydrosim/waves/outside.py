@@ -19,7 +19,7 @@ import numpy as np
 from hydrosim.waves.components import Components, energy_outside
 
 BAND = 0.3  # part of the band, at its end, in which the decay of the loads is checked
-FEWEST = 4  # fewest frequencies there
+MIN_FREQUENCIES = 4  # fewest frequencies there
 FALL = -2.0  # power of the frequency with which loads fall
 RISEN = 4.0  # largest growth of the mean square times w^4 from the first to the second half
 
@@ -68,7 +68,7 @@ def _loads_above(database: Loads, seas: Sequence[Components]) -> float | None:
     levelled = size * (w[:, None] / last) ** (-2.0 * FALL)
     first = (w > (1.0 - BAND) * last) & (w <= (1.0 - BAND / 2) * last)
     second = w > (1.0 - BAND / 2) * last
-    if min(first.sum(), second.sum()) < FEWEST // 2:
+    if min(first.sum(), second.sum()) < MIN_FREQUENCIES // 2:
         return None
     level = levelled[second].mean(axis=0)
     if np.any(level > RISEN * levelled[first].mean(axis=0)):

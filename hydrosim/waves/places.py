@@ -18,7 +18,7 @@ from hydrosim.waves.transfer import TransferFunctions, all_round
 
 BLOCK = 2.0
 """Duration of one slow path [s]; the nearest multiple of the grid of steps is used."""
-PLACE = (0, 1)
+HORIZONTAL_DOFS = (0, 1)
 YAW = (5,)
 
 
@@ -28,7 +28,7 @@ def chosen_places(scene: Scene, body: Body) -> WaveForces:
     asked = body.wave_forces
     chosen = replace(
         asked,
-        position=_chosen(asked.position, scene, body, PLACE),
+        position=_chosen(asked.position, scene, body, HORIZONTAL_DOFS),
         headings=_chosen(asked.headings, scene, body, YAW),
     )
     if {chosen.position, chosen.headings} == {Place.SLOW, Place.INSTANTANEOUS}:
@@ -90,7 +90,7 @@ def _pushed(scene: Scene, body: Body) -> bool:
     each = [other for other in scene.bodies if other.name in joined]
     loads = any(other.wave_forces.second_order != SecondOrder.NONE for other in each)
     driven = any(e.supplies for e in scene.forces.values() if e.body in joined)
-    moving = any(other.velocity[i] for other in each for i in (*PLACE, *YAW))
+    moving = any(other.velocity[i] for other in each for i in (*HORIZONTAL_DOFS, *YAW))
     return loads or driven or moving or scene.environment.current.speed != 0.0
 
 

@@ -45,17 +45,22 @@ from hydrosim.waves.bands import (
     turn_phases,
     weigh_bands,
 )
-from hydrosim.waves.following import STATES, FollowingLoads, loads_at_heading, turn_to_earth
+from hydrosim.waves.following import (
+    STATES_PER_FOLLOWED_BODY,
+    FollowingLoads,
+    loads_at_heading,
+    turn_to_earth,
+)
 from hydrosim.waves.forms import Filtered, add_forms, find_filters, has_forms, new_filtered
 from hydrosim.waves.frequency_nodes import has_nodes
-from hydrosim.waves.loads import POINTS, lagrange, rise, rows_at
+from hydrosim.waves.loads import STENCIL_POINTS, lagrange, rise, rows_at
 
 TRACKED = (0, 1, 5)
 """The filtered coordinates: surge, sway, yaw."""
-PLACE, RATE, BEGIN = 9, 12, 15
+BLOCK_POSITION, BLOCK_RATE, BLOCK_BEGIN = 9, 12, 15
 """Offsets in the states of a body: nine filter states, then position and rate at the beginning of
 the block, then its time [s]."""
-NAMES = (
+SLOW_STATE_NAMES = (
     *(f"{DOFS[i]} filter {k}" for i in TRACKED for k in (1, 2, 3)),
     *(f"slow {DOFS[i]}" for i in TRACKED),
     *(f"slow rate of {DOFS[i]}" for i in TRACKED),
@@ -91,7 +96,7 @@ def new_block(p: FollowingLoads) -> Block:
     summed = p.slow & (np.diff(p.bands.sets) == 0)
     most = int(np.diff(p.offset)[summed].max(initial=0))
     return Block(
-        np.full((slow, STATES - PLACE), np.nan),
+        np.full((slow, STATES_PER_FOLLOWED_BODY - BLOCK_POSITION), np.nan),
         np.zeros(slow, dtype=np.int64),
         np.zeros((slow, p.rows, 2, 6)),
         np.zeros((4, most)),
@@ -107,7 +112,7 @@ def new_block(p: FollowingLoads) -> Block:
 
 
 def first_states(p: FollowingLoads, q: np.ndarray, rate: np.ndarray, time: float) -> np.ndarray:
-    """States (`STATES` times slow bodies,) at ``time``, from coordinates and rates (6 nb,), for
+    """States (`STATES_PER_FOLLOWED_BODY` times slow bodies,) at ``time``, from coordinates and rates (6 nb,), for
     bodies that have always moved steadily."""
     found = []
     first = np.unique(p.state[p.slow], return_index=True)[1]
@@ -129,7 +134,7 @@ def slow_rates(y, coordinates, p, dy):
                 for j in range(at + 3 * i, at + 3 * i + 3):
                     dy[j] = c * (behind - y[j])
                     behind = y[j]
-            clear(dy[at + PLACE : at + STATES])
+            clear(dy[at + BLOCK_POSITION : at + STATES_PER_FOLLOWED_BODY])
 
 
 @root
@@ -140,9 +145,9 @@ def begin_block(t, y, p):
             at, c = p.state[k], p.cut[k]
             for i in range(3):
                 z1, z2, z3 = y[at + 3 * i], y[at + 3 * i + 1], y[at + 3 * i + 2]
-                y[at + PLACE + i] = 3.0 * z2 - 2.0 * z3
-                y[at + RATE + i] = c * (3.0 * z1 - 5.0 * z2 + 2.0 * z3)
-            y[at + BEGIN] = t
+                y[at + BLOCK_POSITION + i] = 3.0 * z2 - 2.0 * z3
+                y[at + BLOCK_RATE + i] = c * (3.0 * z1 - 5.0 * z2 + 2.0 * z3)
+            y[at + BLOCK_BEGIN] = t
 
 
 @kernel
@@ -151,7 +156,7 @@ def find_yaws(t, y, coordinates, p, met):
     for k in range(p.body.size):
         b = p.body[k]
         if p.slow[k]:
-            met[b] = _yaw(k, t - y[p.state[k] + BEGIN], y, p)
+            met[b] = _yaw(k, t - y[p.state[k] + BLOCK_BEGIN], y, p)
         elif p.turns[k]:
             met[b] = coordinates[6 * b + 5]
 
@@ -175,8 +180,8 @@ def slow_loads(t, y, p, block, first, second):
 
 @kernel
 def _is_known(k, y, p, block):
-    for i in range(STATES - PLACE):
-        if block.known[k, i] != y[p.state[k] + PLACE + i]:
+    for i in range(STATES_PER_FOLLOWED_BODY - BLOCK_POSITION):
+        if block.known[k, i] != y[p.state[k] + BLOCK_POSITION + i]:
             return False
     return True
 
@@ -184,9 +189,9 @@ def _is_known(k, y, p, block):
 @root
 def _fill(k, y, p, block):
     """Fill the rows of body k for the block in its states."""
-    at, begin = p.state[k], y[p.state[k] + BEGIN]
-    assign(block.known[k], y[at + PLACE : at + STATES])
-    block.first[k] = floor(begin / p.row_step + 1e-9) - POINTS // 2 + 1
+    at, begin = p.state[k], y[p.state[k] + BLOCK_BEGIN]
+    assign(block.known[k], y[at + BLOCK_POSITION : at + STATES_PER_FOLLOWED_BODY])
+    block.first[k] = floor(begin / p.row_step + 1e-9) - STENCIL_POINTS // 2 + 1
     _find_path(k, block.first[k] * p.row_step - begin, y, p, block.path)
     if has_bands(k, p.bands) and _is_steady(k, y, p):
         _sum_steady(k, y, p, block)
@@ -207,11 +212,11 @@ def _fill(k, y, p, block):
 @root
 def _sum_bands(k, y, p, block):
     """Fill the rows of body k in heading axes, from its bands."""
-    begin = y[p.state[k] + BEGIN]
+    begin = y[p.state[k] + BLOCK_BEGIN]
     weigh_bands(k, _yaw(k, 0.0, y, p), 0, p, block.bands)
     weigh_bands(k, _yaw(k, p.block, y, p), 1, p, block.bands)
     start = block.first[k] * p.row_step
-    samples = (POINTS - 1) / (p.rows - 1)
+    samples = (STENCIL_POINTS - 1) / (p.rows - 1)
     if has_nodes(k, p.gathered):
         middle = begin + p.block / 2.0
         follow_path(k, start, middle, p.row_step / samples, block.path, p, block.bands)
@@ -260,7 +265,9 @@ def _sum_steady(k, y, p, block):
         assign(rows[r, 1], rows[r + shift, 1])
     turns = 0
     for r in range(kept, p.rows):
-        since = (begin + r - POINTS + 2) % (p.rows - POINTS)  # so that few blocks begin anew twice
+        since = (begin + r - STENCIL_POINTS + 2) % (
+            p.rows - STENCIL_POINTS
+        )  # so that few blocks begin anew twice
         if r == kept or since == 0:
             start = (begin + r - since) * p.row_step
             find_phases(k, start, p.row_step, block.path, p.bands, block.bands)
@@ -280,7 +287,7 @@ def _sum_steady(k, y, p, block):
 @root
 def _sum_waves(k, y, p, block):
     """Fill the rows of body k in heading axes, from all waves."""
-    begin, start = y[p.state[k] + BEGIN], p.offset[k]
+    begin, start = y[p.state[k] + BLOCK_BEGIN], p.offset[k]
     waves = block.waves
     loads_at_heading(k, _yaw(k, 0.0, y, p), p, block.cell, block.ends[:12])
     loads_at_heading(k, _yaw(k, p.block, y, p), p, block.cell, block.ends[12:])
@@ -316,7 +323,7 @@ def _yaw(k, since, y, p):
     at = p.state[k]
     if not p.turns[k]:
         return 0.0
-    return y[at + PLACE + 2] + since * y[at + RATE + 2]
+    return y[at + BLOCK_POSITION + 2] + since * y[at + BLOCK_RATE + 2]
 
 
 @kernel
@@ -327,8 +334,8 @@ def _find_path(k, since, y, p, path):
     clear(path)
     if p.placed[k]:
         for i in range(2):
-            path[i] = y[at + PLACE + i] + since * y[at + RATE + i]
-            path[2 + i] = y[at + RATE + i]
+            path[i] = y[at + BLOCK_POSITION + i] + since * y[at + BLOCK_RATE + i]
+            path[2 + i] = y[at + BLOCK_RATE + i]
 
 
 @kernel

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from hydrosim.waves.loads import POINTS
+from hydrosim.waves.loads import STENCIL_POINTS
 
 _PHASE_STEP = 0.25
 """Largest omega * step [rad] of a grid; it bounds the interpolation error."""
@@ -86,8 +86,8 @@ def time_grid(spacing: float, highest: float, start: float, dt: float, duration:
     stages = int(np.ceil(repeat / dt * (1.0 - 1e-9)))
     period = divisions * int(np.ceil(stages / _stages_apart(stages, max(highest, spacing) * dt)))
     step = repeat / period
-    first = int(np.floor(start / step)) - POINTS // 2
-    last = int(np.ceil((start + duration) / step)) + POINTS // 2
+    first = int(np.floor(start / step)) - STENCIL_POINTS // 2
+    last = int(np.ceil((start + duration) / step)) + STENCIL_POINTS // 2
     return Grid(step, period, first, last - first + 1)
 
 

@@ -36,7 +36,7 @@ from hydrosim.waves.transfer import apart, evenly_round, heading_weights
 if TYPE_CHECKING:
     from hydrosim.waves.quadratic import QuadraticFunctions
 
-FINER = 16  # samples per heading, where headings are uneven
+SAMPLES_PER_HEADING = 16  # samples per heading, where headings are uneven
 NEGLIGIBLE = 1e-14  # of the largest: smaller outer harmonics are left out
 
 
@@ -171,7 +171,7 @@ def _many(nodes: int, headings: int) -> bool:
 
 def _samples(nodes: np.ndarray, degree: int) -> np.ndarray:
     """Angles round the circle that determine a trigonometric polynomial of this degree."""
-    count = 2 * degree + 1 if evenly_round(nodes) else 2 * FINER * degree + 1
+    count = 2 * degree + 1 if evenly_round(nodes) else 2 * SAMPLES_PER_HEADING * degree + 1
     return 2.0 * np.pi / count * np.arange(count)
 
 

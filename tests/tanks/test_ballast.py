@@ -33,7 +33,7 @@ from hydrosim.scene import (
     TankTable,
     Weight,
 )
-from hydrosim.tanks.pieces import SURFACE
+from hydrosim.tanks.pieces import SURFACE_MOMENT
 from hydrosim.tanks.pieces import at as held_at
 from hydrosim.tanks.shapes import pieces
 
@@ -312,10 +312,10 @@ def test_an_empty_and_a_full_tank_have_no_free_surface() -> None:
     own = pieces(LEFT.shape, np.zeros(3))
     full, i = 11.25, 0.9 * 2.0 * 2.5**3 / 12.0
     parts = np.array([0.0, 0.005, 0.01, 0.5, 0.99, 0.995, 1.0])
-    found = [held_at(own, part * full)[SURFACE + 2] / i for part in parts]
+    found = [held_at(own, part * full)[SURFACE_MOMENT + 2] / i for part in parts]
     assert_allclose(found, [0.0, 0.5, 1.0, 1.0, 1.0, 0.5, 0.0], atol=1e-12)
     for edge in (0.01 * full, 0.99 * full):
-        before, after = (held_at(own, edge + x)[SURFACE + 2] for x in (-1e-6, 1e-6))
+        before, after = (held_at(own, edge + x)[SURFACE_MOMENT + 2] for x in (-1e-6, 1e-6))
         assert after == pytest.approx(before, abs=1e-9)
 
 

@@ -16,7 +16,7 @@ from hydrosim.forces import LinearMooring
 from hydrosim.scene import Box, Pump, Tank, TankMesh, Weight, When
 from hydrosim.tanks.mesh import pieces_of_mesh
 from hydrosim.tanks.mirror import images
-from hydrosim.tanks.pieces import SURFACE, at
+from hydrosim.tanks.pieces import SURFACE_MOMENT, at
 from hydrosim.tanks.shapes import capacity, height, pieces, volume_at
 
 ORIGIN = np.array([0.3, -0.2, 0.7])
@@ -65,7 +65,7 @@ def test_two_boxes_on_each_other_are_a_mesh_with_a_step() -> None:
     below, above = np.linspace(0.2, 11.8, 7), np.linspace(0.2, 11.8, 7)
     assert_allclose(held(mesh, below), held(low, below), atol=1e-11)
     full = held(low, np.array([12.0]))[0]
-    full[SURFACE:] = 0.0
+    full[SURFACE_MOMENT:] = 0.0
     assert_allclose(held(mesh, 12.0 + above), full + held(high, above), atol=1e-10)
 
 
@@ -96,7 +96,7 @@ def test_a_sphere_comes_to_its_closed_form_with_the_square_of_its_panels() -> No
         sphere = hull(np.stack([r * np.cos(around), r * np.sin(around), z], -1).reshape(-1, 3))
         volume = volume_at(sphere, h)
         found = held(sphere, np.array([volume]), np.zeros(3))[0]
-        errors.append(np.abs(np.array([volume, *found[[2, SURFACE]]]) / exact - 1.0))
+        errors.append(np.abs(np.array([volume, *found[[2, SURFACE_MOMENT]]]) / exact - 1.0))
     ratios = np.array(errors[:-1]) / errors[1:]
     assert np.all(ratios[-1] > 3.3)
     assert np.all(errors[-1] < 1e-2)

@@ -28,7 +28,14 @@ from hydrosim.scene import (
 from hydrosim.waves import WaveBody, following_model, sea
 from hydrosim.waves.bands import bands_model
 from hydrosim.waves.following import FollowingLoads
-from hydrosim.waves.slow import BEGIN, PLACE, RATE, STATES, new_block, slow_loads
+from hydrosim.waves.slow import (
+    BLOCK_BEGIN,
+    BLOCK_POSITION,
+    BLOCK_RATE,
+    STATES_PER_FOLLOWED_BODY,
+    new_block,
+    slow_loads,
+)
 from hydrosim.waves.transfer import excitation_at, mean_drift_at
 
 SWELL = WaveTrain(Jonswap(2.0, 12.0), heading=radians(30.0), ramp=40.0, repeat_period=3600.0)
@@ -65,10 +72,10 @@ def loads_on_path(
     model: FollowingLoads, begin: float, at: tuple[float, ...], rate: np.ndarray
 ) -> np.ndarray:
     """Loads of both orders (rows, 2, 6) in the block from ``begin`` on, ``at`` x, y and yaw."""
-    y = np.zeros(STATES)
-    y[PLACE : PLACE + 3] = at
-    y[RATE : RATE + 3] = rate
-    y[BEGIN] = begin
+    y = np.zeros(STATES_PER_FOLLOWED_BODY)
+    y[BLOCK_POSITION : BLOCK_POSITION + 3] = at
+    y[BLOCK_RATE : BLOCK_RATE + 3] = rate
+    y[BLOCK_BEGIN] = begin
     block = new_block(model)
     slow_loads(begin, y, model, block, np.zeros(6), np.zeros(6))
     return block.rows[0].copy()
@@ -107,16 +114,16 @@ def test_a_block_knows_nothing_of_those_before(position: Place) -> None:
     of the loads of a block."""
     at = body(SecondOrder.NEWMAN, position=position)
     model = following_model(sea(Environment(waves=SEAS["two trains"])), [at], 2.0)
-    states = np.zeros((10, STATES))
-    states[:, PLACE] = [0.0, 3.0, 30.0, 31.0, 3.0, 0.0, 800.0, 0.0, 0.0, 0.0]
-    states[:, PLACE + 2] = [0.0, 0.002, 0.01, -0.03, 0.0, 3.1, -3.1, 0.0, 0.0, 0.0]
-    states[:, RATE + 2] = [0.0, 1e-3, 1e-3, -0.2, 0.0, 0.02, 0.0, 0.0, 0.0, 0.0]
-    states[:, BEGIN] = [0.0, 2.0, 4.0, 6.0, 8.0, 10.0, 100.0, 102.0, 104.0, 105.1]
+    states = np.zeros((10, STATES_PER_FOLLOWED_BODY))
+    states[:, BLOCK_POSITION] = [0.0, 3.0, 30.0, 31.0, 3.0, 0.0, 800.0, 0.0, 0.0, 0.0]
+    states[:, BLOCK_POSITION + 2] = [0.0, 0.002, 0.01, -0.03, 0.0, 3.1, -3.1, 0.0, 0.0, 0.0]
+    states[:, BLOCK_RATE + 2] = [0.0, 1e-3, 1e-3, -0.2, 0.0, 0.02, 0.0, 0.0, 0.0, 0.0]
+    states[:, BLOCK_BEGIN] = [0.0, 2.0, 4.0, 6.0, 8.0, 10.0, 100.0, 102.0, 104.0, 105.1]
     used = new_block(model)
     for y in states:
         fresh = new_block(model)
         for block in (used, fresh):
-            slow_loads(y[BEGIN], y, model, block, np.zeros(6), np.zeros(6))
+            slow_loads(y[BLOCK_BEGIN], y, model, block, np.zeros(6), np.zeros(6))
         np.testing.assert_array_equal(used.rows, fresh.rows)
 
 
@@ -206,16 +213,16 @@ def test_a_body_that_keeps_its_heading_has_the_loads_there() -> None:
     turning = model._replace(steady=1e-30 * np.ones(1))
     assert 1e-13 < model.steady[0] < 1e-10
     block = new_block(model)
-    y = np.zeros(STATES)
-    y[PLACE + 2] = 0.3
-    y[RATE + 2] = 0.2 * model.steady[0]
+    y = np.zeros(STATES_PER_FOLLOWED_BODY)
+    y[BLOCK_POSITION + 2] = 0.3
+    y[BLOCK_RATE + 2] = 0.2 * model.steady[0]
     found, expected = [], []
     for begin in (0.0, 2.0, 4.0, 5.3, 7.3, 7.3 + 2.0 / 7.0, 900.0, 898.0):
-        y[BEGIN] = begin
+        y[BLOCK_BEGIN] = begin
         slow_loads(begin, y, model, block, np.zeros(6), np.zeros(6))
         assert block.steady_first[0] == block.first[0]
         found.append(block.rows[0].copy())
-        expected.append(loads_along(turning, begin, 0.3, y[RATE + 2]))
+        expected.append(loads_along(turning, begin, 0.3, y[BLOCK_RATE + 2]))
     size = np.ptp(expected, axis=(0, 1))
     assert np.all(np.abs(np.subtract(found, expected)).max(axis=(0, 1)) <= 1e-6 * size)
 

@@ -31,7 +31,15 @@ from hydrosim.scene import (
 )
 from hydrosim.waves import WaveBody, chosen_places, following_model, sea, slow_bodies
 from hydrosim.waves.following import following_loads, new_sums
-from hydrosim.waves.slow import BEGIN, PLACE, RATE, begin_block, first_states, new_block, slow_loads
+from hydrosim.waves.slow import (
+    BLOCK_BEGIN,
+    BLOCK_POSITION,
+    BLOCK_RATE,
+    begin_block,
+    first_states,
+    new_block,
+    slow_loads,
+)
 
 SWELL = WaveTrain(Jonswap(2.0, 16.0, 3.3), heading=radians(30), ramp=30.0, repeat_period=900.0)
 TONE = WaveTrain(RegularWave(0.8, 14.0, phase=0.4), heading=radians(-70))
@@ -80,9 +88,11 @@ def test_a_filter_follows_a_drift_without_a_lag(box: Box) -> None:
     v = np.array([0.3, -0.2, 0.0, 0.0, 0.0, 0.01])
     y = first_states(model, 50.0 * v, v, 0.0)
     begin_block(50.0, y, model)
-    np.testing.assert_allclose(y[PLACE : PLACE + 3], 50.0 * v[TRACKED], rtol=1e-12)
-    np.testing.assert_allclose(y[RATE : RATE + 3], v[TRACKED], rtol=1e-12)
-    assert y[BEGIN] == 50.0
+    np.testing.assert_allclose(
+        y[BLOCK_POSITION : BLOCK_POSITION + 3], 50.0 * v[TRACKED], rtol=1e-12
+    )
+    np.testing.assert_allclose(y[BLOCK_RATE : BLOCK_RATE + 3], v[TRACKED], rtol=1e-12)
+    assert y[BLOCK_BEGIN] == 50.0
 
 
 def drifting(duration: float = 60.0, place: Place = Place.SLOW) -> Scene:

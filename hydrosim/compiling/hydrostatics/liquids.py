@@ -12,7 +12,7 @@ from hydrosim.compiling.hydrostatics.solids import solids_of
 from hydrosim.rigid.kinematics import Bodies
 from hydrosim.scene import Box, FreeSurface, Kinematics, Scene, Tank, TankMesh, TankTable
 from hydrosim.tanks.contents import changing
-from hydrosim.tanks.pieces import PIECE
+from hydrosim.tanks.pieces import PIECE_DTYPE
 from hydrosim.tanks.shapes import capacity, pieces, triangles, volume_at
 from hydrosim.tanks.surface import LIQUID, Liquids
 
@@ -70,7 +70,7 @@ def liquids_of(scene: Scene, bodies: Bodies) -> Liquids:
     rolls = [6 * cut.body + ROLL_COORDINATE for cut in every]
     return Liquids(
         each=np.array(each, dtype=LIQUID),
-        pieces=np.concatenate([np.zeros(0, dtype=PIECE), *tables]),
+        pieces=np.concatenate([np.zeros(0, dtype=PIECE_DTYPE), *tables]),
         solids=solids_of(meshes),
         roll=np.flatnonzero(np.isin(bodies.active, rolls)),
     )

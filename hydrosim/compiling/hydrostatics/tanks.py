@@ -22,8 +22,8 @@ from hydrosim.tanks.contents import (
 from hydrosim.tanks.events import is_triggered, unforeseen_tanks
 from hydrosim.tanks.loading import symmetric
 from hydrosim.tanks.mirror import images
-from hydrosim.tanks.pieces import FIRST, SECOND, SURFACE, at
-from hydrosim.tanks.pumping import FLOW, RATE, SEA
+from hydrosim.tanks.pieces import FIRST_MOMENT, SECOND_MOMENT, SURFACE_MOMENT, at
+from hydrosim.tanks.pumping import FLOW, PUMP_RATE_DTYPE, SEA_INDEX
 from hydrosim.tanks.shapes import capacity, pieces, volume_at
 
 
@@ -56,7 +56,7 @@ def tanks_of(scene: Scene) -> Tanks:
         np.concatenate(shapes),
         np.array([_rest(b, scene) for b in sorted({b for b, _ in each})], dtype=REST),
         np.array(flows, dtype=FLOW),
-        np.array(rates, dtype=RATE),
+        np.array(rates, dtype=PUMP_RATE_DTYPE),
         names.index(BALLAST),
         names.index(WEIGHT),
         scene.environment.gravity,
@@ -70,7 +70,7 @@ def steady_surface(body: Body, scene: Scene) -> np.ndarray:
     """Density times second moments (3,) of the free surfaces of tanks whose contents stay and that
     have no cut shape."""
     steady = [tank for tank in body.tanks if tank not in changing(body)]
-    return sum((t.density * _held(t, body, scene)[SURFACE:] for t in steady), np.zeros(3))
+    return sum((t.density * _held(t, body, scene)[SURFACE_MOMENT:] for t in steady), np.zeros(3))
 
 
 def _shape(tank: Tank, body: Body, scene: Scene) -> np.ndarray:
@@ -78,7 +78,7 @@ def _shape(tank: Tank, body: Body, scene: Scene) -> np.ndarray:
     cut."""
     found = pieces(tank.shape, np.asarray(body.centre_of_gravity))
     if tank.surface == FreeSurface.FROZEN or cut_shape(tank, scene):
-        found["c"][:, SURFACE:] = 0.0
+        found["c"][:, SURFACE_MOMENT:] = 0.0
     return found
 
 
@@ -101,14 +101,14 @@ def _rest(b: int, scene: Scene) -> tuple[object, ...]:
     for tank in changing(body):
         held = tank.density * _held(tank, body, scene)
         mass -= tank.density * volume_at(tank.shape, tank.level)
-        moment -= held[FIRST : FIRST + 3]
-        second = symmetric(held[SECOND : SECOND + 6])
+        moment -= held[FIRST_MOMENT : FIRST_MOMENT + 3]
+        second = symmetric(held[SECOND_MOMENT : SECOND_MOMENT + 6])
         inertia -= np.trace(second) * np.eye(3) - second
     return b, mass, moment, inertia, steady_surface(body, scene), not body.constant_inertia
 
 
 def _flows(scene: Scene, index: dict[tuple[int, str], int]) -> tuple[list[tuple], list[tuple]]:
-    """Constants `FLOW` and `RATE` of all flows."""
+    """Constants `FLOW` and `PUMP_RATE_DTYPE` of all flows."""
     flows: list[tuple] = []
     rates: list[tuple] = []
     for b, body in enumerate(scene.bodies):
@@ -117,7 +117,7 @@ def _flows(scene: Scene, index: dict[tuple[int, str], int]) -> tuple[list[tuple]
         for k, pump in enumerate(body.pumps):
             first, waits = len(rates), is_triggered(pump)
             rates += [(inf, pump.rate)] if waits else _pieces(pump)
-            ends = (index.get((b, str(name)), SEA) for name in (pump.source, pump.target))
+            ends = (index.get((b, str(name)), SEA_INDEX) for name in (pump.source, pump.target))
             whens = (None, None) if waits else (pump.start, pump.stop)
             limits = [x for when in whens for x in _level(b, when, tanks, index)]
             kind = _is_watched(pump, body), waits, inertial
@@ -128,8 +128,10 @@ def _flows(scene: Scene, index: dict[tuple[int, str], int]) -> tuple[list[tuple]
             if tank.plan is not None:
                 first = len(rates)
                 rates += list(_planned(tank))
-                place = (b, SEA, index[b, tank.name], first, len(rates) - 1)
-                flows.append((*place, *(SEA, 0.0, 1.0) * 2, False, False, inertial, len(flows)))
+                place = (b, SEA_INDEX, index[b, tank.name], first, len(rates) - 1)
+                flows.append(
+                    (*place, *(SEA_INDEX, 0.0, 1.0) * 2, False, False, inertial, len(flows))
+                )
     return flows, rates
 
 
@@ -165,6 +167,6 @@ def _level(
 ) -> tuple[int, float, float]:
     """Tank, volume and sign of the level that an event waits for; the sea if there is no tank."""
     if not isinstance(when, LevelReached):
-        return SEA, 0.0, 1.0
+        return SEA_INDEX, 0.0, 1.0
     volume = volume_at(tanks[when.tank].shape, when.level)
     return index[b, when.tank], volume, 1.0 if when.above else -1.0

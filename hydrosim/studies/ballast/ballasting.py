@@ -21,7 +21,7 @@ import numpy as np
 from hydrosim.errors import InputError
 from hydrosim.studies.ballast.loading import FloatingEquilibrium, floating_equilibrium, volumes_at
 from hydrosim.tanks.contents import Tanks, flow_names, quantity, tank_names
-from hydrosim.tanks.pieces import FIRST
+from hydrosim.tanks.pieces import FIRST_MOMENT
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
@@ -159,7 +159,9 @@ class _Program:
         if abs(step) < RELATIVE_SLACK * self.p.each["capacity"][k]:
             step = 1e-6 * self.p.each["capacity"][k] * (1.0 if first == 0.0 else -1.0)
         ends = np.array([first, first + step])
-        return np.array([np.diff(quantity(self.p, k, ends, FIRST + i))[0] / step for i in (0, 1)])
+        return np.array(
+            [np.diff(quantity(self.p, k, ends, FIRST_MOMENT + i))[0] / step for i in (0, 1)]
+        )
 
     def _limits(self) -> tuple[np.ndarray, np.ndarray]:
         """Limits by the room and the contents of tanks: rows of L x <= l."""

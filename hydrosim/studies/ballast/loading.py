@@ -30,7 +30,7 @@ from hydrosim.scene import FreeSurface
 from hydrosim.studies.ballast.surfaces import FreeSurfaces
 from hydrosim.tanks.contents import changing
 from hydrosim.tanks.loading import Loading, at_start, body_without, loaded
-from hydrosim.tanks.pieces import LEVEL, at
+from hydrosim.tanks.pieces import FLUID_LEVEL, at
 from hydrosim.tanks.shapes import capacity, heel_and_trim, pieces
 from hydrosim.tanks.timeline import follow
 
@@ -234,7 +234,7 @@ def _condition(
 
 
 def _tank_state(tank: Tank, volume: float) -> TankState:
-    level = at(pieces(tank.shape, np.zeros(3)), volume)[LEVEL]
+    level = at(pieces(tank.shape, np.zeros(3)), volume)[FLUID_LEVEL]
     whole = capacity(tank.shape)
     free = tank.surface == FreeSurface.QUASI_STATIC
     reach = heel_and_trim(tank.shape, np.array([volume]))[0] if free else np.full(2, np.nan)

@@ -12,7 +12,7 @@ from hydrosim.compiling.compile import Radiation, compile_for_linear
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.errors import InputError
 from hydrosim.forces import in_gusts, without_friction
-from hydrosim.linear.equilibrium import ENOUGH, Rest, equilibrium
+from hydrosim.linear.equilibrium import RESIDUAL_RTOL, Rest, equilibrium
 from hydrosim.scene import Body, Place, Scene, SecondOrder, WaveForces
 from hydrosim.streams.gusts import NO_GUSTS
 from hydrosim.studies.ballast.loading import state_with_contents_at
@@ -46,7 +46,7 @@ def at_rest(
     if mean_drift:
         model = _in_mean_drift(model, calm, time)
         rest = equilibrium(model, rest.state, time, weight, rest.held)
-    if not free and np.abs(rest.drift).max(initial=0.0) > ENOUGH * weight:
+    if not free and np.abs(rest.drift).max(initial=0.0) > RESIDUAL_RTOL * weight:
         share = np.abs(rest.drift).max() / weight
         raise InputError(
             f"equilibrium at {time:g} s: none found, because loads of {share:.1e} of the weight"

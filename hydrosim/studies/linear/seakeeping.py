@@ -20,7 +20,7 @@ from hydrosim.compiling.questions.doubt import describe_start
 from hydrosim.dofs import DOFS
 from hydrosim.forces.line.kind import KIND as LINES
 from hydrosim.linear.contacts import Contacts
-from hydrosim.linear.equilibrium import ENOUGH, Rest
+from hydrosim.linear.equilibrium import RESIDUAL_RTOL, Rest
 from hydrosim.linear.modes import Kind, NaturalMode
 from hydrosim.radiation.threads import one_thread
 from hydrosim.results.variables import units_of
@@ -150,7 +150,7 @@ def _drift_remarks(scene: Scene, drifted: Rest) -> Iterator[str]:
     weight = drifted.model.bodies.each["mass"].sum() * scene.environment.gravity
     pushed = [
         f"{names[k]} ({drifted.drift[k]:.3g} {'N' if lengths[k] else 'N m'})"
-        for k in np.flatnonzero(np.abs(drifted.drift) > ENOUGH * weight)
+        for k in np.flatnonzero(np.abs(drifted.drift) > RESIDUAL_RTOL * weight)
     ]
     if pushed:
         yield (

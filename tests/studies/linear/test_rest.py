@@ -21,7 +21,7 @@ from hydrosim.forces import (
     StickSlip,
     constant,
 )
-from hydrosim.linear.equilibrium import ENOUGH
+from hydrosim.linear.equilibrium import RESIDUAL_RTOL
 from hydrosim.scene import Body, ForceElement, Scene, SecondOrder, WaveForces
 from hydrosim.studies.linear.rest import at_rest
 
@@ -50,7 +50,7 @@ def test_block_between_spring_and_floor() -> None:
             )
         )
         np.testing.assert_allclose(at.position[0, [0, 2]], [0.1, z], rtol=1e-9)
-        assert at.residual <= ENOUGH
+        assert at.residual <= RESIDUAL_RTOL
 
 
 def test_pendulum_finds_the_vertical() -> None:
@@ -64,7 +64,7 @@ def test_pendulum_finds_the_vertical() -> None:
     arm = np.hypot(0.3, 0.1)
     np.testing.assert_allclose([x, y], [2.0, 1.0], atol=1e-6)
     np.testing.assert_allclose(z, 50.0 - 40.0 - 981.0 / 5e3 - arm, rtol=1e-9)
-    assert at.residual <= ENOUGH
+    assert at.residual <= RESIDUAL_RTOL
 
 
 def test_nothing_to_hold_it_is_refused() -> None:
