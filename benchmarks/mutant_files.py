@@ -25,7 +25,7 @@ import yaml
 from benchmarks.mutants import CASES
 from hydrosim.__main__ import app
 from hydrosim.case.lines.chains import is_mooring_file, mooring_lines, read_system, water_of
-from hydrosim.case.lines.keys import WATER, case_keys
+from hydrosim.case.lines.keys import DEFAULT_WATER, case_keys
 from hydrosim.database import load
 from hydrosim.database.load import read as read_database
 from hydrosim.decay.fit import fit_files
@@ -67,9 +67,11 @@ def read_mooring(path: Path) -> Reading:
     for way in (False, True):
         response(lines[0], offsets_to(lines[0].usual_offset()), way)
     case_keys(path)
-    kept = mooring_lines(system, water_of(system, WATER), source)
+    kept = mooring_lines(system, water_of(system, DEFAULT_WATER), source)
     told = tuple(entry.message for entry in system.left_out)
-    return Reading(repr((kept, system.depth, system.friction, water_of(system, WATER))), told)
+    return Reading(
+        repr((kept, system.depth, system.friction, water_of(system, DEFAULT_WATER))), told
+    )
 
 
 def read_vessel(path: Path) -> Reading:

@@ -33,14 +33,14 @@ from benchmarks.random_trial import Outcome
 from benchmarks.worker import COMPILING, Question, Worker
 from hydrosim.__main__ import app
 from hydrosim.errors import HydrosimError
-from hydrosim.results.stages import FIGURES, TIME
+from hydrosim.results.stages import FIGURES, STAGE_TIME
 
 LIMIT = 20.0  # s of CPU time
 MEMORY = 8_000_000_000  # bytes
 WORDY = 3000  # characters of a message: more is not read
 MAY_LACK = {
     *("slow_draught", "fender_closings", "fender_closing_speed", "fender_largest_force"),
-    *(TIME, *FIGURES),
+    *(STAGE_TIME, *FIGURES),
 }
 """Variables that are not a number for bodies, contacts and stages that have none of it."""
 Asked = tuple[str, Mutant, str]

@@ -12,7 +12,13 @@ from hydrosim.case.waves import Component
 from hydrosim.documents.messages import explain
 from hydrosim.documents.text import Source, Table, name_and_unit, parse, unit_of_column
 
-UNITS = {"frequency": "rad/s", "period": "s", "amplitude": "m", "phase": "rad", "heading": "rad"}
+COLUMN_UNITS = {
+    "frequency": "rad/s",
+    "period": "s",
+    "amplitude": "m",
+    "phase": "rad",
+    "heading": "rad",
+}
 """Of the columns, where the file says none."""
 ANGLES = ("phase", "heading")
 EXPECTED = "frequency [rad/s] or period [s], amplitude [m], and if wanted phase and heading [rad]"
@@ -33,7 +39,7 @@ def read_components(source: Source) -> tuple[Component, ...]:
 def _columns(source: Source, table: Table) -> Iterator[tuple[str, np.ndarray]]:
     """Each column by its name, in SI; those of other names are refused, not passed over."""
     names = [name_and_unit(name)[0].strip().lower() for name in table.names]
-    unknown = [name for name in names if name not in UNITS]
+    unknown = [name for name in names if name not in COLUMN_UNITS]
     if unknown or len({*names}) < len(names) or not names:
         found = ", ".join(table.names) or "no names of columns"
         source.wrong(f"found {found}; expected the columns {EXPECTED}, each once")
@@ -45,7 +51,7 @@ def _columns(source: Source, table: Table) -> Iterator[tuple[str, np.ndarray]]:
                 f"found a {name} of {np.abs(values).max():g} and no unit: degrees or radians? Name"
                 f" the column {name} [deg] or {name} [rad]"
             )
-        yield name, values * _scale(source, name, unit or UNITS[name])
+        yield name, values * _scale(source, name, unit or COLUMN_UNITS[name])
 
 
 def _scale(source: Source, name: str, unit: str) -> float:

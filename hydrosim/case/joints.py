@@ -22,7 +22,7 @@ from hydrosim.documents.quantities import Strict
 from hydrosim.documents.units import problem
 from hydrosim.scene.joint import JointType
 
-SHORTEST = 1e-100  # length of an axis: below it has no direction
+MIN_AXIS_LENGTH = 1e-100  # length of an axis: below it has no direction
 PARALLEL = 1e-6  # of two axes that must be at right angles: cosine that is rounding
 
 
@@ -113,11 +113,11 @@ def _friction(static: float, kinetic: float | None) -> scene.JointFriction:
     return scene.JointFriction(static, static if kinetic is None else kinetic)
 
 
-COEFFICIENTS = ("coefficient", "static_coefficient", "kinetic_coefficient", "radius")
+FRICTION_KEYS = ("coefficient", "static_coefficient", "kinetic_coefficient", "radius")
 
 
 def _without_reaction(data: Any, instead: str) -> Any:
-    found = [key for key in COEFFICIENTS if isinstance(data, dict) and key in data]
+    found = [key for key in FRICTION_KEYS if isinstance(data, dict) and key in data]
     if found:
         raise problem(
             f"{' and '.join(found)}, a friction that depends on the load in the joint",
@@ -314,7 +314,7 @@ class OnAxis(JointForm):
 
     @model_validator(mode="after")
     def _check_axis(self) -> Self:
-        if not np.linalg.norm(self.axis) > SHORTEST:
+        if not np.linalg.norm(self.axis) > MIN_AXIS_LENGTH:
             raise problem("an axis of no length", "a direction, such as [0, 1, 0]")
         return self
 
@@ -594,7 +594,7 @@ class Rod(JointForm):
 def _at_right_angles(first: tuple[float, ...], second: tuple[float, ...]) -> None:
     a, b = np.array(first), np.array(second)
     cosine = float(a @ b) / float(np.linalg.norm(a) * np.linalg.norm(b) or 1.0)
-    if not np.linalg.norm(b) > SHORTEST or abs(cosine) > PARALLEL:
+    if not np.linalg.norm(b) > MIN_AXIS_LENGTH or abs(cosine) > PARALLEL:
         found = (
             f"axis [{a[0]:g}, {a[1]:g}, {a[2]:g}] and second_axis [{b[0]:g}, {b[1]:g}, {b[2]:g}]"
         )

@@ -32,13 +32,13 @@ from hydrosim.dofs import DOFS
 
 SURGE = 0.08
 """Added mass in surge over the mass: 0.06 of H-851, 0.10 of the box of 100 x 20 x 5 m."""
-DAMPING = {"heave": 0.14, "roll": 0.03, "pitch": 0.15}
+DAMPING_RATIOS = {"heave": 0.14, "roll": 0.03, "pitch": 0.15}
 """Damping over the critical one. Radiation alone gives roll 0.01 to 0.03."""
 RADII = 0.35, 0.25, 0.26
 """Radii of gyration: in roll over the beam, in pitch and yaw over the length; usual of barges."""
 SIDES = 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0
 """Side across the flow over the side along it."""
-COEFFICIENTS = 2.23, 1.98, 1.70, 1.51, 1.36, 1.21, 1.14
+RECTANGLE_ADDED_MASS = 2.23, 1.98, 1.70, 1.51, 1.36, 1.21, 1.14
 """Added mass of rectangles with these ``SIDES``, over that of a plate."""
 
 
@@ -119,13 +119,14 @@ class Particulars:
     def _rectangle(self) -> float:
         """Coefficient of a rectangle of twice the draught by the beam, in flow across."""
         sides = [log(side) for side in SIDES]
-        return float(np.interp(log(2 * self.draught / self.beam), sides, COEFFICIENTS))
+        return float(np.interp(log(2 * self.draught / self.beam), sides, RECTANGLE_ADDED_MASS))
 
     def damping(self) -> dict[str, float]:
         """Estimates of damping [N s/m, N m s/rad] of what has a stiffness."""
         stiffness, moving = self.stiffness(), self._moving()
         return {
-            dof: 2 * ratio * sqrt(stiffness[dof] * moving[dof]) for dof, ratio in DAMPING.items()
+            dof: 2 * ratio * sqrt(stiffness[dof] * moving[dof])
+            for dof, ratio in DAMPING_RATIOS.items()
         }
 
     def periods(self) -> dict[str, float]:

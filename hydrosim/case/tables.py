@@ -12,7 +12,7 @@ from hydrosim.presentation.document import Sentence, Table, Value
 from hydrosim.presentation.layout import text_of
 from hydrosim.presentation.units import DEFAULT, Units
 
-SEA = {
+SEA_ROWS = {
     "spectrum": ("spectrum", ""),
     "significant_height": ("significant height", "m"),
     "peak_period": ("peak period", "s"),
@@ -22,7 +22,7 @@ SEA = {
     "heading": ("goes to", "rad"),
     "seed": ("seed", ""),
 }
-SHORT = {
+SEA_LINE_LABELS = {
     "spectrum": "",
     "significant_height": "Hs",
     "peak_period": "Tp",
@@ -32,7 +32,7 @@ SHORT = {
     "seed": "seed",
 }
 """What a line on a sea says, and how."""
-WATER = {
+WATER_ROWS = {
     "water_depth": ("Water depth", "m"),
     "water_density": ("Water density", "kg/m^3"),
     "gravity": ("Gravity", "m/s^2"),
@@ -47,9 +47,9 @@ BODY = {
     "hydrostatics": "",
     "weight": "",
 }
-USUAL = {"heading": 0.0}
+DEFAULTS_NOT_SHOWN = {"heading": 0.0}
 """What is not worth a row where it is so."""
-DIGITS = 6
+CELL_DIGITS = 6
 
 
 def case_tables(data: Mapping[str, Any]) -> Iterator[Table]:
@@ -66,7 +66,7 @@ def case_tables(data: Mapping[str, Any]) -> Iterator[Table]:
 def seas(data: Mapping[str, Any], units: Units = DEFAULT) -> list[str]:
     """The waves of a resolved case, a line for each: "jonswap, Hs 1.5 m, Tp 8 s, ..."."""
     trains = (data.get("environment") or {}).get("waves") or []
-    return [text_of(_train(train, SHORT), units) for train in trains]
+    return [text_of(_train(train, SEA_LINE_LABELS), units) for train in trains]
 
 
 def plain(text: str) -> dict[str, Any]:
@@ -91,7 +91,7 @@ def file_name(text: str) -> str:
 
 
 def _environment(water: Any) -> Iterator[tuple[str, Sentence]]:
-    for key, (label, unit) in WATER.items():
+    for key, (label, unit) in WATER_ROWS.items():
         if key in (water or {}):
             yield label, _told(water[key], unit)
     for key in ("current", "wind"):
@@ -108,7 +108,7 @@ def _environment(water: Any) -> Iterator[tuple[str, Sentence]]:
             parts = (gusts.get("spectrum", ""), str(gusts.get("seed", "")))
             yield "Gusts", Sentence("{}, seed {}", parts)
     waves = (water or {}).get("waves") or []
-    labels = {key: label for key, (label, _) in SEA.items()}
+    labels = {key: label for key, (label, _) in SEA_ROWS.items()}
     for k, train in enumerate(waves if isinstance(waves, list) else [waves]):
         yield f"Waves {k + 1}", _train(train, labels)
 
@@ -117,13 +117,13 @@ def _train(train: Mapping[str, Any], labels: Mapping[str, str]) -> Sentence:
     """A train of waves: each of its ``labels`` with the value."""
     known = [key for key in labels if key in train]
     text = ", ".join(f"{labels[key]} {{}}".strip() for key in known)
-    return Sentence(text, [_value(train[key], SEA[key][1]) for key in known])
+    return Sentence(text, [_value(train[key], SEA_ROWS[key][1]) for key in known])
 
 
 def _bodies(bodies: Any) -> Iterator[tuple[str, Sentence]]:
     for name, body in (bodies or {}).items():
         for key, unit in BODY.items():
-            if body.get(key) not in (None, USUAL.get(key)):
+            if body.get(key) not in (None, DEFAULTS_NOT_SHOWN.get(key)):
                 yield f"{name}, {key.replace('_', ' ')}", _told(body[key], unit)
 
 
@@ -150,4 +150,4 @@ def _value(value: Any, unit: str) -> Value | str:
         return file_name(value)
     if isinstance(value, bool) or not isinstance(value, int | float):
         return str(value)
-    return str(value) if isinstance(value, int) and not unit else Value(value, unit, DIGITS)
+    return str(value) if isinstance(value, int) and not unit else Value(value, unit, CELL_DIGITS)

@@ -18,7 +18,7 @@ from hydrosim.documents.units import Quantity, problem
 from hydrosim.errors import InputError
 from hydrosim.scene import FreeSurface
 
-SEA = "sea"
+SEA_NAME = "sea"
 PLACING = ("scale", "axes", "offset", "waterline")  # keys of a mesh
 Level = Annotated[float, Quantity("level", "m", "3 m", at_least=0)]
 Volume = Annotated[float, Quantity("volume", "m^3", "100 m^3", at_least=0)]
@@ -238,7 +238,7 @@ class Pump(Strict):
 
     def build(self, name: str) -> scene.Pump:
         """As a scene has it."""
-        source, target = (None if end == SEA else end for end in (self.source, self.target))
+        source, target = (None if end == SEA_NAME else end for end in (self.source, self.target))
         start, stop = (_end(end) for end in (self.start, self.stop))
         return scene.Pump(name, self.rate, source, target, 0.0 if start is None else start, stop)
 

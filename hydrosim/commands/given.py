@@ -31,15 +31,15 @@ def given_database(file: Path, given: Sequence[str]) -> ChangedDatabase:
     `hydrodynamics` in a case. Raises InputError that names the option."""
     from hydrosim.case.hydrodynamics import DatabaseFile
     from hydrosim.documents.layers import apply_setting
-    from hydrosim.documents.nodes import GIVEN, compose
+    from hydrosim.documents.nodes import COMMAND_LINE_PREFIX, compose
     from hydrosim.documents.validate import validate_document
 
-    document = compose(json.dumps({"file": str(file)}), GIVEN)
+    document = compose(json.dumps({"file": str(file)}), COMMAND_LINE_PREFIX)
     assert document is not None
     for setting in given:
         if setting.partition("=")[0].strip() == "file":
             raise InputError(
-                f"{GIVEN}{setting}: found file; expected another key. The file is the argument."
+                f"{COMMAND_LINE_PREFIX}{setting}: found file; expected another key. The file is the argument."
             )
-        document = apply_setting(document, setting, GIVEN)
+        document = apply_setting(document, setting, COMMAND_LINE_PREFIX)
     return validate_document(document, DatabaseFile).build(lambda _: file)

@@ -10,7 +10,9 @@ from typing import Any
 
 from hydrosim.errors import InputError
 
-ABSENT = re.compile(r"No variable named '(\w+)'|'Dataset' object has no attribute '(\w+)'")
+MISSING_VARIABLE = re.compile(
+    r"No variable named '(\w+)'|'Dataset' object has no attribute '(\w+)'"
+)
 """What xarray says of a variable that a dataset lacks."""
 
 
@@ -22,13 +24,13 @@ def tells_absent_variables(command: Callable[..., Any]) -> Callable[..., Any]:
         try:
             return command(**given)
         except (KeyError, AttributeError) as error:
-            absent = ABSENT.search(str(error))
+            absent = MISSING_VARIABLE.search(str(error))
             if absent is None:
                 raise
             path = next(value for value in given.values() if isinstance(value, Path))
-            from hydrosim.results.validation import REMEDY  # loads the models of cases
+            from hydrosim.results.validation import CHANGED_FILE_HINT  # loads the models of cases
 
             found = f"found no variable {absent[1] or absent[2]}, which this page needs"
-            raise InputError(f"{path}: {found}. {REMEDY}") from error
+            raise InputError(f"{path}: {found}. {CHANGED_FILE_HINT}") from error
 
     return show

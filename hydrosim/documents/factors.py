@@ -11,7 +11,7 @@ from pathlib import Path
 from hydrosim.cache import store, stored
 from hydrosim.program import digest_of_sources, version_of
 
-MOST = 1000  # factors in the file
+MAX_FACTORS = 1000  # factors in the file
 
 
 def stored_factor(unit: str, si: str) -> float | None:
@@ -23,7 +23,7 @@ def keep(unit: str, si: str, factor: float) -> None:
     """Store that a number in ``unit`` times ``factor`` is in ``si``."""
     factors = _factors()
     factors[_key(unit, si)] = factor
-    if len(factors) <= MOST:
+    if len(factors) <= MAX_FACTORS:
         store(_name(), json.dumps(factors).encode())
 
 

@@ -26,11 +26,11 @@ from pydantic import BaseModel
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaWarningKind
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
-REFERENCE = "#/$defs/"
+DEFINITION_PREFIX = "#/$defs/"
 NULL = {"type": "null"}
 EXTENDS = {"type": "string", "description": "The file that this one is laid over, key by key."}
-ALIKE = {"oneOf": "anyOf"}  # validators, not schemas, distinguish lists and mappings
-KEPT = ("description", "default")  # of a key, beside the reference to its value
+EQUIVALENT_KEYWORDS = {"oneOf": "anyOf"}  # validators, not schemas, distinguish lists and mappings
+REFERENCE_SIBLINGS = ("description", "default")  # of a key, beside the reference to its value
 EXAMPLE = " Example: "
 SEVERAL = ("prefixItems", "items", "anyOf")  # where a list or an alternative contains quantities
 Schema = dict[str, Any]
@@ -103,8 +103,8 @@ def json_schema(model: type[BaseModel], title: str) -> Schema:
         "title": title,
         "type": "object",
         "if": {"required": ["extends"]},
-        "then": {"$ref": f"{REFERENCE}Over"},
-        "else": {"$ref": f"{REFERENCE}Whole"},
+        "then": {"$ref": f"{DEFINITION_PREFIX}Over"},
+        "else": {"$ref": f"{DEFINITION_PREFIX}Whole"},
         "$defs": {"Whole": whole, "Over": over, **shared, **parts},
     }
 
@@ -114,7 +114,7 @@ def either_schema(title: str, key: str, with_it: Schema, without: Schema) -> Sch
     found: Schema = {"$schema": DIALECT, "title": title, "type": "object"}
     found |= {"if": {"required": [key]}, "$defs": {}}
     for branch, prefix, schema in (("then", "With_", with_it), ("else", "Without_", without)):
-        text = json.dumps(schema).replace(REFERENCE, f"{REFERENCE}{prefix}")
+        text = json.dumps(schema).replace(DEFINITION_PREFIX, f"{DEFINITION_PREFIX}{prefix}")
         own = json.loads(text)
         found["$defs"] |= {f"{prefix}{name}": each for name, each in own.pop("$defs").items()}
         found[branch] = {k: x for k, x in own.items() if k in ("if", "then", "else")}
@@ -132,7 +132,7 @@ def _tidy(schema: Any) -> Any:
     if isinstance(named, dict) and "mapping" in named:
         told = {key: schema[key] for key in ("description", "default") if key in schema}
         return {**_chosen(named["propertyName"], named["mapping"]), **told}
-    found = {ALIKE.get(key, key): _tidy(each) for key, each in schema.items()}
+    found = {EQUIVALENT_KEYWORDS.get(key, key): _tidy(each) for key, each in schema.items()}
     if isinstance(found.get("properties"), dict):
         found["properties"] = {k: _without_null(x) for k, x in found["properties"].items()}
     return found
@@ -166,8 +166,8 @@ def _with_short_names(shared: Schema, whole: Schema) -> tuple[Schema, Schema]:
         tried = (short if k == 1 else f"{short}{k}" for k in count(1))
         names[long] = next(name for name in tried if name not in names.values())
     text = json.dumps([{names[long]: each for long, each in shared.items()}, whole])
-    pattern = re.compile(rf'"{re.escape(REFERENCE)}([^"]*)"')
-    short_text = pattern.sub(lambda found: f'"{REFERENCE}{names[found[1]]}"', text)
+    pattern = re.compile(rf'"{re.escape(DEFINITION_PREFIX)}([^"]*)"')
+    short_text = pattern.sub(lambda found: f'"{DEFINITION_PREFIX}{names[found[1]]}"', text)
     renamed, rest = json.loads(short_text)
     return renamed, rest
 
@@ -179,16 +179,16 @@ def _share_parts(schema: Any, known: dict[str, Schema]) -> Any:
         return [_share_parts(each, known) for each in schema]
     if not isinstance(schema, dict):
         return schema
-    own = {key: each for key in KEPT if (each := schema.get(key)) is not None}
+    own = {key: each for key in REFERENCE_SIBLINGS if (each := schema.get(key)) is not None}
     rest = {key: _share_parts(x, known) for key, x in schema.items() if key not in own}
     if isinstance(schema.get("quantity"), str):
-        return {"$ref": f"{REFERENCE}{_quantity(own | rest, known)}"} | own
+        return {"$ref": f"{DEFINITION_PREFIX}{_quantity(own | rest, known)}"} | own
     if "prefixItems" in rest:
         name = _known_as(f"list_of_{len(rest['prefixItems'])}", rest, known)
-        return {"$ref": f"{REFERENCE}{name}"} | own
+        return {"$ref": f"{DEFINITION_PREFIX}{name}"} | own
     if "allOf" in rest:
         name = _known_as(f"by_{rest['required'][0]}", rest, known)
-        return {"$ref": f"{REFERENCE}{name}"} | own
+        return {"$ref": f"{DEFINITION_PREFIX}{name}"} | own
     return own | rest
 
 
@@ -196,7 +196,7 @@ def _quantity(schema: Schema, known: dict[str, Schema]) -> str:
     """The name of the definition of a quantity."""
     what, unit = schema["quantity"], schema["unit"]
     said = f"{what} in {unit}, or with a unit" if unit else what
-    kept = {key: x for key, x in schema.items() if key not in KEPT}
+    kept = {key: x for key, x in schema.items() if key not in REFERENCE_SIBLINGS}
     definition = {"description": f"{said[0].upper()}{said[1:]}.", **kept}
     return _known_as(re.sub(r"\W+", "_", f"{what} {unit}").strip("_"), definition, known)
 
@@ -221,7 +221,7 @@ def _units_of(value: Any, known: Mapping[str, Schema]) -> Iterator[str]:
         for each in value:
             yield from _units_of(each, known)
     elif isinstance(value, dict):
-        definition = known.get(value.get("$ref", "").removeprefix(REFERENCE), {})
+        definition = known.get(value.get("$ref", "").removeprefix(DEFINITION_PREFIX), {})
         yield from [definition["unit"]] if definition.get("unit") else []
         for key in SEVERAL:
             yield from _units_of(definition.get(key), known)
@@ -238,7 +238,7 @@ def _with_mappings(shared: Mapping[str, Schema]) -> set[str]:
 
 
 def _refers(text: str, names: set[str]) -> bool:
-    return any(f'"{REFERENCE}{name}"' in text for name in names)
+    return any(f'"{DEFINITION_PREFIX}{name}"' in text for name in names)
 
 
 def _partial(schema: Schema, name: str, deep: set[str]) -> Schema:
@@ -248,7 +248,7 @@ def _partial(schema: Schema, name: str, deep: set[str]) -> Schema:
     for key, value in schema.get("properties", {}).items():
         text = json.dumps(value)
         if '"type": "object"' not in text and not _refers(text, deep):
-            place = {"$ref": f"{REFERENCE}{name}/properties/{key}"}
+            place = {"$ref": f"{DEFINITION_PREFIX}{name}/properties/{key}"}
             found["properties"][key] = _or_none(place)
     return found
 
@@ -262,9 +262,9 @@ def _optional(schema: Any, deep: set[str]) -> Any:
         return schema
     kept = {key: each for key, each in schema.items() if key != "examples"}
     found = {key: each if key == "if" else _optional(each, deep) for key, each in kept.items()}
-    name = str(schema.get("$ref", "")).removeprefix(REFERENCE)
+    name = str(schema.get("$ref", "")).removeprefix(DEFINITION_PREFIX)
     if name in deep:
-        found["$ref"] = f"{REFERENCE}Part_{name}"
+        found["$ref"] = f"{DEFINITION_PREFIX}Part_{name}"
     if schema.get("type") == "object":
         found.pop("required", None)
         found["properties"] = {k: _or_none(x) for k, x in found.get("properties", {}).items()}

@@ -21,10 +21,14 @@ from hydrosim.documents.units import value_text
 from hydrosim.errors import InputError
 
 EXTENDS = "extends"
-LONG = 200  # characters of a setting in a message
+MAX_SETTING_LETTERS = 200  # characters of a setting in a message
 MAP = "tag:yaml.org,2002:map"
 TEXT = "tag:yaml.org,2002:str"
-KINDS = {"type", "law", "spectrum"}  # a mapping with one of these keys replaces the one below
+REPLACING_KEYS = {
+    "type",
+    "law",
+    "spectrum",
+}  # a mapping with one of these keys replaces the one below
 NAMED = {"bodies", "forces", "joints"}  # mappings whose keys are names given by the user
 # keys of files, which are relative to the folder of their own file
 FILES = {"hydrodynamics", "file", "case", "run", "mesh", "recipe"}
@@ -68,7 +72,9 @@ def apply_setting(node: Node, setting: str, option: str = SETTING) -> Node:
     it is an index into a list. The value is YAML, and null removes the key. Raises InputError for
     an unknown key, with the keys that exist."""
     key, _, text = setting.partition("=")
-    name = option + (setting if len(setting) <= LONG else f"{setting[:LONG]}...")
+    name = option + (
+        setting if len(setting) <= MAX_SETTING_LETTERS else f"{setting[:MAX_SETTING_LETTERS]}..."
+    )
     value = compose(text, name)
     if not key.strip() or value is None:
         raise InputError(f"{name}: found no key or no value; expected KEY=VALUE; null removes")
@@ -132,7 +138,7 @@ def _with_folder(node: Node, folder: Path) -> Node:
 def _overlay(base: Node | None, over: Node) -> Node:
     if not isinstance(base, MappingNode) or not isinstance(over, MappingNode):
         return over
-    if KINDS & entries(over).keys():
+    if REPLACING_KEYS & entries(over).keys():
         return over
     result = entries(base)
     for key, (name, value) in entries(over).items():

@@ -11,8 +11,8 @@ from yaml.nodes import CollectionNode, MappingNode, Node, ScalarNode
 
 MOST_TEXT = 250_000  # characters: read in a few seconds
 MOST_VALUES = 100_000  # values, with aliases expanded
-DEEPEST = 40  # nested lists and mappings
-LONGEST = {"key": 100, "text": 10_000}  # characters
+MAX_NESTING = 40  # nested lists and mappings
+MAX_LETTERS = {"key": 100, "text": 10_000}  # characters
 
 
 def too_long(text: str) -> str:
@@ -57,8 +57,8 @@ def _measure(
         count = count + inside
         depth = max(depth, deep + 1)
     sizes[id(node)] = count, depth
-    if depth > DEEPEST:
-        yield node.start_mark, f"found {depth} levels in each other; expected {DEEPEST} at most"
+    if depth > MAX_NESTING:
+        yield node.start_mark, f"found {depth} levels in each other; expected {MAX_NESTING} at most"
     elif count > MOST_VALUES:
         text = f"found {count:,} values, with what aliases stand for; expected at most"
         yield node.start_mark, f"{text} {MOST_VALUES:,}"
@@ -86,7 +86,7 @@ def _scalars(node: Node, seen: set[int]) -> Iterator[tuple[ScalarNode, str]]:
 
 def _of_text(node: ScalarNode, kind: str) -> Iterator[tuple[yaml.Mark, str]]:
     text = str(node.value)
-    most = LONGEST[kind]
+    most = MAX_LETTERS[kind]
     if len(text) > most:
         yield node.start_mark, f"found a {kind} of {len(text)} characters; expected at most {most}"
     odd = [c for c in text if c not in "\t\n\r" and unicodedata.category(c) in ("Cc", "Cs")]

@@ -23,7 +23,7 @@ Details = Mapping[str, Any]
 
 MANY_UNKNOWN = 4  # keys of one mapping that one message reports
 MANY_KNOWN = 12  # keys are not all listed where one of them is suggested
-SHOWN = 60  # characters of a list
+MAX_LIST_LETTERS = 60  # characters of a list
 
 
 class Problem(NamedTuple):
@@ -165,7 +165,7 @@ def _too_few(value: Any, alike: Sequence[Details]) -> str:
 
 def _flat(value: Sequence[Any]) -> str:
     inside = ", ".join(map(str, value))
-    example = f", [[{inside}]]" if len(inside) < SHOWN else ""
+    example = f", [[{inside}]]" if len(inside) < MAX_LIST_LETTERS else ""
     return f"found a list of values; expected a list of lists; put it in brackets{example}"
 
 

@@ -25,11 +25,11 @@ from hydrosim.documents.limits import excesses, too_long
 from hydrosim.documents.units import NUMBER
 from hydrosim.errors import InputError
 
-WORDS = {"true": True, "false": False, "null": None, "~": None, "": None}
+SCALAR_WORDS = {"true": True, "false": False, "null": None, "~": None, "": None}
 MERGE = "tag:yaml.org,2002:merge"
-WHOLE = re.compile(r"[-+]?\d{1,18}", re.ASCII)
+INTEGER_TEXT = re.compile(r"[-+]?\d{1,18}", re.ASCII)
 SETTING = "--set "
-GIVEN = "--given "
+COMMAND_LINE_PREFIX = "--given "
 """Prefix of the name of a text that came from the command line."""
 
 
@@ -73,9 +73,9 @@ def _scalar(node: ScalarNode) -> str | float | bool | None:
     text = str(node.value)
     if node.style is not None:
         return text
-    if text in WORDS:
-        return WORDS[text]
-    if WHOLE.fullmatch(text):
+    if text in SCALAR_WORDS:
+        return SCALAR_WORDS[text]
+    if INTEGER_TEXT.fullmatch(text):
         return int(text)
     return float(text) if NUMBER.fullmatch(text) else text
 
@@ -108,7 +108,11 @@ def locate(node: Node, keys: Sequence[str | int]) -> tuple[str, yaml.Mark]:
 
 def place_text(mark: yaml.Mark) -> str:
     """``file:line``; a setting of the command line has no lines."""
-    return mark.name if mark.name.startswith((SETTING, GIVEN)) else f"{mark.name}:{mark.line + 1}"
+    return (
+        mark.name
+        if mark.name.startswith((SETTING, COMMAND_LINE_PREFIX))
+        else f"{mark.name}:{mark.line + 1}"
+    )
 
 
 def wrong(mark: yaml.Mark, text: str) -> InputError:

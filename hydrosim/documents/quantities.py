@@ -24,7 +24,7 @@ from pydantic import (
 from hydrosim.documents.units import Cyclic, Quantity, problem
 from hydrosim.dofs import DOFS
 
-NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+NAME_PATTERN = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 _PER_HZ = 0.5 / math.pi  # of a density over frequency in Hz, in one over rad/s
 
 Length = Annotated[float, Quantity("length", "m", "12.4 m")]
@@ -272,7 +272,7 @@ def _round(values: tuple[float, ...]) -> tuple[float, ...]:
 
 
 def _valid_name(name: str) -> str:
-    if not NAME.fullmatch(name):
+    if not NAME_PATTERN.fullmatch(name):
         raise problem(f'the name "{name}"', "letters, digits and _, beginning with a letter")
     return name
 

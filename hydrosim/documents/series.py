@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hydrosim.documents.text import (
-    TIME,
+    TIME_COLUMN,
     Source,
     Table,
     name_and_unit,
@@ -36,13 +36,13 @@ from hydrosim.dofs import DOFS
 if TYPE_CHECKING:
     import xarray as xr
 
-TURNS = ("angle", "first_angle", "second_angle", "rotation_x", "rotation_y", "rotation_z")
+ANGLE_SUFFIXES = ("angle", "first_angle", "second_angle", "rotation_x", "rotation_y", "rotation_z")
 """Last words of the names of motions of joints that are angles."""
 NETCDF = (b"\x89HDF", b"CDF\x01", b"CDF\x02", b"CDF\x05")
-ENOUGH = 4  # values needed for a cubic
+MIN_CUBIC_VALUES = 4  # values needed for a cubic
 Column = str | int
 # the attribute of statistics whose unit differs from that of their channel
-APART = "statistic_units"
+STATISTIC_UNITS = "statistic_units"
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ def _require_one_unit(source: Source, units: Sequence[str | None]) -> None:
 def _time_column(source: Source, text: Table) -> int:
     for i, name in enumerate(text.names):
         bare, unit = name_and_unit(name)
-        if TIME.fullmatch(bare):
+        if TIME_COLUMN.fullmatch(bare):
             said = text.units[i].strip("[]()") if text.units else unit
             if said not in (None, "", "s", "sec", "seconds"):
                 found = value_text(name if unit else f"{name} {text.units[i]}")
@@ -180,7 +180,9 @@ def unit_of(said: Mapping[str, object], labels: Sequence[str]) -> str:
     the statistic if the last label has its own, else of the degree of freedom, else of the
     variable. Motions of joints and drives are angles or offsets. Older files have "m or rad", or
     "m, rad or s", for translations and rotations."""
-    apart = dict(each.split(": ") for each in str(said.get(APART, "")).split(", ") if each)
+    apart = dict(
+        each.split(": ") for each in str(said.get(STATISTIC_UNITS, "")).split(", ") if each
+    )
     if labels and labels[-1] in apart:
         return apart[labels[-1]]
     row = next((DOFS.index(label) for label in labels if label in DOFS), 0)
@@ -195,7 +197,7 @@ def unit_of(said: Mapping[str, object], labels: Sequence[str]) -> str:
 def _is_turn(label: str) -> bool:
     """True for a motion of a joint, or of a drive, that is an angle."""
     unit, _, motion = label.rpartition(" ")
-    return motion in TURNS or (unit != "" and motion in DOFS[3:])
+    return motion in ANGLE_SUFFIXES or (unit != "" and motion in DOFS[3:])
 
 
 def _labels_along(run: xr.Dataset, dim: str) -> np.ndarray:
@@ -215,5 +217,7 @@ def _check(
         require_finite(source, numbers, lines)
         require_usual(source, numbers, lines=lines)
     require_rising(source, time, lines)
-    if time.size < ENOUGH:
-        source.wrong(f"found {time.size} times; expected {ENOUGH} or more, for a smooth curve")
+    if time.size < MIN_CUBIC_VALUES:
+        source.wrong(
+            f"found {time.size} times; expected {MIN_CUBIC_VALUES} or more, for a smooth curve"
+        )

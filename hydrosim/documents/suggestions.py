@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Iterator
 from difflib import get_close_matches
 
-CLOSE = 0.7  # similarity of words, 0 to 1: below it no word is suggested
+MIN_SIMILARITY = 0.7  # similarity of words, 0 to 1: below it no word is suggested
 SYNONYMS = {
     "significant_height": "hs hsig hm0 h_s swh significant_wave_height wave_height",
     "peak_period": "tp t_p wave_period",
@@ -123,7 +123,7 @@ def _closest_words(word: str, known: list[str]) -> Iterator[str]:
     yield from [plain[word]] if word in plain else []
     yield from (name for name in known if word in SYNONYMS.get(name, "").split())
     yield from (name for name in known if "_" in word and _has_words(name, word))
-    yield from (plain[name] for name in get_close_matches(word, plain, n=1, cutoff=CLOSE))
+    yield from (plain[name] for name in get_close_matches(word, plain, n=1, cutoff=MIN_SIMILARITY))
 
 
 def _has_words(name: str, word: str) -> bool:

@@ -23,14 +23,14 @@ import numpy as np
 from hydrosim.documents.files import no_file
 from hydrosim.documents.nodes import with_hint
 from hydrosim.documents.suggestions import suggestion
-from hydrosim.documents.units import LARGEST, LARGEST_OF, factor, value_text
+from hydrosim.documents.units import LARGEST_OF, MAX_QUANTITY, factor, value_text
 from hydrosim.errors import InputError
 
 REMARKS = ("#", "%", "!")
 SEPARATORS = (";", ",", "\t", None)
 RULE = re.compile(r"[-=_+|\s]*")
 IN_BRACKETS = re.compile(r"(?P<name>.*?)\s*(?:\[(?P<unit>[^\]]*)\]|\((?P<round>[^)]*)\))\s*")
-TIME = re.compile(r"(?:time|t)", re.IGNORECASE)
+TIME_COLUMN = re.compile(r"(?:time|t)", re.IGNORECASE)
 DATE = re.compile(r"\d{4}-\d\d-\d\d")
 DATED = ", or a date such as 2020-01-31T12:00"
 EPOCH = np.datetime64("1970-01-01", "ms")
@@ -178,7 +178,7 @@ def require_usual(
     source: Source, numbers: np.ndarray, unit: str = "", lines: Sequence[int] | None = None
 ) -> None:
     """Refuses numbers (n,) in the SI ``unit`` that exceed the largest value allowed in a case."""
-    largest = LARGEST_OF.get(unit, LARGEST)
+    largest = LARGEST_OF.get(unit, MAX_QUANTITY)
     bad = np.flatnonzero(np.abs(numbers) > largest)
     if bad.size:
         where = "" if lines else f" in record {bad[0] + 1}"

@@ -22,14 +22,14 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from hydrosim.documents import factors
 
-LONGEST = 200  # characters of the found value in a message
+MAX_VALUE_LETTERS = 200  # characters of the found value in a message
 NO_NUMBER = {
     ",": "a number has no comma: write 1000 or 1.5",
     ":": "a time is a number and one unit: write 600 s or 10 min",
 }
 TONNE_FORCE = 9810.0  # N: the weight of 1000 kg at 9.81 m/s^2
 # in SI: products of a few such numbers are still finite
-LARGEST = 1e20
+MAX_QUANTITY = 1e20
 SMALLEST = 1e-20
 LARGEST_OF = {"m": 1e7, "m/s": 1e5, "rad": 1e5, "rad/s": 1e7, "kg": 1e15}  # squared, at times
 
@@ -48,7 +48,7 @@ STRICT = ("", "rad", "rad/s", "m^2*s/rad")
 
 def problem(found: str, expected: str, remedy: str = "") -> PydanticCustomError:
     """A validation error in the words of this package."""
-    found = found if len(found) <= LONGEST else f"{found[:LONGEST]}..."
+    found = found if len(found) <= MAX_VALUE_LETTERS else f"{found[:MAX_VALUE_LETTERS]}..."
     text = f"found {found}; expected {expected}" + (f"; {remedy}" if remedy else "")
     return PydanticCustomError("hydrosim", "{text}", {"text": text})
 
@@ -110,7 +110,7 @@ class Quantity:
         number = self._convert(value) if isinstance(value, str) else self._plain(value)
         if not isfinite(number):
             raise self._wrong(value, "give a finite number")
-        if abs(number) > (largest := LARGEST_OF.get(self.unit, LARGEST)):
+        if abs(number) > (largest := LARGEST_OF.get(self.unit, MAX_QUANTITY)):
             raise self._wrong(value, f"it must be {largest:g} or less in SI")
         if self.above is not None and not number > self.above:
             raise self._wrong(value, f"it must be above {self.above:g}")

@@ -25,7 +25,7 @@ from hydrosim.forces.given.external import Coupling, External
 from hydrosim.forces.given.view import BodyState
 
 USUAL_STEP = 1e-3  # s, of MoorDyn where its file gives none
-NEAR = 1e-9  # of a step: longer steps by less than this are one step
+EQUAL_STEP_RTOL = 1e-9  # of a step: longer steps by less than this are one step
 
 
 def moordyn(
@@ -130,7 +130,7 @@ class MoorDyn:
                 f"MoorDyn is at {self._time:g} s and cannot go back to {t:g} s; make a new"
                 " hydrosim.moordyn for each run"
             )
-        pieces = max(ceil(step / self._own_step * (1.0 - NEAR)), 1)
+        pieces = max(ceil(step / self._own_step * (1.0 - EQUAL_STEP_RTOL)), 1)
         short = float(f"{step / pieces:.12g}")  # it takes one step more for a rounding above dtM
         before = self._place
         for k in range(pieces):

@@ -14,13 +14,19 @@ from matplotlib.figure import Figure
 from hydrosim.compare.comparison import ChannelResult, Comparison
 from hydrosim.outputs import Output, save_picture
 from hydrosim.plot.layout import DPI
-from hydrosim.plot.panels import DIGITS, labelled, thinned, wrapped
+from hydrosim.plot.panels import PLAIN_NUMBER_POWERS, labelled, thinned, wrapped
 from hydrosim.plot.styles import COLOURS
 from hydrosim.presentation.units import DEFAULT, DisplayUnit, Units
 
 CHANNELS = 8  # in a picture
-WIDTH, HEIGHT = 11.0, 2.3  # inches of the picture, and of a channel in it
-CLOSE, SHARE = 120, 0.04  # times in a close-up, at least, and its fraction of all times
+COMPARISON_WIDTH_INCH, CHANNEL_HEIGHT_INCH = (
+    11.0,
+    2.3,
+)  # inches of the picture, and of a channel in it
+MIN_CLOSE_UP_TIMES, CLOSE_UP_FRACTION = (
+    120,
+    0.04,
+)  # times in a close-up, at least, and its fraction of all times
 
 
 def draw_comparison(
@@ -31,7 +37,11 @@ def draw_comparison(
     furthest = sorted(found.results, key=lambda name: -found.results[name].error)[:CHANNELS]
     shown = [result for name, result in found.results.items() if name in furthest]
     more = len(found.results) - len(shown)
-    figure = Figure((WIDTH, HEIGHT * len(shown) + 0.8), dpi=DPI, layout="constrained")
+    figure = Figure(
+        (COMPARISON_WIDTH_INCH, CHANNEL_HEIGHT_INCH * len(shown) + 0.8),
+        dpi=DPI,
+        layout="constrained",
+    )
     FigureCanvasAgg(figure)
     figure.suptitle(
         wrapped(
@@ -65,7 +75,7 @@ def _whole(
 
 
 def _close(over: Axes, under: Axes, time: np.ndarray, result: ChannelResult, factor: float) -> None:
-    count = max(CLOSE, int(SHARE * time.size))
+    count = max(MIN_CLOSE_UP_TIMES, int(CLOSE_UP_FRACTION * time.size))
     first = int(np.searchsorted(time, result.figures.peak_time)) - count // 2
     first = max(min(first, time.size - count), 0)
     _draw(over, under, time, result, factor, slice(first, first + count))
@@ -92,4 +102,4 @@ def _draw(
         axis.margins(x=0.0)
         axis.grid(alpha=0.3)
         axis.spines[["top", "right"]].set_visible(False)
-        axis.ticklabel_format(axis="y", scilimits=DIGITS, useOffset=False)
+        axis.ticklabel_format(axis="y", scilimits=PLAIN_NUMBER_POWERS, useOffset=False)

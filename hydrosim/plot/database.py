@@ -23,15 +23,15 @@ from hydrosim.plot.panels import labelled, wrapped
 from hydrosim.plot.styles import COLOURS
 from hydrosim.presentation.units import DEFAULT, Units
 
-WIDTH, HEIGHT = 7.0, 2.6  # inches of a panel
+TABLE_PANEL_WIDTH_INCH, TABLE_PANEL_HEIGHT_INCH = 7.0, 2.6  # inches of a panel
 HEADINGS = (0.0, 90.0, 180.0)  # deg: the nearest headings of the database are drawn
 DASHES = ("-", "--", ":")  # number of those headings
-NONE = 1e-3  # of a panel's largest value: lines below it are not drawn
-SEEN = 0.1  # of a line's largest value: below it the phase means little
-KINDS = (range(3), range(3, 6))  # translations and rotations
+NEGLIGIBLE_LINE_FRACTION = 1e-3  # of a panel's largest value: lines below it are not drawn
+MIN_PHASE_AMPLITUDE = 0.1  # of a line's largest value: below it the phase means little
+DOF_RANGES = (range(3), range(3, 6))  # translations and rotations
 DECADES = 1e4  # of a logarithmic panel
 
-COEFFICIENTS = Units({"rad": "rad"})
+COEFFICIENT_UNITS = Units({"rad": "rad"})
 """Coefficients are read per radian, as in all programs that compute them."""
 Lines = dict[str, tuple[np.ndarray, str, str]]
 """Lines by name: values (nw,), colour and dashes."""
@@ -64,11 +64,15 @@ class _Column(NamedTuple):
 def draw_database(db: HydroDatabase, output: Path | Output) -> None:
     """Draw added mass, damping, amplitude and phase of the excitation, and mean drift. The suffix
     of the file name is the format. The file appears under its name when it is complete."""
-    columns = [_Column(db, body, dofs) for body in range(db.bodies) for dofs in KINDS]
+    columns = [_Column(db, body, dofs) for body in range(db.bodies) for dofs in DOF_RANGES]
     rows = [_added_mass, _damping]
     rows += [_amplitude, _phase] if db.heading.size else []
     rows += [_drift] if db.mean_drift is not None else []
-    figure = Figure((WIDTH * len(columns), HEIGHT * len(rows) + 0.6), DPI, layout="constrained")
+    figure = Figure(
+        (TABLE_PANEL_WIDTH_INCH * len(columns), TABLE_PANEL_HEIGHT_INCH * len(rows) + 0.6),
+        DPI,
+        layout="constrained",
+    )
     FigureCanvasAgg(figure)
     axes = figure.subplots(len(rows), len(columns), squeeze=False, sharex=True)
     for column, of_column in zip(columns, axes.T, strict=True):
@@ -107,7 +111,7 @@ def _phase(column: _Column, axis: Axes) -> None:
     unit, factor = DEFAULT.display_unit("rad")
     loads = _drawn(_excitation(column))
     for name, (load, colour, dash) in loads.items():
-        seen = np.abs(load) > SEEN * np.abs(load).max()
+        seen = np.abs(load) > MIN_PHASE_AMPLITUDE * np.abs(load).max()
         frequency, phase = _broken(column.db.frequency, np.where(seen, np.angle(load), np.nan))
         axis.plot(frequency, factor * phase, dash, color=colour, linewidth=1.2, label=name)
     axis.set_ylabel(labelled("phase of excitation\nlead to crest", unit))
@@ -154,12 +158,16 @@ def _headings(db: HydroDatabase) -> Iterator[int]:
 def _drawn(lines: Lines) -> Lines:
     """Lines that are not noise."""
     largest = max(np.abs(values).max() for values, *_ in lines.values())
-    return {name: line for name, line in lines.items() if np.abs(line[0]).max() > NONE * largest}
+    return {
+        name: line
+        for name, line in lines.items()
+        if np.abs(line[0]).max() > NEGLIGIBLE_LINE_FRACTION * largest
+    }
 
 
 def _plot(column: _Column, axis: Axes, what: str, unit: str, lines: Lines) -> None:
     lines = _drawn(lines)
-    unit, factor = COEFFICIENTS.display_unit(unit)
+    unit, factor = COEFFICIENT_UNITS.display_unit(unit)
     largest = max((np.abs(values).max() for values, *_ in lines.values()), default=1.0)
     power = 3 * floor(log10(factor * largest) / 3)
     for name, (values, colour, dash) in lines.items():

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from hydrosim.decay.fit import DecayFit
 from hydrosim.outputs import Output, save_picture
 
-POINTS = 60
+CURVE_POINTS = 60
 DEGREES = 180.0 / np.pi
 
 
@@ -40,7 +40,7 @@ def draw_decay(fit: DecayFit, output: Path | Output) -> None:
 
 def _draw_damping(fit: DecayFit, axis: Axes) -> None:
     """Draw equivalent linear damping, with its 90 % band, up to the largest roll."""
-    amplitudes = np.linspace(0.0, fit.size, POINTS)
+    amplitudes = np.linspace(0.0, fit.size, CURVE_POINTS)
     value, low, high = 100.0 * np.array([fit.terms.damping_ratio(a) for a in amplitudes]).T
     axis.fill_between(DEGREES * amplitudes, low, high, alpha=0.25, label="90 %")
     axis.plot(DEGREES * amplitudes, value, label="p1, p2 and p3")

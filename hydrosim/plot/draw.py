@@ -20,7 +20,7 @@ from hydrosim.plot.pictures import PICTURES, channels
 from hydrosim.results.phases import Phase as Named
 from hydrosim.results.phases import is_operation
 
-COLUMNS = {"_forces": 2}
+LEGEND_COLUMNS = {"_forces": 2}
 ALWAYS = Window()
 
 
@@ -47,7 +47,7 @@ class View:
         return {suffix: f"{suffix}.{self.format}" for suffix in suffixes}
 
 
-USUAL = View()
+DEFAULT_VIEW = View()
 
 
 def draw(
@@ -56,7 +56,7 @@ def draw(
     stem: str,
     origin: Path | None = None,
     overwrite: bool = False,
-    view: View = USUAL,
+    view: View = DEFAULT_VIEW,
 ) -> list[Path]:
     """Write the pictures of ``run`` and return their paths. ``stem``.png is the overview;
     ``stem``_motions.png and so on are the details; ``stem``_channels.png shows requested channels.
@@ -79,7 +79,7 @@ def planned(
     stem: str,
     origin: Path | None = None,
     overwrite: bool = False,
-    view: View = USUAL,
+    view: View = DEFAULT_VIEW,
 ) -> list[Output]:
     """Outputs for all possible pictures of a run; raises as `draw` does."""
     make_folder(folder)
@@ -135,7 +135,11 @@ def _frame(run: xr.Dataset, suffix: str, window: Window) -> Frame:
     said = ", ".join(f"{phase.name} to {phase.end:.0f} s" for phase in shaded[:-1])
     under = [f"phases of {group}: {said}, then {shaded[-1].name}"] if shaded else []
     return Frame(
-        title, [*filter(None, ["; ".join(remarks)]), *under], window, shaded, COLUMNS.get(suffix, 1)
+        title,
+        [*filter(None, ["; ".join(remarks)]), *under],
+        window,
+        shaded,
+        LEGEND_COLUMNS.get(suffix, 1),
     )
 
 

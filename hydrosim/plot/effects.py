@@ -31,7 +31,7 @@ from hydrosim.statistics import effects
 from hydrosim.statistics.effects import EffectRow, PlanRuns, SeedSpread
 
 DECADES = 1.5  # ratio of values above which their axis is logarithmic
-SIZE = (5.0, 3.6)  # inches of a panel
+EFFECT_PANEL_INCH = (5.0, 3.6)  # inches of a panel
 KEY_WIDTH = 3.4  # inches of the key of letters beside the panels
 LINE_HEIGHT, HEIGHT_OF_TITLE = 0.17, 1.0  # inches of a line of the key, of what is above it
 TALLEST, WIDEST = 3, 3  # panels above each other, until there are so many beside each other
@@ -67,7 +67,11 @@ def page(plan: PlanRuns) -> Figure:
     each = len(plan.parameters) if draw is _points else 1
     across = each if draw is _points else _columns(len(plan.figures))
     down = -(-each * len(plan.figures) // across)
-    figure = Figure((SIZE[0] * max(across, 1.3), SIZE[1] * down), dpi=100, layout="constrained")
+    figure = Figure(
+        (EFFECT_PANEL_INCH[0] * max(across, 1.3), EFFECT_PANEL_INCH[1] * down),
+        dpi=100,
+        layout="constrained",
+    )
     FigureCanvasAgg(figure)
     panels = figure.subplots(down, across, squeeze=False).ravel()
     drawn = panels[: each * len(plan.figures)]

@@ -26,8 +26,8 @@ from hydrosim.statistics.explain import (
 )
 
 LITTLE = 1e-3  # of the largest impulse: less is not drawn
-NAME = 9  # letters of a group's name that fit beside a panel
-LONGEST = 100  # letters of a line of the title
+MAX_GROUP_NAME_LETTERS = 9  # letters of a group's name that fit beside a panel
+MAX_TITLE_LETTERS = 100  # letters of a line of the title
 
 
 def draw_explained(
@@ -45,7 +45,9 @@ def draw_explained(
         title = ", ".join(part for part in (str(run.attrs.get("title", "")), name) if part)
         means = f"means over {found.sizes['run']} runs with intervals of 90 %"
         figure.suptitle(
-            "\n".join(fill(t, LONGEST) for t in (title, f"{body} in {direction}: {means}"))
+            "\n".join(
+                fill(t, MAX_TITLE_LETTERS) for t in (title, f"{body} in {direction}: {means}")
+            )
         )
         return save_picture(figure, output, dpi=100)
     panels = [*_pushes(run, body, direction), *_contacts(run, DIRECTION_AXES[direction])]
@@ -79,7 +81,7 @@ def _contacts(run: xr.Dataset, axis: str) -> Iterator[Panel]:
     all_ = run.sel(axis=axis)
     groups = list(dict.fromkeys(run.fender_group.values))
     for group in groups:
-        of = f" {group}"[:NAME] if len(groups) > 1 else ""
+        of = f" {group}"[:MAX_GROUP_NAME_LETTERS] if len(groups) > 1 else ""
         own = all_.sel(fender=run.fender_group == group)
         friction = own.contact_friction.sum("fender")
         ahead = -(own.fender_kinetic * own.slip_load_ahead).sum("fender")

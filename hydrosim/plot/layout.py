@@ -15,7 +15,7 @@ from hydrosim.plot.panels import Panel, Window, wrapped
 from hydrosim.plot.styles import SHADE
 from hydrosim.results.similar_sizes import MIN_SHARE_OF_AXIS
 
-WIDTH, DPI = 10.0, 100  # inches of a picture; dots per inch
+PICTURE_WIDTH_INCH, DPI = 10.0, 100  # inches of a picture; dots per inch
 LABEL = 0.65  # inches from an axis to its label
 LETTER = 0.008  # of the picture: approximate width of a letter in the name of a phase
 
@@ -44,7 +44,7 @@ def picture(panels: Sequence[Panel], frame: Frame | str) -> Figure:
     frame = Frame(frame) if isinstance(frame, str) else frame
     rows = -(-len(panels) // frame.columns)
     heights = [panel.height for panel in panels[:: frame.columns]]
-    figure = Figure((WIDTH, sum(heights) + 0.8), dpi=DPI, layout="constrained")
+    figure = Figure((PICTURE_WIDTH_INCH, sum(heights) + 0.8), dpi=DPI, layout="constrained")
     FigureCanvasAgg(figure)
     ratios = {"height_ratios": heights}
     grid = figure.subplots(rows, frame.columns, sharex=True, squeeze=False, gridspec_kw=ratios)
@@ -60,13 +60,13 @@ def picture(panels: Sequence[Panel], frame: Frame | str) -> Figure:
     for axis in grid[-1]:
         axis.set_xlabel("time [s]")
     grid[0, 0].set_title(
-        "\n".join(wrapped(remark, WIDTH) for remark in frame.remarks),
+        "\n".join(wrapped(remark, PICTURE_WIDTH_INCH) for remark in frame.remarks),
         loc="left",
         fontsize="small",
         color="0.3",
         pad=above,
     )
-    figure.suptitle(wrapped(frame.title, WIDTH))
+    figure.suptitle(wrapped(frame.title, PICTURE_WIDTH_INCH))
     return figure
 
 

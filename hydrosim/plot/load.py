@@ -7,7 +7,7 @@ from pathlib import Path
 import xarray as xr
 
 from hydrosim.errors import InputError
-from hydrosim.results.netcdf import REMEDY, read
+from hydrosim.results.netcdf import RUN_FILE_HINT, read
 
 
 def open_run(path: str | Path) -> xr.Dataset:
@@ -16,6 +16,6 @@ def open_run(path: str | Path) -> xr.Dataset:
     run = read(Path(path))
     if run.sizes["time"] < 2:
         raise InputError(
-            f"{path}: has fewer than two recorded times, so there is nothing to draw; {REMEDY}."
+            f"{path}: has fewer than two recorded times, so there is nothing to draw; {RUN_FILE_HINT}."
         )
     return run

@@ -21,15 +21,19 @@ STYLES = ("-", (0, (6, 2)), (0, (2, 2)), (0, (6, 2, 1, 2)))
 NO_LIMIT = {"below": "v", "above": "^"}
 """Marks of seas whose limit is on a side of the heights."""
 ATTRIBUTES = {"below": "lowest", "above": "highest"}
-ENDS = ("limit", "low", "high")
-SIZE = (7.5, 3.6)  # inches of a panel
+LIMIT_ENDS = ("limit", "low", "high")
+OPERABILITY_PANEL_INCH = (7.5, 3.6)  # inches of a panel
 
 
 def draw_limits(found: xr.Dataset, output: Path | Output) -> None:
     """Draw a panel for each stage, with a line and its interval for each heading and swell. The
     marker at each point shows the criterion that governs there."""
     stages = [str(stage) for stage in found.stage.values]
-    figure = Figure((SIZE[0], SIZE[1] * len(stages) + 0.4), dpi=100, layout="constrained")
+    figure = Figure(
+        (OPERABILITY_PANEL_INCH[0], OPERABILITY_PANEL_INCH[1] * len(stages) + 0.4),
+        dpi=100,
+        layout="constrained",
+    )
     FigureCanvasAgg(figure)
     names = sorted({str(name) for name in found.governing.values.ravel() if name})
     axes = figure.subplots(len(stages), 1, squeeze=False, sharex=True)[:, 0]
@@ -53,7 +57,7 @@ def _panel(axis: Axes, found: xr.Dataset, names: list[str]) -> None:
         colour = COLOURS[k % len(COLOURS)]
         period = at.peak_period.values
         side = np.array([side_of(float(limit), found) for limit in at.limit.values])
-        limit, low, high = (np.where(side == "", at[name].values, np.nan) for name in ENDS)
+        limit, low, high = (np.where(side == "", at[name].values, np.nan) for name in LIMIT_ENDS)
         top = np.minimum(high, found.attrs["highest"]) if found.attrs["runs"] else limit
         axis.fill_between(period, low, top, color=colour, alpha=0.15)
         style = STYLES[k % len(STYLES)]

@@ -20,17 +20,20 @@ from hydrosim.plot.styles import MODES, STYLES, Style, styles
 from hydrosim.presentation.units import DisplayUnit
 from hydrosim.results.envelopes import envelope, means
 
-HEIGHT = 1.6  # inches of a panel
-BAND = 0.35  # inches of a band
-NAMES, ENTRIES = 24, 8  # letters of a line of the legend; entries of a column of it
+PANEL_HEIGHT_INCH = 1.6  # inches of a panel
+BAND_HEIGHT_INCH = 0.35  # inches of a band
+MAX_LEGEND_LETTERS, MAX_LEGEND_ENTRIES = (
+    24,
+    8,
+)  # letters of a line of the legend; entries of a column of it
 LETTERS_PER_INCH = 11.0  # of a title
-WORDS = 20  # letters of a line beside an axis
+MAX_LABEL_LETTERS = 20  # letters of a line beside an axis
 BINS = 800  # of a line: about the number of pixels of a panel
 DENSE = 10  # records in a bin from which on a band is drawn
-COLUMNS = 200  # of bands of modes
-APART = 4  # lines in one panel
-ALIKE = 1e-6  # of the largest value: lines that differ less are drawn once
-DIGITS = (-3, 6)  # powers of ten between which numbers beside an axis are written out
+BAND_COLUMNS = 200  # of bands of modes
+MAX_LINES_PER_PANEL = 4  # lines in one panel
+EQUAL_LINE_RTOL = 1e-6  # of the largest value: lines that differ less are drawn once
+PLAIN_NUMBER_POWERS = (-3, 6)  # powers of ten between which numbers beside an axis are written out
 
 Series = Mapping[str, np.ndarray]
 """Lines (nt,) by their names in the legend. Several lines under one name (n, nt) are drawn as a
@@ -54,7 +57,7 @@ class Panel(NamedTuple):
     """A panel: a function that draws on an axis, and the height of that axis [inch]."""
 
     draw: Callable[[Axes, Window], None]
-    height: float = HEIGHT
+    height: float = PANEL_HEIGHT_INCH
 
 
 def lines(
@@ -80,7 +83,9 @@ def apart(time: np.ndarray, label: str, shown: DisplayUnit, series: Series) -> I
 
 def bands(time: np.ndarray, modes: Series) -> Panel:
     """A band for each contact point, whose height is divided like the time in each mode."""
-    return Panel(partial(_plot_bands, time, modes), max(HEIGHT, BAND * len(modes)))
+    return Panel(
+        partial(_plot_bands, time, modes), max(PANEL_HEIGHT_INCH, BAND_HEIGHT_INCH * len(modes))
+    )
 
 
 def labelled(text: str, unit: str) -> str:
@@ -122,7 +127,7 @@ def thinned(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 def alike(series: Series) -> list[tuple[list[str], np.ndarray]]:
     """Lines, with equal ones merged under all their names."""
-    least = ALIKE * peak(series)
+    least = EQUAL_LINE_RTOL * peak(series)
     groups: list[tuple[list[str], np.ndarray]] = []
     for name, values in series.items():
         for names, first in groups:
@@ -168,8 +173,8 @@ def _plot_lines(
     inside = window.of(time)
     for line in drawn:
         _plot_line(axis, time[inside], line.values[..., inside], line)
-    axis.set_ylabel(label if len(label) < WORDS else fill(label, WORDS))
-    axis.ticklabel_format(axis="y", scilimits=DIGITS)
+    axis.set_ylabel(label if len(label) < MAX_LABEL_LETTERS else fill(label, MAX_LABEL_LETTERS))
+    axis.ticklabel_format(axis="y", scilimits=PLAIN_NUMBER_POWERS)
     if any(line.name for line in drawn):
         _legend(axis)
 
@@ -189,7 +194,7 @@ def _plot_line(axis: Axes, time: np.ndarray, values: np.ndarray, line: _Line) ->
         "color": line.style.colour,
         "linestyle": line.style.dash,
         "linewidth": 0.9,
-        "label": fill(line.name, NAMES),
+        "label": fill(line.name, MAX_LEGEND_LETTERS),
     }
     size = _size(time.size)
     if values.ndim == 1 and size <= DENSE:
@@ -207,7 +212,7 @@ def _plot_line(axis: Axes, time: np.ndarray, values: np.ndarray, line: _Line) ->
 def _plot_bands(time: np.ndarray, modes: Series, axis: Axes, window: Window) -> None:
     inside = window.of(time)
     time = time[inside]
-    edges = np.unique(np.linspace(0, time.size - 1, COLUMNS + 1).astype(int))
+    edges = np.unique(np.linspace(0, time.size - 1, BAND_COLUMNS + 1).astype(int))
     for row, values in enumerate(modes.values()):
         base = np.full(edges.size - 1, -0.4 - row)
         for mode, (name, colour) in MODES.items():
@@ -223,7 +228,7 @@ def _plot_bands(time: np.ndarray, modes: Series, axis: Axes, window: Window) -> 
 
 def _legend(axis: Axes, title: str = "") -> None:
     """Draw the legend beside the panel, where it hides nothing."""
-    columns = -(-len(axis.get_legend_handles_labels()[1]) // ENTRIES)
+    columns = -(-len(axis.get_legend_handles_labels()[1]) // MAX_LEGEND_ENTRIES)
     legend = axis.legend(
         loc="upper left",
         bbox_to_anchor=(1.0, 1.05),

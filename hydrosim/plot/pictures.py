@@ -13,7 +13,16 @@ import xarray as xr
 
 from hydrosim.documents.series import unit_of
 from hydrosim.dofs import DOFS
-from hydrosim.plot.panels import APART, Panel, Series, alike, apart, bands, lines, peak
+from hydrosim.plot.panels import (
+    MAX_LINES_PER_PANEL,
+    Panel,
+    Series,
+    alike,
+    apart,
+    bands,
+    lines,
+    peak,
+)
 from hydrosim.plot.styles import COLOURS
 from hydrosim.presentation.units import DisplayUnit, unit_of_dof, units_of
 from hydrosim.results.channels import names, series
@@ -21,12 +30,12 @@ from hydrosim.results.similar_sizes import group_by_size
 from hydrosim.results.stages import transferred
 from hydrosim.statistics.contact import crawl
 
-STILL = 1e-6  # m or rad: smaller motions count as none
-ROUNDING = 1e-9  # of the largest load of a joint
+NEGLIGIBLE_MOTION = 1e-6  # m or rad: smaller motions count as none
+NEGLIGIBLE_LOAD_RATIO = 1e-9  # of the largest load of a joint
 LITTLE = 1e-3  # of the largest friction: smaller components along an axis are not drawn
 # contacts or lines with panels of their own; if there are more, each group or element has a panel
 MANY = 12
-KINDS = {"displacement": DOFS[:3], "rotation": DOFS[3:]}
+MOTION_DOFS = {"displacement": DOFS[:3], "rotation": DOFS[3:]}
 
 
 def overview(run: xr.Dataset) -> list[Panel]:
@@ -181,7 +190,9 @@ def channels(run: xr.Dataset, chosen: Sequence[str]) -> list[Panel]:
     panels: list[Panel] = []
     for (kind, unit), each in kinds.items():
         several = apart(run.time.values, kind, units_of(run.attrs).display_unit(unit), each)
-        panels += several if len(alike(each)) > APART else [_lines(run, kind, unit, each)]
+        panels += (
+            several if len(alike(each)) > MAX_LINES_PER_PANEL else [_lines(run, kind, unit, each)]
+        )
     return panels
 
 
@@ -216,7 +227,7 @@ def _motions_together(run: xr.Dataset) -> Iterator[Panel]:
     """For each body, a panel of all translations and a panel of all rotations."""
     moving = _moving(run)
     for body in _labels(run, "body"):
-        for kind, dofs in KINDS.items():
+        for kind, dofs in MOTION_DOFS.items():
             own = [dof for dof in dofs if body in moving.get(dof, ())]
             of = f"{body}\n" if run.sizes["body"] > 1 else ""
             if len(own) == 1:
@@ -230,7 +241,7 @@ def _motions_together(run: xr.Dataset) -> Iterator[Panel]:
 def _moving(run: xr.Dataset) -> dict[str, list[str]]:
     """Bodies that move in each degree of freedom; all bodies if none moves at all."""
     reach = run.position.max("time") - run.position.min("time")
-    moves = reach > STILL if (reach > STILL).any() else reach >= 0.0
+    moves = reach > NEGLIGIBLE_MOTION if (reach > NEGLIGIBLE_MOTION).any() else reach >= 0.0
     return {
         str(dof): [str(body) for body in run.body.values[moves.sel(dof=dof)]]
         for dof in run.dof.values
@@ -271,7 +282,7 @@ def _joint_loads(run: xr.Dataset) -> Iterator[Panel]:
     }
     largest = max(float(size.max()) for size in found.values())
     for (label, unit), size in found.items():
-        if float(size.max()) > ROUNDING * largest:
+        if float(size.max()) > NEGLIGIBLE_LOAD_RATIO * largest:
             yield _lines(run, label, unit, _each(size, "joint"))
 
 
@@ -315,14 +326,14 @@ def _crawl(run: xr.Dataset) -> Iterator[Panel]:
     by_axis = {axis: gone.sel(axis=axis) for axis in _labels(run, "axis")}
     largest = max(peak({"": x.values}) for x in by_axis.values())
     for axis, x in by_axis.items():
-        if peak({"": x.values}) > STILL * largest:
+        if peak({"": x.values}) > NEGLIGIBLE_MOTION * largest:
             yield _lines(run, f"crawl {axis}", "m", _by_fender(run, x))
 
 
 def _by_fender(run: xr.Dataset, values: xr.DataArray) -> Series:
     """A line for each contact point; for each group if there are more than one panel can show."""
     each = _each(values, "fender")
-    return each if len(alike(each)) <= APART else _by_group(run, values)
+    return each if len(alike(each)) <= MAX_LINES_PER_PANEL else _by_group(run, values)
 
 
 def _by_spring(values: xr.DataArray, dim: str = "spring") -> Series:

@@ -14,7 +14,7 @@ from hydrosim.outputs import Output, save_picture
 from hydrosim.plot.panels import labelled, wrapped
 from hydrosim.presentation.units import DisplayUnit, Units, unit_of_dof, units_of
 
-STILL = 1e-6  # of the largest motion: it has no phase
+NEGLIGIBLE_RESPONSE_RATIO = 1e-6  # of the largest motion: it has no phase
 
 
 def draw_response(found: xr.Dataset, output: Path | Output) -> None:
@@ -51,7 +51,7 @@ def _draw_motion(
         rao = at.sel(heading=heading)
         label = f"{at.body.values}, waves to {digits_of(angle.factor * heading)} {angle.unit}"
         size.plot(at.frequency, amplitude.factor * rao.rao_amplitude, label=label, linewidth=1.2)
-        moves = rao.rao_amplitude > STILL * float(at.rao_amplitude.max())
+        moves = rao.rao_amplitude > NEGLIGIBLE_RESPONSE_RATIO * float(at.rao_amplitude.max())
         phase.plot(at.frequency, angle.factor * rao.rao_phase.where(moves), ".", markersize=2.5)
 
 

@@ -10,7 +10,7 @@ from hydrosim.documents.text import Source, readable_unit
 from hydrosim.recordings import netcdf
 from hydrosim.recordings.recording import Recording, of_arrays
 
-UNITS = ("units", "unit", "Units", "Unit")  # attributes that may give the unit
+UNIT_ATTRIBUTES = ("units", "unit", "Units", "Unit")  # attributes that may give the unit
 OF_NETCDF = "_NCProperties"
 
 
@@ -40,7 +40,7 @@ def _read(source: Source, form: str, file: h5py.File) -> Recording:
         if isinstance(item, h5py.Dataset) and item.dtype.kind in "iuf" and path[0] != "#":
             name = path.replace("/", ".")
             arrays[name] = item[()]
-            said = next((item.attrs[key] for key in UNITS if key in item.attrs), None)
+            said = next((item.attrs[key] for key in UNIT_ATTRIBUTES if key in item.attrs), None)
             text = said.decode() if isinstance(said, bytes) else said
             units[name] = None if text is None else readable_unit(str(text))
 

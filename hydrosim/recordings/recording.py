@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrosim.documents.text import TIME, Source, name_and_unit
+from hydrosim.documents.text import TIME_COLUMN, Source, name_and_unit
 from hydrosim.documents.units import value_text
 
 
@@ -55,7 +55,7 @@ class Recording:
 
 def is_time(name: str) -> bool:
     """Whether a name is "time", "Time (s)", "test3.t" or similar."""
-    return TIME.fullmatch(name_and_unit(name)[0].rsplit(".")[-1]) is not None
+    return TIME_COLUMN.fullmatch(name_and_unit(name)[0].rsplit(".")[-1]) is not None
 
 
 def of_arrays(

@@ -15,7 +15,7 @@ from hydrosim.report.envelopes import stretch
 from hydrosim.report.evidence import evidence_nodes
 from hydrosim.report.replay import replay_nodes
 from hydrosim.report.scenery import scene_of
-from hydrosim.results.netcdf import REMEDY
+from hydrosim.results.netcdf import RUN_FILE_HINT
 from hydrosim.wording.assumptions import assumption_nodes, case_nodes
 from hydrosim.wording.convergence import convergence
 from hydrosim.wording.main_results import largest_values, main_results, next_steps
@@ -31,7 +31,7 @@ DIMENSIONS = ("time", "body", "dof")
 def run_document(run: xr.Dataset) -> Document:
     """Report of a run, also of one that failed or was interrupted."""
     if missing := [name for name in DIMENSIONS if name not in run.coords]:
-        raise InputError(f"the result has no coordinate {', '.join(missing)}; {REMEDY}.")
+        raise InputError(f"the result has no coordinate {', '.join(missing)}; {RUN_FILE_HINT}.")
     time = run.time.values.astype(float)
     nodes = [*title_block(run), *build_sections(RUN_SECTIONS, ReportData(run))]
     return Document(title_of(run), nodes, _subtitle(run), units_of(run.attrs), time)

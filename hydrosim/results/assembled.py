@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import xarray as xr
 
-KEPT = 16  # sets of indexes
+MAX_CACHED_INDEXES = 16  # sets of indexes
 
 
 def assembled(
@@ -54,7 +54,7 @@ def _dims(name: str, coordinate: Any) -> tuple[str, ...]:
     return (dims,) if isinstance(dims, str) else tuple(dims)
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=MAX_CACHED_INDEXES)
 def _made(indexes: bytes) -> xr.Coordinates:
     import xarray as xr
 

@@ -45,7 +45,7 @@ LINKS = (
     "bushing_*",
     "joint_*",
 )
-USUAL = (
+DEFAULT_CHANNELS = (
     "position.*",
     "velocity.*",
     "wave_elevation",
@@ -56,7 +56,7 @@ USUAL = (
     *LINKS,
 )
 TO = " to "  # between two points
-MOST = 40  # names in a message
+MAX_NAMES_SHOWN = 40  # names in a message
 CAPABLE = {
     "fender": "fender_normal_force",
     "spring": "spring_tension",
@@ -107,7 +107,7 @@ def lowest_value(name: str) -> float:
 
 def names(run: xr.Dataset) -> list[str]:
     """Names of all channels of a run, including derived ones."""
-    derived = (f"{kind}.{of}" for kind, each in KINDS.items() for of in each.names(run))
+    derived = (f"{kind}.{of}" for kind, each in CHANNEL_KINDS.items() for of in each.names(run))
     return [*columns_of(run), *derived]
 
 
@@ -115,8 +115,8 @@ def series(run: xr.Dataset, name: str) -> tuple[np.ndarray, str]:
     """Values (nt,) and unit of the channel ``name`` of a run. Raises InputError that lists the
     channels if the run has no such channel."""
     kind, _, of = name.partition(".")
-    if kind in KINDS and of in KINDS[kind].names(run):
-        return KINDS[kind].values(run, of), KINDS[kind].unit
+    if kind in CHANNEL_KINDS and of in CHANNEL_KINDS[kind].names(run):
+        return CHANNEL_KINDS[kind].values(run, of), CHANNEL_KINDS[kind].unit
     if name in columns_of(run):
         return select(RUN, run, name)
     raise InputError(unknown(run, name))
@@ -137,7 +137,9 @@ def usual(run: xr.Dataset) -> list[str]:
     """Channels of motions, waves, forces, fenders, springs, struts and bushings that are not zero
     throughout."""
     known = columns_of(run)
-    return [name for name in known if _fits(name, USUAL) and select(RUN, run, name)[0].any()]
+    return [
+        name for name in known if _fits(name, DEFAULT_CHANNELS) and select(RUN, run, name)[0].any()
+    ]
 
 
 def chosen(names: Iterable[str], patterns: Sequence[str], option: str) -> list[str]:
@@ -154,7 +156,7 @@ def chosen(names: Iterable[str], patterns: Sequence[str], option: str) -> list[s
 def _some(name: str, known: Sequence[str]) -> list[str]:
     """All names if they are few; else the names of the same kind as ``name``, or "KIND.*" of every
     kind."""
-    if len(known) <= MOST:
+    if len(known) <= MAX_NAMES_SHOWN:
         return list(known)
     alike = [each for each in known if each.partition(".")[0] == name.partition(".")[0]]
     kinds = (f"{each.partition('.')[0]}.*" if "." in each else each for each in known)
@@ -306,7 +308,7 @@ def _utilisation(run: xr.Dataset, unit: str) -> np.ndarray:
     return np.asarray(np.abs(force.values) / float(capacity))
 
 
-KINDS = {
+CHANNEL_KINDS = {
     "speed": Kind(lambda run: _labels(run, "body"), _speed, "m/s"),
     "offset": Kind(lambda run: _labels(run, "body"), _offset, "m"),
     "fender_normal_force": Kind(_groups, _group_force, "N"),

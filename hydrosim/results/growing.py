@@ -11,7 +11,15 @@ import xarray as xr
 from numpy.lib.recfunctions import repack_fields
 
 from hydrosim.errors import InputError
-from hydrosim.results.journal import FIRST, KNOWN, RUNS, entries, first_of, form_of, is_earlier
+from hydrosim.results.journal import (
+    FIRST_RUN_FILE,
+    KNOWN,
+    RUNS,
+    entries,
+    first_of,
+    form_of,
+    is_earlier,
+)
 from hydrosim.results.runs_file import (
     BY_RUN,
     COMPLETE,
@@ -143,7 +151,7 @@ def _empty(count: int, form: np.dtype[np.void]) -> np.ndarray:
 
 def _near(folder: Path) -> str:
     """Suggestion for a user who gave another folder."""
-    meant = sorted(part.parent.name for part in folder.glob(f"*{PARTIAL}/{FIRST}"))
+    meant = sorted(part.parent.name for part in folder.glob(f"*{PARTIAL}/{FIRST_RUN_FILE}"))
     example = f"{folder / meant[0]}" if meant else "RUNS.nc.partial"
     more = f" (others here: {', '.join(meant)})" if len(meant) > 1 else ""
     way = f"the folder of an unfinished sweep, such as {example}{more}"

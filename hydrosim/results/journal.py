@@ -26,14 +26,14 @@ from hydrosim.leftovers import is_marked, is_plain, remove_folder
 from hydrosim.outputs import Output
 from hydrosim.results.assembled import differing
 
-FIRST = "first.nc"
+FIRST_RUN_FILE = "first.nc"
 RUNS = "runs"
 KNOWN = "known.nc"
 RESULT = "result.nc"
-MARKED = {KNOWN: "sweep", RESULT: "sweep", FIRST: "first run"}
+MARKED = {KNOWN: "sweep", RESULT: "sweep", FIRST_RUN_FILE: "first run"}
 """Marks of the other files than `runs`."""
 PARTIAL = ".partial"  # suffix of a file that is being written
-LINE = re.compile(rb"[0-9a-f]{8} {")
+LINE_BEGINNING = re.compile(rb"[0-9a-f]{8} {")
 """Beginning of the lines of `runs`."""
 EARLIER = b'{"the program": '
 """Beginning of `runs` in the version without checksums."""
@@ -58,7 +58,7 @@ class Journal:
         self._first: xr.Dataset | None = None
         self._last: xr.Dataset | None = None
         self._places: dict[int, int] = {}
-        there = [name for name in (FIRST, KNOWN) if (folder / name).exists()]
+        there = [name for name in (FIRST_RUN_FILE, KNOWN) if (folder / name).exists()]
         self._beside = {name: _checksum(folder / name) for name in there}
         self._file = (folder / RUNS).open("a+b")
         if not identity_of(folder):
@@ -73,9 +73,9 @@ class Journal:
         self._file.seek(0)
         self._file.readline()
         whole = self._file.tell()
-        for place, known, values in entries(self._file, self._folder, (FIRST,)):
+        for place, known, values in entries(self._file, self._folder, (FIRST_RUN_FILE,)):
             whole = self._file.tell()
-            if values and (self._folder / FIRST).exists():
+            if values and (self._folder / FIRST_RUN_FILE).exists():
                 self._places[known["run"]] = place
         self._file.truncate(whole)
         if self._places:
@@ -104,7 +104,7 @@ class Journal:
         disk or in the system's buffers."""
         if self._last is None:
             _store_first(kept.found, self._folder)
-            self._beside[FIRST] = _checksum(self._folder / FIRST)
+            self._beside[FIRST_RUN_FILE] = _checksum(self._folder / FIRST_RUN_FILE)
             self._first = self._last = kept.found
         if not _alike(kept.found, self._last):
             return
@@ -141,7 +141,7 @@ class Journal:
 
 def is_empty(folder: Path) -> bool:
     """Whether the journal has no run."""
-    return not (folder / FIRST).exists()
+    return not (folder / FIRST_RUN_FILE).exists()
 
 
 def identity_of(folder: Path) -> dict[str, str]:
@@ -162,7 +162,9 @@ def is_part(path: Path) -> bool:
         name = path.name.removesuffix(PARTIAL)
         return name in MARKED and is_marked(path, MARKED[name])
     begins = _beginning(path)
-    cut_off = not begins or (LINE.match(begins) is not None and not begins.endswith(b"\n"))
+    cut_off = not begins or (
+        LINE_BEGINNING.match(begins) is not None and not begins.endswith(b"\n")
+    )
     return is_plain(path) and (
         cut_off or begins.startswith(EARLIER) or bool(identity_of(path.parent))
     )
@@ -181,7 +183,7 @@ def forget(folder: Path) -> None:
 
 
 def entries(
-    file: BinaryIO, folder: Path, needed: Collection[str] = (FIRST, KNOWN)
+    file: BinaryIO, folder: Path, needed: Collection[str] = (FIRST_RUN_FILE, KNOWN)
 ) -> Iterator[tuple[int, dict[str, Any], bytes]]:
     """Yield place, description and values of each run from the current position on, up to the first
     incomplete entry. Values of a failed run are empty. Raises InputError if no run matches the
@@ -248,7 +250,7 @@ def _forms(of: xr.Dataset) -> list[Any]:
 
 
 def first_of(folder: Path) -> xr.Dataset | None:
-    path = folder / FIRST
+    path = folder / FIRST_RUN_FILE
     if not path.is_file():
         return None
     first = xr.load_dataset(path, engine="netcdf4", decode_times=False)
@@ -257,9 +259,9 @@ def first_of(folder: Path) -> xr.Dataset | None:
 
 
 def _store_first(found: xr.Dataset, folder: Path) -> None:
-    partial = folder / f"{FIRST}{PARTIAL}"
-    path = folder / FIRST
-    marked = found.assign_attrs(history=Output(path, MARKED[FIRST], path).mark)
+    partial = folder / f"{FIRST_RUN_FILE}{PARTIAL}"
+    path = folder / FIRST_RUN_FILE
+    marked = found.assign_attrs(history=Output(path, MARKED[FIRST_RUN_FILE], path).mark)
     marked.to_netcdf(partial, engine="netcdf4", format="NETCDF4")
     partial.replace(path)
 

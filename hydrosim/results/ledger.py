@@ -27,14 +27,16 @@ from hydrosim.scene import Method
 if TYPE_CHECKING:
     import xarray as xr
 
-CLOSED = 1e-4  # of the exchanged energy: larger residuals cause a warning
+MAX_RESIDUAL_FRACTION = 1e-4  # of the exchanged energy: larger residuals cause a warning
 DELAYED = 1e-2  # of the exchanged energy: delays of external forces that give more cause a warning
 STRETCHES = 16  # of a run; intervals overlap by half
-FEWEST = 8  # output times in an interval
-LEAST = 1e-6  # J/kg of all bodies that can move, as at 1.4 mm/s: less counts as no motion
-ROUNDING = 1e-11  # of the largest energy, by integrals of many steps
+MIN_INTERVAL_TIMES = 8  # output times in an interval
+MIN_SPECIFIC_ENERGY = (
+    1e-6  # J/kg of all bodies that can move, as at 1.4 mm/s: less counts as no motion
+)
+ENERGY_RTOL = 1e-11  # of the largest energy, by integrals of many steps
 ADAPTIVE_REMEDY = "Try a smaller solver.tolerance"
-REMEDY = "Try a smaller solver.step"
+SMALLER_STEP_HINT = "Try a smaller solver.step"
 
 
 class Gap(NamedTuple):
@@ -56,7 +58,7 @@ def gap(run: xr.Dataset, least: float = 0.0) -> Gap:
     if time.size < 2:
         return Gap(0.0, 0.0, 0.0, 0.0)
     exchanged = _exchanged(run)
-    rounding = ROUNDING * max(float(np.abs(e).max()) for e in _energies(run).values())
+    rounding = ENERGY_RTOL * max(float(np.abs(e).max()) for e in _energies(run).values())
     parts = list(_stretches(time.size))
     each = [exchanged[j] - exchanged[i] + kinetic[i : j + 1].max() for i, j in parts]
     usual = float(np.median(each))
@@ -73,7 +75,7 @@ def guard(run: xr.Dataset, mass: float = 0.0) -> None:
     warnings if the energy balance is open, if friction adds energy, or if the delay of an external
     force gives or takes much."""
     with np.errstate(over="ignore", invalid="ignore"):  # of a failed run
-        worst = gap(run, LEAST * mass)
+        worst = gap(run, MIN_SPECIFIC_ENERGY * mass)
     run.attrs["energy_residual_relative"] = worst.relative
     warn(run, [*_open(run, worst), *_giving(run), *_delays(run)])
 
@@ -87,11 +89,11 @@ def warn(run: xr.Dataset, more: Iterable[str]) -> None:
 
 def _open(run: xr.Dataset, worst: Gap) -> Iterator[str]:
     """Warning about a gap that is too large."""
-    if worst.relative > CLOSED:
+    if worst.relative > MAX_RESIDUAL_FRACTION:
         yield (
             f"the energy balance is open: from {worst.begin:g} to {worst.end:g} s"
             f" {worst.energy:.2g} J are not accounted for, {worst.relative:.1e} of the energy"
-            f" exchanged; expected at most {CLOSED:g}. Motions may be wrong by more than this"
+            f" exchanged; expected at most {MAX_RESIDUAL_FRACTION:g}. Motions may be wrong by more than this"
             f" fraction. {_remedy(run)}."
         )
 
@@ -105,7 +107,7 @@ def _giving(run: xr.Dataset) -> Iterator[str]:
     for name in run.fender.values:
         lost = run.fender_dissipated.sel(fender=name).values
         fall = np.maximum.accumulate(lost) - lost
-        if fall.max() > CLOSED * exchanged / STRETCHES:
+        if fall.max() > MAX_RESIDUAL_FRACTION * exchanged / STRETCHES:
             at = float(run.time[int(fall.argmax())])
             yield (
                 f"friction of {name} adds energy, {fall.max():.2g} J until {at:g} s; expected"
@@ -140,7 +142,7 @@ def _is_held(run: xr.Dataset, name: str) -> bool:
 def _remedy(run: xr.Dataset) -> str:
     name = str(run.attrs.get("solver_method"))
     adapts = name in [*Method] and Method(name).adapts
-    return ADAPTIVE_REMEDY if adapts else REMEDY
+    return ADAPTIVE_REMEDY if adapts else SMALLER_STEP_HINT
 
 
 def _energies(run: xr.Dataset) -> dict[str, np.ndarray]:
@@ -165,6 +167,6 @@ def _stretches(count: int) -> Iterator[tuple[int, int]]:
     """Indices of the first and last output time of all intervals; the whole run is the first
     interval."""
     yield 0, count - 1
-    length = max((count - 1) // STRETCHES, FEWEST)
+    length = max((count - 1) // STRETCHES, MIN_INTERVAL_TIMES)
     for first in range(0, count - 1 - length, max(length // 2, 1)):
         yield first, first + length

@@ -20,9 +20,11 @@ if TYPE_CHECKING:
     from hydrosim.scene import Scene
     from hydrosim.stepping.dynamics import Model
 
-ROWS = ("double integral", "integral", "velocity before", "velocity")
+HISTORY_ROWS = ("double integral", "integral", "velocity before", "velocity")
 NODE = ("double integral", "integral", "velocity", "acceleration")
-SHORTEST = 1e-6  # of a step of the grid: smaller distances from a point of the grid count as zero
+MIN_NODE_DISTANCE = (
+    1e-6  # of a step of the grid: smaller distances from a point of the grid count as zero
+)
 
 MEMORY_PREFIX = "memory_"
 """Begins the names of all that a run keeps of a convolution."""
@@ -40,7 +42,7 @@ def packed(
     points = np.arange(max(newest + 1 - (history.grid.shape[2] - first), 0), newest + 1)
     time = history.begin[0] + points * history.step
     coords: dict[str, object] = {
-        "memory_row": ("memory_row", list(ROWS), {"long_name": "remembered quantity"}),
+        "memory_row": ("memory_row", list(HISTORY_ROWS), {"long_name": "remembered quantity"}),
         "memory_dof": ("memory_dof", memory_names(scene, model), {"long_name": "coordinate"}),
         "memory_time": ("memory_time", time, {"units": "s", "long_name": "time"}),
         "memory_node_row": ("memory_node_row", list(NODE), {"long_name": "remembered quantity"}),
@@ -83,7 +85,7 @@ def push_again(run: xr.Dataset, until: float, dofs: np.ndarray, history: Velocit
     """Fill the empty ``history`` with the history of ``run`` before the time ``until`` [s]: cubics
     between the points of its grid."""
     time, past = run.memory_time.values, run.memory_past.values
-    count = int(np.searchsorted(time, until - SHORTEST * history.step))
+    count = int(np.searchsorted(time, until - MIN_NODE_DISTANCE * history.step))
     starts, ends = _accelerations(time[:count], past[:, :, :count])
     v, a = np.zeros((2, history.node.shape[2]))
     for i in range(count):

@@ -15,13 +15,13 @@ if TYPE_CHECKING:
 
     from hydrosim.outputs import Output
 
-NEEDED = ("position", "wave_elevation", "energy_kinetic", "energy_residual")
+REQUIRED_VARIABLES = ("position", "wave_elevation", "energy_kinetic", "energy_residual")
 FORMAT, LATEST = "hydrosim run", 2
 """Format of files of runs: "hydrosim run 2". Files of the first format have no such text."""
 RECORDED = ("recorded_from", "recorded_to")
 """Attributes: times of the first and the last record of the run [s]."""
-REMEDY = "expected the result of `hydrosim run`, such as run.nc"
-SHOWN = ("limits of ", "comparison of ")  # results that are no run, and have a report
+RUN_FILE_HINT = "expected the result of `hydrosim run`, such as run.nc"
+REPORTED_KINDS = ("limits of ", "comparison of ")  # results that are no run, and have a report
 
 
 def write(dataset: xr.Dataset, target: Path | Output) -> None:
@@ -33,7 +33,7 @@ def write(dataset: xr.Dataset, target: Path | Output) -> None:
         marked.to_netcdf(path, engine="netcdf4", format="NETCDF4")
 
 
-def read(path: Path, expected: str = REMEDY) -> xr.Dataset:
+def read(path: Path, expected: str = RUN_FILE_HINT) -> xr.Dataset:
     """Dataset of the run in the netCDF file ``path``, in memory. Raises InputError if the file is
     missing, is not netCDF or is not the result of a run. ``expected`` ends the message."""
     if reason := no_file(path):
@@ -44,10 +44,10 @@ def read(path: Path, expected: str = REMEDY) -> xr.Dataset:
         run = xr.load_dataset(path, engine="netcdf4")
     except (OSError, ValueError, RuntimeError) as error:
         raise InputError(f"{path}: cannot be read as netCDF ({error}); {expected}.") from None
-    missing = [name for name in NEEDED if name not in run]
+    missing = [name for name in REQUIRED_VARIABLES if name not in run]
     if missing:
         found = f"is netCDF without {', '.join(missing)}"
-        if (made := content(path) or "").startswith(SHOWN):
+        if (made := content(path) or "").startswith(REPORTED_KINDS):
             found = f"holds the {made}, which `hydrosim report` shows"
         elif "run" in run.dims:
             found = (

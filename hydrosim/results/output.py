@@ -30,7 +30,7 @@ from hydrosim.results.ledger import guard
 from hydrosim.results.netcdf import RECORDED
 from hydrosim.results.phases import group_phases
 from hydrosim.results.stages import staged
-from hydrosim.results.variables import EARTH, describe, unit_coordinates
+from hydrosim.results.variables import EARTH_FRAME, describe, unit_coordinates
 from hydrosim.stepping.blending import STATES as STATES_OF_DRAUGHT
 from hydrosim.stepping.names import (
     force_names,
@@ -257,7 +257,7 @@ def fixed_coordinates(scene: Scene) -> dict[str, object]:
 
 def _probe_places(scene: Scene) -> dict[str, object]:
     x, y = np.array(list(scene.wave_probes.values())).T
-    place = {"units": "m", "long_name": "position of the probe", "frame": EARTH}
+    place = {"units": "m", "long_name": "position of the probe", "frame": EARTH_FRAME}
     return {
         "probe": ("probe", list(scene.wave_probes)),
         "probe_x": ("probe", x, place),

@@ -8,7 +8,7 @@ contact hides no operation at another element.
     compressed       until the fenders stick nearly all the time
     stuck            to the end
 
-A body sticks nearly all the time from where on every stretch of `WINDOW` has at least `SHARE` of
+A body sticks nearly all the time from where on every stretch of `WINDOW` has at least `MIN_STICKING_SHARE` of
 its fenders' time in stick. A run that ends before a phase does not have it.
 
 Phases are computed for every group. They are reported only for groups that go through such an
@@ -25,7 +25,7 @@ import numpy as np
 from hydrosim.forces.contact.modes import OPEN, STICK
 
 WINDOW = 100.0  # s
-SHARE = 0.8
+MIN_STICKING_SHARE = 0.8
 
 
 class Phase(IntEnum):
@@ -78,5 +78,5 @@ def _sticks_from(time: np.ndarray, modes: np.ndarray) -> int:
     if share.size < width:
         return share.size
     mean = np.convolve(share, np.full(width, 1.0 / width), mode="valid")
-    found = _last(mean < SHARE) + 1
+    found = _last(mean < MIN_STICKING_SHARE) + 1
     return found if found < mean.size else share.size

@@ -2,7 +2,7 @@
 
     first contact       of any contact of the group
     25, 50, 75, 100 %   of the weight transferred: taken by a group that begins without load, given
-                        up by one that begins with it; of the slow load, the mean over `SLOW`
+                        up by one that begins with it; of the slow load, the mean over `AVERAGING_WINDOW_S`
     open                all contacts of the group are open, for the first time after they carried
                         half of the weight
     separated           for the last time, and to the end of the run
@@ -13,7 +13,7 @@ load (`forces.contact.group`), so they do not depend on the output step.
 
 The weight is that of a body that carries its own weight and is dry: the topside. Without a known
 weight nothing is transferred, and the group is open when no contact touches any more. A transfer
-counts as complete within `WITHIN`.
+counts as complete within `FULL_TRANSFER_TOL`.
 """
 
 from __future__ import annotations
@@ -32,11 +32,16 @@ if TYPE_CHECKING:
 
 Share = Callable[[np.ndarray], np.ndarray]
 
-SLOW = 60.0  # s
-LOOK = 0.1  # s: time step at which the transferred fraction is computed
-WITHIN = 0.005  # of the weight
-PARTS = (0.25, 0.5, 0.75, 1.0)
-STAGES = ("first contact", *(f"{part:.0%} transferred" for part in PARTS), "open", "separated")
+AVERAGING_WINDOW_S = 60.0  # s
+TRANSFER_STEP_S = 0.1  # s: time step at which the transferred fraction is computed
+FULL_TRANSFER_TOL = 0.005  # of the weight
+TRANSFER_FRACTIONS = (0.25, 0.5, 0.75, 1.0)
+STAGES = (
+    "first contact",
+    *(f"{part:.0%} transferred" for part in TRANSFER_FRACTIONS),
+    "open",
+    "separated",
+)
 FIGURES = {
     "closings": ("number of contact closings", "1"),
     "closing_speed": ("largest closing speed of a contact", "m/s"),
@@ -46,9 +51,9 @@ FIGURES = {
     "recontact_force": ("largest contact force after all contacts were open", "N"),
     "end_clearance": ("smallest clearance at the end, negative if compressed", "m"),
 }
-IMPULSE = "group_impulse"
-TIME = "stage_time"
-WEIGHT = "contact_weight"
+GROUP_IMPULSE = "group_impulse"
+STAGE_TIME = "stage_time"
+CONTACT_WEIGHT = "contact_weight"
 
 
 class Group(NamedTuple):
@@ -70,20 +75,23 @@ class Group(NamedTuple):
         gives = self.load[0] > CARRIES * self.weight
 
         def at(time: np.ndarray) -> np.ndarray:
-            low = np.maximum(time - 0.5 * SLOW, first)
-            high = np.minimum(time + 0.5 * SLOW, last)
+            low = np.maximum(time - 0.5 * AVERAGING_WINDOW_S, first)
+            high = np.minimum(time + 0.5 * AVERAGING_WINDOW_S, last)
             part = (spline(high) - spline(low)) / ((high - low) * self.weight)
             return np.asarray(1.0 - part if gives else part)
 
         return at
 
     def transferred(self) -> list[float]:
-        """Times at which the fractions `PARTS` of the weight are transferred."""
+        """Times at which the fractions `TRANSFER_FRACTIONS` of the weight are transferred."""
         if not self.weight > 0.0 or self.time.size < 2:
-            return [NEVER] * len(PARTS)
+            return [NEVER] * len(TRANSFER_FRACTIONS)
         share = self.share()
-        time = np.arange(self.time[0], self.time[-1], LOOK)
-        levels = [part - (WITHIN if part == PARTS[-1] else 0.0) for part in PARTS]
+        time = np.arange(self.time[0], self.time[-1], TRANSFER_STEP_S)
+        levels = [
+            part - (FULL_TRANSFER_TOL if part == TRANSFER_FRACTIONS[-1] else 0.0)
+            for part in TRANSFER_FRACTIONS
+        ]
         return [_reaches(level, time, share(time), share) for level in levels]
 
 
@@ -112,8 +120,8 @@ def staged(run: xr.Dataset, groups: Sequence[Remembered]) -> xr.Dataset:
     over = ("contact_group",)
     found = {
         "contact_load": (load.dims, load.values, _said("sum of the normal forces", "N")),
-        IMPULSE: (load.dims, impulse, _said("integral of the normal forces", "N s")),
-        TIME: ((*over, "stage"), times, _said("time of a stage", "s")),
+        GROUP_IMPULSE: (load.dims, impulse, _said("integral of the normal forces", "N s")),
+        STAGE_TIME: ((*over, "stage"), times, _said("time of a stage", "s")),
         **{
             name: (over, values, _said(*said))
             for (name, said), values in zip(FIGURES.items(), figures.T, strict=True)
@@ -121,7 +129,9 @@ def staged(run: xr.Dataset, groups: Sequence[Remembered]) -> xr.Dataset:
     }
     run = run.assign(found).assign_coords(stage=list(STAGES))
     said = _said("weight that the group carries or takes over", "N")
-    return run.assign_coords({WEIGHT: (over, weight, said)}) if np.any(weight > 0.0) else run
+    return (
+        run.assign_coords({CONTACT_WEIGHT: (over, weight, said)}) if np.any(weight > 0.0) else run
+    )
 
 
 def _times(own: np.ndarray, parts: Sequence[float], ends_open: bool) -> list[float]:
@@ -162,15 +172,17 @@ def _said(what: str, unit: str) -> dict[str, str]:
 
 def stages(run: xr.Dataset) -> dict[str, xr.DataArray]:
     """Stage times and figures of a run; empty if it has none."""
-    return {name: run[name] for name in (TIME, *FIGURES) if name in run}
+    return {name: run[name] for name in (STAGE_TIME, *FIGURES) if name in run}
 
 
 def transferred(run: xr.Dataset) -> xr.DataArray:
     """Transferred fraction of the weight (time, contact_group), for groups of known weight."""
-    load = run.contact_load.sel(contact_group=run[WEIGHT] > 0.0).transpose(..., "contact_group")
-    impulse = run[IMPULSE].sel(contact_group=load.contact_group).transpose(*load.dims)
+    load = run.contact_load.sel(contact_group=run[CONTACT_WEIGHT] > 0.0).transpose(
+        ..., "contact_group"
+    )
+    impulse = run[GROUP_IMPULSE].sel(contact_group=load.contact_group).transpose(*load.dims)
     time = run.time.values
-    each = zip(impulse.values.T, load.values.T, load[WEIGHT].values, strict=True)
+    each = zip(impulse.values.T, load.values.T, load[CONTACT_WEIGHT].values, strict=True)
     shares = [Group(time, *own).share()(time) for own in each]
     said = {"long_name": "share of the weight transferred", "units": "1"}
     return load.copy(data=np.stack(shares, axis=1)).assign_attrs(said)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 MAX_NUMBER = 1e100
 """Size of a number whose square is still finite."""
-REMEDY = "The file was changed after it was written: make the result again."
+CHANGED_FILE_HINT = "The file was changed after it was written: make the result again."
 DESIGN = "design"
 """Attribute of a file of runs: the plans of its study, and what is asked of its runs, as JSON."""
 FUNCTION_STATES = "external_states"
@@ -45,7 +45,7 @@ def check_attributes(path: Path, attributes: Mapping[Any, Any]) -> None:
             right = False
         if not right:
             raise InputError(
-                f"{path}: attribute {name}: found {text[:60]!r}; expected {expected}. {REMEDY}"
+                f"{path}: attribute {name}: found {text[:60]!r}; expected {expected}. {CHANGED_FILE_HINT}"
             )
 
 
@@ -54,7 +54,7 @@ def check_run(path: Path, run: xr.Dataset) -> None:
     check_attributes(path, run.attrs)
     problems = _wrong_units(run), _wrong_names(run), _wrong_time(run), _wrong_numbers(run)
     for problem in chain(*problems):
-        raise InputError(f"{path}: {problem}. {REMEDY}")
+        raise InputError(f"{path}: {problem}. {CHANGED_FILE_HINT}")
 
 
 def _wrong_units(run: xr.Dataset) -> Iterator[str]:

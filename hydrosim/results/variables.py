@@ -20,45 +20,45 @@ from hydrosim.results.phases import Phase
 if TYPE_CHECKING:
     import xarray as xr
 
-EARTH = "earth"
+EARTH_FRAME = "earth"
 HEADING = "axes that turn with the yaw of the body"
 MIXED = "SI"  # for numbers with different units
-OWN = {
+ELEMENT_VARIABLES = {
     # name: long_name, units, frame; a name that ends in "_" is a prefix
     "position": Variable(
-        "displacement of the centre of gravity from rest; angles", "m or rad", EARTH
+        "displacement of the centre of gravity from rest; angles", "m or rad", EARTH_FRAME
     ),
     "velocity": Variable(
-        "velocity of the centre of gravity; angular velocity", "m/s or rad/s", EARTH
+        "velocity of the centre of gravity; angular velocity", "m/s or rad/s", EARTH_FRAME
     ),
     "acceleration": Variable(
         "acceleration of the centre of gravity; angular acceleration",
         "m/s^2 or rad/s^2",
-        EARTH,
+        EARTH_FRAME,
     ),
-    "momentum": Variable("momentum of body and added mass", "N s or N m s", EARTH),
+    "momentum": Variable("momentum of body and added mass", "N s or N m s", EARTH_FRAME),
     "impulse": Variable(
-        "time integral of a force and of its moment since the start", "N s or N m s", EARTH
+        "time integral of a force and of its moment since the start", "N s or N m s", EARTH_FRAME
     ),
-    "work": Variable("work of a force by degree of freedom since the start", "J", EARTH),
+    "work": Variable("work of a force by degree of freedom since the start", "J", EARTH_FRAME),
     "position_error": Variable(
         "largest error of a motion over the run, by a companion run; of angles about axes that"
         " turn with the yaw of the body",
         "m or rad",
         HEADING,
     ),
-    "reference_position": Variable("position of the centre of gravity at rest", "m", EARTH),
+    "reference_position": Variable("position of the centre of gravity at rest", "m", EARTH_FRAME),
     "slow_draught": Variable("slow draught, at which the coefficients of a family are taken", "m"),
-    "wave_elevation": Variable("undisturbed wave elevation at the origin", "m", EARTH),
-    "wind_speed": Variable("speed of the wind at 10 m, with gusts", "m/s", EARTH),
-    "wave_elevation_at_probe": Variable("undisturbed wave elevation at a probe", "m", EARTH),
-    "force_": Variable("force; moment about the centre of gravity", "N or N m", EARTH),
+    "wave_elevation": Variable("undisturbed wave elevation at the origin", "m", EARTH_FRAME),
+    "wind_speed": Variable("speed of the wind at 10 m, with gusts", "m/s", EARTH_FRAME),
+    "wave_elevation_at_probe": Variable("undisturbed wave elevation at a probe", "m", EARTH_FRAME),
+    "force_": Variable("force; moment about the centre of gravity", "N or N m", EARTH_FRAME),
     "contact_phase": Variable(
         "phase of the operation, from the contacts of a group",
         "1",
         flags=" ".join(phase.name.lower() for phase in Phase),
     ),
-    "point_position": Variable("position of a named point", "m", EARTH),
+    "point_position": Variable("position of a named point", "m", EARTH_FRAME),
     "clearance": Variable("clearance of a named point", "m"),
     "energy_kinetic": Variable("kinetic energy, with added mass", "J"),
     "energy_stored_": Variable("stored energy", "J"),
@@ -110,7 +110,7 @@ RESTART = ("state", "memory_", "radiation_dof")
 """Beginnings of the names of dimensions and coordinates that only serve to continue a run."""
 PURPOSE = "purpose"
 """Attribute of what a run keeps to be continued."""
-VARIABLES: dict[str, Variable] = OWN | {
+VARIABLES: dict[str, Variable] = ELEMENT_VARIABLES | {
     name: variable for kind in KINDS for name, variable in kind.variables.items()
 }
 

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 from hydrosim.scene.joint import Joint, JointMotion, JointType, MotionKind
 
-EARTH = None
-LEVEL = 1e-3  # of a unit axis: its part along the vertical
+EARTH_BODY = None
+HORIZONTAL_AXIS_TOL = 1e-3  # of a unit axis: its part along the vertical
 
 
 class Branch(NamedTuple):
@@ -44,10 +44,10 @@ class Arrangement(NamedTuple):
         """Whether joints to the earth hold a ``body`` near its place and heading."""
         below = {branch.child: branch for branch in self.branches}
         root = below.get(self.roots.get(body, body))
-        if root is None or root.parent is not EARTH:
+        if root is None or root.parent is not EARTH_BODY:
             return False
         place: str | None = body
-        while place is not EARTH:
+        while place is not EARTH_BODY:
             joint = below[place].joint
             if not all(_stays(motion, joint) for motion in joint.motions):
                 return False
@@ -59,7 +59,7 @@ def arranged(joints: Mapping[str, Joint], bodies: Sequence[str]) -> Arrangement:
     """Arrange the ``joints`` between ``bodies``. The order of the bodies decides between equals."""
     lasting = {name: joint for name, joint in joints.items() if joint.lasts}
     carrying = {name: j for name, j in lasting.items() if j.type != JointType.ROD}
-    reached: set[str | None] = {EARTH}
+    reached: set[str | None] = {EARTH_BODY}
     branches = list(_grown(carrying, reached))
     for body in _roots(carrying, bodies):
         if body not in reached:
@@ -87,7 +87,11 @@ def _root_of_each(branches: Sequence[Branch]) -> dict[str, str]:
 def _stays(motion: JointMotion, joint: Joint) -> bool:
     """Whether a motion turns about a level axis, or slides along the vertical."""
     up = abs(joint.axes()[motion.axis, 2])
-    return up < LEVEL if motion.kind == MotionKind.TURN else up > 1.0 - LEVEL
+    return (
+        up < HORIZONTAL_AXIS_TOL
+        if motion.kind == MotionKind.TURN
+        else up > 1.0 - HORIZONTAL_AXIS_TOL
+    )
 
 
 def _roots(joints: Mapping[str, Joint], bodies: Sequence[str]) -> list[str]:

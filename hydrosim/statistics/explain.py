@@ -26,7 +26,7 @@ import xarray as xr
 
 from hydrosim.errors import InputError
 from hydrosim.results.phases import Phase
-from hydrosim.results.stages import STAGES, TIME, WEIGHT
+from hydrosim.results.stages import CONTACT_WEIGHT, STAGE_TIME, STAGES
 from hydrosim.results.variables import describe_coordinates, units_of
 
 DIRECTION_AXES = {"surge": "x", "sway": "y", "heave": "z"}
@@ -118,13 +118,16 @@ def stages(run: xr.Dataset) -> Iterator[ExplainedStage]:
         for phase, name in zip(Phase, EXPLAINED_PHASES, strict=True):
             yield _stage_while(f"{prefix}{name}", of == phase)
         yield _stage_while(f"{prefix}{IN_CONTACT}", of > Phase.MOORED)
-        if WEIGHT in run.coords and float(run[WEIGHT].sel(contact_group=group)) > 0.0:
+        if (
+            CONTACT_WEIGHT in run.coords
+            and float(run[CONTACT_WEIGHT].sel(contact_group=group)) > 0.0
+        ):
             yield from _transfer(run, group, prefix)
 
 
 def _transfer(run: xr.Dataset, group: str, prefix: str) -> Iterator[ExplainedStage]:
     """Stages between the stages of a transfer of weight."""
-    times = run[TIME].sel(contact_group=group, stage=list(STAGES)).values
+    times = run[STAGE_TIME].sel(contact_group=group, stage=list(STAGES)).values
     at = [int(np.searchsorted(run.time.values, t)) if np.isfinite(t) else None for t in times]
     for k, name in enumerate(STAGES[1:]):
         begin, end = at[k : k + 2]

@@ -19,7 +19,7 @@ from hydrosim.documents.nodes import with_hint
 from hydrosim.documents.suggestions import suggestion
 from hydrosim.errors import InputError
 from hydrosim.results import stages
-from hydrosim.results.stages import STAGES, TIME
+from hydrosim.results.stages import STAGE_TIME, STAGES
 from hydrosim.statistics.contact import phase_durations
 from hydrosim.statistics.explain import (
     DIRECTION_AXES,
@@ -156,7 +156,7 @@ class StageResult(ChannelFreeResult):
         if self.stage in EXPLAINED_PHASES:
             number = phase_durations(results.run).sel(contact_group=group, phase=self.stage)
             return _scalar_result(float(number), "s", self)
-        if TIME not in run:
+        if STAGE_TIME not in run:
             raise InputError(
                 f"found the result {self.result}, but no group of contacts in the run records"
                 " its stages; expected a landing, a body with weight: carried, or a fender with a"
@@ -166,10 +166,10 @@ class StageResult(ChannelFreeResult):
             unit = stages.FIGURES[self.result][1]
             number = _scalar_result(float(run[self.result]), unit, self)
             return number.assign_attrs(side="largest") if self.result in LARGEST_RESULTS else number
-        begin = float(run[TIME].sel(stage=self.stage))
+        begin = float(run[STAGE_TIME].sel(stage=self.stage))
         if self.result == "time":
             return _scalar_result(begin, "s", self)
-        return _scalar_result(float(run[TIME].sel(stage=self.until)) - begin, "s", self)
+        return _scalar_result(float(run[STAGE_TIME].sel(stage=self.until)) - begin, "s", self)
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ import scipy
 import xarray as xr
 from numpy.lib.stride_tricks import sliding_window_view
 
-from hydrosim.documents.series import APART
+from hydrosim.documents.series import STATISTIC_UNITS
 from hydrosim.results.assembled import assembled
 from hydrosim.results.channels import CAPABLE, LINES, lowest_value, series
 from hydrosim.results.phases import Phase
@@ -75,7 +75,7 @@ UNIT_OF_CHANNEL = ""  # units for the coordinate ``unit``
 AS_CHANNEL = "that of the channel"
 UNITS_APART = {"period": "s", "skewness": "1", "kurtosis": "1", "peak_shape": "1"}
 """Units of statistics that do not have that of their channel."""
-OWN_UNITS = {APART: ", ".join(f"{name}: {unit}" for name, unit in UNITS_APART.items())}
+OWN_UNITS = {STATISTIC_UNITS: ", ".join(f"{name}: {unit}" for name, unit in UNITS_APART.items())}
 CHANNELS = {  # variables that a run may have: name, variable, its dimensions without time, units
     "motion": ("position", MOTION_DIMS, "m or rad"),
     "wave": ("wave_elevation", (), "m"),

@@ -17,7 +17,7 @@ from hydrosim.results.error_figures import (
     RELATIVE,
     reported_beyond,
 )
-from hydrosim.results.ledger import CLOSED
+from hydrosim.results.ledger import MAX_RESIDUAL_FRACTION
 from hydrosim.wording.sections import lines_of
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ def _evidence(run: xr.Dataset) -> Iterator[tuple[str, Value, Value | str]]:
             yield text, Value(float(run.attrs[figure]), digits=2), beyond
     if "energy_residual_relative" in run.attrs:
         found = Value(float(run.attrs["energy_residual_relative"]), digits=2)
-        yield "residual of the energy balance", found, Value(CLOSED, digits=2)
+        yield "residual of the energy balance", found, Value(MAX_RESIDUAL_FRACTION, digits=2)
 
 
 def study_document(study: ConvergenceStudy, title: str, units: Units = DEFAULT) -> Document:

@@ -27,7 +27,7 @@ from hydrosim.presentation.document import (
 from hydrosim.presentation.units import unit_of_dof, units_of
 from hydrosim.results.channels import largest_loads
 from hydrosim.results.error_figures import COMPANION, EVALUATIONS, RELATIVE, reported_beyond
-from hydrosim.results.ledger import CLOSED
+from hydrosim.results.ledger import MAX_RESIDUAL_FRACTION
 from hydrosim.results.netcdf import is_part
 from hydrosim.wording.criteria import criteria_nodes
 from hydrosim.wording.sections import attribute_text, lines_of, title_of
@@ -166,9 +166,11 @@ def status_verdict(run: xr.Dataset) -> Verdict:
 
 
 def _energy(residual: float) -> Verdict:
-    outcome = Outcome.GOOD if residual <= CLOSED else Outcome.WARNING
+    outcome = Outcome.GOOD if residual <= MAX_RESIDUAL_FRACTION else Outcome.WARNING
     text = "The energy balance closes to {} of the energy exchanged; the limit is {}."
-    return Verdict(outcome, text, [Value(residual, digits=2), Value(CLOSED, digits=2)])
+    return Verdict(
+        outcome, text, [Value(residual, digits=2), Value(MAX_RESIDUAL_FRACTION, digits=2)]
+    )
 
 
 def _error(run: xr.Dataset) -> Iterator[Verdict]:

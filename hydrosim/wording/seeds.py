@@ -12,7 +12,7 @@ from hydrosim.documents.value_text import value_text
 from hydrosim.presentation.document import Between, Cell, Node, Sentence, Table, Value
 from hydrosim.presentation.layout import text_of
 from hydrosim.presentation.units import units_of
-from hydrosim.results.stages import FIGURES, TIME
+from hydrosim.results.stages import FIGURES, STAGE_TIME
 from hydrosim.statistics.effects import PlanRuns, combinations, seed_spread
 from hydrosim.statistics.ends import (
     SmallestAndLargest,
@@ -164,9 +164,9 @@ def _method(found: SeedExtremes) -> str:
 
 def _stages(runs: xr.Dataset) -> Iterator[list[Cell]]:
     """Stages and figures of each group over runs: mean with its interval, and their range."""
-    for name in runs.contact_group.values if TIME in runs else ():
+    for name in runs.contact_group.values if STAGE_TIME in runs else ():
         of = runs.sel(contact_group=name)
-        stages = {str(s): of[TIME].sel(stage=s) for s in of.stage.values}
+        stages = {str(s): of[STAGE_TIME].sel(stage=s) for s in of.stage.values}
         for what, each in {**stages, **{FIGURES[f][0]: of[f] for f in FIGURES}}.items():
             known = each.values[np.isfinite(each.values)]
             if known.size and np.ptp(known) > 0.0:

@@ -16,7 +16,7 @@ from hydrosim.presentation.figures import Chart
 from hydrosim.results.channels import names
 from hydrosim.results.channels import series as channel
 from hydrosim.results.similar_sizes import group_by_size
-from hydrosim.results.stages import IMPULSE, WEIGHT, transferred
+from hydrosim.results.stages import CONTACT_WEIGHT, GROUP_IMPULSE, transferred
 from hydrosim.statistics.contact import crawl
 
 CHART_ROUNDING_FRACTION = 1e-9
@@ -102,7 +102,7 @@ def main_charts(run: xr.Dataset) -> Iterator[Chart]:
         for axis in map(str, gone.axis.values):
             each = _series_by_label(gone.sel(axis=axis).to_dataset(name="gone"), "gone", "fender")
             yield from _without_rounding(Chart(f"Crawl of contact points in {axis}", "m", each))
-    if WEIGHT in run.coords and IMPULSE in run:
+    if CONTACT_WEIGHT in run.coords and GROUP_IMPULSE in run:
         share = transferred(run).to_dataset(name="share")
         each = _series_by_label(share, "share", "contact_group")
         yield Chart("Share of the weight transferred", "share", each)

@@ -27,7 +27,7 @@ from hydrosim.presentation.layout import text_of
 from hydrosim.presentation.units import units_of
 from hydrosim.results.error_figures import RELATIVE, reported_beyond
 from hydrosim.results.growing import GATHERED
-from hydrosim.results.ledger import CLOSED
+from hydrosim.results.ledger import MAX_RESIDUAL_FRACTION
 from hydrosim.results.runs_file import COMPLETE, DIFFER, with_keys
 from hydrosim.results.validation import DESIGN
 from hydrosim.statistics import effects
@@ -292,7 +292,9 @@ def _convergence(runs: xr.Dataset) -> Iterator[Node]:
     yield from _measured_errors(runs)
     if "energy_residual_relative" in runs:
         worst = Value(float(runs.energy_residual_relative.max()), digits=2)
-        rows = [("largest residual of an energy balance", worst, Value(CLOSED, digits=2))]
+        rows = [
+            ("largest residual of an energy balance", worst, Value(MAX_RESIDUAL_FRACTION, digits=2))
+        ]
         yield Table(("evidence", "found", "warned of beyond"), rows)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hydrosim.case.particulars import DAMPING, Particulars
+from hydrosim.case.particulars import DAMPING_RATIOS, Particulars
 from hydrosim.database.database import HydroDatabase
 from hydrosim.database.load import load
 from hydrosim.dofs import DOFS
@@ -62,7 +62,7 @@ def test_estimates_are_near_to_databases(barge: Particulars, name: str) -> None:
         k = stiffness.get(dof, moored)
         frequency, panels = _resonance(db, DOFS.index(dof), inertia[dof], k)
         assert 0.5 < own / panels < 1.5, dof
-        if dof in DAMPING:
+        if dof in DAMPING_RATIOS:
             assert barge.periods()[dof] == pytest.approx(2 * pi / frequency, rel=0.2), dof
 
 

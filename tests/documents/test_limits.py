@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from hydrosim.case import load_case
-from hydrosim.documents.limits import DEEPEST, LONGEST, MOST_TEXT
+from hydrosim.documents.limits import MAX_LETTERS, MAX_NESTING, MOST_TEXT
 from hydrosim.documents.validate import MOST_TOLD
 from hydrosim.errors import InputError
 
@@ -16,17 +16,17 @@ BOMB = "a: &a [x, x, x, x, x, x, x, x, x, x]\n" + "".join(
     f"{name}: &{name} [{', '.join([f'*{before}'] * 10)}]\n"
     for before, name in zip("abcdefgh", "bcdefghi", strict=True)
 )
-CHAIN = "a: &a0 [x]\n" + "".join(f"a{k}: &a{k} [*a{k - 1}]\n" for k in range(1, DEEPEST + 3))
+CHAIN = "a: &a0 [x]\n" + "".join(f"a{k}: &a{k} [*a{k - 1}]\n" for k in range(1, MAX_NESTING + 3))
 TOO_MUCH = {
     "aliases": (BOMB, "values, with what aliases stand for"),
-    "a chain of aliases": (CHAIN, f"found {DEEPEST + 1} levels in each other"),
+    "a chain of aliases": (CHAIN, f"found {MAX_NESTING + 1} levels in each other"),
     "an alias in itself": ("a: &a [1, *a]\n", "an alias within what it stands for"),
     "a mapping in itself": ("a: &a {b: *a}\n", "an alias within what it stands for"),
     "brackets": ("[" * 3000 + "]" * 3000, "nested too deeply"),
-    "levels": ("[" * (DEEPEST + 2) + "]" * (DEEPEST + 2), "levels in each other"),
+    "levels": ("[" * (MAX_NESTING + 2) + "]" * (MAX_NESTING + 2), "levels in each other"),
     "a list": ("a: [" + "1," * MOST_TEXT + "]", "characters; expected at most"),
-    "a key": (f"? {'x' * (LONGEST['key'] + 1)}\n: 1\n", "found a key of 101 characters"),
-    "a text": ("title: " + "x " * LONGEST["text"], "found a text of 19999 characters"),
+    "a key": (f"? {'x' * (MAX_LETTERS['key'] + 1)}\n: 1\n", "found a key of 101 characters"),
+    "a text": ("title: " + "x " * MAX_LETTERS["text"], "found a text of 19999 characters"),
     "half a character": ('title: "\\ud800"\n', r"found the character U\+D800 in a text"),
     "a key that steers a terminal": ('"\\e[2J": 1\n', r"found the character U\+001B in a key"),
     "no character": ('title: "\\U00110000"\n', "not valid YAML"),

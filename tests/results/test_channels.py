@@ -13,7 +13,7 @@ import hydrosim as hs
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces import Frictionless, Spring
-from hydrosim.results.channels import KINDS, chosen, largest_loads, names, series
+from hydrosim.results.channels import CHANNEL_KINDS, chosen, largest_loads, names, series
 from hydrosim.wording.check import check_document
 from hydrosim.wording.run import run_document
 
@@ -89,7 +89,7 @@ def test_every_name_has_a_series_of_one_unit() -> None:
     run = turning()
     known = names(run)
     assert len(known) == len(set(known))
-    assert {name.partition(".")[0] for name in known} >= set(KINDS)
+    assert {name.partition(".")[0] for name in known} >= set(CHANNEL_KINDS)
     for name in known:
         values, unit = series(run, name)
         assert values.shape == TIME.shape

@@ -321,8 +321,8 @@ def test_it_is_made_again_and_nothing_else_is_replaced(export: Command, suffix: 
 def test_names_of_variables_are_short_and_apart() -> None:
     names = ["a.b c", "a.b_c", "x" * 90 + "1", "x" * 90 + "2", "1.a", "time", "=", ""]
     columns = [Column(name, "m", "", np.zeros(1)) for name in names]
-    found = [name for name, _ in identifiers(columns, matlab.LONGEST, "time")]
+    found = [name for name, _ in identifiers(columns, matlab.MAX_MATLAB_NAME_LETTERS, "time")]
     assert found[:2] == ["a_b_c", "a_b_c_2"]
     assert len({*found, "time"}) == len(names) + 1
     assert all(name.isidentifier() and name[0].isalpha() for name in found)
-    assert max(map(len, found)) <= matlab.LONGEST
+    assert max(map(len, found)) <= matlab.MAX_MATLAB_NAME_LETTERS

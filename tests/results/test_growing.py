@@ -13,7 +13,7 @@ from damaged import message
 
 from hydrosim.errors import InputError
 from hydrosim.results.growing import growing, runs_at
-from hydrosim.results.journal import FIRST, KNOWN, RUNS, Journal, Kept
+from hydrosim.results.journal import FIRST_RUN_FILE, KNOWN, RUNS, Journal, Kept
 from hydrosim.results.runs_file import RUN, RunsFile
 
 COUNT = 6
@@ -101,7 +101,7 @@ def test_a_run_of_which_a_bit_has_changed_is_not_in(folder: Path) -> None:
     assert growing(folder).attrs["gathered"] == "1 of 6 runs are complete, 1 failed"
 
 
-@pytest.mark.parametrize("name", [RUNS, FIRST, KNOWN])
+@pytest.mark.parametrize("name", [RUNS, FIRST_RUN_FILE, KNOWN])
 def test_no_byte_changes_a_number_in_silence(folder: Path, name: str) -> None:
     """A run is what it was, or is not in, or it is said that a file is damaged."""
     whole, content = growing(folder), (folder / name).read_bytes()
@@ -128,7 +128,7 @@ def test_what_cannot_be_told_anything_of(folder: Path, statistics: Command) -> N
     assert f"{folder} is an unfinished sweep" in statistics(parent / "runs.nc").err
     (parent / "a.nc").write_bytes(b"")
     assert "the result of the sweep" in statistics(parent / "a.nc.partial").err
-    (folder / FIRST).unlink()
+    (folder / FIRST_RUN_FILE).unlink()
     book = Journal(folder, {})
     book.close()
     result = statistics(folder)

@@ -20,7 +20,7 @@ from hydrosim.forces.contact.frictionless import Frictionless
 from hydrosim.forces.contact.normal import PrescribedNormal
 from hydrosim.forces.signal import Table
 from hydrosim.results import stages
-from hydrosim.results.channels import KINDS, series
+from hydrosim.results.channels import CHANNEL_KINDS, series
 from hydrosim.results.netcdf import read, write
 from hydrosim.results.variables import MIXED, VARIABLES
 from hydrosim.scene import Environment, Method, RegularWave, Scene, Solver, WaveTrain
@@ -116,7 +116,9 @@ def test_what_has_translations_and_rotations_says_the_unit_of_each(base_run: xr.
 def test_every_unit_is_one_that_others_know() -> None:
     """Those of variables, of stages and of channels that follow, by pint, which refuses others."""
     units = {unit for v in VARIABLES.values() for unit in v.units.split(" or ")} - {MIXED}
-    units |= {unit for _, unit in stages.FIGURES.values()} | {kind.unit for kind in KINDS.values()}
+    units |= {unit for _, unit in stages.FIGURES.values()} | {
+        kind.unit for kind in CHANNEL_KINDS.values()
+    }
     known = pint.UnitRegistry()
     assert {"m", "rad/s", "N m", "m/s^2", "kg/s"} <= units
     for unit in units:

@@ -7,7 +7,14 @@ import pytest
 import xarray as xr
 
 from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
-from hydrosim.results.phases import SHARE, WINDOW, Phase, contact_phases, group_phases, is_operation
+from hydrosim.results.phases import (
+    MIN_STICKING_SHARE,
+    WINDOW,
+    Phase,
+    contact_phases,
+    group_phases,
+    is_operation,
+)
 from hydrosim.wording.explain import reported_spans
 
 
@@ -34,7 +41,7 @@ def test_all_phases() -> None:
     assert found[Phase.INITIAL_CONTACT] == 100.0
     assert found[Phase.COMPRESSED] == 200.0
     # the first window with enough stick begins when at most a fifth of it slips
-    assert abs(found[Phase.STUCK] - (260.0 - (1.0 - SHARE) * WINDOW)) <= 0.5
+    assert abs(found[Phase.STUCK] - (260.0 - (1.0 - MIN_STICKING_SHARE) * WINDOW)) <= 0.5
 
 
 def test_a_run_that_ends_early_lacks_the_last_phases() -> None:

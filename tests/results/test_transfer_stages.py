@@ -23,7 +23,7 @@ from hydrosim.forces import (
 )
 from hydrosim.forces.contact.group import STATES as GROUP_STATES
 from hydrosim.plot.pictures import PICTURES
-from hydrosim.results.stages import PARTS, STAGES, stages
+from hydrosim.results.stages import STAGES, TRANSFER_FRACTIONS, stages
 from hydrosim.scene import Clearance, Kinematics, LinearScenes, Scene, Solver, Start, Weight
 from hydrosim.statistics.explain import WHOLE_RUN, explain_run
 from hydrosim.wording.run import run_document
@@ -79,7 +79,7 @@ def test_quasi_static_times_of_the_stages(run):
     # in contact: top rests on K (legs) and K (pads) on the barge on 2e6 N/m
     series = 1.0 / (1.0 / K + 1.0 / (2e6))  # what the barge's heave meets through the pads alone
     assert series < K
-    for part in PARTS[:-1]:
+    for part in TRANSFER_FRACTIONS[:-1]:
         # legs lose part W: top rises by part W / K; pads carry part W, so that the barge is
         # part W / K above the top's rise, and the water has given back 2e6 of its rise
         rise = part * WEIGHT / K + part * WEIGHT / K
@@ -247,7 +247,7 @@ def test_nothing_is_transferred_before_the_first_contact():
     legs = Landing("top", CORNERS, CORNERS, LINE, Frictionless())
     times = hs.simulate(scene(top, {"legs": legs}, 20.0, 0.5, step=0.002)).stage_time.values[0]
     assert times[0] == pytest.approx(np.sqrt(0.6 / 9.81), abs=1e-9)
-    assert np.all(times[1 : 1 + len(PARTS)] == times[0])
+    assert np.all(times[1 : 1 + len(TRANSFER_FRACTIONS)] == times[0])
 
 
 def test_without_a_group_nothing_is_remembered():

@@ -12,7 +12,7 @@ from hydrosim.documents.quantities import Strict
 from hydrosim.documents.units import AnyQuantity, Scale, factor, problem
 from hydrosim.dofs import DOFS
 
-UNITS = {
+CHANNEL_UNITS = {
     "fender_normal_force": "N",
     "spring_tension": "N",
     "line_tension": "N",
@@ -45,7 +45,7 @@ class Event(Strict):
         given = self.given("above", "below")
         if len(given) != 1:
             raise problem(" and ".join(given) or "no value", "either above or below")
-        kinds = (*OTHERS, *UNITS)
+        kinds = (*OTHERS, *CHANNEL_UNITS)
         if self.channel.partition(".")[0] not in kinds:
             expected = f"one that begins with {', '.join(kinds)}"
             raise problem(f"the channel {self.channel}", expected, "as in speed.barge")
@@ -64,7 +64,7 @@ class Event(Strict):
         name, _, rest = self.channel.partition(".")
         turns = rest.rpartition(".")[2] in DOFS[3:]
         speed = "/s" if name in ("velocity", "speed", "relative_speed") else ""
-        return UNITS.get(name, f"{'rad' if turns else 'm'}{speed}")
+        return CHANNEL_UNITS.get(name, f"{'rad' if turns else 'm'}{speed}")
 
     def build(self) -> scene.When:
         """The condition of the scene."""

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from hydrosim.forces.line.catenary import Catenary as Built
 
 ROUGHEST = 3.0  # friction of chain on sand or clay is about 1
-LARGEST = 0.4  # m: twice the largest chain that is made
+MAX_CHAIN_DIAMETER_M = 0.4  # m: twice the largest chain that is made
 
 
 class Chain(Strict):
@@ -36,8 +36,8 @@ class Chain(Strict):
 
     @model_validator(mode="after")
     def _check_diameter(self) -> Self:
-        if self.diameter > LARGEST:
-            expected = f"{LARGEST:g} m or less"
+        if self.diameter > MAX_CHAIN_DIAMETER_M:
+            expected = f"{MAX_CHAIN_DIAMETER_M:g} m or less"
             remedy = 'a number without a unit is in m; write "100 mm"'
             raise problem(f"chain of {self.diameter:g} m", expected, remedy)
         return self

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from hydrosim.forces.damping.viscous_roll import ViscousRoll as Built
 
 FITTED = ("p1", "p2", "p3")
-GIVEN = ("linear", "quadratic", "cubic")
+COEFFICIENT_KEYS = ("linear", "quadratic", "cubic")
 
 
 class Decay(Strict):
@@ -84,7 +84,12 @@ class ViscousRoll(Element):
 
     @model_validator(mode="after")
     def _check_source(self) -> Self:
-        ways = [self.given(*FITTED), self.given("decay"), self.given("ikeda"), self.given(*GIVEN)]
+        ways = [
+            self.given(*FITTED),
+            self.given("decay"),
+            self.given("ikeda"),
+            self.given(*COEFFICIENT_KEYS),
+        ]
         used = [" ".join(keys) for keys in ways if keys]
         if len(used) != 1:
             expected = "one of: p1 p2 p3; decay; ikeda; linear quadratic cubic"

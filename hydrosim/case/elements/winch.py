@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from hydrosim.forces.line.winch import Winch as Built
     from hydrosim.forces.signal import Signal
 
-LEFT = 0.01  # of the wire: a compensation without a stroke ends there
+MIN_WIRE_FRACTION = 0.01  # of the wire: a compensation without a stroke ends there
 DRUM = "drum: {shortest: 10 m, longest: 200 m}"
 
 
@@ -268,7 +268,7 @@ class Winch(Breaking):
             return self.drum.shortest, self.drum.longest
         stroke = self.compensation.stroke if self.compensation else None
         if stroke is None:
-            shortest = LEFT * self.length if isinstance(self.length, float) else 0.0
+            shortest = MIN_WIRE_FRACTION * self.length if isinstance(self.length, float) else 0.0
             return shortest, inf
         assert isinstance(self.length, float)
         return self.length - 0.5 * stroke, self.length + 0.5 * stroke

@@ -10,8 +10,8 @@ from hydrosim.case.lines.chains import mooring_lines, read_system, water_of
 from hydrosim.case.lines.system import MooringLine, System
 from hydrosim.documents.text import Source
 
-WATER = (1025.0, 9.81)
-DIGITS = 12
+DEFAULT_WATER = (1025.0, 9.81)
+SIGNIFICANT_DIGITS = 12
 HEAD = """\
 # Lines of {file}, for {density:g} kg/m^3 and {gravity:g} m/s^2.
 # Points count from the origin of the file. In a case they count from the centre of gravity:
@@ -23,7 +23,7 @@ def case_keys(file: Path) -> str:
     """YAML of ``forces``, and of the depth if the file says it. Raises InputError."""
     source = Source(file)
     system = read_system(source)
-    water = water_of(system, WATER)
+    water = water_of(system, DEFAULT_WATER)
     lines = mooring_lines(system, water, source)
     keys: dict[str, object] = {}
     if system.depth is not None:
@@ -63,4 +63,4 @@ def _line(line: MooringLine, system: System) -> dict[str, object]:
 
 
 def _with_unit(value: float, unit: str) -> str:
-    return f"{value:.{DIGITS}g} {unit}"
+    return f"{value:.{SIGNIFICANT_DIGITS}g} {unit}"

@@ -34,7 +34,7 @@ from hydrosim.documents.text import Source
 from hydrosim.scene import OmittedEntry, Question
 
 REQUIRED_SECTIONS = {"types": "LINE TYPES", "points": "POINTS", "lines": "LINES"}
-WORDS = {  # what holds a point, by what its type begins with
+POINT_TYPES = {  # what holds a point, by what its type begins with
     **dict.fromkeys(("fix", "anch", "ground"), Held.EARTH),
     **dict.fromkeys(("vess", "fair", "coupl", "cpld", "body", "turb"), Held.BODY),
     **dict.fromkeys(("con", "free", "point"), Held.LINES),
@@ -213,7 +213,7 @@ def _read_bodies(rows: SectionTable) -> Iterator[tuple[str, FileBody]]:
         if held is None or "pin" in kind:
             text = f"found a body that is {words[1]}; expected coupled, fixed or free"
             rows.source.wrong(f"{text}; model its joint in the case", line)
-        place = [rows.number(line, words, c, quantities.PLACE) for c in (2, 3, 4)]
+        place = [rows.number(line, words, c, quantities.COORDINATE) for c in (2, 3, 4)]
         angles = [rows.number(line, words, c, quantities.ANGLE_DEG) for c in (5, 6, 7)]
         if np.count_nonzero(angles) > 1:
             text = "found rotations about several axes; expected one of r0, p0, y0"
@@ -258,7 +258,7 @@ def _points(rows: SectionTable, depth: float | None, bodies: Bodies | None) -> d
                 rows.source.wrong(f"{text}; give mass and volume, or a load in the case", line)
         if words[columns[2]].lower() == "seabed" and depth is not None:
             words[columns[2]] = str(-depth)
-        x, y, z = (rows.number(line, words, c, quantities.PLACE) for c in columns)
+        x, y, z = (rows.number(line, words, c, quantities.COORDINATE) for c in columns)
         number = _identity(rows.source, line, words[0])
         _refuse_repeated(rows.source, found, number, "point", line)
         held, body, place = _locate_point(rows.source, line, words[1], (x, y, z), bodies)
@@ -291,7 +291,7 @@ def _locate_point(
 
 
 def _held(kind: str) -> Held | None:
-    return next((held for word, held in WORDS.items() if kind.startswith(word)), None)
+    return next((held for word, held in POINT_TYPES.items() if kind.startswith(word)), None)
 
 
 def _pieces(rows: SectionTable) -> dict[str, Piece]:
@@ -302,7 +302,11 @@ def _pieces(rows: SectionTable) -> dict[str, Piece]:
         ends = tuple(_identity(rows.source, line, words[c]) for c in (first, second))
         _refuse_repeated(rows.source, found, words[0], "line", line)
         size = rows.number(
-            line, words, length, quantities.LENGTH, f"the unstretched length of line {words[0]}"
+            line,
+            words,
+            length,
+            quantities.LINE_LENGTH,
+            f"the unstretched length of line {words[0]}",
         )
         found[words[0]] = Piece(words[1], (ends[0], ends[1]), size, line)
     return found

@@ -21,7 +21,7 @@ from hydrosim.documents.units import Quantity, value_text
 from hydrosim.scene import OmittedEntry, Question
 
 REQUIRED_KEYS = ("line_types", "points", "lines")
-HELD = (  # what holds a point, by what its type contains; the first that does so counts
+POINT_TYPES = (  # what holds a point, by what its type contains; the first that does so counts
     ("anch", Held.EARTH),
     ("fix", Held.EARTH),
     ("body", Held.BODY),
@@ -93,7 +93,9 @@ class MappingEntry:
         value = self.find_value(key)
         if not isinstance(value, list) or len(value) != 3:
             self.refuse(f"found {value_text(value)}; expected three coordinates", key)
-        x, y, z = (self._number(each, quantities.PLACE, key, k) for k, each in enumerate(value))
+        x, y, z = (
+            self._number(each, quantities.COORDINATE, key, k) for k, each in enumerate(value)
+        )
         return x, y, z
 
     def _number(self, value: object, quantity: Quantity, *keys: str | int) -> float:
@@ -194,7 +196,7 @@ def _type(entry: MappingEntry) -> LineType:
 
 def _point(entry: MappingEntry) -> Point:
     kind = entry.read_name("type").lower()
-    held = next((held for word, held in HELD if word in kind), None)
+    held = next((held for word, held in POINT_TYPES if word in kind), None)
     if held is None:
         entry.refuse(f"found {value_text(kind)}; expected fixed, fairlead or free", "type")
     return Point(
@@ -210,4 +212,4 @@ def _point(entry: MappingEntry) -> Point:
 def _piece(entry: MappingEntry) -> Piece:
     ends = (entry.read_name("endA"), entry.read_name("endB"))
     kind = entry.read_name("type", "lineType")
-    return Piece(kind, ends, entry.number("length", quantities.LENGTH), entry.row)
+    return Piece(kind, ends, entry.number("length", quantities.LINE_LENGTH), entry.row)

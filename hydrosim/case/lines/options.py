@@ -19,7 +19,7 @@ NUMBER_OPTIONS: dict[str, tuple[tuple[str, ...], Quantity]] = {
     "density": (("wtrdnsty", "rho", "rhow"), quantities.DENSITY),
     "gravity": (("g", "gravity"), quantities.GRAVITY),
     "depth": (("wtrdpth", "depth", "wtrdepth"), quantities.DEPTH),
-    "friction": (("frictioncoefficient", "mu_ka"), quantities.FRICTION),
+    "friction": (("frictioncoefficient", "mu_ka"), quantities.FRICTION_COEFFICIENT),
 }
 SOLUTION_OPTIONS = {
     *(

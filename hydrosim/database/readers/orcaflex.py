@@ -41,7 +41,7 @@ from hydrosim.database.readers.assembly import (
 from hydrosim.database.readers.qtf import Pairs, quadratic
 from hydrosim.database.readers.text import parse_number, read_text
 from hydrosim.database.transfer import velocity_transfer
-from hydrosim.documents.limits import DEEPEST
+from hydrosim.documents.limits import MAX_NESTING
 from hydrosim.documents.units import value_text
 from hydrosim.errors import InputError
 from hydrosim.scene.given import NOTHING_GIVEN, Given
@@ -293,9 +293,9 @@ def _require_shallow(path: Path, events: Iterable[yaml.Event]) -> None:
             depth += 1
         elif isinstance(event, yaml.CollectionEndEvent):
             depth -= 1
-        if depth > DEEPEST and event.start_mark:
+        if depth > MAX_NESTING and event.start_mark:
             raise InputError(
-                f"{path}: line {event.start_mark.line + 1}: found more than {DEEPEST} nested"
+                f"{path}: line {event.start_mark.line + 1}: found more than {MAX_NESTING} nested"
                 " lists and mappings; expected at most that. The file is damaged; save the model"
                 " as text data again."
             )

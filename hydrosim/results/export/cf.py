@@ -15,13 +15,13 @@ import xarray as xr
 from hydrosim.program import program_version
 from hydrosim.results.export.table import Column, Table, identifiers
 
-LONGEST = 250  # valid name of a variable
+MAX_CF_NAME_LETTERS = 250  # valid name of a variable
 DATE = datetime(2000, 1, 1, tzinfo=UTC)
 
 
 def write(table: Table, path: Path, mark: str, date: datetime | None = None) -> None:
     """Write the columns of a table as netCDF. ``date`` is the date at time 0 s of the run."""
-    named = identifiers(table.columns, LONGEST, "time", "elapsed_time")
+    named = identifiers(table.columns, MAX_CF_NAME_LETTERS, "time", "elapsed_time")
     begin = (date or DATE).strftime("%Y-%m-%d %H:%M:%S")
     of_time = {"units": f"seconds since {begin}", "standard_name": "time", "axis": "T"}
     of_time |= {"calendar": "proleptic_gregorian", "long_name": "time in UTC"}

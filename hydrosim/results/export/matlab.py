@@ -11,7 +11,7 @@ import numpy as np
 
 from hydrosim.results.export.table import Table, identifiers
 
-LONGEST = 63  # valid name of a variable
+MAX_MATLAB_NAME_LETTERS = 63  # valid name of a variable
 
 
 def write(table: Table, path: Path, mark: str) -> None:
@@ -19,7 +19,7 @@ def write(table: Table, path: Path, mark: str) -> None:
     from scipy.io import savemat
 
     own = ("source", "time", "channels", "run")
-    named = list(identifiers(table.columns, LONGEST, *own))
+    named = list(identifiers(table.columns, MAX_MATLAB_NAME_LETTERS, *own))
     rows = [[name, c.name, c.unit, c.what, c.meanings] for name, c in named]
     said = {name: str(value) for name, value in table.attributes.items()}
     variables = {

@@ -15,7 +15,7 @@ from hydrosim.errors import InputError
 from hydrosim.presentation.units import Units
 from hydrosim.results.channels import RUN, chosen, names, series
 
-KEPT = (
+EXPORTED_ATTRIBUTES = (
     "title",
     "date_created",
     "status",
@@ -73,7 +73,7 @@ def table_of(run: xr.Dataset, patterns: Sequence[str], start: float, end: float)
     picked, run = chosen(known, patterns or ["*"], "--channels"), run.isel(time=inside)
     of = {name: select(RUN, run, name) for name in recorded if name in {*picked}}
     columns = [_column(run, name, *(of.get(name) or series(run, name))) for name in picked]
-    said = {name: run.attrs[name] for name in KEPT if name in run.attrs}
+    said = {name: run.attrs[name] for name in EXPORTED_ATTRIBUTES if name in run.attrs}
     return Table(time[inside], columns, said)
 
 

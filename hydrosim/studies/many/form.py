@@ -24,7 +24,7 @@ from hydrosim.errors import HydrosimError
 from hydrosim.forces.layout import carried
 from hydrosim.results.output import fixed_coordinates
 from hydrosim.results.runs_file import BY_RUN, DIFFER, IN_RUN, MISSING
-from hydrosim.results.stages import WEIGHT
+from hydrosim.results.stages import CONTACT_WEIGHT
 from hydrosim.stepping.names import force_names
 from hydrosim.studies.many.alike import scenes_equal
 
@@ -143,7 +143,7 @@ def _layout(scene: Scene) -> xr.Dataset | None:
         "name_of_force": list(force_names(scene)),
         "accelerations": scene.output_accelerations,
         "carried": list(weights),
-        WEIGHT: ("carried", list(weights.values())),
+        CONTACT_WEIGHT: ("carried", list(weights.values())),
     }
     try:
         return xr.Dataset(coords={**fixed_coordinates(scene), **names})

@@ -57,7 +57,7 @@ LINEAR = 0.1
 """Distance relative to the range up to which it is proportional to errors of steps."""
 ONSET = 1e-4
 """Error at the time from which growth is measured, over that at which it is proportional."""
-TINY = 1e-300
+MIN_SCALE = 1e-300
 MIN_SHARE = 0.5
 """Least ratio of the distance to the error of an adaptive run."""
 CHAOS = (
@@ -110,7 +110,7 @@ def estimate_error(compiled: Compiled, run: Run, watch: Watch | None = None) -> 
 
 
 def _ratio(errors: np.ndarray, distances: np.ndarray) -> float:
-    return float(errors.max(initial=0.0) / max(distances.max(initial=0.0), TINY))
+    return float(errors.max(initial=0.0) / max(distances.max(initial=0.0), MIN_SCALE))
 
 
 def wave_error(compiled: Compiled) -> float:
@@ -181,7 +181,7 @@ def errors_of_run(time: np.ndarray, apart: np.ndarray, share: float) -> np.ndarr
     levels = LINEAR / share * np.array([ONSET, 1.0, share])
     onset, smaller, lost = np.searchsorted(worst, levels)
     begin = time[max(onset - 1, 0)]
-    slower = (time[lost] - begin) / max(time[min(smaller, lost)] - begin, TINY)
+    slower = (time[lost] - begin) / max(time[min(smaller, lost)] - begin, MIN_SCALE)
     earlier = np.searchsorted(time, begin + (time - begin) / slower, side="right") - 1
     later = np.arange(time.size) >= lost
     errors[later] = np.maximum(errors[later], apart[earlier[later]])
@@ -192,7 +192,7 @@ def error_share(compiled: Compiled, run: Run, companion: Companion) -> float:
     """Ratio of the distance of a companion to the error of its run."""
     if not compiled.method.adapts:
         return float(abs(companion.stride.ratio**compiled.method.order - 1.0))
-    looser = companion.local_errors / max(local_errors(run), TINY)
+    looser = companion.local_errors / max(local_errors(run), MIN_SCALE)
     return max(abs(looser - 1.0), MIN_SHARE)
 
 

@@ -202,7 +202,7 @@ def read_again(result: Output) -> dict[int, journal.Kept]:
 IDENTITY = {"the program": "one", "the cases": "two"}
 
 
-@pytest.mark.parametrize("name", [journal.RUNS, journal.FIRST])
+@pytest.mark.parametrize("name", [journal.RUNS, journal.FIRST_RUN_FILE])
 def test_no_byte_of_a_journal_changes_a_number_in_silence(tmp_path: Path, name: str) -> None:
     """A run is what it was, or is made again, or the file is named with what to do."""
     result = Output(tmp_path / "runs.nc", "sweep", tmp_path / "x.yaml")
@@ -228,7 +228,7 @@ def test_no_byte_of_a_journal_changes_a_number_in_silence(tmp_path: Path, name: 
             assert kept.found.identical(before[run].found), at
             assert kept.attributes == before[run].attributes, at
             assert kept.warnings == before[run].warnings, at
-    if name == journal.FIRST:
+    if name == journal.FIRST_RUN_FILE:
         assert (lost, told) == (0, len(range(0, len(content), step)))
     else:
         assert told == len(range(0, content.index(b"\n") + 1, step))
