@@ -39,7 +39,8 @@ def given_database(file: Path, given: Sequence[str]) -> ChangedDatabase:
     for setting in given:
         if setting.partition("=")[0].strip() == "file":
             raise InputError(
-                f"{COMMAND_LINE_PREFIX}{setting}: found file; expected another key. The file is the argument."
+                f"{COMMAND_LINE_PREFIX}{setting}: found file; expected another key. The file is"
+                " the argument."
             )
         document = apply_setting(document, setting, COMMAND_LINE_PREFIX)
     return validate_document(document, DatabaseFile).build(lambda _: file)

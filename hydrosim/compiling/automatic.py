@@ -19,8 +19,8 @@ weight contacts carry count as restored, although they are free if all contacts 
 
 An explicit method costs 6 evaluations for each step of the largest stable size h_s, however large E
 is. An implicit method costs 40 evaluations for each step h_i = 4.3 r^(1/4) / w (both measured, w is
-a frequency of the motions). Stiff contacts are closed for a fraction of the time, `CONTACT_TIME_FRACTION`. So
-esdirk4 is chosen if
+a frequency of the motions). Stiff contacts are closed for a fraction of the time,
+`CONTACT_TIME_FRACTION`. So esdirk4 is chosen if
 
     6 CONTACT_TIME_FRACTION / h_s > 40 / h_i.
 

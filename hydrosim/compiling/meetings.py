@@ -75,9 +75,10 @@ def coarse_headings(meeting: Meeting) -> Iterator[str]:
     db = meeting.database
     if lost is not None and max(lost) > HEADING_LOSS_WARNING:
         yield (
-            f"bodies.{meeting.body.name}: {_said(lost, db)}; expected less than {HEADING_LOSS_WARNING:.0%}."
-            f" Compute the database for headings {_spacing(db) / 2.0:.3g} deg apart, or choose"
-            " waves that meet the body at a heading of the database."
+            f"bodies.{meeting.body.name}: {_said(lost, db)}; expected less than"
+            f" {HEADING_LOSS_WARNING:.0%}. Compute the database for headings"
+            f" {_spacing(db) / 2.0:.3g} deg apart, or choose waves that meet the body at a heading"
+            " of the database."
         )
 
 

@@ -16,6 +16,7 @@ def open_run(path: str | Path) -> xr.Dataset:
     run = read(Path(path))
     if run.sizes["time"] < 2:
         raise InputError(
-            f"{path}: has fewer than two recorded times, so there is nothing to draw; {RUN_FILE_HINT}."
+            f"{path}: has fewer than two recorded times, so there is nothing to draw;"
+            f" {RUN_FILE_HINT}."
         )
     return run

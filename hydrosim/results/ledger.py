@@ -93,8 +93,8 @@ def _open(run: xr.Dataset, worst: Gap) -> Iterator[str]:
         yield (
             f"the energy balance is open: from {worst.begin:g} to {worst.end:g} s"
             f" {worst.energy:.2g} J are not accounted for, {worst.relative:.1e} of the energy"
-            f" exchanged; expected at most {MAX_RESIDUAL_FRACTION:g}. Motions may be wrong by more than this"
-            f" fraction. {_remedy(run)}."
+            f" exchanged; expected at most {MAX_RESIDUAL_FRACTION:g}. Motions may be wrong by more"
+            f" than this fraction. {_remedy(run)}."
         )
 
 

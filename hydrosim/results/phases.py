@@ -8,8 +8,8 @@ contact hides no operation at another element.
     compressed       until the fenders stick nearly all the time
     stuck            to the end
 
-A body sticks nearly all the time from where on every stretch of `WINDOW` has at least `MIN_STICKING_SHARE` of
-its fenders' time in stick. A run that ends before a phase does not have it.
+A body sticks nearly all the time from where on every stretch of `WINDOW` has at least
+`MIN_STICKING_SHARE` of its fenders' time in stick. A run that ends before a phase does not have it.
 
 Phases are computed for every group. They are reported only for groups that go through such an
 operation: they begin without contact and end stuck. Fenders of a quay and pairs of fenders do not.

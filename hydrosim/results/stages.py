@@ -2,7 +2,8 @@
 
     first contact       of any contact of the group
     25, 50, 75, 100 %   of the weight transferred: taken by a group that begins without load, given
-                        up by one that begins with it; of the slow load, the mean over `AVERAGING_WINDOW_S`
+                        up by one that begins with it; of the slow load, the mean over
+                        `AVERAGING_WINDOW_S`
     open                all contacts of the group are open, for the first time after they carried
                         half of the weight
     separated           for the last time, and to the end of the run

@@ -45,7 +45,8 @@ def check_attributes(path: Path, attributes: Mapping[Any, Any]) -> None:
             right = False
         if not right:
             raise InputError(
-                f"{path}: attribute {name}: found {text[:60]!r}; expected {expected}. {CHANGED_FILE_HINT}"
+                f"{path}: attribute {name}: found {text[:60]!r}; expected {expected}."
+                f" {CHANGED_FILE_HINT}"
             )
 
 

@@ -35,8 +35,8 @@ RATES = POWERS[1], np.arange(5) @ POWERS  # derivatives at both ends
 
 
 def pieces_of_mesh(shape: TankMesh, origin: np.ndarray) -> np.ndarray:
-    """The pieces (n,) of `PIECE_DTYPE` of a mesh, about ``origin`` (3,) [m] of the body's frame. Raises
-    InputError where a level section of the mesh has no area."""
+    """The pieces (n,) of `PIECE_DTYPE` of a mesh, about ``origin`` (3,) [m] of the body's frame.
+    Raises InputError where a level section of the mesh has no area."""
     return _pieces(shape, *np.asarray(origin, float).tolist())
 
 

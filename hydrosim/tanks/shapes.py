@@ -23,7 +23,8 @@ from hydrosim.tanks.table import level_of_table, pieces_of_table
 
 
 def pieces(shape: TankShape, origin: np.ndarray) -> np.ndarray:
-    """The pieces (n,) of `PIECE_DTYPE` of a shape, about ``origin`` (3,) [m] of the body's frame."""
+    """The pieces (n,) of `PIECE_DTYPE` of a shape, about ``origin`` (3,) [m] of the body's
+    frame."""
     return with_ends(_pieces(shape, origin), capacity(shape))
 
 

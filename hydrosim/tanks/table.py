@@ -27,7 +27,8 @@ GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(5)
 
 
 def pieces_of_table(shape: TankTable, origin: np.ndarray) -> np.ndarray:
-    """The pieces (n,) of `PIECE_DTYPE` of a table, about ``origin`` (3,) [m] of the body's frame."""
+    """The pieces (n,) of `PIECE_DTYPE` of a table, about ``origin`` (3,) [m] of the body's
+    frame."""
     from scipy.interpolate import CubicSpline
 
     volume = np.asarray(shape.volume, float)

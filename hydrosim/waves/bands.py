@@ -30,7 +30,13 @@ import scipy
 
 from hydrosim.jit.kernels import assign, clear, kernel, root, summing
 from hydrosim.scene import Place, SecondOrder
-from hydrosim.waves.forms import DIFFERENCE, MEAN, cells_of, moves_second_order
+from hydrosim.waves.forms import (
+    DIFFERENCE,
+    DRIFT_STENCIL_POINTS,
+    MEAN,
+    cells_of,
+    moves_second_order,
+)
 from hydrosim.waves.frequency_nodes import (
     MAX_NODES,
     NARROWEST,
@@ -75,9 +81,8 @@ class Bands(NamedTuple):
     ``sets`` (nb + 1,) and ``span`` (ns + 1,) give the first set of each body and the first band of
     each set. The envelopes of a set, (times, 2, bands), real and imaginary, start at ``table`` in
     ``values``, ``step`` apart; none where the body drifts. The factor of a band at heading 0 starts
-    at ``load`` in the body's table of X and at ``drift`` in the table of D; `NO_LOAD` if there is no
-    such load.
-    """
+    at ``load`` in the body's table of X and at ``drift`` in the table of D; `NO_LOAD` if there is
+    no such load."""
 
     sets: np.ndarray
     span: np.ndarray
@@ -491,8 +496,8 @@ def _add_two(one, near, other, far, out):
 
 @root
 def follow_path(k, t, middle, apart, path, p, work):
-    """Envelopes of a body that drifts, at `STENCIL_POINTS` times ``apart``, from t on. The block is about
-    the time ``middle``; ``path`` has the displacement at t and the velocity."""
+    """Envelopes of a body that drifts, at `STENCIL_POINTS` times ``apart``, from t on. The block is
+    about the time ``middle``; ``path`` has the displacement at t and the velocity."""
     bands = p.bands
     since = middle - t
     gather_waves(k, middle, path[0] + since * path[2], path[1] + since * path[3], p, work.nodes)

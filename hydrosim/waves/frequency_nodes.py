@@ -235,8 +235,8 @@ def _add_to_nodes(a, b, weight, re, im):
 @root
 def fill_envelopes(k, t, apart, path, p, work, out):
     """Samples of E_f of all bands of the k-th body at `STENCIL_POINTS` times ``apart``, from t on.
-    ``path``: displacement x, y at t and velocity. ``out`` has, for every set, (STENCIL_POINTS, 2, bands),
-    real and imaginary parts."""
+    ``path``: displacement x, y at t and velocity. ``out`` has, for every set, (STENCIL_POINTS, 2,
+    bands), real and imaginary parts."""
     nodes = p.gathered
     anchor = work.anchor[k]
     since = t - anchor[0] * nodes.period

@@ -112,8 +112,8 @@ def new_block(p: FollowingLoads) -> Block:
 
 
 def first_states(p: FollowingLoads, q: np.ndarray, rate: np.ndarray, time: float) -> np.ndarray:
-    """States (`STATES_PER_FOLLOWED_BODY` times slow bodies,) at ``time``, from coordinates and rates (6 nb,), for
-    bodies that have always moved steadily."""
+    """States (`STATES_PER_FOLLOWED_BODY` times slow bodies,) at ``time``, from coordinates and
+    rates (6 nb,), for bodies that have always moved steadily."""
     found = []
     first = np.unique(p.state[p.slow], return_index=True)[1]
     for k in np.flatnonzero(p.slow)[first]:

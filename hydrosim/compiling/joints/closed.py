@@ -207,9 +207,10 @@ def _check_gaps(scene: Scene, model: Model, rows: Rows) -> None:
         if max(gap, np.radians(turn)) > CLOSURE_ATOL:
             raise InputError(
                 f"joints.{name}: does not close at the start: {gap:.3g} m and {turn:.3g} deg are"
-                f" missing between {_sides(scene, name)}; expected less than {CLOSURE_ATOL:g} m and rad."
-                " Joints are closed with all bodies at rest: change the starts (initial.position of"
-                f" bodies, initial of joints) together, or leave them out.{_start_of_drives(scene)}"
+                f" missing between {_sides(scene, name)}; expected less than {CLOSURE_ATOL:g} m"
+                " and rad. Joints are closed with all bodies at rest: change the starts"
+                " (initial.position of bodies, initial of joints) together, or leave them"
+                f" out.{_start_of_drives(scene)}"
             )
 
 

@@ -68,7 +68,8 @@ def _gap(about: About, one: tuple[Body, Extents], other: tuple[Body, Extents]) -
 
 
 def _seen(about: About, body: Body, size: Extents) -> tuple[np.ndarray, np.ndarray]:
-    """Centre of a hull's rectangle (2,), and its extent from there in all directions `DIRECTION_VECTORS`."""
+    """Centre of a hull's rectangle (2,), and its extent from there in all directions
+    `DIRECTION_VECTORS`."""
     b = about.index[body.name]
     R = about.motion.rotation[b]
     middle = (about.centre(b) + R @ size.centre)[:2]

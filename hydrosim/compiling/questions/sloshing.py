@@ -93,7 +93,8 @@ def _doubt(body: Body, found: Sequence[Resonance], axis: int, roll: float) -> Do
         f"bodies.{body.name}.tanks ({names})",
         f"fluid that sloshes along {'xy'[axis]} with a period of {_range(worst.period)} s at"
         f" levels of {_range(worst.level)} m ({worst.tank.name}), with a fraction of"
-        f" {worst.share.max():.2g} of the wave energy within {WAVE_RESONANCE_RTOL:.0%} of such a period{rolls}",
+        f" {worst.share.max():.2g} of the wave energy within {WAVE_RESONANCE_RTOL:.0%} of such a"
+        f" period{rolls}",
         f"usual is a period {BODY_RESONANCE_RTOL:.0%} away from those of waves and roll",
         "The model keeps the fluid level, without sloshing. Divide the tanks, avoid these levels"
         " in such waves, or take the loads from a computation of sloshing.",
