@@ -50,7 +50,7 @@ from hydrosim.scene import (
 from hydrosim.scene.radiation import LENGTH
 from hydrosim.scene.solver import ACCURACIES, ACCURACY
 
-ROTATIONS = frozenset(DOFS[3:])
+ROTATION_DOFS = frozenset(DOFS[3:])
 OUTPUT_STEP = 0.5  # s, about: if the case does not say
 
 
@@ -266,7 +266,7 @@ class Body(Strict):
             return self
         if self.mass is None:
             raise problem('no key "mass"', "it, or lightship")
-        if len(given) > 1 or (not given and ROTATIONS & set(self.dofs)):
+        if len(given) > 1 or (not given and ROTATION_DOFS & set(self.dofs)):
             raise problem(" and ".join(given) or "none", f"one of {', '.join(keys)}")
         if self.mass_matrix is not None:
             self._check_mass_matrix(np.array(self.mass_matrix))

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from hydrosim.outputs import Output
 
-REQUIRED_VARIABLES = ("position", "wave_elevation", "energy_kinetic", "energy_residual")
+RUN_VARIABLES = ("position", "wave_elevation", "energy_kinetic", "energy_residual")
 FORMAT, LATEST = "hydrosim run", 2
 """Format of files of runs: "hydrosim run 2". Files of the first format have no such text."""
 RECORDED = ("recorded_from", "recorded_to")
@@ -44,7 +44,7 @@ def read(path: Path, expected: str = RUN_FILE_HINT) -> xr.Dataset:
         run = xr.load_dataset(path, engine="netcdf4")
     except (OSError, ValueError, RuntimeError) as error:
         raise InputError(f"{path}: cannot be read as netCDF ({error}); {expected}.") from None
-    missing = [name for name in REQUIRED_VARIABLES if name not in run]
+    missing = [name for name in RUN_VARIABLES if name not in run]
     if missing:
         found = f"is netCDF without {', '.join(missing)}"
         if (made := content(path) or "").startswith(REPORTED_KINDS):

@@ -25,7 +25,7 @@ from hydrosim.dofs import DOFS
 from hydrosim.forces.layout import RollMode
 from hydrosim.scene import Body
 
-ROLL_INDEX = DOFS.index("roll")
+ROLL_COORDINATE = DOFS.index("roll")
 MAX_ITERATIONS = 50  # iterations
 FREQUENCY_RTOL = 1e-10  # relative change of the frequency at which they end
 SLOPE_STEP_FRACTION = 1e-3  # of the frequency: step of the slope S'
@@ -41,9 +41,9 @@ def roll_mode(body: Body, stiffness: np.ndarray, db: HydroDatabase | None) -> Ro
     roll, the mode is roll alone.
     """
     free = [i for i, dof in enumerate(DOFS) if dof in body.dofs]
-    free = free if ROLL_INDEX in free else [ROLL_INDEX]
+    free = free if ROLL_COORDINATE in free else [ROLL_COORDINATE]
     own = np.ix_(free, free)
-    at = free.index(ROLL_INDEX)
+    at = free.index(ROLL_COORDINATE)
     M = block_diag(body.mass * np.eye(3), body.inertia)[own]
     total = stiffness.copy()
     if db is not None:
