@@ -13,7 +13,7 @@ import numpy as np
 from hydrosim import scene
 from hydrosim.case import schema
 from hydrosim.case.criteria import as_attributes
-from hydrosim.case.elements import Where
+from hydrosim.case.elements import BuildContext
 from hydrosim.case.elements.lines import Lines, Vessel
 from hydrosim.case.hydrodynamics import built
 from hydrosim.case.hydrostatics import hull_of
@@ -65,13 +65,13 @@ def _forces(
     found: dict[str, scene.ForceElement] = {}
     joints = {name: joint.build() for name, joint in data.joints.items()}
     for name, element in data.forces.items():
-        where = Where(f"forces.{name}", path, _density(data.water), joints)
+        where = BuildContext(f"forces.{name}", path, _density(data.water), joints)
         if isinstance(element, Lines):
             body = bodies[element.body]
             place = (body.location, body.heading, body.centre_of_gravity)
             several = element.elements(where, Vessel(*place, data.water.water_depth))
         else:
-            several = {name: element.placed(where)}
+            several = {name: element.build_active(where)}
         if twice := {*several} & {*found, *data.forces} - {name}:
             text = f'found two elements of the name "{min(twice)}"; expected another name of one'
             raise InputError(f"{path}: forces.{name}: {text}; lines have names NAME_LINE")

@@ -63,7 +63,7 @@ def _check_bodies(case: CaseFile) -> Iterator[Problem]:
             yield from _check_body(case, ("forces", name, "body"), element.body)
         if isinstance(element, Drive) and element.joint is not None:
             yield from _check_joint(case, ("forces", name, "joint"), element.joint)
-        for keys, other, remedy in element.others():
+        for keys, other, remedy in element.body_references():
             yield from _check_other(case, name, keys, other, remedy)
 
 
@@ -206,10 +206,10 @@ def _check_file(keys: Keys, path: Path, wanted: str) -> Iterator[Problem]:
         yield Problem(keys, f"found {found} at {place}; expected {wanted}; {RELATIVE}")
 
 
-def recorded(case: CaseFile) -> Iterator[tuple[Keys, Recorded]]:
+def recorded_series(case: CaseFile) -> Iterator[tuple[Keys, Recorded]]:
     """All recorded series of a case, with the keys to them."""
     for name, element in case.forces.items():
-        yield from ((("forces", name, *keys), form) for keys, form in element.recorded())
+        yield from ((("forces", name, *keys), form) for keys, form in element.recorded_series())
     for i, waves in enumerate(case.environment.waves if case.environment else ()):
         if isinstance(waves, RecordedElevation):
             yield ("environment", "waves", i), waves
@@ -218,7 +218,7 @@ def recorded(case: CaseFile) -> Iterator[tuple[Keys, Recorded]]:
 def _check_records(case: CaseFile, folder: Path) -> Iterator[Problem]:
     """Files that must be there; the run of a case need not be, but the case and a folder for it."""
     cases: dict[str, str | None] = {}
-    for keys, form in recorded(case):
+    for keys, form in recorded_series(case):
         if cases.setdefault(form.file, form.case) != form.case:
             text = f"found {form.file} as the run of {form.case} and of {cases[form.file]}"
             yield Problem((*keys, "case"), f"{text}; expected the same case wherever it is read")

@@ -37,7 +37,7 @@ CONTACT_RESULTS = Literal[
 PHASE_NAMES = Literal["moored", "initial contact", "compressed", "stuck"]
 
 
-class Report(of.Strict):
+class Report(of.SchemaModel):
     """The title block of reports. All keys are texts and may be left out."""
 
     project: StrictStr = ""
@@ -58,7 +58,7 @@ class Report(of.Strict):
     """A few sentences for the first page. Example: For discussion."""
 
 
-class RunCriterion(of.Strict):
+class RunCriterion(of.SchemaModel):
     """A limit of a statistic of a channel, or of a result of contacts, and where it comes from."""
 
     channel: StrictStr | None = None
@@ -80,8 +80,8 @@ class RunCriterion(of.Strict):
 
     @model_validator(mode="after")
     def _check_what(self) -> Self:
-        of_channel = self.given("channel", "statistic", "phase")
-        of_contacts = self.given("result", "group")
+        of_channel = self.keys_with_value("channel", "statistic", "phase")
+        of_contacts = self.keys_with_value("result", "group")
         if bool(of_channel) == bool(of_contacts) or (of_contacts and self.result is None):
             found = " and ".join([*of_channel, *of_contacts]) or "no channel"
             raise problem(found, "either channel and statistic, or result")

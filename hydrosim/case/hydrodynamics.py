@@ -12,7 +12,7 @@ from pydantic import Discriminator, StrictBool, StrictStr, Tag, model_validator
 
 from hydrosim import scene
 from hydrosim.documents import quantities as of
-from hydrosim.documents.quantities import Strict, as_matrix
+from hydrosim.documents.quantities import SchemaModel, as_matrix
 from hydrosim.documents.units import Quantity, problem
 from hydrosim.scene import FrequencyColumn, Without
 from hydrosim.scene.given import key_of
@@ -31,7 +31,7 @@ Points = Annotated[tuple[of.Point, ...], of.one_or_more(of.Point, _points)]
 Volumes = Annotated[tuple[Volume, ...], of.one_or_more(Volume)]
 
 
-class DatabaseFile(Strict):
+class DatabaseFile(SchemaModel):
     """A database in a ``file``: values that the file lacks, and changes to it."""
 
     file: StrictStr
@@ -105,7 +105,7 @@ class MemberFile(DatabaseFile):
         return scene.AtDraught(self.draught, built.source if plain else built)
 
 
-class Coefficients(Strict):
+class Coefficients(SchemaModel):
     """Numbers instead of a database: constant, and without wave loads."""
 
     added_mass: of.AddedMassMatrix | None = None
@@ -117,7 +117,7 @@ class Coefficients(Strict):
 
     @model_validator(mode="after")
     def _check_some(self) -> Self:
-        if not self.given("added_mass", "damping", "stiffness"):
+        if not self.keys_with_value("added_mass", "damping", "stiffness"):
             raise problem("none of them", "a file, or some of added_mass, damping, stiffness")
         return self
 

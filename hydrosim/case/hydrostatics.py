@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import BeforeValidator, Discriminator, StrictStr, Tag
 
 from hydrosim.documents.mesh_keys import MeshKeys
-from hydrosim.documents.quantities import Strict
+from hydrosim.documents.quantities import SchemaModel
 from hydrosim.documents.units import Quantity, problem
 from hydrosim.errors import InputError
 from hydrosim.scene import Hull
@@ -39,7 +39,7 @@ class MeshHull(MeshKeys):
         return read_closed(folder / self.mesh, self)
 
 
-class RecipeHull(Strict):
+class RecipeHull(SchemaModel):
     """The hull that the ``recipe`` of the database describes, ``depth`` from keel to deck."""
 
     recipe: StrictStr

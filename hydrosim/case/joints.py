@@ -18,7 +18,7 @@ from hydrosim import scene
 from hydrosim.case.elements.active import Active
 from hydrosim.case.elements.element import Exemplary
 from hydrosim.documents import quantities as of
-from hydrosim.documents.quantities import Strict
+from hydrosim.documents.quantities import SchemaModel
 from hydrosim.documents.units import problem
 from hydrosim.scene.joint import JointType
 
@@ -26,7 +26,7 @@ MIN_AXIS_LENGTH = 1e-100  # length of an axis: below it has no direction
 PARALLEL = 1e-6  # of two axes that must be at right angles: cosine that is rounding
 
 
-class TurnStops(Strict):
+class TurnStops(SchemaModel):
     """End stops of a turn."""
 
     range: tuple[of.Angle, of.Angle]
@@ -39,7 +39,7 @@ class TurnStops(Strict):
     _check_order = model_validator(mode="after")(lambda stops: _ordered(stops))
 
 
-class SlideStops(Strict):
+class SlideStops(SchemaModel):
     """End stops of a slide."""
 
     range: tuple[of.Length, of.Length]
@@ -59,7 +59,7 @@ def _ordered(stops: Any) -> Any:
     return stops
 
 
-class TurnFriction(Strict):
+class TurnFriction(SchemaModel):
     """Dry friction of a turn: a given moment, which does not depend on the load in the joint."""
 
     law: Literal["coulomb"]
@@ -84,7 +84,7 @@ class TurnFriction(Strict):
         return _friction(self.static_moment, self.kinetic_moment)
 
 
-class SlideFriction(Strict):
+class SlideFriction(SchemaModel):
     """Dry friction of a slide: a given force, which does not depend on the load in the joint."""
 
     law: Literal["coulomb"]
@@ -134,7 +134,7 @@ def _not_more(static: float, kinetic: float | None, what: str) -> None:
         )
 
 
-class TurnInitial(Strict):
+class TurnInitial(SchemaModel):
     """Start of a turn."""
 
     angle: of.Angle = 0.0
@@ -143,7 +143,7 @@ class TurnInitial(Strict):
     """Its rate at the start."""
 
 
-class SlideInitial(Strict):
+class SlideInitial(SchemaModel):
     """Start of a slide."""
 
     offset: of.Length = 0.0
@@ -152,7 +152,7 @@ class SlideInitial(Strict):
     """Its rate at the start."""
 
 
-class Turn(Strict):
+class Turn(SchemaModel):
     """What acts about an axis of a joint."""
 
     stiffness: of.EitherTurnStiffness = 0.0
@@ -173,7 +173,7 @@ class Turn(Strict):
         return _acting(self, self.initial.angle, self.initial.rate)
 
 
-class Slide(Strict):
+class Slide(SchemaModel):
     """What acts along an axis of a joint."""
 
     stiffness: of.EitherStiffness = 0.0
@@ -210,7 +210,7 @@ def _stops(form: TurnStops | SlideStops | None) -> scene.Stops | None:
     return None if form is None else scene.Stops(*form.range, form.stiffness, form.damping)
 
 
-class JointWindow(Strict):
+class JointWindow(SchemaModel):
     """Window in which a joint closes."""
 
     gap: of.Length | None = None
@@ -222,7 +222,7 @@ class JointWindow(Strict):
 
     @model_validator(mode="after")
     def _check_values(self) -> Self:
-        given = self.given("gap", "speed")
+        given = self.keys_with_value("gap", "speed")
         if not given:
             raise problem("an empty mapping", "gap, speed, or both")
         for key in given:
@@ -260,7 +260,7 @@ class JointForm(Exemplary):
 
     @model_validator(mode="after")
     def _check_active(self) -> Self:
-        limited = self.given("active", "window", "breaks_at")
+        limited = self.keys_with_value("active", "window", "breaks_at")
         if self.breaks_at is not None and not self.breaks_at > 0.0:
             raise problem(f"breaks_at {self.breaks_at:g} N", "a force above 0")
         if limited and any(each.acts for each in self.resistances()):
@@ -444,7 +444,7 @@ class Planar(OnAxis):
         return self.first.built(), self.second.built(), self.turn.built()
 
 
-class BallInitial(Strict):
+class BallInitial(SchemaModel):
     """Start of a ball joint."""
 
     rotation: tuple[of.Angle, of.Angle, of.Angle] = (0.0, 0.0, 0.0)
@@ -510,14 +510,14 @@ class Fixed(JointForm):
     """No motion."""
 
 
-class SlidingPawl(Strict):
+class SlidingPawl(SchemaModel):
     """A ratchet along its axis."""
 
     pitch: of.Length = 0.0
     """Distance of its teeth. Without it, it holds wherever it would go back."""
 
 
-class TurningPawl(Strict):
+class TurningPawl(SchemaModel):
     """A ratchet about its axis."""
 
     pitch: of.Angle = 0.0
@@ -544,7 +544,7 @@ class Ratchet(OnAxis):
 
     @model_validator(mode="after")
     def _check_motion(self) -> Self:
-        given = self.given("slide", "turn")
+        given = self.keys_with_value("slide", "turn")
         if len(given) != 1:
             raise problem(" and ".join(given) or "no motion", "either slide: {} or turn: {}")
         if self.window is not None or self.breaks_at is not None:

@@ -10,7 +10,7 @@ from typing import Any
 
 from yaml.nodes import Node
 
-from hydrosim.case.checks import check, recorded
+from hydrosim.case.checks import check, recorded_series
 from hydrosim.case.schema import CaseFile
 from hydrosim.documents.layers import apply_setting, read_case, settings_of
 from hydrosim.documents.layers import written as yaml_text
@@ -77,7 +77,7 @@ class Case:
     def stages(self) -> tuple[Stage, ...]:
         """The runs of other cases that this one needs: recorded series with a case of their own."""
         folder = self.path.parent
-        series = (form for _, form in recorded(self.data) if form.case is not None)
+        series = (form for _, form in recorded_series(self.data) if form.case is not None)
         needed = {folder / form.file: folder / str(form.case) for form in series}
         return tuple(Stage(file, load_case(path)) for file, path in needed.items())
 

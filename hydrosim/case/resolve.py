@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import yaml
 from pydantic import BaseModel
 
-from hydrosim.case.elements import Where
+from hydrosim.case.elements import BuildContext
 from hydrosim.documents.layers import FILES
 from hydrosim.documents.units import Scale
 from hydrosim.scene.arrangement import arranged
@@ -27,7 +27,8 @@ def resolved(data: CaseFile, folder: Path) -> str:
     output = data.output.model_copy(update={"step": data.output_step})
     place = folder / "case.yaml"
     forces = {
-        name: element.fixed(Where(f"forces.{name}", place)) for name, element in data.forces.items()
+        name: element.with_fitted_numbers(BuildContext(f"forces.{name}", place))
+        for name, element in data.forces.items()
     }
     changes = {"output": output, "environment": data.water, "bodies": _bodies(data)}
     changes["forces"] = forces

@@ -32,7 +32,7 @@ from hydrosim.case.streams import Current, Wind
 from hydrosim.case.tanks import Lightship, Pump, Tank
 from hydrosim.case.waves import Waves
 from hydrosim.documents import quantities as of
-from hydrosim.documents.quantities import Strict
+from hydrosim.documents.quantities import SchemaModel
 from hydrosim.documents.suggestions import suggestion
 from hydrosim.documents.units import Quantity, problem
 from hydrosim.dofs import DOFS
@@ -65,7 +65,7 @@ def _in_order(dofs: tuple[str, ...]) -> tuple[str, ...]:
 Dofs = Annotated[tuple[StrictStr, ...], AfterValidator(_in_order)]
 
 
-class Environment(Strict):
+class Environment(SchemaModel):
     """Water, the waves on it, one mapping or a list of them, current and wind."""
 
     water_depth: of.Depth = np.inf
@@ -83,7 +83,7 @@ class Environment(Strict):
     """Wind, steady or with gusts. It acts through force elements alone."""
 
 
-class Initial(Strict):
+class Initial(SchemaModel):
     """Offsets from the place at rest, and velocities, at the start."""
 
     position: of.Offsets = (0.0,) * 6
@@ -92,7 +92,7 @@ class Initial(Strict):
     """Velocities when the run starts: six values, or some by name."""
 
 
-class WaveForces(Strict):
+class WaveForces(SchemaModel):
     """Which wave loads act."""
 
     first_order: StrictBool = True
@@ -109,7 +109,7 @@ class WaveForces(Strict):
     instantaneous."""
 
 
-class Tabulated(Strict):
+class Tabulated(SchemaModel):
     """What all retardation functions have: how long they are, and the step of their tables."""
 
     length: of.Period | None = None
@@ -152,7 +152,7 @@ class ConvolutionRadiation(Tabulated):
     """The memory integral itself."""
 
 
-class ConstantRadiation(Strict):
+class ConstantRadiation(SchemaModel):
     """Added mass and damping of one period."""
 
     model: Literal["constant"]
@@ -161,7 +161,7 @@ class ConstantRadiation(Strict):
     """Wave period whose added mass and damping are used."""
 
 
-class NoRadiation(Strict):
+class NoRadiation(SchemaModel):
     """No radiation; the other keys may stay, so that one word turns it off."""
 
     model_config = ConfigDict(extra="ignore")
@@ -189,7 +189,7 @@ _MODEL = BeforeValidator(
 )
 
 
-class Body(Strict):
+class Body(SchemaModel):
     """A rigid body; dry if it has no hydrodynamics."""
 
     mass: of.Mass | None = None
@@ -257,9 +257,9 @@ class Body(Strict):
     @model_validator(mode="after")
     def _check_mass(self) -> Self:
         keys = ("radii_of_gyration", "inertia", "mass_matrix")
-        given = self.given(*keys)
+        given = self.keys_with_value(*keys)
         if self.lightship is not None:
-            twice = [*self.given("mass", "centre_of_gravity"), *given]
+            twice = [*self.keys_with_value("mass", "centre_of_gravity"), *given]
             if twice:
                 found = f"lightship and {', '.join(twice)}"
                 raise problem(found, "one of them: of the ship without, or with what is in tanks")
@@ -308,7 +308,7 @@ class Body(Strict):
         return self
 
 
-class Tolerance(Strict):
+class Tolerance(SchemaModel):
     """Error per second of a run that an adaptive method keeps to in each step."""
 
     relative: of.Tolerance = 1e-6
@@ -342,7 +342,7 @@ _OF_STEPS: JsonDict = {
 }
 
 
-class Solver(Strict):
+class Solver(SchemaModel):
     """How time is stepped. The ``tolerance`` of ``automatic`` is the error of motions, of their
     range; that of adaptive methods is the error of each step."""
 
@@ -391,7 +391,7 @@ class Solver(Strict):
         return self
 
 
-class Clearance(Strict):
+class Clearance(SchemaModel):
     """The distance of a named point, "bow of barge", from another or from a plane."""
 
     of: StrictStr
@@ -403,7 +403,7 @@ class Clearance(Strict):
 
     @model_validator(mode="after")
     def _check_other(self) -> Self:
-        if len(given := self.given("to", "plane")) != 1:
+        if len(given := self.keys_with_value("to", "plane")) != 1:
             raise problem(" and ".join(given) or "nothing to measure from", "either to or plane")
         if self.to == self.of:
             raise problem(f"the distance of {self.of} from itself", "two points")
@@ -413,7 +413,7 @@ class Clearance(Strict):
         return self
 
 
-class Output(Strict):
+class Output(SchemaModel):
     """What is recorded: every ``step``, a multiple of the solver's, and with ``states`` all that
     another run needs to start from there; with ``impulses`` what `hydrosim explain` needs;
     ``accelerations``; the elevation at ``wave_probes``, x and y by name; the ``clearances`` of
@@ -433,7 +433,7 @@ class Output(Strict):
     """Distances by name that are recorded."""
 
 
-class Start(Strict):
+class Start(SchemaModel):
     """A run to start from, at a time of it or at its end."""
 
     run: StrictStr
@@ -452,7 +452,7 @@ Begin = Annotated[
 ]
 
 
-class CaseFile(Strict):
+class CaseFile(SchemaModel):
     """A whole case file."""
 
     title: StrictStr

@@ -11,7 +11,7 @@ from hydrosim import scene
 from hydrosim.case import schema, waves
 from hydrosim.case.components import read_components
 from hydrosim.case.directional import read_directional
-from hydrosim.case.elements import Where
+from hydrosim.case.elements import BuildContext
 from hydrosim.case.records import read_record
 from hydrosim.documents.series import read_series
 from hydrosim.documents.text import Source
@@ -32,15 +32,17 @@ def _trains(water: schema.Environment, path: Path) -> Iterator[scene.WaveTrain]:
         key = "environment.waves" if len(water.waves) == 1 else f"environment.waves.{i}"
         if not isinstance(train, waves.NoWaves):
             given = {name: value for name, value in dict(train).items() if name in KEYS}
-            yield scene.WaveTrain(_spectrum(train, water, Where(key, path)), **given)
+            yield scene.WaveTrain(_spectrum(train, water, BuildContext(key, path)), **given)
 
 
-def _source(where: Where, file: str) -> Source:
+def _source(where: BuildContext, file: str) -> Source:
     """A data file, relative to the case file."""
     return Source(where.path.parent / file, f"{where.path}: {where.key}")
 
 
-def _spectrum(train: waves.SomeWaves, water: schema.Environment, where: Where) -> scene.Spectrum:
+def _spectrum(
+    train: waves.SomeWaves, water: schema.Environment, where: BuildContext
+) -> scene.Spectrum:
     match train:
         case waves.Jonswap():
             peak = train.significant_height, train.peak_period
@@ -71,7 +73,7 @@ def _spectrum(train: waves.SomeWaves, water: schema.Environment, where: Where) -
             return scene.RecordedElevation(series.time, series.value, train.position, highest)
 
 
-def _table(table: waves.Table, where: Where) -> scene.SpectrumTable:
+def _table(table: waves.Table, where: BuildContext) -> scene.SpectrumTable:
     if table.file is None:
         return scene.SpectrumTable(np.array(table.frequency), np.array(table.density))
     source = _source(where, table.file)
@@ -83,10 +85,10 @@ def _table(table: waves.Table, where: Where) -> scene.SpectrumTable:
     )
 
 
-def _given(train: waves.Components, where: Where) -> scene.GivenComponents:
+def _given(train: waves.Components, where: BuildContext) -> scene.GivenComponents:
     given = train.components
     if isinstance(given, waves.ComponentsFile):
-        at_key = Where(f"{where.key}.components", where.path)
+        at_key = BuildContext(f"{where.key}.components", where.path)
         each = read_components(_source(at_key, given.file))
     else:
         each = given

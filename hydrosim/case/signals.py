@@ -15,11 +15,11 @@ from pydantic import (
 )
 
 from hydrosim.documents import quantities as of
-from hydrosim.documents.quantities import Strict, T
+from hydrosim.documents.quantities import SchemaModel, T
 from hydrosim.documents.units import AnyQuantity, Scale, problem, value_text
 
 
-class Table(Strict, Generic[T]):
+class Table(SchemaModel, Generic[T]):
     """Straight lines between the forces at some times, constant outside."""
 
     time: of.Times
@@ -35,7 +35,7 @@ class Table(Strict, Generic[T]):
         return self
 
 
-class Recorded(Strict):
+class Recorded(SchemaModel):
     """Columns of a file, added together and multiplied by a factor; the file is the run of ``case``
     if that is given."""
 
@@ -54,7 +54,7 @@ class Recorded(Strict):
     """Factor with a unit that the series is multiplied by."""
 
 
-class Harmonic(Strict, Generic[T]):
+class Harmonic(SchemaModel, Generic[T]):
     """mean + amplitude sin(2 pi t / period + phase)."""
 
     amplitude: T

@@ -9,12 +9,12 @@ from pydantic import AfterValidator, ConfigDict, Discriminator, Field, Tag, mode
 
 from hydrosim import scene
 from hydrosim.documents import quantities as of
-from hydrosim.documents.quantities import Strict
+from hydrosim.documents.quantities import SchemaModel
 from hydrosim.documents.units import problem
 from hydrosim.scene import Amplitudes, WindLaw
 
 
-class CurrentTable(Strict):
+class CurrentTable(SchemaModel):
     """Current at some depths, with straight lines between."""
 
     depth: Annotated[tuple[of.Length, ...], AfterValidator(of.from_zero), of.RISING]
@@ -27,7 +27,7 @@ class CurrentTable(Strict):
 
     @model_validator(mode="after")
     def _check_table(self) -> Self:
-        for key in self.given("speed", "heading"):
+        for key in self.keys_with_value("speed", "heading"):
             count = len(getattr(self, key))
             if count != len(self.depth):
                 found = f"{count} values in {key} and {len(self.depth)} in depth"
@@ -35,7 +35,7 @@ class CurrentTable(Strict):
         return self
 
 
-class CurrentPower(Strict):
+class CurrentPower(SchemaModel):
     """Power law of the height above the sea bed."""
 
     exponent: of.ProfileExponent
@@ -52,7 +52,7 @@ def _form_of_current(value: object) -> str:
 _SPEEDS: dict[str, Any] = {"anyOf": [{"required": ["speed"]}, {"required": ["profile"]}]}
 
 
-class Current(Strict):
+class Current(SchemaModel):
     """Steady current, and where it goes to."""
 
     model_config = ConfigDict(json_schema_extra=_SPEEDS)
@@ -80,7 +80,7 @@ class Current(Strict):
         return self
 
 
-class WindPower(Strict):
+class WindPower(SchemaModel):
     """Power law of the height above the water."""
 
     exponent: of.ProfileExponent
@@ -91,7 +91,7 @@ def _form_of_wind(value: object) -> str:
     return "power law" if isinstance(value, dict | WindPower) else "name"
 
 
-class Gusts(Strict):
+class Gusts(SchemaModel):
     """Gusts along the mean wind, drawn from a spectrum."""
 
     spectrum: Literal["npd", "iso", "api", "ochi_shin"]
@@ -138,7 +138,7 @@ class Gusts(Strict):
         )
 
 
-class Wind(Strict):
+class Wind(SchemaModel):
     """Wind, and where it goes to."""
 
     speed: of.FlowSpeed

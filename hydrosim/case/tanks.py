@@ -13,7 +13,7 @@ from hydrosim.case.elements.active import AtTime, Event
 from hydrosim.case.hydrostatics import Depth, MeshHull, RecipeHull
 from hydrosim.documents import quantities as of
 from hydrosim.documents.mesh_keys import Axes, Scale
-from hydrosim.documents.quantities import Strict
+from hydrosim.documents.quantities import SchemaModel
 from hydrosim.documents.units import Quantity, problem
 from hydrosim.errors import InputError
 from hydrosim.scene import FreeSurface
@@ -30,7 +30,7 @@ Levels = Annotated[tuple[Level, ...], of.RISING, AfterValidator(of.from_zero)]
 Volumes = Annotated[tuple[Volume, ...], of.RISING, AfterValidator(of.from_zero)]
 
 
-class Lightship(Strict):
+class Lightship(SchemaModel):
     """The body without what is in its tanks; ``centre_of_gravity`` is in the database's frame."""
 
     mass: of.Mass
@@ -44,14 +44,14 @@ class Lightship(Strict):
 
     @model_validator(mode="after")
     def _check_inertia(self) -> Self:
-        given = self.given("radii_of_gyration", "inertia")
+        given = self.keys_with_value("radii_of_gyration", "inertia")
         if len(given) != 1:
             found = " and ".join(given) or "neither radii_of_gyration nor inertia"
             raise problem(found, "one of radii_of_gyration, inertia")
         return self
 
 
-class TankTable(Strict):
+class TankTable(SchemaModel):
     """What a tank holds at each ``level`` above its bottom: ``volume`` of fluid, its ``centroid``
     in the database's frame, and second moments of its free surface about the surface's centroid."""
 
@@ -85,7 +85,7 @@ class TankTable(Strict):
         return scene.TankTable(level, volume, np.array(self.centroid), surface)
 
 
-class Plan(Strict):
+class Plan(SchemaModel):
     """Levels at times; the flow between them is constant, from or to the sea."""
 
     time: of.Times
@@ -101,7 +101,7 @@ class Plan(Strict):
         return self
 
 
-class Tank(Strict):
+class Tank(SchemaModel):
     """A tank: a ``box`` between two corners, a ``table``, a closed ``mesh`` in a file, or the hull
     of a ``recipe``, in the database's frame; the latter two with the keys that a hull has."""
 
@@ -137,12 +137,12 @@ class Tank(Strict):
 
     @model_validator(mode="after")
     def _check_shape(self) -> Self:
-        given = self.given("box", "table", "mesh", "recipe")
+        given = self.keys_with_value("box", "table", "mesh", "recipe")
         if len(given) != 1:
             found = " and ".join(given) or "none of them"
             raise problem(found, "one of box, table, mesh, recipe")
         for key, owner in (*((key, "mesh") for key in PLACING), ("depth", "recipe")):
-            if self.given(key) and given[0] != owner:
+            if self.keys_with_value(key) and given[0] != owner:
                 raise problem(f"{key} of a {given[0]}", f"it of a {owner}")
         if self.table is not None and self.permeability != 1.0:
             raise problem("permeability of a table", "volumes of fluid in it, and no permeability")
@@ -170,7 +170,7 @@ class Tank(Strict):
         if self.table is not None:
             return self.table.build()
         if self.mesh is not None:
-            given = {key: getattr(self, key) for key in self.given(*PLACING)}
+            given = {key: getattr(self, key) for key in self.keys_with_value(*PLACING)}
             corners = MeshHull(mesh=self.mesh, **given).triangles(folder)
             return scene.TankMesh(corners, self.permeability, str(folder / self.mesh))
         if self.recipe is not None:
@@ -180,7 +180,7 @@ class Tank(Strict):
         return scene.Box(tuple(low.tolist()), tuple(high.tolist()), self.permeability)
 
 
-class LevelReached(Strict):
+class LevelReached(SchemaModel):
     """When the level of a tank is above or below a height."""
 
     tank: StrictStr
@@ -192,7 +192,7 @@ class LevelReached(Strict):
 
     @model_validator(mode="after")
     def _check_side(self) -> Self:
-        given = self.given("above", "below")
+        given = self.keys_with_value("above", "below")
         if len(given) != 1:
             raise problem(" and ".join(given) or "neither", "one of above, below")
         return self
@@ -220,7 +220,7 @@ When = Annotated[
 ]
 
 
-class Pump(Strict):
+class Pump(SchemaModel):
     """Moves fluid from its ``source`` to its ``target``: names of tanks of the body, or sea; from
     ``start`` to ``stop``, each a time, a level or an event."""
 

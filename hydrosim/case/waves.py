@@ -18,12 +18,12 @@ from pydantic import (
 
 from hydrosim.case.signals import Recorded
 from hydrosim.documents import quantities as of
-from hydrosim.documents.quantities import Strict
+from hydrosim.documents.quantities import SchemaModel
 from hydrosim.documents.units import problem
 from hydrosim.scene import Amplitudes
 
 
-class Growing(Strict):
+class Growing(SchemaModel):
     """What all waves have: the time that they take to grow."""
 
     ramp: of.Span = 0.0
@@ -100,7 +100,7 @@ class Torsethaugen(Peaked):
     """Torsethaugen spectrum: wind sea and swell of the North Sea."""
 
 
-class OchiHubblePeak(Strict):
+class OchiHubblePeak(SchemaModel):
     """One peak; ``shape`` is lambda."""
 
     significant_height: of.Height
@@ -163,7 +163,7 @@ class Table(Spread):
 
     @model_validator(mode="after")
     def _check_table(self) -> Self:
-        given = self.given("frequency", "density", "file")
+        given = self.keys_with_value("frequency", "density", "file")
         if given not in (["frequency", "density"], ["file"]):
             raise problem(" and ".join(given) or "no table", "frequency and density, or a file")
         if self.frequency and self.density and len(self.frequency) != len(self.density):
@@ -207,7 +207,7 @@ def _components(value: object) -> str:
     return "file" if isinstance(value, dict | BaseModel) else "list"
 
 
-class Component(Strict):
+class Component(SchemaModel):
     """One of given components: it goes to the ``heading`` of them all if it has none of its own."""
 
     amplitude: of.Height
@@ -223,13 +223,13 @@ class Component(Strict):
 
     @model_validator(mode="after")
     def _check_frequency(self) -> Self:
-        given = self.given("period", "frequency")
+        given = self.keys_with_value("period", "frequency")
         if len(given) != 1:
             raise problem(" and ".join(given) or "neither", "either period or frequency")
         return self
 
 
-class ComponentsFile(Strict):
+class ComponentsFile(SchemaModel):
     """A text ``file`` with a line for each component, and columns named as the keys of one."""
 
     file: StrictStr
@@ -265,7 +265,7 @@ class RecordedElevation(Recorded, Directed):
     """Frequency above which the record is left out."""
 
 
-class NoWaves(Strict):
+class NoWaves(SchemaModel):
     """No waves; the other keys may stay, so that one word turns the waves of a case off."""
 
     model_config = ConfigDict(extra="ignore")

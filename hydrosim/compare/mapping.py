@@ -29,7 +29,7 @@ from pydantic import (
 from hydrosim.documents import quantities as of
 from hydrosim.documents.layers import read_case
 from hydrosim.documents.nodes import locate, place_text
-from hydrosim.documents.quantities import Strict
+from hydrosim.documents.quantities import SchemaModel
 from hydrosim.documents.text import readable_unit
 from hydrosim.documents.units import AnyQuantity, Scale, problem, value_text
 from hydrosim.documents.validate import validate_document
@@ -56,7 +56,7 @@ Unit = Annotated[StrictStr, AfterValidator(_unit)]
 Column = StrictStr | StrictInt
 
 
-class TimeColumn(Strict):
+class TimeColumn(SchemaModel):
     """Column of the time, and its conversion to the time of the run."""
 
     column: Column | None = None
@@ -65,7 +65,7 @@ class TimeColumn(Strict):
     shift: StrictBool = False
 
 
-class ChannelPlace(Strict):
+class ChannelPlace(SchemaModel):
     """Column of a channel in a recording, and its conversion to our unit, sign and point."""
 
     column: Column
@@ -81,7 +81,7 @@ class ChannelPlace(Strict):
         return self._written
 
 
-class MappingFile(Strict):
+class MappingFile(SchemaModel):
     """Content of a mapping file."""
 
     time: TimeColumn = TimeColumn()

@@ -51,7 +51,7 @@ SHARE_OF_WAVES = 0.1
 
 
 def compile_calm(scene: Scene, wet: Sequence[WetGroup], known: Parts | None = None) -> Compiled:
-    """Compile an `opened` scene in calm water with its databases ``wet``, and with its elements and
+    """Compile a scene of `open_start` in calm water with its databases ``wet``, and with its elements and
     tanks if they are ``known``.
 
     Raises InputError if the scene cannot be compiled or started.
@@ -106,7 +106,7 @@ def in_waves(calm: Compiled, scene: Scene, sea: Sequence[Components]) -> Compile
 
 def _met_at_rest(calm: Compiled, scene: Scene) -> list[WaveBody]:
     """Bodies on which waves act at rest, wherever they are; only lines with drag need them."""
-    if not any(each.feels() for _, each in elements_of(scene, Catenary)):
+    if not any(each.dragging_streams() for _, each in elements_of(scene, Catenary)):
         return []
     met = {body.name: replace(calm.facts.met[body.name], **MEAN) for body in scene.bodies}
     return wave_bodies(scene, calm.facts.databases, met)

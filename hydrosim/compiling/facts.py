@@ -46,7 +46,7 @@ class Facts:
 
 
 def facts_of(scene: Scene, wet: Sequence[WetGroup], model: Model) -> Facts:
-    """Facts of an `opened` scene. Raises InputError if waves cannot act on a body as asked."""
+    """Facts of a scene of `open_start`. Raises InputError if waves cannot act on a body as asked."""
     databases = each_alone(wet)
     nonlinear = tuple(nonlinearities(scene, model))
     met = met_by_waves(scene, databases)

@@ -117,10 +117,12 @@ def _arrow(joint: Joint, y: float) -> np.ndarray:
 
 def _alone(elements: Mapping[str, ForceElement], y: float) -> Iterator[str]:
     """Names of the elements with parts that have no image. One part has at most one image."""
-    parts = [(name, part) for name, element in elements.items() for part in element.parts(y)]
+    parts = [
+        (name, part) for name, element in elements.items() for part in element.mirrored_parts(y)
+    ]
     left = [part for _, part in parts]
     for name, part in parts:
-        image = part.image()
+        image = part.mirror_image()
         found = next((k for k, other in enumerate(left) if _same(image, other)), None)
         if found is None:
             yield name

@@ -76,7 +76,7 @@ def check_scene(scene: Scene) -> None:
         if not isinstance(element.body, str):
             text = f"found {element.body!r}; expected the name of a body"
             problems[f"forces.{name}.body: {text}"] = True
-        for key, body in [("body", element.body), *element.others()]:
+        for key, body in [("body", element.body), *element.connected_bodies()]:
             lacks = isinstance(body, str) and body not in names
             problems[f"forces.{name}.{key}: found {body}, which is no body of the scene"] = lacks
     found = [problem for problem, there in problems.items() if there]

@@ -90,13 +90,13 @@ def opened_start(start: Start) -> Start:
 
 
 def begin(scene: Scene) -> float:
-    """Time at which a run of an `opened` scene begins [s]: 0, or the time of the stored state."""
+    """Time at which a run of a scene of `open_start` begins [s]: 0, or the time of the stored state."""
     start = scene.initial
     return 0.0 if start is None or start.time is None else start.time
 
 
 def method_before(scene: Scene, accuracy: float) -> str | None:
-    """Method of the run that an `opened` scene starts from, if it was chosen for the same
+    """Method of the run that a scene of `open_start` starts from, if it was chosen for the same
     ``accuracy``; else None."""
     if scene.initial is None:
         return None
@@ -106,7 +106,7 @@ def method_before(scene: Scene, accuracy: float) -> str | None:
 
 
 def knows_slow_places(scene: Scene, met: Mapping[str, WaveForces]) -> bool:
-    """Whether an `opened` scene starts from a run that stored all its slow positions in waves.
+    """Whether a scene of `open_start` starts from a run that stored all its slow positions in waves.
     ``met`` has the positions where waves act, by body."""
     if scene.initial is None:
         return False
@@ -116,7 +116,7 @@ def knows_slow_places(scene: Scene, met: Mapping[str, WaveForces]) -> bool:
 
 
 def initial_headings(scene: Scene) -> list[float]:
-    """Heading of every body of an `opened` scene at the start of the first run [rad]."""
+    """Heading of every body of a scene of `open_start` at the start of the first run [rad]."""
     here = [body.heading + body.position[5] for body in scene.bodies]
     if scene.initial is None:
         return here
@@ -132,7 +132,7 @@ class MemoryBefore(NamedTuple):
 
 
 def before(scene: Scene) -> MemoryBefore:
-    """Coordinates, as `memories`, of the run that an `opened` scene starts from; empty at a start
+    """Coordinates, as `memories`, of the run that a scene of `open_start` starts from; empty at a start
     from rest."""
     start = scene.initial
     if start is None or isinstance(start.run, Path | str):
@@ -143,7 +143,7 @@ def before(scene: Scene) -> MemoryBefore:
 
 
 def resume(scene: Scene, model: Model, layout: StateLayout, fresh: State) -> State:
-    """State that an `opened` scene starts from; ``fresh`` is the state of a start from rest.
+    """State that a scene of `open_start` starts from; ``fresh`` is the state of a start from rest.
 
     Raises InputError if the stored state is not finite, or if its memory is too short.
     """
@@ -201,7 +201,7 @@ def _recorded(run: xr.Dataset, time: float | None) -> float:
 
 
 def check_fit(scene: Scene, model: Model, layout: StateLayout) -> None:
-    """Raises InputError if bodies, degrees of freedom or radiation of an `opened` scene differ from
+    """Raises InputError if bodies, degrees of freedom or radiation of a scene of `open_start` differ from
     those of the run that it starts from."""
     run = _run(scene)
     moving = layout.moving()
@@ -339,7 +339,7 @@ def _history(
 
 
 def started_from(scene: Scene) -> dict[str, object]:
-    """Record entries of an `opened` scene about the run that it started from."""
+    """Record entries of a scene of `open_start` about the run that it started from."""
     start = scene.initial
     if start is None or isinstance(start.run, Path | str):
         return {}

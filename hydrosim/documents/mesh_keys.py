@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import model_validator
 
 from hydrosim.documents import quantities as of
-from hydrosim.documents.quantities import Strict
+from hydrosim.documents.quantities import SchemaModel
 from hydrosim.documents.units import Quantity, problem
 
 Scale = Annotated[float, Quantity("scale", "", "0.001", above=0)]
@@ -16,7 +16,7 @@ Axis = Literal["x", "-x", "y", "-y", "z", "-z"]
 Axes = tuple[Axis, Axis, Axis]
 
 
-class MeshKeys(Strict):
+class MeshKeys(SchemaModel):
     """The coordinates of a file times ``scale``, turned so that its ``axes`` are x forward, y to
     port and z up, plus ``offset``. The still water is then ``waterline`` above z = 0."""
 

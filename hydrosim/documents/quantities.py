@@ -120,7 +120,7 @@ Six = tuple[T, T, T, R, R, R]
 SixBySix = Six[Six[T, C], Six[C, R]]
 
 
-class Strict(BaseModel):
+class SchemaModel(BaseModel):
     """A mapping in a case file. Unknown keys are errors. The context, a dict from ``id`` of the
     mapping to the model that read it, gives the known keys for messages."""
 
@@ -133,12 +133,12 @@ class Strict(BaseModel):
             info.context[id(value)] = cls
         return value
 
-    def given(self, *keys: str) -> list[str]:
+    def keys_with_value(self, *keys: str) -> list[str]:
         """The ``keys`` that have a value."""
         return [key for key in keys if getattr(self, key) is not None]
 
 
-class PerDof(Strict, Generic[T, R]):
+class PerDof(SchemaModel, Generic[T, R]):
     """A value for each DOF that is named."""
 
     surge: T | None = None
@@ -159,7 +159,7 @@ class PerDof(Strict, Generic[T, R]):
         return [absent if (x := getattr(self, dof)) is None else x for dof in DOFS]
 
 
-class PerTurn(Strict, Generic[R]):
+class PerTurn(SchemaModel, Generic[R]):
     """A value for each rotation."""
 
     roll: R

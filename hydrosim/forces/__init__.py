@@ -403,8 +403,8 @@ def in_gusts(elements: Elements, gusts: GustTable) -> Elements:
 
 
 def in_same_weather(elements: Elements, others: Elements) -> Elements:
-    """The same elements with what the sea and the wind have set in ``others``: gusts, and the
-    linearised drag of lines."""
+    """The same elements with what the sea and the wind have set in ``connected_bodies``: gusts, and
+    the linearised drag of lines."""
     lines = drag.with_drag_of(elements.catenaries, others.catenaries)
     return in_gusts(elements, others.stream_loads.gusts)._replace(catenaries=lines)
 

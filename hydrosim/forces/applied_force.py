@@ -40,7 +40,7 @@ class AppliedForce(ForceElement):
     def signals(self) -> Iterator[tuple[str, Signal]]:
         yield from ((f"force.{dof}", signal) for dof, signal in self.force.items())
 
-    def image(self) -> ForceElement:
+    def mirror_image(self) -> ForceElement:
         force = {
             dof: scaled(signal, -1.0) if dof in LATERAL else signal
             for dof, signal in self.force.items()

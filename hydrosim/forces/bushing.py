@@ -61,22 +61,22 @@ class Bushing(ForceElement):
     damping: np.ndarray
     to: str | None = None
 
-    def carries(self) -> bool:
+    def supports_weight(self) -> bool:
         return bool(np.any(self.stiffness[:3, :3]))
 
-    def holds(self) -> Collection[str]:
+    def restored_dofs(self) -> Collection[str]:
         if self.to is not None:
             return ()
         held = np.diag(self.stiffness) > 0.0
         return [dof for dof, is_held in zip(DOFS, held, strict=True) if is_held]
 
-    def others(self) -> Iterator[tuple[str, str | None]]:
+    def connected_bodies(self) -> Iterator[tuple[str, str | None]]:
         yield "to", self.to
 
     def unit_names(self, name: str) -> Sequence[str]:
         return [name]
 
-    def image(self) -> ForceElement:
+    def mirror_image(self) -> ForceElement:
         sign = np.outer(MIRROR_SIGN, MIRROR_SIGN)
         both = {"stiffness": sign * self.stiffness, "damping": sign * self.damping}
         return replace(self, point=turned(self.point), **both)

@@ -70,13 +70,13 @@ class Drive(ForceElement):
     def unit_names(self, name: str) -> Sequence[str]:
         return (f"{name} {self.dof}",)
 
-    def holds(self) -> Collection[str]:
+    def restored_dofs(self) -> Collection[str]:
         return (self.dof,) if self.dof in HORIZONTAL and self.joint is None else ()
 
-    def may_give(self) -> bool:
+    def can_add_energy(self) -> bool:
         return True
 
-    def image(self) -> ForceElement:
+    def mirror_image(self) -> ForceElement:
         if self.dof in LATERAL:
             return replace(self, position=scaled(self.position, -1.0))
         return self  # motions of joints out of the plane have no image themselves

@@ -49,10 +49,10 @@ class LinearMooring(ForceElement):
     damping_ratio: np.ndarray | None = None
     natural_period: np.ndarray | None = None
 
-    def carries(self) -> bool:
-        return "heave" in self.holds()
+    def supports_weight(self) -> bool:
+        return "heave" in self.restored_dofs()
 
-    def holds(self) -> Collection[str]:
+    def restored_dofs(self) -> Collection[str]:
         wanted = np.zeros(6) if self.natural_period is None else self.natural_period
         held = (np.diag(self.stiffness) > 0.0) | (wanted > 0.0)
         return [dof for dof, is_held in zip(DOFS, held, strict=True) if is_held]
@@ -62,7 +62,7 @@ class LinearMooring(ForceElement):
         if self.damping is not None:
             yield self.damping
 
-    def parts(self, y: float) -> Sequence[ForceElement]:
+    def mirrored_parts(self, y: float) -> Sequence[ForceElement]:
         return ()
 
     def nonlinearity(self, name: str, turns: Turns) -> str | None:

@@ -79,7 +79,7 @@ class Link(ForceElement):
     drag: float = 0.0
     absorbs: bool = False
 
-    def carries(self) -> bool:
+    def supports_weight(self) -> bool:
         return bool(np.any(self.force))
 
     def unit_names(self, name: str) -> Sequence[str]:
@@ -96,8 +96,8 @@ class Strut(Tie, Link):
     length: float | None = None
     anchor_body: str | None = None
 
-    def holds(self) -> Collection[str]:
-        return super().holds() if self.carries() else ()
+    def restored_dofs(self) -> Collection[str]:
+        return super().restored_dofs() if self.supports_weight() else ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,14 +109,14 @@ class TorsionSpring(Link):
     neutral: float = 0.0
     to: str | None = None
 
-    def holds(self) -> Collection[str]:
+    def restored_dofs(self) -> Collection[str]:
         held = self.to is None and np.any(self.force) and self.axis[2] != 0.0
         return ("yaw",) if held else ()
 
-    def others(self) -> Iterator[tuple[str, str | None]]:
+    def connected_bodies(self) -> Iterator[tuple[str, str | None]]:
         yield "to", self.to
 
-    def carries(self) -> bool:
+    def supports_weight(self) -> bool:
         return False
 
     def nonlinearity(self, name: str, turns: Turns) -> str | None:
@@ -124,10 +124,10 @@ class TorsionSpring(Link):
         straight = len(self.offset) <= 2 and self.drag == 0.0
         return None if straight and not turns.exact else name
 
-    def parts(self, y: float) -> Sequence[ForceElement]:
+    def mirrored_parts(self, y: float) -> Sequence[ForceElement]:
         return [self._in_order()]
 
-    def image(self) -> ForceElement:
+    def mirror_image(self) -> ForceElement:
         """A rotation about (x, y, z) has the image of one about (-x, y, -z)."""
         x, y, z = self.axis
         return replace(self, axis=(-x, y, -z))._in_order()

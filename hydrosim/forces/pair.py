@@ -25,22 +25,22 @@ class Tie(ForceElement):
     anchor: tuple[float, ...]
     anchor_body: str | None
 
-    def holds(self) -> Collection[str]:
+    def restored_dofs(self) -> Collection[str]:
         return ("surge", "sway", "yaw") if self.anchor_body is None else ()
 
-    def others(self) -> Iterator[tuple[str, str | None]]:
+    def connected_bodies(self) -> Iterator[tuple[str, str | None]]:
         yield "anchor_body", self.anchor_body
 
     def unit_names(self, name: str) -> Sequence[str]:
         return [name]
 
-    def parts(self, y: float) -> Sequence[ForceElement]:
+    def mirrored_parts(self, y: float) -> Sequence[ForceElement]:
         """The element itself; an anchor on the earth is given relative to the plane."""
         if self.anchor_body is not None:
             return [self]
         return [self._with(anchor=tuple(np.subtract(self.anchor, (0.0, y, 0.0))))]
 
-    def image(self) -> ForceElement | None:
+    def mirror_image(self) -> ForceElement | None:
         return self._with(point=turned(self.point), anchor=turned(self.anchor))
 
     def _with(self, **changes: Any) -> ForceElement:

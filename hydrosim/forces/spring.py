@@ -82,7 +82,7 @@ class Spring(Tie):
     damping: float = 0.0
     anchor_body: str | None = None
 
-    def may_give(self) -> bool:
+    def can_add_energy(self) -> bool:
         """A line that is heaved in gives energy."""
         return isinstance(self.length, Signal)
 

@@ -62,13 +62,13 @@ class StreamLoad(ForceElement):
     sway: np.ndarray
     yaw: np.ndarray
 
-    def carries(self) -> bool:
+    def supports_weight(self) -> bool:
         return False
 
-    def parts(self, y: float) -> Sequence[ForceElement]:
+    def mirrored_parts(self, y: float) -> Sequence[ForceElement]:
         return [self._in_order()]
 
-    def image(self) -> ForceElement:
+    def mirror_image(self) -> ForceElement:
         sway = -self.sway
         yaw = -self.yaw
         load = replace(self, point=turned(self.point), sway=sway, yaw=yaw)
@@ -88,7 +88,7 @@ class CurrentLoad(StreamLoad):
 
     depth: tuple[float, float] | None = field(default=None, kw_only=True)
 
-    def feels(self) -> Collection[str]:
+    def dragging_streams(self) -> Collection[str]:
         return ("current",)
 
 
@@ -98,7 +98,7 @@ class WindLoad(StreamLoad):
 
     height: float | None = field(default=None, kw_only=True)
 
-    def feels(self) -> Collection[str]:
+    def dragging_streams(self) -> Collection[str]:
         return ("wind",)
 
 

@@ -30,24 +30,24 @@ class ForceElement:
         """Raises InputError for values that no case file allows, but a scene written in Python may
         have."""
 
-    def carries(self) -> bool:
+    def supports_weight(self) -> bool:
         """True if it can carry weight."""
         return True
 
-    def holds(self) -> Collection[str]:
+    def restored_dofs(self) -> Collection[str]:
         """Degrees of freedom among surge, sway and yaw in which it restores its body towards a
         position on earth."""
         return ()
 
-    def feels(self) -> Collection[str]:
+    def dragging_streams(self) -> Collection[str]:
         """The streams, current or wind, that drag its body along through it."""
         return ()
 
-    def may_give(self) -> bool:
+    def can_add_energy(self) -> bool:
         """True if it can give energy to the bodies, though it is booked as dissipation."""
         return False
 
-    def others(self) -> Iterator[tuple[str, str | None]]:
+    def connected_bodies(self) -> Iterator[tuple[str, str | None]]:
         """Keys and names of the other bodies that it acts on."""
         yield from ()
 
@@ -68,12 +68,12 @@ class ForceElement:
         the coordinates of its body."""
         yield from ()
 
-    def parts(self, y: float) -> Sequence[ForceElement]:
+    def mirrored_parts(self, y: float) -> Sequence[ForceElement]:
         """Parts that must each have a mirror image in the plane at ``y`` [m], with coordinates
         relative to that plane. Empty if it acts by its `couplings` alone."""
         return (self,)
 
-    def image(self) -> ForceElement | None:
+    def mirror_image(self) -> ForceElement | None:
         """The mirror image of a part in the plane y = 0; None if unknown."""
         return None
 

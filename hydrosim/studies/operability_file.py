@@ -14,7 +14,7 @@ MAX_HEIGHTS = 1000
 FULL_TURN_RAD = 6.2832  # rad
 
 
-class Heights(of.Strict):
+class Heights(of.SchemaModel):
     """Significant heights among which a limit is looked for: from the first to the last, so far
     ``apart``."""
 
@@ -41,7 +41,7 @@ class Heights(of.Strict):
         return [self.low + k * self.apart for k in range(count)]
 
 
-class SwellFile(of.Strict):
+class SwellFile(of.SchemaModel):
     """A swell beside the wind sea: JONSWAP, with its own heading."""
 
     significant_height: of.Height
@@ -52,7 +52,7 @@ class SwellFile(of.Strict):
     """Direction that the swell goes to."""
 
 
-class Operation(of.Strict):
+class Operation(of.SchemaModel):
     """What weather an operation needs: its ``planned`` time and the contingency, as long again if
     it is not given; factors of a table ``alpha`` by planned time and significant height."""
 
@@ -64,7 +64,7 @@ class Operation(of.Strict):
     """Table of alpha factors."""
 
 
-class AlphaFile(of.Strict):
+class AlphaFile(of.SchemaModel):
     """A table of alpha factors: ``source`` says which, with its edition; a row of ``factors`` for
     planned times up to each of ``planned``, a column for each of the ``heights`` of the limit."""
 
@@ -93,7 +93,7 @@ class AlphaFile(of.Strict):
         return self
 
 
-class Operability(of.Strict):
+class Operability(of.SchemaModel):
     """In which seas the criteria hold with a ``probability``: heights, peak periods, headings, and
     swells beside; the weather that there is, in files, and the ``bearing`` of the x axis, clockwise
     from north, by which a hindcast's directions become headings."""

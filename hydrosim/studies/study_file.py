@@ -71,7 +71,7 @@ Seeds = Annotated[
 Values = Annotated[tuple[Any, ...], AfterValidator(_check_distinct)]
 
 
-class Range(of.Strict):
+class Range(of.SchemaModel):
     """From one value to another, all between equally likely, or all of their logarithms."""
 
     low: Any = Field(alias="from")
@@ -92,7 +92,7 @@ Spread = Annotated[
 ]
 
 
-class LinkedKeys(of.Strict):
+class LinkedKeys(of.SchemaModel):
     """Keys of the case that are varied together, and what their values are called."""
 
     keys: Annotated[dict[StrictStr, Spread], Field(min_length=1)]
@@ -125,7 +125,7 @@ Parameter = Annotated[
 ]
 
 
-class DesignPlan(of.Strict):
+class DesignPlan(of.SchemaModel):
     """Parameters, keys of the case as with `--set` or names of what is linked, and how values of
     several are combined; of ranges, so many ``samples``, drawn with the seed ``random``."""
 
@@ -154,7 +154,7 @@ class DesignPlan(of.Strict):
         return self
 
 
-class OutputSettings(of.Strict):
+class OutputSettings(of.SchemaModel):
     """What is kept of each run: ``variables`` every ``step``; statistics from ``start`` [s] on,
     also of ``channels`` (patterns such as "clearance.*"); with ``impulses`` what `hydrosim explain`
     says of it."""
@@ -214,7 +214,7 @@ for names, known in (
     assert set(names.__args__) == set(known)  # type: ignore[attr-defined]
 
 
-class OfChannel(of.Strict):
+class OfChannel(of.SchemaModel):
     """A figure of each run: a statistic of a channel, over all times or in a phase."""
 
     channel: StrictStr
@@ -230,7 +230,7 @@ class OfChannel(of.Strict):
         return ScalarResult(name, self.channel, self.statistic, self.phase, start)
 
 
-class OfStages(of.Strict):
+class OfStages(of.SchemaModel):
     """A figure of each run: a result of the stages of its contacts, or of why a body moved. The
     other keys say of what it is; which of them a result takes depends on the result."""
 
@@ -256,8 +256,10 @@ class OfStages(of.Strict):
     @model_validator(mode="after")
     def _check_keys(self) -> Self:
         known = RESULT_KEYS[self.result]
-        given = {*self.given("group", "stage", "until", "body", "direction", "force", "part")}
-        given |= {*self.given("mode")}
+        given = {
+            *self.keys_with_value("group", "stage", "until", "body", "direction", "force", "part")
+        }
+        given |= {*self.keys_with_value("mode")}
         if unknown := given - known:
             found = f"{', '.join(sorted(unknown))} of the result {self.result}"
             raise problem(found, f"only: {', '.join(sorted(known))}")
@@ -295,7 +297,7 @@ class OfStages(of.Strict):
         )
 
 
-class Limited(of.Strict):
+class Limited(of.SchemaModel):
     """What a figure may not exceed or, with ``side: at least``, not fall below: so are, without a
     word, the statistic "smallest" and the result "end_clearance"."""
 
@@ -352,7 +354,7 @@ Criterion = Annotated[
 ]
 
 
-class SeedTarget(of.Strict):
+class SeedTarget(of.SchemaModel):
     """More seeds, up to ``most``, until the 90 % interval of the mean of a ``figure`` is at most
     so ``wide``, for all values of the parameters."""
 

@@ -80,7 +80,7 @@ def _free(scene: Scene, body: Body, dofs: tuple[int, ...]) -> bool:
     joined = joined_with(scene, body.name)
     if is_anchored(scene, body.name):
         return False
-    held = {dof for e in scene.forces.values() if e.body in joined for dof in e.holds()}
+    held = {dof for e in scene.forces.values() if e.body in joined for dof in e.restored_dofs()}
     return any(dof in body.dofs and dof not in held for dof in (DOFS[i] for i in dofs))
 
 

@@ -747,7 +747,12 @@ class TestStrut:
         )
         pto = load(text).scene().forces["element"]
         assert isinstance(pto, forces.Strut)
-        assert (pto.absorbs, pto.damping, pto.offset.size, pto.carries()) == (True, 2e3, 0, False)
+        assert (pto.absorbs, pto.damping, pto.offset.size, pto.supports_weight()) == (
+            True,
+            2e3,
+            0,
+            False,
+        )
 
     @pytest.mark.parametrize(
         ("keys", "key", "found"),

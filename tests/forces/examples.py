@@ -8,7 +8,7 @@ from typing import Any, get_args
 
 from pydantic import TypeAdapter
 
-from hydrosim.case.elements import AnyElement, Where
+from hydrosim.case.elements import AnyElement, BuildContext
 from hydrosim.case.elements.fender import Fender
 from hydrosim.case.elements.friction import Friction
 from hydrosim.case.elements.lines import Lines
@@ -26,7 +26,9 @@ def built(example: dict[str, Any]) -> ForceElement:
     text = json.dumps(example)
     for name, ours in NAMES.items():
         text = text.replace(f'"{name}"', f'"{ours}"')
-    return ELEMENT.validate_python(json.loads(text)).build(Where("forces.it", Path("case.yaml")))
+    return ELEMENT.validate_python(json.loads(text)).build(
+        BuildContext("forces.it", Path("case.yaml"))
+    )
 
 
 def all_examples() -> dict[str, ForceElement]:

@@ -11,7 +11,7 @@ from hydrosim.case.elements.bushing import Bushing
 from hydrosim.case.elements.catenary import Catenary
 from hydrosim.case.elements.compensator import Compensator
 from hydrosim.case.elements.drive import Drive
-from hydrosim.case.elements.element import Element, Where
+from hydrosim.case.elements.element import BuildContext, Element
 from hydrosim.case.elements.fender import Fender
 from hydrosim.case.elements.landing import Landing
 from hydrosim.case.elements.linear_damping import LinearDamping

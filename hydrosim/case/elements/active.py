@@ -8,7 +8,7 @@ from pydantic import ConfigDict, Discriminator, Field, StrictStr, Tag, model_val
 
 from hydrosim import scene
 from hydrosim.documents import quantities as of
-from hydrosim.documents.quantities import Strict
+from hydrosim.documents.quantities import SchemaModel
 from hydrosim.documents.units import AnyQuantity, Scale, factor, problem
 from hydrosim.dofs import DOFS
 
@@ -28,7 +28,7 @@ CHANNEL_UNITS = {
 OTHERS = ("position", "velocity", "speed", "relative_speed", "tank_level")
 
 
-class Event(Strict):
+class Event(SchemaModel):
     """That a channel of the run has been above or below a value for so long."""
 
     channel: StrictStr
@@ -42,7 +42,7 @@ class Event(Strict):
 
     @model_validator(mode="after")
     def _check_value(self) -> Self:
-        given = self.given("above", "below")
+        given = self.keys_with_value("above", "below")
         if len(given) != 1:
             raise problem(" and ".join(given) or "no value", "either above or below")
         kinds = (*OTHERS, *CHANNEL_UNITS)
@@ -72,7 +72,7 @@ class Event(Strict):
         return scene.When(0.0, self.channel, above, below, self.lasting)
 
 
-class AtTime(Strict):
+class AtTime(SchemaModel):
     """A time since the start of the run."""
 
     time: of.Instant
@@ -98,7 +98,7 @@ Moment = Annotated[
 ]
 
 
-class Active(Strict):
+class Active(SchemaModel):
     """The time in which an element acts; each end is a time or an event."""
 
     model_config = ConfigDict(populate_by_name=True)
@@ -109,7 +109,7 @@ class Active(Strict):
 
     @model_validator(mode="after")
     def _check_order(self) -> Self:
-        if not self.given("start", "until"):
+        if not self.keys_with_value("start", "until"):
             raise problem("an empty mapping", "from, until, or both")
         begin, end = (_time(moment) for moment in (self.start, self.until))
         if begin is not None and end is not None and begin >= end:

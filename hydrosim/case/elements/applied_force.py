@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import model_validator
 
-from hydrosim.case.elements.element import Element, Where
+from hydrosim.case.elements.element import BuildContext, Element
 from hydrosim.case.records import signal_of
 from hydrosim.case.signals import Forces, Recorded
 from hydrosim.documents import quantities as of
@@ -58,12 +58,12 @@ class AppliedForce(Element):
             raise problem("time and no list over it", "a list of forces, or no time")
         return self
 
-    def recorded(self) -> Iterator[tuple[Keys, Recorded]]:
+    def recorded_series(self) -> Iterator[tuple[Keys, Recorded]]:
         for dof, form in zip(DOFS, self.force.values(absent=None), strict=True):
             if isinstance(form, Recorded):
                 yield ("force", dof), form
 
-    def build(self, where: Where) -> forces.AppliedForce:
+    def build(self, where: BuildContext) -> forces.AppliedForce:
         from hydrosim.forces.applied_force import AppliedForce as Built
         from hydrosim.forces.signal import Table
 

@@ -8,13 +8,13 @@ from typing import Annotated, ClassVar, Self
 from pydantic import Discriminator, Tag, model_validator
 
 from hydrosim import scene
-from hydrosim.case.elements.element import Element, Where
+from hydrosim.case.elements.element import BuildContext, Element
 from hydrosim.documents import quantities as of
-from hydrosim.documents.quantities import Strict
+from hydrosim.documents.quantities import SchemaModel
 from hydrosim.documents.units import problem
 
 
-class Break(Strict):
+class Break(SchemaModel):
     """The tension or the time at which a line parts."""
 
     tension: of.ReferenceForce | None = None
@@ -24,7 +24,7 @@ class Break(Strict):
 
     @model_validator(mode="after")
     def _check_one(self) -> Self:
-        given = self.given("tension", "time")
+        given = self.keys_with_value("tension", "time")
         if len(given) != 1:
             raise problem(" and ".join(given) or "an empty mapping", "either tension or time")
         return self
@@ -56,7 +56,7 @@ class Breaking(Element):
             raise problem("breaks_at and active.until", expected)
         return self
 
-    def breaking(self, where: Where, active: scene.Active | None) -> scene.Active | None:
+    def breaking(self, where: BuildContext, active: scene.Active | None) -> scene.Active | None:
         if self.breaks_at is None:
             return active
         given = self.breaks_at

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import StrictStr, model_validator
 
-from hydrosim.case.elements.element import Element, Where
+from hydrosim.case.elements.element import BuildContext, Element
 from hydrosim.documents import quantities as of
 from hydrosim.documents.messages import Keys
 from hydrosim.documents.quantities import as_matrix
@@ -44,14 +44,14 @@ class Bushing(Element):
 
     @model_validator(mode="after")
     def _check_law(self) -> Self:
-        if not self.given("stiffness", "damping"):
+        if not self.keys_with_value("stiffness", "damping"):
             raise problem("nothing that acts", "stiffness, damping, or both")
         return self
 
-    def others(self) -> Iterator[tuple[Keys, str | None, str]]:
+    def body_references(self) -> Iterator[tuple[Keys, str | None, str]]:
         yield ("to",), self.to, "without to the other side is the earth"
 
-    def build(self, where: Where) -> Built:
+    def build(self, where: BuildContext) -> Built:
         from hydrosim.forces.bushing import Bushing as Built  # loads numba
 
         stiffness, damping = (

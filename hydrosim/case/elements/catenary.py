@@ -9,13 +9,13 @@ import numpy as np
 from pydantic import AfterValidator, StrictStr, model_validator
 
 from hydrosim.case.elements.breaking import Breaking
-from hydrosim.case.elements.element import Where
+from hydrosim.case.elements.element import BuildContext
 from hydrosim.case.elements.paid import LengthOverTime, length_signal
 from hydrosim.case.lines.system import MAX_SEGMENTS
 from hydrosim.case.signals import Recorded
 from hydrosim.documents import quantities as of
 from hydrosim.documents.messages import Keys
-from hydrosim.documents.quantities import Strict
+from hydrosim.documents.quantities import SchemaModel
 from hydrosim.documents.units import problem
 from hydrosim.scene.chain import CHAIN, STEEL
 
@@ -26,7 +26,7 @@ ROUGHEST = 3.0  # friction of chain on sand or clay is about 1
 MAX_CHAIN_DIAMETER_M = 0.4  # m: twice the largest chain that is made
 
 
-class Chain(Strict):
+class Chain(SchemaModel):
     """Weight and stiffness of chain by its bar diameter."""
 
     diameter: of.Diameter
@@ -52,7 +52,7 @@ class Chain(Strict):
         return CHAIN[self.type][1] * self.diameter**2
 
 
-class LineDrag(Strict):
+class LineDrag(SchemaModel):
     """Drag of a segment across its length."""
 
     coefficient: of.Factor
@@ -61,7 +61,7 @@ class LineDrag(Strict):
     """Diameter that the coefficient refers to. For chain often the bar diameter, with 2.4."""
 
 
-class Segment(Strict):
+class Segment(SchemaModel):
     """A uniform piece of a line; segments follow one another from the fairlead to the anchor."""
 
     length: LengthOverTime
@@ -82,14 +82,14 @@ class Segment(Strict):
 
     @model_validator(mode="after")
     def _check_segment(self) -> Self:
-        given = self.given("weight", "stiffness")
+        given = self.keys_with_value("weight", "stiffness")
         if self.chain and given:
             raise problem(f"chain and {' and '.join(given)}", "either chain or both others")
         if not self.chain and len(given) < 2:
             lacks = {"weight", "stiffness"} - {*given}
             remedy = "a line without weight or stretch is not a catenary"
             raise problem(f"no {' and no '.join(sorted(lacks))}", "weight and stiffness", remedy)
-        if len(self.given("clump", "buoy")) == 2:
+        if len(self.keys_with_value("clump", "buoy")) == 2:
             raise problem("clump and buoy", "one of them at the end of a segment")
         return self
 
@@ -104,7 +104,7 @@ class Segment(Strict):
         return self.drag.coefficient * self.drag.diameter if self.drag else 0.0
 
 
-class Seabed(Strict):
+class Seabed(SchemaModel):
     """The seabed, level and at the water depth."""
 
     friction: of.Factor = 0.0
@@ -171,16 +171,16 @@ class Catenary(Breaking):
             raise problem(found, expected)
         return self
 
-    def others(self) -> Iterator[tuple[Keys, str | None, str]]:
+    def body_references(self) -> Iterator[tuple[Keys, str | None, str]]:
         remedy = "an anchor without anchor_body is fixed to the earth"
         yield ("anchor_body",), self.anchor_body, remedy
 
-    def recorded(self) -> Iterator[tuple[Keys, Recorded]]:
+    def recorded_series(self) -> Iterator[tuple[Keys, Recorded]]:
         for i, segment in enumerate(self.segments):
             if isinstance(segment.length, Recorded):
                 yield ("segments", i, "length"), segment.length
 
-    def build(self, where: Where) -> Built:
+    def build(self, where: BuildContext) -> Built:
         from hydrosim.forces.line.catenary import STEADY
         from hydrosim.forces.line.catenary import Catenary as Built  # loads numba
 

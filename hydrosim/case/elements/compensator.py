@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 from pydantic import StrictStr, model_validator
 
-from hydrosim.case.elements.element import Element, Where
+from hydrosim.case.elements.element import BuildContext, Element
 from hydrosim.documents import quantities as of
 from hydrosim.documents.messages import Keys
 from hydrosim.documents.units import problem
@@ -73,11 +73,11 @@ class Compensator(Element):
             raise problem(found, "a line that is slack where its ends meet: a longer length")
         return self
 
-    def others(self) -> Iterator[tuple[Keys, str | None, str]]:
+    def body_references(self) -> Iterator[tuple[Keys, str | None, str]]:
         remedy = "an anchor without anchor_body is fixed to the earth"
         yield ("anchor_body",), self.anchor_body, remedy
 
-    def build(self, where: Where) -> Built:
+    def build(self, where: BuildContext) -> Built:
         from hydrosim.forces.line.compensator import Compensator as Built  # loads numba
 
         return Built(

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, Discriminator, StrictStr, Tag, model_validator
 
-from hydrosim.case.elements.element import Element, Where
+from hydrosim.case.elements.element import BuildContext, Element
 from hydrosim.case.signals import Harmonic, Recorded, only_forms
 from hydrosim.documents import quantities as of
 from hydrosim.documents.messages import Keys
-from hydrosim.documents.quantities import Strict
+from hydrosim.documents.quantities import SchemaModel
 from hydrosim.documents.units import problem
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from hydrosim.forces.signal import Signal
 
 
-class OffsetTable(Strict):
+class OffsetTable(SchemaModel):
     """A smooth curve through the offsets at some times, which never overshoots."""
 
     time: Annotated[of.Times, AfterValidator(of.several)]
@@ -34,7 +34,7 @@ class OffsetTable(Strict):
         return self
 
 
-class AngleTable(Strict):
+class AngleTable(SchemaModel):
     """A smooth curve through the angles at some times, which never overshoots."""
 
     time: Annotated[of.Times, AfterValidator(of.several)]
@@ -114,17 +114,17 @@ class Drive(Element):
             raise problem("dof without body" if self.dof else "body without dof", wanted)
         if self.motion is not None and self.joint is None:
             raise problem("motion without joint", wanted)
-        given = self.given("offset", "angle")
+        given = self.keys_with_value("offset", "angle")
         if len(given) != 1:
             raise problem(" and ".join(given) or "no motion", "either offset or angle")
         return self
 
-    def recorded(self) -> Iterator[tuple[Keys, Recorded]]:
+    def recorded_series(self) -> Iterator[tuple[Keys, Recorded]]:
         for key, form in (("offset", self.offset), ("angle", self.angle)):
             if isinstance(form, Recorded):
                 yield (key,), form
 
-    def build(self, where: Where) -> Built:
+    def build(self, where: BuildContext) -> Built:
         from hydrosim.forces.drive import Drive as Built
 
         signal = self._signal(where)
@@ -139,7 +139,7 @@ class Drive(Element):
         body = joint.body if joint else ""  # `checks` refuses unknown joints
         return Built(body, dof=motion, position=signal, joint=self.joint, quantity=key)
 
-    def _signal(self, where: Where) -> Signal:
+    def _signal(self, where: BuildContext) -> Signal:
         from hydrosim.case.records import read_record
         from hydrosim.forces import signal
 

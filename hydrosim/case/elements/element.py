@@ -13,7 +13,7 @@ from pydantic import ConfigDict, StrictStr, model_validator
 from hydrosim.case.elements.active import Active, Moment
 from hydrosim.case.signals import Recorded
 from hydrosim.documents.messages import Keys
-from hydrosim.documents.quantities import Strict
+from hydrosim.documents.quantities import SchemaModel
 from hydrosim.documents.units import problem
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Where:
+class BuildContext:
     """Where something is: its ``key`` in the case file ``path``; density [kg/m^3] and gravity
     [m/s^2] of its ``water``; the ``joints`` of the case."""
 
@@ -36,7 +36,7 @@ def _with_example(schema: dict[str, Any], model: type[Exemplary]) -> None:
     schema["examples"] = [model.example]
 
 
-class Exemplary(Strict):
+class Exemplary(SchemaModel):
     """A mapping with an ``example``, which stands in its JSON schema and is built by a test."""
 
     model_config = ConfigDict(json_schema_extra=_with_example)
@@ -64,30 +64,30 @@ class Element(Exemplary):
             raise problem("active and when", expected)
         return self
 
-    def placed(self, where: Where) -> ForceElement:
+    def build_active(self, where: BuildContext) -> ForceElement:
         """The element of the scene, with the time in which it acts."""
         begun = self.when is not None
         active = Active.model_construct(start=self.when, until=None) if begun else self.active
         acts = self.breaking(where, active.build() if active else None)
         return replace(self.build(where), active=acts)
 
-    def breaking(self, where: Where, active: scene.Active | None) -> scene.Active | None:
+    def breaking(self, where: BuildContext, active: scene.Active | None) -> scene.Active | None:
         """The time in which it acts, if it may break: until then at the latest."""
         return active
 
     @abstractmethod
-    def build(self, where: Where) -> ForceElement:
+    def build(self, where: BuildContext) -> ForceElement:
         """The element of the scene; files are looked for beside the case file."""
 
-    def fixed(self, where: Where) -> Element:
+    def with_fitted_numbers(self, where: BuildContext) -> Element:
         """The same without data in files that determine its numbers: these numbers instead."""
         return self
 
-    def others(self) -> Iterator[tuple[Keys, str | None, str]]:
+    def body_references(self) -> Iterator[tuple[Keys, str | None, str]]:
         """Keys to the names of the other bodies that it acts on, these, and what leaving one out
         means."""
         yield from ()
 
-    def recorded(self) -> Iterator[tuple[Keys, Recorded]]:
+    def recorded_series(self) -> Iterator[tuple[Keys, Recorded]]:
         """Recorded series that it needs, with the keys to them."""
         yield from ()

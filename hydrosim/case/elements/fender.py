@@ -8,20 +8,20 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, StrictBool, StrictStr, model_validator
 
-from hydrosim.case.elements.element import Element, Where
+from hydrosim.case.elements.element import BuildContext, Element
 from hydrosim.case.elements.friction import Friction, StickSlip
 from hydrosim.case.records import signal_of
 from hydrosim.case.signals import NormalOverTime, Recorded
 from hydrosim.documents import quantities as of
 from hydrosim.documents.messages import Keys
-from hydrosim.documents.quantities import Strict
+from hydrosim.documents.quantities import SchemaModel
 from hydrosim.documents.units import problem
 
 if TYPE_CHECKING:
     from hydrosim import forces
 
 
-class Plane(Strict):
+class Plane(SchemaModel):
     """The other side of a contact, in the earth frame or in that of a body."""
 
     point: of.Point
@@ -65,7 +65,7 @@ def check_lengths(compression: Sequence[float] | None, force: Sequence[float] | 
         raise problem(found, "a force for each compression")
 
 
-class Unloading(Strict):
+class Unloading(SchemaModel):
     """The way back along a normal curve, and the stiff line between."""
 
     compression: of.Compressions
@@ -81,7 +81,7 @@ class Unloading(Strict):
         return self
 
 
-class Normal(Strict):
+class Normal(SchemaModel):
     """Normal force of a contact; ``total`` values are shared by the points."""
 
     stiffness: of.Stiffness | None = None
@@ -101,7 +101,7 @@ class Normal(Strict):
 
     @model_validator(mode="after")
     def _check_curve(self) -> Self:
-        given = self.given("stiffness", "compression", "force", "prescribed")
+        given = self.keys_with_value("stiffness", "compression", "force", "prescribed")
         if given not in (["stiffness"], ["compression", "force"], ["prescribed"]):
             expected = "stiffness, or compression and force, or prescribed"
             raise problem(" and ".join(given) or "no curve", expected)
@@ -115,7 +115,7 @@ class Normal(Strict):
         check_lengths(self.compression, self.force)
         return self
 
-    def build(self, count: int, where: Where) -> forces.Normal:
+    def build(self, count: int, where: BuildContext) -> forces.Normal:
         """The normal force of each of ``count`` points."""
         from hydrosim.forces.contact.normal import NormalCurve, NormalLoop, PrescribedNormal
         from hydrosim.forces.signal import scaled
@@ -178,14 +178,14 @@ class Fender(Element):
             raise problem(found, "one of the latter above 0, or no normal.damping")
         return self
 
-    def others(self) -> Iterator[tuple[Keys, str | None, str]]:
+    def body_references(self) -> Iterator[tuple[Keys, str | None, str]]:
         yield ("plane", "body"), self.plane.body, "a plane without body is fixed to the earth"
 
-    def recorded(self) -> Iterator[tuple[Keys, Recorded]]:
+    def recorded_series(self) -> Iterator[tuple[Keys, Recorded]]:
         if isinstance(self.normal.prescribed, Recorded):
             yield ("normal", "prescribed"), self.normal.prescribed
 
-    def build(self, where: Where) -> forces.Fender:
+    def build(self, where: BuildContext) -> forces.Fender:
         from hydrosim.forces.contact import fender, plane  # loads numba
 
         count = len(self.points)

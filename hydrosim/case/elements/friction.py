@@ -8,7 +8,7 @@ from pydantic import ConfigDict, Discriminator, StrictBool, model_validator
 
 from hydrosim.case.elements.element import Exemplary
 from hydrosim.documents import quantities as of
-from hydrosim.documents.quantities import Strict
+from hydrosim.documents.quantities import SchemaModel
 from hydrosim.documents.units import problem
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ def _check_coefficients(static: float, kinetic: float) -> None:
         raise problem(f"static {static:g}, kinetic {kinetic:g}", "static >= kinetic")
 
 
-class LoadPowers(Strict):
+class LoadPowers(SchemaModel):
     """Powers of the normal force over a ``reference`` that the coefficients go with; a ``total``
     reference is shared by the points, as the coefficients are."""
 

@@ -9,19 +9,19 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, StrictStr, model_validator
 
-from hydrosim.case.elements.element import Element, Where
+from hydrosim.case.elements.element import BuildContext, Element
 from hydrosim.case.elements.fender import Normal, check_lengths
 from hydrosim.case.elements.friction import Friction, Frictionless
 from hydrosim.documents import quantities as of
 from hydrosim.documents.messages import Keys
-from hydrosim.documents.quantities import Strict
+from hydrosim.documents.quantities import SchemaModel
 from hydrosim.documents.units import problem
 
 if TYPE_CHECKING:
     from hydrosim import forces
 
 
-class Seats(Strict):
+class Seats(SchemaModel):
     """Where points come down, in the earth frame or that of a body; they carry along ``axis``, as
     far as ``extent`` from their middle."""
 
@@ -42,7 +42,7 @@ class Seats(Strict):
         return self
 
 
-class Wall(Strict):
+class Wall(SchemaModel):
     """The wall around each seat: a cylinder, or a cone of an ``angle`` to its axis."""
 
     gap: of.LineLength
@@ -60,7 +60,7 @@ class Wall(Strict):
 
     @model_validator(mode="after")
     def _check_wall(self) -> Self:
-        given = self.given("stiffness", "compression", "force")
+        given = self.keys_with_value("stiffness", "compression", "force")
         if given not in (["stiffness"], ["compression", "force"]):
             raise problem(" and ".join(given) or "no curve", "stiffness, or compression and force")
         if not 0.0 <= self.angle < 0.5 * np.pi:
@@ -133,10 +133,10 @@ class Landing(Element):
             raise problem(found, expected, remedy)
         return self
 
-    def others(self) -> Iterator[tuple[Keys, str | None, str]]:
+    def body_references(self) -> Iterator[tuple[Keys, str | None, str]]:
         yield ("on", "body"), self.on.body, "seats without body are fixed to the earth"
 
-    def build(self, where: Where) -> forces.Landing:
+    def build(self, where: BuildContext) -> forces.Landing:
         from hydrosim.forces.contact.landing import Landing as Built  # loads numba
 
         count = len(self.points)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import StrictBool, model_validator
 
-from hydrosim.case.elements.element import Element, Where
+from hydrosim.case.elements.element import BuildContext, Element
 from hydrosim.documents import quantities as of
 from hydrosim.documents.quantities import as_matrix
 from hydrosim.documents.units import problem
@@ -36,12 +36,12 @@ class LinearDamping(Element):
 
     @model_validator(mode="after")
     def _check_damping(self) -> Self:
-        given = self.given("damping", "damping_ratio")
+        given = self.keys_with_value("damping", "damping_ratio")
         if len(given) != 1:
             raise problem(" and ".join(given) or "none", "either damping or damping_ratio")
         return self
 
-    def build(self, where: Where) -> Built:
+    def build(self, where: BuildContext) -> Built:
         from hydrosim.forces.damping.linear_damping import LinearDamping as Built  # loads numba
 
         damping, ratio = self.damping, self.damping_ratio

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import model_validator
 
-from hydrosim.case.elements.element import Element, Where
+from hydrosim.case.elements.element import BuildContext, Element
 from hydrosim.documents import quantities as of
 from hydrosim.documents.quantities import as_matrix
 from hydrosim.documents.units import problem
@@ -75,7 +75,7 @@ class LinearMooring(Element):
                 )
         return self
 
-    def build(self, where: Where) -> Built:
+    def build(self, where: BuildContext) -> Built:
         from hydrosim.forces.linear_mooring import LinearMooring as Built  # loads numba
 
         stiffness, damping, ratio = self.stiffness, self.damping, self.damping_ratio

@@ -12,7 +12,7 @@ from pydantic import StrictStr
 
 from hydrosim.case.elements.breaking import Breaking
 from hydrosim.case.elements.catenary import Catenary, LineDrag, Seabed, Segment
-from hydrosim.case.elements.element import Where
+from hydrosim.case.elements.element import BuildContext
 from hydrosim.case.lines.chains import mooring_lines, read_system, water_of
 from hydrosim.case.lines.system import MooringLine, System
 from hydrosim.documents import quantities as of
@@ -49,19 +49,21 @@ class Lines(Breaking):
     capacity: of.ReferenceForce | None = None
     """Allowable tension of each line, which statistics compare with."""
 
-    def source(self, where: Where) -> Source:
+    def source(self, where: BuildContext) -> Source:
         """The file."""
         return Source(where.path.parent / self.file, f"{where.path}: {where.key}.file")
 
-    def build(self, where: Where) -> ForceElement:
+    def build(self, where: BuildContext) -> ForceElement:
         raise NotImplementedError("a file with lines is several elements")
 
-    def elements(self, where: Where, vessel: Vessel) -> dict[str, ForceElement]:
+    def elements(self, where: BuildContext, vessel: Vessel) -> dict[str, ForceElement]:
         """The elements of the scene by name: that of this element, and that of the line."""
         name = where.key.removeprefix("forces.")
         system = read_system(self.source(where))
         elements = {
-            f"{name}_{key}": line.placed(Where(f"forces.{name}_{key}", where.path, where.water))
+            f"{name}_{key}": line.build_active(
+                BuildContext(f"forces.{name}_{key}", where.path, where.water)
+            )
             for key, line in self.read_lines(system, where, vessel).items()
         }
         left_out = tuple(each._replace(key=f"{where.key}.file") for each in system.left_out)
@@ -69,7 +71,9 @@ class Lines(Breaking):
         elements[first] = replace(cast("Built", line), left_out=left_out)
         return elements
 
-    def read_lines(self, system: System, where: Where, vessel: Vessel) -> dict[str, Catenary]:
+    def read_lines(
+        self, system: System, where: BuildContext, vessel: Vessel
+    ) -> dict[str, Catenary]:
         """The lines of the ``system`` in the file, by their names there. Raises InputError for a
         file that does not fit the case."""
         source = self.source(where)

@@ -9,14 +9,14 @@ from pydantic import AfterValidator, Discriminator, Tag, model_validator
 
 from hydrosim.case.signals import Harmonic, Recorded, Table
 from hydrosim.documents import quantities as of
-from hydrosim.documents.quantities import Strict
+from hydrosim.documents.quantities import SchemaModel
 from hydrosim.documents.units import problem
 
 if TYPE_CHECKING:
     from hydrosim.forces.signal import Signal
 
 
-class LengthTable(Strict):
+class LengthTable(SchemaModel):
     """Straight lines between the lengths at some times, constant outside."""
 
     time: of.Times

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
-from hydrosim.case.elements.element import Element, Where
+from hydrosim.case.elements.element import BuildContext, Element
 from hydrosim.documents import quantities as of
 from hydrosim.documents.quantities import as_matrix
 
@@ -26,7 +26,7 @@ class QuadraticDamping(Element):
     damping: of.QuadraticMatrix
     """Coefficients: per degree of freedom, or a 6 x 6 matrix."""
 
-    def build(self, where: Where) -> Built:
+    def build(self, where: BuildContext) -> Built:
         from hydrosim.forces.damping.quadratic_damping import (
             QuadraticDamping as Built,  # loads numba
         )

@@ -9,19 +9,19 @@ import numpy as np
 from pydantic import StrictStr, model_validator
 
 from hydrosim.case.elements.breaking import Breaking
-from hydrosim.case.elements.element import Where
+from hydrosim.case.elements.element import BuildContext
 from hydrosim.case.elements.paid import LengthOverTime, length_signal
 from hydrosim.case.signals import Recorded
 from hydrosim.documents import quantities as of
 from hydrosim.documents.messages import Keys
-from hydrosim.documents.quantities import Strict
+from hydrosim.documents.quantities import SchemaModel
 from hydrosim.documents.units import problem
 
 if TYPE_CHECKING:
     from hydrosim.forces.spring import Spring as Built
 
 
-class Curve(Strict):
+class Curve(SchemaModel):
     """Tension of a spring over its extension."""
 
     extension: of.Extensions
@@ -76,7 +76,7 @@ class Spring(Breaking):
 
     @model_validator(mode="after")
     def _check_curve(self) -> Self:
-        given = self.given("stiffness", "curve")
+        given = self.keys_with_value("stiffness", "curve")
         if len(given) != 1:
             raise problem(" and ".join(given) or "no curve", "either stiffness or curve")
         first = self.curve.extension[0] if self.curve else 0.0
@@ -86,15 +86,15 @@ class Spring(Breaking):
             raise problem(found, expected, "begin the curve above -length")
         return self
 
-    def others(self) -> Iterator[tuple[Keys, str | None, str]]:
+    def body_references(self) -> Iterator[tuple[Keys, str | None, str]]:
         remedy = "an anchor without anchor_body is fixed to the earth"
         yield ("anchor_body",), self.anchor_body, remedy
 
-    def recorded(self) -> Iterator[tuple[Keys, Recorded]]:
+    def recorded_series(self) -> Iterator[tuple[Keys, Recorded]]:
         if isinstance(self.length, Recorded):
             yield ("length",), self.length
 
-    def build(self, where: Where) -> Built:
+    def build(self, where: BuildContext) -> Built:
         from hydrosim.forces.spring import Spring as Built  # loads numba
 
         extension, tension = np.array([0.0, 1.0]), np.array([0.0, self.stiffness or 0.0])

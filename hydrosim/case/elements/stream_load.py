@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import model_validator
 
-from hydrosim.case.elements.element import Element, Where
+from hydrosim.case.elements.element import BuildContext, Element
 from hydrosim.documents import quantities as of
 from hydrosim.documents.units import problem
 
@@ -39,7 +39,7 @@ class StreamLoad(Element):
 
     @model_validator(mode="after")
     def _check_table(self) -> Self:
-        given = self.given("surge", "sway", "yaw")
+        given = self.keys_with_value("surge", "sway", "yaw")
         if not given:
             raise problem("no coefficients", "those of one or more of surge, sway, yaw")
         for dof in given:
@@ -52,7 +52,7 @@ class StreamLoad(Element):
     def _check_ends(self) -> None:
         if not self.is_half:
             return
-        for dof in self.given("sway", "yaw"):
+        for dof in self.keys_with_value("sway", "yaw"):
             first, *_, last = getattr(self, dof)
             if first or last:
                 found = f"{first:g} at 0 and {last:g} at 180 deg in {dof}"
@@ -95,7 +95,7 @@ class CurrentLoad(StreamLoad):
             raise problem(f"depths of {top:g} and {bottom:g} m", "0 or more, top above bottom")
         return self
 
-    def build(self, where: Where) -> forces.CurrentLoad:
+    def build(self, where: BuildContext) -> forces.CurrentLoad:
         from hydrosim.forces.stream_load import CurrentLoad as Built  # loads numba
 
         return Built(self.body, self.point, *self.all_round(), depth=self.depth)
@@ -111,7 +111,7 @@ class WindLoad(StreamLoad):
     height: Annotated[float, of.Quantity("height", "m", "10 m", above=0)] | None = None
     """Height above the water of the wind that acts. Without it, that of the point at rest."""
 
-    def build(self, where: Where) -> forces.WindLoad:
+    def build(self, where: BuildContext) -> forces.WindLoad:
         from hydrosim.forces.stream_load import WindLoad as Built  # loads numba
 
         return Built(self.body, self.point, *self.all_round(), height=self.height)

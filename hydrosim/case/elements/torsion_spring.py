@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 from pydantic import StrictStr, model_validator
 
-from hydrosim.case.elements.element import Element, Where
+from hydrosim.case.elements.element import BuildContext, Element
 from hydrosim.case.elements.strut import check_law, check_points, points_of
 from hydrosim.documents import quantities as of
 from hydrosim.documents.messages import Keys
-from hydrosim.documents.quantities import Strict
+from hydrosim.documents.quantities import SchemaModel
 from hydrosim.documents.units import problem
 
 if TYPE_CHECKING:
     from hydrosim.forces.link import TorsionSpring as Built
 
 
-class TorsionCurve(Strict):
+class TorsionCurve(SchemaModel):
     """Moment of a torsion spring over its angle; straight lines, the outer ones continued."""
 
     angle: of.Angles
@@ -70,10 +70,10 @@ class TorsionSpring(Element):
         check_law(self)
         return self
 
-    def others(self) -> Iterator[tuple[Keys, str | None, str]]:
+    def body_references(self) -> Iterator[tuple[Keys, str | None, str]]:
         yield ("to",), self.to, "without to the other side is the earth"
 
-    def build(self, where: Where) -> Built:
+    def build(self, where: BuildContext) -> Built:
         from hydrosim.forces.link import TorsionSpring as Built  # loads numba
 
         points = None if self.curve is None else (self.curve.angle, self.curve.moment)

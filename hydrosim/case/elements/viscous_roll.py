@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 from pydantic import StrictBool, StrictStr, model_validator
 
-from hydrosim.case.elements.element import Element, Where
+from hydrosim.case.elements.element import BuildContext, Element
 from hydrosim.documents import quantities as of
-from hydrosim.documents.quantities import Strict
+from hydrosim.documents.quantities import SchemaModel
 from hydrosim.documents.units import problem
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ FITTED = ("p1", "p2", "p3")
 COEFFICIENT_KEYS = ("linear", "quadratic", "cubic")
 
 
-class Decay(Strict):
+class Decay(SchemaModel):
     """A recorded decay of roll, from which p1, p2 and p3 are fitted."""
 
     file: StrictStr
@@ -33,7 +33,7 @@ class Decay(Strict):
     """End of the part that is fitted. Without it, the end of the file."""
 
 
-class Ikeda(Strict):
+class Ikeda(SchemaModel):
     """A barge with sharp corners, whose eddies are estimated by Ikeda's formula."""
 
     length: of.LineLength
@@ -85,10 +85,10 @@ class ViscousRoll(Element):
     @model_validator(mode="after")
     def _check_source(self) -> Self:
         ways = [
-            self.given(*FITTED),
-            self.given("decay"),
-            self.given("ikeda"),
-            self.given(*COEFFICIENT_KEYS),
+            self.keys_with_value(*FITTED),
+            self.keys_with_value("decay"),
+            self.keys_with_value("ikeda"),
+            self.keys_with_value(*COEFFICIENT_KEYS),
         ]
         used = [" ".join(keys) for keys in ways if keys]
         if len(used) != 1:
@@ -102,11 +102,11 @@ class ViscousRoll(Element):
             raise problem(f"period with {used[0]}", "it with p1, p2, p3 of a decay test")
         return self
 
-    def build(self, where: Where) -> Built:
+    def build(self, where: BuildContext) -> Built:
         from hydrosim.forces.damping.ikeda import WATER, SharpBarge  # loads numba
         from hydrosim.forces.damping.viscous_roll import ViscousRoll as Built
 
-        keys = self.fixed(where)
+        keys = self.with_fitted_numbers(where)
         form = keys.ikeda
         barge = None
         if form is not None:
@@ -125,7 +125,7 @@ class ViscousRoll(Element):
             barge=barge,
         )
 
-    def fixed(self, where: Where) -> ViscousRoll:
+    def with_fitted_numbers(self, where: BuildContext) -> ViscousRoll:
         """With p1, p2, p3 and the period that are fitted to the recorded decay, if there is one."""
         if self.decay is None:
             return self

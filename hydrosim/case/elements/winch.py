@@ -11,12 +11,12 @@ import numpy as np
 from pydantic import AfterValidator, Discriminator, Field, StrictStr, Tag, model_validator
 
 from hydrosim.case.elements.breaking import Breaking
-from hydrosim.case.elements.element import Where
+from hydrosim.case.elements.element import BuildContext
 from hydrosim.case.elements.paid import LengthOverTime, length_signal
 from hydrosim.case.signals import Harmonic, Recorded
 from hydrosim.documents import quantities as of
 from hydrosim.documents.messages import Keys
-from hydrosim.documents.quantities import Strict
+from hydrosim.documents.quantities import SchemaModel
 from hydrosim.documents.units import problem
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ MIN_WIRE_FRACTION = 0.01  # of the wire: a compensation without a stroke ends th
 DRUM = "drum: {shortest: 10 m, longest: 200 m}"
 
 
-class Drum(Strict):
+class Drum(SchemaModel):
     """The ends of a drum, as lengths of wire off it without load."""
 
     shortest: of.LineLength
@@ -44,7 +44,7 @@ class Drum(Strict):
         return self
 
 
-class DrumFriction(Strict):
+class DrumFriction(SchemaModel):
     """Friction of a drum, as parts of the set tension."""
 
     heave_in: of.Factor = Field(default=0.0, alias="in")
@@ -53,7 +53,7 @@ class DrumFriction(Strict):
     """Friction while the drum pays out: it begins above (1 + out) times the tension."""
 
 
-class SpeedTable(Strict):
+class SpeedTable(SchemaModel):
     """Straight lines between the speeds at some times, constant outside."""
 
     time: of.Times
@@ -87,7 +87,7 @@ SpeedOverTime = Annotated[
 ]
 
 
-class Compensation(Strict):
+class Compensation(SchemaModel):
     """Active heave compensation: the drum pays out what a point rises, and heaves in what it
     falls."""
 
@@ -234,16 +234,16 @@ class Winch(Breaking):
     def _frictions(self) -> tuple[float, float]:
         return self.friction.heave_in, self.friction.pay_out
 
-    def others(self) -> Iterator[tuple[Keys, str | None, str]]:
+    def body_references(self) -> Iterator[tuple[Keys, str | None, str]]:
         remedy = "an anchor without anchor_body is fixed to the earth"
         yield ("anchor_body",), self.anchor_body, remedy
 
-    def recorded(self) -> Iterator[tuple[Keys, Recorded]]:
+    def recorded_series(self) -> Iterator[tuple[Keys, Recorded]]:
         for key in ("length", "speed"):
             if isinstance(form := getattr(self, key), Recorded):
                 yield (key,), form
 
-    def build(self, where: Where) -> Built:
+    def build(self, where: BuildContext) -> Built:
         from hydrosim.forces.line.winch import Winch as Built  # loads numba
 
         length: Any = self.length
@@ -273,7 +273,7 @@ class Winch(Breaking):
         assert isinstance(self.length, float)
         return self.length - 0.5 * stroke, self.length + 0.5 * stroke
 
-    def _control(self, where: Where) -> Control | None:
+    def _control(self, where: BuildContext) -> Control | None:
         from hydrosim.forces.line import controls
 
         if self.tension is not None:

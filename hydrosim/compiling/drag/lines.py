@@ -128,7 +128,7 @@ def _said(damping: float, sigma: float, kept: bool) -> str:
 
 
 def _drag_before(scene: Scene) -> dict[str, tuple[float, float]]:
-    """c and m of the lines of the run that an `opened` scene starts from."""
+    """c and m of the lines of the run that a scene of `open_start` starts from."""
     if scene.initial is None:
         return {}
     run: xr.Dataset = scene.initial.run  # type: ignore[assignment]

@@ -80,8 +80,8 @@ def _links(scene: Scene) -> Iterator[tuple[str, str | None]]:
         if joint.to is not None:
             yield joint.to, joint.body
     for element in scene.forces.values():
-        if element.carries():
-            others = [name for _, name in element.others()] or [None]
+        if element.supports_weight():
+            others = [name for _, name in element.connected_bodies()] or [None]
             for other in others:
                 yield element.body, other
                 if other is not None:

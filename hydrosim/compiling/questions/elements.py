@@ -98,7 +98,7 @@ def _under_weight(about: About, name: str, fender: Contact, stiffness: float) ->
     upward = normal[2] / np.linalg.norm(normal)
     dry = body.name not in about.facts.databases
     hangs = any(
-        each.body == body.name and each.carries() and not isinstance(each, Contact)
+        each.body == body.name and each.supports_weight() and not isinstance(each, Contact)
         for each in about.scene.forces.values()
     )
     if body.weight != Weight.CARRIED or not dry or hangs or upward < SHARED_LOAD_COSINE:
@@ -118,7 +118,7 @@ def _together(fender: Contact, other: Contact) -> bool:
     """Whether two fenders stop the same body on the same side."""
     normals = (np.array(each.planes()[0].normal, float) for each in (fender, other))
     n, m = (normal / np.linalg.norm(normal) for normal in normals)
-    same = fender.body == other.body and [*fender.others()] == [*other.others()]
+    same = fender.body == other.body and [*fender.connected_bodies()] == [*other.connected_bodies()]
     return same and bool(n @ m > SHARED_LOAD_COSINE)
 
 
@@ -130,7 +130,7 @@ def _stiffness(fender: Contact) -> float:
 
 def _mass(about: About, fender: Contact) -> float:
     """Mass of the lighter of the two bodies of a fender that move [kg]."""
-    names = {fender.body, *(name for _, name in fender.others())}
+    names = {fender.body, *(name for _, name in fender.connected_bodies())}
     moving = [body.mass for body in about.scene.bodies if body.name in names and body.dofs]
     return min(moving, default=0.0)
 

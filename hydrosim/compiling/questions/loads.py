@@ -42,7 +42,11 @@ def capacities(about: About) -> Iterator[Doubt]:
 def _tiny(about: About) -> Iterator[Doubt]:
     """Ask about allowable loads that the weight of a few litres of water exceeds."""
     limits = [
-        (f"forces.{name}.capacity", of.capacity, {of.body, *(body for _, body in of.others())})
+        (
+            f"forces.{name}.capacity",
+            of.capacity,
+            {of.body, *(body for _, body in of.connected_bodies())},
+        )
         for name, of in about.scene.forces.items()
         if of.capacity is not None and isinstance(of, Tie | Contact)
     ]
@@ -127,7 +131,8 @@ def _hanging(about: About) -> Iterator[Doubt]:
         acting = [
             of
             for of in about.scene.forces.values()
-            if body.name in {of.body, *(name for _, name in of.others())} and of.carries()
+            if body.name in {of.body, *(name for _, name in of.connected_bodies())}
+            and of.supports_weight()
         ]
         if not acting or not all(isinstance(of, Tie) for of in acting):
             continue

@@ -162,7 +162,7 @@ def fall(about: About) -> Iterator[Doubt]:
     start far above or below their draught."""
     yield from _off_draught(about)
     acting = about.scene.forces.values()
-    held = {each.body for each in acting if each.carries() and not _touches(each)}
+    held = {each.body for each in acting if each.supports_weight() and not _touches(each)}
     carried = arrangement(about.scene).children
     deepest: dict[str, float] = {}
     for _, fender, deep in _fenders(about):
@@ -247,7 +247,7 @@ def _catenaries(about: About) -> Iterator[Doubt]:
             yield Doubt(f"{key}.segments", found, "a moored body is held by its lines")
         anchor = line.ends.anchor
         moored = about.scene.forces[line.name]
-        earth = not any(body for _, body in moored.others())
+        earth = not any(body for _, body in moored.connected_bodies())
         hangs = line.ends.z < 0.0 and moored.body in afloat and earth
         if anchor > 0.0 and hangs:
             yield Doubt(

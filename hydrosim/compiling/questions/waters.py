@@ -58,7 +58,9 @@ def streams(about: About) -> Iterator[Doubt]:
     """Ask about currents as fast as wind, winds beyond any storm, and streams that load no
     element."""
     environment = about.scene.environment
-    felt = {stream for element in about.scene.forces.values() for stream in element.feels()}
+    felt = {
+        stream for element in about.scene.forces.values() for stream in element.dragging_streams()
+    }
     for name, stream, limit in (
         ("current", environment.current, CURRENT),
         ("wind", environment.wind, WIND),

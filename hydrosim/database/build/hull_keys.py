@@ -11,7 +11,7 @@ from pydantic import Discriminator, Field, StrictStr, Tag, model_validator
 from hydrosim.database.build import barge
 from hydrosim.documents import quantities as of
 from hydrosim.documents.mesh_keys import MeshKeys
-from hydrosim.documents.quantities import Strict
+from hydrosim.documents.quantities import SchemaModel
 from hydrosim.documents.units import Quantity, problem
 
 Size = Annotated[float, Quantity("length", "m", "12.4 m", above=0)]
@@ -20,7 +20,7 @@ Count = Annotated[int, Field(strict=True, ge=1, le=1000)]
 DEFAULT_PANELS = 1000  # number of panels of default size that would cover the wetted hull
 
 
-class RecipeWater(Strict):
+class RecipeWater(SchemaModel):
     """Density, gravity and depth."""
 
     density: of.Density = 1025.0
@@ -31,7 +31,7 @@ class RecipeWater(Strict):
     """Depth of the water, or infinite."""
 
 
-class Counts(Strict):
+class Counts(SchemaModel):
     """Numbers of panels."""
 
     along: tuple[Count, Count, Count, Count, Count]
@@ -60,7 +60,7 @@ PanelsOf = Annotated[
 ]
 
 
-class BargeHull(Strict):
+class BargeHull(SchemaModel):
     """A launch barge; ``stern_length`` or the heave stiffness gives the length of full beam. Its
     frame has the origin at the stern, on the waterline."""
 
@@ -89,7 +89,7 @@ class BargeHull(Strict):
 
     @model_validator(mode="after")
     def _check_stern(self) -> Self:
-        given = self.given("stern_length", "heave_stiffness")
+        given = self.keys_with_value("stern_length", "heave_stiffness")
         if len(given) != 1:
             raise problem(" and ".join(given) or "none", "stern_length or heave_stiffness")
         if self.wall_depth > self.draught:
@@ -108,7 +108,7 @@ class BargeHull(Strict):
         return barge.Barge(stern_length=stern, **{name: getattr(self, name) for name in names})
 
 
-class BoxHull(Strict):
+class BoxHull(SchemaModel):
     """A rectangular box."""
 
     type: Literal["box"]
@@ -127,7 +127,7 @@ class BoxHull(Strict):
         return barge.box(self.length, self.beam, self.draught)
 
 
-class SphereHull(Strict):
+class SphereHull(SchemaModel):
     """A sphere with its centre on the waterline."""
 
     type: Literal["sphere"]

@@ -19,7 +19,7 @@ from hydrosim.documents import quantities as of
 from hydrosim.documents.layers import apply_setting, read_case, written
 from hydrosim.documents.messages import Problem
 from hydrosim.documents.nodes import entries
-from hydrosim.documents.quantities import Strict
+from hydrosim.documents.quantities import SchemaModel
 from hydrosim.documents.units import Quantity, problem
 from hydrosim.documents.validate import validate_document
 
@@ -53,7 +53,7 @@ class IntegralEquation(StrEnum):
     DIRECT = "direct"
 
 
-class Steps(Strict, Generic[StepValue]):
+class Steps(SchemaModel, Generic[StepValue]):
     """Values from start to stop."""
 
     start: StepValue
@@ -118,7 +118,7 @@ Headings = Annotated[
 ]
 
 
-class DifferenceQtf(Strict):
+class DifferenceQtf(SchemaModel):
     """Difference-frequency QTFs of waves with the same heading, for the free body."""
 
     frequencies: Frequencies
@@ -127,7 +127,7 @@ class DifferenceQtf(Strict):
     """Headings of the waves, among those of the recipe."""
 
 
-class FarField(Strict):
+class FarField(SchemaModel):
     """How much of the loads is from the waves that motions make far away: none up to the first
     frequency of ``rising``, the ``share`` from the second on."""
 
@@ -137,7 +137,7 @@ class FarField(Strict):
     """Frequencies between which the share rises from 0. Example: [1 rad/s, 1.5 rad/s]."""
 
 
-class RecipeBody(Strict):
+class RecipeBody(SchemaModel):
     """A body: its hull, position and mass properties. The centre of gravity is in the hull's own
     frame. ``position`` and ``heading`` place this frame in the database's frame."""
 
@@ -156,13 +156,13 @@ class RecipeBody(Strict):
 
     @model_validator(mode="after")
     def _check_turning(self) -> Self:
-        given = self.given("radii_of_gyration", "inertia")
+        given = self.keys_with_value("radii_of_gyration", "inertia")
         if len(given) != 1:
             raise problem(" and ".join(given) or "none", "radii_of_gyration or inertia")
         return self
 
 
-class CommonKeys(Strict):
+class CommonKeys(SchemaModel):
     """Keys common to recipes of one and of several bodies, in SI and radians."""
 
     title: StrictStr

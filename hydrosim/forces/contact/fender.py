@@ -91,7 +91,7 @@ class Contact(ForceElement):
     def planes(self) -> Sequence[Plane]:
         """The plane of each point."""
 
-    def may_give(self) -> bool:
+    def can_add_energy(self) -> bool:
         """A prescribed normal force may push a moving body."""
         return isinstance(self.normal, PrescribedNormal)
 
@@ -145,17 +145,17 @@ class Fender(Contact):
     def planes(self) -> Sequence[Plane]:
         return [self.plane] * len(self.points)
 
-    def others(self) -> Iterator[tuple[str, str | None]]:
+    def connected_bodies(self) -> Iterator[tuple[str, str | None]]:
         yield "plane.body", self.plane.body
 
-    def parts(self, y: float) -> Sequence[ForceElement]:
+    def mirrored_parts(self, y: float) -> Sequence[ForceElement]:
         """A fender for each point; each plane is given by the foot of the perpendicular from the
         origin."""
         plane = self.plane.by_its_foot(y)
         return [replace(self, points=point[None], plane=plane) for point in self.points]
 
-    def image(self) -> ForceElement:
-        return replace(self, points=self.points * MIRROR_SIGN[:3], plane=self.plane.image())
+    def mirror_image(self) -> ForceElement:
+        return replace(self, points=self.points * MIRROR_SIGN[:3], plane=self.plane.mirror_image())
 
 
 POINT = np.dtype(
@@ -250,7 +250,7 @@ def _usual_load(
     _, least, _ = signal
     if isinstance(fender.normal, PrescribedNormal):
         return least / LEAST_NORMAL
-    between = [fender.body, *(name for _, name in fender.others() if name)]
+    between = [fender.body, *(name for _, name in fender.connected_bodies() if name)]
     weights = [layout.weight[layout.body[name]] for name in between]
     return min(*weights, float(fender.normal.force[-1]))
 

@@ -53,7 +53,7 @@ class Member(Protocol):
         """Name under which its contacts are analysed together; None stands for the element's
         name."""
 
-    def others(self) -> Iterator[tuple[str, str | None]]:
+    def connected_bodies(self) -> Iterator[tuple[str, str | None]]:
         """Keys and names of the other bodies that it acts on."""
 
 
@@ -66,7 +66,7 @@ def remembering(
     weight: dict[str, float] = {}
     for element, e in contacts.items():
         name = e.group or element
-        between = [e.body, *(other for _, other in e.others() if other)]
+        between = [e.body, *(other for _, other in e.connected_bodies() if other)]
         weight[name] = max(weight.get(name, 0.0), *(carried.get(body, 0.0) for body in between))
         asked[name] = asked.get(name, False) or e.remembers or e.group is not None
     those = [(k, name) for k, name in enumerate(asked) if asked[name] or weight[name]]

@@ -54,16 +54,16 @@ class Landing(Contact):
         mouth = self.wall.gap + self.wall.slope * self.wall.depth if self.wall else 0.0
         return SEAT + mouth
 
-    def others(self) -> Iterator[tuple[str, str | None]]:
+    def connected_bodies(self) -> Iterator[tuple[str, str | None]]:
         yield "on.body", self.on
 
-    def parts(self, y: float) -> Sequence[ForceElement]:
+    def mirrored_parts(self, y: float) -> Sequence[ForceElement]:
         """A landing for each point."""
         seats = self.seats - np.array([0.0, 0.0 if self.on else y, 0.0])
         pairs = zip(self.points, seats, strict=True)
         return [replace(self, points=point[None], seats=seat[None]) for point, seat in pairs]
 
-    def image(self) -> ForceElement:
+    def mirror_image(self) -> ForceElement:
         points = self.points * MIRROR_SIGN[:3]
         seats = self.seats * MIRROR_SIGN[:3]
         return replace(self, points=points, seats=seats, axis=turned(self.axis))

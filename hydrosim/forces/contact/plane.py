@@ -28,7 +28,7 @@ class Plane:
         corners = np.subtract(self.corners, (0.0, y, 0.0)) if self.corners else np.zeros((0, 3))
         return replace(self, point=foot(self.point, self.normal, y), corners=_sorted(corners))
 
-    def image(self) -> Plane:
+    def mirror_image(self) -> Plane:
         """The mirror image in the plane y = 0."""
         corners = _sorted(np.array([turned(corner) for corner in self.corners]).reshape(-1, 3))
         point = turned(self.point)

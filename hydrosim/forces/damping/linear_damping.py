@@ -44,13 +44,13 @@ class LinearDamping(ForceElement):
     damping_ratio: np.ndarray | None = None
     relative_to_current: bool = False
 
-    def carries(self) -> bool:
+    def supports_weight(self) -> bool:
         return False
 
-    def feels(self) -> Collection[str]:
+    def dragging_streams(self) -> Collection[str]:
         return ("current",) if self.relative_to_current else ()
 
-    def may_give(self) -> bool:
+    def can_add_energy(self) -> bool:
         """A current drags the body along."""
         return self.relative_to_current
 
@@ -58,7 +58,7 @@ class LinearDamping(ForceElement):
         if self.damping is not None:
             yield self.damping
 
-    def parts(self, y: float) -> Sequence[ForceElement]:
+    def mirrored_parts(self, y: float) -> Sequence[ForceElement]:
         return ()
 
     def nonlinearity(self, name: str, turns: Turns) -> str | None:

@@ -34,20 +34,20 @@ class QuadraticDamping(ForceElement):
 
     damping: np.ndarray
 
-    def carries(self) -> bool:
+    def supports_weight(self) -> bool:
         return False
 
-    def feels(self) -> Collection[str]:
+    def dragging_streams(self) -> Collection[str]:
         return ("current",)
 
-    def may_give(self) -> bool:
+    def can_add_energy(self) -> bool:
         """A current drags the body along."""
         return True
 
     def couplings(self) -> Iterator[np.ndarray]:
         yield self.damping
 
-    def parts(self, y: float) -> Sequence[ForceElement]:
+    def mirrored_parts(self, y: float) -> Sequence[ForceElement]:
         return ()
 
 

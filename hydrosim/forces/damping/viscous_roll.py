@@ -72,14 +72,14 @@ class ViscousRoll(ForceElement):
                     " damping drives the roll."
                 )
 
-    def carries(self) -> bool:
+    def supports_weight(self) -> bool:
         return False
 
     def couplings(self) -> Iterator[np.ndarray]:
         """Roll damping by itself couples nothing."""
         yield from ()
 
-    def parts(self, y: float) -> Sequence[ForceElement]:
+    def mirrored_parts(self, y: float) -> Sequence[ForceElement]:
         return ()
 
     def nonlinearity(self, name: str, turns: Turns) -> str | None:

@@ -176,7 +176,7 @@ class External(ForceElement):
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_callers": {}, "_owner": None}  # they belong to this process
 
-    def others(self) -> Iterator[tuple[str, str | None]]:
+    def connected_bodies(self) -> Iterator[tuple[str, str | None]]:
         yield from (("also", name) for name in self.also)
 
     def unit_names(self, name: str) -> Sequence[str]:

@@ -97,10 +97,10 @@ class Catenary(Tie):
     paying: int = STEADY
     left_out: tuple[OmittedEntry, ...] = field(default=(), kw_only=True)
 
-    def feels(self) -> Collection[str]:
+    def dragging_streams(self) -> Collection[str]:
         return ("current",) if np.any(self.drag_width) else ()
 
-    def may_give(self) -> bool:
+    def can_add_energy(self) -> bool:
         return bool(self.friction) or self.paid is not None or bool(np.any(self.drag_width))
 
     def signals(self) -> Iterator[tuple[str, Signal]]:

@@ -103,7 +103,7 @@ class Winch(Tie):
         if self.length is None and not isinstance(self.control, TensionControl):
             raise InputError(f"forces.{name}.length: found none; expected a length at the start.")
 
-    def may_give(self) -> bool:
+    def can_add_energy(self) -> bool:
         """A drum that heaves in gives energy."""
         return True
 
@@ -118,10 +118,10 @@ class Winch(Tie):
             size = self.stiffness * self.damping / float(self.length.value.min())
             yield "length", size * largest_corner(self.length)
 
-    def image(self) -> ForceElement | None:
+    def mirror_image(self) -> ForceElement | None:
         if isinstance(self.control, Compensation):  # its point is known by name alone
             return None
-        return super().image()
+        return super().mirror_image()
 
 
 WINCH = np.dtype(

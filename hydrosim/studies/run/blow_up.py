@@ -76,4 +76,6 @@ def _can_add_energy(scene: Scene, row: int) -> bool:
     element = element_of(scene, row)
     if element is None:
         return row == RADIATION and scene.initial is not None
-    return element.may_give() or element.active is not None  # energy that it holds at the start
+    return (
+        element.can_add_energy() or element.active is not None
+    )  # energy that it holds at the start

@@ -42,7 +42,7 @@ class Rope(ForceElement):
     creep: float = inf
     breaks_at: float = inf
 
-    def holds(self) -> Collection[str]:
+    def restored_dofs(self) -> Collection[str]:
         return ("surge", "sway", "yaw")
 
     def unit_names(self, name: str) -> Sequence[str]:
