@@ -23,7 +23,7 @@ from benchmarks.compiled import compiled
 from benchmarks.report import ROOT, Answer, Row
 from benchmarks.timing import Timed, interleaved, time_loop, timed
 from hydrosim import simulate
-from hydrosim.compiling.calm import in_waves
+from hydrosim.compiling.calm import add_waves
 from hydrosim.compiling.compile import compile_in_calm
 from hydrosim.scene import Scene, SecondOrder
 from hydrosim.waves import sea
@@ -145,7 +145,7 @@ def _synthesis(repeated: float, wanted: SecondOrder) -> Callable[[], object]:
     forces = replace(barge.wave_forces, second_order=wanted)
     scene = replace(scene, bodies=(replace(barge, wave_forces=forces),))
     calm = compile_in_calm(scene)
-    return lambda: in_waves(calm, scene, sea(scene.environment))
+    return lambda: add_waves(calm, scene, sea(scene.environment))
 
 
 def _memory(hours: float) -> Row:

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from hydrosim.case import load_case
-from hydrosim.case.resolve import resolved
+from hydrosim.case.resolve import resolved_case_text
 from hydrosim.documents.layers import read_case
 from hydrosim.documents.nodes import plain
 
@@ -158,7 +158,7 @@ def shipped() -> list[str]:
 def whole(name: str) -> dict[str, Any]:
     """A case with all that it could say, in its own units where it says it."""
     path = CASES / f"{name}.yaml"
-    everything = yaml.safe_load(resolved(load_case(path).data, path.parent))
+    everything = yaml.safe_load(resolved_case_text(load_case(path).data, path.parent))
     return dict(_over(everything, plain(read_case(path)[1])))
 
 

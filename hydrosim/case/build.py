@@ -15,9 +15,9 @@ from hydrosim.case import schema
 from hydrosim.case.criteria import as_attributes
 from hydrosim.case.elements import BuildContext
 from hydrosim.case.elements.lines import Lines, Vessel
-from hydrosim.case.hydrodynamics import built
+from hydrosim.case.hydrodynamics import build_hydrodynamics
 from hydrosim.case.hydrostatics import hull_of
-from hydrosim.case.resolve import resolved
+from hydrosim.case.resolve import resolved_case_text
 from hydrosim.case.seas import wave_trains
 from hydrosim.case.streams import with_streams
 from hydrosim.case.tanks import Lightship
@@ -51,7 +51,7 @@ def build_scene(
         source={
             "case_file": str(path),
             "case": text,
-            "case_resolved": resolved(data, path.parent),
+            "case_resolved": resolved_case_text(data, path.parent),
             **as_attribute(units),
             **as_attributes(data.report, data.criteria),
         },
@@ -127,7 +127,7 @@ def _body(name: str, body: schema.Body, folder: Path) -> scene.Body:
         name=name,
         mass=mass,
         inertia=inertia,
-        hydrodynamics=built(body.hydrodynamics, partial(_place, folder)),
+        hydrodynamics=build_hydrodynamics(body.hydrodynamics, partial(_place, folder)),
         hydrostatics=hull_of(
             body.hydrostatics, f"bodies.{name}.hydrostatics", folder, body.database_body
         ),

@@ -25,7 +25,7 @@ from hydrosim.documents.messages import Keys, Problem
 from hydrosim.documents.nodes import with_hint
 from hydrosim.documents.suggestions import suggestion
 from hydrosim.documents.units import value_text
-from hydrosim.scene.arrangement import arranged
+from hydrosim.scene.arrangement import arrange_joints
 
 # The output has forces of these names (`hydrosim.forces.layout`, which would load numba).
 RESERVED = ("hydrostatic", "radiation", "wave_first_order", "wave_second_order", "weight")
@@ -106,7 +106,7 @@ def _check_joints(case: CaseFile) -> Iterator[Problem]:
 def _check_tree(case: CaseFile) -> Iterator[Problem]:
     """Keys that bodies on joints, and joints that close loops, do not have."""
     joints = {name: joint.build() for name, joint in case.joints.items()}
-    found = arranged(joints, list(case.bodies))
+    found = arrange_joints(joints, list(case.bodies))
     for branch in found.branches:
         body = case.bodies[branch.child]
         if "dofs" in body.model_fields_set:

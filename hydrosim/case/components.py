@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from hydrosim.case.waves import Component
 from hydrosim.documents.messages import explain
-from hydrosim.documents.text import Source, Table, name_and_unit, parse, unit_of_column
+from hydrosim.documents.text import Source, TextTable, name_and_unit, parse, unit_of_column
 
 COLUMN_UNITS = {
     "frequency": "rad/s",
@@ -36,7 +36,7 @@ def read_components(source: Source) -> tuple[Component, ...]:
     )
 
 
-def _columns(source: Source, table: Table) -> Iterator[tuple[str, np.ndarray]]:
+def _columns(source: Source, table: TextTable) -> Iterator[tuple[str, np.ndarray]]:
     """Each column by its name, in SI; those of other names are refused, not passed over."""
     names = [name_and_unit(name)[0].strip().lower() for name in table.names]
     unknown = [name for name in names if name not in COLUMN_UNITS]

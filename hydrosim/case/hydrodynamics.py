@@ -174,7 +174,7 @@ def accepted_of(value: Any) -> list[tuple[tuple[str | int, ...], str]]:
     return []
 
 
-def built(value: Any, place: Place) -> Any:
+def build_hydrodynamics(value: Any, place: Place) -> Any:
     """As a scene has it; ``place`` is where a file of that name is."""
     if value is None:
         return None

@@ -36,7 +36,7 @@ class TurnStops(SchemaModel):
     damping: of.TurnDamping = 0.0
     """Damping while a stop is pressed. A stop never pulls."""
 
-    _check_order = model_validator(mode="after")(lambda stops: _ordered(stops))
+    _check_order = model_validator(mode="after")(lambda stops: check_stop_order(stops))
 
 
 class SlideStops(SchemaModel):
@@ -49,10 +49,10 @@ class SlideStops(SchemaModel):
     damping: of.Damping = 0.0
     """Damping while a stop is pressed. A stop never pulls."""
 
-    _check_order = model_validator(mode="after")(lambda stops: _ordered(stops))
+    _check_order = model_validator(mode="after")(lambda stops: check_stop_order(stops))
 
 
-def _ordered(stops: Any) -> Any:
+def check_stop_order(stops: Any) -> Any:
     lowest, highest = stops.range
     if lowest >= highest:
         raise problem(f"range [{lowest:g}, {highest:g}]", "the lower end first, then the higher")
@@ -168,7 +168,7 @@ class Turn(SchemaModel):
     initial: TurnInitial = TurnInitial()
     """Angle and rate at the start."""
 
-    def built(self) -> scene.JointResistance:
+    def build_resistance(self) -> scene.JointResistance:
         """The same of the scene."""
         return _acting(self, self.initial.angle, self.initial.rate)
 
@@ -189,7 +189,7 @@ class Slide(SchemaModel):
     initial: SlideInitial = SlideInitial()
     """Offset and speed at the start."""
 
-    def built(self) -> scene.JointResistance:
+    def build_resistance(self) -> scene.JointResistance:
         """The same of the scene."""
         return _acting(self, self.initial.offset, self.initial.speed)
 
@@ -340,7 +340,7 @@ class Hinge(OnAxis, Turn):
     """A turn about an axis."""
 
     def resistances(self) -> Sequence[scene.JointResistance]:
-        return (self.built(),)
+        return (self.build_resistance(),)
 
 
 class Slider(OnAxis, Slide):
@@ -358,7 +358,7 @@ class Slider(OnAxis, Slide):
     """A slide along an axis."""
 
     def resistances(self) -> Sequence[scene.JointResistance]:
-        return (self.built(),)
+        return (self.build_resistance(),)
 
 
 class Cylindrical(OnAxis):
@@ -379,7 +379,7 @@ class Cylindrical(OnAxis):
     """What acts about the axis."""
 
     def resistances(self) -> Sequence[scene.JointResistance]:
-        return self.slide.built(), self.turn.built()
+        return self.slide.build_resistance(), self.turn.build_resistance()
 
 
 class Universal(OnAxis):
@@ -411,7 +411,7 @@ class Universal(OnAxis):
         return self.axis, self.second_axis
 
     def resistances(self) -> Sequence[scene.JointResistance]:
-        return self.first.built(), self.second.built()
+        return self.first.build_resistance(), self.second.build_resistance()
 
 
 class Planar(OnAxis):
@@ -441,7 +441,11 @@ class Planar(OnAxis):
         return self.axis, self.second_axis
 
     def resistances(self) -> Sequence[scene.JointResistance]:
-        return self.first.built(), self.second.built(), self.turn.built()
+        return (
+            self.first.build_resistance(),
+            self.second.build_resistance(),
+            self.turn.build_resistance(),
+        )
 
 
 class BallInitial(SchemaModel):
@@ -493,7 +497,7 @@ class Guide(OnAxis, Slide):
 
     def resistances(self) -> Sequence[scene.JointResistance]:
         turns = (scene.JointResistance(),) * 3
-        return (self.built(), *turns)
+        return (self.build_resistance(), *turns)
 
 
 class Fixed(JointForm):

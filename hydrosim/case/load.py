@@ -15,7 +15,7 @@ from hydrosim.case.schema import CaseFile
 from hydrosim.documents.layers import apply_setting, read_case, settings_of
 from hydrosim.documents.layers import written as yaml_text
 from hydrosim.documents.nodes import SETTING
-from hydrosim.documents.places import Places, locating, places_of
+from hydrosim.documents.places import Places, places_of, source_context
 from hydrosim.documents.units import units_written
 from hydrosim.documents.validate import validate_document
 from hydrosim.outputs import files_named, settings_text
@@ -40,7 +40,7 @@ class Case:
         """The scene to simulate; databases are files in it, not yet read."""
         from hydrosim.case.build import build_scene  # the force elements load numba
 
-        with locating(self.places):
+        with source_context(self.places):
             scene = build_scene(self.data, self.path, self.text, self.units)
         return replace(scene, places=self.places)
 
@@ -54,12 +54,12 @@ class Case:
 
     def document(self) -> Document:
         """Its title, and its surroundings, bodies and elements."""
-        from hydrosim.case.resolve import resolved
+        from hydrosim.case.resolve import resolved_case_text
         from hydrosim.case.tables import case_tables, plain
 
         data = self.data
         lasts = f"{data.duration:g} s by {data.solver.method}, from {self.path}"
-        tables = case_tables(plain(resolved(data, self.path.parent)))
+        tables = case_tables(plain(resolved_case_text(data, self.path.parent)))
         return Document(data.title, list(tables), lasts, Units(self.units))
 
     def inputs(self) -> tuple[Path, ...]:

@@ -15,13 +15,13 @@ from pydantic import BaseModel
 from hydrosim.case.elements import BuildContext
 from hydrosim.documents.layers import FILES
 from hydrosim.documents.units import Scale
-from hydrosim.scene.arrangement import arranged
+from hydrosim.scene.arrangement import arrange_joints
 
 if TYPE_CHECKING:
     from hydrosim.case.schema import CaseFile
 
 
-def resolved(data: CaseFile, folder: Path) -> str:
+def resolved_case_text(data: CaseFile, folder: Path) -> str:
     """A case file (YAML) that says of each key of ``data`` what is taken for it: in SI and radians,
     with the defaults, relative paths, which begin at ``folder``, as absolute ones."""
     output = data.output.model_copy(update={"step": data.output_step})
@@ -46,7 +46,7 @@ def resolved(data: CaseFile, folder: Path) -> str:
 def _bodies(data: CaseFile) -> dict[str, Any]:
     """The bodies. Those that joints carry have neither degrees of freedom nor a start."""
     joints = {name: joint.build() for name, joint in data.joints.items()}
-    carried = arranged(joints, list(data.bodies)).children
+    carried = arrange_joints(joints, list(data.bodies)).children
     without = {"dofs": None, "initial": None}
     return {
         name: body.model_copy(update=without if name in carried else {})

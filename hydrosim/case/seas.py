@@ -66,7 +66,7 @@ def _spectrum(
         case waves.Regular():
             return scene.RegularWave(train.amplitude, train.period, train.phase)
         case waves.Components():
-            return _given(train, where)
+            return _given_components(train, where)
         case waves.RecordedElevation():
             series = read_record(train, where.key, where.path, "m")
             highest = train.highest_frequency or np.inf
@@ -85,7 +85,7 @@ def _table(table: waves.Table, where: BuildContext) -> scene.SpectrumTable:
     )
 
 
-def _given(train: waves.Components, where: BuildContext) -> scene.GivenComponents:
+def _given_components(train: waves.Components, where: BuildContext) -> scene.GivenComponents:
     given = train.components
     if isinstance(given, waves.ComponentsFile):
         at_key = BuildContext(f"{where.key}.components", where.path)

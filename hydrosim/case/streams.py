@@ -181,7 +181,7 @@ def current_of(
     if current is None:
         return scene.Stream(), None
     if isinstance(current.profile, CurrentTable):
-        return _tabulated(current, current.profile)
+        return _build_table(current, current.profile)
     assert current.speed is not None
     stream = scene.Stream(current.speed, current.heading)
     if current.profile is None:
@@ -192,7 +192,9 @@ def current_of(
     return stream, power_profile(current.profile.exponent, depth, key)
 
 
-def _tabulated(current: Current, table: CurrentTable) -> tuple[scene.Stream, scene.CurrentProfile]:
+def _build_table(
+    current: Current, table: CurrentTable
+) -> tuple[scene.Stream, scene.CurrentProfile]:
     """A stream with the largest speed of a table, and the table relative to it."""
     largest = max(table.speed)
     headings = table.heading or (current.heading,) * len(table.depth)

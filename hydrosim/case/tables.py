@@ -93,7 +93,7 @@ def file_name(text: str) -> str:
 def _environment(water: Any) -> Iterator[tuple[str, Sentence]]:
     for key, (label, unit) in WATER_ROWS.items():
         if key in (water or {}):
-            yield label, _told(water[key], unit)
+            yield label, _value_text(water[key], unit)
     for key in ("current", "wind"):
         stream = (water or {}).get(key) or {}
         profile = stream.get("profile")
@@ -124,7 +124,7 @@ def _bodies(bodies: Any) -> Iterator[tuple[str, Sentence]]:
     for name, body in (bodies or {}).items():
         for key, unit in BODY.items():
             if body.get(key) not in (None, DEFAULTS_NOT_SHOWN.get(key)):
-                yield f"{name}, {key.replace('_', ' ')}", _told(body[key], unit)
+                yield f"{name}, {key.replace('_', ' ')}", _value_text(body[key], unit)
 
 
 def _forces(forces: Any) -> Iterator[tuple[str, str, str]]:
@@ -139,7 +139,7 @@ def _joints(joints: Any) -> Iterator[tuple[str, str, str]]:
         yield str(name), str(joint.get("type", "")), f"{joint.get('body', '')} and {other}"
 
 
-def _told(value: Any, unit: str) -> Sentence:
+def _value_text(value: Any, unit: str) -> Sentence:
     """A value of a case, or each of a list of them."""
     each = value if isinstance(value, list) else [value]
     return Sentence(", ".join("{}" for _ in each), [_value(x, unit) for x in each])

@@ -289,9 +289,9 @@ SomeWaves = (
 Train = Annotated[SomeWaves | NoWaves, Discriminator("spectrum")]
 
 
-def _listed(value: Any) -> Any:
+def _as_list(value: Any) -> Any:
     return [value] if isinstance(value, dict) else value
 
 
-Waves = Annotated[tuple[Train, ...], of.one_or_more(Train, _listed)]
+Waves = Annotated[tuple[Train, ...], of.one_or_more(Train, _as_list)]
 """One mapping, or a list of them."""

@@ -57,12 +57,12 @@ def simulate_with_progress(
     case: Case, result: Output, resume: bool = False, every: float = 60.0
 ) -> xr.Dataset:
     """Simulate a case with a progress bar. Its state is saved to disk ``every`` so often [s]."""
-    from hydrosim.compiling.restart import begin, opened
+    from hydrosim.compiling.restart import begin, open_start
     from hydrosim.studies.run.checkpoint import Checkpoint, checkpoint_of
     from hydrosim.studies.run.simulation import simulate
 
     kept = Checkpoint(checkpoint_of(result), every, resume, print_status)
-    scene = opened(case.scene())
+    scene = open_start(case.scene())
     start = begin(scene)
     begun = perf_counter()
     reached = start

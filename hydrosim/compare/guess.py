@@ -16,7 +16,7 @@ from hydrosim.compare.mapping import ChannelPlace
 from hydrosim.documents.text import name_and_unit, readable_unit
 from hydrosim.documents.units import factor
 from hydrosim.dofs import DOFS
-from hydrosim.recordings.recording import Column, Recording, is_time
+from hydrosim.recordings.recording import RecordedColumn, Recording, is_time
 from hydrosim.results.channels import Channel
 
 OUR_WORDS = {  # words of other programs, and our word for each
@@ -63,7 +63,7 @@ def guess(recording: Recording, channels: Sequence[Channel]) -> dict[str, Channe
     return {name: place for name, place in found if claims[name] == 1}
 
 
-def _readings(column: Column) -> Iterator[tuple[str, str | None]]:
+def _readings(column: RecordedColumn) -> Iterator[tuple[str, str | None]]:
     """Possible names and units of a column, the plainest first: as it is, with a unit at its end
     ("ROLL_deg"), and each without the names of its groups ("run1.ROLL_deg")."""
     groups = name_and_unit(column.name)[0].split(".")

@@ -16,12 +16,12 @@ from hydrosim.compiling.families import members_of
 from hydrosim.compiling.joints.drives import check_driven_start
 from hydrosim.compiling.model import model_of
 from hydrosim.compiling.notes_of_sea import notes_of_sea
-from hydrosim.compiling.questions import asked, describe_doubts
+from hydrosim.compiling.questions import describe_doubts, query_messages
 from hydrosim.compiling.questions.doubt import describe_start
 from hydrosim.compiling.refusals import check_start
 from hydrosim.compiling.restart import begin
 from hydrosim.compiling.start import first_state, start_of, with_slow_places
-from hydrosim.compiling.wet import WetGroup
+from hydrosim.compiling.wet import HydrodynamicGroup
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces import heights_of_wind, in_gusts
@@ -50,7 +50,9 @@ SHARE_OF_WAVES = 0.1
 """Error of wave loads between rows, over the accuracy of a method that is chosen for one."""
 
 
-def compile_calm(scene: Scene, wet: Sequence[WetGroup], known: Parts | None = None) -> Compiled:
+def compile_calm(
+    scene: Scene, wet: Sequence[HydrodynamicGroup], known: Parts | None = None
+) -> Compiled:
     """Compile a scene of `open_start` in calm water with its databases ``wet``, and with its elements and
     tanks if they are ``known``.
 
@@ -77,7 +79,7 @@ def _odd_values(scene: Scene, facts: Facts) -> list[str]:
     return [f"A cause may be: {text}" for text in describe_doubts(about, ())]
 
 
-def in_waves(calm: Compiled, scene: Scene, sea: Sequence[Components]) -> Compiled:
+def add_waves(calm: Compiled, scene: Scene, sea: Sequence[Components]) -> Compiled:
     """Scene of `compile_calm` in the ``sea`` drawn from its waves, and in its gusts. ``scene`` may
     differ from the calm one in waves, seed of gusts, title and source. Raises InputError if a
     database does not fit the sea, or if sea or gusts are shorter than the run."""
@@ -101,7 +103,7 @@ def in_waves(calm: Compiled, scene: Scene, sea: Sequence[Components]) -> Compile
     known = calm.notes.of_memory(calm.memory_errors)
     notes = notes_of_sea(scene, calm.wet, facts, state, sea, known)
     about = describe_start(scene, facts, state, sea, end)
-    return replace(compiled, notes=replace(notes, drag=drag).warned(asked(about)))
+    return replace(compiled, notes=replace(notes, drag=drag).with_warnings(query_messages(about)))
 
 
 def _met_at_rest(calm: Compiled, scene: Scene) -> list[WaveBody]:
@@ -122,7 +124,9 @@ def wave_load_error(solver: Solver) -> float:
     return min(MISSED, solver.tolerance.relative, SHARE_OF_WAVES * solver.accuracy)
 
 
-def _at_draughts(bodies: Sequence[WaveBody], wet: Sequence[WetGroup]) -> Iterator[WaveBody]:
+def _at_draughts(
+    bodies: Sequence[WaveBody], wet: Sequence[HydrodynamicGroup]
+) -> Iterator[WaveBody]:
     """Bodies in waves; a body with a family of databases occurs once per member."""
     members = members_of(wet)
     owners = {int(member.dofs[0]) for member in members}

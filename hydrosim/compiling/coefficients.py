@@ -39,7 +39,7 @@ def database_of(given: Coefficients, body: Body, water: Environment) -> HydroDat
         water_depth=water.water_depth,
         water_density=water.water_density,
         gravity=water.gravity,
-        port_starboard_symmetric=bool(_mirrored(given)),
+        port_starboard_symmetric=bool(_is_symmetric(given)),
     )
 
 
@@ -72,7 +72,7 @@ def _check(key: str, matrix: np.ndarray) -> None:
         )
 
 
-def _mirrored(given: Coefficients) -> bool:
+def _is_symmetric(given: Coefficients) -> bool:
     """Whether no entry couples surge, heave and pitch with sway, roll and yaw."""
     even = np.arange(6) % 2 == 0
     matrices = (given.added_mass, given.damping, given.stiffness)

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 
 from hydrosim.compiling import symmetry
 from hydrosim.compiling.automatic import with_tolerance
-from hydrosim.compiling.calm import compile_calm, in_waves
+from hydrosim.compiling.calm import add_waves, compile_calm
 from hydrosim.compiling.families import all_groups
 from hydrosim.compiling.joints.bodies import with_dofs_of_joints
 from hydrosim.compiling.refusals import check_scene
-from hydrosim.compiling.restart import before, opened
+from hydrosim.compiling.restart import memory_before, open_start
 from hydrosim.compiling.wet import in_states
-from hydrosim.documents.places import locating
+from hydrosim.documents.places import source_context
 from hydrosim.radiation.state_space import TOLERANCE
 from hydrosim.radiation.threads import one_thread
 from hydrosim.scene import RadiationModel
@@ -41,12 +41,12 @@ def compile_scene(scene: Scene, in_plane: bool = False) -> Compiled:
     Raises InputError if a database, or a run to start from, cannot be read or does not fit the
     scene.
     """
-    with locating(scene.places):
+    with source_context(scene.places):
         check_scene(scene)  # also whether its sea can be drawn
         drawn = sea(scene.environment)
         calm = compile_in_calm(scene, seas=drawn)
         calm = planar(calm, drawn) if in_plane else calm
-        return in_waves(calm, calm.scene, drawn)
+        return add_waves(calm, calm.scene, drawn)
 
 
 def planar(calm: Compiled, seas: Sequence[Components]) -> Compiled:
@@ -67,11 +67,11 @@ def compile_in_calm(
     """Compile a scene without its waves; raises as `compile_scene` does. With ``states``, the
     tolerance of fits, state-space models replace all convolutions, which cannot be linearised.
     Databases are checked for their use in the ``seas``."""
-    with locating(scene.places):
-        scene = opened(scene)
+    with source_context(scene.places):
+        scene = open_start(scene)
         check_scene(scene)
         scene = with_dofs_of_joints(scene)
-        wet = all_groups(scene, seas, before(scene))
+        wet = all_groups(scene, seas, memory_before(scene))
         if states is not None:
             scene, wet = in_states(scene, wet, states)
         return compile_calm(scene, wet)

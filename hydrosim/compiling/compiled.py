@@ -16,7 +16,7 @@ from hydrosim.integrate import Method, method_named
 
 if TYPE_CHECKING:
     from hydrosim.compiling.facts import Facts
-    from hydrosim.compiling.wet import WetGroup
+    from hydrosim.compiling.wet import HydrodynamicGroup
     from hydrosim.linear.accuracy import Vibration
     from hydrosim.scene import Scene
     from hydrosim.stepping.dynamics import Model
@@ -39,7 +39,7 @@ class Compiled:
     """
 
     scene: Scene
-    wet: tuple[WetGroup, ...]
+    wet: tuple[HydrodynamicGroup, ...]
     facts: Facts
     state: State
     sea: tuple[Components, ...] = ()

@@ -30,13 +30,13 @@ from hydrosim.scene.given import NOTHING_GIVEN, Given, key_of
 Source = Path | Hydrodynamics | ChangedDatabase
 
 
-def opened(source: Source, given: Given = NOTHING_GIVEN) -> HydroDatabase:
+def open_database(source: Source, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     """Database of a body: read from its file unless it is in memory, with the requested changes.
     Raises InputError if it cannot be read or changed, or if its frequencies or headings are out of
     order."""
     if isinstance(source, ChangedDatabase):
         given = replace(source.given, frequencies=source.changes.frequencies)
-        return apply_changes(opened(source.source, given), source.changes)
+        return apply_changes(open_database(source.source, given), source.changes)
     if isinstance(source, Path):
         return in_order(_unmistaken(read(source, given), given))
     if isinstance(source, HydroDatabase):
@@ -57,7 +57,7 @@ def _unmistaken(db: HydroDatabase, given: Given) -> HydroDatabase:
     return db
 
 
-class Group(NamedTuple):
+class DatabaseGroup(NamedTuple):
     """Bodies of a scene that share a database, and their ``places`` among all bodies."""
 
     database: HydroDatabase
@@ -65,11 +65,11 @@ class Group(NamedTuple):
     places: list[int]
 
 
-def groups(scene: Scene) -> list[Group]:
+def groups(scene: Scene) -> list[DatabaseGroup]:
     """Databases of the scene as read, without families, and their bodies in order. Raises
     InputError if one cannot be read, or has no loads though the scene has waves."""
     known: dict[Source, HydroDatabase] = {}
-    found: dict[tuple[object, ...], Group] = {}
+    found: dict[tuple[object, ...], DatabaseGroup] = {}
     for i, body in enumerate(scene.bodies):
         source = body.hydrodynamics
         if source is None or isinstance(source, Family):
@@ -77,7 +77,7 @@ def groups(scene: Scene) -> list[Group]:
         db, body = _of_body(body, source, scene.environment, known)
         # several bodies may be copies of the body of one database, far from each other
         key = (i,) if db.bodies == 1 else (source, *body.location, body.heading)
-        group = found.setdefault(key, Group(db, [], []))
+        group = found.setdefault(key, DatabaseGroup(db, [], []))
         group.bodies.append(body)
         group.places.append(i)
     for group in found.values():
@@ -98,7 +98,7 @@ def _of_body(
         db = database_of(source, body, water)
         body = replace(body, radiation=ConstantRadiation(CONSTANT))
     else:
-        db = known[source] = known[source] if source in known else opened(source)
+        db = known[source] = known[source] if source in known else open_database(source)
         if BODIES_APART in db.attributes and 1 <= body.database_body <= db.bodies:
             db = body_of(db, body.database_body - 1)
             body = replace(body, database_body=1)
@@ -109,7 +109,7 @@ def _of_body(
 
 def _check_unloaded(db: HydroDatabase, body: Body) -> None:
     """Raises InputError if the scene has waves and the database no wave loads."""
-    if body.dofs and body.wave_forces.any:
+    if body.dofs and body.wave_forces.has_loads:
         raise InputError(
             f"bodies.{body.name}: {db.source} has no wave loads, and the scene has waves. Use a"
             " database with loads, leave the waves out, or set wave_forces.first_order to false."

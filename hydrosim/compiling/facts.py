@@ -17,7 +17,7 @@ from hydrosim.waves.places import met_by_waves
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hydrosim.compiling.wet import WetGroup
+    from hydrosim.compiling.wet import HydrodynamicGroup
     from hydrosim.database.database import HydroDatabase
     from hydrosim.scene import Scene, WaveForces
     from hydrosim.stepping.dynamics import Model
@@ -45,7 +45,7 @@ class Facts:
     exact: bool
 
 
-def facts_of(scene: Scene, wet: Sequence[WetGroup], model: Model) -> Facts:
+def facts_of(scene: Scene, wet: Sequence[HydrodynamicGroup], model: Model) -> Facts:
     """Facts of a scene of `open_start`. Raises InputError if waves cannot act on a body as asked."""
     databases = each_alone(wet)
     nonlinear = tuple(nonlinearities(scene, model))

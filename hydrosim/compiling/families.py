@@ -13,7 +13,13 @@ import numpy as np
 from hydrosim import radiation
 from hydrosim.compiling.databases import groups
 from hydrosim.compiling.hydrostatics.hulls import with_hulls
-from hydrosim.compiling.wet import WetGroup, group_of, radiation_of, wet_groups, with_states
+from hydrosim.compiling.wet import (
+    HydrodynamicGroup,
+    group_of,
+    radiation_of,
+    wet_groups,
+    with_states,
+)
 from hydrosim.database.hull import immersed_triangles, integrals
 from hydrosim.errors import InputError
 from hydrosim.scene import AutomaticRadiation, Body, ConvolutionRadiation, Family, Scene
@@ -30,7 +36,9 @@ VOLUME, CENTRE = 0.02, 0.01
 length."""
 
 
-def all_groups(scene: Scene, seas: Sequence[Components], before: MemoryBefore) -> list[WetGroup]:
+def all_groups(
+    scene: Scene, seas: Sequence[Components], before: MemoryBefore
+) -> list[HydrodynamicGroup]:
     """Hydrodynamics of all wet bodies; families have all their members. Raises InputError as
     `wet_groups` does, or if a family does not fit its hull or the scene."""
     families = [
@@ -41,12 +49,14 @@ def all_groups(scene: Scene, seas: Sequence[Components], before: MemoryBefore) -
     return [*wet_groups(scene, seas, before), *families]
 
 
-def members_of(wet: Sequence[WetGroup]) -> list[WetGroup]:
+def members_of(wet: Sequence[HydrodynamicGroup]) -> list[HydrodynamicGroup]:
     """All members of all families, as groups."""
     return [member for group in wet for member in group.members]
 
 
-def parts(wet: Sequence[WetGroup], bodies: int) -> Iterator[tuple[np.ndarray, WetGroup]]:
+def parts(
+    wet: Sequence[HydrodynamicGroup], bodies: int
+) -> Iterator[tuple[np.ndarray, HydrodynamicGroup]]:
     """All databases and their DOFs (m,), with all members of families."""
     members = members_of(wet)
     for group in wet:
@@ -56,7 +66,7 @@ def parts(wet: Sequence[WetGroup], bodies: int) -> Iterator[tuple[np.ndarray, We
         yield 6 * (bodies + k) + np.arange(6), member
 
 
-def constants(scene: Scene, wet: Sequence[WetGroup]) -> blending.Family:
+def constants(scene: Scene, wet: Sequence[HydrodynamicGroup]) -> blending.Family:
     """Constants of the families of a scene for the equation of motion."""
     chosen = [group for group in wet if group.members]
     members = members_of(wet)
@@ -85,7 +95,7 @@ def _family(
     scene: Scene,
     seas: Sequence[Components],
     before: MemoryBefore,
-) -> WetGroup:
+) -> HydrodynamicGroup:
     """Group of a body: its members, and their interpolation at the start as its database."""
     _check(body, family, scene)
     rest = _rest(body)
@@ -175,11 +185,13 @@ def _check_draught(db: HydroDatabase, body: Body, draught: float, rest: float) -
             )
 
 
-def _at_start(body: Body, rest: float, members: tuple[WetGroup, ...], scene: Scene) -> WetGroup:
+def _at_start(
+    body: Body, rest: float, members: tuple[HydrodynamicGroup, ...], scene: Scene
+) -> HydrodynamicGroup:
     """Group of the member nearest to the draught at the start, with the interpolated database."""
     weights = _weights(rest - body.position[2], [member.draught for member in members])
     nearest = members[int(weights.argmax())]
-    db = _between(nearest.database, [member.database for member in members], weights)
+    db = _weighted_mean(nearest.database, [member.database for member in members], weights)
     db = with_hulls(db, (body,), scene.environment)
     return replace(
         nearest,
@@ -201,7 +213,7 @@ def _weights(draught: float, draughts: Sequence[float]) -> np.ndarray:
     return weights
 
 
-def _between(
+def _weighted_mean(
     grid: HydroDatabase, databases: Sequence[HydroDatabase], weights: np.ndarray
 ) -> HydroDatabase:
     """Weighted mean of databases, at the frequencies and headings of one of them."""
@@ -212,17 +224,21 @@ def _between(
     waves = np.tile(heading, omega.size), np.repeat(omega, heading.size)
     shape = (omega.size, heading.size, 6)
 
-    def mixed(of: Iterable[np.ndarray]) -> np.ndarray:
+    def weighted_sum(of: Iterable[np.ndarray]) -> np.ndarray:
         return np.asarray(np.tensordot(weights, list(of), 1))
 
     drift = None
     if all(db.mean_drift is not None for db in databases):
-        drift = mixed(mean_drift_at(db, *waves).reshape(shape) for db in databases)
+        drift = weighted_sum(mean_drift_at(db, *waves).reshape(shape) for db in databases)
     return replace(
         grid,
-        added_mass=mixed(_at(omega, db.frequency, db.added_mass) for db in databases),
-        radiation_damping=mixed(_at(omega, db.frequency, db.radiation_damping) for db in databases),
-        excitation=mixed(excitation_at(db, *waves).reshape(shape) for db in databases),
+        added_mass=weighted_sum(
+            _interpolate_matrices(omega, db.frequency, db.added_mass) for db in databases
+        ),
+        radiation_damping=weighted_sum(
+            _interpolate_matrices(omega, db.frequency, db.radiation_damping) for db in databases
+        ),
+        excitation=weighted_sum(excitation_at(db, *waves).reshape(shape) for db in databases),
         mean_drift=drift,
         froude_krylov=None,
         mean_drift_held=None,
@@ -236,7 +252,7 @@ def _between(
     )
 
 
-def _at(omega: np.ndarray, known: np.ndarray, values: np.ndarray) -> np.ndarray:
+def _interpolate_matrices(omega: np.ndarray, known: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Matrices (nw, n, n) at other frequencies, linear between the ``known`` ones."""
     each = values.reshape(known.size, -1).T
     return np.array([np.interp(omega, known, value) for value in each]).T.reshape(-1, 6, 6)

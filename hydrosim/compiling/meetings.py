@@ -43,10 +43,10 @@ def meetings(scene: Scene, facts: Facts, seas: Sequence[Components]) -> Iterator
     """Meeting of each body that waves load."""
     alone = facts.databases
     for body in scene.bodies if seas else ():
-        if body.name in alone and body.wave_forces.any:
+        if body.name in alone and body.wave_forces.has_loads:
             db = alone[body.name]
             chosen = facts.met[body.name]
-            between = chosen.headings != Place.MEAN or _between(body, seas, db)
+            between = chosen.headings != Place.MEAN or _is_between_headings(body, seas, db)
             between = between and body.wave_forces.first_order
             lost = lost_between_headings(db, seas) if between else None
             fixed = second_order_at_rest(chosen, db)
@@ -66,7 +66,7 @@ def said_of_waves(meeting: Meeting) -> Iterator[str]:
             )
         yield text
     if meeting.lost is not None:
-        yield f"{body.name}: {_said(meeting.lost, meeting.database)}"
+        yield f"{body.name}: {_loss_text(meeting.lost, meeting.database)}"
 
 
 def coarse_headings(meeting: Meeting) -> Iterator[str]:
@@ -75,7 +75,7 @@ def coarse_headings(meeting: Meeting) -> Iterator[str]:
     db = meeting.database
     if lost is not None and max(lost) > HEADING_LOSS_WARNING:
         yield (
-            f"bodies.{meeting.body.name}: {_said(lost, db)}; expected less than"
+            f"bodies.{meeting.body.name}: {_loss_text(lost, db)}; expected less than"
             f" {HEADING_LOSS_WARNING:.0%}. Compute the database for headings"
             f" {_spacing(db) / 2.0:.3g} deg apart, or choose waves that meet the body at a heading"
             " of the database."
@@ -89,7 +89,7 @@ def said_of_current(scene: Scene, model: Model) -> Iterator[str]:
         yield _munk(scene, scene.bodies[b], A, float(np.hypot(*model.headings.current[b])))
 
 
-def _said(lost: tuple[float, float], db: HydroDatabase) -> str:
+def _loss_text(lost: tuple[float, float], db: HydroDatabase) -> str:
     return (
         f"the headings of {db.source} are {_spacing(db):.3g} deg apart; interpolation between"
         f" them loses about {lost[0]:.1%} of the first-order forces and {lost[1]:.1%} of the"
@@ -101,7 +101,7 @@ def _spacing(db: HydroDatabase) -> float:
     return 360.0 / db.heading.size
 
 
-def _between(body: Body, seas: Sequence[Components], db: HydroDatabase) -> bool:
+def _is_between_headings(body: Body, seas: Sequence[Components], db: HydroDatabase) -> bool:
     """Whether waves meet the body at rest between the headings of its database."""
     energy = np.concatenate([waves.amplitude**2 for waves in seas])
     to = np.concatenate([waves.heading for waves in seas]) - body.heading

@@ -22,7 +22,7 @@ from hydrosim.scene import ConstantRadiation, Scene
 from hydrosim.stepping.names import coordinate_names
 
 if TYPE_CHECKING:
-    from hydrosim.compiling.wet import WetGroup
+    from hydrosim.compiling.wet import HydrodynamicGroup
     from hydrosim.stepping.dynamics import Model
     from hydrosim.stepping.state import State
 
@@ -93,7 +93,7 @@ class MemoryErrors:
 
 @one_thread
 def memory_errors(
-    scene: Scene, wet: Sequence[WetGroup], model: Model, state: State, time: float
+    scene: Scene, wet: Sequence[HydrodynamicGroup], model: Model, state: State, time: float
 ) -> tuple[MemoryErrors, ...]:
     """Errors of all databases with a memory, with all other forces linearised about ``state``."""
     moving = moving_dofs(model.bodies)
@@ -102,9 +102,9 @@ def memory_errors(
         return ()
     duration = time + scene.duration  # a continued run remembers earlier velocities
     found = [_spectra(group, duration) for group in groups]
-    w = np.unique(np.concatenate([_between(of.w) for of in found]))
+    w = np.unique(np.concatenate([_refine_frequencies(of.w) for of in found]))
     K = [
-        _turned(group, at_frequencies(w, of.w, of.K))
+        _to_body_coordinates(group, at_frequencies(w, of.w, of.K))
         for group, of in zip(groups, found, strict=True)
     ]
     s = 1.0 / duration + 1j * w
@@ -113,8 +113,10 @@ def memory_errors(
     admittances = find_admittances(s, [slopes[group.dofs] for group in groups], K, linear)
     names = coordinate_names(scene)
 
-    def change(group: WetGroup, admittance: Admittance, missed: np.ndarray) -> tuple[Change, str]:
-        largest = admittance.largest_change(w, _turned(group, missed))
+    def change(
+        group: HydrodynamicGroup, admittance: Admittance, missed: np.ndarray
+    ) -> tuple[Change, str]:
+        largest = admittance.largest_change(w, _to_body_coordinates(group, missed))
         return largest, names[int(np.searchsorted(model.bodies.active, largest.coordinate))]
 
     return tuple(
@@ -123,7 +125,7 @@ def memory_errors(
             float(group.memory.time[-1]),
             LONGER * float(group.memory.time[-1]),
             resolved_length(group.database.frequency),
-            change(group, own, _missed(group, w, of, duration)) if group.fits else None,
+            change(group, own, _fit_error(group, w, of, duration)) if group.fits else None,
             change(group, own, at_frequencies(w, of.w, of.cut)),
         )
         for group, of, own in zip(groups, found, admittances, strict=True)
@@ -136,17 +138,17 @@ def _without_memory(model: Model, state: State, time: float) -> Linear:
     return linearise(others, state, time=time, states=np.arange(2 * model.bodies.active.size))
 
 
-def _remembers(group: WetGroup) -> bool:
+def _remembers(group: HydrodynamicGroup) -> bool:
     return group.radiation is not None and not isinstance(group.radiation, ConstantRadiation)
 
 
-def _spectra(group: WetGroup, duration: float) -> Spectra:
+def _spectra(group: HydrodynamicGroup, duration: float) -> Spectra:
     db = group.database
     coefficients = db.frequency, db.added_mass, db.radiation_damping
     return spectra(group.memory, *coefficients, db.checksum, duration)
 
 
-def _missed(group: WetGroup, w: np.ndarray, of: Spectra, duration: float) -> np.ndarray:
+def _fit_error(group: HydrodynamicGroup, w: np.ndarray, of: Spectra, duration: float) -> np.ndarray:
     """Difference of K^ between the fits and the memory, (nw, n, n)."""
     missed, s = np.zeros_like(of.K), 1.0 / duration + 1j * of.w
     for fit in group.fits:
@@ -155,7 +157,7 @@ def _missed(group: WetGroup, w: np.ndarray, of: Spectra, duration: float) -> np.
     return at_frequencies(w, of.w, missed)
 
 
-def _turned(group: WetGroup, values: np.ndarray) -> np.ndarray:
+def _to_body_coordinates(group: HydrodynamicGroup, values: np.ndarray) -> np.ndarray:
     """Transform ``values`` (nw, n, n) from the headings of the bodies to their coordinates:
     positions along the earth's axes, angles about the body's."""
     headings = (body.heading + body.position[5] for body in group.bodies)
@@ -163,7 +165,7 @@ def _turned(group: WetGroup, values: np.ndarray) -> np.ndarray:
     return np.asarray(P @ values @ P.T)
 
 
-def _between(w: np.ndarray) -> np.ndarray:
+def _refine_frequencies(w: np.ndarray) -> np.ndarray:
     return np.interp(
         np.arange(POINTS_PER_FREQUENCY_STEP * (w.size - 1) + 1) / POINTS_PER_FREQUENCY_STEP,
         np.arange(w.size),

@@ -45,7 +45,9 @@ def without_image(elements: Mapping[str, ForceElement], y: float) -> Iterator[st
             yield f"{name} {COUPLES}"
         if reason := element.asymmetry():
             yield f"{name} {reason}"
-    yield from (f"{name} has no mirror image" for name in dict.fromkeys(_alone(elements, y)))
+    yield from (
+        f"{name} has no mirror image" for name in dict.fromkeys(_unpaired_elements(elements, y))
+    )
 
 
 def joints_without_image(joints: Mapping[str, Joint], y: float) -> Iterator[str]:
@@ -53,7 +55,7 @@ def joints_without_image(joints: Mapping[str, Joint], y: float) -> Iterator[str]
     [m]."""
     shapes = {name: _shape(joint, y) for name, joint in joints.items()}
     for name, shape in shapes.items():
-        if not any(_same(shape.image(), other) for other in shapes.values()):
+        if not any(_is_equal(shape.image(), other) for other in shapes.values()):
             yield f"{name} has no mirror image"
 
 
@@ -115,7 +117,7 @@ def _arrow(joint: Joint, y: float) -> np.ndarray:
     return end if joint.to is not None or joint.to_point is None else end - (0.0, y, 0.0)
 
 
-def _alone(elements: Mapping[str, ForceElement], y: float) -> Iterator[str]:
+def _unpaired_elements(elements: Mapping[str, ForceElement], y: float) -> Iterator[str]:
     """Names of the elements with parts that have no image. One part has at most one image."""
     parts = [
         (name, part) for name, element in elements.items() for part in element.mirrored_parts(y)
@@ -123,20 +125,20 @@ def _alone(elements: Mapping[str, ForceElement], y: float) -> Iterator[str]:
     left = [part for _, part in parts]
     for name, part in parts:
         image = part.mirror_image()
-        found = next((k for k, other in enumerate(left) if _same(image, other)), None)
+        found = next((k for k, other in enumerate(left) if _is_equal(image, other)), None)
         if found is None:
             yield name
         else:
             del left[found]
 
 
-def _same(one: object, other: object) -> bool:
+def _is_equal(one: object, other: object) -> bool:
     """Whether parts of elements are equal entry by entry: numbers within `SMALL` of the largest
     number of their array."""
     if type(one) is type(other) and is_dataclass(one):
-        return all(_same(getattr(one, f.name), getattr(other, f.name)) for f in fields(one))
+        return all(_is_equal(getattr(one, f.name), getattr(other, f.name)) for f in fields(one))
     if isinstance(one, Mapping) and isinstance(other, Mapping):
-        return one.keys() == other.keys() and all(_same(one[key], other[key]) for key in one)
+        return one.keys() == other.keys() and all(_is_equal(one[key], other[key]) for key in one)
     if one is None or other is None:
         return one is other
     if is_dataclass(one) or isinstance(one, str | _Times):

@@ -18,7 +18,7 @@ from hydrosim.compiling.hydrostatics.weights import weights_of
 from hydrosim.compiling.joints.bodies import bodies_of
 from hydrosim.compiling.restart import initial_headings
 from hydrosim.compiling.streams.currents import currents_on, draught_of
-from hydrosim.compiling.wet import WetGroup, each_alone, moving, resonance
+from hydrosim.compiling.wet import HydrodynamicGroup, each_alone, moving, resonance
 from hydrosim.database.database import HydroDatabase, require_array
 from hydrosim.dofs import about_z
 from hydrosim.errors import InputError
@@ -55,7 +55,7 @@ if TYPE_CHECKING:
 SAME_STEP = 1e-9  # relative difference of table steps that is rounding
 
 
-def model_of(scene: Scene, wet: Sequence[WetGroup], known: Parts | None = None) -> Model:
+def model_of(scene: Scene, wet: Sequence[HydrodynamicGroup], known: Parts | None = None) -> Model:
     """Model of a scene in calm water; its elements and tanks are compiled unless they are
     ``known``.
 
@@ -86,7 +86,7 @@ def model_of(scene: Scene, wet: Sequence[WetGroup], known: Parts | None = None) 
     rows = row_names(scene)
     impulse = energy + len(rows) + 1
     blocks = [(group.dofs, group.added_mass) for group in wet]
-    added_mass = _whole(6 * len(scene.bodies), blocks)
+    added_mass = _assemble_blocks(6 * len(scene.bodies), blocks)
     return Model(
         bodies=bodies,
         headings=_headings(scene, bodies, alone),
@@ -97,7 +97,7 @@ def model_of(scene: Scene, wet: Sequence[WetGroup], known: Parts | None = None) 
         states=states,
         convolution=_convolution(6 * len(scene.bodies), wet, free),
         damping=radiation.constant_damping(
-            _whole(size, [(dofs, group.damping) for dofs, group in each])
+            _assemble_blocks(size, [(dofs, group.damping) for dofs, group in each])
         ),
         waves=wave_loads_model((), (), 0.0, scene.solver.step, scene.duration),
         following=following_model((), ()),
@@ -132,14 +132,14 @@ def _headings(scene: Scene, bodies: Bodies, wet: Collection[str]) -> Headings:
     return new_headings(bodies, has_water, current, stream.ravel())
 
 
-def _groups(wet: WetGroup, dofs: np.ndarray, free: np.ndarray) -> list[StateSpace]:
+def _groups(wet: HydrodynamicGroup, dofs: np.ndarray, free: np.ndarray) -> list[StateSpace]:
     """State-space models of a database on its own ``dofs``, without DOFs that are zero by
     symmetry."""
     moving = [fit for fit in wet.fits if np.isin(wet.dofs[fit.dofs], free).any()]
     return [replace(fit, dofs=dofs[fit.dofs]) for fit in moving]
 
 
-def _whole(size: int, blocks: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
+def _assemble_blocks(size: int, blocks: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
     """Array (..., size, size) of blocks (..., m, m), each on its own DOFs (m,)."""
     leading = next((block.shape[:-2] for _, block in blocks), ())
     whole = np.zeros((*leading, size, size))
@@ -160,7 +160,7 @@ def _stiffness(scene: Scene, alone: Mapping[str, HydroDatabase]) -> np.ndarray:
 
 
 def _convolution(
-    size: int, groups: Sequence[WetGroup], free: np.ndarray
+    size: int, groups: Sequence[HydrodynamicGroup], free: np.ndarray
 ) -> radiation.ConvolutionKernel:
     chosen = [wet for wet in groups if wet.convolved]
     if not chosen:
@@ -175,16 +175,18 @@ def _convolution(
             " meets the tolerance."
         )
     rows = max(time.size for time in times)
-    kernels = _whole(size, [(wet.dofs, _padded(_kernel(wet, free), rows)) for wet in chosen])
+    kernels = _assemble_blocks(
+        size, [(wet.dofs, _pad_kernel(_kernel(wet, free), rows)) for wet in chosen]
+    )
     return radiation.convolution_model(steps[0], kernels)
 
 
-def _padded(kernel: np.ndarray, rows: int) -> np.ndarray:
+def _pad_kernel(kernel: np.ndarray, rows: int) -> np.ndarray:
     """Kernel padded with zeros, because a memory may be shorter than another."""
     return np.pad(kernel, ((0, rows - len(kernel)), (0, 0), (0, 0)))
 
 
-def _kernel(wet: WetGroup, free: np.ndarray) -> np.ndarray:
+def _kernel(wet: HydrodynamicGroup, free: np.ndarray) -> np.ndarray:
     """Retardation functions of the convolved groups of DOFs of a database, without groups whose
     DOFs are all locked."""
     kernel = np.zeros_like(wet.memory.kernel)
@@ -220,7 +222,7 @@ def _layout(
         tuple(triggered_pumps(scene)),
         carried(scene),
         scene.joints,
-        _joined(scene, bodies),
+        _joined_bodies(scene, bodies),
         len(row_names(scene)) - 1,
         bodies.tree,
         tuple(bodies.each["origin"]),
@@ -233,7 +235,7 @@ def _layout(
     )
 
 
-def _joined(scene: Scene, bodies: Bodies) -> dict[str, Joined]:
+def _joined_bodies(scene: Scene, bodies: Bodies) -> dict[str, Joined]:
     """The bodies of all joints that are constraints."""
     found = {
         body.name: BodyAtRest(i, tuple(bodies.each[i]["origin"]), body.heading)

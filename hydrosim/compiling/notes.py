@@ -40,8 +40,8 @@ class Notes:
         errors = tuple(errors)
         largest = max((each.largest for each in errors), default=nan)
         found = replace(self, memory=tuple(map(str, errors)), radiation_error=largest)
-        return found.warned(text for each in errors for text in each.warnings())
+        return found.with_warnings(text for each in errors for text in each.warnings())
 
-    def warned(self, more: Iterable[str]) -> Notes:
+    def with_warnings(self, more: Iterable[str]) -> Notes:
         """Notes with ``more`` warnings."""
         return replace(self, warnings=(*self.warnings, *more))

@@ -18,7 +18,7 @@ from hydrosim.compiling.meetings import (
 )
 from hydrosim.compiling.questions.ranges import OUTSIDE_REFUSED, said_of_outside
 from hydrosim.compiling.streams.said import said_of_streams
-from hydrosim.compiling.wet import WetGroup, each_database
+from hydrosim.compiling.wet import HydrodynamicGroup, each_database
 from hydrosim.dofs import DOFS
 from hydrosim.forces import signals_of
 from hydrosim.forces.signal import Recorded
@@ -77,7 +77,12 @@ SPECTRUM_NAMES = {
 
 
 def notes_of_sea(
-    scene: Scene, wet: Sequence[WetGroup], facts: Facts, state: State, seas: Seas, notes: Notes
+    scene: Scene,
+    wet: Sequence[HydrodynamicGroup],
+    facts: Facts,
+    state: State,
+    seas: Seas,
+    notes: Notes,
 ) -> Notes:
     """The ``notes`` of a scene in calm water, with messages on the scene in its ``seas``, which
     begins in a ``state``."""
@@ -99,7 +104,7 @@ def notes_of_sea(
     return replace(
         notes,
         skipped=(
-            *_skipped(scene, facts.model, alone, seas, notes.zero),
+            *_skipped_loads(scene, facts.model, alone, seas, notes.zero),
             *(() if shared else dropped),
         ),
         records=(*_records(scene), *_jumps(scene)),
@@ -110,7 +115,7 @@ def notes_of_sea(
     )
 
 
-def _fit_warnings(groups: Sequence[WetGroup]) -> Iterator[str]:
+def _fit_warnings(groups: Sequence[HydrodynamicGroup]) -> Iterator[str]:
     """Warnings about fits that had to exceed their tolerance to be passive."""
     for wet in each_database(groups):
         for fit in wet.fits:
@@ -124,7 +129,7 @@ def _fit_warnings(groups: Sequence[WetGroup]) -> Iterator[str]:
                 )
 
 
-def _fallback_warnings(groups: Sequence[WetGroup]) -> Iterator[str]:
+def _fallback_warnings(groups: Sequence[HydrodynamicGroup]) -> Iterator[str]:
     """Warnings about memory that was to be in states, and is convolved because no fit is good."""
     for wet in each_database(groups):
         if not isinstance(wet.radiation, StateSpaceRadiation):
@@ -241,7 +246,7 @@ def _jumps(scene: Scene) -> Iterator[str]:
                 )
 
 
-def _skipped(
+def _skipped_loads(
     scene: Scene,
     model: Model,
     wet: Mapping[str, HydroDatabase],

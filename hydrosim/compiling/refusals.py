@@ -152,7 +152,7 @@ def _check_lines(scene: Scene, model: Model, state: State) -> None:
     place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
     for line in lines_now(model, scene, begin(scene), y, state.modes, model.bodies, motion):
         if line.distance <= COINCIDENT_ENDS_RTOL * line.length:
-            raise _together(line.name)
+            raise _coincident_ends(line.name)
         if line.strain > STRAINED:
             raise InputError(
                 f"forces.{line.name}.segments: found {line.length:g} m in all, while its ends are"
@@ -189,10 +189,10 @@ def _check_springs(scene: Scene, model: Model, state: State) -> None:
             stretch(line, 0.0, model.bodies, motion, p).length
             <= COINCIDENT_ENDS_RTOL * line["length"]
         ):
-            raise _together(name)
+            raise _coincident_ends(name)
 
 
-def _together(name: str) -> InputError:
+def _coincident_ends(name: str) -> InputError:
     return InputError(
         f"forces.{name}: its point and its anchor are at the same position at the start; expected"
         " different positions. `point` is in the frame of its body from the centre of gravity;"

@@ -50,7 +50,7 @@ MET = "waves_meet"  # variable, with a body's name: position and headings of its
 MAX_NAMES_SHOWN = 5  # names in a message
 
 
-def opened(scene: Scene) -> Scene:
+def open_start(scene: Scene) -> Scene:
     """Scene with the run that it starts from in memory, and the time of the stored state.
 
     Raises InputError if there is no such run, or if it has no state at that time.
@@ -78,7 +78,8 @@ def _met_as_before(body: Body, start: Start) -> Body:
 
 
 def opened_start(start: Start) -> Start:
-    """Start with its run in memory and the time of the stored state. Raises as `opened` does."""
+    """Start with its run in memory and the time of the stored state. Raises as `open_start`
+    does."""
     run = _read(start.run) if isinstance(start.run, Path | str) else start.run.load()
     if "state_value" not in run or "state_kind" not in run:
         found = "has no states" if "state_value" not in run else "does not name its states"
@@ -86,17 +87,18 @@ def opened_start(start: Start) -> Start:
             f"initial.run: {_source(run)} {found}, so no run can start from it; expected the"
             " result of `hydrosim run` or simulate of this version. Run that case again."
         )
-    return Start(run, _recorded(run, start.time))
+    return Start(run, _stored_time(run, start.time))
 
 
 def begin(scene: Scene) -> float:
-    """Time at which a run of a scene of `open_start` begins [s]: 0, or the time of the stored state."""
+    """Time at which a run of an `open_start` scene begins [s]: 0, or the time of the stored
+    state."""
     start = scene.initial
     return 0.0 if start is None or start.time is None else start.time
 
 
 def method_before(scene: Scene, accuracy: float) -> str | None:
-    """Method of the run that a scene of `open_start` starts from, if it was chosen for the same
+    """Method of the run that an `open_start` scene starts from, if it was chosen for the same
     ``accuracy``; else None."""
     if scene.initial is None:
         return None
@@ -106,7 +108,7 @@ def method_before(scene: Scene, accuracy: float) -> str | None:
 
 
 def knows_slow_places(scene: Scene, met: Mapping[str, WaveForces]) -> bool:
-    """Whether a scene of `open_start` starts from a run that stored all its slow positions in waves.
+    """Whether an `open_start` scene starts from a run that stored all its slow positions in waves.
     ``met`` has the positions where waves act, by body."""
     if scene.initial is None:
         return False
@@ -116,7 +118,7 @@ def knows_slow_places(scene: Scene, met: Mapping[str, WaveForces]) -> bool:
 
 
 def initial_headings(scene: Scene) -> list[float]:
-    """Heading of every body of a scene of `open_start` at the start of the first run [rad]."""
+    """Heading of every body of an `open_start` scene at the start of the first run [rad]."""
     here = [body.heading + body.position[5] for body in scene.bodies]
     if scene.initial is None:
         return here
@@ -131,9 +133,9 @@ class MemoryBefore(NamedTuple):
     states: frozenset[str] = frozenset()
 
 
-def before(scene: Scene) -> MemoryBefore:
-    """Coordinates, as `memories`, of the run that a scene of `open_start` starts from; empty at a start
-    from rest."""
+def memory_before(scene: Scene) -> MemoryBefore:
+    """Coordinates, as `memories`, of the run that an `open_start` scene starts from; empty at a
+    start from rest."""
     start = scene.initial
     if start is None or isinstance(start.run, Path | str):
         return MemoryBefore()
@@ -143,7 +145,7 @@ def before(scene: Scene) -> MemoryBefore:
 
 
 def resume(scene: Scene, model: Model, layout: StateLayout, fresh: State) -> State:
-    """State that a scene of `open_start` starts from; ``fresh`` is the state of a start from rest.
+    """State that an `open_start` scene starts from; ``fresh`` is the state of a start from rest.
 
     Raises InputError if the stored state is not finite, or if its memory is too short.
     """
@@ -183,7 +185,7 @@ def _source(run: xr.Dataset) -> str:
     return str(run.encoding.get("source", "the dataset"))
 
 
-def _recorded(run: xr.Dataset, time: float | None) -> float:
+def _stored_time(run: xr.Dataset, time: float | None) -> float:
     """Index of the state stored at ``time``, or of the last state."""
     kept = run.state_time.values
     if time is None:
@@ -201,8 +203,8 @@ def _recorded(run: xr.Dataset, time: float | None) -> float:
 
 
 def check_fit(scene: Scene, model: Model, layout: StateLayout) -> None:
-    """Raises InputError if bodies, degrees of freedom or radiation of a scene of `open_start` differ from
-    those of the run that it starts from."""
+    """Raises InputError if bodies, degrees of freedom or radiation of an `open_start` scene differ
+    from those of the run that it starts from."""
     run = _run(scene)
     moving = layout.moving()
     names = {entry.name: [q.name for q in entry.coordinates] for entry in moving}
@@ -218,7 +220,7 @@ def check_fit(scene: Scene, model: Model, layout: StateLayout) -> None:
         ],
         "this scene lacks": [name for name in stored if name not in names],
     }
-    found = "; ".join(f"{what} {_listed(names)}" for what, names in problems.items() if names)
+    found = "; ".join(f"{what} {_name_list(names)}" for what, names in problems.items() if names)
     if not found and not _same_fit(model, layout, run):
         found = (
             "its radiation states belong to another fit (another database, other masses, or"
@@ -232,7 +234,7 @@ def check_fit(scene: Scene, model: Model, layout: StateLayout) -> None:
         )
 
 
-def _listed(names: Sequence[str]) -> str:
+def _name_list(names: Sequence[str]) -> str:
     more = f" and {len(names) - MAX_NAMES_SHOWN} more" if len(names) > MAX_NAMES_SHOWN else ""
     return ", ".join(names[:MAX_NAMES_SHOWN]) + more
 
@@ -339,7 +341,7 @@ def _history(
 
 
 def started_from(scene: Scene) -> dict[str, object]:
-    """Record entries of a scene of `open_start` about the run that it started from."""
+    """Record entries of an `open_start` scene about the run that it started from."""
     start = scene.initial
     if start is None or isinstance(start.run, Path | str):
         return {}

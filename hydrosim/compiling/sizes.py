@@ -30,7 +30,7 @@ MOST_WAVES = 2e6  # waves of all trains
 CONTAINER = Path("/sys/fs/cgroup/memory.max")
 
 
-class Part(NamedTuple):
+class MemoryUse(NamedTuple):
     """A use of memory: the key and value that cause it, the ``bytes``, and the remedy."""
 
     key: str
@@ -75,13 +75,13 @@ def check_sizes(scene: Scene) -> None:
     most = _available()
     if memory(scene) > most:
         raise InputError(
-            f"{largest.key}: the run needs about {shown(memory(scene))} of memory,"
-            f" {shown(largest.memory)} of it for this; only {shown(most)} exist."
+            f"{largest.key}: the run needs about {size_text(memory(scene))} of memory,"
+            f" {size_text(largest.memory)} of it for this; only {size_text(most)} exist."
             f" {largest.remedy}."
         )
 
 
-def shown(size: float) -> str:
+def size_text(size: float) -> str:
     """Number of bytes as text with a unit."""
     for unit in ("kB", "MB", "GB"):
         size /= 1000.0
@@ -90,17 +90,17 @@ def shown(size: float) -> str:
     return f"{size / 1000.0:.3g} TB"
 
 
-def _parts(scene: Scene) -> Iterator[Part]:
+def _parts(scene: Scene) -> Iterator[MemoryUse]:
     motions = 6 * len(scene.bodies)
     # records are copied once for the dataset
     recorded = NUMBER * _records(scene) * (2.0 * _channels(scene) + _states(scene))
-    yield Part("output.step", recorded, "Record less often, or make a shorter run")
+    yield MemoryUse("output.step", recorded, "Record less often, or make a shorter run")
     # components, their loads, and a table over time of both
     wave = NUMBER * (6 + 8 * (1 + motions))
     waves = wave * sum(_waves(scene))
-    yield Part("environment.waves.repeat_period", waves, "Shorten it")
+    yield MemoryUse("environment.waves.repeat_period", waves, "Shorten it")
     tables = NUMBER * 3 * FINER * 36 * _rows_of_pairs(scene)
-    yield Part("bodies.radiation", tables, "Choose a larger step or a shorter length")
+    yield MemoryUse("bodies.radiation", tables, "Choose a larger step or a shorter length")
 
 
 def _records(scene: Scene) -> float:

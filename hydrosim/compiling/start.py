@@ -57,8 +57,8 @@ def first_state(scene: Scene, model: Model) -> State:
 
 
 def start_of(scene: Scene, model: Model, layout: StateLayout, fresh: State) -> State:
-    """State that a scene of `open_start` starts from. ``fresh`` is its `first_state`, ``layout`` is the
-    layout of y.
+    """State that a scene of `open_start` starts from. ``fresh`` is its `first_state`, ``layout`` is
+    the layout of y.
 
     Raises InputError if the run to start from does not fit the scene.
     """

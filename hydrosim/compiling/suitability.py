@@ -40,7 +40,7 @@ class Fault(NamedTuple):
     keys: tuple[str, ...] = ()
 
 
-def suited(
+def suitable_database(
     db: HydroDatabase,
     bodies: Sequence[Body],
     free: np.ndarray,
@@ -56,11 +56,11 @@ def suited(
     if findings:
         faults.append(_unproven([finding.name for finding in findings], findings))
     if faults:
-        raise InputError(_said(db, bodies, faults))
-    return _completed(db, bodies)
+        raise InputError(_fault_message(db, bodies, faults))
+    return _complete_database(db, bodies)
 
 
-def judged(
+def database_warnings(
     db: HydroDatabase, bodies: Sequence[Body], free: np.ndarray, seas: Sequence[Components]
 ) -> tuple[str, ...]:
     """Warnings about the data that the ``bodies``, which move in the DOFs ``free``, use of their
@@ -127,7 +127,7 @@ def _highest(db: HydroDatabase, seas: Sequence[Components]) -> float:
     return min((float(w) for w in db.frequency if w >= last), default=inf)
 
 
-def _said(db: HydroDatabase, bodies: Sequence[Body], faults: Sequence[Fault]) -> str:
+def _fault_message(db: HydroDatabase, bodies: Sequence[Body], faults: Sequence[Fault]) -> str:
     names = ", ".join(f"bodies.{body.name}" for body in bodies)
     reasons = "\n".join(f"  {fault.reason}" for fault in faults)
     keys = [key for fault in faults for key in fault.keys]
@@ -240,7 +240,7 @@ def _unproven(names: list[str], findings: Sequence[object]) -> Fault:
     return Fault(reason, (f"accept: [{', '.join(names)}]",))
 
 
-def _completed(db: HydroDatabase, bodies: Sequence[Body]) -> HydroDatabase:
+def _complete_database(db: HydroDatabase, bodies: Sequence[Body]) -> HydroDatabase:
     """Database in which data that no motion of the ``bodies`` needs are completed."""
     size = 6 * len(bodies)
     fill: dict[str, Any] = {

@@ -25,10 +25,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy import linalg
 
-from hydrosim.compiling.hydrostatics.hulls import lopsided
+from hydrosim.compiling.hydrostatics.hulls import asymmetric_hulls
 from hydrosim.compiling.mirror import COUPLES, couples, joints_without_image, without_image
 from hydrosim.compiling.start import first_state
-from hydrosim.compiling.wet import WetGroup, each_alone, each_database
+from hydrosim.compiling.wet import HydrodynamicGroup, each_alone, each_database
 from hydrosim.dofs import DOFS, MIRROR_SIGN, SMALL
 from hydrosim.forces import is_mirrored
 from hydrosim.forces.mirroring import LATERAL
@@ -72,17 +72,17 @@ def in_plane(calm: Compiled, sea: Sequence[Components]) -> tuple[Scene | None, N
     if reasons:
         said = f"in all degrees of freedom: {'; '.join(reasons)}"
         return None, replace(calm.notes, symmetry=said)
-    plane = _without(scene, {name for name in aside if aside[name]})
+    plane = _without_lateral(scene, {name for name in aside if aside[name]})
     said = f"in the plane y = {_plane(scene.bodies[0]):g} m, its plane of symmetry"
     return plane, replace(calm.notes, symmetry=said, zero=zero)
 
 
 def wave_asymmetries(
-    scene: Scene, groups: Sequence[WetGroup], sea: Sequence[Components]
+    scene: Scene, groups: Sequence[HydrodynamicGroup], sea: Sequence[Components]
 ) -> Iterator[str]:
     """Reasons why waves of the scene load its bodies out of their plane; empty if they do not."""
     alone = each_alone(groups)
-    loaded = [b for b in scene.bodies if b.name in alone and b.wave_forces.any]
+    loaded = [b for b in scene.bodies if b.name in alone and b.wave_forces.has_loads]
     headings = np.concatenate([np.zeros(0), *(waves.heading for waves in sea)])
     headings = np.unique(headings if loaded else np.zeros(0))
     aside = np.degrees(headings[np.abs(np.sin(headings)) > SMALL])
@@ -110,7 +110,7 @@ def not_mirrored(calm: Compiled, headings: np.ndarray) -> list[str]:
     leads = np.array([*aside.values()])
     if np.any(np.abs(state.y[: leads.size][leads]) > IN_PLANE_ATOL):
         found.append("the state at the start")
-    elif not _mirrored(calm.model, state):
+    elif not _is_mirrored_state(calm.model, state):
         found.append("the contacts at the start")
     for group in each_database(calm.wet):
         for name, db in group.alone.items():
@@ -153,7 +153,7 @@ def _asymmetries(calm: Compiled, sea: Sequence[Components]) -> Iterator[str]:
     for name, stream in (("current", water.current), ("wind", water.wind)):
         if abs(stream.speed * np.sin(stream.heading)) > SMALL * abs(stream.speed):
             yield f"{name} to {np.degrees(stream.heading):g} deg"
-    for b in lopsided(calm.model.hulls, calm.model.bodies):
+    for b in asymmetric_hulls(calm.model.hulls, calm.model.bodies):
         yield f"the hull of {scene.bodies[b].name}"
     for group in each_database(calm.wet):
         yield from _couplings(group)
@@ -186,7 +186,7 @@ def _plane(body: Body) -> float:
     return body.location[1] + body.centre_of_gravity[1]
 
 
-def _couplings(group: WetGroup) -> Iterator[str]:
+def _couplings(group: HydrodynamicGroup) -> Iterator[str]:
     """Coefficients of a database that couple motions in the plane with motions out of it."""
     db = group.database
     aside = np.tile(ASIDE, len(group.bodies))
@@ -254,7 +254,7 @@ def _at_start(calm: Compiled, aside: Mapping[str, bool]) -> Iterator[str]:
         yield f"{', '.join(LATERAL)} of a body are locked out of the plane"
     elif _remembers(state):
         yield "the motions before the start"
-    elif not _mirrored(model, state):
+    elif not _is_mirrored_state(model, state):
         yield "the contacts at the start"
     elif _growth(calm, leads) > GROWTH:
         yield f"{', '.join(LATERAL)} are not stable"
@@ -267,7 +267,7 @@ def _remembers(state: State) -> bool:
     return any(np.any(np.abs(v.reshape(-1, 6)[:, ASIDE]) > IN_PLANE_ATOL) for v in (past, last))
 
 
-def _mirrored(model: Model, state: State) -> bool:
+def _is_mirrored_state(model: Model, state: State) -> bool:
     """Whether the states and modes of all elements are their own mirror image."""
     return is_mirrored(model, state.y, state.modes)
 
@@ -286,7 +286,7 @@ def _leads_aside(coordinates: Sequence[Coordinate]) -> bool:
     return all(coordinate.dof in LATERAL for coordinate in coordinates)
 
 
-def _without(scene: Scene, aside: Collection[str]) -> Scene:
+def _without_lateral(scene: Scene, aside: Collection[str]) -> Scene:
     """Scene without coordinates that lead out of the plane, starting without those states."""
     bodies = tuple(
         replace(body, dofs=tuple(dof for dof in body.dofs if dof not in LATERAL))

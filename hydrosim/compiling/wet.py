@@ -12,9 +12,9 @@ from scipy.linalg import block_diag
 
 from hydrosim import database, radiation
 from hydrosim.compiling.coefficients import SOURCE, no_memory
-from hydrosim.compiling.databases import Group, groups
+from hydrosim.compiling.databases import DatabaseGroup, groups
 from hydrosim.compiling.hydrostatics.hulls import with_hulls
-from hydrosim.compiling.suitability import judged, suited
+from hydrosim.compiling.suitability import database_warnings, suitable_database
 from hydrosim.database.changes import CHANGED_ATTRIBUTE
 from hydrosim.database.checks import ACCEPTED_ATTRIBUTE
 from hydrosim.dofs import DOFS
@@ -55,7 +55,7 @@ class Convolved(NamedTuple):
 
 
 @dataclass(frozen=True)
-class WetGroup:
+class HydrodynamicGroup:
     """``bodies`` of a scene that share a database, in its order, and their ``dofs`` (n,) among
     those of the scene.
 
@@ -82,11 +82,11 @@ class WetGroup:
     damping: np.ndarray
     fits: tuple[StateSpace, ...] = ()
     convolved: tuple[Convolved, ...] = ()
-    members: tuple[WetGroup, ...] = ()
+    members: tuple[HydrodynamicGroup, ...] = ()
     draught: float = 0.0
 
     @property
-    def free(self) -> np.ndarray:
+    def free_dofs(self) -> np.ndarray:
         """DOFs of the database that can move."""
         return moving(self.bodies)
 
@@ -94,7 +94,7 @@ class WetGroup:
         """Warnings from the checks of the database. Only data count that the scene uses in its
         ``seas``, one for each wave train. Raises InputError if a check refuses such data."""
         each = self.members or (self,)
-        found = (judged(one.read, one.bodies, one.free, seas) for one in each)
+        found = (database_warnings(one.read, one.bodies, one.free_dofs, seas) for one in each)
         return tuple(dict.fromkeys(text for texts in found for text in texts))
 
     @property
@@ -102,7 +102,7 @@ class WetGroup:
         """Names of the bodies."""
         return [body.name for body in self.bodies]
 
-    def with_states(self, tolerance: float) -> WetGroup:
+    def with_states(self, tolerance: float) -> HydrodynamicGroup:
         """Group with states instead of a convolution, whose memory cannot be linearised."""
         bodies = tuple(with_states(body, tolerance) for body in self.bodies)
         chosen = radiation_of(bodies[0])
@@ -124,8 +124,8 @@ class WetGroup:
                 key: "; ".join(f"at {draught:g} m: {said.get(key)}" for draught, said in each)
                 for key in keys
             }
-        if self.given:
-            return {"database": self.read.source, "radiation": self._described()}
+        if self.has_given_coefficients:
+            return {"database": self.read.source, "radiation": self._radiation_text()}
         said = {
             f"database_{key}": self.read.attributes.get(key)
             for key in (CHANGED_ATTRIBUTE, ACCEPTED_ATTRIBUTE)
@@ -134,7 +134,7 @@ class WetGroup:
             "database": self.read.source,
             "database_checksum": self.read.checksum,
             **{key: text for key, text in said.items() if text},
-            "radiation": self._described(),
+            "radiation": self._radiation_text(),
             "retardation": str(self.memory.report),
         }
 
@@ -146,7 +146,7 @@ class WetGroup:
             return tuple(text for member in self.members for text in member.cut_lengths)
         found = self.radiation.length if isinstance(self.radiation, Memory) else None
         known = radiation.resolved_length(self.read.frequency)
-        if self.given or found is None or found <= known:
+        if self.has_given_coefficients or found is None or found <= known:
             return ()
         keys = ", ".join(f"bodies.{name}.radiation.length" for name in self.names)
         return (
@@ -156,12 +156,12 @@ class WetGroup:
         )
 
     @property
-    def given(self) -> bool:
+    def has_given_coefficients(self) -> bool:
         """Whether the coefficients are numbers of the case, not of a database."""
         return self.read.source == SOURCE
 
-    def _described(self) -> str:
-        if self.given:
+    def _radiation_text(self) -> str:
+        if self.has_given_coefficients:
             return "constant added mass and damping, as given"
         match self.radiation:
             case ConstantRadiation(period):
@@ -186,7 +186,9 @@ class WetGroup:
             )
 
 
-def wet_groups(scene: Scene, seas: Sequence[Components], before: MemoryBefore) -> list[WetGroup]:
+def wet_groups(
+    scene: Scene, seas: Sequence[Components], before: MemoryBefore
+) -> list[HydrodynamicGroup]:
     """Hydrodynamics of all wet bodies without families of databases. A database of several bodies
     occurs once for all of them.
 
@@ -197,8 +199,8 @@ def wet_groups(scene: Scene, seas: Sequence[Components], before: MemoryBefore) -
 
 
 def group_of(
-    group: Group, scene: Scene, seas: Sequence[Components], before: MemoryBefore
-) -> WetGroup:
+    group: DatabaseGroup, scene: Scene, seas: Sequence[Components], before: MemoryBefore
+) -> HydrodynamicGroup:
     """Hydrodynamics of the bodies of one database."""
     read = group.database
     bodies = tuple(group.bodies)
@@ -207,12 +209,14 @@ def group_of(
     chosen = radiation_of(bodies[0])
     if isinstance(chosen, Memory):
         _check_table(read, bodies[0], chosen)
-    whole = suited(read, bodies, moving(bodies), scene.environment, seas)  # before it is fitted
+    whole = suitable_database(
+        read, bodies, moving(bodies), scene.environment, seas
+    )  # before it is fitted
     centres = [body.centre_of_gravity for body in bodies]
     db = database.all_headings(database.move_reference(whole, centres))
     db = with_hulls(db, bodies, scene.environment)
     memory = no_memory(db) if read.source == SOURCE else _memory(db, chosen)
-    wet = WetGroup(
+    wet = HydrodynamicGroup(
         bodies,
         np.concatenate([np.arange(6 * i, 6 * i + 6) for i in group.places]),
         db,
@@ -238,33 +242,33 @@ def _memory(db: HydroDatabase, chosen: Radiation | None) -> Retardation:
     )
 
 
-def _with_memory(wet: WetGroup, before: MemoryBefore) -> WetGroup:
+def _with_memory(wet: HydrodynamicGroup, before: MemoryBefore) -> HydrodynamicGroup:
     """Group with the data of its radiation model."""
     match wet.radiation:
         case ConstantRadiation(period):
-            if wet.given:
+            if wet.has_given_coefficients:
                 return replace(wet, damping=wet.database.radiation_damping[0])
             added_mass, damping = _at_period(wet.database, wet.bodies[0], period)
             return replace(wet, added_mass=added_mass, damping=damping)
         case StateSpaceRadiation(tolerance):
             return _chosen(wet, _fits(wet, tolerance), before, radiation.is_tolerable)
         case ConvolutionRadiation():
-            found = radiation.free_groups(wet.memory, wet.free)
+            found = radiation.free_groups(wet.memory, wet.free_dofs)
             return replace(wet, convolved=tuple(map(Convolved, found)))
         case AutomaticRadiation(tolerance):
             return _chosen(wet, _fits(wet, tolerance), before, radiation.is_within_tolerance)
     return wet
 
 
-def _fits(wet: WetGroup, tolerance: float) -> tuple[StateSpace, ...]:
+def _fits(wet: HydrodynamicGroup, tolerance: float) -> tuple[StateSpace, ...]:
     """State-space fits of all groups of DOFs of a database, with no more states than its bodies
     need."""
     db = wet.database
-    fits = radiation.fit(db.checksum, wet.memory, db.frequency, wet.free, tolerance)
+    fits = radiation.fit(db.checksum, wet.memory, db.frequency, wet.free_dofs, tolerance)
     return radiation.reduce(fits, db.checksum, wet.memory, db.frequency, floating_of(wet))
 
 
-def floating_of(wet: WetGroup) -> radiation.Floating:
+def floating_of(wet: HydrodynamicGroup) -> radiation.Floating:
     """The bodies without all restoring elements except the water."""
     parts = (part for body in wet.bodies for part in (body.mass * np.eye(3), body.inertia))
     inertia = block_diag(*parts)
@@ -273,11 +277,11 @@ def floating_of(wet: WetGroup) -> radiation.Floating:
 
 
 def _chosen(
-    wet: WetGroup,
+    wet: HydrodynamicGroup,
     fits: Sequence[StateSpace],
     run: MemoryBefore,
     is_good: Callable[[StateSpace], bool],
-) -> WetGroup:
+) -> HydrodynamicGroup:
     """Group with those ``fits`` that are good, and convolutions for the others. It has the memory
     of the ``run`` that the scene starts from, if that run has one."""
     states = []
@@ -322,8 +326,8 @@ def with_states(body: Body, tolerance: float) -> Body:
 
 
 def in_states(
-    scene: Scene, groups: Sequence[WetGroup], tolerance: float
-) -> tuple[Scene, list[WetGroup]]:
+    scene: Scene, groups: Sequence[HydrodynamicGroup], tolerance: float
+) -> tuple[Scene, list[HydrodynamicGroup]]:
     """Scene and its hydrodynamics with states in place of all convolutions. Fits are within the
     ``tolerance``, or as close as passive fits come."""
     bodies = tuple(with_states(body, tolerance) for body in scene.bodies)
@@ -393,13 +397,13 @@ def _check_table(db: HydroDatabase, body: Body, table: Memory) -> None:
         )
 
 
-def each_database(groups: Sequence[WetGroup]) -> Iterator[WetGroup]:
+def each_database(groups: Sequence[HydrodynamicGroup]) -> Iterator[HydrodynamicGroup]:
     """All groups, with the members of families in place of the families."""
     for group in groups:
         yield from group.members or (group,)
 
 
-def each_alone(groups: Sequence[WetGroup]) -> dict[str, HydroDatabase]:
+def each_alone(groups: Sequence[HydrodynamicGroup]) -> dict[str, HydroDatabase]:
     """Own part of its database for each wet body, by name."""
     return {name: own for wet in groups for name, own in wet.alone.items()}
 

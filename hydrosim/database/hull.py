@@ -30,12 +30,12 @@ WATERPLANE_ROUNDING = 1e-9  # of the volume to 2/3: area of a waterplane that is
 def read_hull(path: Path, keys: MeshKeys = MeshKeys()) -> Hull:
     """Closed hull in a mesh file of any format that meshio reads; the ``keys`` place it. Raises
     `InputError` if it cannot be read, is open, or does not cross the water surface."""
-    return close_hull(keys.placed(_read(path)), str(path))
+    return close_hull(keys.to_database_frame(_read(path)), str(path))
 
 
 def read_closed(path: Path, keys: MeshKeys = MeshKeys()) -> Triangles:
     """The triangles of any closed mesh file, as `read_hull` reads it."""
-    return with_outward_normals(keys.placed(_read(path)), str(path))
+    return with_outward_normals(keys.to_database_frame(_read(path)), str(path))
 
 
 def close_hull(corners: Triangles, source: str) -> Hull:

@@ -13,7 +13,7 @@ from hydrosim.documents.text import require_finite, require_rising
 from hydrosim.documents.units import factor
 from hydrosim.errors import InputError
 from hydrosim.recordings.load import read_recording
-from hydrosim.recordings.recording import Column, Recording, is_time
+from hydrosim.recordings.recording import RecordedColumn, Recording, is_time
 
 ROLL_NAMES = ("roll", "rx", "phi")
 MAX_STEP_DEVIATION = 0.2  # of a step, of times from equal steps
@@ -206,7 +206,7 @@ def _find_end(swing: np.ndarray, period: float) -> tuple[int, str]:
     return (int(last), reason) if last < swing.size else (swing.size, "")
 
 
-def _column(recording: Recording, name: str) -> Column:
+def _column(recording: Recording, name: str) -> RecordedColumn:
     """The column of roll: of that name or number, or the only one that ends so."""
     if name.isdigit():
         return recording.column(int(name))
@@ -225,12 +225,12 @@ def _last_word(name: str) -> str:
     return bare.replace(" ", ".").replace("_", ".").split(".")[-1].lower()
 
 
-def _require_seconds(stamp: Column) -> None:
+def _require_seconds(stamp: RecordedColumn) -> None:
     if stamp.unit not in (None, "", "s"):
         _refuse(f"times in {stamp.unit}", "the time in s", "convert it")
 
 
-def _scale(angle: Column, unit: str | None) -> float:
+def _scale(angle: RecordedColumn, unit: str | None) -> float:
     """Factor of the column to rad."""
     said = unit or angle.unit
     if not said:

@@ -47,7 +47,7 @@ class MeshKeys(SchemaModel):
             ]
         )
 
-    def placed(self, points: np.ndarray) -> np.ndarray:
+    def to_database_frame(self, points: np.ndarray) -> np.ndarray:
         """Points (..., 3) of the file in the database's frame."""
         lift = np.array([0.0, 0.0, self.waterline])
         return np.asarray(self.scale * points @ self._turn().T + np.array(self.offset) - lift)

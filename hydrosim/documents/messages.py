@@ -189,7 +189,7 @@ def _models(base: type[BaseModel]) -> Iterator[type[BaseModel]]:
 
 def _missing(keys: Keys, reader: type[BaseModel]) -> str:
     about = _fields(reader)[str(keys[-1])].metadata
-    expected = next((item.expected for item in about if isinstance(item, Quantity)), "one")
+    expected = next((item.expected_text for item in about if isinstance(item, Quantity)), "one")
     return f'found no key "{keys[-1]}"; expected {expected}'
 
 

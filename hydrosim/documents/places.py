@@ -79,7 +79,7 @@ def _parent_keys(key: str) -> Iterator[str]:
 
 
 @contextmanager
-def locating(places: Places) -> Iterator[None]:
+def source_context(places: Places) -> Iterator[None]:
     """Adds file and line to the messages of an InputError raised in this context."""
     try:
         yield

@@ -21,7 +21,7 @@ import numpy as np
 from hydrosim.documents.text import (
     TIME_COLUMN,
     Source,
-    Table,
+    TextTable,
     name_and_unit,
     parse,
     readable_unit,
@@ -74,7 +74,7 @@ def _read_text(source: Source, columns: Sequence[Column]) -> Series:
     return Series(time.copy(), text.rows[:, picked].sum(axis=1), label=labels[0])
 
 
-def _label(text: Table, k: int) -> str | None:
+def _label(text: TextTable, k: int) -> str | None:
     """The unit of a column of a text file; None where the file says none that is known."""
     said = unit_of_column(text, k) if text.names else None
     return (readable_unit(said) or None) if said else None
@@ -86,7 +86,7 @@ def _require_one_unit(source: Source, units: Sequence[str | None]) -> None:
         source.wrong(f"found columns in {found}; expected one unit for all")
 
 
-def _time_column(source: Source, text: Table) -> int:
+def _time_column(source: Source, text: TextTable) -> int:
     for i, name in enumerate(text.names):
         bare, unit = name_and_unit(name)
         if TIME_COLUMN.fullmatch(bare):
@@ -98,7 +98,7 @@ def _time_column(source: Source, text: Table) -> int:
     return 0
 
 
-def _pick(source: Source, text: Table, column: Column) -> int:
+def _pick(source: Source, text: TextTable, column: Column) -> int:
     if isinstance(column, str) and text.names.count(column) == 1:
         return text.names.index(column)
     if isinstance(column, int):

@@ -79,7 +79,7 @@ class Source:
 
 
 @dataclass(frozen=True)
-class Table:
+class TextTable:
     """A text file: ``names`` and ``units`` of the columns (empty if it has none), and ``rows``
     (n, columns) with the number of the line of each; ``dated`` if it has dates."""
 
@@ -98,7 +98,7 @@ def escape_unprintable(text: str) -> str:
     return "".join(c if c.isprintable() else f"\\u{ord(c):04x}" for c in text)
 
 
-def parse(source: Source, dates: bool = False, first: str = "the time [s]") -> Table:
+def parse(source: Source, dates: bool = False, first: str = "the time [s]") -> TextTable:
     """The table in a text file. Lines have the kind of quantity ``first`` in their first column. If
     ``dates`` is true, dates (2020-01-31T12:00, UTC unless they give another zone) count as seconds
     since `EPOCH`. Raises InputError with the line of a mistake."""
@@ -135,7 +135,7 @@ def parse(source: Source, dates: bool = False, first: str = "the time [s]") -> T
             f"found no numbers; expected lines of numbers, the first of them {first}{or_date}"
         )
     columns = _heading(heading, separator, len(rows[0]))
-    return Table(*columns, np.array(rows), lines, dates and any(dated))
+    return TextTable(*columns, np.array(rows), lines, dates and any(dated))
 
 
 def name_and_unit(text: str) -> tuple[str, str | None]:
@@ -146,7 +146,7 @@ def name_and_unit(text: str) -> tuple[str, str | None]:
     return (text.strip(), None) if not found or unit is None else (found["name"], unit)
 
 
-def unit_of_column(table: Table, k: int) -> str | None:
+def unit_of_column(table: TextTable, k: int) -> str | None:
     """The unit that a file gives for a column, in its name or below it."""
     if table.units:
         return table.units[k].strip("[]()")

@@ -148,10 +148,10 @@ class Quantity:
             raise self._wrong(text, str(error)) from None
 
     def _wrong(self, value: object, remedy: str = "") -> PydanticCustomError:
-        return problem(value_text(value), self.expected, remedy)
+        return problem(value_text(value), self.expected_text, remedy)
 
     @property
-    def expected(self) -> str:
+    def expected_text(self) -> str:
         """The expected value, for messages."""
         article = "an" if self.what[0] in "aeiou" else "a"
         unit = f" in {self.unit}, or with a unit" if self.unit else ""
@@ -203,7 +203,7 @@ class AnyQuantity:
         """The factor; raises PydanticCustomError if the value is not a factor."""
         found = self._read(value)
         if self.above is not None and not found.value > self.above:
-            raise problem(value_text(value), self.expected, f"it must be above {self.above:g}")
+            raise problem(value_text(value), self.expected_text, f"it must be above {self.above:g}")
         return found
 
     def _read(self, value: object) -> Scale:
@@ -215,11 +215,11 @@ class AnyQuantity:
         try:
             size = registry().Quantity(1.0, _known_unit(unit)).to_base_units().magnitude
         except ValueError as error:
-            raise problem(value_text(value), self.expected, str(error)) from None
+            raise problem(value_text(value), self.expected_text, str(error)) from None
         return Scale(float(number.group()) * float(size), unit, text)
 
     @property
-    def expected(self) -> str:
+    def expected_text(self) -> str:
         """The expected value, for messages."""
         return f'a {self.what}, such as "{self.example}"'
 

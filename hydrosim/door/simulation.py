@@ -113,7 +113,7 @@ class Simulation:
             if until is None and course.compiled.method.adapts:
                 course.take_step()
             else:
-                until = self._next() if until is None else self._target(until)
+                until = self._next_grid_time() if until is None else self._target(until)
                 for _ in course.chunks(until):
                     pass
         except Torn:
@@ -229,7 +229,7 @@ class Simulation:
         if self._course.has_failed:
             self._course.dataset(last=False)
 
-    def _next(self) -> float:
+    def _next_grid_time(self) -> float:
         """The next point of the grid."""
         run = self._course.run
         return float(grid_time(int(run.counters[POINT]) + 1, run.clock))

@@ -2,5 +2,5 @@
 writes text."""
 
 from hydrosim.recordings.load import read_recording
-from hydrosim.recordings.recording import Column, Recording
+from hydrosim.recordings.recording import RecordedColumn, Recording
 from hydrosim.recordings.write import write_recording

@@ -6,7 +6,7 @@ import xarray as xr
 
 from hydrosim.documents.series import columns_of, select
 from hydrosim.documents.text import Source, readable_unit
-from hydrosim.recordings.recording import Column, Recording, is_time
+from hydrosim.recordings.recording import RecordedColumn, Recording, is_time
 
 
 def read(source: Source) -> Recording:
@@ -24,16 +24,16 @@ def read(source: Source) -> Recording:
     if time not in found.coords:
         source.wrong(f"found a dimension {time} without values; expected the times [s]")
     stamp = found[time]
-    first = Column(time, _unit(stamp.attrs.get("units")), stamp.values.astype(float))
-    over_time = _labelled(found, time)
+    first = RecordedColumn(time, _unit(stamp.attrs.get("units")), stamp.values.astype(float))
+    over_time = _label_dimensions(found, time)
     columns = [first]
     for name in columns_of(over_time):
         values, unit = select(source, over_time, name)
-        columns.append(Column(name, _unit(unit or None), values))
+        columns.append(RecordedColumn(name, _unit(unit or None), values))
     return Recording(source, "netCDF", columns)
 
 
-def _labelled(found: xr.Dataset, time: str) -> xr.Dataset:
+def _label_dimensions(found: xr.Dataset, time: str) -> xr.Dataset:
     """Numeric variables over a dimension called time, with names for the entries of other
     dimensions."""
     renamed = found.rename({time: "time"}) if time != "time" else found

@@ -13,7 +13,7 @@ from hydrosim.documents.units import value_text
 
 
 @dataclass(frozen=True)
-class Column:
+class RecordedColumn:
     """Values (n,) of a column ``name``, in ``unit`` ("" for a plain number, None if unknown)."""
 
     name: str
@@ -28,11 +28,11 @@ class Recording:
 
     source: Source
     form: str
-    columns: Sequence[Column]
+    columns: Sequence[RecordedColumn]
     lines: Sequence[int] | None = None
     left_out: Sequence[str] = ()
 
-    def column(self, key: str | int) -> Column:
+    def column(self, key: str | int) -> RecordedColumn:
         """Column of that name, with or without its unit, or of that number, from 1 on. Raises
         InputError that lists the columns."""
         if isinstance(key, int):
@@ -48,7 +48,7 @@ class Recording:
             self.source.unknown("column", key, [column.name for column in self.columns])
         return named[0]
 
-    def time_column(self) -> Column:
+    def time_column(self) -> RecordedColumn:
         """Column named time or t, else the first."""
         return next((column for column in self.columns if is_time(column.name)), self.columns[0])
 
@@ -69,12 +69,14 @@ def of_arrays(
     lengths = lengths or [
         n for n, _ in Counter(max(a.shape) for a in numbers.values()).most_common()
     ]
-    columns, left_out = list[Column](), list[str]()
+    columns, left_out = list[RecordedColumn](), list[str]()
     for name, array in numbers.items():
         rows = _over_time(np.asarray(array, dtype=float), lengths[0])
         left_out += [] if rows else [name]
         for i, row in enumerate(rows, 1):
-            columns.append(Column(f"{name} {i}" if len(rows) > 1 else name, units.get(name), row))
+            columns.append(
+                RecordedColumn(f"{name} {i}" if len(rows) > 1 else name, units.get(name), row)
+            )
     if not columns:
         source.wrong(
             "found no numbers over time; expected arrays of one length, one of which is the time"

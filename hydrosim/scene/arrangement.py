@@ -55,16 +55,16 @@ class Arrangement(NamedTuple):
         return True
 
 
-def arranged(joints: Mapping[str, Joint], bodies: Sequence[str]) -> Arrangement:
+def arrange_joints(joints: Mapping[str, Joint], bodies: Sequence[str]) -> Arrangement:
     """Arrange the ``joints`` between ``bodies``. The order of the bodies decides between equals."""
     lasting = {name: joint for name, joint in joints.items() if joint.lasts}
     carrying = {name: j for name, j in lasting.items() if j.type != JointType.ROD}
     reached: set[str | None] = {EARTH_BODY}
-    branches = list(_grown(carrying, reached))
+    branches = list(_grow_branches(carrying, reached))
     for body in _roots(carrying, bodies):
         if body not in reached:
             reached.add(body)
-            branches += _grown(carrying, reached)
+            branches += _grow_branches(carrying, reached)
     used = {branch.name for branch in branches}
     return Arrangement(
         tuple(branches),
@@ -101,7 +101,7 @@ def _roots(joints: Mapping[str, Joint], bodies: Sequence[str]) -> list[str]:
     return sorted(bodies, key=lambda body: body in joined)
 
 
-def _grown(joints: Mapping[str, Joint], reached: set[str | None]) -> Iterator[Branch]:
+def _grow_branches(joints: Mapping[str, Joint], reached: set[str | None]) -> Iterator[Branch]:
     """Branches from the bodies ``reached``, nearest first; it adds the bodies that they carry."""
     grows = True
     while grows:

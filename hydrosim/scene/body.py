@@ -61,7 +61,7 @@ class WaveForces:
     position: Place = Place.AUTOMATIC
 
     @property
-    def any(self) -> bool:
+    def has_loads(self) -> bool:
         """True if any wave load acts."""
         second = self.second_order != SecondOrder.NONE
         return self.first_order or second or self.sum_frequency

@@ -9,7 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from hydrosim.scene.arrangement import Arrangement, arranged
+from hydrosim.scene.arrangement import Arrangement, arrange_joints
 from hydrosim.scene.body import Body, Clearance
 from hydrosim.scene.environment import Environment
 from hydrosim.scene.force import ForceElement
@@ -128,4 +128,4 @@ class Scene:
     @cached_property
     def arrangement(self) -> Arrangement:
         """How its joints arrange its bodies, found once: it is asked for each body."""
-        return arranged(self.joints, [body.name for body in self.bodies])
+        return arrange_joints(self.joints, [body.name for body in self.bodies])

@@ -133,7 +133,7 @@ def follows(body: WaveBody) -> bool:
     """True if the waves follow the body."""
     asked = body.wave_forces
     moving = {Place.SLOW, Place.INSTANTANEOUS} & {asked.position, asked.headings}
-    return body.database is not None and asked.any and bool(moving)
+    return body.database is not None and asked.has_loads and bool(moving)
 
 
 def is_slow(body: WaveBody) -> bool:

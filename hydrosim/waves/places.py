@@ -63,7 +63,7 @@ def slow_bodies(scene: Scene, met: Mapping[str, WaveForces]) -> list[str]:
 
 
 def _follows_slowly(scene: Scene, body: Body, met: WaveForces) -> bool:
-    loaded = body.hydrodynamics is not None and met.any and bool(scene.environment.waves)
+    loaded = body.hydrodynamics is not None and met.has_loads and bool(scene.environment.waves)
     return loaded and Place.SLOW in (met.position, met.headings)
 
 

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING
 
 from hydrosim.case import load_case
 from hydrosim.compiling import sizes
-from hydrosim.compiling.calm import compile_calm, in_waves
+from hydrosim.compiling.calm import add_waves, compile_calm
 from hydrosim.compiling.clock import compile_clock
 from hydrosim.compiling.compile import compile_scene
 from hydrosim.compiling.facts import solution
 from hydrosim.compiling.notes import Notes
 from hydrosim.compiling.restart import resume, started_from
 from hydrosim.compiling.wet import in_states
-from hydrosim.documents.places import add_source_lines, locating
+from hydrosim.documents.places import add_source_lines, source_context
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import Kind, NaturalMode, natural_modes
 from hydrosim.linear.stability import Watch, without_progress
@@ -63,7 +63,7 @@ def check_document(
     databases and what is skipped. Step limits and periods are those of the start, of ``times`` [s]
     and, if tanks change, of the end. ``watch`` shows how far the search for step limits is."""
     own = compile_scene(scene, in_plane=True)
-    with locating(scene.places):
+    with source_context(scene.places):
         check_criteria(own)
     compiled = with_linear_memory(own)
     whole = with_linear_memory(own.whole) if own.whole else compiled
@@ -200,8 +200,8 @@ def _size(own: Compiled, compiled: Compiled) -> Iterator[str]:
         f" {model.states.decay.size} radiation states, {len(scene.forces)} force elements,"
         f" {model.size} states in all"
     )
-    memory = sizes.shown(sizes.memory(scene))
-    yield f"about {memory} of memory, {sizes.shown(sizes.result(scene))} of result"
+    memory = sizes.size_text(sizes.memory(scene))
+    yield f"about {memory} of memory, {sizes.size_text(sizes.result(scene))} of result"
     if own.notes.symmetry:
         yield f"solved {own.notes.symmetry}"
     if compiled is not own:
@@ -232,4 +232,4 @@ def with_linear_memory(compiled: Compiled) -> Compiled:
     if scene.initial is not None:
         state = resume(scene, fresh.model, fresh.facts.layout, state)
     calm = Notes(symmetry=compiled.notes.symmetry, zero=compiled.notes.zero)
-    return in_waves(replace(fresh, state=state, notes=calm), scene, compiled.sea)
+    return add_waves(replace(fresh, state=state, notes=calm), scene, compiled.sea)

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from moored_barge import ROOT
 
 from hydrosim.case import Case, load_case
-from hydrosim.case.resolve import resolved
+from hydrosim.case.resolve import resolved_case_text
 from hydrosim.errors import InputError
 
 Load = Callable[..., Case]
@@ -48,13 +48,13 @@ def test_a_case_is_its_path_text_and_values(load: Load, tmp_path: Path) -> None:
     assert case.path == tmp_path / "case.yaml"
     assert case.text == BLOCK
     assert case.data.bodies["block"].mass == 1e6
-    whole = resolved(case.data, tmp_path)
+    whole = resolved_case_text(case.data, tmp_path)
     assert case.scene().source == {
         "case_file": str(case.path),
         "case": BLOCK,
         "case_resolved": whole,
     }
-    assert resolved(load(whole).data, tmp_path) == whole
+    assert resolved_case_text(load(whole).data, tmp_path) == whole
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from hydrosim.compare.guess import guess
 from hydrosim.documents.text import Source, name_and_unit
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.recordings import Column, Recording, read_recording
+from hydrosim.recordings import RecordedColumn, Recording, read_recording
 from hydrosim.results.channels import Channel
 
 CHANNELS = [
@@ -34,7 +34,7 @@ CHANNELS = [
 def guessed(*names: str) -> dict[str, str]:
     """The column of each channel that is guessed; a unit in brackets is the column's."""
     numbers = np.arange(4.0)
-    columns = [Column(name, name_and_unit(name)[1], numbers) for name in ("time", *names)]
+    columns = [RecordedColumn(name, name_and_unit(name)[1], numbers) for name in ("time", *names)]
     recording = Recording(Source(Path("data.txt")), "text", columns)
     found = guess(recording, CHANNELS)
     return {name: recording.column(place.column).name for name, place in found.items()}
@@ -78,7 +78,9 @@ def test_what_is_not_guessed(column: str) -> None:
 
 def test_a_unit_at_the_end_of_a_name_is_the_unit() -> None:
     """Or degrees would be taken for radians."""
-    columns = [Column(name, None, np.arange(4.0)) for name in ("time", "run1.PITCH_deg", "WAVE_cm")]
+    columns = [
+        RecordedColumn(name, None, np.arange(4.0)) for name in ("time", "run1.PITCH_deg", "WAVE_cm")
+    ]
     found = guess(Recording(Source(Path("data.mat")), "MATLAB", columns), CHANNELS)
     assert {name: place.unit for name, place in found.items()} == {
         "position.barge.pitch": "deg",

@@ -10,7 +10,7 @@ from moored_barge import ROOT, hull, in_waves, scene_of, with_body
 
 import hydrosim as hs
 from hydrosim.compiling.compile import compile_scene
-from hydrosim.compiling.suitability import judged
+from hydrosim.compiling.suitability import database_warnings
 from hydrosim.compiling.wet import moving
 from hydrosim.database import HydroDatabase, Use, body_of, check, doubt_warnings, load
 from hydrosim.database.changes import apply_changes
@@ -187,9 +187,9 @@ def test_a_body_that_turns_about_another_point_moves_that_of_the_database(height
     body = replace(barge(bad, ("heave", "roll")).bodies[0], centre_of_gravity=(0.0, 0.0, height))
     if uses:
         with pytest.raises(InputError, match=r"symmetry of .* in sway by heave"):
-            judged(bad, [body], moving([body]), ())
+            database_warnings(bad, [body], moving([body]), ())
     else:
-        assert not judged(bad, [body], moving([body]), ())
+        assert not database_warnings(bad, [body], moving([body]), ())
 
 
 CHANGES = {

@@ -16,7 +16,7 @@ from numpy.testing import assert_array_equal
 import hydrosim as hs
 from hydrosim.compiling.compile import compile_for_linear
 from hydrosim.compiling.compiled import Compiled
-from hydrosim.compiling.wet import WetGroup
+from hydrosim.compiling.wet import HydrodynamicGroup
 from hydrosim.database import HydroDatabase, load
 from hydrosim.database.kernels import kernels
 from hydrosim.scene import (
@@ -88,7 +88,7 @@ def family(scene: Scene, **changes: Any) -> Scene:
 
 def ends(compiled: Compiled) -> list[float]:
     """Of the memories of all databases, members of families included [s]."""
-    groups: list[WetGroup] = [one for wet in compiled.wet for one in wet.members or (wet,)]
+    groups: list[HydrodynamicGroup] = [one for wet in compiled.wet for one in wet.members or (wet,)]
     return [float(group.memory.time[-1]) for group in groups]
 
 

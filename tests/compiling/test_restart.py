@@ -17,7 +17,7 @@ from moored_barge import CASES, SEA, in_contact, in_waves, scene_of, with_body
 from numpy.testing import assert_array_equal
 
 import hydrosim as hs
-from hydrosim.compiling.restart import opened
+from hydrosim.compiling.restart import open_start
 from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import Fender, FrictionSlope, LinearMooring, NormalCurve, StickSlip
 from hydrosim.results.ledger import gap
@@ -294,7 +294,7 @@ def test_times_that_are_not_recorded_are_refused(short: xr.Dataset) -> None:
     message = refusal(replace(scene, initial=Start(every, 5.2)))
     assert "found 5.2 s" in message
     assert "nearest is at 5 s" in message
-    assert opened(replace(scene, initial=Start(every, 5.0 + 1e-12))).initial.time == 5.0
+    assert open_start(replace(scene, initial=Start(every, 5.0 + 1e-12))).initial.time == 5.0
 
 
 def test_states_that_are_not_finite_are_refused(short: xr.Dataset) -> None:

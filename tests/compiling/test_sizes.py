@@ -118,4 +118,4 @@ def test_a_plane_of_a_body_that_is_not_there() -> None:
 
 @pytest.mark.parametrize(("size", "text"), [(2.5e6, "2.5 MB"), (1e3, "1 kB"), (3e15, "3e+03 TB")])
 def test_bytes_in_words(size: float, text: str) -> None:
-    assert sizes.shown(size) == text
+    assert sizes.size_text(size) == text

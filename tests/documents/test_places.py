@@ -9,7 +9,7 @@ import pytest
 
 from hydrosim.case import load_case
 from hydrosim.documents.nodes import compose
-from hydrosim.documents.places import add_source_lines, locating, places_of
+from hydrosim.documents.places import add_source_lines, places_of, source_context
 from hydrosim.errors import InputError
 
 TEXT = """\
@@ -52,7 +52,10 @@ def test_each_line_has_its_own_place_and_a_file_is_named_once() -> None:
 
 
 def test_an_error_on_its_way_out_gets_the_place() -> None:
-    with pytest.raises(InputError, match=r"^a\.yaml:3: bodies\.barge\.mass"), locating(PLACES):
+    with (
+        pytest.raises(InputError, match=r"^a\.yaml:3: bodies\.barge\.mass"),
+        source_context(PLACES),
+    ):
         raise InputError("bodies.barge.mass: found 3")
 
 

@@ -33,7 +33,7 @@ def understood(quantity: Quantity, text: str) -> bool:
     try:
         return math.isfinite(quantity.read(text))
     except PydanticCustomError as error:
-        return quantity.expected in error.message()
+        return quantity.expected_text in error.message()
 
 
 @pytest.mark.parametrize(
@@ -108,7 +108,7 @@ def test_any_unit_is_read_or_refused_in_words(unit: str) -> None:
     ],
 )
 def test_refused(quantity: Quantity, value: object) -> None:
-    assert quantity.expected in refused(quantity, value)
+    assert quantity.expected_text in refused(quantity, value)
 
 
 def test_infinite_only_where_it_means_something() -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from hydrosim.scene import Body, Joint, JointType, Scene
-from hydrosim.scene.arrangement import arranged
+from hydrosim.scene.arrangement import arrange_joints
 from hydrosim.scene.trees import arrangement, floating_roots, is_anchored, joined_with
 
 
@@ -75,9 +75,9 @@ def test_a_long_chain_is_arranged_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
     def counted(*given: Any) -> Any:
         made.append(given)
-        return arranged(*given)
+        return arrange_joints(*given)
 
-    monkeypatch.setattr("hydrosim.scene.scene.arranged", counted)
+    monkeypatch.setattr("hydrosim.scene.scene.arrange_joints", counted)
     scene = Scene("chain", 1.0, bodies, joints=joints)
     for body in bodies:
         joined_with(scene, body.name)

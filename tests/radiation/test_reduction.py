@@ -35,7 +35,7 @@ class Hull(NamedTuple):
 def hull() -> Hull:
     (wet,) = hs.compile_scene(hs.load_case(CASE).scene()).wet
     db = wet.database
-    in_plane, _ = fits.fit(db.checksum, wet.memory, db.frequency, wet.free)
+    in_plane, _ = fits.fit(db.checksum, wet.memory, db.frequency, wet.free_dofs)
     return Hull(float(db.frequency[-1]), wet.memory, floating_of(wet), in_plane)
 
 

@@ -16,7 +16,7 @@ import xarray as xr
 from numpy.testing import assert_allclose
 
 import hydrosim as hs
-from hydrosim.compiling.wet import WetGroup
+from hydrosim.compiling.wet import HydrodynamicGroup
 from hydrosim.database import HydroDatabase, load, require_array
 from hydrosim.evidence import Feature, Kind
 from hydrosim.presentation.document import List
@@ -93,7 +93,7 @@ def moored(tmp_path_factory: pytest.TempPathFactory) -> Scene:
 
 
 @pytest.fixture(scope="module")
-def wet(moored: Scene) -> WetGroup:
+def wet(moored: Scene) -> HydrodynamicGroup:
     return hs.compile_scene(moored).wet[0]
 
 
@@ -140,7 +140,7 @@ def test_barges_are_mirror_images() -> None:
 
 
 def test_the_fit_of_both_is_passive_and_the_kernel_has_decayed(
-    wet: WetGroup, figure: Figure
+    wet: HydrodynamicGroup, figure: Figure
 ) -> None:
     assert wet.names == ["port", "starboard"]
     figure("K(T)/max K at 160 s", wet.memory.report.end_ratio)
@@ -155,7 +155,7 @@ def test_the_fit_of_both_is_passive_and_the_kernel_has_decayed(
     assert max(fit.report.frequency_error for fit in wet.fits) < 0.02
 
 
-def radiation_of(wet: WetGroup, frequency: np.ndarray) -> np.ndarray:
+def radiation_of(wet: HydrodynamicGroup, frequency: np.ndarray) -> np.ndarray:
     """K^(i w) (nw, 12, 12) of the fits, in the database's order."""
     K = np.zeros((frequency.size, 12, 12), dtype=complex)
     for fit in wet.fits:
@@ -172,7 +172,10 @@ def refined() -> Retardation:
 
 
 def harmonic(
-    wet: WetGroup, omega: float, heading: float, radiation: Literal["database", "memory", "fits"]
+    wet: HydrodynamicGroup,
+    omega: float,
+    heading: float,
+    radiation: Literal["database", "memory", "fits"],
 ) -> np.ndarray:
     """Complex amplitudes (12,) per wave amplitude in the database's order, from a solution of the
     12 x 12 system: with A(w) and B(w) of the database, its memory integral, or the run's fits."""
@@ -218,7 +221,7 @@ def errors(found: np.ndarray, expected: np.ndarray, alike: int) -> np.ndarray:
 @pytest.mark.parametrize("heading", HEADINGS)
 @pytest.mark.parametrize("omega", FREQUENCIES)
 def test_response_is_that_of_the_frequency_domain(
-    moored: Scene, wet: WetGroup, validated: Validated, omega: float, heading: float
+    moored: Scene, wet: HydrodynamicGroup, validated: Validated, omega: float, heading: float
 ) -> None:
     """Of the time domain's own radiation within 0.2 % of each DOF. The database's own memory is off
     by what is beyond the end of its frequencies (Ogilvie's relation leaves 6 % of the added mass),

@@ -118,7 +118,7 @@ class Active(SchemaModel):
 
     def build(self) -> scene.Active:
         """The same of the scene."""
-        return scene.Active(*map(_when, (self.start, self.until)))
+        return scene.Active(*map(build_condition, (self.start, self.until)))
 
 
 def _time(moment: Any) -> float | None:
@@ -128,7 +128,7 @@ def _time(moment: Any) -> float | None:
     return moment.time if isinstance(moment, AtTime) else float(moment)
 
 
-def _when(moment: Any) -> scene.When | None:
+def build_condition(moment: Any) -> scene.When | None:
     time = _time(moment)
     if time is not None:
         return scene.When(time)

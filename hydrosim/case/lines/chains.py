@@ -13,7 +13,14 @@ from typing import NoReturn
 
 from hydrosim.case.lines.moordyn import read_moordyn
 from hydrosim.case.lines.moorpy import is_moorpy, read_moorpy
-from hydrosim.case.lines.system import MAX_SEGMENTS, Held, LineType, MooringLine, Segment, System
+from hydrosim.case.lines.system import (
+    MAX_SEGMENTS,
+    LinePiece,
+    LineType,
+    MooringLine,
+    PointSupport,
+    System,
+)
 from hydrosim.documents.nodes import compose, plain
 from hydrosim.documents.text import Source
 from hydrosim.errors import InputError
@@ -47,7 +54,7 @@ def mooring_lines(system: System, water: Water, source: Source) -> dict[str, Moo
     """The lines of a system by the name of the piece at the fairlead. Raises InputError for what is
     no line from a body to the earth."""
     _check_names(system, source)
-    bodies = {point.body for point in system.points.values() if point.held is Held.BODY}
+    bodies = {point.body for point in system.points.values() if point.held is PointSupport.BODY}
     if len(bodies) > 1:
         source.wrong(
             f"found points on {', '.join(sorted(b or 'the vessel' for b in bodies))}; expected one"
@@ -57,7 +64,7 @@ def mooring_lines(system: System, water: Water, source: Source) -> dict[str, Moo
     found = {}
     used = set()
     for name, point in system.points.items():
-        if point.held is not Held.BODY:
+        if point.held is not PointSupport.BODY:
             continue
         for first in at[name]:
             pieces, end = _follow(system, at, name, first, source)
@@ -92,7 +99,7 @@ def _check_depths(system: System, source: Source) -> None:
     """Refuse points below the seabed, but for what digits of a file leave."""
     depth = inf if system.depth is None else system.depth
     for name, point in system.points.items():
-        if point.held is Held.EARTH and -point.place[2] > depth * (1.0 + DEEPER):
+        if point.held is PointSupport.EARTH and -point.place[2] > depth * (1.0 + DEEPER):
             source.wrong(
                 f"found point {name} {-point.place[2]:g} m below the water, and a depth of"
                 f" {depth:g} m; expected points on the seabed or above it",
@@ -121,21 +128,21 @@ def _follow(
         a, b = system.pieces[name].ends
         point = b if point == a else a
         held = system.points[point].held
-        if held is Held.EARTH:
+        if held is PointSupport.EARTH:
             return pieces, point
-        if held is Held.BODY:
+        if held is PointSupport.BODY:
             source.wrong(
                 f"found line {name} from one point of a body to another; expected an anchor;"
                 " lines between bodies are a catenary with anchor_body in the case",
                 system.pieces[name].row,
             )
-        name = _next(system, at, point, name, source)
+        name = _next_line(system, at, point, name, source)
         if name in pieces:
             text = f"found a ring of lines at point {point}; expected a line to an anchor"
             source.wrong(text, system.points[point].row)
 
 
-def _next(
+def _next_line(
     system: System, at: Mapping[str, list[str]], point: str, name: str, source: Source
 ) -> str:
     """The line behind a free ``point``."""
@@ -165,7 +172,7 @@ def _line(system: System, start: str, end: str, pieces: list[str], water: Water)
     for name, hung in zip(pieces, _hung(system, start, pieces, water), strict=True):
         kind = system.types[system.pieces[name].type]
         segments.append(
-            Segment(
+            LinePiece(
                 system.pieces[name].length,
                 weight_in_water(kind, density) * gravity,
                 kind.stiffness,

@@ -29,15 +29,15 @@ from hydrosim.case.lines.sections import (
     read_sections,
     read_table,
 )
-from hydrosim.case.lines.system import Held, LineType, Piece, Place, Point, System
+from hydrosim.case.lines.system import LineType, Piece, Place, Point, PointSupport, System
 from hydrosim.documents.text import Source
 from hydrosim.scene import OmittedEntry, Question
 
 REQUIRED_SECTIONS = {"types": "LINE TYPES", "points": "POINTS", "lines": "LINES"}
 POINT_TYPES = {  # what holds a point, by what its type begins with
-    **dict.fromkeys(("fix", "anch", "ground"), Held.EARTH),
-    **dict.fromkeys(("vess", "fair", "coupl", "cpld", "body", "turb"), Held.BODY),
-    **dict.fromkeys(("con", "free", "point"), Held.LINES),
+    **dict.fromkeys(("fix", "anch", "ground"), PointSupport.EARTH),
+    **dict.fromkeys(("vess", "fair", "coupl", "cpld", "body", "turb"), PointSupport.BODY),
+    **dict.fromkeys(("con", "free", "point"), PointSupport.LINES),
 }
 PASSED_COLUMNS = {  # names of columns that are not read
     "types": r"(line|type)?name|(line)?type|ba\b.*|cintdamp.*|c[ad](ax|n|t)?|c[ad]end|cl|df|cf",
@@ -65,7 +65,7 @@ class FileBody:
     """A body of a file in a ``line``: what holds its points, its ``place`` (3,) [m] and its
     ``rotation`` (3, 3); whether it is ``free``, so that it has a mass there."""
 
-    held: Held
+    held: PointSupport
     place: np.ndarray
     rotation: np.ndarray
     free: bool
@@ -209,7 +209,7 @@ def _read_bodies(rows: SectionTable) -> Iterator[tuple[str, FileBody]]:
     seen: dict[str, FileBody] = {}
     for line, words in rows:
         kind = words[1].lower()
-        held = _held(kind)
+        held = _support_of(kind)
         if held is None or "pin" in kind:
             text = f"found a body that is {words[1]}; expected coupled, fixed or free"
             rows.source.wrong(f"{text}; model its joint in the case", line)
@@ -220,9 +220,11 @@ def _read_bodies(rows: SectionTable) -> Iterator[tuple[str, FileBody]]:
             rows.source.wrong(f"{text}: MoorDyn and MoorPy differ in their order", line)
         number = _identity(rows.source, line, words[0])
         _refuse_repeated(rows.source, seen, number, "body", line)
-        fixed = held is Held.EARTH
-        own = held if fixed else Held.BODY
-        seen[number] = FileBody(own, np.array(place), _rotation(angles), held is Held.LINES, line)
+        fixed = held is PointSupport.EARTH
+        own = held if fixed else PointSupport.BODY
+        seen[number] = FileBody(
+            own, np.array(place), _rotation(angles), held is PointSupport.LINES, line
+        )
         yield number, seen[number]
 
 
@@ -270,10 +272,10 @@ def _points(rows: SectionTable, depth: float | None, bodies: Bodies | None) -> d
 
 def _locate_point(
     source: Source, line: int, kind: str, place: Place, bodies: Bodies | None
-) -> tuple[Held, str, Place]:
+) -> tuple[PointSupport, str, Place]:
     """What holds a point, the name of the body that does so, and its place in the axes of the file.
     A body that the file does not list has its own axes there."""
-    held = _held(kind.lower())
+    held = _support_of(kind.lower())
     if held is None:
         source.wrong(f"found a point of type {kind}; expected Fixed, Coupled, BodyN or Free", line)
     digits = re.sub(r"\D", "", kind)
@@ -286,11 +288,11 @@ def _locate_point(
         source.wrong(f"found a point on {kind}; expected one of the bodies: {known}", line)
     body = bodies[digits]
     x, y, z = map(float, body.place + body.rotation @ place)
-    name = f"Body{digits}" if body.held is Held.BODY else ""
+    name = f"Body{digits}" if body.held is PointSupport.BODY else ""
     return body.held, name, (x, y, z)
 
 
-def _held(kind: str) -> Held | None:
+def _support_of(kind: str) -> PointSupport | None:
     return next((held for word, held in POINT_TYPES.items() if kind.startswith(word)), None)
 
 

@@ -14,7 +14,7 @@ from yaml.nodes import Node
 
 from hydrosim.case.lines import quantities
 from hydrosim.case.lines.sections import read_number
-from hydrosim.case.lines.system import Held, LineType, Piece, Point, System
+from hydrosim.case.lines.system import LineType, Piece, Point, PointSupport, System
 from hydrosim.documents.nodes import compose, locate, plain
 from hydrosim.documents.text import Source
 from hydrosim.documents.units import Quantity, value_text
@@ -22,14 +22,14 @@ from hydrosim.scene import OmittedEntry, Question
 
 REQUIRED_KEYS = ("line_types", "points", "lines")
 POINT_TYPES = (  # what holds a point, by what its type contains; the first that does so counts
-    ("anch", Held.EARTH),
-    ("fix", Held.EARTH),
-    ("body", Held.BODY),
-    ("fair", Held.BODY),
-    ("ves", Held.BODY),
-    ("coupl", Held.BODY),
-    ("con", Held.LINES),
-    ("free", Held.LINES),
+    ("anch", PointSupport.EARTH),
+    ("fix", PointSupport.EARTH),
+    ("body", PointSupport.BODY),
+    ("fair", PointSupport.BODY),
+    ("ves", PointSupport.BODY),
+    ("coupl", PointSupport.BODY),
+    ("con", PointSupport.LINES),
+    ("free", PointSupport.LINES),
 )
 KNOWN_KEYS = {  # keys that are read, or that a line in static balance does not have
     "": {*REQUIRED_KEYS, "water_depth", "rho", "water_density", "bodies", "anchor_types", "name"},

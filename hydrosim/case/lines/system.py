@@ -15,7 +15,7 @@ follows."""
 Place = tuple[float, float, float]
 
 
-class Held(StrEnum):
+class PointSupport(StrEnum):
     """What holds a point."""
 
     EARTH = "the earth"
@@ -40,7 +40,7 @@ class Point:
     is its name there. ``mass`` [kg], ``volume`` [m^3]. It stands in the line ``row`` of the
     file."""
 
-    held: Held
+    held: PointSupport
     place: tuple[float, float, float]
     mass: float = 0.0
     volume: float = 0.0
@@ -77,7 +77,7 @@ class System:
 
 
 @dataclass(frozen=True)
-class Segment:
+class LinePiece:
     """A piece of a mooring line: ``length`` [m], ``weight`` in water [N/m], ``stiffness`` [N],
     ``hung`` [N] at its lower end, ``drag`` coefficient and its ``diameter`` [m]."""
 
@@ -96,4 +96,4 @@ class MooringLine:
 
     fairlead: tuple[float, float, float]
     anchor: tuple[float, float, float]
-    segments: Sequence[Segment]
+    segments: Sequence[LinePiece]

@@ -61,7 +61,7 @@ class Fairlead(NamedTuple):
     drag: np.ndarray
 
 
-class LineDrag(NamedTuple):
+class DraggedLines(NamedTuple):
     """A ``model`` with the drag of its lines, and ``texts`` about it."""
 
     model: Model
@@ -74,12 +74,12 @@ def with_line_drag(
     state: State,
     seas: Sequence[Components],
     bodies: Sequence[WaveBody],
-) -> LineDrag:
+) -> DraggedLines:
     """Model with the linearised drag of its lines in the ``seas``, whose first-order loads act on
     the ``bodies`` at rest."""
     p = KIND.of(model)
     if not p.lines["width"].any():
-        return LineDrag(model, tuple(_friction(scene)))
+        return DraggedLines(model, tuple(_friction(scene)))
     names = KIND.unit_names(scene)
     before = _drag_before(scene)
     n = model.bodies.active.size
@@ -101,9 +101,9 @@ def with_line_drag(
         line["damping"] = c
         line["drift"] = m
         if line["width"]:
-            texts.append(f"{name}: {_said(c, sigma, kept)}")
+            texts.append(f"{name}: {_drag_text(c, sigma, kept)}")
     elements = model.elements._replace(**{KIND.field: p._replace(lines=lines)})
-    return LineDrag(model._replace(elements=elements), (*texts, *_friction(scene)))
+    return DraggedLines(model._replace(elements=elements), (*texts, *_friction(scene)))
 
 
 def _friction(scene: Scene) -> Iterator[str]:
@@ -116,7 +116,7 @@ def _friction(scene: Scene) -> Iterator[str]:
             )
 
 
-def _said(damping: float, sigma: float, kept: bool) -> str:
+def _drag_text(damping: float, sigma: float, kept: bool) -> str:
     if kept:
         return f"drag of {damping:.4g} N s/m across the line at the fairlead, as in the earlier run"
     if damping == 0.0:
@@ -169,7 +169,7 @@ def _fixed_point(
     still = np.zeros((n, n))
     waves = [sea for sea in seas if sea.omega.size]
     if not waves:
-        return [_linearised(at, still, False) for at in fairleads]
+        return [_linearise_drag(at, still, False) for at in fairleads]
     regular = sum(sea.omega.size for sea in waves) == 1
     omega, loads = _loads(model, state, waves, bodies)
     D = _stiffness(model, state, omega)
@@ -180,7 +180,7 @@ def _fixed_point(
         H = np.linalg.inv(D + 1j * omega[:, None, None] * B)
         spread = H @ loads @ H.conj().transpose(0, 2, 1)
         S = np.real((omega[:, None, None] ** 2 * spread).sum(axis=0))
-        found = [_linearised(at, S, regular) for at in fairleads]
+        found = [_linearise_drag(at, S, regular) for at in fairleads]
         new = np.array([drag.damping for drag, _ in found])
         if np.abs(new - c).max() <= DAMPING_RTOL * np.abs(new).max():
             break
@@ -188,7 +188,7 @@ def _fixed_point(
     return found
 
 
-def _linearised(at: Fairlead, S: np.ndarray, regular: bool) -> tuple[Linearised, float]:
+def _linearise_drag(at: Fairlead, S: np.ndarray, regular: bool) -> tuple[Linearised, float]:
     """Drag for velocities of the coordinates with a covariance ``S`` (n, n)."""
     covariance = at.across @ S @ at.across.T
     sigma = float(np.sqrt(max(np.trace(covariance), 0.0)))

@@ -58,7 +58,7 @@ def roll_mode(body: Body, stiffness: np.ndarray, db: HydroDatabase | None) -> Ro
         rest = D[np.ix_(others, others)]
         return complex(D[at, at] - D[at, others] @ np.linalg.solve(rest, D[others, at]))
 
-    omega, mass = _undamped(K, M, coefficients, own, at)
+    omega, mass = _undamped_roll(K, M, coefficients, own, at)
     if omega == 0.0:
         return RollMode(0.0, mass, 0.0)
     for _ in range(MAX_ITERATIONS):
@@ -71,7 +71,7 @@ def roll_mode(body: Body, stiffness: np.ndarray, db: HydroDatabase | None) -> Ro
     return RollMode(omega, mass, schur(omega).imag / omega)
 
 
-def _undamped(
+def _undamped_roll(
     K: np.ndarray, M: np.ndarray, coefficients: Matrices, own: tuple[np.ndarray, ...], at: int
 ) -> tuple[float, float]:
     """Frequency and mass per roll of the undamped mode."""
@@ -100,8 +100,8 @@ def _coefficients(db: HydroDatabase | None) -> Matrices:
     B = scipy.interpolate.CubicSpline(db.frequency, db.radiation_damping)
     least, most = db.frequency[0], db.frequency[-1]
 
-    def at(w: float) -> tuple[np.ndarray, np.ndarray]:
+    def coefficients_at(w: float) -> tuple[np.ndarray, np.ndarray]:
         known = min(max(w, least), most)
         return A(known), B(known)
 
-    return at
+    return coefficients_at

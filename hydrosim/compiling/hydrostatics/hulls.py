@@ -70,7 +70,7 @@ def with_hulls(db: HydroDatabase, bodies: Sequence[Body], water: Environment) ->
     return replace(db, hydrostatic_stiffness=stiffness, volume=volume, centre_of_buoyancy=centre)
 
 
-def lopsided(p: Hulls, bodies: Bodies) -> Iterator[int]:
+def asymmetric_hulls(p: Hulls, bodies: Bodies) -> Iterator[int]:
     """Bodies whose hull heels differently to port and to starboard: it is not its own mirror
     image."""
     motion, draw = new_motion(bodies), np.random.default_rng(1)
@@ -82,13 +82,17 @@ def lopsided(p: Hulls, bodies: Bodies) -> Iterator[int]:
         for _ in range(COMPARED_ATTITUDES):
             heave, trim, heel = draw.uniform(-0.5, 0.5, 3) * (depth, 0.1, depth / size)
             motion.coordinates[6 * b + 2] = heave
-            port, starboard = (_stored(own, bodies, motion, b, trim, x) for x in (heel, -heel))
+            port, starboard = (
+                _hydrostatic_energy(own, bodies, motion, b, trim, x) for x in (heel, -heel)
+            )
             if abs(port - starboard) > SMALL * abs(port):
                 yield int(b)
                 break
 
 
-def _stored(p: Hulls, bodies: Bodies, motion: Motion, b: int, trim: float, heel: float) -> float:
+def _hydrostatic_energy(
+    p: Hulls, bodies: Bodies, motion: Motion, b: int, trim: float, heel: float
+) -> float:
     stored = np.zeros(HYDROSTATIC + 1)
     motion.rotation[b, 2] = np.array([trim, heel, 1.0]) / np.sqrt(1.0 + trim**2 + heel**2)
     add_displacement_energy(motion, bodies, p, stored)

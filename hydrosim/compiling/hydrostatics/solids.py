@@ -43,17 +43,17 @@ def _faces(corners: Triangles) -> Triangles:
 def _parcels(corners: np.ndarray) -> list[np.ndarray]:
     """Groups of a few neighbouring triangles (nt, 3, 3)."""
     middles, size = corners.mean(axis=1), np.ptp(corners, axis=(0, 1))
-    return [corners[rows] for rows in _parted(middles / size * [1.0, 1.0, HEIGHT_WEIGHT])]
+    return [corners[rows] for rows in _split_in_groups(middles / size * [1.0, 1.0, HEIGHT_WEIGHT])]
 
 
-def _parted(middles: np.ndarray) -> list[np.ndarray]:
+def _split_in_groups(middles: np.ndarray) -> list[np.ndarray]:
     """Indices of points (n, 3), halved along their longest side until groups are small."""
     rows = np.arange(len(middles))
     if rows.size <= PARCEL:
         return [rows]
     order = np.argsort(middles[:, np.ptp(middles, axis=0).argmax()], kind="stable")
     halves = np.array_split(order, 2)
-    return [half[own] for half in halves for own in _parted(middles[half])]
+    return [half[own] for half in halves for own in _split_in_groups(middles[half])]
 
 
 def _box(corners: np.ndarray) -> np.ndarray:

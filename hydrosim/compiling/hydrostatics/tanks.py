@@ -70,7 +70,10 @@ def steady_surface(body: Body, scene: Scene) -> np.ndarray:
     """Density times second moments (3,) of the free surfaces of tanks whose contents stay and that
     have no cut shape."""
     steady = [tank for tank in body.tanks if tank not in changing(body)]
-    return sum((t.density * _held(t, body, scene)[SURFACE_MOMENT:] for t in steady), np.zeros(3))
+    return sum(
+        (t.density * _contents_at_start(t, body, scene)[SURFACE_MOMENT:] for t in steady),
+        np.zeros(3),
+    )
 
 
 def _shape(tank: Tank, body: Body, scene: Scene) -> np.ndarray:
@@ -82,7 +85,7 @@ def _shape(tank: Tank, body: Body, scene: Scene) -> np.ndarray:
     return found
 
 
-def _held(tank: Tank, body: Body, scene: Scene) -> np.ndarray:
+def _contents_at_start(tank: Tank, body: Body, scene: Scene) -> np.ndarray:
     """Quantities of `shapes` for a tank at its first level."""
     return at(_shape(tank, body, scene), volume_at(tank.shape, tank.level))
 
@@ -99,7 +102,7 @@ def _rest(b: int, scene: Scene) -> tuple[object, ...]:
     body = scene.bodies[b]
     mass, moment, inertia = body.mass, np.zeros(3), np.array(body.inertia, dtype=float)
     for tank in changing(body):
-        held = tank.density * _held(tank, body, scene)
+        held = tank.density * _contents_at_start(tank, body, scene)
         mass -= tank.density * volume_at(tank.shape, tank.level)
         moment -= held[FIRST_MOMENT : FIRST_MOMENT + 3]
         second = symmetric(held[SECOND_MOMENT : SECOND_MOMENT + 6])
@@ -127,7 +130,7 @@ def _flows(scene: Scene, index: dict[tuple[int, str], int]) -> tuple[list[tuple]
         for tank in body.tanks:
             if tank.plan is not None:
                 first = len(rates)
-                rates += list(_planned(tank))
+                rates += list(_planned_rates(tank))
                 place = (b, SEA_INDEX, index[b, tank.name], first, len(rates) - 1)
                 flows.append(
                     (*place, *(SEA_INDEX, 0.0, 1.0) * 2, False, False, inertial, len(flows))
@@ -152,7 +155,7 @@ def _pieces(pump: Pump) -> Iterator[tuple[float, float]]:
         yield inf, pump.rate
 
 
-def _planned(tank: Tank) -> Iterator[tuple[float, float]]:
+def _planned_rates(tank: Tank) -> Iterator[tuple[float, float]]:
     assert tank.plan is not None
     time = np.asarray(tank.plan.time, float)
     volume = [volume_at(tank.shape, level) for level in tank.plan.level]

@@ -43,7 +43,7 @@ def _buoyancy(body: Body, alone: Mapping[str, HydroDatabase]) -> float:
 
 
 def _check_supports(scene: Scene, alone: Mapping[str, HydroDatabase]) -> None:
-    supported = _supported(scene, alone)
+    supported = _supported_bodies(scene, alone)
     for body in scene.bodies:
         if body.weight == Weight.CARRIED and body.name not in supported:
             weight = body.mass * scene.environment.gravity
@@ -56,7 +56,7 @@ def _check_supports(scene: Scene, alone: Mapping[str, HydroDatabase]) -> None:
             )
 
 
-def _supported(scene: Scene, alone: Mapping[str, HydroDatabase]) -> set[str]:
+def _supported_bodies(scene: Scene, alone: Mapping[str, HydroDatabase]) -> set[str]:
     """Names of the bodies that float, that are held, or that hang on or rest on such bodies."""
     found = {body.name for body in scene.bodies if _stands(body, alone)}
     links = list(_links(scene))

@@ -152,7 +152,7 @@ def moves_freely(model: Model) -> bool:
 def singular_joints(scene: Scene, model: Model, state: State) -> str:
     """Names of the closed joints whose constraints depend on each other most."""
     rows = _all_rows(model, state.y, state.modes)
-    J = _scaled(model, state.y, rows)
+    J = _unit_rows(model, state.y, rows)
     part = np.abs(linalg.svd(J)[0][:, min(J.shape) - 1])
     taking = dict.fromkeys(rows.lock[part > TAKING_PART * part.max()].tolist())
     return ", ".join(constraint_names(scene)[i] for i in taking)
@@ -189,7 +189,7 @@ def _all_rows(model: Model, y: np.ndarray, modes: np.ndarray) -> Rows:
     )
 
 
-def _scaled(model: Model, y: np.ndarray, rows: Rows) -> np.ndarray:
+def _unit_rows(model: Model, y: np.ndarray, rows: Rows) -> np.ndarray:
     """Rows J of unit length in coordinates scaled by the roots of their inertias; zero for rows
     that are rounding."""
     scaled = rows.J / np.sqrt(np.diag(inertia(model, y)))
@@ -220,7 +220,7 @@ def _check_drives(scene: Scene, model: Model, state: State, rows: Rows) -> None:
     if not driven.size:
         return
     pawl = model.elements.locks.each["ratchet"][rows.lock] != NO_RATCHET
-    scaled = _scaled(model, state.y, rows)[~pawl]  # a ratchet lets a drive go its way
+    scaled = _unit_rows(model, state.y, rows)[~pawl]  # a ratchet lets a drive go its way
     moves = np.eye(scaled.shape[1])[driven]
     held = _rank(scaled)
     if _rank(np.vstack([scaled, moves])) == held + driven.size:
@@ -285,7 +285,7 @@ def _start_of_drives(scene: Scene) -> str:
 def _check_regular(scene: Scene, model: Model, state: State, rows: Rows) -> None:
     """Refuse a loop in a place where its constraints depend on each other, and beside which they do
     not."""
-    here = _rank(_scaled(model, state.y, rows))
+    here = _rank(_unit_rows(model, state.y, rows))
     M = inertia(model, state.y)
     basis = freedom_of(rows.J, M).basis
     basis = basis / np.maximum(np.abs(basis).max(axis=0, initial=1e-300), 1e-300)
@@ -295,7 +295,7 @@ def _check_regular(scene: Scene, model: Model, state: State, rows: Rows) -> None
         _shift(y, ASIDE * basis @ draw.uniform(-1.0, 1.0, basis.shape[1]), model)
         if not _return(model, y, state.modes):
             continue
-        beside = _rank(_scaled(model, y, _all_rows(model, y, state.modes)))
+        beside = _rank(_unit_rows(model, y, _all_rows(model, y, state.modes)))
         if beside > here:
             raise InputError(
                 f"joints.{singular_joints(scene, model, state)}: at the start these joints are in a"

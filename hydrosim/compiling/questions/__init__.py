@@ -31,9 +31,9 @@ from hydrosim.errors import InputError
 from hydrosim.scene import Question
 
 if TYPE_CHECKING:
-    from hydrosim.compiling.questions.doubt import About, Doubt
+    from hydrosim.compiling.questions.doubt import Query, SceneContext
 
-QUESTIONS: Mapping[Question, Callable[[About], Iterator[Doubt]]] = {
+QUESTIONS: Mapping[Question, Callable[[SceneContext], Iterator[Query]]] = {
     Question.ANGLES: starts.angles,
     Question.SPEED: starts.speed,
     Question.OVERLAP: starts.overlap,
@@ -67,31 +67,31 @@ QUESTIONS: Mapping[Question, Callable[[About], Iterator[Doubt]]] = {
 }
 
 
-def asked(about: About) -> list[str]:
+def query_messages(about: SceneContext) -> list[str]:
     """Messages of all doubts about a scene except accepted ones. Raises InputError for doubts that
     are refusals."""
-    found = list(_doubts(about))
-    refused = [_said(doubt, question) for doubt, question in found if doubt.refused]
+    found = list(_queries(about))
+    refused = [_query_message(doubt, question) for doubt, question in found if doubt.refused]
     if refused:
         raise InputError("\n".join(refused))
-    return [_said(doubt, question) for doubt, question in found]
+    return [_query_message(doubt, question) for doubt, question in found]
 
 
-def describe_doubts(about: About, apart: Collection[Question]) -> list[str]:
+def describe_doubts(about: SceneContext, apart: Collection[Question]) -> list[str]:
     """Messages of all doubts except accepted ones and those of the questions ``apart``. What would
     refuse a run is among them."""
-    return [_said(doubt, question) for doubt, question in _doubts(about, apart)]
+    return [_query_message(doubt, question) for doubt, question in _queries(about, apart)]
 
 
-def _doubts(
-    about: About, apart: Collection[Question] = frozenset()
-) -> Iterator[tuple[Doubt, Question]]:
+def _queries(
+    about: SceneContext, apart: Collection[Question] = frozenset()
+) -> Iterator[tuple[Query, Question]]:
     for question, ask in QUESTIONS.items():
         if question not in about.scene.accept and question not in apart:
             yield from ((doubt, question) for doubt in ask(about))
 
 
-def _said(doubt: Doubt, question: Question) -> str:
+def _query_message(doubt: Query, question: Question) -> str:
     return (
         f"{doubt.key}: found {doubt.found}; {doubt.usual}."
         f" {doubt.advice}{' ' if doubt.advice else ''}If this is intended, accept:"

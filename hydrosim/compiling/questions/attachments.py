@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond
+from hydrosim.compiling.questions.doubt import Query, SceneContext, text_beyond
 from hydrosim.compiling.questions.extents import ROUND, Extents, extents
 from hydrosim.forces.line.catenary import Catenary
 from hydrosim.forces.link import TorsionSpring
@@ -35,9 +35,9 @@ FREE_AXIS_COSINE = (
 FRAME = "Points are in the body frame, from the centre of gravity."
 
 
-def attachments(about: About) -> Iterator[Doubt]:
+def attachments(about: SceneContext) -> Iterator[Query]:
     """Ask about points far off their bodies, and fairleads far under a keel."""
-    sizes = {body.name: extents(body, db) for _, body, db in about.wet()}
+    sizes = {body.name: extents(body, db) for _, body, db in about.floating_bodies()}
     bodies = {body.name: body for body in about.scene.bodies}
     for key, name, point in _points(about):
         body = bodies[name]
@@ -45,7 +45,7 @@ def attachments(about: About) -> Iterator[Doubt]:
         away = float(np.linalg.norm(point))
         if away > limit:
             found = f"a point {text_beyond(away, limit)} m from the centre of gravity of {name}"
-            yield Doubt(key, found, f"usual for its size is up to {limit:.3g} m", FRAME)
+            yield Query(key, found, f"usual for its size is up to {limit:.3g} m", FRAME)
     for name, line in about.scene.forces.items():
         size = sizes.get(line.body)
         if isinstance(line, Catenary) and size is not None:
@@ -53,7 +53,7 @@ def attachments(about: About) -> Iterator[Doubt]:
             yield from _off_hull(name, line, size)
 
 
-def _points(about: About) -> Iterator[tuple[str, str, np.ndarray]]:
+def _points(about: SceneContext) -> Iterator[tuple[str, str, np.ndarray]]:
     """Keys, bodies and points (3,) of lines, joints and named points, in the frame of the body."""
     centre = {body.name: about.centre(b) for b, body in enumerate(about.scene.bodies)}
     turn = {body.name: about.motion.rotation[b] for b, body in enumerate(about.scene.bodies)}
@@ -82,7 +82,7 @@ def _reach(body: Body, size: Extents | None) -> float:
     return max(HULL_REACH * float(np.linalg.norm(size.half)), MIN_HULL_REACH)
 
 
-def _under_keel(name: str, line: Catenary, size: Extents) -> Iterator[Doubt]:
+def _under_keel(name: str, line: Catenary, size: Extents) -> Iterator[Query]:
     """Ask about a fairlead metres under the keel."""
     under = size.centre[2] - ROUND * size.draught - line.point[2]
     limit = max(UNDER_KEEL * size.draught, MIN_UNDER_KEEL)
@@ -90,10 +90,10 @@ def _under_keel(name: str, line: Catenary, size: Extents) -> Iterator[Doubt]:
         found = (
             f"a fairlead about {text_beyond(under, limit, '.2g')} m under the keel of {line.body}"
         )
-        yield Doubt(f"forces.{name}.point", found, f"usual is up to {limit:.2g} m", FRAME)
+        yield Query(f"forces.{name}.point", found, f"usual is up to {limit:.2g} m", FRAME)
 
 
-def _off_hull(name: str, line: Catenary, size: Extents) -> Iterator[Doubt]:
+def _off_hull(name: str, line: Catenary, size: Extents) -> Iterator[Query]:
     """Ask about a fairlead of a mooring line far beside a hull, or far above the water."""
     if line.anchor_body is not None or line.anchor[2] >= 0.0:
         return
@@ -102,14 +102,14 @@ def _off_hull(name: str, line: Catenary, size: Extents) -> Iterator[Doubt]:
     limit = max(MIN_OUTRIGGER, float(size.half.min()))
     if aside > limit:
         found = f"a fairlead about {text_beyond(aside, limit, '.2g')} m outside of {line.body}"
-        yield Doubt(f"forces.{name}.point", found, f"usual is up to {limit:.2g} m", FRAME)
+        yield Query(f"forces.{name}.point", found, f"usual is up to {limit:.2g} m", FRAME)
     limit = max(MIN_FREEBOARD, 2.0 * size.draught)
     if off[2] > limit:
         found = f"a fairlead {text_beyond(float(off[2]), limit)} m above the water"
-        yield Doubt(f"forces.{name}.point", found, f"usual is up to {limit:.3g} m", FRAME)
+        yield Query(f"forces.{name}.point", found, f"usual is up to {limit:.3g} m", FRAME)
 
 
-def axes(about: About) -> Iterator[Doubt]:
+def axes(about: SceneContext) -> Iterator[Query]:
     """Ask about torsion springs and power take-offs about an axis that a joint holds."""
     branches = {
         frozenset((branch.child, branch.parent)): branch
@@ -130,4 +130,4 @@ def axes(about: About) -> Iterator[Doubt]:
                 f"an axis at {angle:.3g} deg to that of {branch.name}, which holds this rotation"
             )
             usual = "usual is the axis of the joint"
-            yield Doubt(f"forces.{name}.axis", found, usual, "It hardly acts.")
+            yield Query(f"forces.{name}.axis", found, usual, "It hardly acts.")

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond, text_outside
+from hydrosim.compiling.questions.doubt import Query, SceneContext, text_beyond, text_outside
 from hydrosim.compiling.questions.extents import COMPACT, extents
 from hydrosim.compiling.questions.periods import natural_periods
 from hydrosim.database.database import HydroDatabase, require_array
@@ -26,15 +26,15 @@ SMALLEST_RADIUS = 0.01  # of that of a hull with all its mass at its ends
 LARGER = 1.25  # ratio: rounding, above the radius of gyration of a body with all mass at its ends
 
 
-def mass(about: About) -> Iterator[Doubt]:
+def mass(about: SceneContext) -> Iterator[Query]:
     """Ask about bodies whose mass differs from their displacement."""
     afloat = {body.name for _, body, _ in about.afloat()}
-    for _, body, db in about.wet():
+    for _, body, db in about.floating_bodies():
         held = body.weight == Weight.CARRIED and body.name not in afloat
         displaced = _displaced_mass(db)
         hopeless = _is_hopeless(body, displaced)
         if _is_mass_doubtful(body, db) and (hopeless or not held):
-            yield Doubt(
+            yield Query(
                 f"bodies.{body.name}.mass",
                 f"{body.mass:.4g} kg",
                 f"a displaced mass of {displaced:.4g} kg in its database",
@@ -63,22 +63,22 @@ def _is_mass_doubtful(body: Body, db: HydroDatabase) -> bool:
     return differs and (body.weight != Weight.CARRIED or _is_hopeless(body, displaced))
 
 
-def _is_mass_asked(about: About, body: Body, db: HydroDatabase) -> bool:
+def _is_mass_asked(about: SceneContext, body: Body, db: HydroDatabase) -> bool:
     """Whether `mass` asks about a body, because the user does not accept the question."""
     return Question.MASS not in about.scene.accept and _is_mass_doubtful(body, db)
 
 
-def inertia(about: About) -> Iterator[Doubt]:
+def inertia(about: SceneContext) -> Iterator[Query]:
     """Ask about moments of inertia that no rigid body has: one exceeds the sum of the others."""
     for body in about.scene.bodies:
         small, middle, large = np.linalg.eigvalsh(body.inertia)
         if large > (small + middle) * (1.0 + 1e-6) and any(dof in body.dofs for dof in DOFS[3:]):
             found = f"principal moments of {small:.3g}, {middle:.3g} and {large:.3g} kg m^2"
             usual = "the largest moment of a rigid body is at most the sum of the others"
-            yield Doubt(f"bodies.{body.name}.inertia, radii_of_gyration", found, usual)
+            yield Query(f"bodies.{body.name}.inertia, radii_of_gyration", found, usual)
         empty = least_moment(body, body_without(body, at_start(body.tanks)).inertia)
         if empty <= 0.0 and not body.constant_inertia:
-            yield Doubt(
+            yield Query(
                 f"bodies.{body.name}.inertia, radii_of_gyration",
                 f"a moment of inertia of {empty:.3g} kg m^2 without the contents of tanks",
                 "the moments include the contents of tanks and are larger",
@@ -88,7 +88,7 @@ def inertia(about: About) -> Iterator[Doubt]:
     yield from _densities(about)
 
 
-def _densities(about: About) -> Iterator[Doubt]:
+def _densities(about: SceneContext) -> Iterator[Query]:
     """Ask about dry bodies that are lighter than air, by the box of their radii of gyration."""
     for body in about.scene.bodies:
         squares = 3.0 * np.linalg.eigvalsh(body.inertia) / body.mass
@@ -100,13 +100,13 @@ def _densities(about: About) -> Iterator[Doubt]:
             )
             usual = f"usual is above {LIGHTEST:g} kg/m^3, the density of air"
             key = f"bodies.{body.name}.inertia, radii_of_gyration"
-            yield Doubt(key, found, usual, "Are the radii in mm?")
+            yield Query(key, found, usual, "Are the radii in mm?")
 
 
-def _radii(about: About) -> Iterator[Doubt]:
+def _radii(about: SceneContext) -> Iterator[Query]:
     """Ask about radii of gyration that exceed the size of the hull, or that are a small part of
     it."""
-    for _, body, db in about.wet():
+    for _, body, db in about.floating_bodies():
         size = extents(body, db)
         if size is None:
             continue
@@ -115,14 +115,14 @@ def _radii(about: About) -> Iterator[Doubt]:
         radii = np.sqrt(np.maximum(np.diag(body.inertia), 0.0) / body.mass)
         for name, radius, limit in zip(DOFS[3:], radii, largest, strict=True):
             if name in body.dofs and radius > LARGER * limit:
-                yield Doubt(
+                yield Query(
                     f"bodies.{body.name}.inertia, radii_of_gyration",
                     f"a radius of gyration of {text_beyond(radius, limit)} m in {name}",
                     f"a hull of this size with all its mass at its ends has {limit:.3g} m",
                     "Is it in feet? Then give it the unit ft.",
                 )
             elif name in body.dofs and radius < SMALLEST_RADIUS * limit:
-                yield Doubt(
+                yield Query(
                     f"bodies.{body.name}.inertia, radii_of_gyration",
                     f"a radius of gyration of {radius:.3g} m in {name}",
                     f"usual is above {SMALLEST_RADIUS * limit:.3g} m for a hull of this size",
@@ -130,7 +130,7 @@ def _radii(about: About) -> Iterator[Doubt]:
                 )
 
 
-def trim(about: About) -> Iterator[Doubt]:
+def trim(about: SceneContext) -> Iterator[Query]:
     """Ask about hulls that float level although weight and buoyancy are not on one vertical."""
     for _, body, db in about.afloat():
         if body.weight == Weight.CARRIED or db.centre_of_buoyancy is None:
@@ -144,7 +144,7 @@ def trim(about: About) -> Iterator[Doubt]:
             roll, pitch = (
                 text_beyond(angle, np.copysign(limit, angle), ".2g") for angle in np.degrees(tilt)
             )
-            yield Doubt(
+            yield Query(
                 f"bodies.{body.name}.centre_of_gravity",
                 f"{off[0]:.3g} m along x and {off[1]:.3g} m along y from the centre of buoyancy"
                 f" of its database, which would cause a roll of {roll} deg and a pitch of"
@@ -166,7 +166,7 @@ def _tilt(body: Body, stiffness: np.ndarray, moment: np.ndarray) -> np.ndarray:
     return found[1:]
 
 
-def stability(about: About) -> Iterator[Doubt]:
+def stability(about: SceneContext) -> Iterator[Query]:
     """Ask about hulls that capsize, or whose centre of gravity is a draught above the water."""
     yield from _high_centres(about)
     gravity = about.scene.environment.gravity
@@ -178,10 +178,10 @@ def stability(about: About) -> Iterator[Doubt]:
                 found = f"a metacentric height of {height:.3g} m in {DOFS[dof]}"
                 usual = "usual is above 0.15 m"
                 advice = "The body capsizes: check the height of its centre of gravity."
-                yield Doubt(f"bodies.{body.name}.centre_of_gravity", found, usual, advice)
+                yield Query(f"bodies.{body.name}.centre_of_gravity", found, usual, advice)
 
 
-def _high_centres(about: About) -> Iterator[Doubt]:
+def _high_centres(about: SceneContext) -> Iterator[Query]:
     """Ask about closed hulls with a centre of gravity more than a draught above the water."""
     for _, body, db in about.afloat():
         size = extents(body, db)
@@ -196,10 +196,10 @@ def _high_centres(about: About) -> Iterator[Doubt]:
                 "Is it the height above the keel? z counts from the origin of the database,"
                 " which is in the still water."
             )
-            yield Doubt(f"bodies.{body.name}.centre_of_gravity", found, usual, advice)
+            yield Query(f"bodies.{body.name}.centre_of_gravity", found, usual, advice)
 
 
-def periods(about: About) -> Iterator[Doubt]:
+def periods(about: SceneContext) -> Iterator[Query]:
     """Ask about natural periods that are too short or too long, for each degree of freedom by
     itself."""
     for i, body, db in about.afloat():
@@ -209,13 +209,13 @@ def periods(about: About) -> Iterator[Doubt]:
                 found = f"a natural period of {text} s in {name}"
                 usual = f"usual is {MIN_NATURAL_PERIOD_S:g} to {MAX_NATURAL_PERIOD_S:g} s"
                 advice = "Check stiffness, mass and their units."
-                yield Doubt(f"bodies.{body.name}", found, usual, advice)
+                yield Query(f"bodies.{body.name}", found, usual, advice)
 
 
-def lift(about: About) -> Iterator[Doubt]:
+def lift(about: SceneContext) -> Iterator[Query]:
     """Ask about applied forces that lift a hull out of the water, or sink it, or that push it with
     more than its weight."""
-    for _, body, db in about.wet():
+    for _, body, db in about.floating_bodies():
         yield from _sideways(about, body)
         if body.hydrostatics is not None or _is_mass_asked(about, body, db):
             continue  # with another mass, the weight is another
@@ -235,10 +235,10 @@ def lift(about: About) -> Iterator[Doubt]:
                     "Hydrostatics are linear, and ignore how much of the hull is left in the water."
                 )
                 out = what == "lift" and force >= weight
-                yield Doubt(f"bodies.{body.name}", found, usual, advice, out)
+                yield Query(f"bodies.{body.name}", found, usual, advice, out)
 
 
-def _sideways(about: About, body: Body) -> Iterator[Doubt]:
+def _sideways(about: SceneContext, body: Body) -> Iterator[Query]:
     """Ask about applied forces along the water that exceed the weight."""
     weight = body.mass * about.scene.environment.gravity
     for name, of in about.scene.forces.items():
@@ -249,7 +249,7 @@ def _sideways(about: About, body: Body) -> Iterator[Doubt]:
                 if most > weight:
                     found = f"{text_beyond(most, weight)} N, for a weight of {weight:.3g} N"
                     usual = "usual is a force along the water far below the weight"
-                    yield Doubt(f"forces.{name}.force.{dof}", found, usual, "Check its unit.")
+                    yield Query(f"forces.{name}.force.{dof}", found, usual, "Check its unit.")
 
 
 def _extremes(signal: Signal, duration: float) -> tuple[float, float]:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 MOST_DIGITS = 15  # that a number of double precision has
 
 
-class Doubt(NamedTuple):
+class Query(NamedTuple):
     """Value ``found`` at a ``key`` of the case, the ``usual`` values, and ``advice`` (whole
     sentences). ``refused`` if the body cannot float, or if the run would take too long."""
 
@@ -48,7 +48,7 @@ def text_outside(value: float, low: float, high: float, form: str = ".3g") -> st
 
 
 @dataclass(frozen=True, eq=False)
-class About:
+class SceneContext:
     """Subject of all questions: a scene as compiled with its ``facts``, its ``sea`` as drawn, the
     ``motion`` of all bodies at the start, and the time of the ``end`` of the run [s]."""
 
@@ -59,16 +59,16 @@ class About:
     motion: Motion
     end: float
 
-    def wet(self) -> Iterator[tuple[int, Body, HydroDatabase]]:
+    def floating_bodies(self) -> Iterator[tuple[int, Body, HydroDatabase]]:
         """Wet bodies that can move: index, body, database."""
         for i, body in enumerate(self.scene.bodies):
             if body.name in self.facts.databases and body.dofs:
                 yield i, body, self.facts.databases[body.name]
 
     def afloat(self) -> Iterator[tuple[int, Body, HydroDatabase]]:
-        """`wet` bodies that no joint carries."""
+        """`floating_bodies` bodies that no joint carries."""
         carried = arrangement(self.scene).children
-        return ((i, body, db) for i, body, db in self.wet() if body.name not in carried)
+        return ((i, body, db) for i, body, db in self.floating_bodies() if body.name not in carried)
 
     @property
     def model(self) -> Model:
@@ -88,11 +88,11 @@ class About:
 
 def describe_start(
     scene: Scene, facts: Facts, state: State, sea: Sequence[Components], end: float
-) -> About:
+) -> SceneContext:
     """Subject of the questions, from a scene in its ``sea``, the ``state`` at the start, and the
     time of its ``end`` [s]."""
     n = facts.model.bodies.active.size
     motion = new_work(facts.model).motion
     y = state.y
     place_bodies(y[:n], y[n : 2 * n], facts.model.bodies, motion)
-    return About(scene, facts, state, tuple(sea), motion, end)
+    return SceneContext(scene, facts, state, tuple(sea), motion, end)

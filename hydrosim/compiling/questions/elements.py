@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator
 
 import numpy as np
 
-from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond, text_outside
+from hydrosim.compiling.questions.doubt import Query, SceneContext, text_beyond, text_outside
 from hydrosim.compiling.questions.extents import Extents, extents
 from hydrosim.compiling.questions.periods import natural_inertias
 from hydrosim.compiling.questions.shapes import drag
@@ -39,24 +39,24 @@ SAME_PERIOD = 0.1
 SHARED_LOAD_COSINE = 0.7  # cosine of the largest angle between normals of fenders that share a load
 
 
-def bending(about: About) -> Iterator[Doubt]:
+def bending(about: SceneContext) -> Iterator[Query]:
     """Ask about the bending stiffness of lines in files of other programs."""
     yield from _left_out(about, Question.BENDING)
 
 
-def files(about: About) -> Iterator[Doubt]:
+def files(about: SceneContext) -> Iterator[Query]:
     """Tell what else files of other programs say and the scene has not."""
     yield from _left_out(about, Question.FILES)
 
 
-def _left_out(about: About, question: Question) -> Iterator[Doubt]:
+def _left_out(about: SceneContext, question: Question) -> Iterator[Query]:
     for element in about.scene.forces.values():
         for each in element.left_out if isinstance(element, Catenary) else ():
             if each.question is question:
-                yield Doubt(each.key, each.found, each.becomes, each.advice, each.refused)
+                yield Query(each.key, each.found, each.becomes, each.advice, each.refused)
 
 
-def softness(about: About) -> Iterator[Doubt]:
+def softness(about: SceneContext) -> Iterator[Query]:
     """Ask about fenders that a body at berthing speed compresses by metres, and about those that
     are stiffer than steel."""
     fenders = [
@@ -68,8 +68,8 @@ def softness(about: About) -> Iterator[Doubt]:
         if _stiffness(fender) > STIFFEST:
             found = f"{text_beyond(_stiffness(fender), STIFFEST)} N/m per point"
             usual = f"usual is up to {STIFFEST:g} N/m, a bar of steel of 1 m and 0.05 m^2"
-            yield Doubt(f"forces.{name}.normal", found, usual, "Check its unit.")
-        others = [other for _, other in fenders if _together(fender, other)]
+            yield Query(f"forces.{name}.normal", found, usual, "Check its unit.")
+        others = [other for _, other in fenders if _share_load(fender, other)]
         stiffness = sum(len(other.points) * _stiffness(other) for other in others)
         below_weight = list(_under_weight(about, name, fender, stiffness))
         if below_weight:
@@ -79,7 +79,7 @@ def softness(about: About) -> Iterator[Doubt]:
         pressed = BERTHING * np.sqrt(mass / stiffness) if stiffness > 0.0 else np.inf
         if mass > 0.0 and pressed > SOFTEST:
             by = text_beyond(pressed, SOFTEST)
-            yield Doubt(
+            yield Query(
                 f"forces.{name}.normal",
                 f"{_stiffness(fender):.3g} N/m per point: {mass:.3g} kg at {BERTHING:g} m/s would"
                 f" compress the {len(others)} fenders of that side by {by} m"
@@ -91,7 +91,9 @@ def softness(about: About) -> Iterator[Doubt]:
             )
 
 
-def _under_weight(about: About, name: str, fender: Contact, stiffness: float) -> Iterator[Doubt]:
+def _under_weight(
+    about: SceneContext, name: str, fender: Contact, stiffness: float
+) -> Iterator[Query]:
     """Ask about dry bodies whose weight alone compresses the fenders below them by metres."""
     body = about.scene.bodies[about.index[fender.body]]
     normal = np.array(fender.planes()[0].normal, float)
@@ -105,7 +107,7 @@ def _under_weight(about: About, name: str, fender: Contact, stiffness: float) ->
         return
     weight = body.mass * about.scene.environment.gravity
     if weight > SOFTEST * stiffness:
-        yield Doubt(
+        yield Query(
             f"forces.{name}.normal",
             f"{stiffness:.3g} N/m below {body.name}, whose weight of {weight:.3g} N compresses it"
             f" by {text_beyond(weight / stiffness, SOFTEST)} m",
@@ -114,7 +116,7 @@ def _under_weight(about: About, name: str, fender: Contact, stiffness: float) ->
         )
 
 
-def _together(fender: Contact, other: Contact) -> bool:
+def _share_load(fender: Contact, other: Contact) -> bool:
     """Whether two fenders stop the same body on the same side."""
     normals = (np.array(each.planes()[0].normal, float) for each in (fender, other))
     n, m = (normal / np.linalg.norm(normal) for normal in normals)
@@ -128,14 +130,14 @@ def _stiffness(fender: Contact) -> float:
     return float(fender.normal.force[-1] / fender.normal.compression[-1])
 
 
-def _mass(about: About, fender: Contact) -> float:
+def _mass(about: SceneContext, fender: Contact) -> float:
     """Mass of the lighter of the two bodies of a fender that move [kg]."""
     names = {fender.body, *(name for _, name in fender.connected_bodies())}
     moving = [body.mass for body in about.scene.bodies if body.name in names and body.dofs]
     return min(moving, default=0.0)
 
 
-def friction(about: About) -> Iterator[Doubt]:
+def friction(about: SceneContext) -> Iterator[Query]:
     """Ask about friction coefficients above 1, and about a stiffness of friction beside which a
     body moves by metres before it slips, or that is far above that of the fender."""
     for name, fender in about.scene.forces.items():
@@ -148,17 +150,17 @@ def friction(about: About) -> Iterator[Doubt]:
         if largest > ROUGHEST:
             usual = "usual is 0.05 to 0.8: steel on steel 0.1 to 0.7, rubber up to 1"
             advice = "Is it a percentage?"
-            yield Doubt(f"forces.{name}.friction", f"a coefficient of {largest:g}", usual, advice)
+            yield Query(f"forces.{name}.friction", f"a coefficient of {largest:g}", usual, advice)
         if 0.0 < largest < SMOOTHEST:
             usual = "usual is 0.05 to 0.8: greased steel has 0.1, PTFE 0.04"
-            yield Doubt(f"forces.{name}.friction", f"a coefficient of {largest:g}", usual)
+            yield Query(f"forces.{name}.friction", f"a coefficient of {largest:g}", usual)
         if isinstance(fender, Contact) and isinstance(law, StickSlip) and largest <= ROUGHEST:
             yield from _friction_stiffness(about, name, fender, law)
 
 
 def _friction_stiffness(
-    about: About, name: str, fender: Contact, law: StickSlip
-) -> Iterator[Doubt]:
+    about: SceneContext, name: str, fender: Contact, law: StickSlip
+) -> Iterator[Query]:
     """Ask about the tangential stiffness of a fender, at the load of a body at berthing speed."""
     if isinstance(fender.normal, PrescribedNormal):
         return
@@ -171,14 +173,14 @@ def _friction_stiffness(
             f"{law.stiffness:.3g} N/m per point: the body moves {text_beyond(stretch, SOFTEST)} m"
             f" before it slips at a load of {load:.3g} N"
         )
-        yield Doubt(key, found, f"usual is up to {SOFTEST:g} m", "Is it in kN/m?")
+        yield Query(key, found, f"usual is up to {SOFTEST:g} m", "Is it in kN/m?")
     if law.stiffness > MAX_STIFFNESS_RATIO * normal > 0.0:
         found = f"{law.stiffness:.3g} N/m per point, and {normal:.3g} N/m normal to the plane"
         usual = f"usual is up to {MAX_STIFFNESS_RATIO:g} times the normal stiffness"
-        yield Doubt(key, found, usual, "Check its unit.")
+        yield Query(key, found, usual, "Check its unit.")
 
 
-def damping(about: About) -> Iterator[Doubt]:
+def damping(about: SceneContext) -> Iterator[Query]:
     """Ask about damping ratios above critical, about decay tests that are not of this body, and
     about drag of another size."""
     yield from drag(about)
@@ -193,14 +195,14 @@ def damping(about: About) -> Iterator[Doubt]:
             if ratio > 1.0:
                 usual = "usual is 0.01 to 0.3 of critical"
                 advice = f'Is it a percentage? Then it is "{ratio:g} %".'
-                yield Doubt(f"forces.{name}.damping_ratio.{dof}", f"{ratio:g}", usual, advice)
+                yield Query(f"forces.{name}.damping_ratio.{dof}", f"{ratio:g}", usual, advice)
             if 0.0 < ratio < MIN_RATIO:
                 usual = "usual is 0.01 to 0.3 of critical"
                 advice = "It is a fraction of critical damping: 5 % are 0.05."
-                yield Doubt(f"forces.{name}.damping_ratio.{dof}", f"{ratio:g}", usual, advice)
+                yield Query(f"forces.{name}.damping_ratio.{dof}", f"{ratio:g}", usual, advice)
 
 
-def _linear_damping(about: About) -> Iterator[Doubt]:
+def _linear_damping(about: SceneContext) -> Iterator[Query]:
     """Ask about linear damping far below or above critical, where hydrostatics or moorings restore
     a body."""
     wet = {body.name: (i, body, db) for i, body, db in about.afloat()}
@@ -218,10 +220,10 @@ def _linear_damping(about: About) -> Iterator[Doubt]:
                 share = text_outside(ratio, LEAST_RATIO, MOST_RATIO, ".2g")
                 found = f"{damping:.3g}, which is {share} of critical"
                 usual = "usual is 0.01 to 0.3 of critical"
-                yield Doubt(f"forces.{name}.damping.{dof}", found, usual, "Check its unit.")
+                yield Query(f"forces.{name}.damping.{dof}", found, usual, "Check its unit.")
 
 
-def _roll_forms(about: About) -> Iterator[Doubt]:
+def _roll_forms(about: SceneContext) -> Iterator[Query]:
     """Ask about dimensions of a barge, for its roll damping, that its hull has not."""
     sizes = {body.name: extents(body, db) for _, body, db in about.afloat()}
     for name, of in about.scene.forces.items():
@@ -238,10 +240,10 @@ def _roll_forms(about: About) -> Iterator[Doubt]:
             if not 1.0 / SAME_SIZE <= given / length <= SAME_SIZE:
                 found = f"a {key} of {given:.3g} m"
                 usual = f"the hull of {of.body} has about {length:.3g} m"
-                yield Doubt(f"forces.{name}.ikeda.{key}", found, usual)
+                yield Query(f"forces.{name}.ikeda.{key}", found, usual)
 
 
-def _fender_damping(about: About) -> Iterator[Doubt]:
+def _fender_damping(about: SceneContext) -> Iterator[Query]:
     """Ask about dampers of contacts that are far above critical."""
     for name, of in about.scene.forces.items():
         if not isinstance(of, Contact) or not isinstance(of.normal, NormalCurve):
@@ -257,17 +259,17 @@ def _fender_damping(about: About) -> Iterator[Doubt]:
             if damping > MAX_FENDER_RATIO * critical > 0.0:
                 text = f"{damping:.3g} N s/m per point, {damping / critical:.3g} times critical"
                 usual = f"usual is up to {MAX_FENDER_RATIO:g} times critical"
-                yield Doubt(f"forces.{name}.{key}", text, usual, "Check its unit.")
+                yield Query(f"forces.{name}.{key}", text, usual, "Check its unit.")
 
 
 def _slow_damping(
-    about: About,
+    about: SceneContext,
     name: str,
     matrix: np.ndarray,
     body: Body,
     size: Extents | None,
     unrestored: Collection[str],
-) -> Iterator[Doubt]:
+) -> Iterator[Query]:
     """Ask about linear damping of surge and sway beside the mass and the length of a hull, where
     no stiffness of its own restores it."""
     if size is None:
@@ -280,17 +282,17 @@ def _slow_damping(
             share = text_outside(ratio, LEAST_RATIO, MOST_RATIO, ".2g")
             found = f"{damping:.3g} N s/m, {share} of m sqrt(g/L)"
             usual = f"usual is {LEAST_RATIO:g} to {MOST_RATIO:g} of that"
-            yield Doubt(f"forces.{name}.damping.{dof}", found, usual, "Is it in kN s/m?")
+            yield Query(f"forces.{name}.damping.{dof}", found, usual, "Is it in kN s/m?")
 
 
-def _roll_damping(about: About) -> Iterator[Doubt]:
+def _roll_damping(about: SceneContext) -> Iterator[Query]:
     """Ask about decay tests with less damping than radiated waves alone, or with another period."""
     rolling = ROLLS.of(about.model)
     elements = [(n, e) for n, e in about.scene.forces.items() if isinstance(e, ViscousRoll)]
     for (name, element), found in zip(elements, rolling, strict=True):
         measured, waves, omega = (float(found[x]) for x in ("measured", "waves", "frequency"))
         if measured < waves and (element.p1 or element.p2 or element.p3):
-            yield Doubt(
+            yield Query(
                 f"forces.{name}.p1",
                 f"{measured:.3g} N m s/rad of damping in all, and {waves:.3g} N m s/rad by radiated"
                 " waves in the database, so that the linear part is 0",
@@ -302,13 +304,13 @@ def _roll_damping(about: About) -> Iterator[Doubt]:
         ratio = element.p1 * period / (4.0 * np.pi)
         if 0.0 < ratio < MIN_RATIO and not (element.p2 or element.p3):
             found = f"{element.p1:.3g} 1/s, which is {ratio:.2g} of critical damping"
-            yield Doubt(f"forces.{name}.p1", found, "usual is 0.01 to 0.1 of critical")
+            yield Query(f"forces.{name}.p1", found, "usual is 0.01 to 0.1 of critical")
         if np.isfinite(period) and ratio > MAX_ROLL_RATIO:
             share = text_beyond(ratio, MAX_ROLL_RATIO, ".2g")
             found = f"{element.p1:.3g} 1/s, which is {share} of critical damping"
-            yield Doubt(f"forces.{name}.p1", found, "usual is 0.01 to 0.1 of critical")
+            yield Query(f"forces.{name}.p1", found, "usual is 0.01 to 0.1 of critical")
         if element.period and omega > 0.0 and abs(element.period / period - 1.0) > SAME_PERIOD:
-            yield Doubt(
+            yield Query(
                 f"forces.{name}.period",
                 f"a natural period of {element.period:.3g} s in the decay test, and of"
                 f" {period:.3g} s of this body in the case",

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from hydrosim.compiling.questions.chains import bar_diameters
-from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond
+from hydrosim.compiling.questions.doubt import Query, SceneContext, text_beyond
 from hydrosim.compiling.questions.extents import COMPACT, Extents, extents
 from hydrosim.forces.line.catenary import Catenary
 from hydrosim.forces.line.now import LineNow, lines_now
@@ -25,11 +25,11 @@ CROSSING = 0.5  # of the breadth of a hull
 KEEL = 0.8  # of the draught: fairleads deeper are at the keel
 
 
-def routes(about: About) -> Iterator[Doubt]:
+def routes(about: SceneContext) -> Iterator[Query]:
     """Ask about lines that run through the seabed or a hull, hang above it, or are too soft."""
     state = about.state
     depth = about.scene.environment.water_depth
-    sizes = {body.name: extents(body, db) for _, body, db in about.wet()}
+    sizes = {body.name: extents(body, db) for _, body, db in about.floating_bodies()}
     bodies = about.model.bodies
     begin = about.end - about.scene.duration
     every = lines_now(about.model, about.scene, begin, state.y, state.modes, bodies, about.motion)
@@ -44,14 +44,14 @@ def routes(about: About) -> Iterator[Doubt]:
             yield from _under_hull(about, line, of, size)
 
 
-def _beside_bed(line: LineNow, of: Catenary, depth: float) -> Iterator[Doubt]:
+def _beside_bed(line: LineNow, of: Catenary, depth: float) -> Iterator[Query]:
     """Ask about a line that runs below the seabed, and about an anchor high above it."""
     key = f"forces.{line.name}"
     lowest = -float(line.places()[0][:, 2].min())
     if of.friction is None and lowest > depth + BURIED:
         found = f"a line down to {text_beyond(lowest, depth)} m in water of {depth:g} m"
         usual = "usual is a line above the seabed"
-        yield Doubt(key, found, usual, "With the key seabed, it rests on the seabed.")
+        yield Query(key, found, usual, "With the key seabed, it rests on the seabed.")
     moored = of.anchor_body is None and of.anchor[2] < 0.0
     above = depth + of.anchor[2]
     limit = max(HOVERING * depth, BURIED)
@@ -59,10 +59,10 @@ def _beside_bed(line: LineNow, of: Catenary, depth: float) -> Iterator[Doubt]:
         limit = max(ABOVE_BED * depth, MIN_ABOVE_BED)
     if moored and np.isfinite(depth) and above > limit:
         found = f"an anchor {above:.3g} m above the seabed, in water of {depth:g} m"
-        yield Doubt(f"{key}.anchor", found, "usual is an anchor on the seabed")
+        yield Query(f"{key}.anchor", found, "usual is an anchor on the seabed")
 
 
-def _softness(about: About, line: LineNow, of: Catenary) -> Iterator[Doubt]:
+def _softness(about: SceneContext, line: LineNow, of: Catenary) -> Iterator[Query]:
     """Ask about mooring lines whose EA is hardly a thousandth of the weight that they hold."""
     if of.anchor_body is not None or of.body not in about.facts.databases:
         return
@@ -72,10 +72,10 @@ def _softness(about: About, line: LineNow, of: Catenary) -> Iterator[Doubt]:
         found = f"an EA of {stiffness:.3g} N, for a body whose weight is {weight:.3g} N"
         usual = f"usual is above {SOFT:g} of the weight"
         advice = "Check the diameter and its unit."
-        yield Doubt(f"forces.{line.name}.segments", found, usual, advice)
+        yield Query(f"forces.{line.name}.segments", found, usual, advice)
 
 
-def _drag(about: About, line: LineNow, of: Catenary) -> Iterator[Doubt]:
+def _drag(about: SceneContext, line: LineNow, of: Catenary) -> Iterator[Query]:
     """Ask about drag of a line that is far wider than its chain, or wider than any line."""
     widest = float(of.drag_width.max())
     bars = list(bar_diameters(of, about.scene.environment))
@@ -83,10 +83,10 @@ def _drag(about: About, line: LineNow, of: Catenary) -> Iterator[Doubt]:
     if widest > limit:
         found = f"a drag coefficient times diameter of {text_beyond(widest, limit)} m"
         usual = f"usual is up to {limit:.3g} m"
-        yield Doubt(f"forces.{line.name}.segments", found, usual, "Is the diameter in mm?")
+        yield Query(f"forces.{line.name}.segments", found, usual, "Is the diameter in mm?")
 
 
-def _under_hull(about: About, line: LineNow, of: Catenary, size: Extents) -> Iterator[Doubt]:
+def _under_hull(about: SceneContext, line: LineNow, of: Catenary, size: Extents) -> Iterator[Query]:
     """Ask about a line from a side of a compact hull that crosses under it to the other side."""
     aside = (np.array(of.point[:2]) - size.centre[:2]) / size.half
     at_keel = of.point[2] < size.centre[2] - KEEL * size.draught
@@ -100,7 +100,7 @@ def _under_hull(about: About, line: LineNow, of: Catenary, size: Extents) -> Ite
         found = f"a line that runs {text_beyond(inside, limit)} m under the hull of {of.body}"
         usual = "usual is a fairlead on the side of its anchor"
         advice = "Has point the sign of the other side?"
-        yield Doubt(f"forces.{line.name}.point", found, usual, advice)
+        yield Query(f"forces.{line.name}.point", found, usual, advice)
 
 
 def _length_inside(start: np.ndarray, direction: np.ndarray) -> float:

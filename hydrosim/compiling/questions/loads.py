@@ -8,7 +8,7 @@ from math import inf
 import numpy as np
 
 from hydrosim.compiling.questions.chains import bar_diameters
-from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond
+from hydrosim.compiling.questions.doubt import Query, SceneContext, text_beyond
 from hydrosim.forces.contact.fender import Contact
 from hydrosim.forces.line.catenary import Catenary
 from hydrosim.forces.line.winch import Winch
@@ -29,17 +29,17 @@ NEGLIGIBLE_LOAD_FRACTION = (
 )
 
 
-def capacities(about: About) -> Iterator[Doubt]:
+def capacities(about: SceneContext) -> Iterator[Query]:
     """Ask about allowable loads that are exceeded at the start, that no weight can hang from, or
     that are a unit away from the bodies' weights."""
     yield from _tiny(about)
     yield from _strengths(about)
     yield from _stretches(about)
-    yield from _exceeded(about)
+    yield from _overloaded_lines(about)
     yield from _hanging(about)
 
 
-def _tiny(about: About) -> Iterator[Doubt]:
+def _tiny(about: SceneContext) -> Iterator[Query]:
     """Ask about allowable loads that the weight of a few litres of water exceeds."""
     limits = [
         (
@@ -62,10 +62,10 @@ def _tiny(about: About) -> Iterator[Doubt]:
         if limit is not None and limit < NEGLIGIBLE_LOAD_FRACTION * lightest:
             found = f"{limit:.3g} N, for a body whose weight is {lightest:.3g} N"
             usual = f"usual is above {NEGLIGIBLE_LOAD_FRACTION:g} of the weight"
-            yield Doubt(key, found, usual, "Is it in kN?")
+            yield Query(key, found, usual, "Is it in kN?")
 
 
-def _stretches(about: About) -> Iterator[Doubt]:
+def _stretches(about: SceneContext) -> Iterator[Query]:
     """Ask about capacities of springs at which they are several times as long."""
     for name, of in about.scene.forces.items():
         if not isinstance(of, Spring) or not of.capacity or not isinstance(of.length, float):
@@ -78,10 +78,10 @@ def _stretches(about: About) -> Iterator[Doubt]:
                 f" {extension:.3g} m longer"
             )
             usual = f"usual is up to {MOST_EXTENSION:g} times its length"
-            yield Doubt(f"forces.{name}.capacity", found, usual, "Check capacity and stiffness.")
+            yield Query(f"forces.{name}.capacity", found, usual, "Check capacity and stiffness.")
 
 
-def _strengths(about: About) -> Iterator[Doubt]:
+def _strengths(about: SceneContext) -> Iterator[Query]:
     """Ask about capacities far above or below the breaking load of a line's thinnest chain, and
     about those that stretch a rope by half of its length."""
     for name, of in about.scene.forces.items():
@@ -95,15 +95,15 @@ def _strengths(about: About) -> Iterator[Doubt]:
         if bars and not low <= of.capacity <= high:
             found = f"{of.capacity:.3g} N, for a chain of {1e3 * min(bars):.3g} mm"
             usual = f"such a chain of grade R5 breaks at {breaking:.3g} N"
-            yield Doubt(key, found, usual, "Check diameter, capacity and their units.")
+            yield Query(key, found, usual, "Check diameter, capacity and their units.")
         elif strain > MOST_STRAIN:
             share = text_beyond(strain, MOST_STRAIN, ".0%")
             found = f"{of.capacity:.3g} N, at which the line is {share} longer"
             usual = f"usual is up to {MOST_STRAIN:.0%}"
-            yield Doubt(key, found, usual, "Check capacity, stiffness and their units.")
+            yield Query(key, found, usual, "Check capacity, stiffness and their units.")
 
 
-def _exceeded(about: About) -> Iterator[Doubt]:
+def _overloaded_lines(about: SceneContext) -> Iterator[Query]:
     """Ask about lines whose tension at the start is above their capacity."""
     scene = about.scene
     limits = {
@@ -120,10 +120,10 @@ def _exceeded(about: About) -> Iterator[Doubt]:
         if tension > capacity:
             found = f"{capacity:.4g} N, and {text_beyond(tension, capacity, '.4g')} N"
             usual = "usual is a tension at the start below the capacity"
-            yield Doubt(f"forces.{name}.capacity", f"{found} of tension at the start", usual)
+            yield Query(f"forces.{name}.capacity", f"{found} of tension at the start", usual)
 
 
-def _hanging(about: About) -> Iterator[Doubt]:
+def _hanging(about: SceneContext) -> Iterator[Query]:
     """Ask about dry bodies that hang from lines whose capacities add up to less than the weight."""
     for body in about.scene.bodies:
         if not _is_dry_and_heavy(about, body):
@@ -142,10 +142,10 @@ def _hanging(about: About) -> Iterator[Doubt]:
             found = f"a weight of {weight:.3g} N that hangs from lines of {allowed:.3g} N in all"
             usual = "usual is a weight below the capacities of the lines that carry it"
             advice = "Is the mass in tonne? Are the loads in kN?"
-            yield Doubt(f"bodies.{body.name}.mass", found, usual, advice)
+            yield Query(f"bodies.{body.name}.mass", found, usual, advice)
 
 
-def _is_dry_and_heavy(about: About, body: Body) -> bool:
+def _is_dry_and_heavy(about: SceneContext, body: Body) -> bool:
     """Whether nothing but force elements carries a body."""
     wet = body.name in about.facts.databases or body.hydrostatics is not None
     jointed = len(joined_with(about.scene, body.name)) > 1

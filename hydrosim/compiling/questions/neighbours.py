@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.compiling.questions.doubt import About, Doubt
+from hydrosim.compiling.questions.doubt import Query, SceneContext
 from hydrosim.compiling.questions.extents import Extents, extents
 from hydrosim.compiling.questions.seas import peak_wavelength
 
@@ -20,7 +20,7 @@ DIRECTIONS = np.linspace(0.0, 2.0 * np.pi, 720, endpoint=False)
 DIRECTION_VECTORS = np.stack([np.cos(DIRECTIONS), np.sin(DIRECTIONS)], axis=1)
 
 
-def shielding(about: About) -> Iterator[Doubt]:
+def shielding(about: SceneContext) -> Iterator[Query]:
     """Ask about hulls close to each other in waves whose databases do not include each other."""
     if not about.sea:
         return
@@ -32,15 +32,20 @@ def shielding(about: About) -> Iterator[Doubt]:
     known = [body for body in about.scene.bodies if sizes.get(body.name)]
     for one, other in combinations(known, 2):
         first, second = sizes[one.name], sizes[other.name]
-        if first is None or second is None or _coupled(one, other) or not (one.dofs or other.dofs):
+        if (
+            first is None
+            or second is None
+            or _share_database(one, other)
+            or not (one.dofs or other.dofs)
+        ):
             continue
         breadth = 2.0 * max(first.half.min(), second.half.min())
         gap = _gap(about, (one, first), (other, second))
         if gap < NEIGHBOUR_BREADTHS * breadth:
             length = peak_wavelength(about.sea)
-            yield Doubt(
+            yield Query(
                 f"bodies.{one.name}, bodies.{other.name}",
-                f"hulls with separate databases that are {_said(gap)}, with a breadth of"
+                f"hulls with separate databases that are {_gap_text(gap)}, with a breadth of"
                 f" {breadth:.3g} m and waves of {length:.3g} m",
                 f"usual is more than {NEIGHBOUR_BREADTHS:g} breadths",
                 "Neither hull shields the other from waves, and neither feels the waves radiated"
@@ -49,25 +54,29 @@ def shielding(about: About) -> Iterator[Doubt]:
             )
 
 
-def _said(gap: float) -> str:
+def _gap_text(gap: float) -> str:
     return f"about {gap:.3g} m apart" if gap > 0.0 else "overlapping in plan"
 
 
-def _coupled(one: Body, other: Body) -> bool:
+def _share_database(one: Body, other: Body) -> bool:
     """Whether two bodies belong to one database."""
     places = ((tuple(body.location), body.heading, body.hydrodynamics) for body in (one, other))
     first, second = places
     return first == second and one.database_body != other.database_body
 
 
-def _gap(about: About, one: tuple[Body, Extents], other: tuple[Body, Extents]) -> float:
+def _gap(about: SceneContext, one: tuple[Body, Extents], other: tuple[Body, Extents]) -> float:
     """Distance of the rectangles of two hulls at the start [m]; 0 if they overlap."""
-    middles, reaches = zip(*(_seen(about, *each) for each in (one, other)), strict=True)
+    middles, reaches = zip(
+        *(_projected_extents(about, *each) for each in (one, other)), strict=True
+    )
     apart = DIRECTION_VECTORS @ (middles[1] - middles[0]) - reaches[0] - reaches[1]
     return max(float(apart.max()), 0.0)
 
 
-def _seen(about: About, body: Body, size: Extents) -> tuple[np.ndarray, np.ndarray]:
+def _projected_extents(
+    about: SceneContext, body: Body, size: Extents
+) -> tuple[np.ndarray, np.ndarray]:
     """Centre of a hull's rectangle (2,), and its extent from there in all directions
     `DIRECTION_VECTORS`."""
     b = about.index[body.name]

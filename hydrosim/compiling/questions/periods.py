@@ -11,18 +11,18 @@ from hydrosim.database.database import require_array
 from hydrosim.dofs import DOFS
 
 if TYPE_CHECKING:
-    from hydrosim.compiling.questions.doubt import About
+    from hydrosim.compiling.questions.doubt import SceneContext
     from hydrosim.database.database import HydroDatabase
     from hydrosim.scene import Body
 
 
-def natural_periods(about: About, i: int, body: Body, db: HydroDatabase) -> dict[str, float]:
+def natural_periods(about: SceneContext, i: int, body: Body, db: HydroDatabase) -> dict[str, float]:
     """Natural periods [s] of body ``i`` for each degree of freedom by itself, by name."""
     return {name: period for name, _, period in natural_inertias(about, i, body, db)}
 
 
 def natural_inertias(
-    about: About, i: int, body: Body, db: HydroDatabase
+    about: SceneContext, i: int, body: Body, db: HydroDatabase
 ) -> Iterator[tuple[str, float, float]]:
     """Name, inertia with added mass [kg, kg m^2] and natural period [s] of each degree of freedom
     of body ``i`` that stiffness restores."""

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from hydrosim.compiling.questions.attachments import attachments
-from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond
+from hydrosim.compiling.questions.doubt import Query, SceneContext, text_beyond
 from hydrosim.compiling.questions.extents import COMPACT, ROUND, Extents, extents
 from hydrosim.forces.contact.fender import Fender
 from hydrosim.rigid.kinematics import Motion
@@ -20,11 +20,11 @@ MIN_WALL_NORMAL = 0.5  # horizontal part of the normal, below which a plane is n
 STANDING_OFF = 5.0
 
 
-def points(about: About) -> Iterator[Doubt]:
+def points(about: SceneContext) -> Iterator[Query]:
     """Ask about fender points inside a hull, which would cross the plane before contact, or far
     outside, and about other points far off their bodies."""
     yield from attachments(about)
-    each = {body.name: extents(body, db) for _, body, db in about.wet()}
+    each = {body.name: extents(body, db) for _, body, db in about.floating_bodies()}
     wet = set(about.facts.databases)
     for name, fender in about.scene.forces.items():
         size = each.get(fender.body) if isinstance(fender, Fender) else None
@@ -37,7 +37,7 @@ def points(about: About) -> Iterator[Doubt]:
             away = text_beyond(off[far], limit, ".2g")
             found = f"point {far + 1} about {away} m outside the hull of {fender.body}"
             usual = f"usual is up to {limit:.2g} m"
-            yield Doubt(f"forces.{name}.points", found, usual, ADVICE)
+            yield Query(f"forces.{name}.points", found, usual, ADVICE)
         if fender.plane.corners or not {fender.plane.body} <= {None, *wet}:
             continue
         yield from _plane_inside(name, fender, each)
@@ -53,12 +53,12 @@ def points(about: About) -> Iterator[Doubt]:
                 f" {deep[worst]:.2g} m further towards the plane"
             )
             usual = "usual is a point at its side"
-            yield Doubt(f"forces.{name}.points", found, usual, ADVICE)
+            yield Query(f"forces.{name}.points", found, usual, ADVICE)
 
 
 def _plane_inside(
     name: str, fender: Fender, sizes: Mapping[str, Extents | None]
-) -> Iterator[Doubt]:
+) -> Iterator[Query]:
     """Ask about a plane at the other side of the hull that it is fixed to."""
     size = sizes.get(fender.plane.body) if fender.plane.body is not None else None
     if size is None:
@@ -69,7 +69,7 @@ def _plane_inside(
     if deep > float(size.half.min()):
         found = f"a plane that {fender.plane.body} exceeds by about {deep:.2g} m"
         usual = "usual is a plane at its side, with a normal that points away from it"
-        yield Doubt(f"forces.{name}.plane", found, usual, ADVICE)
+        yield Query(f"forces.{name}.plane", found, usual, ADVICE)
 
 
 ADVICE = (

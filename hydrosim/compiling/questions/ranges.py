@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from hydrosim.compiling.questions.doubt import About, Doubt
+from hydrosim.compiling.questions.doubt import Query, SceneContext
 from hydrosim.waves import outside
 from hydrosim.waves.outside import Outside
 
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 OUTSIDE_REFUSED = 0.01
 
 
-def ranges(about: About) -> Iterator[Doubt]:
+def ranges(about: SceneContext) -> Iterator[Query]:
     """Ask about seas with too much energy outside the frequencies of a database."""
-    for _, body, db in about.wet():
+    for _, body, db in about.floating_bodies():
         if about.sea and body.wave_forces.first_order:
             found = outside(db, about.sea)
             if found.share > OUTSIDE_REFUSED:
@@ -29,7 +29,7 @@ def ranges(about: About) -> Iterator[Doubt]:
                     " or other waves."
                 )
                 found_in_words = said_of_outside(found, body, db)
-                yield Doubt("environment.waves", found_in_words, usual, advice, refused=True)
+                yield Query("environment.waves", found_in_words, usual, advice, refused=True)
 
 
 def said_of_outside(found: Outside, body: Body, db: HydroDatabase) -> str:

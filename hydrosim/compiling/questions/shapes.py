@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond, text_outside
+from hydrosim.compiling.questions.doubt import Query, SceneContext, text_beyond, text_outside
 from hydrosim.compiling.questions.extents import extents
 from hydrosim.dofs import DOFS
 from hydrosim.forces.damping.quadratic_damping import QuadraticDamping
@@ -20,7 +20,7 @@ MOST_DRAG = 30.0
 TANK_MARGIN = 0.5  # of the half length and breadth of the water plane
 
 
-def hulls(about: About) -> Iterator[Doubt]:
+def hulls(about: SceneContext) -> Iterator[Query]:
     """Ask about hulls aside of the centre of gravity, and about tanks far outside a hull."""
     for body in about.scene.bodies:
         if body.hydrostatics is None:
@@ -31,14 +31,14 @@ def hulls(about: About) -> Iterator[Doubt]:
         off = float(np.linalg.norm(np.maximum(np.maximum(low - centre, centre - high), 0.0)))
         size = float(np.linalg.norm(high - low))
         if off > 0.5 * size:
-            yield Doubt(
+            yield Query(
                 f"bodies.{body.name}.hydrostatics",
                 f"a hull {text_beyond(off, 0.5 * size)} m aside of the centre of gravity of"
                 f" {body.name}",
                 "usual is a centre of gravity above or within the hull",
                 "Its file is in the frame of centre_of_gravity; location moves both.",
             )
-    for _, body, db in about.wet():
+    for _, body, db in about.floating_bodies():
         size_of = extents(body, db)
         for tank in body.tanks:
             if size_of is None or not isinstance(tank.shape, Box):
@@ -52,13 +52,13 @@ def hulls(about: About) -> Iterator[Doubt]:
                     f" middle of the water plane along {'xy'[axis]}"
                 )
                 usual = f"usual is up to {size_of.half[axis]:.3g} m, half of its size"
-                yield Doubt(f"bodies.{body.name}.tanks.{tank.name}", found, usual)
+                yield Query(f"bodies.{body.name}.tanks.{tank.name}", found, usual)
 
 
-def drag(about: About) -> Iterator[Doubt]:
+def drag(about: SceneContext) -> Iterator[Query]:
     """Ask about quadratic damping that is not that of a hull of this size."""
     density = about.scene.environment.water_density
-    wet = {body.name: (body, db) for _, body, db in about.wet()}
+    wet = {body.name: (body, db) for _, body, db in about.floating_bodies()}
     for name, of in about.scene.forces.items():
         if not isinstance(of, QuadraticDamping) or of.body not in wet:
             continue
@@ -79,7 +79,7 @@ def drag(about: About) -> Iterator[Doubt]:
             coefficient = found / (0.5 * density * area)
             if found > 0.0 and not least <= coefficient <= MOST_DRAG:
                 text = text_outside(coefficient, least, MOST_DRAG, ".2g")
-                yield Doubt(
+                yield Query(
                     f"forces.{name}.damping.{dof}",
                     f"{found:.3g}, a drag coefficient of {text} on {area:.3g} {unit}",
                     f"usual is {least:g} to {MOST_DRAG:g}",

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hydrosim.compiling.questions.doubt import About, Doubt
+from hydrosim.compiling.questions.doubt import Query, SceneContext
 from hydrosim.compiling.questions.periods import natural_periods
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
@@ -44,7 +44,7 @@ LEVELS = 41  # between the lowest and the highest level of the run
 SLOSHING_DOFS = (("surge", "pitch", "yaw"), ("sway", "roll", "yaw"))
 
 
-class Resonance(NamedTuple):
+class SloshingResonance(NamedTuple):
     """A tank, the levels (n,) at which it is near resonance, their periods and fractions of wave
     energy. ``rolls`` says whether the roll of the body is near such a period."""
 
@@ -55,9 +55,9 @@ class Resonance(NamedTuple):
     rolls: bool
 
 
-def sloshing(about: About) -> Iterator[Doubt]:
+def sloshing(about: SceneContext) -> Iterator[Query]:
     """Ask about tanks whose fluid would slosh with the waves, or with the roll of their body."""
-    for b, body, db in about.wet():
+    for b, body, db in about.floating_bodies():
         levels = dict(_levels(about, body)) if about.sea else {}
         for axis, driven in enumerate(SLOSHING_DOFS if levels else ()):
             if not set(driven) & set(body.dofs):
@@ -66,10 +66,10 @@ def sloshing(about: About) -> Iterator[Doubt]:
             each = (_resonance(about, body, *item, axis, roll) for item in levels.items())
             found = [hit for hit in each if hit is not None]
             if sum(map(_fluid, found)) > MATTERS * body.mass:
-                yield _doubt(body, found, axis, roll)
+                yield _query(body, found, axis, roll)
 
 
-def _roll_period(about: About, i: int, body: Body, db: HydroDatabase) -> float:
+def _roll_period(about: SceneContext, i: int, body: Body, db: HydroDatabase) -> float:
     """Natural period [s] in roll of body ``i`` at the start, as `hydrosim linear` computes it, with
     the free surfaces of tanks and all restoring forces. Infinite if it does not roll."""
     calm = without_waves(about.model)
@@ -80,16 +80,16 @@ def _roll_period(about: About, i: int, body: Body, db: HydroDatabase) -> float:
     return periods.get(6 * i + DOFS.index("roll"), np.inf)
 
 
-def _fluid(hit: Resonance) -> float:
+def _fluid(hit: SloshingResonance) -> float:
     """Mass of the fluid at the highest level near resonance [kg]."""
     return hit.tank.density * volume_at(hit.tank.shape, float(hit.level.max()))
 
 
-def _doubt(body: Body, found: Sequence[Resonance], axis: int, roll: float) -> Doubt:
+def _query(body: Body, found: Sequence[SloshingResonance], axis: int, roll: float) -> Query:
     worst = max(found, key=lambda hit: float(hit.share.max()))
     names = ", ".join(hit.tank.name for hit in found)
     rolls = f", and a roll of about {roll:.3g} s" if any(hit.rolls for hit in found) else ""
-    return Doubt(
+    return Query(
         f"bodies.{body.name}.tanks ({names})",
         f"fluid that sloshes along {'xy'[axis]} with a period of {_range(worst.period)} s at"
         f" levels of {_range(worst.level)} m ({worst.tank.name}), with a fraction of"
@@ -107,8 +107,8 @@ def _range(values: np.ndarray) -> str:
 
 
 def _resonance(
-    about: About, body: Body, tank: Tank, level: np.ndarray, axis: int, roll: float
-) -> Resonance | None:
+    about: SceneContext, body: Body, tank: Tank, level: np.ndarray, axis: int, roll: float
+) -> SloshingResonance | None:
     """Resonance of a tank; None if it has none at any ``level`` (n,)."""
     full = height(tank.shape)
     level = level[(level > MIN_LEVEL_FRACTION * full) & (level < (1.0 - MIN_LEVEL_FRACTION) * full)]
@@ -123,7 +123,7 @@ def _resonance(
     hit = (share > MIN_RESONANT_ENERGY_SHARE) | rolls
     if not hit.any():
         return None
-    return Resonance(tank, level[hit], period[hit], share[hit], bool(rolls.any()))
+    return SloshingResonance(tank, level[hit], period[hit], share[hit], bool(rolls.any()))
 
 
 def mode_period(breadth: np.ndarray, level: np.ndarray, gravity: float) -> np.ndarray:
@@ -167,7 +167,7 @@ def _share(seas: Sequence[Components], angle: float, period: float, near: float)
     return within / total
 
 
-def _levels(about: About, body: Body) -> Iterator[tuple[Tank, np.ndarray]]:
+def _levels(about: SceneContext, body: Body) -> Iterator[tuple[Tank, np.ndarray]]:
     """Levels (n,) of tanks with a free surface during the run. A tank that is pumped by events may
     become empty or full."""
     names = tank_names(about.scene)

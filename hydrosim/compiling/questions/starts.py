@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond
+from hydrosim.compiling.questions.doubt import Query, SceneContext, text_beyond
 from hydrosim.compiling.questions.extents import extents
 from hydrosim.forces.contact.fender import Contact
 from hydrosim.forces.contact.normal import NormalCurve, PrescribedNormal
@@ -33,7 +33,7 @@ MAX_SLACK_RATIO = 5.0  # times the distance of its ends
 MAX_START_STRAIN = 0.05  # strain of a catenary
 
 
-def angles(about: About) -> Iterator[Doubt]:
+def angles(about: SceneContext) -> Iterator[Query]:
     """Ask about angles of more than a turn, degrees that were read as radians, and about angles in
     degrees that are round ones in radians."""
     for key, angle in _angles(about):
@@ -41,18 +41,18 @@ def angles(about: About) -> Iterator[Doubt]:
         if round_deg is not None:
             found = f"{np.degrees(angle):.6g} deg"
             usual = f"{np.degrees(angle):.6g} rad are {round_deg:g} deg"
-            yield Doubt(key, found, usual, "Is it in radians? Then give it without a unit.")
+            yield Query(key, found, usual, "Is it in radians? Then give it without a unit.")
         if abs(angle) > FULL_TURN_RAD:
             found = f"{angle:g} rad, which is {np.degrees(angle):.5g} deg"
             advice = f'A number is in radians; degrees are "{angle:g} deg".'
-            yield Doubt(key, found, "an angle is usually within one turn", advice)
-    for _, body, _ in about.wet():
+            yield Query(key, found, "an angle is usually within one turn", advice)
+    for _, body, _ in about.floating_bodies():
         for name, angle in zip(("roll", "pitch"), body.position[3:5], strict=True):
             if TILT < abs(angle) <= FULL_TURN_RAD:
                 tilt = text_beyond(np.degrees(angle), np.copysign(np.degrees(TILT), angle))
                 found = f"a {name} of {tilt} deg"
                 usual = "usual is less than 30 deg, because hydrostatics are linear"
-                yield Doubt(f"bodies.{body.name}.initial.position", found, usual)
+                yield Query(f"bodies.{body.name}.initial.position", found, usual)
 
 
 def _round_angle(angle: float) -> float | None:
@@ -66,7 +66,7 @@ def _round_angle(angle: float) -> float | None:
     return float(np.copysign(ROUND_DEG[nearest], angle)) if errors[nearest] < ROUND_RTOL else None
 
 
-def _angles(about: About) -> Iterator[tuple[str, float]]:
+def _angles(about: SceneContext) -> Iterator[tuple[str, float]]:
     """All angles of a scene with their keys."""
     environment = about.scene.environment
     for body in about.scene.bodies:
@@ -86,22 +86,22 @@ def _angles(about: About) -> Iterator[tuple[str, float]]:
                 yield f"joints.{name}", acting.neutral
 
 
-def speed(about: About) -> Iterator[Doubt]:
+def speed(about: SceneContext) -> Iterator[Query]:
     """Ask about speeds that no body has."""
     for body in about.scene.bodies:
         fastest = max(map(abs, body.velocity[:3]))
         if fastest > FASTEST:
             key, usual = f"bodies.{body.name}.initial.velocity", f"usual is up to {FASTEST:g} m/s"
-            yield Doubt(key, f"{fastest:g} m/s", usual)
+            yield Query(key, f"{fastest:g} m/s", usual)
     for branch in arrangement(about.scene).branches:
         b = about.index[branch.child]
         fastest = float(np.linalg.norm(about.motion.velocity[6 * b : 6 * b + 3]))
         if fastest > FASTEST and any(each.velocity for each in branch.joint.resistances):
             found = f"a rate that moves {branch.child} at {text_beyond(fastest, FASTEST)} m/s"
-            yield Doubt(f"joints.{branch.name}", found, f"usual is up to {FASTEST:g} m/s")
+            yield Query(f"joints.{branch.name}", found, f"usual is up to {FASTEST:g} m/s")
 
 
-def overlap(about: About) -> Iterator[Doubt]:
+def overlap(about: SceneContext) -> Iterator[Query]:
     """Ask about fender points deep behind their planes, and joints far beyond their stops, at the
     start."""
     yield from _pressed_stops(about)
@@ -113,10 +113,10 @@ def overlap(about: About) -> Iterator[Doubt]:
             )
             usual = f"usual is a gap, or a compression of up to {MAX_START_COMPRESSION_M:g} m"
             advice = "Check points (body frame, from the centre of gravity) and plane.point."
-            yield Doubt(f"forces.{name}", found, usual, advice)
+            yield Query(f"forces.{name}", found, usual, advice)
 
 
-def _pressed_stops(about: About) -> Iterator[Doubt]:
+def _pressed_stops(about: SceneContext) -> Iterator[Query]:
     bodies = about.model.bodies
     n = bodies.active.size
     places = iter(about.state.y[n - bodies.tree.coordinates : n])
@@ -131,7 +131,7 @@ def _pressed_stops(about: About) -> Iterator[Doubt]:
             if beyond > min(limit, MAX_STOP_OVERRUN_FRACTION * (stops.highest - stops.lowest)):
                 size = _size(motion.kind)
                 found = f"that {name} starts {size(beyond)} beyond a stop, at {size(x)}"
-                yield Doubt(f"joints.{name}", found, "usual is a start between the stops")
+                yield Query(f"joints.{name}", found, "usual is a start between the stops")
 
 
 def _size(kind: MotionKind) -> Callable[[float], str]:
@@ -143,7 +143,7 @@ def _degrees(angle: float) -> str:
     return f"{np.degrees(angle):.3g} deg"
 
 
-def plane(about: About) -> Iterator[Doubt]:
+def plane(about: SceneContext) -> Iterator[Query]:
     """Ask about planes with their body on the wrong side."""
     for name, fender, deep in _fenders(about):
         here = about.centre(about.index[fender.body])
@@ -154,10 +154,10 @@ def plane(about: About) -> Iterator[Doubt]:
             )
             usual = f"usual is a normal that points to the side of {fender.body}"
             advice = "Is plane.normal reversed? It points to the free side."
-            yield Doubt(f"forces.{name}.plane", found, usual, advice)
+            yield Query(f"forces.{name}.plane", found, usual, advice)
 
 
-def fall(about: About) -> Iterator[Doubt]:
+def fall(about: SceneContext) -> Iterator[Query]:
     """Ask about dry bodies that fall by metres before a contact carries them, and about hulls that
     start far above or below their draught."""
     yield from _off_draught(about)
@@ -173,7 +173,7 @@ def fall(about: About) -> Iterator[Doubt]:
         falls = body.weight == Weight.CARRIED and "heave" in body.dofs and not jointed
         gap = -deepest.get(body.name, 0.0)
         if falls and body.name not in held | {*about.facts.databases} and gap > DROP:
-            yield Doubt(
+            yield Query(
                 f"bodies.{body.name}.initial.position",
                 f"a gap of {_metres(gap)} between {body.name} and all contacts that can carry it",
                 f"usual is up to {DROP:g} m",
@@ -182,7 +182,7 @@ def fall(about: About) -> Iterator[Doubt]:
             )
 
 
-def _off_draught(about: About) -> Iterator[Doubt]:
+def _off_draught(about: SceneContext) -> Iterator[Query]:
     """Ask about hulls with linear hydrostatics that start out of the water, or as deep again."""
     for _, body, db in about.afloat():
         size = extents(body, db) if body.hydrostatics is None else None
@@ -190,7 +190,7 @@ def _off_draught(about: About) -> Iterator[Doubt]:
         if size is not None and heave > size.draught and about.scene.initial is None:
             found = f"a heave of {text_beyond(heave, size.draught)} m at the start"
             usual = f"usual is less than the draught of about {size.draught:.3g} m"
-            yield Doubt(f"bodies.{body.name}.initial.position", found, usual)
+            yield Query(f"bodies.{body.name}.initial.position", found, usual)
 
 
 def _touches(element: ForceElement) -> bool:
@@ -198,14 +198,14 @@ def _touches(element: ForceElement) -> bool:
     return isinstance(element, Contact) and not isinstance(element.normal, PrescribedNormal)
 
 
-def lines(about: About) -> Iterator[Doubt]:
+def lines(about: SceneContext) -> Iterator[Query]:
     """Ask about lines that are far too short, and struts of another length."""
     yield from _springs(about)
     yield from _catenaries(about)
     yield from _struts(about)
 
 
-def _springs(about: About) -> Iterator[Doubt]:
+def _springs(about: SceneContext) -> Iterator[Query]:
     springs = {name: of for name, of in about.scene.forces.items() if isinstance(of, Spring)}
     p = about.model.elements.springs
     for (name, line), row in zip(springs.items(), p.lines, strict=True):
@@ -214,17 +214,17 @@ def _springs(about: About) -> Iterator[Doubt]:
         apart = length + longer
         if length > MAX_SLACK_RATIO * apart > 0.0 and line.tension[0] == 0.0:
             found = f"{length:g} m, while its ends are {apart:.3g} m apart at the start"
-            yield Doubt(
+            yield Query(
                 f"forces.{name}.length", found, f"usual is up to {MAX_SLACK_RATIO:g} times that"
             )
         if longer > max(STRETCHED * length, float(line.extension[-1])):
             found = f"{length:g} m, while its ends are {longer:.3g} m further apart at the start"
-            yield Doubt(
+            yield Query(
                 f"forces.{name}.length", found, f"usual is up to {STRETCHED:.0%} of its length"
             )
 
 
-def _catenaries(about: About) -> Iterator[Doubt]:
+def _catenaries(about: SceneContext) -> Iterator[Query]:
     """Ask about strain, a line without horizontal pull, and a body afloat that hangs from its
     anchor. Lines in air, to a crane, a quay or a fixed topside, are usual."""
     afloat = {body.name for body in about.scene.bodies if body.hydrodynamics is not None}
@@ -233,24 +233,24 @@ def _catenaries(about: About) -> Iterator[Doubt]:
     time = about.end - about.scene.duration
     every = lines_now(model, about.scene, time, state.y, state.modes, model.bodies, about.motion)
     acting = [*every]
-    for name in _parted(about, {line.name for line in acting}):
+    for name in _parted_catenaries(about, {line.name for line in acting}):
         found = "a tension above it at the start, so that the line parts at once"
-        yield Doubt(f"forces.{name}.breaks_at", found, "a line usually holds at the start")
+        yield Query(f"forces.{name}.breaks_at", found, "a line usually holds at the start")
     for line in acting:
         key = f"forces.{line.name}"
         if line.strain > MAX_START_STRAIN:
             strain = text_beyond(line.strain, MAX_START_STRAIN, ".1%")
             found = f"{line.length:g} m, stretched by {strain} at the start"
-            yield Doubt(f"{key}.segments", found, f"usual is up to {MAX_START_STRAIN:.0%}")
+            yield Query(f"{key}.segments", found, f"usual is up to {MAX_START_STRAIN:.0%}")
         if line.pull.H == 0.0 and line.ends.x > 0.0:
             found = f"{line.length:g} m, slack at the start: no horizontal pull"
-            yield Doubt(f"{key}.segments", found, "a moored body is held by its lines")
+            yield Query(f"{key}.segments", found, "a moored body is held by its lines")
         anchor = line.ends.anchor
         moored = about.scene.forces[line.name]
         earth = not any(body for _, body in moored.connected_bodies())
         hangs = line.ends.z < 0.0 and moored.body in afloat and earth
         if anchor > 0.0 and hangs:
-            yield Doubt(
+            yield Query(
                 f"{key}.anchor",
                 f"{_metres(anchor)} above the still water, and above the fairlead",
                 "an anchor is usually below both",
@@ -258,7 +258,7 @@ def _catenaries(about: About) -> Iterator[Doubt]:
             )
 
 
-def _parted(about: About, acting: set[str]) -> Iterator[str]:
+def _parted_catenaries(about: SceneContext, acting: set[str]) -> Iterator[str]:
     """Catenaries that do not act, because their own tension at the start ends their action."""
     for name, element in about.scene.forces.items():
         until = element.active.until if element.active else None
@@ -268,7 +268,7 @@ def _parted(about: About, acting: set[str]) -> Iterator[str]:
             yield name
 
 
-def _struts(about: About) -> Iterator[Doubt]:
+def _struts(about: SceneContext) -> Iterator[Query]:
     named = about.model.elements.links.links
     links = [(name, of) for name, of in about.scene.forces.items() if isinstance(of, Link)]
     for (name, strut), row in zip(links, named, strict=True):
@@ -278,12 +278,12 @@ def _struts(about: About) -> Iterator[Doubt]:
         if abs(offset) > max(STRETCHED * row["neutral"], float(np.abs(strut.offset).max())):
             longer = "longer" if offset > 0.0 else "shorter"
             found = f"{row['neutral']:g} m, while it is {abs(offset):.3g} m {longer} at the start"
-            yield Doubt(
+            yield Query(
                 f"forces.{name}.length", found, f"usual is up to {STRETCHED:.0%} of its length"
             )
 
 
-def _fenders(about: About) -> Iterator[tuple[str, Contact, np.ndarray]]:
+def _fenders(about: SceneContext) -> Iterator[tuple[str, Contact, np.ndarray]]:
     """Fenders with the compressions (n,) of their points at the start."""
     for name, fender in about.scene.forces.items():
         if isinstance(fender, Contact):
@@ -299,7 +299,7 @@ def _metres(length: float) -> str:
     return f"{length:.1f} m" if 0.1 <= length < 100.0 else f"{length:.3g} m"
 
 
-def _inside(about: About, plane: Plane, place: np.ndarray) -> float:
+def _inside(about: SceneContext, plane: Plane, place: np.ndarray) -> float:
     """Distance of a ``place`` behind a plane [m]."""
     normal, point = np.array(plane.normal, float), np.array(plane.point, float)
     if plane.body is not None:
@@ -308,6 +308,6 @@ def _inside(about: About, plane: Plane, place: np.ndarray) -> float:
     return float(normal @ (point - place) / np.linalg.norm(normal))
 
 
-def _place(about: About, b: int, point: np.ndarray) -> np.ndarray:
+def _place(about: SceneContext, b: int, point: np.ndarray) -> np.ndarray:
     """Position of a point of a body at the start."""
     return about.centre(b) + about.motion.rotation[b] @ point

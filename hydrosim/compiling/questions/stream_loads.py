@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hydrosim.compiling.questions.doubt import About, Doubt, text_outside
+from hydrosim.compiling.questions.doubt import Query, SceneContext, text_outside
 from hydrosim.compiling.questions.extents import Extents, extents
 from hydrosim.forces.stream_load import CurrentLoad, StreamLoad, WindLoad
 
@@ -19,14 +19,14 @@ SAME_DRAUGHT = 3.0  # ratio
 MAX_OPPOSING_FRACTION = 0.1  # part of the forces
 
 
-def coefficients(about: About) -> Iterator[Doubt]:
+def coefficients(about: SceneContext) -> Iterator[Query]:
     """Ask about coefficients of wind and current that are not those of a hull of this size, that
     drive a body against the stream, and about a draught for the current that the hull has not."""
-    sizes = {body.name: extents(body, db) for _, body, db in about.wet()}
+    sizes = {body.name: extents(body, db) for _, body, db in about.floating_bodies()}
     density = about.scene.environment.water_density
     for name, of in about.scene.forces.items():
         if isinstance(of, StreamLoad):
-            yield from _reversed(name, of)
+            yield from _reversed_tables(name, of)
         size = sizes.get(of.body)
         if size is not None and isinstance(of, CurrentLoad):
             area = 2.0 * float(size.half.max()) * size.draught
@@ -34,13 +34,13 @@ def coefficients(about: About) -> Iterator[Doubt]:
         elif size is not None and isinstance(of, WindLoad):
             area = 4.0 * float(np.prod(size.half))
             yield from _unlikely_size(name, of, 0.5 * AIR * area, WIND_DRAG)
-    for _, body, _ in about.wet():
+    for _, body, _ in about.floating_bodies():
         yield from _other_draught(body.name, body.draught, sizes[body.name])
 
 
 def _unlikely_size(
     name: str, of: StreamLoad, reference: float, limits: tuple[float, float]
-) -> Iterator[Doubt]:
+) -> Iterator[Query]:
     """Ask about coefficients whose largest force is far from a ``reference`` force [N s^2/m^2]."""
     low, high = limits
     for key, force in (("surge", of.surge), ("sway", of.sway)):
@@ -53,10 +53,10 @@ def _unlikely_size(
                 f" {of.body}"
             )
             usual = f"usual is {low:g} to {high:g}"
-            yield Doubt(f"forces.{name}.{key}", found, usual, "Is it in kN?")
+            yield Query(f"forces.{name}.{key}", found, usual, "Is it in kN?")
 
 
-def _reversed(name: str, of: StreamLoad) -> Iterator[Doubt]:
+def _reversed_tables(name: str, of: StreamLoad) -> Iterator[Query]:
     """Ask about a table whose forces are against the stream in the sum over its headings."""
     for key, force, component in (
         ("surge", of.surge, np.cos(of.headings)),
@@ -66,14 +66,14 @@ def _reversed(name: str, of: StreamLoad) -> Iterator[Doubt]:
             found = "forces against the stream"
             usual = "usual are forces along it: surge above 0 at 0 deg, sway above 0 at 90 deg"
             advice = "headings are those that the stream goes to, relative to the body."
-            yield Doubt(f"forces.{name}.{key}", found, usual, advice)
+            yield Query(f"forces.{name}.{key}", found, usual, advice)
 
 
-def _other_draught(body: str, draught: float | None, size: Extents | None) -> Iterator[Doubt]:
+def _other_draught(body: str, draught: float | None, size: Extents | None) -> Iterator[Query]:
     if draught is None or size is None:
         return
     ratio = draught / size.draught
     if not 1.0 / SAME_DRAUGHT <= ratio <= SAME_DRAUGHT:
         found = f"{draught:.3g} m"
         usual = f"the hull of its database has about {size.draught:.3g} m"
-        yield Doubt(f"bodies.{body}.draught", found, usual)
+        yield Query(f"bodies.{body}.draught", found, usual)

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond, text_outside
+from hydrosim.compiling.questions.doubt import Query, SceneContext, text_beyond, text_outside
 from hydrosim.compiling.questions.seas import crossing_period, height_of, peak_period
 from hydrosim.scene import Jonswap, Tma
 
@@ -37,24 +37,24 @@ MOST_STEPS = 1e9  # of a run: about an hour
 MIN_STEPS_PER_PERIOD = 10.0  # fewest steps of a method in a period of the waves
 
 
-def water(about: About) -> Iterator[Doubt]:
+def water(about: SceneContext) -> Iterator[Query]:
     """Ask about density and gravity of another liquid or planet."""
     environment = about.scene.environment
     (low, high) = DENSITIES
-    if not any(about.wet()):
+    if not any(about.floating_bodies()):
         return
     if not low <= environment.water_density <= high:
         found = f"{environment.water_density:g} kg/m^3"
         usual = f"usual is {low:g} to {high:g}"
-        yield Doubt("environment.water_density", found, usual)
+        yield Query("environment.water_density", found, usual)
     low, high = GRAVITIES
     if not low <= environment.gravity <= high:
         found = f"{environment.gravity:g} m/s^2"
         usual = f"usual is {low:g} to {high:g}"
-        yield Doubt("environment.gravity", found, usual)
+        yield Query("environment.gravity", found, usual)
 
 
-def streams(about: About) -> Iterator[Doubt]:
+def streams(about: SceneContext) -> Iterator[Query]:
     """Ask about currents as fast as wind, winds beyond any storm, and streams that load no
     element."""
     environment = about.scene.environment
@@ -68,9 +68,9 @@ def streams(about: About) -> Iterator[Doubt]:
         if stream.speed > limit:
             usual = f"usual is up to {limit:g} m/s"
             advice = "Is it in knots?"
-            yield Doubt(f"environment.{name}.speed", f"{stream.speed:g} m/s", usual, advice)
+            yield Query(f"environment.{name}.speed", f"{stream.speed:g} m/s", usual, advice)
         if stream.speed > 0.0 and name not in felt:
-            yield Doubt(
+            yield Query(
                 f"environment.{name}",
                 f"{stream.speed:g} m/s and no force element that it loads",
                 FEELERS[name],
@@ -78,7 +78,7 @@ def streams(about: About) -> Iterator[Doubt]:
             )
 
 
-def waves(about: About) -> Iterator[Doubt]:
+def waves(about: SceneContext) -> Iterator[Query]:
     """Ask about seas that are higher, shorter, longer or more regular than real seas."""
     yield from _peaks(about)
     for sea in about.sea:
@@ -86,22 +86,22 @@ def waves(about: About) -> Iterator[Doubt]:
         peak = peak_period(sea)
         if height > HIGHEST:
             usual = f"usual is up to {HIGHEST:g} m"
-            yield Doubt("environment.waves", f"a height of {text_beyond(height, HIGHEST)} m", usual)
+            yield Query("environment.waves", f"a height of {text_beyond(height, HIGHEST)} m", usual)
         if not PERIODS[0] <= peak <= PERIODS[1]:
             usual = f"usual is {PERIODS[0]:g} to {PERIODS[1]:g} s"
             found = f"a period of {text_outside(peak, *PERIODS)} s"
-            yield Doubt("environment.waves", found, usual)
+            yield Query("environment.waves", found, usual)
 
 
-def _peaks(about: About) -> Iterator[Doubt]:
+def _peaks(about: SceneContext) -> Iterator[Query]:
     """Ask about spectra with a peak that no wind sea or swell has."""
     for train in about.scene.environment.waves:
         if isinstance(train.spectrum, Jonswap | Tma) and train.spectrum.peak_enhancement > SHARPEST:
             found = f"{text_beyond(train.spectrum.peak_enhancement, SHARPEST)}"
-            yield Doubt("environment.waves.peak_enhancement", found, "usual is 1 to 7")
+            yield Query("environment.waves.peak_enhancement", found, "usual is 1 to 7")
 
 
-def steepness(about: About) -> Iterator[Doubt]:
+def steepness(about: SceneContext) -> Iterator[Query]:
     """Ask about waves that would have broken."""
     environment = about.scene.environment
     for sea in about.sea:
@@ -120,23 +120,23 @@ def steepness(about: About) -> Iterator[Doubt]:
             steepness_text = text_beyond(steep, limit, ".2g")
             found = f"{what} at a mean period of {period:.3g} s, a steepness of {steepness_text}"
             usual = f"waves break above {limit:.2g}"
-            yield Doubt(
+            yield Query(
                 "environment.waves", found, usual, "Linear waves do not describe such a sea."
             )
 
 
-def ramp(about: About) -> Iterator[Doubt]:
+def ramp(about: SceneContext) -> Iterator[Query]:
     """Ask about ramps that last longer than the run."""
     for sea in about.sea:
         if sea.ramp > about.end:
             found = f"{sea.ramp:g} s"
             usual = f"usual is a ramp within the run, which ends at {about.end:g} s"
-            yield Doubt(
+            yield Query(
                 "environment.waves.ramp", found, usual, "The sea never reaches its full height."
             )
 
 
-def step(about: About) -> Iterator[Doubt]:
+def step(about: SceneContext) -> Iterator[Query]:
     """Ask about steps that are too large for the waves, or so small that a run takes hours."""
     solver = about.scene.solver
     duration = about.scene.duration
@@ -144,15 +144,15 @@ def step(about: About) -> Iterator[Doubt]:
     if not free and duration > MOST_STEPS * solver.step:
         found = f"{solver.step:g} s, {duration / solver.step:.1e} steps of {duration:g} s"
         usual = f"usual is up to {MOST_STEPS:g} steps, which may take an hour"
-        yield Doubt("solver.step", found, usual, refused=True)
+        yield Query("solver.step", found, usual, refused=True)
     for sea in about.sea:
         period = peak_period(sea)
         if about.scene.output_step > period / 2.0:
             usual = f"usual is far below the waves' period, {period:.3g} s"
             advice = "Records and their statistics miss the motion in waves."
-            yield Doubt("output.step", f"{about.scene.output_step:g} s", usual, advice)
+            yield Query("output.step", f"{about.scene.output_step:g} s", usual, advice)
     for sea in () if free else about.sea:
         period = peak_period(sea)
         if solver.step > period / MIN_STEPS_PER_PERIOD:
             usual = f"usual is up to a tenth of the waves' period, {period:.3g} s"
-            yield Doubt("solver.step", f"{solver.step:g} s", usual)
+            yield Query("solver.step", f"{solver.step:g} s", usual)

@@ -28,7 +28,7 @@ def read_panels(path: Path, keys: MeshKeys) -> Panels:
     """Panels (n, 4, 3) below the waterline, with normals into the water, from a file in any format
     of Capytaine or meshio. The ``keys`` place the hull. Raises `InputError` if it is no closed
     hull."""
-    panels = keys.placed(_read(path))
+    panels = keys.to_database_frame(_read(path))
     if not (panels[..., 2] < 0).any():
         lowest = panels[..., 2].min() + keys.waterline
         raise InputError(

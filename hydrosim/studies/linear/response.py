@@ -42,7 +42,7 @@ from hydrosim.waves.dispersion import wavenumber
 from hydrosim.waves.places import met_by_waves
 
 if TYPE_CHECKING:
-    from hydrosim.compiling.wet import WetGroup
+    from hydrosim.compiling.wet import HydrodynamicGroup
     from hydrosim.stepping.dynamics import Model
     from hydrosim.stepping.state import State
     from hydrosim.waves.body import WaveBody
@@ -66,7 +66,7 @@ class Responder:
     map: np.ndarray
     displacements: np.ndarray
     added_mass_infinite: np.ndarray
-    databases: Sequence[WetGroup] = ()
+    databases: Sequence[HydrodynamicGroup] = ()
     wind_heights: Sequence[float] = ()
     wind_loads: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
 

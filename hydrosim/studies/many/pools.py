@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Protocol
 
 import xarray as xr
 
-from hydrosim.compiling.calm import in_waves
-from hydrosim.documents.places import locating
+from hydrosim.compiling.calm import add_waves
+from hydrosim.documents.places import source_context
 from hydrosim.errors import HydrosimError, InputError
 from hydrosim.results.runs_file import COMPLETE, NOT_RUN
 from hydrosim.studies.many.outcome import PER_RUN_ATTRIBUTES, RunOutcome
@@ -47,8 +47,8 @@ def outcome_of(work: RunTask | Exception, digest: Digest, stop: Stop) -> RunOutc
     if stop.is_set():
         return RunOutcome(NOT_RUN)
     try:
-        with locating(work.scene.places):
-            compiled = in_waves(work.calm, work.scene, work.sea)
+        with source_context(work.scene.places):
+            compiled = add_waves(work.calm, work.scene, work.sea)
         run = run_compiled(compiled, watch, estimates=work.estimates, repeats=False)
     except KeyboardInterrupt:
         return RunOutcome("interrupted")

@@ -11,13 +11,13 @@ import numpy as np
 
 from hydrosim.compiling.calm import compile_calm
 from hydrosim.compiling.compile import planar
-from hydrosim.compiling.databases import Source, opened
+from hydrosim.compiling.databases import Source, open_database
 from hydrosim.compiling.families import all_groups
 from hydrosim.compiling.refusals import check_scene
-from hydrosim.compiling.restart import before, opened_start
+from hydrosim.compiling.restart import memory_before, opened_start
 from hydrosim.compiling.symmetry import wave_asymmetries
 from hydrosim.database.database import HydroDatabase
-from hydrosim.documents.places import locating
+from hydrosim.documents.places import source_context
 from hydrosim.scene import Body, Coefficients, Family, Scene, Start
 from hydrosim.studies.many.alike import scenes_equal
 from hydrosim.studies.many.work import RunTask
@@ -26,7 +26,7 @@ from hydrosim.waves.components import Components, sea
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
-    from hydrosim.compiling.wet import WetGroup
+    from hydrosim.compiling.wet import HydrodynamicGroup
 
 
 class SceneCache:
@@ -37,7 +37,7 @@ class SceneCache:
         self._databases: dict[Source, HydroDatabase] = {}
         self._start: tuple[Start, Start] | None = None
         self._calm: Scene | None = None
-        self._wet: tuple[WetGroup, ...] = ()
+        self._wet: tuple[HydrodynamicGroup, ...] = ()
         self._made: tuple[list[str], Compiled | Exception] | None = None
         self._known: dict[bytes, list[str]] = {}
 
@@ -52,7 +52,7 @@ class SceneCache:
             self._made = None
             self._known.clear()
         try:
-            with locating(scene.places):
+            with source_context(scene.places):
                 check_scene(scene)
                 scene = self.open_sources(scene)
                 drawn = sea(scene.environment)
@@ -72,7 +72,7 @@ class SceneCache:
     def _compile_without_waves(self, scene: Scene, drawn: Sequence[Components]) -> Compiled:
         """A scene in calm water, in the plane of symmetry that its sea leaves. What is wrong with
         it is found once for all of its seeds."""
-        self._wet = self._wet or tuple(all_groups(scene, drawn, before(scene)))
+        self._wet = self._wet or tuple(all_groups(scene, drawn, memory_before(scene)))
         asymmetries = self._find_asymmetries(scene, drawn)
         if self._made is None or self._made[0] != asymmetries:
             self._made = asymmetries, self._try_compiling(scene, drawn)
@@ -119,5 +119,5 @@ class SceneCache:
 
     def _open_database(self, source: Source) -> HydroDatabase:
         if source not in self._databases:
-            self._databases[source] = opened(source)
+            self._databases[source] = open_database(source)
         return self._databases[source]

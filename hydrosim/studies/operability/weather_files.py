@@ -20,7 +20,7 @@ from hydrosim.documents.series import NETCDF
 from hydrosim.documents.text import (
     EPOCH,
     Source,
-    Table,
+    TextTable,
     name_and_unit,
     parse,
     readable_unit,
@@ -122,7 +122,7 @@ def _read_text(source: Source) -> Hindcast:
     return Hindcast(time - time[0], date, height, period, columns[3])
 
 
-def _column(source: Source, table: Table, what: str) -> np.ndarray | None:
+def _column(source: Source, table: TextTable, what: str) -> np.ndarray | None:
     """A column in the program's unit, None if the table has none of its names."""
     for k, name in enumerate(table.names):
         bare, unit = name_and_unit(name)
@@ -134,7 +134,7 @@ def _column(source: Source, table: Table, what: str) -> np.ndarray | None:
     return None
 
 
-def _scale(source: Source, table: Table, k: int, what: str) -> float:
+def _scale(source: Source, table: TextTable, k: int, what: str) -> float:
     """From the unit of a column, if the file says one, to the program's."""
     name = table.names[k]
     try:

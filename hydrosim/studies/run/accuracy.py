@@ -12,7 +12,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from hydrosim.compiling.automatic import MIN_TOLERANCE
-from hydrosim.compiling.calm import compile_calm, in_waves
+from hydrosim.compiling.calm import add_waves, compile_calm
 from hydrosim.radiation.threads import one_thread
 from hydrosim.scene import Tolerance
 from hydrosim.stepping.state import EVALUATIONS
@@ -83,5 +83,5 @@ def with_tighter_steps(compiled: Compiled, factor: float) -> Compiled | None:
     if not compiled.model.following.slow.any():
         return replace(compiled, scene=scene)
     # rows of waves that follow slow paths are as fine as the tolerance
-    made = in_waves(compile_calm(scene, compiled.wet), scene, compiled.sea)
+    made = add_waves(compile_calm(scene, compiled.wet), scene, compiled.sea)
     return replace(compiled, scene=made.scene, facts=made.facts, state=made.state)

@@ -14,7 +14,7 @@ import numpy as np
 
 from hydrosim.compiling.hydrostatics.liquids import cut_shape
 from hydrosim.compiling.questions.elements import SOFTEST
-from hydrosim.compiling.wet import WetGroup
+from hydrosim.compiling.wet import HydrodynamicGroup
 from hydrosim.dofs import loads_about_z
 from hydrosim.forces.contact.fender import Contact
 from hydrosim.forces.contact.landing import Landing
@@ -186,7 +186,7 @@ def _wave_position_warnings(compiled: Compiled, run: xr.Dataset, sea: SampledSea
     scene = compiled.scene
     alone = compiled.facts.databases
     for body in scene.bodies:
-        if body.name in alone and body.wave_forces.any:
+        if body.name in alone and body.wave_forces.has_loads:
             chosen = compiled.facts.met[body.name]
             slow = _slow_motion(run, body.name, sea)
             if body.wave_forces.first_order and chosen.position == Place.MEAN:
@@ -349,7 +349,7 @@ def _sample_sea(seas: Sequence[Components]) -> SampledSea:
     return SampledSea(omega[chosen], heading[chosen], k[chosen])
 
 
-def _draught_warnings(group: WetGroup, run: xr.Dataset) -> Iterator[str]:
+def _draught_warnings(group: HydrodynamicGroup, run: xr.Dataset) -> Iterator[str]:
     """Warn of a body whose slow draught left the range of its family of databases."""
     if not group.members:
         return
@@ -366,7 +366,7 @@ def _draught_warnings(group: WetGroup, run: xr.Dataset) -> Iterator[str]:
         )
 
 
-def _coupling_warnings(group: WetGroup, run: xr.Dataset) -> Iterator[str]:
+def _coupling_warnings(group: HydrodynamicGroup, run: xr.Dataset) -> Iterator[str]:
     """Warn of bodies of one database that moved from the positions for which it was computed."""
     names = run.variables["body"].values.tolist()
     indices = [names.index(name) for name in group.names]

@@ -124,7 +124,7 @@ def resume_functions(compiled: Compiled) -> Compiled:
         f" case from Python with forces={{'{name}': hydrosim.External(...)}} to go on with it."
         for name in missing
     ]
-    return replace(compiled, notes=compiled.notes.warned(texts))
+    return replace(compiled, notes=compiled.notes.with_warnings(texts))
 
 
 def repeatability_warnings(compiled: Compiled, run: Run) -> Iterator[str]:

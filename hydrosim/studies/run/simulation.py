@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from hydrosim.case import load_case
 from hydrosim.compiling.compile import compile_scene
 from hydrosim.compiling.compiled import Compiled
-from hydrosim.documents.places import locating
+from hydrosim.documents.places import source_context
 from hydrosim.errors import InputError
 from hydrosim.forces import externals_of, function_errors, with_own_functions
 from hydrosim.linear.propagate import propagate
@@ -73,7 +73,7 @@ def compiled_to_run(scene: Scene) -> Compiled:
     or if the function of an external force fails."""
     if externals_of(scene.forces):
         scene = replace(scene, forces=with_own_functions(scene.forces))
-    with locating(scene.places):
+    with source_context(scene.places):
         try:
             compiled = check_compiled(compile_scene(scene, in_plane=True))
         except Exception:

@@ -23,7 +23,7 @@ from hydrosim.waves.sea_state import sea_state
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
-    from hydrosim.compiling.questions.doubt import About
+    from hydrosim.compiling.questions.doubt import SceneContext
     from hydrosim.database.database import HydroDatabase
     from hydrosim.scene import Body, Scene
 
@@ -71,7 +71,7 @@ def describe_floating(own: Compiled) -> Iterator[Node]:
 
 
 def _floating_row(
-    about: About, body: Body, db: HydroDatabase, heading: float, R: np.ndarray
+    about: SceneContext, body: Body, db: HydroDatabase, heading: float, R: np.ndarray
 ) -> list[Cell]:
     gravity = about.scene.environment.gravity
     size = extents(body, db)
@@ -149,7 +149,7 @@ def describe_lines(own: Compiled) -> Iterator[Table]:
     yield Table(head, rows, "Loads of lines")
 
 
-def _line_heights(about: About, line: Tie) -> list[Cell]:
+def _line_heights(about: SceneContext, line: Tie) -> list[Cell]:
     """Heights of the fairlead of a mooring line above the water, and of its anchor above the bed;
     empty for other lines."""
     if not isinstance(line, Catenary) or line.anchor_body is not None:

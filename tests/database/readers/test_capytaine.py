@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import xarray
 
-from hydrosim.compiling.databases import opened
+from hydrosim.compiling.databases import open_database
 from hydrosim.database import HydroDatabase, all_headings, netcdf
 from hydrosim.database.changes import apply_changes
 from hydrosim.database.load import load, read
@@ -163,14 +163,14 @@ def test_frequencies_without_numbers_can_be_left_out(barge_set, barge, tmp_path,
     used = (float(omega[2]), float(omega[-1]))
     whole = apply_changes(read(stored(barge_set, tmp_path / "whole.nc")), Changes(frequencies=used))
     for db in (
-        opened(ChangedDatabase(path, Changes(frequencies=used))),
+        open_database(ChangedDatabase(path, Changes(frequencies=used))),
         apply_changes(read(path, Given(frequencies=used)), Changes(frequencies=used)),
     ):
         assert db.checksum == whole.checksum
     with pytest.raises(InputError, match=range_said):
-        opened(ChangedDatabase(path, Changes(frequencies=(float(omega[1]), used[1]))))
+        open_database(ChangedDatabase(path, Changes(frequencies=(float(omega[1]), used[1]))))
     with pytest.raises(InputError):
-        opened(ChangedDatabase(path, Changes(frequencies=(1e-9, 2e-9))))
+        open_database(ChangedDatabase(path, Changes(frequencies=(1e-9, 2e-9))))
 
 
 def test_limits_of_frequency(barge, barge_set, tmp_path):
