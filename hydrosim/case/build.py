@@ -157,10 +157,10 @@ def _mass(
     if body.lightship is None:
         assert body.mass is not None
         return body.mass, body.centre_of_gravity or (0.0, 0.0, 0.0), _inertia(body, body.mass)
-    from hydrosim.tanks.loading import at_start, loaded  # slow to load
+    from hydrosim.tanks.loading import at_start, loaded_body  # slow to load
 
     own = body.lightship
-    found = loaded(own.mass, own.centre_of_gravity, _inertia(own, own.mass), at_start(tanks))
+    found = loaded_body(own.mass, own.centre_of_gravity, _inertia(own, own.mass), at_start(tanks))
     return found.mass, tuple(found.centre.tolist()), found.inertia
 
 

@@ -32,7 +32,7 @@ from hydrosim.scene.trees import arrangement
 from hydrosim.streams.gusts import gust_table
 from hydrosim.waves.body import WaveBody
 from hydrosim.waves.build import wave_loads_model
-from hydrosim.waves.components import Components, check_span
+from hydrosim.waves.components import WaveComponents, check_span
 from hydrosim.waves.following import following_model
 from hydrosim.waves.places import grid_step, steps_per_block
 from hydrosim.waves.synthesis import MISSED
@@ -79,7 +79,7 @@ def _odd_values(scene: Scene, facts: Facts) -> list[str]:
     return [f"A cause may be: {text}" for text in describe_doubts(about, ())]
 
 
-def add_waves(calm: Compiled, scene: Scene, sea: Sequence[Components]) -> Compiled:
+def add_waves(calm: Compiled, scene: Scene, sea: Sequence[WaveComponents]) -> Compiled:
     """Scene of `compile_calm` in the ``sea`` drawn from its waves, and in its gusts. ``scene`` may
     differ from the calm one in waves, seed of gusts, title and source. Raises InputError if a
     database does not fit the sea, or if sea or gusts are shorter than the run."""
@@ -146,7 +146,7 @@ def _as_locked(body: WaveBody, scene: Scene) -> WaveBody:
         at[:2] = 0.0
     if loads.headings != Place.MEAN or scene.solver.kinematics == Kinematics.LINEAR:
         at[5] = 0.0
-    return body.moved(at)
+    return body.moved_by(at)
 
 
 def wave_bodies(

@@ -19,7 +19,7 @@ from hydrosim.documents.places import source_context
 from hydrosim.radiation.state_space import TOLERANCE
 from hydrosim.radiation.threads import one_thread
 from hydrosim.scene import RadiationModel
-from hydrosim.waves.components import Components, sea
+from hydrosim.waves.components import WaveComponents, sea
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
@@ -49,7 +49,7 @@ def compile_scene(scene: Scene, in_plane: bool = False) -> Compiled:
         return add_waves(calm, calm.scene, drawn)
 
 
-def planar(calm: Compiled, seas: Sequence[Components]) -> Compiled:
+def planar(calm: Compiled, seas: Sequence[WaveComponents]) -> Compiled:
     """Scene in calm water without motions that are zero by symmetry, also in the ``seas`` drawn
     from its waves (`hydrosim.compiling.symmetry`). Other scenes are unchanged. Its notes give the
     reason."""
@@ -62,7 +62,7 @@ def planar(calm: Compiled, seas: Sequence[Components]) -> Compiled:
 
 @one_thread
 def compile_in_calm(
-    scene: Scene, states: float | None = None, seas: Sequence[Components] = ()
+    scene: Scene, states: float | None = None, seas: Sequence[WaveComponents] = ()
 ) -> Compiled:
     """Compile a scene without its waves; raises as `compile_scene` does. With ``states``, the
     tolerance of fits, state-space models replace all convolutions, which cannot be linearised.

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from hydrosim.scene import Scene
     from hydrosim.stepping.dynamics import Model
     from hydrosim.stepping.state import State
-    from hydrosim.waves.components import Components
+    from hydrosim.waves.components import WaveComponents
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +42,7 @@ class Compiled:
     wet: tuple[HydrodynamicGroup, ...]
     facts: Facts
     state: State
-    sea: tuple[Components, ...] = ()
+    sea: tuple[WaveComponents, ...] = ()
     notes: Notes = field(default_factory=Notes)
     whole: Compiled | None = None
     vibrations: tuple[Vibration, ...] = ()

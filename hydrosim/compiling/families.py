@@ -29,7 +29,7 @@ from hydrosim.waves.transfer import excitation_at, mean_drift_at
 if TYPE_CHECKING:
     from hydrosim.compiling.restart import MemoryBefore
     from hydrosim.database.database import HydroDatabase
-    from hydrosim.waves.components import Components
+    from hydrosim.waves.components import WaveComponents
 
 VOLUME, CENTRE = 0.02, 0.01
 """Largest difference between a database and the hull at its draught, relative to volume and
@@ -37,7 +37,7 @@ length."""
 
 
 def all_groups(
-    scene: Scene, seas: Sequence[Components], before: MemoryBefore
+    scene: Scene, seas: Sequence[WaveComponents], before: MemoryBefore
 ) -> list[HydrodynamicGroup]:
     """Hydrodynamics of all wet bodies; families have all their members. Raises InputError as
     `wet_groups` does, or if a family does not fit its hull or the scene."""
@@ -93,7 +93,7 @@ def _family(
     body: Body,
     family: Family,
     scene: Scene,
-    seas: Sequence[Components],
+    seas: Sequence[WaveComponents],
     before: MemoryBefore,
 ) -> HydrodynamicGroup:
     """Group of a body: its members, and their interpolation at the start as its database."""

@@ -10,9 +10,9 @@ import numpy as np
 from hydrosim.forces.stream_load import CurrentLoad
 from hydrosim.scene import Body, Place, Scene
 from hydrosim.waves.coarse import lost_between_headings
-from hydrosim.waves.components import Components
+from hydrosim.waves.components import WaveComponents
 from hydrosim.waves.forms import second_order_at_rest
-from hydrosim.waves.transfer import apart
+from hydrosim.waves.transfer import angle_between
 
 if TYPE_CHECKING:
     from hydrosim.compiling.facts import Facts
@@ -39,7 +39,7 @@ class Meeting(NamedTuple):
     second_at_rest: bool
 
 
-def meetings(scene: Scene, facts: Facts, seas: Sequence[Components]) -> Iterator[Meeting]:
+def meetings(scene: Scene, facts: Facts, seas: Sequence[WaveComponents]) -> Iterator[Meeting]:
     """Meeting of each body that waves load."""
     alone = facts.databases
     for body in scene.bodies if seas else ():
@@ -101,13 +101,13 @@ def _spacing(db: HydroDatabase) -> float:
     return 360.0 / db.heading.size
 
 
-def _is_between_headings(body: Body, seas: Sequence[Components], db: HydroDatabase) -> bool:
+def _is_between_headings(body: Body, seas: Sequence[WaveComponents], db: HydroDatabase) -> bool:
     """Whether waves meet the body at rest between the headings of its database."""
     energy = np.concatenate([waves.amplitude**2 for waves in seas])
     to = np.concatenate([waves.heading for waves in seas]) - body.heading
     off = np.full(to.size, np.inf)
     for heading in db.heading:  # one at a time, because seas of long runs have many waves
-        np.minimum(off, apart(to, heading), out=off)
+        np.minimum(off, angle_between(to, heading), out=off)
     return bool(energy[off > AT_NODE].sum() > MAX_ENERGY_BETWEEN_HEADINGS * energy.sum())
 
 

@@ -46,7 +46,7 @@ from hydrosim.scene import (
 from hydrosim.scene.trees import arrangement
 from hydrosim.stepping.names import dofs_of
 from hydrosim.waves import components, outside
-from hydrosim.waves.components import Components
+from hydrosim.waves.components import WaveComponents
 from hydrosim.waves.quadratic import separate_headings
 from hydrosim.waves.sea_state import SeaState, energy_outside_band, sea_state
 
@@ -57,7 +57,7 @@ if TYPE_CHECKING:
     from hydrosim.stepping.dynamics import Model
     from hydrosim.stepping.state import State
 
-Seas = Sequence[Components]
+Seas = Sequence[WaveComponents]
 # fraction of a sea's energy, or of its loads, outside a database's frequencies
 OUTSIDE_WARNED = 1e-3
 MIN_SPREADING_RAD = 1e-6

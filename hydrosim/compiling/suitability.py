@@ -24,7 +24,7 @@ from hydrosim.scene import Body, Environment, SecondOrder, Weight
 from hydrosim.scene.given import ORIGIN_ASSUMED, POINTS_UNKNOWN, key_of
 
 if TYPE_CHECKING:
-    from hydrosim.waves.components import Components
+    from hydrosim.waves.components import WaveComponents
 
 HARDLY = 0.01  # also the fraction of a sea's energy that a database may lack
 UNKNOWN_NAME = "?"
@@ -45,7 +45,7 @@ def suitable_database(
     bodies: Sequence[Body],
     free: np.ndarray,
     water: Environment,
-    seas: Sequence[Components],
+    seas: Sequence[WaveComponents],
 ) -> HydroDatabase:
     """Database with all data for ``bodies`` that move in the DOFs ``free``. Raises InputError with
     all faults and their remedies."""
@@ -61,7 +61,7 @@ def suitable_database(
 
 
 def database_warnings(
-    db: HydroDatabase, bodies: Sequence[Body], free: np.ndarray, seas: Sequence[Components]
+    db: HydroDatabase, bodies: Sequence[Body], free: np.ndarray, seas: Sequence[WaveComponents]
 ) -> tuple[str, ...]:
     """Warnings about the data that the ``bodies``, which move in the DOFs ``free``, use of their
     database as read, in the ``seas``. Raises InputError if such data cannot be right."""
@@ -72,7 +72,7 @@ def database_warnings(
 
 
 def _use(
-    db: HydroDatabase, bodies: Sequence[Body], free: np.ndarray, seas: Sequence[Components]
+    db: HydroDatabase, bodies: Sequence[Body], free: np.ndarray, seas: Sequence[WaveComponents]
 ) -> Use:
     parts = frozenset(part for body in bodies for part in _parts(body, bool(seas)))
     offset = db.reference_point - np.array([body.centre_of_gravity for body in bodies])
@@ -112,7 +112,7 @@ def _parts(body: Body, waves: bool) -> Iterator[CheckSubject]:
         yield CheckSubject.SUM
 
 
-def _highest(db: HydroDatabase, seas: Sequence[Components]) -> float:
+def _highest(db: HydroDatabase, seas: Sequence[WaveComponents]) -> float:
     """First frequency of the database above which the waves have almost no energy, or infinity.
     Seas that differ little have the same frequency, so they are checked once."""
     if not seas:

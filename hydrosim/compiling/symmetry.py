@@ -40,7 +40,7 @@ from hydrosim.scene.joint import JointMotion, MotionKind
 from hydrosim.scene.trees import tree_joints
 from hydrosim.stepping.names import Coordinate, coordinates
 from hydrosim.tanks.mirror import without_image as without_image_in
-from hydrosim.waves.components import Components
+from hydrosim.waves.components import WaveComponents
 from hydrosim.waves.quadratic import difference_factors, sum_factors
 from hydrosim.waves.transfer import excitation_at, mean_drift_at
 
@@ -56,7 +56,7 @@ GROWTH = 1e-4  # 1/s: slower growth is rounding, not instability
 ASIDE = MIRROR_SIGN < 0.0  # which of the six coordinates lead out of the plane
 
 
-def in_plane(calm: Compiled, sea: Sequence[Components]) -> tuple[Scene | None, Notes]:
+def in_plane(calm: Compiled, sea: Sequence[WaveComponents]) -> tuple[Scene | None, Notes]:
     """Scene without sway, roll and yaw if it is symmetric, also in the ``sea`` drawn from its
     waves, else None. The notes give the reason."""
     scene = calm.scene
@@ -78,7 +78,7 @@ def in_plane(calm: Compiled, sea: Sequence[Components]) -> tuple[Scene | None, N
 
 
 def wave_asymmetries(
-    scene: Scene, groups: Sequence[HydrodynamicGroup], sea: Sequence[Components]
+    scene: Scene, groups: Sequence[HydrodynamicGroup], sea: Sequence[WaveComponents]
 ) -> Iterator[str]:
     """Reasons why waves of the scene load its bodies out of their plane; empty if they do not."""
     alone = each_alone(groups)
@@ -133,7 +133,7 @@ def _load_differs(db: HydroDatabase, headings: np.ndarray) -> bool:
     return False
 
 
-def _asymmetries(calm: Compiled, sea: Sequence[Components]) -> Iterator[str]:
+def _asymmetries(calm: Compiled, sea: Sequence[WaveComponents]) -> Iterator[str]:
     """Parts of a scene that are not symmetric, without its state at the start."""
     scene = calm.scene
     y = _plane(scene.bodies[0])
@@ -216,13 +216,13 @@ def _wave_loads_aside(db: HydroDatabase, wanted: WaveForces, headings: np.ndarra
             yield from _load_aside("sum-frequency loads", found, db.qtf_sum, db)
 
 
-def _probe(frequency: np.ndarray, headings: np.ndarray) -> Components:
+def _probe(frequency: np.ndarray, headings: np.ndarray) -> WaveComponents:
     """Waves of unit height at all frequencies, in all headings."""
     omega = np.tile(frequency, headings.size)
     heading = np.repeat(headings, frequency.size)
     one = np.ones(omega.size)
     zero = np.zeros(omega.size)
-    return Components(omega, one, zero, zero, heading, 0.0, 0.0)
+    return WaveComponents(omega, one, zero, zero, heading, 0.0, 0.0)
 
 
 def _load_aside(

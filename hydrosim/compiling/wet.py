@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from hydrosim.database.database import HydroDatabase
     from hydrosim.radiation.retardation import Retardation
     from hydrosim.radiation.state_space import StateSpace
-    from hydrosim.waves.components import Components
+    from hydrosim.waves.components import WaveComponents
 
 Memory = AutomaticRadiation | StateSpaceRadiation | ConvolutionRadiation
 
@@ -90,7 +90,7 @@ class HydrodynamicGroup:
         """DOFs of the database that can move."""
         return moving(self.bodies)
 
-    def doubts(self, seas: Sequence[Components]) -> tuple[str, ...]:
+    def doubts(self, seas: Sequence[WaveComponents]) -> tuple[str, ...]:
         """Warnings from the checks of the database. Only data count that the scene uses in its
         ``seas``, one for each wave train. Raises InputError if a check refuses such data."""
         each = self.members or (self,)
@@ -187,7 +187,7 @@ class HydrodynamicGroup:
 
 
 def wet_groups(
-    scene: Scene, seas: Sequence[Components], before: MemoryBefore
+    scene: Scene, seas: Sequence[WaveComponents], before: MemoryBefore
 ) -> list[HydrodynamicGroup]:
     """Hydrodynamics of all wet bodies without families of databases. A database of several bodies
     occurs once for all of them.
@@ -199,7 +199,7 @@ def wet_groups(
 
 
 def group_of(
-    group: DatabaseGroup, scene: Scene, seas: Sequence[Components], before: MemoryBefore
+    group: DatabaseGroup, scene: Scene, seas: Sequence[WaveComponents], before: MemoryBefore
 ) -> HydrodynamicGroup:
     """Hydrodynamics of the bodies of one database."""
     read = group.database

@@ -38,7 +38,7 @@ import numpy as np
 from hydrosim.forces.contact.modes import OPEN
 from hydrosim.integrate import Method
 from hydrosim.linear.components import expand_to_active
-from hydrosim.linear.modes import SMALLEST_FLOAT, shares
+from hydrosim.linear.modes import SMALLEST_FLOAT, participation_factors
 from hydrosim.linear.stability import Combination, what_moves
 from hydrosim.modes import MODE, SEGMENT
 from hydrosim.rigid.free import slopes_at_rest
@@ -90,7 +90,7 @@ class Vibration:
         made = float(np.log(np.maximum(np.abs(R[0]), SMALLEST_FLOAT))) / step
         return max(self.eigenvalue.real - made, 0.0)
 
-    def excited(
+    def largest_amplitudes(
         self, time: np.ndarray, velocity: np.ndarray, modes: np.ndarray, fading: float = 0.0
     ) -> tuple[np.ndarray, float]:
         """The largest amplitudes (n,) of the vibration in a run with velocities (nt, n) and
@@ -99,7 +99,7 @@ class Vibration:
         Also returns the duration [s] for which a vibration of that amplitude would have the error
         that it has in one contact. The method damps it at the rate ``fading`` [1/s].
         """
-        touching, alike = self._seen(modes)
+        touching, alike = self._records_in_mode(modes)
         felt = np.where(alike, velocity @ self.felt, 0.0)
         omega = self.eigenvalue.imag
         step = float(time[1] - time[0])
@@ -119,7 +119,7 @@ class Vibration:
         lasting = step * float(sums.max()) / largest if largest > 0.0 else 0.0
         return self.amplitude * largest, lasting
 
-    def _seen(self, modes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _records_in_mode(self, modes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Two arrays (nt,): records in contact on the mode's piece of the curve, and records that
         stick or slip as in the mode. Records beside such a record count, too. All are true if the
         mode has no contact."""
@@ -176,7 +176,7 @@ def vibrations(
         if not wrong(spectrum.values).any():
             continue
         values, left, right = spectrum.vectors()
-        share = shares(left, right)
+        share = participation_factors(left, right)
         n = part.active.size
         own = np.searchsorted(active, part.active)
         for k in np.flatnonzero(wrong(values)):

@@ -21,7 +21,7 @@ from hydrosim.forces.contact.laws import COULOMB, FRICTIONLESS
 from hydrosim.forces.contact.modes import OPEN, STICK
 from hydrosim.forces.holds import NONE
 from hydrosim.linear.coordinates import inertia
-from hydrosim.linear.freedom import find_constraint_rows, freedom_of
+from hydrosim.linear.freedom import find_constraint_rows, nullspace_of
 from hydrosim.modes import MODE
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.stepping.dynamics import Model, constrain, new_work
@@ -68,7 +68,7 @@ def with_contacts(
 
 def _leaves_motion(model: Model, y: np.ndarray, modes: np.ndarray) -> bool:
     """True if constraints leave any motion."""
-    freedom = freedom_of(find_constraint_rows(model, y, modes), inertia(model, y))
+    freedom = nullspace_of(find_constraint_rows(model, y, modes), inertia(model, y))
     return freedom.is_unconstrained or freedom.basis.shape[1] > 0
 
 

@@ -32,7 +32,7 @@ from hydrosim.errors import InputError
 from hydrosim.forces import lasting_states, without_friction
 from hydrosim.forces.events import settle
 from hydrosim.linear.coordinates import inertia
-from hydrosim.linear.freedom import DEPENDENT, find_constraint_rows, freedom_of
+from hydrosim.linear.freedom import DEPENDENT, find_constraint_rows, nullspace_of
 from hydrosim.linear.modes import MIN_STIFFNESS_FREQUENCY, MIN_STIFFNESS_RATIO
 from hydrosim.rigid.free import positions
 from hydrosim.rigid.kinematics import generalised_force, place_bodies
@@ -54,10 +54,10 @@ MOTION_TOLERANCES: Any = {
 NO_VALUES = np.zeros(0)
 
 
-class Held(NamedTuple):
+class StiffDirections(NamedTuple):
     """The directions with a stiffness. ``loads`` Q (r, n) are the loads that count there; ``moves``
     (n, r) times r numbers are changes of the coordinates. ``left`` (n, n) extracts from loads Q the
-    part that nothing holds, ``carried`` (n, n) the part that constraints carry."""
+    part that nothing holds, ``carried_part`` (n, n) the part that constraints carry."""
 
     loads: np.ndarray
     moves: np.ndarray
@@ -80,7 +80,7 @@ class Rest:
     time: float
     residual: float
     drift: np.ndarray
-    held: Held
+    held: StiffDirections
 
     @property
     def position(self) -> np.ndarray:
@@ -104,7 +104,7 @@ class _Loads:
         self.work: Work = new_work(model)
         self.work.loads_only[0] = 1
 
-    def at(self, q: np.ndarray) -> np.ndarray:
+    def loads_at(self, q: np.ndarray) -> np.ndarray:
         """Generalised loads (n,) [N, N m] on bodies that rest at the coordinates ``q`` (n,)
         [m, rad]. Contacts are open or closed as they are at ``q``."""
         model = self.model
@@ -140,16 +140,18 @@ class _Loads:
         return (behind - ahead).T / (2.0 * DIFFERENCE_STEP)
 
     def _with_reactions(self, reactions: np.ndarray, q: np.ndarray) -> np.ndarray:
-        load = self.at(q)
+        load = self.loads_at(q)
         return load + self.constraints(q).T @ reactions if reactions.size else load
 
-    def stiff_directions(self, q: np.ndarray, known: Held | None = None) -> Held:
+    def stiff_directions(
+        self, q: np.ndarray, known: StiffDirections | None = None
+    ) -> StiffDirections:
         """The directions with a stiffness at ``q``, in the same number as ``known`` if given."""
         rows = self.constraints(q)
         if known and not len(rows):
             return known
         scale = self.scale(q)
-        free = freedom_of(rows / scale, np.eye(q.size))
+        free = nullspace_of(rows / scale, np.eye(q.size))
         K = self.stiffness(q) / np.multiply.outer(scale, scale)
         if not np.isfinite(K).all():
             raise InputError(
@@ -168,7 +170,9 @@ class _Loads:
         U = free.expand(U)
         V = free.expand(V.T).T
         left = scale[:, None] * (U[:, r:] @ U[:, r:].T) / scale
-        return Held(U[:, :r].T / scale, V[:r].T / scale[:, None], left, self.carried(q))
+        return StiffDirections(
+            U[:, :r].T / scale, V[:r].T / scale[:, None], left, self.carried_part(q)
+        )
 
     def scale(self, q: np.ndarray) -> np.ndarray:
         """Roots (n,) of the inertias of all coordinates at ``q``."""
@@ -180,10 +184,10 @@ class _Loads:
         if not len(rows):
             return NO_VALUES
         scale = self.scale(q)
-        return np.asarray(-self.at(q) / scale @ np.linalg.pinv(rows / scale, DEPENDENT))
+        return np.asarray(-self.loads_at(q) / scale @ np.linalg.pinv(rows / scale, DEPENDENT))
 
-    def carried(self, q: np.ndarray) -> np.ndarray:
-        """The part of loads at ``q`` that constraints carry, see `Held`."""
+    def carried_part(self, q: np.ndarray) -> np.ndarray:
+        """The part of loads at ``q`` that constraints carry, see `StiffDirections`."""
         rows = self.constraints(q)
         if not len(rows):
             return np.zeros((q.size, q.size))
@@ -198,7 +202,7 @@ class _Loads:
 
         def along(_: float, place: np.ndarray) -> np.ndarray:
             M = inertia(self.model, _state_at_rest(place, self.state, self.model))
-            free = freedom_of(self.constraints(place), M)
+            free = nullspace_of(self.constraints(place), M)
             return free.expand(free.project_motions(step))
 
         from scipy.integrate import solve_ivp  # slow to load, and rarely needed
@@ -207,7 +211,7 @@ class _Loads:
 
 
 def equilibrium(
-    model: Model, state: State, time: float, weight: float, held: Held | None = None
+    model: Model, state: State, time: float, weight: float, held: StiffDirections | None = None
 ) -> Rest:
     """The equilibrium near ``state`` of a ``model`` without friction and first-order waves, under
     the forces of ``time`` [s]; ``weight`` [N] is the weight of all bodies.
@@ -221,7 +225,7 @@ def equilibrium(
     for approach in (_newton, _relax):
         state.modes[:] = first_modes
         q = approach(start.copy(), loads, 1e-3 * RESIDUAL_RTOL * weight, held)
-        here = loads.at(q)
+        here = loads.loads_at(q)
         now = loads.stiff_directions(q, held)
         residual = float(np.abs(now.felt(here)).max(initial=0.0) / weight)
         if residual <= RESIDUAL_RTOL:
@@ -238,9 +242,11 @@ def equilibrium(
     )
 
 
-def _newton(q: np.ndarray, loads: _Loads, enough: float, held: Held | None) -> np.ndarray:
+def _newton(
+    q: np.ndarray, loads: _Loads, enough: float, held: StiffDirections | None
+) -> np.ndarray:
     """Position by Newton's method from ``q``, with loads below ``enough`` if it is found."""
-    here = loads.at(q)
+    here = loads.loads_at(q)
     for _ in range(MAX_NEWTON_ITERATIONS):
         now = loads.stiff_directions(q, held)
         if np.abs(now.felt(here)).max(initial=0.0) <= enough:
@@ -253,9 +259,9 @@ def _newton(q: np.ndarray, loads: _Loads, enough: float, held: Held | None) -> n
     return q
 
 
-def _relax(q: np.ndarray, loads: _Loads, enough: float, held: Held | None) -> np.ndarray:
+def _relax(q: np.ndarray, loads: _Loads, enough: float, held: StiffDirections | None) -> np.ndarray:
     """Position by relaxation from ``q``, with loads below ``enough`` if it is found."""
-    here = loads.at(q)
+    here = loads.loads_at(q)
     rate: Any = np.nan  # u [1/s^2]
     for _ in range(RELAXATIONS):
         now = loads.stiff_directions(q, held)
@@ -267,7 +273,7 @@ def _relax(q: np.ndarray, loads: _Loads, enough: float, held: Held | None) -> np
             rate = np.linalg.norm(stiffness, 2)
         step = now.moves @ np.linalg.solve(stiffness + rate * np.eye(len(pull)), pull)
         q = loads.move(q, step / max(np.abs(step).max() / MAX_RELAXATION, 1.0))
-        here = loads.at(q)
+        here = loads.loads_at(q)
         change = np.linalg.norm(now.moves.T @ now.felt(here)) / np.linalg.norm(pull)
         rate *= np.clip(change, *RATE_CHANGES) if change <= 1.0 else RATE_CHANGES[1]
     return q
@@ -280,7 +286,7 @@ def stiffness_of(rest: Rest, rows: Sequence[int], step: float = WIDE) -> np.ndar
     loads = _Loads(rest.model, state, rest.time, rows)
     q = state.y[: rest.drift.size]
     behind, ahead, far_behind, far_ahead = (
-        np.array([loads.at(q + shift) for shift in size * step * np.eye(q.size)])
+        np.array([loads.loads_at(q + shift) for shift in size * step * np.eye(q.size)])
         for size in (-1.0, 1.0, -2.0, 2.0)
     )
     return (8.0 * (behind - ahead) - (far_behind - far_ahead)).T / (12.0 * step)
@@ -302,13 +308,13 @@ def _state_at_rest(q: np.ndarray, state: State, model: Model) -> np.ndarray:
 
 
 def _shorten_step(
-    q: np.ndarray, step: np.ndarray, load: np.ndarray, loads: _Loads, held: Held
+    q: np.ndarray, step: np.ndarray, load: np.ndarray, loads: _Loads, held: StiffDirections
 ) -> tuple[np.ndarray, np.ndarray]:
     """The step, halved until the held loads decrease; the last one tried if they never do."""
     size = np.linalg.norm(held.felt(load))
     for halvings in range(30):
         trial = loads.move(q, step / 2.0**halvings)
-        found = loads.at(trial)
-        if np.linalg.norm(held._replace(carried=loads.carried(trial)).felt(found)) < size:
+        found = loads.loads_at(trial)
+        if np.linalg.norm(held._replace(carried=loads.carried_part(trial)).felt(found)) < size:
             break
     return trial, found

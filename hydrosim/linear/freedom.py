@@ -106,7 +106,7 @@ class Freedom:
         return np.asarray(excess @ np.linalg.pinv(self.rows, DEPENDENT))
 
 
-def freedom_of(rows: np.ndarray, inertia: np.ndarray) -> Freedom:
+def nullspace_of(rows: np.ndarray, inertia: np.ndarray) -> Freedom:
     """The motions that constraints allow."""
     root = np.sqrt(np.diag(inertia))
     if not len(rows):

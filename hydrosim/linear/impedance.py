@@ -65,7 +65,7 @@ def find_admittances(
     positions and rates, without memory. Z contains forces of constraints, but they do no work on
     allowed motions. Each component is solved by itself."""
     active = linear.active
-    coupled = linear.coupled
+    coupled = linear.coupled_states
     for each in slopes:
         at = np.flatnonzero(each.any(axis=0))
         coupled[at[:, None], at] = True

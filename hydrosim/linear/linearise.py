@@ -23,7 +23,7 @@ from scipy import linalg
 from hydrosim.errors import InputError
 from hydrosim.linear.components import find_components
 from hydrosim.linear.coordinates import STEP, inertia
-from hydrosim.linear.freedom import Freedom, find_constraint_rows, freedom_of
+from hydrosim.linear.freedom import Freedom, find_constraint_rows, nullspace_of
 from hydrosim.rigid.tree import BALL, fill_rates
 from hydrosim.stepping.dynamics import (
     Model,
@@ -109,7 +109,7 @@ class Linear:
         return self.jacobian.tobytes(), self.inertia.tobytes(), self.constraints.tobytes()
 
     @property
-    def coupled(self) -> np.ndarray:
+    def coupled_states(self) -> np.ndarray:
         """States (m, m) that are coupled by forces, inertia or constraints."""
         n = self.active.size
         coupled = self.jacobian != 0.0
@@ -121,7 +121,7 @@ class Linear:
         return coupled
 
     def split(self, coupled: np.ndarray) -> tuple[Linear, ...]:
-        """The components of the states, given the ``coupled`` ones (m, m)."""
+        """The components of the states, given the ``coupled_states`` ones (m, m)."""
         places = find_components(coupled)
         # a row that holds no moving coordinate belongs to no part
         if len(places) < 2 or not self.constraints.any(axis=1).all():
@@ -154,7 +154,7 @@ class Linear:
             self.jacobian[np.ix_(places, places)],
             self.states[places],
             self.active[own],
-            freedom_of(held, self.inertia[np.ix_(own, own)]),
+            nullspace_of(held, self.inertia[np.ix_(own, own)]),
             self.reactions[np.ix_(rows, places)] if len(held) else np.zeros((0, 0)),
         )
 
@@ -197,7 +197,7 @@ class Linear:
         return unheld
 
 
-class Spectrum:
+class Eigensystem:
     """Spectrum of a component, computed once for all who ask, and for all equal components. A chain
     of 16 hulls has 2704 states: its eigenvalues take 7 s, with eigenvectors 14 s."""
 
@@ -259,7 +259,7 @@ def linearise(
         J = (4.0 * J - _differentiate(model, at, time, 2.0 * step, states)) / 3.0
     _use_rates(J, model, state.y)
     rows = find_constraint_rows(model, state.y, held)
-    freedom = freedom_of(rows, inertia(model, state.y))
+    freedom = nullspace_of(rows, inertia(model, state.y))
     found = Linear(J, states, model.bodies.active, freedom)
     if found.freedom.is_unconstrained:
         return found

@@ -43,7 +43,7 @@ Stiffness = Callable[[np.ndarray], np.ndarray]
 """D(w), (nw, n, n), at frequencies (nw,) [rad/s]."""
 
 
-class Kind(StrEnum):
+class ModeKind(StrEnum):
     """Behaviour of a mode that is released."""
 
     OSCILLATING = "oscillating"
@@ -76,16 +76,16 @@ class NaturalMode:
         return DOFS[self.coordinate % 6]
 
     @property
-    def kind(self) -> Kind:
+    def kind(self) -> ModeKind:
         """Oscillation, or another kind of motion."""
         if not np.isfinite(self.natural_period) and self.eigenvalue == 0.0:
-            return Kind.FREE
+            return ModeKind.FREE
         if self.eigenvalue.real > MIN_OSCILLATION_FREQUENCY:
-            return Kind.UNSTABLE
+            return ModeKind.UNSTABLE
         return (
-            Kind.OSCILLATING
+            ModeKind.OSCILLATING
             if abs(self.eigenvalue.imag) > MIN_OSCILLATION_FREQUENCY
-            else Kind.OVERDAMPED
+            else ModeKind.OVERDAMPED
         )
 
     @property
@@ -120,7 +120,7 @@ def _of_components(
     """The modes that ``find`` finds for each component, with shapes of all coordinates, in the
     order of the coordinates that name them."""
     found = []
-    for part in linear.split(linear.coupled):
+    for part in linear.split(linear.coupled_states):
         for mode in find(part) if part.freedom.basis.shape[1] else []:  # unless all is held
             shape = expand_to_active(mode.shape, part.active, linear.active)
             share = expand_to_active(mode.share, part.active, linear.active)
@@ -220,7 +220,7 @@ def _has_stiffness(squares: np.ndarray) -> np.ndarray:
     )
 
 
-def shares(left: np.ndarray, right: np.ndarray) -> np.ndarray:
+def participation_factors(left: np.ndarray, right: np.ndarray) -> np.ndarray:
     """Participation factors (m, k) of the states (rows) in the modes, from left and right
     eigenvectors (m, k), both as columns. They do not depend on units (Perez-Arriaga et al. 1982).
     """

@@ -25,9 +25,9 @@ from hydrosim.forces import kinds_posing, loop_modes, new_modes, own_modes
 from hydrosim.forces.postures import PosingKind, Posture
 from hydrosim.integrate import Method
 from hydrosim.linear.coordinates import inertia
-from hydrosim.linear.freedom import find_constraint_rows, freedom_of
-from hydrosim.linear.linearise import Linear, Spectrum, linearise
-from hydrosim.linear.modes import shares
+from hydrosim.linear.freedom import find_constraint_rows, nullspace_of
+from hydrosim.linear.linearise import Eigensystem, Linear, linearise
+from hydrosim.linear.modes import participation_factors
 from hydrosim.rigid.free import own_coordinates
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.scene import Scene
@@ -61,11 +61,11 @@ class StepLimit:
         )
 
 
-class Component(NamedTuple):
+class UncoupledPart(NamedTuple):
     """An uncoupled part of a linearised scene, and its ``spectrum``."""
 
     linear: Linear
-    spectrum: Spectrum
+    spectrum: Eigensystem
 
     @property
     def values(self) -> np.ndarray:
@@ -79,7 +79,7 @@ class Combination(NamedTuple):
 
     contact: str
     modes: np.ndarray
-    components: tuple[Component, ...]
+    components: tuple[UncoupledPart, ...]
 
     @property
     def values(self) -> np.ndarray:
@@ -111,7 +111,7 @@ def combinations(
         for kind, p in posing
     ]
     found = []
-    known: dict[tuple[bytes, ...], Spectrum] = {}
+    known: dict[tuple[bytes, ...], Eigensystem] = {}
     for chosen in watch(list(_chosen(each)), "contacts and springs"):
         modes = _joint_modes(model, state)
         for (kind, p), posture in zip(posing, chosen, strict=True):
@@ -133,15 +133,17 @@ def _combination(
     model: Model,
     state: State,
     time: float,
-    known: dict[tuple[bytes, ...], Spectrum],
+    known: dict[tuple[bytes, ...], Eigensystem],
 ) -> Combination:
     """The scene linearised in these ``modes``."""
     linear = _linearise(model, state, modes, time)
-    parts = linear.split(linear.coupled)
+    parts = linear.split(linear.coupled_states)
     for part in parts:
         if part.content not in known:
-            known[part.content] = Spectrum(part)
-    return Combination(text, modes, tuple(Component(part, known[part.content]) for part in parts))
+            known[part.content] = Eigensystem(part)
+    return Combination(
+        text, modes, tuple(UncoupledPart(part, known[part.content]) for part in parts)
+    )
 
 
 def _chosen(
@@ -183,7 +185,7 @@ def _mobility(kind: PosingKind, p: Any, model: Model, state: State) -> np.ndarra
         rates.append(kind.rates(p, model.bodies, motion))
     J = np.array(rates)
     rows = find_constraint_rows(model, state.y, _at_rest(model, state))
-    freedom = freedom_of(rows, inertia(model, state.y))
+    freedom = nullspace_of(rows, inertia(model, state.y))
     yielding = freedom.accelerate(J.reshape(n, -1)).reshape(J.shape)
     return np.asarray((J * yielding).sum(axis=0))
 
@@ -229,11 +231,11 @@ def _steps(method: Method, values: np.ndarray) -> np.ndarray:
 
 
 def _limits_below(
-    bound: float, contact: str, part: Component, method: Method, layout: StateLayout
+    bound: float, contact: str, part: UncoupledPart, method: Method, layout: StateLayout
 ) -> Iterator[StepLimit]:
     """The limits below ``bound`` of one component."""
     values, left, right = part.spectrum.vectors()
-    share = shares(left, right)
+    share = participation_factors(left, right)
     steps = _steps(method, values)
     for k in np.flatnonzero(steps < bound):
         what = what_moves(part.linear, share[:, k], layout)

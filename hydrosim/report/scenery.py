@@ -14,7 +14,7 @@ from hydrosim.case.load import load_case
 from hydrosim.errors import InputError
 from hydrosim.scene import Body, ChangedDatabase, Family, Scene
 from hydrosim.studies.run.repeat import case_of
-from hydrosim.waves import Components, sea
+from hydrosim.waves import WaveComponents, sea
 
 DECK_HEIGHT_RATIO = 1.2  # times the draught: depth of a hull whose recipe gives none
 UNKNOWN_BOX_SIDE_M = 10.0  # m: side of the box for a body of unknown size
@@ -114,7 +114,7 @@ def _recipe_depth(recipe: Path, body: int) -> float | None:
     return DECK_HEIGHT_RATIO * float(draught) if draught else None
 
 
-def waves_of(scene: Scene | None, run: xr.Dataset) -> tuple[list[Components], str]:
+def waves_of(scene: Scene | None, run: xr.Dataset) -> tuple[list[WaveComponents], str]:
     """Largest components of the waves of a run, and their description. Empty if the waves of its
     case are not those in the run."""
     if not np.any(run.wave_elevation):
@@ -138,14 +138,14 @@ def waves_of(scene: Scene | None, run: xr.Dataset) -> tuple[list[Components], st
     return _largest_components(sets)
 
 
-def _at_origin(waves: Components, time: np.ndarray) -> np.ndarray:
+def _at_origin(waves: WaveComponents, time: np.ndarray) -> np.ndarray:
     """Elevation (nt,) at the origin."""
     grown = np.clip(time / waves.ramp, 0.0, 1.0) if waves.ramp > 0.0 else np.ones(time.size)
     angle = np.outer(time, waves.omega) + waves.phase
     return np.asarray(0.5 * (1.0 - np.cos(np.pi * grown)) * (np.cos(angle) @ waves.amplitude))
 
 
-def _largest_components(sets: list[Components]) -> tuple[list[Components], str]:
+def _largest_components(sets: list[WaveComponents]) -> tuple[list[WaveComponents], str]:
     amplitude = np.concatenate([waves.amplitude for waves in sets])
     if amplitude.size <= MAX_COMPONENTS:
         return sets, f"The water is the sum of all {amplitude.size} components of the waves."
@@ -158,6 +158,6 @@ def _largest_components(sets: list[Components]) -> tuple[list[Components], str]:
     )
 
 
-def _select_components(waves: Components, these: np.ndarray) -> Components:
+def _select_components(waves: WaveComponents, these: np.ndarray) -> WaveComponents:
     each = ("omega", "amplitude", "phase", "wavenumber", "heading")
     return replace(waves, **{name: getattr(waves, name)[these] for name in each})

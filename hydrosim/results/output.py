@@ -40,7 +40,7 @@ from hydrosim.stepping.names import (
 )
 from hydrosim.stepping.record import states_at, unpack, with_states
 from hydrosim.stepping.state_layout import StateKind, StateLayout
-from hydrosim.waves import Components, elevations
+from hydrosim.waves import WaveComponents, elevations
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -56,7 +56,7 @@ def to_dataset(
     scene: Scene,
     model: Model,
     layout: StateLayout,
-    sea: Sequence[Components],
+    sea: Sequence[WaveComponents],
     record: Record,
     count: int,
     history: VelocityHistory,
@@ -190,7 +190,7 @@ def _draughts(model: Model, y: RecordedStates) -> Columns:
     return {"slow_draught": (MOTION[:2], found)}
 
 
-def _probes(scene: Scene, sea: Sequence[Components], time: np.ndarray) -> Columns:
+def _probes(scene: Scene, sea: Sequence[WaveComponents], time: np.ndarray) -> Columns:
     """Elevation at the probes: a sum over the components, computed afterwards because no motion
     depends on it."""
     if not scene.wave_probes:

@@ -95,7 +95,7 @@ from hydrosim.tanks.surface import Liquids, level_surfaces
 from hydrosim.waves.following import FollowingLoads, Sums, following_loads, new_sums
 from hydrosim.waves.loads import WaveLoads, any_waves, wave_loads
 from hydrosim.waves.moments import turn_moments
-from hydrosim.waves.slow import Block, find_yaws, new_block, slow_loads, slow_rates
+from hydrosim.waves.slow import SlowBlock, find_yaws, new_block, slow_loads, slow_rates
 
 
 class Model(NamedTuple):
@@ -147,7 +147,7 @@ class Work(NamedTuple):
     constraints: Constraints
     holds: Holds
     sums: Sums  # of `following_loads`
-    block: Block  # of `slow_loads`
+    block: SlowBlock  # of `slow_loads`
     met: np.ndarray  # (nb,), yaw at which waves meet each body
     blend: Blend
     push: np.ndarray  # (6 nb,), impulse of flows that begin or end

@@ -29,7 +29,7 @@ from hydrosim.streams.spectra import density
 from hydrosim.streams.wind import REFERENCE, MeanWind, mean_wind
 from hydrosim.waves import draws
 from hydrosim.waves.loads import lagrange, rise, rows_at
-from hydrosim.waves.synthesis import Lines, add_sum, time_grid
+from hydrosim.waves.synthesis import SpectralLines, add_sum, time_grid
 
 FEWEST = 20
 """Fewest components: the variance of a record is then near that of the spectrum."""
@@ -116,7 +116,7 @@ def gust_table(
         return NO_GUSTS
     check_span(gusts, end)
     waves = gust_components(gusts, wind, heights)
-    lines = Lines(waves.omega, waves.amplitude * np.exp(1j * waves.phase)[:, None])
+    lines = SpectralLines(waves.omega, waves.amplitude * np.exp(1j * waves.phase)[:, None])
     grid = time_grid(waves.spacing, lines.highest, 0.0, dt, end)
     values = np.zeros((grid.rows, len(heights)))
     add_sum(grid, lines, values)

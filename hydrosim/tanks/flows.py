@@ -96,7 +96,7 @@ def add_force(t, y, modes, motion, bodies, p, heights, wrench, rate, dy):
     for k in range(p.each.size):
         gained = p.each[k].density * dy[p.state + k]
         if gained != 0.0:
-            rate[p.weight] += gained * p.gravity * _lifted(k, y, motion, bodies, p, heights)
+            rate[p.weight] += gained * p.gravity * _lift_height(k, y, motion, bodies, p, heights)
 
 
 @kernel
@@ -119,15 +119,15 @@ def _push(i, q, y, motion, bodies, p, wrench, rate, dy):
     force, moment = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     grown = 0.0
     if flow.source != SEA_INDEX and flow.target != SEA_INDEX:
-        force, moment = _between(flow, q, w, bodies.exact, y, p, dy)
+        force, moment = _flow_load(flow, q, w, bodies.exact, y, p, dy)
     elif q > 0.0 and flow.target != SEA_INDEX:
         r, _, square, mixed = surface_of(flow.target, y, p)
         force = scale(-q, add(u, cross(w, r)))
         moment = scale(-q, add(cross(r, u), turning(square, mixed, w)))
     if flow.source != SEA_INDEX:
-        grown -= _moved(flow.source, v, w, y, p)
+        grown -= _inertia_rate(flow.source, v, w, y, p)
     if flow.target != SEA_INDEX:
-        grown += _moved(flow.target, v, w, y, p)
+        grown += _inertia_rate(flow.target, v, w, y, p)
     rate[p.row] += dot(force, v) + dot(moment, w) + 0.5 * q * grown
     if bodies.exact:
         R = motion.rotation[flow.body]
@@ -138,7 +138,7 @@ def _push(i, q, y, motion, bodies, p, wrench, rate, dy):
 
 
 @kernel
-def _between(flow, q, w, exact, y, p, dy):
+def _flow_load(flow, q, w, exact, y, p, dy):
     """Force and moment of a flow between tanks, in body axes."""
     a, da, square_a, mixed_a = surface_of(flow.source, y, p)
     b, db, square_b, mixed_b = surface_of(flow.target, y, p)
@@ -154,14 +154,14 @@ def _between(flow, q, w, exact, y, p, dy):
 
 
 @kernel
-def _moved(k, v, w, y, p):
+def _inertia_rate(k, v, w, y, p):
     """(v, w) M' (v, w) for a unit of mass in tank ``k``, in body axes."""
     r, _, square, mixed = surface_of(k, y, p)
     return dot(v, v) + 2.0 * dot(v, cross(w, r)) + dot(w, turning(square, mixed, w))
 
 
 @kernel
-def _lifted(k, y, motion, bodies, p, heights):
+def _lift_height(k, y, motion, bodies, p, heights):
     """dU/dm / g for mass that enters tank ``k``: its height above the still water plus the change
     of the free surface term. For a level surface (`hydrosim.tanks.surface`) it is the height of the
     surface."""

@@ -11,7 +11,7 @@ import numpy as np
 from hydrosim.dofs import DOFS
 from hydrosim.scene import Body, FreeSurface, Tank
 from hydrosim.tanks.contents import changing
-from hydrosim.tanks.pieces import FIRST_MOMENT, PAIRS, SECOND_MOMENT, SURFACE_MOMENT, at
+from hydrosim.tanks.pieces import FIRST_MOMENT, PAIRS, SECOND_MOMENT, SURFACE_MOMENT, quantities_at
 from hydrosim.tanks.shapes import pieces, volume_at
 
 
@@ -28,11 +28,11 @@ class Loading(NamedTuple):
     def matrix(self) -> np.ndarray:
         """6 x 6 matrix about the origin of the frame in which the centre is given."""
         cross = np.cross(np.eye(3), self.mass * self.centre)
-        turning = self.inertia + self.mass * _turned(np.outer(self.centre, self.centre))
+        turning = self.inertia + self.mass * _moments_of_inertia(np.outer(self.centre, self.centre))
         return np.block([[self.mass * np.eye(3), cross.T], [cross, turning]])
 
 
-def loaded(
+def loaded_body(
     mass: float,
     centre: Iterable[float],
     inertia: np.ndarray,
@@ -44,20 +44,20 @@ def loaded(
     c = np.array([*centre], dtype=float)
     first, second, surface = mass * c, mass * np.outer(c, c), np.zeros(3)
     for tank, volume in contents:
-        held = sign * tank.density * at(pieces(tank.shape, np.zeros(3)), volume)
+        held = sign * tank.density * quantities_at(pieces(tank.shape, np.zeros(3)), volume)
         mass += sign * tank.density * volume
         first += held[FIRST_MOMENT : FIRST_MOMENT + 3]
         second += symmetric(held[SECOND_MOMENT : SECOND_MOMENT + 6])
         if tank.surface == FreeSurface.QUASI_STATIC:
             surface += held[SURFACE_MOMENT:]
     C = first / mass
-    about = inertia + _turned(second - mass * np.outer(C, C))
+    about = inertia + _moments_of_inertia(second - mass * np.outer(C, C))
     return Loading(float(mass), C, about, surface)
 
 
 def body_without(body: Body, contents: Iterable[tuple[Tank, float]]) -> Loading:
     """A body without the contents of some of its tanks at the start."""
-    return loaded(body.mass, body.centre_of_gravity, body.inertia, contents, -1.0)
+    return loaded_body(body.mass, body.centre_of_gravity, body.inertia, contents, -1.0)
 
 
 def least_moment(body: Body, inertia: np.ndarray) -> float:
@@ -92,6 +92,6 @@ def symmetric(six: np.ndarray) -> np.ndarray:
     return full
 
 
-def _turned(P: np.ndarray) -> np.ndarray:
+def _moments_of_inertia(P: np.ndarray) -> np.ndarray:
     """tr P - P: moments of inertia of second moments."""
     return np.trace(P) * np.eye(3) - P

@@ -87,7 +87,7 @@ def _heights(corners: np.ndarray) -> np.ndarray:
     if z.size > MAX_PIECES:
         z = np.linspace(z[0], z[-1], MAX_PIECES + 1)
     parts = -(-MIN_PIECES // (z.size - 1))
-    area = [section(corners, h)[0] for h in _near(z)]
+    area = [section(corners, h)[0] for h in _heights_beside(z)]
     point = np.array(area) < 1e-3 * max(area)
     even = np.linspace(0.0, 1.0, parts + 1)
     steps = [_share(even, below, above) for below, above in point.reshape(-1, 2)]
@@ -95,7 +95,7 @@ def _heights(corners: np.ndarray) -> np.ndarray:
     return np.append(np.concatenate(each), z[-1])
 
 
-def _near(z: np.ndarray) -> np.ndarray:
+def _heights_beside(z: np.ndarray) -> np.ndarray:
     """Heights alternately just above and just below the ends of the intervals of ``z``."""
     inside = 1e-6 * np.diff(z)
     return np.column_stack([z[:-1] + inside, z[1:] - inside]).ravel()

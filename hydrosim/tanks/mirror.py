@@ -27,12 +27,12 @@ def images(body: Body) -> tuple[list[int | None], list[int | None]]:
     """Index of the mirror image of each tank, and of each pump, of a body, in the plane through the
     centre of gravity. The image may be the item itself; None if there is none."""
     y = body.centre_of_gravity[1]
-    tanks = [_found(_image(t, y), body.tanks) for t in body.tanks]
+    tanks = [_index_of_image(_image(t, y), body.tanks) for t in body.tanks]
     names = {
         t.name: None if k is None else body.tanks[k].name
         for t, k in zip(body.tanks, tanks, strict=True)
     }
-    return tanks, [_same_pump(_turned(pump, body, names), body.pumps) for pump in body.pumps]
+    return tanks, [_same_pump(_mirror_pump(pump, body, names), body.pumps) for pump in body.pumps]
 
 
 def without_image(body: Body) -> list[str]:
@@ -57,22 +57,22 @@ def _image(tank: Tank, y: float) -> Tank:
     return replace(tank, shape=replace(shape, low=tuple(low), high=tuple(high)))
 
 
-def _found(image: Tank, tanks: Sequence[Tank]) -> int | None:
-    return next((k for k, other in enumerate(tanks) if _alike(image, other)), None)
+def _index_of_image(image: Tank, tanks: Sequence[Tank]) -> int | None:
+    return next((k for k, other in enumerate(tanks) if _is_equal_tank(image, other)), None)
 
 
-def _alike(a: Tank, b: Tank) -> bool:
+def _is_equal_tank(a: Tank, b: Tank) -> bool:
     """True if two tanks differ in their names only."""
-    same = (a.density, a.surface) == (b.density, b.surface) and _near(a.level, b.level)
+    same = (a.density, a.surface) == (b.density, b.surface) and _is_close(a.level, b.level)
     return same and _same_shape(a.shape, b.shape) and _same_plan(a.plan, b.plan)
 
 
 def _same_shape(a: TankShape, b: TankShape) -> bool:
     if isinstance(a, Box) and isinstance(b, Box):
-        return _near((*a.low, *a.high, a.permeability), (*b.low, *b.high, b.permeability))
+        return _is_close((*a.low, *a.high, a.permeability), (*b.low, *b.high, b.permeability))
     if isinstance(a, TankTable) and isinstance(b, TankTable):
         names = ("level", "volume", "centroid", "surface")
-        return all(_near(getattr(a, name), getattr(b, name)) for name in names)
+        return all(_is_close(getattr(a, name), getattr(b, name)) for name in names)
     if isinstance(a, TankMesh) and isinstance(b, TankMesh):
         return _same_contents(a, b)
     return False
@@ -80,7 +80,7 @@ def _same_shape(a: TankShape, b: TankShape) -> bool:
 
 def _same_contents(a: TankMesh, b: TankMesh) -> bool:
     """True if two meshes hold the same contents at every level, whatever their triangles."""
-    if not _near(*(np.ptp(mesh.corners, axis=(0, 1)) for mesh in (a, b))):
+    if not _is_close(*(np.ptp(mesh.corners, axis=(0, 1)) for mesh in (a, b))):
         return False
     x, y = (pieces(mesh, np.zeros(3)) for mesh in (a, b))
     volume = capacity(a)
@@ -93,24 +93,26 @@ def _same_contents(a: TankMesh, b: TankMesh) -> bool:
 def _same_plan(a: Plan | None, b: Plan | None) -> bool:
     if a is None or b is None:
         return a is b
-    return _near(a.time, b.time) and _near(a.level, b.level)
+    return _is_close(a.time, b.time) and _is_close(a.level, b.level)
 
 
-def _near(a: object, b: object) -> bool:
+def _is_close(a: object, b: object) -> bool:
     """True if numbers agree within `SMALL` of the largest."""
     x = np.asarray(a, float)
     y = np.asarray(b, float)
     return x.shape == y.shape and bool(np.all(np.abs(x - y) <= SMALL * np.abs(x).max(initial=0.0)))
 
 
-def _turned(pump: Pump, body: Body, names: dict[str, str | None]) -> Pump:
+def _mirror_pump(pump: Pump, body: Body, names: dict[str, str | None]) -> Pump:
     """The pump between the images of its tanks; ``names`` are the names of the images."""
     levels = {
         f"tank_level.{name} of {body.name}": f"tank_level.{image} of {body.name}"
         for name, image in names.items()
     }
 
-    def of(when: float | LevelReached | When | None) -> float | LevelReached | When | None:
+    def mirror_condition(
+        when: float | LevelReached | When | None,
+    ) -> float | LevelReached | When | None:
         if isinstance(when, LevelReached):
             return replace(when, tank=str(names[when.tank]))
         if isinstance(when, When) and when.channel in levels:
@@ -118,9 +120,11 @@ def _turned(pump: Pump, body: Body, names: dict[str, str | None]) -> Pump:
         return when
 
     ends = [None if end is None else str(names[end]) for end in (pump.source, pump.target)]
-    start = of(pump.start)
+    start = mirror_condition(pump.start)
     assert start is not None
-    return replace(pump, source=ends[0], target=ends[1], start=start, stop=of(pump.stop))
+    return replace(
+        pump, source=ends[0], target=ends[1], start=start, stop=mirror_condition(pump.stop)
+    )
 
 
 def _same_pump(image: Pump, pumps: Sequence[Pump]) -> int | None:

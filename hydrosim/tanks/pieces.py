@@ -24,7 +24,7 @@ PIECE_DTYPE = np.dtype([("start", float), ("c", float, (TANK_QUANTITIES, 4))])
 """Coefficients of 1, x, x^2, x^3, x = V - start."""
 
 
-def at(table: np.ndarray, volume: float) -> np.ndarray:
+def quantities_at(table: np.ndarray, volume: float) -> np.ndarray:
     """All quantities (13,) of the pieces of a tank at a volume [m^3]."""
     piece = table[max(int(np.searchsorted(table["start"], volume, side="right")) - 1, 0)]
     return np.asarray(piece["c"] @ (volume - piece["start"]) ** np.arange(4))
@@ -64,7 +64,7 @@ def with_ends(table: np.ndarray, full: float) -> np.ndarray:
     starts = np.union1d(table["start"], [low, high])
     of = np.searchsorted(table["start"], starts, side="right") - 1
     found = np.zeros(starts.size, dtype=PIECE_DTYPE)
-    found["start"], found["c"] = starts, _moved(table["c"][of], starts - table["start"][of])
+    found["start"], found["c"] = starts, _shift_cubics(table["c"][of], starts - table["start"][of])
     inner = [found["c"][np.searchsorted(starts, v), SURFACE_MOMENT:, :2].T for v in (low, high)]
     nothing = np.zeros((1, TANK_QUANTITIES - SURFACE_MOMENT))
     for begin, first, last in ((0.0, nothing, inner[0]), (high, inner[1], nothing)):
@@ -75,11 +75,11 @@ def with_ends(table: np.ndarray, full: float) -> np.ndarray:
         (value, slope), (then, slope_then) = ends
         curve = hermite(value, then - value, slope, slope_then, np.array([low]))[0]
         own = (starts >= begin) & (starts < begin + low)
-        found["c"][own, SURFACE_MOMENT:] = _moved(curve[None], starts[own] - begin)
+        found["c"][own, SURFACE_MOMENT:] = _shift_cubics(curve[None], starts[own] - begin)
     return found
 
 
-def _moved(c: np.ndarray, x: np.ndarray) -> np.ndarray:
+def _shift_cubics(c: np.ndarray, x: np.ndarray) -> np.ndarray:
     """Coefficients (n, m, 4) of the same cubics about a point shifted by x (n,)."""
     a, b, d, e = np.moveaxis(c, -1, 0)
     x = x[:, None]

@@ -14,7 +14,7 @@ from hydrosim.tanks.pieces import (
     SECOND_MOMENT,
     SURFACE_MOMENT,
     TANK_QUANTITIES,
-    at,
+    quantities_at,
     slopes_at,
     values_at,
     with_ends,
@@ -78,7 +78,9 @@ def volume_at(shape: TankShape, level: float) -> float:
             return _root(lambda v: float(curve(v)) - level, capacity(shape))
         case TankMesh():
             own = pieces_of_mesh(shape, np.zeros(3))
-            return _root(lambda v: float(at(own, v)[FLUID_LEVEL]) - level, capacity(shape))
+            return _root(
+                lambda v: float(quantities_at(own, v)[FLUID_LEVEL]) - level, capacity(shape)
+            )
     return capacity(shape) * level / (shape.high[2] - shape.low[2])
 
 

@@ -34,7 +34,7 @@ def pieces_of_table(shape: TankTable, origin: np.ndarray) -> np.ndarray:
     volume = np.asarray(shape.volume, float)
     first = CubicSpline(volume, volume[:, None] * (np.asarray(shape.centroid) - origin))
     level, surface = level_of_table(shape), _monotone(volume, np.asarray(shape.surface, float))
-    starts = np.concatenate([_within(a, b) for a, b in pairwise(volume)])
+    starts = np.concatenate([_subdivide(a, b) for a, b in pairwise(volume)])
     ends = np.append(starts[1:], volume[-1])
     found = np.zeros(starts.size, dtype=PIECE_DTYPE)
     found["start"] = starts
@@ -65,7 +65,7 @@ def pieces_of_table(shape: TankTable, origin: np.ndarray) -> np.ndarray:
     return found
 
 
-def _within(a: float, b: float) -> np.ndarray:
+def _subdivide(a: float, b: float) -> np.ndarray:
     return np.linspace(a, b, PIECES_PER_ROW, endpoint=False)
 
 

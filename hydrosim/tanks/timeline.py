@@ -17,7 +17,7 @@ from hydrosim.tanks.pumping import PUMP_ENDED, PUMP_RUNNING, SEA_INDEX, margins,
 MAX_FLOW_CHANGES = 10_000  # most changes of flows
 
 
-class Problem(NamedTuple):
+class FlowProblem(NamedTuple):
     """A ``flow`` that cannot continue at a ``time`` [s]: a tank is ``dry`` or ``over``, or there is
     ``nothing`` to pump."""
 
@@ -33,9 +33,9 @@ class Timeline(NamedTuple):
 
     time: np.ndarray
     volume: np.ndarray
-    problem: Problem | None
+    problem: FlowProblem | None
 
-    def at(self, time: float) -> np.ndarray:
+    def volumes_at(self, time: float) -> np.ndarray:
         """Volumes (nt,) at a time."""
         return np.array([np.interp(time, self.time, v) for v in self.volume.T])
 
@@ -56,7 +56,7 @@ def follow(p: Tanks, end: float) -> Timeline:
         speed = _speeds(modes, p)
         changes = _times_of_changes(t, volume, speed, modes, p)
         then = min(changes.min(initial=np.inf), end)
-        problem = _problem(modes, t, then, volume, speed, p)
+        problem = _flow_problem(modes, t, then, volume, speed, p)
         if problem:
             break
         volume = volume + speed * (then - t)
@@ -104,7 +104,7 @@ def _times_of_changes(
 
 def _change(
     t: float, changes: np.ndarray, modes: np.ndarray, begun: np.ndarray, p: Tanks
-) -> Problem | None:
+) -> FlowProblem | None:
     """Switch the flows that change now. The first flow that ends as it begins, with ``begun`` (nf,)
     [s], is a problem, unless a trigger fills or empties its tanks."""
     rates = _rates(modes, p)
@@ -114,7 +114,7 @@ def _change(
         ends = {int(p.flows["source"][i]), int(p.flows["target"][i])}
         over = modes[i, MODE] == PUMP_ENDED and rates[i] != 0.0
         if over and begun[i] == t and ends.isdisjoint(foreseen):
-            return Problem(i, None, t, "nothing")
+            return FlowProblem(i, None, t, "nothing")
         begun[i] = begun[i] if modes[i, MODE] == PUMP_ENDED else t
     return None
 
@@ -125,9 +125,9 @@ def unforeseen(p: Tanks) -> set[int]:
     return {*by_triggers["source"].tolist(), *by_triggers["target"].tolist()} - {SEA_INDEX}
 
 
-def _problem(
+def _flow_problem(
     modes: np.ndarray, t: float, then: float, volume: np.ndarray, speed: np.ndarray, p: Tanks
-) -> Problem | None:
+) -> FlowProblem | None:
     """A tank that runs dry or over before ``then``, with a flow that causes it."""
     size = p.each["capacity"]
     after = volume + speed * (then - t)
@@ -139,5 +139,5 @@ def _problem(
         room = volume[tank] if dry else size[tank] - volume[tank]
         guilty = int(np.argmax(given[:, tank] * (-1.0 if dry else 1.0) > 0.0))
         when = t + max(room, 0.0) / abs(speed[tank])
-        return Problem(guilty, tank, float(when), "dry" if dry else "over")
+        return FlowProblem(guilty, tank, float(when), "dry" if dry else "over")
     return None

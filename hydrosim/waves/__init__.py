@@ -2,7 +2,7 @@
 
 from hydrosim.waves.body import WaveBody
 from hydrosim.waves.build import first_order, second_order, wave_loads_model
-from hydrosim.waves.components import Components, check_span, components, energy_outside, sea
+from hydrosim.waves.components import WaveComponents, check_span, components, energy_outside, sea
 from hydrosim.waves.elevation import elevation_at, elevations
 from hydrosim.waves.following import following_model
 from hydrosim.waves.loads import WaveLoads, wave_loads

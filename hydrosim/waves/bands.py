@@ -41,8 +41,8 @@ from hydrosim.waves.frequency_nodes import (
     MAX_NODES,
     NARROWEST,
     NodeSet,
+    NodeSpan,
     NodeSums,
-    Span,
     count_nodes,
     fill_envelopes,
     gather_waves,
@@ -51,11 +51,11 @@ from hydrosim.waves.frequency_nodes import (
     new_node_sums,
 )
 from hydrosim.waves.loads import STENCIL_POINTS, lagrange, rise
-from hydrosim.waves.splines import interpolated
+from hydrosim.waves.splines import interpolate_spline
 
 if TYPE_CHECKING:
     from hydrosim.waves.body import WaveBody
-    from hydrosim.waves.components import Components
+    from hydrosim.waves.components import WaveComponents
     from hydrosim.waves.forms import BodyForms, Waves
     from hydrosim.waves.frequency_nodes import FrequencyNodes
 
@@ -123,12 +123,12 @@ class Set(NamedTuple):
 
 def body_bands(
     body: WaveBody,
-    seas: Sequence[Components],
+    seas: Sequence[WaveComponents],
     waves: Waves,
     forms: BodyForms,
     w: np.ndarray,
     nodes: int,
-    span: Span,
+    span: NodeSpan,
     missed: float,
 ) -> list[Set]:
     """The bands of ``waves`` on a body, whose table of X has frequencies ``w`` (nf,) and ``nodes``
@@ -235,7 +235,7 @@ class _Cells:
     def wavenumbers_at(self, omega: np.ndarray) -> np.ndarray:
         """Wavenumbers at frequencies among those of the waves."""
         w, index = np.unique(self.omega, return_index=True)
-        return interpolated(w, self.wavenumber[index], omega)
+        return interpolate_spline(w, self.wavenumber[index], omega)
 
     def nodes(self, count: int, heading: float) -> NodeSet:
         """``count`` nodes per cell on a body with this ``heading``."""
@@ -328,7 +328,7 @@ def bands_model(bodies: Sequence[Sequence[Set]]) -> Bands:
     def of_sets(name: str, kind: type = float) -> np.ndarray:
         return np.array([getattr(one, name) for one in sets], dtype=kind)
 
-    def joined(name: str, kind: type = float) -> np.ndarray:
+    def join_fields(name: str, kind: type = float) -> np.ndarray:
         return np.concatenate([np.zeros(0, kind), *(getattr(one, name).ravel() for one in sets)])
 
     return Bands(
@@ -339,15 +339,15 @@ def bands_model(bodies: Sequence[Sequence[Set]]) -> Bands:
         step=of_sets("step"),
         times=np.array([len(one.values) for one in sets], dtype=np.int64),
         table=np.cumsum([0, *(one.values.size for one in sets)])[: len(sets)],
-        values=joined("values"),
-        omega=joined("omega"),
-        kx=joined("kx"),
-        ky=joined("ky"),
-        heading=joined("heading"),
-        load=joined("load", np.int64),
-        drift=joined("drift", np.int64),
-        share=joined("share"),
-        energy=joined("energy"),
+        values=join_fields("values"),
+        omega=join_fields("omega"),
+        kx=join_fields("kx"),
+        ky=join_fields("ky"),
+        heading=join_fields("heading"),
+        load=join_fields("load", np.int64),
+        drift=join_fields("drift", np.int64),
+        share=join_fields("share"),
+        energy=join_fields("energy"),
     )
 
 

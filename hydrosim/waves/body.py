@@ -11,7 +11,7 @@ from hydrosim.dofs import about_z, loads_about_z
 
 if TYPE_CHECKING:
     from hydrosim.scene import WaveForces
-    from hydrosim.waves.components import Components
+    from hydrosim.waves.components import WaveComponents
     from hydrosim.waves.quadratic import QuadraticFunctions
 
 
@@ -46,13 +46,13 @@ class WaveBody:
         x, y, _ = about_z(self.heading) @ (*self.centre[:2], 0.0)
         return self.location[0] + x, self.location[1] + y
 
-    def moved(self, at: np.ndarray) -> WaveBody:
+    def moved_by(self, at: np.ndarray) -> WaveBody:
         """The body displaced by (6,): moved, and turned by its yaw about its centre of gravity."""
         heading = self.heading + at[5]
         frame = np.array(self.place()) + at[:2] - (about_z(heading) @ (*self.centre[:2], 0.0))[:2]
         return replace(self, heading=heading, location=tuple(frame))
 
-    def seen(self, waves: Components) -> Components:
+    def relative_waves(self, waves: WaveComponents) -> WaveComponents:
         """The waves with their headings relative to the body at rest."""
         return (
             waves if self.heading == 0.0 else replace(waves, heading=waves.heading - self.heading)

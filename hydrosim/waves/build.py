@@ -25,16 +25,16 @@ from hydrosim.waves.second_order import (
     newman_square_root,
     sum_loads,
 )
-from hydrosim.waves.synthesis import Lines, add_sum, time_grid
+from hydrosim.waves.synthesis import SpectralLines, add_sum, time_grid
 from hydrosim.waves.transfer import excitation_at, mean_drift_at
 
 if TYPE_CHECKING:
     from hydrosim.waves.body import WaveBody
-    from hydrosim.waves.components import Components
+    from hydrosim.waves.components import WaveComponents
 
 
 def wave_loads_model(
-    seas: Sequence[Components],
+    seas: Sequence[WaveComponents],
     bodies: Sequence[WaveBody],
     start: float,
     dt: float,
@@ -50,14 +50,17 @@ def wave_loads_model(
     """
     first = [first_order(waves, bodies) for waves in seas]
     second = [second_order(waves, bodies) for waves in seas]
-    first_dof, second_dof = _loaded(first), _loaded([line for lines in second for line in lines])
+    first_dof, second_dof = (
+        _loaded_dofs(first),
+        _loaded_dofs([line for lines in second for line in lines]),
+    )
     widths = (1, first_dof.size, second_dof.size)
     tables, singles = [], []
     for waves, one, two in zip(seas, first, second, strict=True):
         columns = [
-            [Lines(waves.omega, waves.at(0.0, 0.0)[:, None])],
-            [one.within(first_dof)],
-            [line.within(second_dof) for line in two],
+            [SpectralLines(waves.omega, waves.amplitudes_at(0.0, 0.0)[:, None])],
+            [one.restrict_columns(first_dof)],
+            [line.restrict_columns(second_dof) for line in two],
         ]
         if waves.spacing > 0.0:
             tables.append(_table(waves, columns, widths, start, dt, duration))
@@ -68,7 +71,7 @@ def wave_loads_model(
         step=np.array([step for _, step, _, _ in tables], dtype=float),
         ramp=np.array([ramp for _, _, ramp, _ in tables], dtype=float),
         offset=np.cumsum([0, *(len(values) for *_, values in tables)]),
-        values=_stacked([values for *_, values in tables], sum(widths)),
+        values=_stack_rows([values for *_, values in tables], sum(widths)),
         omega=np.concatenate([np.zeros(0), *(omega for omega, _, _ in singles)]),
         line_ramp=np.concatenate([np.zeros(0), *(ramp for _, ramp, _ in singles)]),
         lines=np.concatenate([np.zeros((0, 2, sum(widths))), *(values for *_, values in singles)]),
@@ -78,19 +81,19 @@ def wave_loads_model(
     )
 
 
-def first_order(waves: Components, bodies: Sequence[WaveBody]) -> Lines:
+def first_order(waves: WaveComponents, bodies: Sequence[WaveBody]) -> SpectralLines:
     """First-order loads X a exp(i e) of each wave on all DOFs of the bodies. They are zero for
     locked DOFs, where none are asked for, and where the waves follow the body (`following`)."""
     total = np.zeros((waves.omega.size, _size(bodies)), dtype=complex)
     for body in bodies:
         if body.database is not None and body.wave_forces.first_order and not follows(body):
-            transfer = excitation_at(body.database, body.seen(waves).heading, waves.omega)
-            elevation = waves.at(*body.location)[:, None]
+            transfer = excitation_at(body.database, body.relative_waves(waves).heading, waves.omega)
+            elevation = waves.amplitudes_at(*body.location)[:, None]
             total[:, _dofs(body)] = elevation * body.in_earth_axes(transfer) * body.active
-    return Lines(waves.omega, total)
+    return SpectralLines(waves.omega, total)
 
 
-def second_order(waves: Components, bodies: Sequence[WaveBody]) -> list[Lines]:
+def second_order(waves: WaveComponents, bodies: Sequence[WaveBody]) -> list[SpectralLines]:
     """Second-order loads of each body on its own DOFs. They are zero for locked DOFs; there are
     none where none are asked for, and where the waves follow the body (`forms`)."""
     found = []
@@ -98,15 +101,17 @@ def second_order(waves: Components, bodies: Sequence[WaveBody]) -> list[Lines]:
         if body.database is not None and not (follows(body) and moves_second_order(body)):
             for own in _second_order(waves, body, body.database):
                 load = np.where(body.active, body.in_earth_axes(own.amplitude), 0.0)
-                found.append(Lines(own.omega, load, body.offset))
+                found.append(SpectralLines(own.omega, load, body.offset))
     return found
 
 
-def _second_order(waves: Components, body: WaveBody, database: QuadraticFunctions) -> list[Lines]:
+def _second_order(
+    waves: WaveComponents, body: WaveBody, database: QuadraticFunctions
+) -> list[SpectralLines]:
     """Slow and fast loads on the DOFs of one body, in its heading axes."""
-    elevation, wanted = waves.at(*body.location), body.wave_forces
-    waves = body.seen(waves)
-    slow: list[Lines] = []
+    elevation, wanted = waves.amplitudes_at(*body.location), body.wave_forces
+    waves = body.relative_waves(waves)
+    slow: list[SpectralLines] = []
     match wanted.second_order:
         case SecondOrder.MEAN_DRIFT:
             slow = [mean_load(elevation, mean_drift_at(database, waves.heading, waves.omega))]
@@ -117,7 +122,7 @@ def _second_order(waves: Components, body: WaveBody, database: QuadraticFunction
     return slow
 
 
-def _slow_factors(waves: Components, body: WaveBody, database: QuadraticFunctions) -> Factors:
+def _slow_factors(waves: WaveComponents, body: WaveBody, database: QuadraticFunctions) -> Factors:
     if body.wave_forces.second_order == SecondOrder.QTF:
         return difference_factors(database, waves)
     drift = mean_drift_at(database, waves.heading, waves.omega)
@@ -133,14 +138,16 @@ def _dofs(body: WaveBody) -> slice:
     return slice(body.offset, body.offset + body.active.size)
 
 
-def _loaded(lines: Sequence[Lines]) -> np.ndarray:
+def _loaded_dofs(lines: Sequence[SpectralLines]) -> np.ndarray:
     """DOFs (m,) on which any of the lines has a load."""
-    return np.unique(np.concatenate([np.zeros(0, dtype=int), *(each.loaded for each in lines)]))
+    return np.unique(
+        np.concatenate([np.zeros(0, dtype=int), *(each.loaded_columns for each in lines)])
+    )
 
 
 def _table(
-    waves: Components,
-    columns: list[list[Lines]],
+    waves: WaveComponents,
+    columns: list[list[SpectralLines]],
     widths: tuple[int, ...],
     start: float,
     dt: float,
@@ -157,7 +164,7 @@ def _table(
     return grid.start, grid.step, waves.ramp, values
 
 
-def _stacked(tables: Sequence[np.ndarray], width: int) -> np.ndarray:
+def _stack_rows(tables: Sequence[np.ndarray], width: int) -> np.ndarray:
     """The rows of all tables. A single table is not copied, because tables of long runs are
     large."""
     if len(tables) == 1:
@@ -166,7 +173,7 @@ def _stacked(tables: Sequence[np.ndarray], width: int) -> np.ndarray:
 
 
 def _lines(
-    waves: Components, columns: list[list[Lines]], widths: tuple[int, ...]
+    waves: WaveComponents, columns: list[list[SpectralLines]], widths: tuple[int, ...]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Frequencies, ramps and rows of the lines of all columns; lines of one frequency are
     merged."""

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from hydrosim.waves.components import Components
+    from hydrosim.waves.components import WaveComponents
     from hydrosim.waves.transfer import TransferFunctions
 
 MIN_HEADINGS = 8  # fewest headings for an estimate
@@ -28,7 +28,7 @@ ARM = 1e-3  # m: moments below the forces times this arm are noise
 
 
 def lost_between_headings(
-    database: TransferFunctions, seas: Sequence[Components]
+    database: TransferFunctions, seas: Sequence[WaveComponents]
 ) -> tuple[float, float] | None:
     """Loss by interpolation between the headings, for the first-order forces and for the moments in
     the ``seas``: root mean squares over all headings, relative to those of the loads.
@@ -41,7 +41,7 @@ def lost_between_headings(
     if count < MIN_HEADINGS or np.abs(np.diff(angle) - 2.0 * np.pi / count).max() > EVEN:
         return None
     X = database.excitation[:, order, :6]
-    size, missed = (np.abs(X) ** 2).mean(axis=1), _lost(X) ** 2
+    size, missed = (np.abs(X) ** 2).mean(axis=1), _interpolation_loss(X) ** 2
     weight = _energies(database.frequency, seas)
     total, error = (np.sqrt((weight @ x).reshape(2, 3).sum(axis=1)) for x in (size, missed))
     if total[1] < ARM * total[0]:
@@ -50,7 +50,7 @@ def lost_between_headings(
     return float(forces), float(moments)
 
 
-def _lost(X: np.ndarray) -> np.ndarray:
+def _interpolation_loss(X: np.ndarray) -> np.ndarray:
     """Root mean square (nw, n) over the headings of the loss of X (nw, N, n) between them."""
     last, count = X.shape[1] // 2, X.shape[1]
     power = np.abs(np.fft.fft(X, axis=1) / count) ** 2
@@ -64,7 +64,7 @@ def _lost(X: np.ndarray) -> np.ndarray:
     return np.asarray(np.sqrt(2.0) * np.minimum(beyond, most))
 
 
-def _energies(frequency: np.ndarray, seas: Sequence[Components]) -> np.ndarray:
+def _energies(frequency: np.ndarray, seas: Sequence[WaveComponents]) -> np.ndarray:
     """Energy of the seas near each of the frequencies (nw,)."""
     middle = 0.5 * (frequency[1:] + frequency[:-1])
     found = np.zeros(frequency.size)

@@ -29,7 +29,7 @@ _MULTIPLE = 1e-9  # relative distance of a frequency from a multiple below which
 
 
 @dataclass(frozen=True, eq=False)
-class Components:
+class WaveComponents:
     """Airy waves that grow together: eta = ramp(t) sum a cos(w t - k (x cos b + y sin b) + e).
 
     ``omega`` [rad/s], ``amplitude`` [m], ``phase`` [rad], ``wavenumber`` [1/m] and ``heading`` b
@@ -50,36 +50,41 @@ class Components:
         """Frequencies as multiples of the spacing, (n,)."""
         return np.rint(self.omega / self.spacing).astype(np.int64)
 
-    def at(self, x: float, y: float) -> np.ndarray:
+    def amplitudes_at(self, x: float, y: float) -> np.ndarray:
         """Complex amplitudes (n,) [m] at a point: the elevation there is Re sum at e^(i w t)."""
         along = x * np.cos(self.heading) + y * np.sin(self.heading)
         return self.amplitude * np.exp(1j * (self.phase - self.wavenumber * along))
 
 
-def sea(environment: Environment) -> tuple[Components, ...]:
+def sea(environment: Environment) -> tuple[WaveComponents, ...]:
     """The components of all wave trains of the environment with non-zero energy, with independent
     phases.
 
     Trains of the same ramp and the same spacing form one set. Only the waves of one set load a body
     together, at their difference and sum frequencies.
     """
-    together: dict[tuple[float, float], list[Components]] = {}
+    together: dict[tuple[float, float], list[WaveComponents]] = {}
     for stream, train in enumerate(environment.waves):
         waves = components(train, environment, stream)
         if np.any(waves.amplitude**2):  # squares of less than 1e-162 m are zero
             together.setdefault((waves.ramp, waves.spacing), []).append(waves)
-    return tuple(_joined(sets) for sets in together.values())
+    return tuple(_join_components(sets) for sets in together.values())
 
 
-def _joined(sets: list[Components]) -> Components:
-    def every(name: str) -> np.ndarray:
+def _join_components(sets: list[WaveComponents]) -> WaveComponents:
+    def concatenate_field(name: str) -> np.ndarray:
         return np.concatenate([getattr(waves, name) for waves in sets])
 
-    arrays = (every("omega"), every("amplitude"), every("phase"), every("wavenumber"))
-    return Components(*arrays, every("heading"), sets[0].ramp, sets[0].spacing)
+    arrays = (
+        concatenate_field("omega"),
+        concatenate_field("amplitude"),
+        concatenate_field("phase"),
+        concatenate_field("wavenumber"),
+    )
+    return WaveComponents(*arrays, concatenate_field("heading"), sets[0].ramp, sets[0].spacing)
 
 
-def components(train: WaveTrain, environment: Environment, stream: int = 0) -> Components:
+def components(train: WaveTrain, environment: Environment, stream: int = 0) -> WaveComponents:
     """The components of one wave train; ``stream`` distinguishes trains of the same seed.
 
     The components of a random sea lie at multiples of dw = 2 pi / repeat_period up to
@@ -101,7 +106,7 @@ def components(train: WaveTrain, environment: Environment, stream: int = 0) -> C
             lines = given.amplitude, given.phase, given.heading
             return _airy(train, environment, spacing, omega, *lines)
         case RecordedElevation() as record:
-            return _recorded(record, train, environment)
+            return _recorded_components(record, train, environment)
         case spectrum:
             return _random(spectrum, train, environment, stream)
 
@@ -129,7 +134,7 @@ def check_span(environment: Environment, start: float, end: float) -> None:
                 )
 
 
-def energy_outside(waves: Components, frequency: np.ndarray) -> tuple[float, float]:
+def energy_outside(waves: WaveComponents, frequency: np.ndarray) -> tuple[float, float]:
     """Fractions of the components' energy below and above a database's frequencies [rad/s]."""
     energy = waves.amplitude**2
     total = energy.sum() or 1.0
@@ -146,14 +151,14 @@ def _airy(
     amplitude: np.ndarray,
     phase: np.ndarray,
     heading: np.ndarray,
-) -> Components:
+) -> WaveComponents:
     k = wavenumber(omega, environment.water_depth, environment.gravity)
-    return Components(omega, amplitude, phase, k, heading, train.ramp, spacing)
+    return WaveComponents(omega, amplitude, phase, k, heading, train.ramp, spacing)
 
 
 def _random(
     spectrum: Density, train: WaveTrain, environment: Environment, stream: int
-) -> Components:
+) -> WaveComponents:
     _check_depth(spectrum, environment)
     spacing = _spacing(spectrum, train.repeat_period)
     omega = spacing * np.arange(1, int(cut_off(spectrum) / spacing) + 1)
@@ -192,7 +197,9 @@ def _on_grid(omega: np.ndarray, spacing: float) -> tuple[float, np.ndarray]:
     return 0.0, omega
 
 
-def _recorded(record: RecordedElevation, train: WaveTrain, environment: Environment) -> Components:
+def _recorded_components(
+    record: RecordedElevation, train: WaveTrain, environment: Environment
+) -> WaveComponents:
     """Fourier series of a record; it reproduces the record at its place and times."""
     count = record.time.size
     step = _even_step(record.time)

@@ -34,10 +34,10 @@ def directions(train: WaveTrain, stream: int, omega: np.ndarray) -> np.ndarray:
     if train.spreading is None:
         return np.full(omega.size, train.heading)
     uniform = _generator(train, stream, _DIRECTIONS).random(omega.size)
-    return train.heading + spread(uniform, train.spreading)
+    return train.heading + spreading_angles(uniform, train.spreading)
 
 
-def spread(uniform: np.ndarray, exponent: float) -> np.ndarray:
+def spreading_angles(uniform: np.ndarray, exponent: float) -> np.ndarray:
     """Angles [rad] to the mean heading, from numbers ``uniform`` in 0 to 1. Their density is D ~
     cos^2s(angle / 2) over the whole turn (Longuet-Higgins, Cartwright and Smith 1963).
 

@@ -11,19 +11,19 @@ import scipy
 from hydrosim.waves.loads import rise
 
 if TYPE_CHECKING:
-    from hydrosim.waves.components import Components
+    from hydrosim.waves.components import WaveComponents
 
 _ENOUGH = 100  # fewest times for a transform
 _WHOLE = 1e-9  # of a step: distance from a multiple below which a time is that multiple
 
 
-def elevation_at(waves: Components, x: float, y: float, time: np.ndarray) -> np.ndarray:
+def elevation_at(waves: WaveComponents, x: float, y: float, time: np.ndarray) -> np.ndarray:
     """Elevation (nt,) [m] of one set at a point, at ``time`` (nt,) [s], by direct summation."""
     growth = np.array([rise(t, waves.ramp) for t in time])
-    return growth * _direct(waves, waves.at(x, y)[None], time)[:, 0]
+    return growth * _direct(waves, waves.amplitudes_at(x, y)[None], time)[:, 0]
 
 
-def elevations(sets: Sequence[Components], points: np.ndarray, time: np.ndarray) -> np.ndarray:
+def elevations(sets: Sequence[WaveComponents], points: np.ndarray, time: np.ndarray) -> np.ndarray:
     """Elevation (nt, n) [m] of the sum of ``sets`` at ``points`` (n, 2) [m] and ``time`` (nt,) [s].
 
     Computed by FFT if the times are multiples of an integer fraction of a set's repeat period,
@@ -31,13 +31,15 @@ def elevations(sets: Sequence[Components], points: np.ndarray, time: np.ndarray)
     """
     total = np.zeros((time.size, len(points)))
     for waves in sets:
-        amplitude = np.array([waves.at(x, y) for x, y in points]).reshape(len(points), -1)
+        amplitude = np.array([waves.amplitudes_at(x, y) for x, y in points]).reshape(
+            len(points), -1
+        )
         growth = np.array([rise(t, waves.ramp) for t in time])
         total += growth[:, None] * _steady(waves, amplitude, time)
     return total
 
 
-def _steady(waves: Components, amplitude: np.ndarray, time: np.ndarray) -> np.ndarray:
+def _steady(waves: WaveComponents, amplitude: np.ndarray, time: np.ndarray) -> np.ndarray:
     """Re sum of ``amplitude`` (n, nw) e^(i w t), (nt, n)."""
     if waves.spacing == 0.0 or time.size < _ENOUGH:
         return _direct(waves, amplitude, time)
@@ -57,7 +59,7 @@ def _steady(waves: Components, amplitude: np.ndarray, time: np.ndarray) -> np.nd
     return found
 
 
-def _direct(waves: Components, amplitude: np.ndarray, time: np.ndarray) -> np.ndarray:
+def _direct(waves: WaveComponents, amplitude: np.ndarray, time: np.ndarray) -> np.ndarray:
     found = np.empty((time.size, len(amplitude)))
     for row, t in zip(found, time, strict=True):
         row[:] = np.sum(amplitude * np.exp(1j * waves.omega * t), axis=1).real

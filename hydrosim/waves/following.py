@@ -43,14 +43,14 @@ from hydrosim.waves.forms import (
     moves_second_order,
     new_filtered,
 )
-from hydrosim.waves.frequency_nodes import FrequencyNodes, Span, nodes_model, span_of
+from hydrosim.waves.frequency_nodes import FrequencyNodes, NodeSpan, nodes_model, span_of
 from hydrosim.waves.loads import STENCIL_POINTS, rise
 from hydrosim.waves.synthesis import MISSED, row_step
 from hydrosim.waves.transfer import TransferFunctions, transfer_table
 
 if TYPE_CHECKING:
     from hydrosim.waves.body import WaveBody
-    from hydrosim.waves.components import Components
+    from hydrosim.waves.components import WaveComponents
 
 NODES_PER_HEADING = 6  # nodes of heading per heading of the database
 SLOW_FREQUENCY_FRACTION = 0.25  # of the mean frequency of the sea: motions below it are slow
@@ -122,7 +122,7 @@ class _Part(NamedTuple):
     frequency: np.ndarray  # (nf,) of the table
 
     def bands(
-        self, body: WaveBody, seas: Sequence[Components], span: Span, missed: float
+        self, body: WaveBody, seas: Sequence[WaveComponents], span: NodeSpan, missed: float
     ) -> list[Set]:
         """Bands of these waves on the body."""
         nodes = self.table.shape[1]
@@ -142,7 +142,7 @@ def is_slow(body: WaveBody) -> bool:
 
 
 def following_model(
-    seas: Sequence[Components],
+    seas: Sequence[WaveComponents],
     bodies: Sequence[WaveBody],
     block: float = 2.0,
     missed: float = MISSED,
@@ -164,7 +164,7 @@ def following_model(
     ]
     nodes = [[one.nodes for one in each if one.nodes is not None] for each in bands]
 
-    def joined(name: str, kind: type = float) -> np.ndarray:
+    def join_fields(name: str, kind: type = float) -> np.ndarray:
         return np.concatenate([np.zeros(0, kind), *(getattr(part, name) for part in parts)])
 
     return FollowingLoads(
@@ -185,11 +185,11 @@ def following_model(
         first=first,
         active=np.array([body.active for body in chosen], dtype=bool).reshape(-1, 6),
         **{
-            name: joined(name)
+            name: join_fields(name)
             for name in ("omega", "wavenumber", "heading", "ramp", "part", "width")
         },
-        elevation=joined("elevation", complex),
-        cell=joined("cell", np.int64),
+        elevation=join_fields("elevation", complex),
+        cell=join_fields("cell", np.int64),
         load=load,
         second=forms_model([part.forms for part in parts]),
         bands=bands_model(bands),
@@ -204,12 +204,12 @@ def following_model(
     )
 
 
-def _part(seas: Sequence[Components], body: WaveBody, database: TransferFunctions) -> _Part:
+def _part(seas: Sequence[WaveComponents], body: WaveBody, database: TransferFunctions) -> _Part:
     """The waves of the seas that load a body, train by train in the order of frequency, which saves
     work where many waves have one heading. First-order loads have only waves in the frequency range
     of its database."""
     w, table = transfer_table(database, NODES_PER_HEADING)
-    elevation = np.concatenate([waves.at(*body.place()) for waves in seas])
+    elevation = np.concatenate([waves.amplitudes_at(*body.place()) for waves in seas])
     each = [
         np.concatenate([getattr(waves, name) for waves in seas])
         for name in ("omega", "wavenumber", "heading")

@@ -94,7 +94,7 @@ class Filter(NamedTuple):
     weights: np.ndarray = np.zeros(0, complex)
 
 
-class Form(NamedTuple):
+class QuadraticForm(NamedTuple):
     """One form of a body: its filters, and ``core`` (harmonics, 6, r, r)."""
 
     pairing: int
@@ -116,7 +116,7 @@ class BodyForms(NamedTuple):
     """Filters, forms and drift of the second-order loads on one body."""
 
     wave: np.ndarray
-    forms: list[Form]
+    forms: list[QuadraticForm]
     drift: Drift
 
 
@@ -156,7 +156,7 @@ def body_forms(body: WaveBody, waves: Waves, elevation: np.ndarray) -> BodyForms
     if database is None or not moves_second_order(body):
         return BodyForms(elevation, [], no_drift(waves.omega.size))
     wanted = body.wave_forces.second_order
-    forms: list[Form] = []
+    forms: list[QuadraticForm] = []
     for number in np.unique(waves.sea):
         at = np.flatnonzero(waves.sea == number)
         ends = (int(at[0]), int(at[-1]) + 1, float(waves.ramp[at[0]]))
@@ -173,24 +173,24 @@ def body_forms(body: WaveBody, waves: Waves, elevation: np.ndarray) -> BodyForms
     return BodyForms(elevation, forms, drift)
 
 
-def _of_drift(wanted: SecondOrder, begin: int, end: int, ramp: float) -> Iterator[Form]:
+def _of_drift(wanted: SecondOrder, begin: int, end: int, ramp: float) -> Iterator[QuadraticForm]:
     """The forms of mean drift, for the waves with indices ``begin`` <= i < ``end``."""
     one = Filter(ONE, begin, end, ramp)
     nothing = np.zeros((1, 6))
     match wanted:
         case SecondOrder.MEAN_DRIFT:
-            yield Form(MEAN, [one], np.zeros((0, 6, 1, 1)))
+            yield QuadraticForm(MEAN, [one], np.zeros((0, 6, 1, 1)))
         case SecondOrder.NEWMAN | SecondOrder.QTF:
             each = [Filter(DRIFT, begin, end, ramp, dof) for dof in DOFS]
-            yield Form(DIFFERENCE, [one, *each], newman(nothing).core[None])
+            yield QuadraticForm(DIFFERENCE, [one, *each], newman(nothing).core[None])
         case SecondOrder.NEWMAN_SQUARE_ROOT:
             each = [Filter(kind, begin, end, ramp, dof) for kind in (PLUS, MINUS) for dof in DOFS]
-            yield Form(DIFFERENCE, each, newman_square_root(nothing).core[None])
+            yield QuadraticForm(DIFFERENCE, each, newman_square_root(nothing).core[None])
 
 
 def _quadratic(
     database: QuadraticFunctions, waves: Waves, at: np.ndarray, name: str
-) -> Iterator[Form]:
+) -> Iterator[QuadraticForm]:
     """The forms of a quadratic transfer function, for the waves ``at`` (n,) of one sea."""
     pairing = DIFFERENCE if name == "qtf_difference" else SUM
     for found in turned_qtf(database, waves.omega[at], waves.heading[at], name):
@@ -205,7 +205,7 @@ def _quadratic(
             )
             for one in found.filters
         ]
-        yield Form(pairing, filters, found.core)
+        yield QuadraticForm(pairing, filters, found.core)
 
 
 def no_drift(waves: int) -> Drift:
@@ -253,7 +253,7 @@ def forms_model(bodies: list[BodyForms]) -> Forms:
     tables = [body.drift.table for body in bodies]
     table, drift = join_once(tables, float)
 
-    def joined(name: str, kind: type = float) -> np.ndarray:
+    def join_fields(name: str, kind: type = float) -> np.ndarray:
         return np.concatenate(
             [np.zeros((0, 2), kind), *(getattr(body.drift, name) for body in bodies)]
         )
@@ -281,10 +281,10 @@ def forms_model(bodies: list[BodyForms]) -> Forms:
         drifts=np.array([bool(np.any(body.drift.factor)) for body in bodies], dtype=bool),
         nodes=np.array([each.shape[1] for each in tables], dtype=np.int64),
         table=table,
-        cell=joined("cell", np.int64),
-        part=joined("part"),
-        width=joined("width"),
-        factor=joined("factor"),
+        cell=join_fields("cell", np.int64),
+        part=join_fields("part"),
+        width=join_fields("width"),
+        factor=join_fields("factor"),
         drift=drift,
     )
 
@@ -299,13 +299,13 @@ def join_once(tables: Sequence[np.ndarray], kind: type) -> tuple[np.ndarray, np.
     return at, np.concatenate([np.zeros(0, kind), *distinct.values()])
 
 
-def _counts(form: Form, drift: Drift) -> bool:
+def _counts(form: QuadraticForm, drift: Drift) -> bool:
     """True if a form may load the body; a form of drift does so only if there is drift."""
     given = all(one.kind == WEIGHTED_AS_GIVEN for one in form.filters)
     return given or bool(np.any(drift.factor))
 
 
-def _spans(forms: list[Form]) -> list[tuple[int, int]]:
+def _spans(forms: list[QuadraticForm]) -> list[tuple[int, int]]:
     ends = np.cumsum([0, *(len(form.filters) for form in forms)])
     return [(int(first), int(last)) for first, last in pairwise(ends)]
 
@@ -521,7 +521,7 @@ def add_forms(k, t, end, share, waves, forms, work, out):
             z = work.z[low : low + count]
             sign = 1.0 if forms.pairing[q] == SUM else -1.0
             for j in range(6):
-                out[j] += share * _paired(work.core[end, at : at + count * count], z, sign)
+                out[j] += share * _pair_sum(work.core[end, at : at + count * count], z, sign)
                 at += count * count
 
 
@@ -537,7 +537,7 @@ def _sum(c, s, re, im):
 
 
 @summing
-def _paired(core, z, sign):
+def _pair_sum(core, z, sign):
     """Re sum C_rs z_r z_s, the second of each pair conjugate where ``sign`` is -1."""
     total = 0.0
     for r in range(z.size):

@@ -35,7 +35,7 @@ NARROWEST = 1e-3  # of the widest cell
 SAMPLING_ERROR = 0.0235  # of interpolation by 6 even points: max |x (x - 1) ... (x - 5)| / 6!
 
 
-class Span(NamedTuple):
+class NodeSpan(NamedTuple):
     """Over what amplitudes at nodes are used: ``period`` [s] and ``distance`` [m] between anchors,
     and the time ``reach`` [s] from the middle of a block to its outermost rows."""
 
@@ -89,14 +89,14 @@ class FrequencyNodes(NamedTuple):
     distance: float
 
 
-def span_of(omega: np.ndarray, wavenumber: np.ndarray, block: float, step: float) -> Span:
+def span_of(omega: np.ndarray, wavenumber: np.ndarray, block: float, step: float) -> NodeSpan:
     """The span for waves (nw,) and rows ``step`` apart in a ``block`` [s]."""
     period = max(ANCHOR_S, block)
     slowest = float(np.min(omega / (2.0 * wavenumber), initial=np.inf))  # group velocity
-    return Span(period, slowest * period / sqrt(2.0), block / 2.0 + STENCIL_POINTS / 2.0 * step)
+    return NodeSpan(period, slowest * period / sqrt(2.0), block / 2.0 + STENCIL_POINTS / 2.0 * step)
 
 
-def count_nodes(width: float, span: Span, missed: float) -> int:
+def count_nodes(width: float, span: NodeSpan, missed: float) -> int:
     """Nodes per cell of up to this ``width`` [rad/s] for an error of ``missed``; more than
     `MAX_NODES` if it needs too many, or envelopes change too fast for `STENCIL_POINTS` samples per
     block."""
@@ -120,12 +120,12 @@ def lagrange_weights(nodes: np.ndarray, omega: np.ndarray) -> np.ndarray:
     return weight
 
 
-def nodes_model(bodies: Sequence[Sequence[NodeSet]], spans: Sequence[Span]) -> FrequencyNodes:
+def nodes_model(bodies: Sequence[Sequence[NodeSet]], spans: Sequence[NodeSpan]) -> FrequencyNodes:
     """The nodes of all bodies as arrays; a body that is not summed by nodes has no sets."""
     sets = [one for each in bodies for one in each]
     at = [_share_places(each) for each in bodies]
 
-    def joined(arrays: Sequence[np.ndarray], kind: type = float) -> np.ndarray:
+    def join_arrays(arrays: Sequence[np.ndarray], kind: type = float) -> np.ndarray:
         return np.concatenate([np.zeros(0, kind), *(array.ravel() for array in arrays)])
 
     def firsts(name: str) -> np.ndarray:
@@ -139,16 +139,16 @@ def nodes_model(bodies: Sequence[Sequence[NodeSet]], spans: Sequence[Span]) -> F
         shares=firsts("node"),
         table=firsts("weight")[:-1],
         per_cell=np.array([each[0].weight.shape[1] if each else 0 for each in bodies], dtype=index),
-        begin=joined([one.begin for one in sets], index),
-        end=joined([one.end for one in sets], index),
-        weight=joined([one.weight for one in sets]),
-        omega=joined([one.omega for one in sets]),
-        kx=joined([one.kx for one in sets]),
-        ky=joined([one.ky for one in sets]),
-        node=joined([node for node, _, _ in at], index),
-        at=joined([place for _, place, _ in at], index),
-        size=joined([size for _, _, size in at], index),
-        factor=joined([one.factor for one in sets]),
+        begin=join_arrays([one.begin for one in sets], index),
+        end=join_arrays([one.end for one in sets], index),
+        weight=join_arrays([one.weight for one in sets]),
+        omega=join_arrays([one.omega for one in sets]),
+        kx=join_arrays([one.kx for one in sets]),
+        ky=join_arrays([one.ky for one in sets]),
+        node=join_arrays([node for node, _, _ in at], index),
+        at=join_arrays([place for _, place, _ in at], index),
+        size=join_arrays([size for _, _, size in at], index),
+        factor=join_arrays([one.factor for one in sets]),
         period=min((span.period for span in spans), default=1.0),
         distance=min((span.distance for span in spans), default=1.0),
     )

@@ -16,7 +16,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from hydrosim.waves.components import Components, energy_outside
+from hydrosim.waves.components import WaveComponents, energy_outside
 
 BAND = 0.3  # part of the band, at its end, in which the decay of the loads is checked
 MIN_FREQUENCIES = 4  # fewest frequencies there
@@ -49,20 +49,20 @@ class Outside(NamedTuple):
         return self.below + (self.above if self.loads is None else self.loads)
 
 
-def outside(database: Loads, seas: Sequence[Components]) -> Outside:
+def outside(database: Loads, seas: Sequence[WaveComponents]) -> Outside:
     """Shares of the ``seas`` outside the frequencies of the database; the last result is kept."""
     return _outside(database, tuple(seas))
 
 
 @lru_cache(maxsize=2)
-def _outside(database: Loads, seas: tuple[Components, ...]) -> Outside:
+def _outside(database: Loads, seas: tuple[WaveComponents, ...]) -> Outside:
     energy = [float(np.sum(waves.amplitude**2)) for waves in seas]
     shares = [energy_outside(waves, database.frequency) for waves in seas]
     below, above = np.average(shares, axis=0, weights=energy)
     return Outside(float(below), float(above), _loads_above(database, seas))
 
 
-def _loads_above(database: Loads, seas: Sequence[Components]) -> float | None:
+def _loads_above(database: Loads, seas: Sequence[WaveComponents]) -> float | None:
     w, last = database.frequency, database.frequency[-1]
     size = _mean_squares(database)
     levelled = size * (w[:, None] / last) ** (-2.0 * FALL)

@@ -71,11 +71,15 @@ def _chosen(asked: Place, scene: Scene, body: Body, dofs: tuple[int, ...]) -> Pl
     if asked != Place.AUTOMATIC:
         return asked
     exact = scene.solver.kinematics == Kinematics.EXACT
-    leaves = exact and _free(scene, body, dofs) and (_pushed(scene, body) or _off(body, dofs))
+    leaves = (
+        exact
+        and _may_move(scene, body, dofs)
+        and (_has_steady_force(scene, body) or _is_displaced(body, dofs))
+    )
     return Place.SLOW if leaves else Place.MEAN
 
 
-def _free(scene: Scene, body: Body, dofs: tuple[int, ...]) -> bool:
+def _may_move(scene: Scene, body: Body, dofs: tuple[int, ...]) -> bool:
     """True if the body may leave its position at rest in one of the ``dofs``."""
     joined = joined_with(scene, body.name)
     if is_anchored(scene, body.name):
@@ -84,7 +88,7 @@ def _free(scene: Scene, body: Body, dofs: tuple[int, ...]) -> bool:
     return any(dof in body.dofs and dof not in held for dof in (DOFS[i] for i in dofs))
 
 
-def _pushed(scene: Scene, body: Body) -> bool:
+def _has_steady_force(scene: Scene, body: Body) -> bool:
     """True if a steady force pushes the body, or has pushed it."""
     joined = joined_with(scene, body.name)
     each = [other for other in scene.bodies if other.name in joined]
@@ -94,7 +98,7 @@ def _pushed(scene: Scene, body: Body) -> bool:
     return loads or driven or moving or scene.environment.current.speed != 0.0
 
 
-def _off(body: Body, dofs: tuple[int, ...]) -> bool:
+def _is_displaced(body: Body, dofs: tuple[int, ...]) -> bool:
     return any(body.position[i] for i in dofs)
 
 

@@ -16,11 +16,17 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from hydrosim.errors import InputError
-from hydrosim.waves.second_order import Factors, newman, together
-from hydrosim.waves.transfer import NOISE, TransferFunctions, apart, heading_weights, mean_drift_at
+from hydrosim.waves.second_order import Factors, add_factors, newman
+from hydrosim.waves.transfer import (
+    NOISE,
+    TransferFunctions,
+    angle_between,
+    heading_weights,
+    mean_drift_at,
+)
 
 if TYPE_CHECKING:
-    from hydrosim.waves.components import Components
+    from hydrosim.waves.components import WaveComponents
 
 _SAME = 1e-6  # rad: headings closer than this are one
 MOST_HEADINGS = 8  # headings of a sea in which waves of different headings load nothing together
@@ -40,7 +46,7 @@ class QuadraticFunctions(TransferFunctions, Protocol):
     def qtf_sum(self) -> np.ndarray | None: ...
 
 
-def difference_factors(database: QuadraticFunctions, waves: Components) -> Factors:
+def difference_factors(database: QuadraticFunctions, waves: WaveComponents) -> Factors:
     """T- of all loads for the waves. Raises InputError if the database has none, or none for the
     waves' headings."""
     found = _factors(database, waves, "qtf_difference")
@@ -49,15 +55,15 @@ def difference_factors(database: QuadraticFunctions, waves: Components) -> Facto
     ends = np.clip(waves.omega, *_ends(database))
     drift = [mean_drift_at(database, waves.heading, omega) for omega in (waves.omega, ends)]
     beyond = drift[0] - drift[1]
-    return together(found, newman(beyond)) if np.any(beyond) else found
+    return add_factors(found, newman(beyond)) if np.any(beyond) else found
 
 
-def sum_factors(database: QuadraticFunctions, waves: Components) -> Factors:
+def sum_factors(database: QuadraticFunctions, waves: WaveComponents) -> Factors:
     """T+ of all loads for the waves; raises as `difference_factors` does."""
     return _factors(database, waves, "qtf_sum")
 
 
-def separate_headings(database: QuadraticFunctions, waves: Components) -> bool:
+def separate_headings(database: QuadraticFunctions, waves: WaveComponents) -> bool:
     """True if waves of different headings load a body together at first order only."""
     pairs = pairs_of(database)
     nodes = unique_headings(pairs).size
@@ -88,7 +94,7 @@ def qtf_table(database: QuadraticFunctions, name: str) -> np.ndarray:
     return table
 
 
-def _factors(database: QuadraticFunctions, waves: Components, name: str) -> Factors:
+def _factors(database: QuadraticFunctions, waves: WaveComponents, name: str) -> Factors:
     """T of all loads as factors: weights are products of the weights of frequency and heading
     nodes, heading by heading."""
     from scipy.interpolate import make_interp_spline  # slow to load, and few scenes have a QTF
@@ -101,10 +107,10 @@ def _factors(database: QuadraticFunctions, waves: Components, name: str) -> Fact
     weights = (headings[:, None] * splines).reshape(-1, waves.omega.size)
     nh, nq, n = len(headings), w.size, table.shape[-1]
     core = blocks.transpose(4, 0, 2, 1, 3).reshape(n, nh * nq, nh * nq)
-    return Factors(weights, core * loaded(core.T, table)[:, None, None])
+    return Factors(weights, core * is_above_noise(core.T, table)[:, None, None])
 
 
-def loaded(values: np.ndarray, table: np.ndarray) -> np.ndarray:
+def is_above_noise(values: np.ndarray, table: np.ndarray) -> np.ndarray:
     """True for each load (n,) of ``values`` (..., n) from a ``table`` that is above the solver's
     noise."""
     n = table.shape[-1]
@@ -122,7 +128,7 @@ def pairs_of(database: QuadraticFunctions) -> np.ndarray:
 
 
 def _blocks(
-    database: QuadraticFunctions, waves: Components, name: str
+    database: QuadraticFunctions, waves: WaveComponents, name: str
 ) -> tuple[np.ndarray, np.ndarray]:
     """Weights of the waves at heading nodes (nh, nw), and T (nh, nh, nq, nq, n) between these
     nodes."""
@@ -139,7 +145,7 @@ def _blocks(
 
 
 def _each_heading(
-    database: QuadraticFunctions, waves: Components, table: np.ndarray
+    database: QuadraticFunctions, waves: WaveComponents, table: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """`_blocks` with the headings of the sea as nodes; T between different headings is zero."""
     headings = sea_headings(database, waves.heading)
@@ -152,12 +158,12 @@ def _each_heading(
     blocks = np.zeros(shape, dtype=complex)
     for k, row in enumerate(weights):
         blocks[k, k] = np.tensordot(row, table[own], 1)
-    return (apart(waves.heading, headings[:, None]) < _SAME).astype(float), blocks
+    return (angle_between(waves.heading, headings[:, None]) < _SAME).astype(float), blocks
 
 
 def own_headings(pairs: np.ndarray) -> np.ndarray:
     """Indices of the ``pairs`` (np, 2) of a heading with itself."""
-    return np.flatnonzero(apart(*pairs.T) < _SAME)
+    return np.flatnonzero(angle_between(*pairs.T) < _SAME)
 
 
 def sea_headings(database: QuadraticFunctions, heading: np.ndarray) -> np.ndarray:
@@ -176,7 +182,7 @@ def sea_headings(database: QuadraticFunctions, heading: np.ndarray) -> np.ndarra
 def all_pairs(pairs: np.ndarray, table: np.ndarray, hermitian: bool) -> np.ndarray | None:
     """T (nh, nh, nq, nq, n) between all headings; None if a pair is missing in both orders."""
     nodes = unique_headings(pairs)
-    number = np.argmin(apart(pairs[:, :, None], nodes), axis=-1)
+    number = np.argmin(angle_between(pairs[:, :, None], nodes), axis=-1)
     known = np.zeros((nodes.size, nodes.size), dtype=bool)
     blocks = np.zeros((*known.shape, *table.shape[1:]), dtype=complex)
     for (i, j), block in zip(number, table, strict=True):
@@ -190,7 +196,7 @@ def all_pairs(pairs: np.ndarray, table: np.ndarray, hermitian: bool) -> np.ndarr
 def unique_headings(heading: np.ndarray) -> np.ndarray:
     """The different headings, ascending."""
     angle = np.sort(np.mod(np.ravel(heading), 2.0 * np.pi))
-    different = apart(angle, np.roll(angle, 1)) >= _SAME
+    different = angle_between(angle, np.roll(angle, 1)) >= _SAME
     return angle[different] if np.any(different) else angle[:1]
 
 

@@ -19,7 +19,7 @@ from hydrosim.scene import (
     WaveTrain,
     WhiteNoise,
 )
-from hydrosim.waves.components import Components, components, energy_outside
+from hydrosim.waves.components import WaveComponents, components, energy_outside
 from hydrosim.waves.spectra import cut_off, density, energy, energy_above
 
 PEAK_POINTS = 20_001
@@ -92,7 +92,7 @@ def _from_moments(variance: float, period: float, resultant: complex) -> SeaStat
     return SeaState(4.0 * sqrt(variance), period, heading, sqrt(2.0 * (1.0 - length)))
 
 
-def _peak_of_lines(waves: Components) -> float:
+def _peak_of_lines(waves: WaveComponents) -> float:
     """Period [s] of the largest density of lines: their energy near a frequency over it, and the
     mean frequency of the lines there."""
     order = np.argsort(waves.omega)

@@ -26,10 +26,10 @@ import numpy as np
 import scipy
 
 from hydrosim.errors import InputError
-from hydrosim.waves.synthesis import Lines
+from hydrosim.waves.synthesis import SpectralLines
 
 if TYPE_CHECKING:
-    from hydrosim.waves.components import Components
+    from hydrosim.waves.components import WaveComponents
 
 MOST_WAVES = 60  # waves off a grid: their pairs are summed one by one, at every stage of every step
 
@@ -67,7 +67,7 @@ def newman_square_root(drift: np.ndarray) -> Factors:
     return Factors(np.sqrt(parts).T, core)
 
 
-def together(one: Factors, other: Factors) -> Factors:
+def add_factors(one: Factors, other: Factors) -> Factors:
     """The sum of two transfer functions."""
     n, r, s = len(one.core), len(one.weights), len(other.weights)
     core = np.zeros((n, r + s, r + s), dtype=np.result_type(one.core, other.core))
@@ -75,13 +75,15 @@ def together(one: Factors, other: Factors) -> Factors:
     return Factors(np.vstack([one.weights, other.weights]), core)
 
 
-def mean_load(elevation: np.ndarray, drift: np.ndarray) -> Lines:
+def mean_load(elevation: np.ndarray, drift: np.ndarray) -> SpectralLines:
     """The mean load sum_i D_i |a_i|^2 alone, as a line at zero frequency; ``elevation`` (nw,) [m],
     ``drift`` (nw, n)."""
-    return Lines(np.zeros(1), (np.abs(elevation) ** 2 @ drift + 0j)[None])
+    return SpectralLines(np.zeros(1), (np.abs(elevation) ** 2 @ drift + 0j)[None])
 
 
-def difference_loads(waves: Components, elevation: np.ndarray, factors: Factors) -> Lines:
+def difference_loads(
+    waves: WaveComponents, elevation: np.ndarray, factors: Factors
+) -> SpectralLines:
     """Lines of F- for waves of complex ``elevation`` (nw,) [m] at the body.
 
     Raises InputError if there are more than `MOST_WAVES` and they are not on a grid.
@@ -89,31 +91,31 @@ def difference_loads(waves: Components, elevation: np.ndarray, factors: Factors)
     if waves.spacing == 0.0:
         pairs = factors.pairs() * np.outer(elevation, elevation.conj())
         i, j = _each_pair(waves)
-        return Lines(np.abs(waves.omega[i] - waves.omega[j]), _falling(waves, pairs, i, j))
-    z = _filtered(waves, elevation, factors)
+        return SpectralLines(np.abs(waves.omega[i] - waves.omega[j]), _falling(waves, pairs, i, j))
+    z = _filter_elevation(waves, elevation, factors)
     record = [np.sum((z @ core) * z.conj(), axis=1).real for core in factors.core]
     lines = scipy.fft.rfft(np.array(record).T, axis=0) / len(z)
     lines[1:] *= 2.0
     lines = lines[: int(waves.index.max())]
-    return Lines(waves.spacing * np.arange(len(lines)), lines)
+    return SpectralLines(waves.spacing * np.arange(len(lines)), lines)
 
 
-def sum_loads(waves: Components, elevation: np.ndarray, factors: Factors) -> Lines:
+def sum_loads(waves: WaveComponents, elevation: np.ndarray, factors: Factors) -> SpectralLines:
     """Lines of F+ for waves of complex ``elevation`` (nw,) [m] at the body, see
     `difference_loads`."""
     if waves.spacing == 0.0:
         pairs = factors.pairs() * np.outer(elevation, elevation)
         i, j = _each_pair(waves)
         twice = np.where(i == j, 1.0, 2.0)[:, None]
-        return Lines(waves.omega[i] + waves.omega[j], twice * pairs[:, i, j].T)
-    z = _filtered(waves, elevation, factors)
+        return SpectralLines(waves.omega[i] + waves.omega[j], twice * pairs[:, i, j].T)
+    z = _filter_elevation(waves, elevation, factors)
     record = [np.sum((z @ core) * z, axis=1) for core in factors.core]
     lines = scipy.fft.fft(np.array(record).T, axis=0) / len(z)
     lines = lines[: 2 * int(waves.index.max()) + 1]
-    return Lines(waves.spacing * np.arange(len(lines)), lines)
+    return SpectralLines(waves.spacing * np.arange(len(lines)), lines)
 
 
-def _filtered(waves: Components, elevation: np.ndarray, factors: Factors) -> np.ndarray:
+def _filter_elevation(waves: WaveComponents, elevation: np.ndarray, factors: Factors) -> np.ndarray:
     """z (N, r) at N times of the repeat period; N is large enough that no product of two is
     aliased."""
     count = scipy.fft.next_fast_len(2 * int(waves.index.max()) + 1)
@@ -122,7 +124,7 @@ def _filtered(waves: Components, elevation: np.ndarray, factors: Factors) -> np.
     return np.asarray(scipy.fft.ifft(lines, axis=0)) * count
 
 
-def _each_pair(waves: Components) -> tuple[np.ndarray, np.ndarray]:
+def _each_pair(waves: WaveComponents) -> tuple[np.ndarray, np.ndarray]:
     """Indices (i, j) of every pair of waves off the grid, once, and of each wave with itself."""
     if waves.omega.size > MOST_WAVES:
         raise InputError(
@@ -133,7 +135,7 @@ def _each_pair(waves: Components) -> tuple[np.ndarray, np.ndarray]:
     return np.tril_indices(waves.omega.size)
 
 
-def _falling(waves: Components, pairs: np.ndarray, i: np.ndarray, j: np.ndarray) -> np.ndarray:
+def _falling(waves: WaveComponents, pairs: np.ndarray, i: np.ndarray, j: np.ndarray) -> np.ndarray:
     """Amplitudes (m, n) of the lines of the pairs (i, j), each with (j, i), at |w_i - w_j|."""
     values = pairs[:, i, j].T
     turned = np.where((waves.omega[i] >= waves.omega[j])[:, None], values, values.conj())

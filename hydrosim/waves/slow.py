@@ -68,7 +68,7 @@ SLOW_STATE_NAMES = (
 )
 
 
-class Block(NamedTuple):
+class SlowBlock(NamedTuple):
     """Scratch: the states ``known`` (nb, 7) of the bodies for which their ``rows`` (nb, rows, 2, 6)
     of both orders were made, from time index ``first`` (nb,) on. For every wave: z and the factor
     to the next row, (4, nw), and the loads in heading axes at the block's ends, (24, nw). For a
@@ -90,12 +90,12 @@ class Block(NamedTuple):
     steady_yaw: np.ndarray
 
 
-def new_block(p: FollowingLoads) -> Block:
+def new_block(p: FollowingLoads) -> SlowBlock:
     """Scratch for these loads, without any known state."""
     slow = p.body.size if p.slow.any() else 0
     summed = p.slow & (np.diff(p.bands.sets) == 0)
     most = int(np.diff(p.offset)[summed].max(initial=0))
-    return Block(
+    return SlowBlock(
         np.full((slow, STATES_PER_FOLLOWED_BODY - BLOCK_POSITION), np.nan),
         np.zeros(slow, dtype=np.int64),
         np.zeros((slow, p.rows, 2, 6)),

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.linalg import solve_banded
 
 
-def interpolated(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:
+def interpolate_spline(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:
     """The spline through ``y`` (n, ...), real or complex, at rising ``x`` (n,), n 2 or more.
     Returns its values (m, ...) ``at`` (m,) places between the first x and the last."""
     values = y.reshape(len(x), -1)

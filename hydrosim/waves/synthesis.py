@@ -22,7 +22,7 @@ with a smaller tolerance need less: they resolve the corners between two interpo
 
 
 @dataclass(frozen=True, eq=False)
-class Lines:
+class SpectralLines:
     """n loads Re sum_l A_l exp(i w_l t): frequencies ``omega`` (nl,) [rad/s], in any order and with
     repetition, and complex ``amplitude`` (nl, n), of n columns of a table from ``first`` on."""
 
@@ -36,15 +36,15 @@ class Lines:
         return slice(self.first, self.first + self.amplitude.shape[1])
 
     @property
-    def loaded(self) -> np.ndarray:
+    def loaded_columns(self) -> np.ndarray:
         """The columns (m,) that have a load."""
         return self.first + np.flatnonzero(np.any(self.amplitude != 0.0, axis=0))
 
-    def within(self, chosen: np.ndarray) -> Lines:
+    def restrict_columns(self, chosen: np.ndarray) -> SpectralLines:
         """The same for a table of the ``chosen`` columns (m,), rising, alone."""
         own = (chosen >= self.first) & (chosen < self.columns.stop)
         first = int(np.searchsorted(chosen, self.first))
-        return Lines(self.omega, self.amplitude[:, chosen[own] - self.first], first)
+        return SpectralLines(self.omega, self.amplitude[:, chosen[own] - self.first], first)
 
     @property
     def highest(self) -> float:
@@ -97,11 +97,11 @@ def row_step(
     """Step of rows for non-repeating waves of frequency (nw,) [rad/s] and amplitude (nw,). It is
     the longest fraction of a ``block`` [s] at which the error of interpolation between rows
     (`loads`) is within ``missed`` of a sea's standard deviation."""
-    whole = max((_missed(omega, size, block) for omega, size in seas), default=0.0)
+    whole = max((_interpolation_error(omega, size, block) for omega, size in seas), default=0.0)
     return block / max(int(np.ceil((whole / missed) ** (1.0 / 6.0))), 1)
 
 
-def _missed(omega: np.ndarray, amplitude: np.ndarray, step: float) -> float:
+def _interpolation_error(omega: np.ndarray, amplitude: np.ndarray, step: float) -> float:
     """Interpolation error of a sum of waves over its standard deviation."""
     each = amplitude * 225.0 / 46080.0 * (omega * step) ** 6
     return float(np.linalg.norm(each) / max(np.linalg.norm(amplitude), np.finfo(float).tiny))
@@ -116,7 +116,7 @@ def _stages_apart(stages: int, phase: float) -> int:
     return next(fitting, most)
 
 
-def add_sum(grid: Grid, lines: Lines, total: np.ndarray) -> None:
+def add_sum(grid: Grid, lines: SpectralLines, total: np.ndarray) -> None:
     """Add the loads on the grid to their columns of ``total``; all frequencies are multiples of the
     grid's spacing."""
     index = np.rint(lines.omega * grid.step * grid.period / (2.0 * np.pi)).astype(np.int64)

@@ -22,7 +22,7 @@ from typing import Protocol
 import numpy as np
 
 from hydrosim.errors import InputError
-from hydrosim.waves.splines import interpolated, slopes
+from hydrosim.waves.splines import interpolate_spline, slopes
 
 _TURN = 2.0 * np.pi
 _WIDEST_GAP = np.radians(45.0) + 1e-6  # [rad] largest gap between two headings for interpolation
@@ -97,7 +97,9 @@ def _excitation_at(known: _Content, of_heading: bytes, of_omega: bytes) -> np.nd
     database = known.database
     heading, omega = np.frombuffer(of_heading), np.frombuffer(of_omega)
     inside = omega <= database.frequency[-1] * _END
-    found = np.where(inside[:, None], _at(database, known.values, heading, omega), 0.0)
+    found = np.where(
+        inside[:, None], _interpolate_transfer(database, known.values, heading, omega), 0.0
+    )
     found.setflags(write=False)
     return found
 
@@ -146,7 +148,7 @@ def _four_frequencies(w: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np
     if w.size >= 4:
         return w, values
     more = np.linspace(w[0], w[-1], 4)
-    return more, interpolated(w, values, more)
+    return more, interpolate_spline(w, values, more)
 
 
 def _largest(values: np.ndarray) -> np.ndarray:
@@ -170,7 +172,7 @@ def mean_drift_at(
     InputError if the database has no mean drift, or a wave heading lies outside its headings.
     """
     fade = drift_above(database, omega)
-    return _at(database, _drift_of(database), heading, omega) * fade[:, None]
+    return _interpolate_transfer(database, _drift_of(database), heading, omega) * fade[:, None]
 
 
 def drift_above(database: TransferFunctions, omega: np.ndarray) -> np.ndarray:
@@ -193,7 +195,7 @@ def _drift_of(database: TransferFunctions) -> np.ndarray:
     return database.mean_drift
 
 
-def apart(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+def angle_between(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """Angle between two directions [rad]."""
     return np.abs(np.mod(one - other + np.pi, _TURN) - np.pi)
 
@@ -212,7 +214,7 @@ def _weights(of_nodes: bytes, of_heading: bytes) -> np.ndarray | None:
     nodes, heading = np.frombuffer(of_nodes), np.frombuffer(of_heading)
     order, angle = _round_the_circle(nodes)
     x = np.mod(heading - nodes[order[0]], _TURN)
-    from_node = apart(x[:, None], angle)
+    from_node = angle_between(x[:, None], angle)
     gap = np.diff(angle, append=_TURN)
     between = gap[np.searchsorted(angle, x, side="right") - 1] > _WIDEST_GAP
     if np.any(between & (from_node.min(axis=1) >= _NODE)):
@@ -227,7 +229,7 @@ def _weights(of_nodes: bytes, of_heading: bytes) -> np.ndarray | None:
     return found
 
 
-def _at(
+def _interpolate_transfer(
     database: TransferFunctions, values: np.ndarray, heading: np.ndarray, omega: np.ndarray
 ) -> np.ndarray:
     """``values`` (nw, nh, n) at frequencies and headings (nc,): (nc, n); noise becomes zero."""
@@ -237,9 +239,11 @@ def _at(
     if weights is None:
         raise InputError(_not_covered(database, headings))
     if headings.size == 1:  # four times faster than the other way round
-        found = interpolated(database.frequency, np.tensordot(weights[0], values, (0, 1)), inside)
+        found = interpolate_spline(
+            database.frequency, np.tensordot(weights[0], values, (0, 1)), inside
+        )
     else:
-        at_nodes = interpolated(database.frequency, values, inside)
+        at_nodes = interpolate_spline(database.frequency, values, inside)
         found = np.einsum("ch,chj->cj", weights[which], at_nodes)
     loaded = np.abs(found).max(axis=0, initial=0.0) > NOISE * _largest(values)
     return np.where(loaded, found, 0.0)
@@ -247,7 +251,7 @@ def _at(
 
 def _between_nodes(x: np.ndarray, angle: np.ndarray, gap: np.ndarray) -> np.ndarray:
     """Weights (nc, nh) at x (nc,) of values at ascending ``angle`` (nh,) in one turn."""
-    if _even(gap):
+    if _is_even(gap):
         return _trigonometric(x[:, None] - angle)
     if angle.size == 1:
         return np.ones((x.size, 1))
@@ -263,10 +267,10 @@ def evenly_round(nodes: np.ndarray) -> bool:
     """True if headings are evenly spaced round the circle. Values between them then follow from a
     trigonometric polynomial."""
     _, angle = _round_the_circle(nodes)
-    return _even(np.diff(angle, append=_TURN))
+    return _is_even(np.diff(angle, append=_TURN))
 
 
-def _even(gap: np.ndarray) -> bool:
+def _is_even(gap: np.ndarray) -> bool:
     return bool(gap.size > 2 and np.ptp(gap) < _NODE)
 
 

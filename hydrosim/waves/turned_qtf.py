@@ -24,14 +24,14 @@ import numpy as np
 
 from hydrosim.waves.quadratic import (
     all_pairs,
-    loaded,
+    is_above_noise,
     own_headings,
     pairs_of,
     qtf_table,
     sea_headings,
     unique_headings,
 )
-from hydrosim.waves.transfer import apart, evenly_round, heading_weights
+from hydrosim.waves.transfer import angle_between, evenly_round, heading_weights
 
 if TYPE_CHECKING:
     from hydrosim.waves.quadratic import QuadraticFunctions
@@ -66,11 +66,14 @@ def turned_qtf(
     headings = sea_headings(database, heading) if blocks is None else unique_headings(heading)
     splines = _splines(np.asarray(database.qtf_frequency), omega)
     nodes = unique_headings(pairs)
-    if blocks is not None and _many(nodes.size, headings.size):
+    if blocks is not None and _use_harmonics(nodes.size, headings.size):
         yield _of_harmonics(nodes, blocks, splines, heading, hermitian)
         return
     filters = [
-        _filters(splines, apart(heading, to) == apart(heading[:, None], headings).min(axis=1))
+        _filters(
+            splines,
+            angle_between(heading, to) == angle_between(heading[:, None], headings).min(axis=1),
+        )
         for to in headings
     ]
     if blocks is not None:
@@ -163,7 +166,7 @@ def _of_harmonics(
     return _form(filters, core[None], splines)
 
 
-def _many(nodes: int, headings: int) -> bool:
+def _use_harmonics(nodes: int, headings: int) -> bool:
     """True if harmonics of the heading need fewer filters than the headings of the sea one by
     one."""
     return (2 * nodes + 1) * headings**2 > nodes**2 and headings > 1
@@ -183,7 +186,7 @@ def _weights(nodes: np.ndarray, heading: np.ndarray) -> np.ndarray:
 
 def _unless_noise(values: np.ndarray, table: np.ndarray) -> np.ndarray:
     """``values`` (..., 6), set to zero in the DOFs where they are noise of the ``table``."""
-    return np.asarray(values * loaded(values, table))
+    return np.asarray(values * is_above_noise(values, table))
 
 
 def _harmonics(values: np.ndarray) -> np.ndarray:

@@ -19,7 +19,7 @@ from hydrosim.compiling.restart import resume, started_from
 from hydrosim.compiling.wet import in_states
 from hydrosim.documents.places import add_source_lines, source_context
 from hydrosim.linear.linearise import linearise
-from hydrosim.linear.modes import Kind, NaturalMode, natural_modes
+from hydrosim.linear.modes import ModeKind, NaturalMode, natural_modes
 from hydrosim.linear.stability import Watch, without_progress
 from hydrosim.presentation.document import (
     Cell,
@@ -165,10 +165,10 @@ def _periods(scene: Scene, modes: Sequence[NaturalMode], when: str) -> Table:
 def _mode(scene: Scene, mode: NaturalMode) -> list[Cell]:
     found = coordinate_at(scene, mode.coordinate)
     cells: list[Cell] = [found.body, found.dof]
-    if mode.kind == Kind.FREE:
+    if mode.kind == ModeKind.FREE:
         return [*cells, "free", "", ""]
     cells.append(Value(mode.natural_period, "s"))
-    if mode.kind != Kind.OSCILLATING:
+    if mode.kind != ModeKind.OSCILLATING:
         return [*cells, str(mode.kind), ""]
     return [*cells, Value(mode.damped_period, "s"), Value(mode.damping_ratio, digits=3)]
 

@@ -127,7 +127,7 @@ def seen(decay: float, mode: int) -> tuple[float, float]:
     time = np.arange(0.0, 40.0, 0.05)
     velocity = (np.exp(-decay * time) * np.cos(5.0 * time))[:, None]
     modes = np.full((time.size, 1, 3), [mode, 0, 0])
-    amplitude, lasting = vibration.excited(time, velocity, modes)
+    amplitude, lasting = vibration.largest_amplitudes(time, velocity, modes)
     return float(amplitude[0]), lasting
 
 

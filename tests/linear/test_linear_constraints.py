@@ -38,7 +38,7 @@ from hydrosim.integrate.exponential import extended
 from hydrosim.linear import equilibrium as places
 from hydrosim.linear.contacts import Contacts
 from hydrosim.linear.equilibrium import equilibrium
-from hydrosim.linear.freedom import freedom_of
+from hydrosim.linear.freedom import nullspace_of
 from hydrosim.linear.impedance import find_admittances
 from hydrosim.linear.linearise import Linear
 from hydrosim.linear.propagate import linear_equation, loads_at_rest, motions
@@ -47,7 +47,7 @@ from hydrosim.studies.linear.response import responder
 from hydrosim.studies.linear.seakeeping import LinearRequest, linear_analysis
 from hydrosim.studies.run.resolution import scene_combinations
 from hydrosim.studies.run.step_limits import scene_step_limits
-from hydrosim.waves import Components
+from hydrosim.waves import WaveComponents
 
 Figure = Callable[[str, float], None]
 ROUGH = Coulomb(1e6, 1e6)  # as good as a joint
@@ -438,7 +438,7 @@ def test_rao_and_reaction_of_a_held_barge(w: float, figure: Figure) -> None:
     expected = N @ linalg.solve(N.T @ D @ N, N.T @ load)
     force = linalg.lstsq(HELD_POINT.T, D @ expected - load)[0]
     about = responder(held_barge(), radiation=Radiation.DATABASE, contacts=Contacts.STUCK)
-    waves = Components(*(np.array([x]) for x in (w, 1.0, 0.0, w**2 / G, 0.0)), 0.0, 0.0)
+    waves = WaveComponents(*(np.array([x]) for x in (w, 1.0, 0.0, w**2 / G, 0.0)), 0.0, 0.0)
     q, reaction = about.motions(waves)[0], about.reactions(waves)[0]
     figure(f"{w:.2f} rad/s: motions", np.abs(q - expected).max() / np.abs(expected).max())
     assert_allclose(HELD_POINT @ q, 0.0, atol=1e-9)
@@ -550,10 +550,10 @@ def test_what_holds_more_once_it_has_moved_is_refused() -> None:
 def test_rows_that_hold_the_same_are_refused() -> None:
     rows = np.array([[1.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
     linear = Linear(
-        np.eye(6), np.arange(6), np.arange(3), freedom_of(rows, np.eye(3)), np.zeros((2, 6))
+        np.eye(6), np.arange(6), np.arange(3), nullspace_of(rows, np.eye(3)), np.zeros((2, 6))
     )
     assert linear.freedom.basis.shape == (3, 2)
-    assert not freedom_of(rows[:1], np.eye(3)).has_dependent_rows
+    assert not nullspace_of(rows[:1], np.eye(3)).has_dependent_rows
     with pytest.raises(InputError, match="rigid friction or joints are not defined"):
         linear.dynamic_stiffness(1.0)
 

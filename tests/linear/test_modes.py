@@ -13,9 +13,9 @@ from markers import few
 import hydrosim as hs
 from hydrosim.errors import InputError
 from hydrosim.forces import LinearMooring, Spring
-from hydrosim.linear.freedom import freedom_of
+from hydrosim.linear.freedom import nullspace_of
 from hydrosim.linear.linearise import Linear, linearise
-from hydrosim.linear.modes import Kind, NaturalMode, modes_of_stiffness, natural_modes
+from hydrosim.linear.modes import ModeKind, NaturalMode, modes_of_stiffness, natural_modes
 from hydrosim.scene import Body, Scene
 
 CASES = Path(__file__).parents[2] / "cases"
@@ -35,10 +35,10 @@ def test_free_modes_are_free_whatever_damps_them() -> None:
     body = block(3.0, ["surge", "sway", "heave"])
     mooring = replace(held("block", 12.0), damping=np.diag([0.0, 0.0, 5.0, 0.0, 0.0, 0.0]))
     surge, sway, heave = modes_of(body, mooring=mooring)
-    assert surge.kind == Kind.OSCILLATING
+    assert surge.kind == ModeKind.OSCILLATING
     assert surge.natural_period == pytest.approx(2 * np.pi / 2.0)
     for mode, dof in ((sway, "sway"), (heave, "heave")):
-        assert (mode.kind, mode.dof) == (Kind.FREE, dof)
+        assert (mode.kind, mode.dof) == (ModeKind.FREE, dof)
         assert mode.natural_period == np.inf
 
 
@@ -52,10 +52,10 @@ def test_kinds_of_motion() -> None:
     """x'' + c x' + k x = 0: critical is c = 2 sqrt(k); a negative stiffness falls away."""
     body = block(1.0, ["surge"])
     for k, c, kind in (
-        (4.0, 1.0, Kind.OSCILLATING),
-        (4.0, 9.0, Kind.OVERDAMPED),
-        (-4.0, 1.0, Kind.UNSTABLE),
-        (4.0, -1.0, Kind.UNSTABLE),
+        (4.0, 1.0, ModeKind.OSCILLATING),
+        (4.0, 9.0, ModeKind.OVERDAMPED),
+        (-4.0, 1.0, ModeKind.UNSTABLE),
+        (4.0, -1.0, ModeKind.UNSTABLE),
     ):
         (mode,) = modes_of(body, mooring=held("block", k, c))
         assert mode.kind == kind
@@ -74,7 +74,7 @@ def test_a_body_of_revolution_rolls_as_it_pitches(tmp_path: Path, start: str) ->
     )
     scene = hs.load_case(case).scene()
     modes = {mode.dof: mode for mode in natural_modes(linearise(*hs.compile_scene(scene)))}
-    assert {mode.kind for mode in modes.values()} == {Kind.OSCILLATING, Kind.FREE}
+    assert {mode.kind for mode in modes.values()} == {ModeKind.OSCILLATING, ModeKind.FREE}
     roll, pitch = modes["roll"], modes["pitch"]
     tilt = np.cos(np.radians(5.0))  # the stiffness of a hull without walls, linear as it is
     assert roll.natural_period == pytest.approx(pitch.natural_period, rel=1.0 - tilt)
@@ -115,7 +115,7 @@ def random_linear(seed: int, n: int, others: int) -> Linear:
     A[n : 2 * n, 2 * n :] = -0.1 * np.linalg.solve(M, felt)
     A[2 * n :, n : 2 * n] = 0.1 * driven
     A[2 * n :, 2 * n :] = np.triu(random((others, others))) * 0.2 - np.eye(others)
-    return Linear(A, np.arange(len(A)), np.arange(n), freedom_of(np.zeros((0, n)), M))
+    return Linear(A, np.arange(len(A)), np.arange(n), nullspace_of(np.zeros((0, n)), M))
 
 
 @pytest.mark.parametrize("defective", [False, True])
@@ -163,7 +163,7 @@ def test_equal_bodies_in_a_row_share_out_their_coordinates(count: int) -> None:
         forces[f"s{i}"] = replace(joint, anchor_body=f"b{i + 1}")
     modes = modes_of(*bodies, **forces)
     assert sorted(mode.coordinate for mode in modes) == list(range(6 * count))
-    assert all(mode.kind == Kind.OSCILLATING for mode in modes)
+    assert all(mode.kind == ModeKind.OSCILLATING for mode in modes)
 
 
 def test_motions_without_inertia_are_told_in_words() -> None:

@@ -49,7 +49,7 @@ def linear_of(scene: Scene) -> Linear:
 
 
 def parts_of(linear: Linear) -> tuple[Linear, ...]:
-    return linear.split(linear.coupled)
+    return linear.split(linear.coupled_states)
 
 
 def distance(some: np.ndarray, others: np.ndarray) -> float:

@@ -34,7 +34,7 @@ from hydrosim.scene import (
     Weight,
 )
 from hydrosim.tanks.pieces import SURFACE_MOMENT
-from hydrosim.tanks.pieces import at as held_at
+from hydrosim.tanks.pieces import quantities_at as held_at
 from hydrosim.tanks.shapes import pieces
 
 MASS, DENSITY = 2e4, 1000.0

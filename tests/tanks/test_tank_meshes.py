@@ -16,7 +16,7 @@ from hydrosim.forces import LinearMooring
 from hydrosim.scene import Box, Pump, Tank, TankMesh, Weight, When
 from hydrosim.tanks.mesh import pieces_of_mesh
 from hydrosim.tanks.mirror import images
-from hydrosim.tanks.pieces import SURFACE_MOMENT, at
+from hydrosim.tanks.pieces import SURFACE_MOMENT, quantities_at
 from hydrosim.tanks.shapes import capacity, height, pieces, volume_at
 
 ORIGIN = np.array([0.3, -0.2, 0.7])
@@ -39,7 +39,7 @@ def corners_of(box: Box) -> np.ndarray:
 def held(mesh: TankMesh | Box, volume: np.ndarray, origin: np.ndarray = ORIGIN) -> np.ndarray:
     """All quantities (n, 13) at volumes (n,), of a mesh without the ends of its surface."""
     own = pieces_of_mesh(mesh, origin) if isinstance(mesh, TankMesh) else pieces(mesh, origin)
-    return np.array([at(own, v) for v in volume])
+    return np.array([quantities_at(own, v) for v in volume])
 
 
 def test_a_box_that_is_a_mesh_is_the_box() -> None:
@@ -47,7 +47,7 @@ def test_a_box_that_is_a_mesh_is_the_box() -> None:
     mesh = hull(corners_of(BOX), BOX.permeability)
     volume, (there, here) = np.linspace(0.0, capacity(BOX), 401), (BOX, mesh)
     tables = [pieces(shape, ORIGIN) for shape in (there, here)]
-    boxed, found = ([at(table, v) for v in volume] for table in tables)
+    boxed, found = ([quantities_at(table, v) for v in volume] for table in tables)
     assert_allclose(found, boxed, rtol=1e-12, atol=1e-12 * 11.25)
     assert capacity(mesh) == pytest.approx(capacity(BOX), rel=1e-13)
     assert volume_at(mesh, 0.7) == pytest.approx(volume_at(BOX, 0.7), rel=1e-13)

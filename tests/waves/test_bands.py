@@ -155,7 +155,7 @@ def test_bands_are_the_sums_of_the_theory() -> None:
     database = at.database
     assert database is not None
     assert model.bands.omega.size > 0
-    elevation = waves.at(*at.place())
+    elevation = waves.amplitudes_at(*at.place())
     for yaw in YAWS:
         rows = loads_along(model, 640.0, yaw, 0.0)
         heading = at.heading + yaw

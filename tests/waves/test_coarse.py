@@ -11,7 +11,7 @@ from moored_barge import ROOT
 
 from hydrosim.database import all_headings, load
 from hydrosim.scene import Environment, Jonswap, WaveTrain
-from hydrosim.waves import Components, sea
+from hydrosim.waves import WaveComponents, sea
 from hydrosim.waves.coarse import lost_between_headings
 from hydrosim.waves.transfer import excitation_at
 
@@ -40,11 +40,11 @@ def shipped(name: str) -> Loads:
     return found.only(np.argsort(found.heading))
 
 
-def waves_of(period: float) -> tuple[Components, ...]:
+def waves_of(period: float) -> tuple[WaveComponents, ...]:
     return sea(Environment(waves=(WaveTrain(Jonswap(2.0, period), repeat_period=600.0),)))
 
 
-def missed(coarse: Loads, fine: Loads, waves: Components) -> np.ndarray:
+def missed(coarse: Loads, fine: Loads, waves: WaveComponents) -> np.ndarray:
     """Root mean square of what the coarse one misses at headings that only the fine one has, of
     forces and of moments."""
     some = np.flatnonzero(waves.amplitude > 0.01 * waves.amplitude.max())[::5]

@@ -11,8 +11,8 @@ from scipy.stats import chi2, kstest
 
 from hydrosim.evidence import Feature, Kind
 from hydrosim.scene import Amplitudes, DirectionalTable, Environment, Jonswap, WaveTrain
-from hydrosim.waves import Components, components, elevations
-from hydrosim.waves.draws import spread
+from hydrosim.waves import WaveComponents, components, elevations
+from hydrosim.waves.draws import spreading_angles
 from hydrosim.waves.spectra import density, energy
 
 SEA = WaveTrain(Jonswap(1.5, 8.0), heading=0.5, repeat_period=600.0)
@@ -22,7 +22,7 @@ DEEP = Environment()
 SEEDS = range(100)
 
 
-def seas(train: WaveTrain) -> list[Components]:
+def seas(train: WaveTrain) -> list[WaveComponents]:
     return [components(replace(train, seed=seed), DEEP) for seed in SEEDS]
 
 
@@ -108,7 +108,7 @@ def test_directions_have_the_moments_of_cosine_2s(
 def test_density_of_directions() -> None:
     # middles of equal shares of probability: their density is that of the distribution
     shares = (np.arange(100_000) + 0.5) / 100_000
-    angle = spread(shares, 4.0)
+    angle = spreading_angles(shares, 4.0)
     assert np.all(np.diff(angle) > 0)
     found, edges = np.histogram(angle, np.linspace(-2.5, 2.5, 51), density=False)
     middle = 0.5 * (edges[1:] + edges[:-1])

@@ -22,7 +22,14 @@ from hydrosim.scene import (
     WaveForces,
     WaveTrain,
 )
-from hydrosim.waves import Components, WaveBody, following_model, sea, wave_loads, wave_loads_model
+from hydrosim.waves import (
+    WaveBody,
+    WaveComponents,
+    following_model,
+    sea,
+    wave_loads,
+    wave_loads_model,
+)
 from hydrosim.waves.following import following_loads, new_sums
 from hydrosim.waves.slow import first_states, new_block, slow_loads
 
@@ -89,7 +96,7 @@ def body(box: Box, kind: SecondOrder, both: bool = False, place: Place = Place.S
     return WaveBody(box, (30.0, -12.0), wanted, 0, every, (4.0, 1.0), heading=0.3)
 
 
-def at_rest(at: WaveBody, seas: tuple[Components, ...]) -> np.ndarray:
+def at_rest(at: WaveBody, seas: tuple[WaveComponents, ...]) -> np.ndarray:
     """Second-order loads (nt, 6) on a body that stays where it is, from the tables."""
     mean = replace(at.wave_forces, headings=Place.MEAN, position=Place.MEAN)
     model = wave_loads_model(seas, [replace(at, wave_forces=mean)], 0.0, 0.1, 400.0)
@@ -99,7 +106,7 @@ def at_rest(at: WaveBody, seas: tuple[Components, ...]) -> np.ndarray:
     return found
 
 
-def slow(at: WaveBody, seas: tuple[Components, ...], q: np.ndarray) -> np.ndarray:
+def slow(at: WaveBody, seas: tuple[WaveComponents, ...], q: np.ndarray) -> np.ndarray:
     """The same on a body whose slow place is q (6,)."""
     model = following_model(seas, [at], 2.0)
     block = new_block(model)
@@ -110,7 +117,7 @@ def slow(at: WaveBody, seas: tuple[Components, ...], q: np.ndarray) -> np.ndarra
     return found
 
 
-def instantaneous(at: WaveBody, seas: tuple[Components, ...], q: np.ndarray) -> np.ndarray:
+def instantaneous(at: WaveBody, seas: tuple[WaveComponents, ...], q: np.ndarray) -> np.ndarray:
     """The same on a body that is at q (6,)."""
     asked = replace(at.wave_forces, headings=Place.INSTANTANEOUS, position=Place.INSTANTANEOUS)
     model = following_model(seas, [replace(at, wave_forces=asked)])
@@ -140,7 +147,7 @@ def test_a_body_that_has_turned_is_one_that_is_built_so(
     seas = sea(Environment(waves=SEAS[name]))
     q = np.array([20.0, -35.0, 0.0, 0.0, 0.0, radians(yaw)])
     at = body(hull(30.0, True), kind)
-    expected = at_rest(at.moved(q), seas)
+    expected = at_rest(at.moved_by(q), seas)
     within = 1e-7 if kind == SecondOrder.NEWMAN_SQUARE_ROOT else 1e-9
     assert_alike(slow(at, seas, q), expected, within)
     assert_alike(instantaneous(at, seas, q), expected, within)
@@ -156,7 +163,7 @@ def test_difference_and_sum_frequencies_together(name: str, pairs: bool, every: 
     seas = sea(Environment(waves=SEAS[name]))
     q = np.array([20.0, -35.0, 0.0, 0.0, 0.0, 1.1])
     at = body(hull(every, pairs), SecondOrder.QTF, both=True)
-    assert_alike(slow(at, seas, q), at_rest(at.moved(q), seas), 1e-9)
+    assert_alike(slow(at, seas, q), at_rest(at.moved_by(q), seas), 1e-9)
 
 
 @pytest.mark.parametrize("kind", [SecondOrder.NEWMAN, SecondOrder.QTF])

@@ -9,18 +9,20 @@ from known_qtf import FREQUENCY, difference, with_qtf
 
 from hydrosim.database.readers.qtf import Pairs, quadratic
 from hydrosim.errors import InputError
-from hydrosim.waves import Components
+from hydrosim.waves import WaveComponents
 from hydrosim.waves.quadratic import difference_factors, separate_headings, sum_factors
 
 W = np.array([0.41, 0.55, 0.83, 1.17])
 
 
-def waves_to(heading: list[float], omega: np.ndarray = W) -> Components:
+def waves_to(heading: list[float], omega: np.ndarray = W) -> WaveComponents:
     nothing = np.zeros(omega.size)
-    return Components(omega, nothing + 1.0, nothing, omega**2 / 9.81, np.array(heading), 0.0, 0.0)
+    return WaveComponents(
+        omega, nothing + 1.0, nothing, omega**2 / 9.81, np.array(heading), 0.0, 0.0
+    )
 
 
-def found(database: object, waves: Components) -> np.ndarray:
+def found(database: object, waves: WaveComponents) -> np.ndarray:
     return np.moveaxis(difference_factors(database, waves).pairs(), 0, -1)
 
 

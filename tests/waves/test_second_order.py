@@ -10,7 +10,7 @@ from known_qtf import FREQUENCY, difference, total, with_qtf
 from hydrosim.errors import InputError
 from hydrosim.evidence import Feature, Kind
 from hydrosim.scene import Environment, Jonswap, SecondOrder, WaveForces, WaveTrain
-from hydrosim.waves import Components, WaveBody, components, second_order
+from hydrosim.waves import WaveBody, WaveComponents, components, second_order
 from hydrosim.waves.quadratic import difference_factors, sum_factors
 from hydrosim.waves.second_order import (
     MOST_WAVES,
@@ -20,20 +20,20 @@ from hydrosim.waves.second_order import (
     newman_square_root,
     sum_loads,
 )
-from hydrosim.waves.synthesis import Lines
+from hydrosim.waves.synthesis import SpectralLines
 
 SEA = WaveTrain(Jonswap(3.0, 9.0), repeat_period=200.0)
 TIMES = np.array([0.0, 13.7, 96.2, 181.0])
 
 
-def given(omega: list[float], amplitude: list[float], phase: list[float]) -> Components:
+def given(omega: list[float], amplitude: list[float], phase: list[float]) -> WaveComponents:
     """Waves to 0 rad off any grid."""
     w = np.array(omega)
     nothing = np.zeros(w.size)
-    return Components(w, np.array(amplitude), np.array(phase), w**2 / 9.81, nothing, 0.0, 0.0)
+    return WaveComponents(w, np.array(amplitude), np.array(phase), w**2 / 9.81, nothing, 0.0, 0.0)
 
 
-def in_time(lines: Lines, times: np.ndarray) -> np.ndarray:
+def in_time(lines: SpectralLines, times: np.ndarray) -> np.ndarray:
     return (np.exp(1j * np.outer(times, lines.omega)) @ lines.amplitude).real
 
 
@@ -44,19 +44,19 @@ def diagonal(omega: np.ndarray) -> np.ndarray:
 
 
 def double_sum(
-    waves: Components, transfer: np.ndarray, times: np.ndarray, sign: float
+    waves: WaveComponents, transfer: np.ndarray, times: np.ndarray, sign: float
 ) -> np.ndarray:
     """Re sum_ij a_i a_j* T_ij e^(i (w_i - w_j) t), or with sums: (nt, n) from T (nw, nw, n)."""
     loads = []
     for t in times:
-        a = waves.at(0.0, 0.0) * np.exp(1j * waves.omega * t)
+        a = waves.amplitudes_at(0.0, 0.0) * np.exp(1j * waves.omega * t)
         other = a if sign > 0 else a.conj()
         loads.append(np.einsum("i,j,ijn->n", a, other, transfer).real)
     return np.array(loads)
 
 
 def two_waves(
-    waves: Components, load: complex, one: float, other: float, times: np.ndarray
+    waves: WaveComponents, load: complex, one: float, other: float, times: np.ndarray
 ) -> np.ndarray:
     """Closed form of two waves' slow load, T_12 = ``load`` and T_11, T_22 = ``one``, ``other``."""
     a, b = waves.amplitude
@@ -71,7 +71,7 @@ def test_bichromatic_waves_in_closed_form(order: list[int], validated: Callable[
     waves = given(list(w), [1.2, 0.7], [0.4, 2.0])
     found = in_time(
         difference_loads(
-            waves, waves.at(0.0, 0.0), difference_factors(with_qtf([(0.0, 0.0)]), waves)
+            waves, waves.amplitudes_at(0.0, 0.0), difference_factors(with_qtf([(0.0, 0.0)]), waves)
         ),
         TIMES,
     )
@@ -89,7 +89,7 @@ def test_double_sum_over_a_sea_to_two_headings(validated: Callable[..., None]) -
     """By Fourier transforms and pair by pair."""
     trains = (SEA, replace(SEA, heading=np.pi))
     each = [components(train, Environment(), stream) for stream, train in enumerate(trains)]
-    waves = Components(
+    waves = WaveComponents(
         *(
             np.concatenate([getattr(sea, name) for sea in each])
             for name in ("omega", "amplitude", "phase", "wavenumber", "heading")
@@ -98,7 +98,7 @@ def test_double_sum_over_a_sea_to_two_headings(validated: Callable[..., None]) -
         spacing=each[0].spacing,
     )
     pairs = [(0.0, 0.0), (0.0, np.pi), (np.pi, np.pi)]
-    elevation = waves.at(0.0, 0.0)
+    elevation = waves.amplitudes_at(0.0, 0.0)
     for factors, sign, loads in (
         (difference_factors(with_qtf(pairs), waves), -1.0, difference_loads),
         (sum_factors(with_qtf(pairs), waves), 1.0, sum_loads),
@@ -119,7 +119,7 @@ def test_same_waves_on_and_off_a_grid() -> None:
     on = replace(on, **{name: getattr(on, name)[keep] for name in arrays})
     off = replace(on, spacing=0.0)
     database = with_qtf([(0.0, 0.0)])
-    elevation = on.at(0.0, 0.0)
+    elevation = on.amplitudes_at(0.0, 0.0)
     for factors, loads in (
         (difference_factors(database, on), difference_loads),
         (sum_factors(database, on), sum_loads),
@@ -132,7 +132,7 @@ def test_sum_frequencies_in_closed_form() -> None:
     w = FREQUENCY[[10, 4]]
     waves = given(list(w), [1.2, 0.7], [0.4, 2.0])
     factors = sum_factors(with_qtf([(0.0, 0.0)]), waves)
-    found = in_time(sum_loads(waves, waves.at(0.0, 0.0), factors), TIMES)[:, 2]
+    found = in_time(sum_loads(waves, waves.amplitudes_at(0.0, 0.0), factors), TIMES)[:, 2]
     expected = np.zeros(TIMES.size)
     for i, j, times in ((0, 0, 1), (1, 1, 1), (0, 1, 2)):
         T = total(w[i : i + 1], w[j : j + 1])[0, 2]
@@ -146,7 +146,9 @@ def test_mean_is_that_of_the_drift() -> None:
     waves = components(SEA, Environment())
     assert waves.omega.max() > FREQUENCY[-1]
     database = with_qtf([(0.0, 0.0)])
-    lines = difference_loads(waves, waves.at(0.0, 0.0), difference_factors(database, waves))
+    lines = difference_loads(
+        waves, waves.amplitudes_at(0.0, 0.0), difference_factors(database, waves)
+    )
     expected = waves.amplitude**2 @ diagonal(waves.omega)
     # the error of the QTF's splines, 0.05 rad/s apart
     np.testing.assert_allclose(lines.amplitude[0].real, expected, rtol=1e-6, atol=1e-9)
@@ -159,7 +161,7 @@ def test_qtf_that_is_newmans() -> None:
     core = 0.5 * (D[:, None] + D[None, :]) + 0j
     database = replace(database, qtf_difference=core[None])
     waves = components(SEA, Environment())
-    elevation = waves.at(0.0, 0.0)
+    elevation = waves.amplitudes_at(0.0, 0.0)
     by_qtf = difference_loads(waves, elevation, difference_factors(database, waves))
     by_drift = difference_loads(waves, elevation, newman(diagonal(waves.omega)))
     scale = np.abs(by_drift.amplitude).max(axis=0) + 1e-300
@@ -173,7 +175,7 @@ def test_square_root_form_is_its_double_sum() -> None:
     same = np.sign(i) == np.sign(j)
     transfer = np.where(same, np.sign(i) * np.sqrt(np.abs(i * j)), 0.0)
     expected = double_sum(waves, transfer, TIMES, -1.0)
-    lines = difference_loads(waves, waves.at(0.0, 0.0), newman_square_root(drift))
+    lines = difference_loads(waves, waves.amplitudes_at(0.0, 0.0), newman_square_root(drift))
     np.testing.assert_allclose(in_time(lines, TIMES), expected, atol=1e-10 * np.abs(expected).max())
 
 
@@ -181,7 +183,7 @@ def test_both_forms_of_newman_agree_where_the_drift_is_constant() -> None:
     waves = components(SEA, Environment())
     drift = np.full((waves.omega.size, 1), -4.0)
     plain, root = (
-        difference_loads(waves, waves.at(0.0, 0.0), form(drift)).amplitude
+        difference_loads(waves, waves.amplitudes_at(0.0, 0.0), form(drift)).amplitude
         for form in (newman, newman_square_root)
     )
     np.testing.assert_allclose(root, plain, atol=1e-12 * np.abs(plain).max())
@@ -207,4 +209,4 @@ def test_too_many_pairs_are_refused() -> None:
     waves = given(list(np.linspace(0.4, 1.0, count)), [0.1] * count, [0.0] * count)
     factors = Factors(np.ones((1, count)), np.ones((1, 1, 1)))
     with pytest.raises(InputError, match=rf"{count} given waves.*at most {MOST_WAVES}"):
-        difference_loads(waves, waves.at(0.0, 0.0), factors)
+        difference_loads(waves, waves.amplitudes_at(0.0, 0.0), factors)

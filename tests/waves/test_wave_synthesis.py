@@ -8,39 +8,39 @@ import pytest
 
 from hydrosim.evidence import Feature, Kind
 from hydrosim.scene import Environment, Jonswap, WaveTrain
-from hydrosim.waves import Components, components
+from hydrosim.waves import WaveComponents, components
 from hydrosim.waves.second_order import difference_loads, newman
 from hydrosim.waves.spectra import density
-from hydrosim.waves.synthesis import Grid, Lines, add_sum, time_grid
+from hydrosim.waves.synthesis import Grid, SpectralLines, add_sum, time_grid
 
 JONSWAP = Jonswap(1.5, 8.0, 3.3)
 
 
-def sea(repeat_period: float = 600.0, seed: int = 1) -> Components:
+def sea(repeat_period: float = 600.0, seed: int = 1) -> WaveComponents:
     train = WaveTrain(JONSWAP, seed=seed, repeat_period=repeat_period)
     return components(train, Environment())
 
 
-def grid_of(waves: Components, start: float, dt: float, duration: float) -> Grid:
+def grid_of(waves: WaveComponents, start: float, dt: float, duration: float) -> Grid:
     return time_grid(waves.spacing, waves.omega.max(), start, dt, duration)
 
 
-def summed(grid: Grid, lines: Lines) -> np.ndarray:
+def summed(grid: Grid, lines: SpectralLines) -> np.ndarray:
     """The loads on the grid, (rows, n)."""
     total = np.zeros((grid.rows, lines.amplitude.shape[1]))
     add_sum(grid, lines, total)
     return total
 
 
-def elevation(waves: Components, grid: Grid) -> np.ndarray:
-    return summed(grid, Lines(waves.omega, waves.at(0.0, 0.0)[:, None]))[:, 0]
+def elevation(waves: WaveComponents, grid: Grid) -> np.ndarray:
+    return summed(grid, SpectralLines(waves.omega, waves.amplitudes_at(0.0, 0.0)[:, None]))[:, 0]
 
 
-def slow_load(waves: Components, grid: Grid, drift: np.ndarray) -> np.ndarray:
-    return summed(grid, difference_loads(waves, waves.at(0.0, 0.0), newman(drift)))
+def slow_load(waves: WaveComponents, grid: Grid, drift: np.ndarray) -> np.ndarray:
+    return summed(grid, difference_loads(waves, waves.amplitudes_at(0.0, 0.0), newman(drift)))
 
 
-def some_amplitudes(waves: Components, columns: int) -> np.ndarray:
+def some_amplitudes(waves: WaveComponents, columns: int) -> np.ndarray:
     random = np.random.default_rng(7)
     shape = (waves.omega.size, columns)
     return random.normal(size=shape) + 1j * random.normal(size=shape)
@@ -59,7 +59,7 @@ def test_transform_is_the_direct_sum(start: float, dt: float, duration: float) -
     expected = np.exp(1j * np.outer(time, waves.omega)) @ amplitude
     # rounding: sqrt(components) x size x eps x the angle of up to 2500 rad at the end
     atol = 1e-12 * np.abs(amplitude).sum(axis=0).max()
-    found = summed(grid, Lines(waves.omega, amplitude))
+    found = summed(grid, SpectralLines(waves.omega, amplitude))
     np.testing.assert_allclose(found[rows], expected.real, atol=atol)
 
 
@@ -68,8 +68,10 @@ def test_lines_in_any_order_and_any_number_of_times() -> None:
     amplitude = some_amplitudes(waves, 2)
     grid = grid_of(waves, 0.0, 0.5, 60.0)
     order = np.random.default_rng(5).permutation(waves.omega.size)
-    shuffled = Lines(np.tile(waves.omega[order], 2), np.tile(0.5 * amplitude[order], (2, 1)))
-    expected = summed(grid, Lines(waves.omega, amplitude))
+    shuffled = SpectralLines(
+        np.tile(waves.omega[order], 2), np.tile(0.5 * amplitude[order], (2, 1))
+    )
+    expected = summed(grid, SpectralLines(waves.omega, amplitude))
     np.testing.assert_allclose(summed(grid, shuffled), expected, atol=1e-12)
 
 

@@ -30,7 +30,7 @@ from hydrosim.rigid.free import positions, slopes_at
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.stepping.dynamics import new_work
 from hydrosim.waves.build import first_order
-from hydrosim.waves.components import Components
+from hydrosim.waves.components import WaveComponents
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -72,7 +72,7 @@ def with_line_drag(
     scene: Scene,
     model: Model,
     state: State,
-    seas: Sequence[Components],
+    seas: Sequence[WaveComponents],
     bodies: Sequence[WaveBody],
 ) -> DraggedLines:
     """Model with the linearised drag of its lines in the ``seas``, whose first-order loads act on
@@ -160,7 +160,7 @@ def _fairlead(now: LineNow, scene: Scene, model: Model, state: State) -> Fairlea
 def _fixed_point(
     model: Model,
     state: State,
-    seas: Sequence[Components],
+    seas: Sequence[WaveComponents],
     bodies: Sequence[WaveBody],
     fairleads: Sequence[Fairlead],
 ) -> list[tuple[Linearised, float]]:
@@ -202,13 +202,13 @@ def _linearise_drag(at: Fairlead, S: np.ndarray, regular: bool) -> tuple[Lineari
 
 
 def _loads(
-    model: Model, state: State, seas: Sequence[Components], bodies: Sequence[WaveBody]
+    model: Model, state: State, seas: Sequence[WaveComponents], bodies: Sequence[WaveBody]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Frequencies (nb,) of bins, and covariances (nb, n, n) of the generalised loads in them."""
     n = model.bodies.active.size
     S = slopes_at(model.bodies, state.y[:n])
     place = positions(model.bodies, state.y[:n])
-    at = [body.moved(where) for body, where in zip(bodies, place, strict=True)]
+    at = [body.moved_by(where) for body, where in zip(bodies, place, strict=True)]
     omega = np.concatenate([sea.omega for sea in seas])
     load = np.concatenate([first_order(sea, at).amplitude[:, : len(S)] @ S for sea in seas])
     order = np.argsort(omega, kind="stable")

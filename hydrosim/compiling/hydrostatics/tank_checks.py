@@ -10,7 +10,7 @@ from hydrosim.errors import InputError
 from hydrosim.scene import Body, LevelReached, Pump, Scene, Tank, Weight
 from hydrosim.tanks.contents import Tanks, changing, flows_of, tank_names
 from hydrosim.tanks.events import unforeseen_tanks
-from hydrosim.tanks.loading import at_start, body_without, least_moment, loaded
+from hydrosim.tanks.loading import at_start, body_without, least_moment, loaded_body
 from hydrosim.tanks.shapes import height
 from hydrosim.tanks.timeline import follow
 
@@ -128,7 +128,7 @@ def check_flow(scene: Scene, p: Tanks) -> None:
     flows = [f"bodies.{body.name}.{flow.key}" for body in scene.bodies for flow in flows_of(body)]
     problem = course.problem
     if problem is None:
-        _check_inertia(scene, course.at(end), end)
+        _check_inertia(scene, course.volumes_at(end), end)
         return
     tank = "" if problem.tank is None else names[problem.tank]
     text = {
@@ -152,7 +152,7 @@ def _check_inertia(scene: Scene, volumes: np.ndarray, end: float) -> None:
         here = [(tank, next(held)) for tank in changing(body)]
         gone = [(tank, volume) for tank, volume in at_start(body.tanks) if tank in changing(body)]
         left = body_without(body, gone)
-        least = least_moment(body, loaded(left.mass, left.centre, left.inertia, here).inertia)
+        least = least_moment(body, loaded_body(left.mass, left.centre, left.inertia, here).inertia)
         if least <= 0.0 and not body.constant_inertia:
             raise InputError(
                 f"bodies.{body.name}.inertia, radii_of_gyration: found values for which a moment"

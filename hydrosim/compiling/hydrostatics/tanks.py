@@ -22,7 +22,7 @@ from hydrosim.tanks.contents import (
 from hydrosim.tanks.events import is_triggered, unforeseen_tanks
 from hydrosim.tanks.loading import symmetric
 from hydrosim.tanks.mirror import images
-from hydrosim.tanks.pieces import FIRST_MOMENT, SECOND_MOMENT, SURFACE_MOMENT, at
+from hydrosim.tanks.pieces import FIRST_MOMENT, SECOND_MOMENT, SURFACE_MOMENT, quantities_at
 from hydrosim.tanks.pumping import FLOW, PUMP_RATE_DTYPE, SEA_INDEX
 from hydrosim.tanks.shapes import capacity, pieces, volume_at
 
@@ -87,7 +87,7 @@ def _shape(tank: Tank, body: Body, scene: Scene) -> np.ndarray:
 
 def _contents_at_start(tank: Tank, body: Body, scene: Scene) -> np.ndarray:
     """Quantities of `shapes` for a tank at its first level."""
-    return at(_shape(tank, body, scene), volume_at(tank.shape, tank.level))
+    return quantities_at(_shape(tank, body, scene), volume_at(tank.shape, tank.level))
 
 
 def _image(body: Body, tank: Tank) -> str:

@@ -17,7 +17,7 @@ from hydrosim.forces.joint import locks
 from hydrosim.forces.joint.locks import CLOSED, NO_RATCHET
 from hydrosim.forces.layout import constraint_names
 from hydrosim.linear.coordinates import inertia
-from hydrosim.linear.freedom import freedom_of
+from hydrosim.linear.freedom import nullspace_of
 from hydrosim.modes import MODE, SEGMENT
 from hydrosim.rigid.constraints import NOTHING
 from hydrosim.rigid.kinematics import place_bodies
@@ -287,7 +287,7 @@ def _check_regular(scene: Scene, model: Model, state: State, rows: Rows) -> None
     not."""
     here = _rank(_unit_rows(model, state.y, rows))
     M = inertia(model, state.y)
-    basis = freedom_of(rows.J, M).basis
+    basis = nullspace_of(rows.J, M).basis
     basis = basis / np.maximum(np.abs(basis).max(axis=0, initial=1e-300), 1e-300)
     draw = np.random.default_rng(1)
     for _ in range(2 if basis.size else 0):

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from hydrosim.database.database import HydroDatabase
     from hydrosim.scene import Body, Scene
     from hydrosim.stepping.state import State
-    from hydrosim.waves.components import Components
+    from hydrosim.waves.components import WaveComponents
 
 MOST_DIGITS = 15  # that a number of double precision has
 
@@ -55,7 +55,7 @@ class SceneContext:
     scene: Scene
     facts: Facts
     state: State
-    sea: tuple[Components, ...]
+    sea: tuple[WaveComponents, ...]
     motion: Motion
     end: float
 
@@ -87,7 +87,7 @@ class SceneContext:
 
 
 def describe_start(
-    scene: Scene, facts: Facts, state: State, sea: Sequence[Components], end: float
+    scene: Scene, facts: Facts, state: State, sea: Sequence[WaveComponents], end: float
 ) -> SceneContext:
     """Subject of the questions, from a scene in its ``sea``, the ``state`` at the start, and the
     time of its ``end`` [s]."""

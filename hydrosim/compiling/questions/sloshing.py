@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from hydrosim.database.database import HydroDatabase
-    from hydrosim.waves.components import Components
+    from hydrosim.waves.components import WaveComponents
 
 WAVE_RESONANCE_RTOL = 0.1  # of the period: waves within it make the fluid slosh
 MIN_RESONANT_ENERGY_SHARE = 0.1  # of the waves' energy within `WAVE_RESONANCE_RTOL`
@@ -155,7 +155,7 @@ def _width_of_mesh(corners: np.ndarray, level: float, axis: int) -> float:
     return float(np.ptp(here + part * (ends[cut][:, axis] - here)))
 
 
-def _share(seas: Sequence[Components], angle: float, period: float, near: float) -> float:
+def _share(seas: Sequence[WaveComponents], angle: float, period: float, near: float) -> float:
     """Fraction of wave energy within ``near`` of a period, and along a direction at an ``angle``
     [rad]."""
     total = sum(float(np.sum(sea.amplitude**2)) for sea in seas)

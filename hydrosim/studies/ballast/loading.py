@@ -29,8 +29,8 @@ from hydrosim.linear.modes import STATIC
 from hydrosim.scene import FreeSurface
 from hydrosim.studies.ballast.surfaces import FreeSurfaces
 from hydrosim.tanks.contents import changing
-from hydrosim.tanks.loading import Loading, at_start, body_without, loaded
-from hydrosim.tanks.pieces import FLUID_LEVEL, at
+from hydrosim.tanks.loading import Loading, at_start, body_without, loaded_body
+from hydrosim.tanks.pieces import FLUID_LEVEL, quantities_at
 from hydrosim.tanks.shapes import capacity, heel_and_trim, pieces
 from hydrosim.tanks.timeline import follow
 
@@ -87,7 +87,7 @@ class FloatingEquilibrium(NamedTuple):
 def volumes_at(compiled: Compiled, time: float) -> np.ndarray:
     """Volumes (nt,) [m^3] in the changing tanks at a time [s], before any of them overflows."""
     p = compiled.model.tanks
-    return follow(p, max(time, 1e-9)).at(time) if p.each.size else np.zeros(0)
+    return follow(p, max(time, 1e-9)).volumes_at(time) if p.each.size else np.zeros(0)
 
 
 def state_with_contents_at(compiled: Compiled, time: float) -> State:
@@ -218,7 +218,7 @@ def _condition(
     lever: float,
 ) -> Condition:
     empty = body_without(body, at_start(body.tanks))
-    full = loaded(empty.mass, empty.centre, empty.inertia, contents)
+    full = loaded_body(empty.mass, empty.centre, empty.inertia, contents)
     free = np.array([dof in body.dofs for dof in ("roll", "pitch")])
     return Condition(
         body,
@@ -234,7 +234,7 @@ def _condition(
 
 
 def _tank_state(tank: Tank, volume: float) -> TankState:
-    level = at(pieces(tank.shape, np.zeros(3)), volume)[FLUID_LEVEL]
+    level = quantities_at(pieces(tank.shape, np.zeros(3)), volume)[FLUID_LEVEL]
     whole = capacity(tank.shape)
     free = tank.surface == FreeSurface.QUASI_STATIC
     reach = heel_and_trim(tank.shape, np.array([volume]))[0] if free else np.full(2, np.nan)

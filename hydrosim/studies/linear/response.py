@@ -37,7 +37,7 @@ from hydrosim.streams.wind import mean_wind
 from hydrosim.studies.ballast.loading import state_with_contents_at
 from hydrosim.studies.linear.gusts import change_with_wind
 from hydrosim.waves.build import first_order
-from hydrosim.waves.components import Components
+from hydrosim.waves.components import WaveComponents
 from hydrosim.waves.dispersion import wavenumber
 from hydrosim.waves.places import met_by_waves
 
@@ -86,9 +86,11 @@ class Responder:
         of joints come last."""
         k = wavenumber(omega, self.environment.water_depth, self.environment.gravity)
         ones = np.ones(omega.size)
-        return self.free_motions(Components(omega, ones, 0.0 * ones, k, heading * ones, 0.0, 0.0))
+        return self.free_motions(
+            WaveComponents(omega, ones, 0.0 * ones, k, heading * ones, 0.0, 0.0)
+        )
 
-    def motions(self, waves: Components) -> np.ndarray:
+    def motions(self, waves: WaveComponents) -> np.ndarray:
         """Complex amplitudes (nw, 6 nb) of all coordinates [m, rad] in each of the given waves."""
         return self.expand_amplitudes(self.free_motions(waves))
 
@@ -112,19 +114,19 @@ class Responder:
         ] = 0.0
         return amplitudes
 
-    def free_motions(self, waves: Components) -> np.ndarray:
+    def free_motions(self, waves: WaveComponents) -> np.ndarray:
         """Complex amplitudes (nw, n) of the free coordinates in each of the given waves."""
         D = self.dynamic_stiffness(waves.omega)
         return self.linear.freedom.solve_motions(D, self.loads(waves))
 
-    def reactions(self, waves: Components) -> np.ndarray:
+    def reactions(self, waves: WaveComponents) -> np.ndarray:
         """Complex amplitudes (nw, m) of the constraint forces in each of the given waves."""
         loads = self.loads(waves)
         D = self.dynamic_stiffness(waves.omega)
         q = self.linear.freedom.solve_motions(D, loads)
         return self.linear.freedom.solve_reactions((D @ q[:, :, None])[:, :, 0] - loads)
 
-    def loads(self, waves: Components) -> np.ndarray:
+    def loads(self, waves: WaveComponents) -> np.ndarray:
         """Complex amplitudes (nw, n) of the generalised loads of each of the given waves."""
         return np.asarray(first_order(waves, self.bodies).amplitude @ self.map)
 
@@ -186,7 +188,7 @@ def responder(
     databases = compiled.facts.databases
     met = wave_bodies(at_rest, databases, met_by_waves(at_rest, databases))
     place = positions(model.bodies, about.y[:n])
-    bodies = [body.moved(at) for body, at in zip(met, place, strict=True)]
+    bodies = [body.moved_by(at) for body, at in zip(met, place, strict=True)]
     groups = compiled.wet if radiation == Radiation.DATABASE else ()
     S = slopes_at(model.bodies, about.y[:n])
     displacements = coordinate_map(model.bodies, about.y[:n])

@@ -19,7 +19,7 @@ from hydrosim.forces.damping.viscous_roll import KIND
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
     from hydrosim.studies.linear.response import Responder
-    from hydrosim.waves.components import Components
+    from hydrosim.waves.components import WaveComponents
 
 ROLL_INDEX = DOFS.index("roll")
 MAX_ITERATIONS = 50  # iterations
@@ -29,7 +29,7 @@ RATE_RTOL = 1e-6  # relative change of the rates at which they end
 def respond(
     compiled: Compiled,
     respond_at: Callable[[np.ndarray | None], Responder],
-    seas: Sequence[Components],
+    seas: Sequence[WaveComponents],
 ) -> tuple[Responder, np.ndarray | None]:
     """Linearise a scene by ``respond_at`` the roll rates [rad/s] in its ``seas``, one per element
     with viscous roll damping; the rates are None if they do not matter."""
@@ -47,7 +47,7 @@ def respond(
     return about, rates
 
 
-def _roll_rates(about: Responder, seas: Sequence[Components], bodies: np.ndarray) -> np.ndarray:
+def _roll_rates(about: Responder, seas: Sequence[WaveComponents], bodies: np.ndarray) -> np.ndarray:
     """Standard deviations (ne,) [rad/s] of the roll rate of each of the ``bodies`` (ne,)."""
     energy = sum(
         0.5 * np.sum(np.abs(waves.omega[:, None] * about.motions(waves)) ** 2, axis=0)

@@ -21,7 +21,7 @@ from hydrosim.dofs import DOFS
 from hydrosim.forces.line.kind import KIND as LINES
 from hydrosim.linear.contacts import Contacts
 from hydrosim.linear.equilibrium import RESIDUAL_RTOL, Rest
-from hydrosim.linear.modes import Kind, NaturalMode
+from hydrosim.linear.modes import ModeKind, NaturalMode
 from hydrosim.radiation.threads import one_thread
 from hydrosim.results.variables import units_of
 from hydrosim.rigid.free import are_lengths, own_coordinates
@@ -37,7 +37,7 @@ from hydrosim.studies.linear.rest import at_rest
 from hydrosim.studies.linear.rolling import respond, rolling_remarks
 from hydrosim.tanks.loading import contents_at
 from hydrosim.tanks.shapes import heel_and_trim
-from hydrosim.waves.components import Components, sea
+from hydrosim.waves.components import WaveComponents, sea
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
@@ -162,7 +162,7 @@ def _drift_remarks(scene: Scene, drifted: Rest) -> Iterator[str]:
 
 def _instability_remarks(scene: Scene, modes: Sequence[NaturalMode]) -> Iterator[str]:
     for mode in modes:
-        if mode.kind == Kind.UNSTABLE:
+        if mode.kind == ModeKind.UNSTABLE:
             yield (
                 f"{_mode_name(scene, mode)} is unstable, and grows by a factor e in"
                 f" {1 / mode.eigenvalue.real:.3g} s, so the responses do not last. Check its"
@@ -226,7 +226,7 @@ def _mode_dataset(scene: Scene, about: Responder, modes: Sequence[NaturalMode]) 
     share = np.zeros((len(modes), size))
     for k, mode in enumerate(modes):
         share[k, active[is_body_coordinate]] = mode.share[is_body_coordinate]
-    free = [mode.kind == Kind.FREE for mode in modes]
+    free = [mode.kind == ModeKind.FREE for mode in modes]
     dims, by_body = ("mode", *MOTION_DIMS), (len(modes), -1, 6)
     damping = np.where(free, np.nan, [m.damping_ratio for m in modes])
     return xr.Dataset(
@@ -331,13 +331,13 @@ def _joint_dataset(
 
 
 def _regular_wave_dataset(
-    scene: Scene, waves: Sequence[Components], about: Responder
+    scene: Scene, waves: Sequence[WaveComponents], about: Responder
 ) -> xr.Dataset:
     """Amplitude and phase of every motion in each regular wave of the scene."""
     if not waves:
         return xr.Dataset()
     motions = np.concatenate([about.motions(each) for each in waves]).reshape(len(waves), -1, 6)
-    lead = motions / np.array([each.at(0.0, 0.0)[0] for each in waves])[:, None, None]
+    lead = motions / np.array([each.amplitudes_at(0.0, 0.0)[0] for each in waves])[:, None, None]
     dims, first = (
         ("wave", *MOTION_DIMS),
         [(w.omega[0], w.amplitude[0], w.heading[0]) for w in waves],
@@ -374,7 +374,7 @@ def _most_probable(m0: float, m1: float, m2: float, exposure: float) -> float:
 
 
 def _sea_dataset(
-    scene: Scene, seas: Sequence[Components], about: Responder, exposure: float
+    scene: Scene, seas: Sequence[WaveComponents], about: Responder, exposure: float
 ) -> xr.Dataset:
     """Spectrum and short-term statistics of every motion in the random waves of the scene."""
     if not seas:

@@ -22,7 +22,7 @@ from hydrosim.scene import Body, Coefficients, Family, Scene, Start
 from hydrosim.studies.many.alike import scenes_equal
 from hydrosim.studies.many.work import RunTask
 from hydrosim.studies.run.step_limits import add_step_warnings
-from hydrosim.waves.components import Components, sea
+from hydrosim.waves.components import WaveComponents, sea
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
@@ -69,7 +69,7 @@ class SceneCache:
         )
         return RunTask(scene, drawn, compiled, estimates)
 
-    def _compile_without_waves(self, scene: Scene, drawn: Sequence[Components]) -> Compiled:
+    def _compile_without_waves(self, scene: Scene, drawn: Sequence[WaveComponents]) -> Compiled:
         """A scene in calm water, in the plane of symmetry that its sea leaves. What is wrong with
         it is found once for all of its seeds."""
         self._wet = self._wet or tuple(all_groups(scene, drawn, memory_before(scene)))
@@ -81,14 +81,14 @@ class SceneCache:
             raise compiled
         return compiled
 
-    def _try_compiling(self, scene: Scene, drawn: Sequence[Components]) -> Compiled | Exception:
+    def _try_compiling(self, scene: Scene, drawn: Sequence[WaveComponents]) -> Compiled | Exception:
         """A scene in calm water, or why there is none."""
         try:
             return add_step_warnings(planar(compile_calm(scene, self._wet), drawn))
         except Exception as error:
             return error
 
-    def _find_asymmetries(self, scene: Scene, drawn: Sequence[Components]) -> list[str]:
+    def _find_asymmetries(self, scene: Scene, drawn: Sequence[WaveComponents]) -> list[str]:
         """`wave_asymmetries`, which scenes with waves to the same headings have in common."""
         headings = np.unique([heading for waves in drawn for heading in waves.heading]).tobytes()
         if headings not in self._known:

@@ -10,7 +10,7 @@ from hydrosim.waves.components import sea
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
     from hydrosim.scene import Scene
-    from hydrosim.waves.components import Components
+    from hydrosim.waves.components import WaveComponents
 
 
 class RunTask(NamedTuple):
@@ -18,7 +18,7 @@ class RunTask(NamedTuple):
     error."""
 
     scene: Scene
-    sea: tuple[Components, ...]
+    sea: tuple[WaveComponents, ...]
     calm: Compiled
     estimates: bool = False
 

@@ -25,7 +25,7 @@ from hydrosim.results.points import frames_of
 from hydrosim.scene import Body, FreeSurface, Joint, Kinematics, Place, Question, Scene
 from hydrosim.scene.joint import MotionKind
 from hydrosim.tanks.shapes import heel_and_trim, volume_at
-from hydrosim.waves.components import Components
+from hydrosim.waves.components import WaveComponents
 from hydrosim.waves.forms import second_order_at_rest
 from hydrosim.waves.moments import is_long
 from hydrosim.waves.transfer import excitation_at, mean_drift_at
@@ -337,7 +337,7 @@ def _load_change(here: np.ndarray, turned: np.ndarray, arm: float) -> float:
     return float(np.divide(change, size, out=np.zeros(2), where=size > 0.0).max())
 
 
-def _sample_sea(seas: Sequence[Components]) -> SampledSea:
+def _sample_sea(seas: Sequence[WaveComponents]) -> SampledSea:
     """Waves of equal energy out of all seas."""
     omega, heading, k, amplitude = (
         np.concatenate([getattr(waves, name) for waves in seas])

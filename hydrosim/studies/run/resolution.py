@@ -118,7 +118,7 @@ def _needs(compiled: Compiled, record: Record, count: int) -> Iterator[StepNeed]
     for vibration in compiled.vibrations:
         fading = vibration.fading(method, scene.solver.step)
         seen = values["time"], rate, record.modes[:count]
-        excited, lasting = vibration.excited(*seen, fading)
+        excited, lasting = vibration.largest_amplitudes(*seen, fading)
         part = min(float((excited / ranges).max()), 1.0)
         error = part * vibration.error(method, scene.solver.step, lasting)
         if error > MAX_MOTION_ERROR:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from hydrosim import scene
 from hydrosim.waves.spectra.peaks import Peak, Peaks
-from hydrosim.waves.spectra.table import Table
+from hydrosim.waves.spectra.table import TabulatedSpectrum
 from hydrosim.waves.spectra.tma import TmaShape
 from hydrosim.waves.spectra.torsethaugen import wind_sea_and_swell
 
@@ -25,7 +25,7 @@ class _Curve(Protocol):
     def density(self, omega: np.ndarray) -> np.ndarray:
         """Density [m^2 s/rad] at ``omega`` [rad/s]; zero at omega <= 0."""
 
-    def above(self, omega: float) -> float:
+    def energy_above(self, omega: float) -> float:
         """Energy [m^2] above ``omega``: the integral of the density from there on."""
 
     @property
@@ -49,7 +49,7 @@ def energy(spectrum: scene.Density) -> float:
 
 def energy_above(spectrum: scene.Density, omega: float) -> float:
     """Variance of the elevation [m^2] by waves above ``omega`` [rad/s]."""
-    return _curve(spectrum).above(omega)
+    return _curve(spectrum).energy_above(omega)
 
 
 def width(spectrum: scene.Density) -> float:
@@ -65,7 +65,7 @@ def cut_off(spectrum: scene.Density) -> float:
     high = 1.0
     if wanted == 0.0:
         return 0.0
-    above = _curve(spectrum).above
+    above = _curve(spectrum).energy_above
     while above(high) > wanted:
         high *= 2.0
     while above(0.5 * high) < wanted:
@@ -83,7 +83,7 @@ def _curve(spectrum: scene.Density) -> _Curve:
         case scene.Jonswap(height, period, enhancement):
             return Peaks((Peak(height, period, enhancement=enhancement),))
         case scene.Tma():
-            return TmaShape(spectrum).scaled()
+            return TmaShape(spectrum).with_scale()
         case scene.OchiHubble(peaks):
             return Peaks(
                 tuple(Peak(p.significant_height, p.peak_period, 4 * p.shape + 1) for p in peaks)
@@ -92,9 +92,9 @@ def _curve(spectrum: scene.Density) -> _Curve:
             return Peaks(wind_sea_and_swell(spectrum))
         case scene.WhiteNoise(height, low, high):
             level = height**2 / (16.0 * (high - low))
-            return Table(np.array([low, high]), np.array([level, level]))
+            return TabulatedSpectrum(np.array([low, high]), np.array([level, level]))
         case scene.SpectrumTable(frequency, values):
-            return Table(frequency, values)
+            return TabulatedSpectrum(frequency, values)
         case scene.DirectionalTable(frequency, heading, values):
-            return Table(frequency, values.sum(axis=1) * (heading[1] - heading[0]))
+            return TabulatedSpectrum(frequency, values.sum(axis=1) * (heading[1] - heading[0]))
     assert_never(spectrum)

@@ -43,7 +43,7 @@ class Peak:
         scale = self.significant_height**2 / (16.0 * self.frequency * total)
         return np.where(wet, scale * values, 0.0)
 
-    def above(self, omega: float) -> float:
+    def energy_above(self, omega: float) -> float:
         """Energy [m^2] above ``omega`` [rad/s]."""
         parts = [
             _shape_energy(self.exponent, self.enhancement, u) for u in (omega / self.frequency, 0.0)
@@ -61,9 +61,9 @@ class Peaks:
         """Density [m^2 s/rad] at ``omega`` [rad/s]."""
         return np.sum([peak.density(omega) for peak in self.peaks], axis=0)
 
-    def above(self, omega: float) -> float:
+    def energy_above(self, omega: float) -> float:
         """Energy [m^2] above ``omega`` [rad/s]."""
-        return sum(peak.above(omega) for peak in self.peaks)
+        return sum(peak.energy_above(omega) for peak in self.peaks)
 
     @property
     def width(self) -> float:
@@ -91,10 +91,10 @@ def _shape_energy(exponent: float, enhancement: float, low: float) -> float:
     a = 0.25 * (exponent - 1.0)
     b = 0.25 * exponent
     part = gammainc(a, b * low**-4.0) if low > 0.0 else 1.0
-    return float(0.25 * b**-a * gamma(a) * part + _added(exponent, enhancement, low))
+    return float(0.25 * b**-a * gamma(a) * part + _added_energy(exponent, enhancement, low))
 
 
-def _added(exponent: float, enhancement: float, low: float) -> float:
+def _added_energy(exponent: float, enhancement: float, low: float) -> float:
     if enhancement == 1.0:
         return 0.0
     begin = max(low, _ENHANCED[0])

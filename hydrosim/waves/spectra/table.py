@@ -8,7 +8,7 @@ import numpy as np
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
+class TabulatedSpectrum:
     """``values`` (n,) [m^2 s/rad] at rising ``frequency`` (n,) [rad/s], zero outside."""
 
     frequency: np.ndarray
@@ -19,7 +19,7 @@ class Table:
         found = np.interp(omega, self.frequency, self.values, left=0.0, right=0.0)
         return np.where(np.asarray(omega) > 0.0, found, 0.0)
 
-    def above(self, omega: float) -> float:
+    def energy_above(self, omega: float) -> float:
         """Energy [m^2] above ``omega`` [rad/s]."""
         low = min(max(omega, self.frequency[0]), self.frequency[-1])
         nodes = np.append(low, self.frequency[self.frequency > low])
@@ -32,4 +32,4 @@ class Table:
         of the squared density) [rad/s]."""
         a, b, step = self.values[:-1], self.values[1:], np.diff(self.frequency)
         square = float(np.sum((a * a + a * b + b * b) / 3.0 * step))
-        return self.above(0.0) ** 2 / square if square else np.inf
+        return self.energy_above(0.0) ** 2 / square if square else np.inf

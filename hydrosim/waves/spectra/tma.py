@@ -51,11 +51,11 @@ class TmaShape:
         u = np.where(wet, omega, self.width) / self.width
         return np.where(wet, self.scale / self.width * self._shape(u), 0.0)
 
-    def above(self, omega: float) -> float:
+    def energy_above(self, omega: float) -> float:
         """Energy [m^2] above ``omega`` [rad/s]."""
         return self.scale * self._energy(omega / self.width)
 
-    def scaled(self) -> TmaShape:
+    def with_scale(self) -> TmaShape:
         """The spectrum with its scale, by quadrature."""
         height = self.spectrum.significant_height
         return replace(self, scale=height**2 / (16.0 * self._energy(0.0)))

@@ -17,7 +17,7 @@ from hydrosim.compiling.compile import Radiation, compile_for_linear
 from hydrosim.errors import InputError
 from hydrosim.forces import AppliedForce, Coulomb, StickSlip, constant
 from hydrosim.linear.contacts import Contacts
-from hydrosim.linear.modes import Kind
+from hydrosim.linear.modes import ModeKind
 from hydrosim.plot.response import draw_response
 from hydrosim.scene import (
     Body,
@@ -132,7 +132,7 @@ def test_base_case_open_and_stuck() -> None:
         assert float(surge.natural_period) == pytest.approx(129.8, abs=0.05)
         assert float(surge.damping_ratio) == pytest.approx(0.2, abs=1e-4)
     assert float(found[Contacts.STUCK].sel(mode="barge surge").natural_period) < 4.0
-    assert str(found[Contacts.SLIDING].sel(mode="barge yaw").mode_kind.values) == Kind.FREE
+    assert str(found[Contacts.SLIDING].sel(mode="barge yaw").mode_kind.values) == ModeKind.FREE
 
 
 def test_what_waves_do_to_stuck_contacts_is_said() -> None:
@@ -156,7 +156,7 @@ def test_a_free_barge_has_modes_and_responses() -> None:
     found = linear_analysis(drifting(), LinearRequest(frequencies=[0.6]))
     kinds = {str(m): str(k) for m, k in zip(found.mode.values, found.mode_kind.values, strict=True)}
     free = {f"barge {dof}" for dof in ("surge", "sway", "yaw")}
-    assert {mode for mode, kind in kinds.items() if kind == Kind.FREE} == free
+    assert {mode for mode, kind in kinds.items() if kind == ModeKind.FREE} == free
     assert "surge of barge" in found.remarks
     assert "heave of barge" not in found.remarks
     mean = with_body(drifting(), wave_forces=WaveForces(False, SecondOrder.MEAN_DRIFT))
