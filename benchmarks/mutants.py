@@ -20,7 +20,7 @@ import yaml
 from hydrosim.case import load_case
 from hydrosim.case.resolve import resolved_case_text
 from hydrosim.documents.layers import read_case
-from hydrosim.documents.nodes import plain
+from hydrosim.documents.nodes import plain_values
 
 CASES = Path(__file__).parents[1] / "cases"
 NUMBER = re.compile(r"^[-+]?\d+\.?\d*(?:[eE][-+]?\d+)?")
@@ -159,7 +159,7 @@ def whole(name: str) -> dict[str, Any]:
     """A case with all that it could say, in its own units where it says it."""
     path = CASES / f"{name}.yaml"
     everything = yaml.safe_load(resolved_case_text(load_case(path).data, path.parent))
-    return dict(_over(everything, plain(read_case(path)[1])))
+    return dict(_over(everything, plain_values(read_case(path)[1])))
 
 
 def mutants(count: int, seed: int, of_values: bool = False) -> list[Mutant]:

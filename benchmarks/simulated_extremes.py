@@ -18,7 +18,7 @@ import numpy as np
 from benchmarks.extremes import Holding
 from benchmarks.report import ROOT, Answer, Row
 from hydrosim import load_case
-from hydrosim.results.channels import series
+from hydrosim.results.channels import channel_series
 from hydrosim.scene import Scene
 from hydrosim.statistics.extremes import RecordExtremes, extremes
 from hydrosim.statistics.series import lowest_frequency
@@ -57,7 +57,7 @@ def _records(scene: Scene, channels: tuple[str, ...]) -> tuple[np.ndarray, float
     for seeded in _seeds(scene):
         run = run_compiled(compiled_to_run(seeded), estimates=False)
         late = run.time.values >= BEGINNING
-        runs.append([series(run, name)[0][late] for name in (*channels, "wave_elevation")])
+        runs.append([channel_series(run, name)[0][late] for name in (*channels, "wave_elevation")])
     return np.array(runs), float(np.diff(run.time.values[:2])[0])
 
 

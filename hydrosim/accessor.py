@@ -73,17 +73,17 @@ class RunAccessor:
 
     def channels(self) -> list[str]:
         """Names of all channels, including those derived from recorded ones."""
-        from hydrosim.results.channels import names
+        from hydrosim.results.channels import channel_names
 
-        return names(self._one())
+        return channel_names(self._one())
 
     def channel(self, name: str) -> xr.DataArray:
         """Channel (nt,) over time, with its unit. Raises InputError if the run has no channel of
         that name."""
-        from hydrosim.results.channels import series
+        from hydrosim.results.channels import channel_series
 
         run = self._one()
-        values, unit = series(run, name)
+        values, unit = channel_series(run, name)
         return xr.DataArray(values, {"time": run.time}, ("time",), name, {"units": unit})
 
     def picture(self, name: str = "overview") -> Figure:
@@ -98,7 +98,7 @@ class RunAccessor:
         motions, contacts, lines and the additional ``channels``, which may be patterns such as
         "speed.*". Raises InputError if hardly any record is left after ``start``."""
         from hydrosim.errors import InputError
-        from hydrosim.results.channels import chosen, names
+        from hydrosim.results.channels import channel_names, match_channels
         from hydrosim.statistics.statistics import enough_from, statistics
 
         run = self._one()
@@ -109,7 +109,7 @@ class RunAccessor:
                 f" the end of the run at {end:g} s."
             )
         asked = [channels] if isinstance(channels, str) else channels
-        found = chosen(names(run), asked, "channels")
+        found = match_channels(channel_names(run), asked, "channels")
         return statistics(run, start, channels=found)
 
     def extremes_over_seeds(self) -> xr.Dataset:

@@ -18,7 +18,7 @@ import hydrosim as hs
 from hydrosim.errors import WritingError, unwritable
 from hydrosim.interrupts import ENDING, install_signal_handlers, raise_if_interrupted
 from hydrosim.outputs import Output, content, save_picture
-from hydrosim.results.netcdf import write
+from hydrosim.results.netcdf import write_run
 
 ROOT = Path(__file__).parents[1]
 
@@ -50,7 +50,7 @@ def drawn(made: Output) -> None:
 
 
 WRITERS: dict[str, Callable[[Output], object]] = {
-    "x.nc": lambda made: write(xr.Dataset({"a": 1.0}), made),
+    "x.nc": lambda made: write_run(xr.Dataset({"a": 1.0}), made),
     "x.png": drawn,
     "x.svg": drawn,
     "x.pdf": drawn,

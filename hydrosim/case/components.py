@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from hydrosim.case.waves import Component
-from hydrosim.documents.messages import explain
+from hydrosim.documents.messages import validation_problems
 from hydrosim.documents.text import Source, TextTable, name_and_unit, parse, unit_of_column
 
 COLUMN_UNITS = {
@@ -67,5 +67,5 @@ def _component(source: Source, values: dict[str, Any], line: int | None = None) 
     try:
         return Component.model_validate(values, context=readers)
     except ValidationError as error:
-        problem = next(explain(error, values, readers))
+        problem = next(validation_problems(error, values, readers))
         source.wrong(": ".join([*map(str, problem.keys), problem.text]), line)

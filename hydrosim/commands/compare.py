@@ -134,7 +134,7 @@ def compare(
     from hydrosim.plot.compare import draw_comparison
     from hydrosim.plot.load import open_run
     from hydrosim.recordings import read_recording
-    from hydrosim.results.netcdf import write
+    from hydrosim.results.netcdf import write_run
     from hydrosim.wording.comparison import comparison_tables
 
     require_file(run_file, "the result of a run (RUN.nc)")
@@ -157,7 +157,7 @@ def compare(
     out_of = exceeded_tolerances(found, given)
     said = _comparison_attributes(run, run_file, recorded)
     dataset = to_dataset(found, said, by_channel(found, given))
-    write(dataset, result)
+    write_run(dataset, result)
     title = f"{run_file.name} and {recorded.name}"
     draw_comparison(found, title, page, units_of(dataset.attrs))
     show_document(comparison_tables(dataset), verbose)
@@ -170,7 +170,7 @@ def _of_many(ours: xr.Dataset, one: Path, other: Path, result: Output, verbose: 
     """Compare two files of many runs. Raises InputError if ``other`` is not such a file."""
     from hydrosim.compare.dataset import studies_dataset
     from hydrosim.compare.studies import compare_studies
-    from hydrosim.results.netcdf import write
+    from hydrosim.results.netcdf import write_run
     from hydrosim.results.runs_file import open_runs
     from hydrosim.wording.compared_studies import studies_tables
 
@@ -181,7 +181,7 @@ def _of_many(ours: xr.Dataset, one: Path, other: Path, result: Output, verbose: 
         )
     found = compare_studies(ours, theirs)
     dataset = studies_dataset(found, _comparison_attributes(ours, one, other))
-    write(dataset, result)
+    write_run(dataset, result)
     show_document(studies_tables(dataset), verbose)
     print_lines(f"result    {result.path}")
 

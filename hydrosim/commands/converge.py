@@ -36,7 +36,7 @@ def converge(
     from hydrosim.case.load import load_case
     from hydrosim.plot.work_precision import draw_work_precision
     from hydrosim.presentation.units import choice_in, units_of
-    from hydrosim.results.netcdf import write
+    from hydrosim.results.netcdf import write_run
     from hydrosim.scene import Method
     from hydrosim.studies.run.converge import converge as study_of
     from hydrosim.studies.run.converge import to_dataset
@@ -73,7 +73,7 @@ def converge(
 
             study = study_of(scene, chosen, all_steps, all_tolerances, tell)
         dataset = to_dataset(study, scene.title).assign_attrs(choice_in(scene.source))
-        write(dataset, made)
+        write_run(dataset, made)
     draw_work_precision(dataset, page)
     show_document(study_document(study, scene.title, units_of(scene.source)))
     print_lines(f"result    {made.path}, {page.path}")

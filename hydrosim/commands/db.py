@@ -13,7 +13,7 @@ import typer
 from hydrosim.commands.given import GivenSettings, given_database
 from hydrosim.commands.options import Overwrite, Settings, output_for, seconds
 from hydrosim.commands.progress import progress
-from hydrosim.commands.running import resumable
+from hydrosim.commands.running import print_resume_hint
 from hydrosim.commands.terminal import print_lines, print_status, show_document
 from hydrosim.errors import InputError
 
@@ -181,7 +181,7 @@ def build(
         raise InputError(f"{recipe}: {reason}; expected the recipe of a database (YAML).")
     place = output or recipe.with_suffix(".nc")
     made = output_for(place, place.stem, "database", recipe, overwrite=overwrite, suffix=None)
-    with resumable("the same command"), progress("computing", "frequencies") as report:
+    with print_resume_hint("the same command"), progress("computing", "frequencies") as report:
         time_left = TimeLeft()
 
         def tell(done: int, total: int) -> None:

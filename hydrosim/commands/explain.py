@@ -55,7 +55,7 @@ def explain(
     from hydrosim.commands.study import so_far, stem_of
     from hydrosim.plot.explain import draw_explained
     from hydrosim.results.growing import runs_at
-    from hydrosim.results.netcdf import read, write
+    from hydrosim.results.netcdf import read_run, write_run
     from hydrosim.statistics.explain import DIRECTION_AXES
     from hydrosim.wording.explain import explanation_document
 
@@ -71,14 +71,14 @@ def explain(
     between = window_of(start, end)
     many = run is not None
     if run is None:
-        run = read(run_file)
+        run = read_run(run_file)
     try:
         with progress("explaining"):
             found, parts = _of_many(run, between) if many else _of_one(run, between)
     except InputError as error:
         raise InputError(f"{run_file}: {error}") from None
     moved = _body(found, direction, body)
-    write(found, result)
+    write_run(found, result)
     print_lines(*so_far(run))
     first, of_first = next(iter(parts.items()))
     draw_explained(run, of_first, moved, direction, page, first)

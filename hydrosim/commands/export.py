@@ -26,7 +26,7 @@ from hydrosim.errors import InputError
 
 if TYPE_CHECKING:
     from hydrosim.outputs import Output
-    from hydrosim.results.export.table import Table
+    from hydrosim.results.export.table import ExportTable
 
 
 class ExportUnits(StrEnum):
@@ -103,7 +103,7 @@ def export(
     """
     from hydrosim.presentation.units import units_of
     from hydrosim.results.export.table import table_of
-    from hydrosim.results.netcdf import read
+    from hydrosim.results.netcdf import read_run
     from hydrosim.results.runs_file import open_runs
 
     if recording:
@@ -126,7 +126,7 @@ def export(
             " `hydrosim case` prints the case of one of them, and `hydrosim run` makes its"
             " result."
         )
-    run = read(run_file)
+    run = read_run(run_file)
     table = table_of(run, names_in(channels), *window)
     if kept is ExportUnits.CASE:
         table = table.read_in(units_of(run.attrs))
@@ -161,14 +161,14 @@ def _record(
     from hydrosim.plot.load import open_run
     from hydrosim.presentation.units import units_of
     from hydrosim.recordings import write_recording
-    from hydrosim.results.channels import chosen, usual
+    from hydrosim.results.channels import default_channels, match_channels
 
     result = output_for(output, "", "recording", run_file, overwrite=overwrite, suffix=None)
     every = seconds("--step", step, 0.0) if step else None
     if every is not None and not every > 0.0:
         raise InputError(f"--step: found {every:g} s; expected a positive time, such as 0.5 s.")
     run = open_run(run_file)
-    names = chosen(columns_of(run), asked, "--channels") if asked else usual(run)
+    names = match_channels(columns_of(run), asked, "--channels") if asked else default_channels(run)
     own = units_of(run.attrs).display_unit if kept is ExportUnits.CASE else None
     write_recording(run, result, names, every, digits, own)
     print_lines(f"result    {result.path}, {len(names)} channels")
@@ -204,7 +204,7 @@ def _date(text: str, suffix: str) -> datetime | None:
     return found.astimezone(UTC) if found.tzinfo else found.replace(tzinfo=UTC)
 
 
-def _write(table: Table, result: Output, date: datetime | None) -> None:
+def _write(table: ExportTable, result: Output, date: datetime | None) -> None:
     from hydrosim.results.export import cf, matlab, parquet, text
 
     with result.written() as path:

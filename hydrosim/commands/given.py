@@ -31,10 +31,10 @@ def given_database(file: Path, given: Sequence[str]) -> ChangedDatabase:
     `hydrodynamics` in a case. Raises InputError that names the option."""
     from hydrosim.case.hydrodynamics import DatabaseFile
     from hydrosim.documents.layers import apply_setting
-    from hydrosim.documents.nodes import COMMAND_LINE_PREFIX, compose
+    from hydrosim.documents.nodes import COMMAND_LINE_PREFIX, compose_nodes
     from hydrosim.documents.validate import validate_document
 
-    document = compose(json.dumps({"file": str(file)}), COMMAND_LINE_PREFIX)
+    document = compose_nodes(json.dumps({"file": str(file)}), COMMAND_LINE_PREFIX)
     assert document is not None
     for setting in given:
         if setting.partition("=")[0].strip() == "file":

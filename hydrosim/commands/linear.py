@@ -74,7 +74,7 @@ def linear(
     from hydrosim.compiling.compile import Radiation
     from hydrosim.linear.contacts import Contacts
     from hydrosim.plot.response import draw_response
-    from hydrosim.results.netcdf import write
+    from hydrosim.results.netcdf import write_run
     from hydrosim.studies.linear.seakeeping import LinearRequest, linear_analysis
     from hydrosim.wording.linear import linear_document
 
@@ -109,7 +109,7 @@ def linear(
     scene = case.scene()
     with made.held(), announce_compiling(err), progress("linear analysis"):
         found = linear_analysis(scene, wanted)
-        write(found, made)
+        write_run(found, made)
     draw_response(found, page)
     show_document(linear_document(found, raos=bool(periods)), verbose)
     print_lines(f"result    {made.path}, {page.path}")

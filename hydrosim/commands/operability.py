@@ -11,7 +11,7 @@ import typer
 from hydrosim.commands.compiling import announce_compiling
 from hydrosim.commands.options import Overwrite, StudyFile, Verbose, Workers, output_for
 from hydrosim.commands.progress import progress
-from hydrosim.commands.running import resumable
+from hydrosim.commands.running import print_resume_hint
 from hydrosim.commands.terminal import print_lines, progress_console, show_document
 from hydrosim.errors import InputError
 
@@ -40,7 +40,7 @@ def operability(
     It also computes the workability in a scatter diagram and waiting times in a hindcast.
     """
     from hydrosim.plot.operability import draw_limits
-    from hydrosim.results.netcdf import write
+    from hydrosim.results.netcdf import write_run
     from hydrosim.studies.many.unfinished import locked_journal
     from hydrosim.studies.operability.study import limits_of, load_limits
     from hydrosim.studies.operability.weather import assess_weather, read_weather
@@ -61,7 +61,7 @@ def operability(
     page = result.at(result.path.with_suffix(".png"), "picture").checked()
     weather = read_weather(study_file.parent, study.wanted)
     with (
-        resumable("--resume"),
+        print_resume_hint("--resume"),
         locked_journal(result, resume, study.identity) as journal,
         announce_compiling(err),
         progress("limits", "seas") as report,
@@ -72,7 +72,7 @@ def operability(
 
         limits = limits_of(study, workers or os.cpu_count() or 1, tell, journal)
         found = assess_weather(limits, weather)
-        write(found, result)
+        write_run(found, result)
         journal.remove()
     draw_limits(found, page)
     show_document(limits_tables(found), verbose)

@@ -43,9 +43,9 @@ def plot(
     """
     from hydrosim.commands.study import draw_runs, so_far
     from hydrosim.plot import draw
-    from hydrosim.plot.draw import Format, View, Window
+    from hydrosim.plot.draw import Format, TimeWindow, View
     from hydrosim.plot.load import open_run
-    from hydrosim.results.channels import chosen, names
+    from hydrosim.results.channels import channel_names, match_channels
     from hydrosim.results.growing import runs_at
 
     folder = run_file.parent if output is None else output
@@ -57,7 +57,7 @@ def plot(
             f" {output.suffix[1:]} selects their format."
         )
     kind = one_of(Format, form, "--format")
-    window = Window(*window_of(start, end))
+    window = TimeWindow(*window_of(start, end))
     if (runs := runs_at(run_file)) is not None:
         if channels or start or end:
             raise InputError(
@@ -69,7 +69,7 @@ def plot(
         return
     dataset = open_run(run_file)
     asked = names_in(channels)
-    picked = chosen(names(dataset), asked, "--channels") if asked else ()
+    picked = match_channels(channel_names(dataset), asked, "--channels") if asked else ()
     view = View(window, picked, kind)
     with progress("drawing"):
         pictures = draw(dataset, folder, run_file.stem, run_file, overwrite, view)

@@ -100,7 +100,7 @@ def _require_room(case: Case, path: Path) -> None:
 
     from hydrosim.compiling import sizes
 
-    size = sizes.result(case.scene())
+    size = sizes.result_size(case.scene())
     free = disk_usage(path.parent).free
     if size > free:
         found = f"about {sizes.size_text(size)}, and {sizes.size_text(free)} are free"
@@ -112,21 +112,21 @@ def _require_room(case: Case, path: Path) -> None:
 
 def _planned_pictures(result: Output) -> None:
     """Raises InputError before the run if its pictures would replace other files."""
-    from hydrosim.plot.draw import planned
+    from hydrosim.plot.draw import picture_outputs
 
-    planned(result.path.parent, result.path.stem, result.path, result.overwrite)
+    picture_outputs(result.path.parent, result.path.stem, result.path, result.overwrite)
 
 
 def _save(dataset: xr.Dataset, result: Output) -> Path:
     """Write the result of a run; return its path. A run that did not complete never replaces a
     complete one. No run replaces a file that appeared while it was computed."""
-    from hydrosim.results.netcdf import status_of, write
+    from hydrosim.results.netcdf import status_of, write_run
     from hydrosim.studies.run.checkpoint import checkpoint_of
 
     status = dataset.attrs["status"]
     better = status != "complete" and status_of(result.path) == "complete"
     place = result.aside() if better else result.settled()
-    write(dataset, place)
+    write_run(dataset, place)
     if status != "interrupted":
         checkpoint_of(result).clear()
     return place.path

@@ -23,7 +23,7 @@ err = progress_console()
 
 
 @contextmanager
-def resumable(by: str) -> Iterator[None]:
+def print_resume_hint(by: str) -> Iterator[None]:
     """After an interrupt, print that the command continues with the option ``by``."""
     try:
         yield
@@ -57,13 +57,13 @@ def simulate_with_progress(
     case: Case, result: Output, resume: bool = False, every: float = 60.0
 ) -> xr.Dataset:
     """Simulate a case with a progress bar. Its state is saved to disk ``every`` so often [s]."""
-    from hydrosim.compiling.restart import begin, open_start
+    from hydrosim.compiling.restart import open_start, start_time
     from hydrosim.studies.run.checkpoint import Checkpoint, checkpoint_of
     from hydrosim.studies.run.simulation import simulate
 
     kept = Checkpoint(checkpoint_of(result), every, resume, print_status)
     scene = open_start(case.scene())
-    start = begin(scene)
+    start = start_time(scene)
     begun = perf_counter()
     reached = start
     with announce_compiling(err), progress("simulating", "s") as report:

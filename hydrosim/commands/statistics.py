@@ -57,9 +57,9 @@ def statistics(
     phase."""
     from hydrosim.commands.study import place_table, show_study
     from hydrosim.errors import InputError
-    from hydrosim.results.channels import chosen, names
+    from hydrosim.results.channels import channel_names, match_channels
     from hydrosim.results.growing import runs_at
-    from hydrosim.results.netcdf import read, write
+    from hydrosim.results.netcdf import read_run, write_run
     from hydrosim.statistics.statistics import enough_from
     from hydrosim.statistics.statistics import statistics as of_run
     from hydrosim.wording.statistics import statistics_document
@@ -71,7 +71,7 @@ def statistics(
     require_file(run_file, "the result of a run or of a study (RUN.nc)")
     name = f"{run_file.stem}_statistics"
     result = output_for(output, name, "statistics", run_file, overwrite=overwrite)
-    run = read(run_file)
+    run = read_run(run_file)
     begin, end = seconds("--from", start, 0.0), float(run.time[-1])
     if not enough_from(run, begin):
         raise InputError(
@@ -86,11 +86,11 @@ def statistics(
             f" {least:g} s. The record itself holds many samples of shorter durations."
         )
     asked = names_in(channels)
-    known = names(run)
+    known = channel_names(run)
     asked += ["utilisation.*"] if any(name.startswith("utilisation.") for name in known) else []
     with progress("statistics"):
-        found = of_run(run, begin, exposure, chosen(known, asked, "--channels"))
-        write(found, result)
+        found = of_run(run, begin, exposure, match_channels(known, asked, "--channels"))
+        write_run(found, result)
     print_lines(*not_complete(run.attrs))
     show_document(statistics_document(run, found), verbose)
     print_lines(f"result    {result.path}")

@@ -16,7 +16,7 @@ import typer
 from hydrosim.commands.compiling import announce_compiling
 from hydrosim.commands.options import Overwrite, StudyFile, Verbose, Workers, output_for
 from hydrosim.commands.progress import progress
-from hydrosim.commands.running import resumable
+from hydrosim.commands.running import print_resume_hint
 from hydrosim.commands.study import draw_runs, place_table, show_study
 from hydrosim.commands.terminal import print_lines, print_status, progress_console
 
@@ -142,7 +142,7 @@ def _until(
             raise KeyboardInterrupt
         return runs
 
-    with resumable("--resume"), announce_compiling(err), progress("runs"):
+    with print_resume_hint("--resume"), announce_compiling(err), progress("runs"):
         said = run_until(study, study.seeds, wanted, run, result, resume)
     runs = open_runs(result.path)
     assert runs is not None

@@ -18,7 +18,7 @@ from hydrosim.compare.guess import guess
 from hydrosim.compare.mapping import ChannelPlace, MappingFile, TimeColumn
 from hydrosim.compare.signals import GainLagFit, fit
 from hydrosim.recordings import Recording
-from hydrosim.results.channels import channels, chosen
+from hydrosim.results.channels import match_channels, recorded_channels
 
 MAX_LAG_FRACTION, MAX_LAG_S = 0.1, 60.0  # of the time, and s: largest lag of the search
 MAX_SHIFT_FRACTION = 0.5  # of the time: the largest shift
@@ -72,14 +72,14 @@ def compare(
     ``edges`` [rad/s] separate slow, waves and fast. ``only`` are patterns of channels. Raises
     InputError with the fault in the recording and its place.
     """
-    places = guess(recording, channels(run)) if mapping is None else mapping.channels
+    places = guess(recording, recorded_channels(run)) if mapping is None else mapping.channels
     if not places:
         names = ", ".join(column.name for column in recording.columns)
         recording.source.wrong(
             f"found no column that matches a channel of the run, among {names}; expected at least"
             " one; assign columns to channels in a mapping (--mapping)"
         )
-    wanted = {name: places[name] for name in chosen(places, only, "--channels")}
+    wanted = {name: places[name] for name in match_channels(places, only, "--channels")}
     time = TimeColumn() if mapping is None else mapping.time
     align_at = (run, recording, wanted, time, between)
     overlap, pairs = align(*align_at)
@@ -108,7 +108,7 @@ def exceeded_tolerances(found: Comparison, tolerances: Mapping[str, float]) -> d
 def by_channel(found: Comparison, tolerances: Mapping[str, float]) -> dict[str, float]:
     """Tolerance of each channel. ``tolerances`` are by channel or pattern; the last match applies.
     Raises InputError if one matches no channel."""
-    chosen([*found.results, *found.zero], list(tolerances), "--tolerance")
+    match_channels([*found.results, *found.zero], list(tolerances), "--tolerance")
     return {
         name: limit
         for pattern, limit in tolerances.items()

@@ -28,7 +28,7 @@ from pydantic import (
 
 from hydrosim.documents import quantities as of
 from hydrosim.documents.layers import read_case
-from hydrosim.documents.nodes import locate, place_text
+from hydrosim.documents.nodes import locate_value, place_text
 from hydrosim.documents.quantities import SchemaModel
 from hydrosim.documents.text import readable_unit
 from hydrosim.documents.units import AnyQuantity, Scale, problem, value_text
@@ -97,6 +97,6 @@ def read_mapping(path: Path | str) -> MappingFile:
     _, document = read_case(Path(path))
     mapping = validate_document(document, MappingFile)
     for name, place in mapping.channels.items():
-        key, mark = locate(document, ("channels", name))
+        key, mark = locate_value(document, ("channels", name))
         place._written = f"{place_text(mark)}: {key}"
     return mapping

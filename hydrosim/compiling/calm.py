@@ -19,7 +19,7 @@ from hydrosim.compiling.notes_of_sea import notes_of_sea
 from hydrosim.compiling.questions import describe_doubts, query_messages
 from hydrosim.compiling.questions.doubt import describe_start
 from hydrosim.compiling.refusals import check_start
-from hydrosim.compiling.restart import begin
+from hydrosim.compiling.restart import start_time
 from hydrosim.compiling.start import first_state, start_of, with_slow_places
 from hydrosim.compiling.wet import HydrodynamicGroup
 from hydrosim.dofs import DOFS
@@ -53,8 +53,8 @@ SHARE_OF_WAVES = 0.1
 def compile_calm(
     scene: Scene, wet: Sequence[HydrodynamicGroup], known: Parts | None = None
 ) -> Compiled:
-    """Compile a scene of `open_start` in calm water with its databases ``wet``, and with its elements and
-    tanks if they are ``known``.
+    """Compile a scene of `open_start` in calm water with its databases ``wet``, and with its
+    elements and tanks if they are ``known``.
 
     Raises InputError if the scene cannot be compiled or started.
     """
@@ -67,7 +67,7 @@ def compile_calm(
         raise InputError("\n".join([str(error), *causes])) from None
     check_start(scene, model, fresh)
     state = start_of(scene, model, facts.layout, fresh)
-    check_driven_start(scene, model, state, begin(scene))
+    check_driven_start(scene, model, state, start_time(scene))
     return with_method(Compiled(scene, tuple(wet), facts, state))
 
 
@@ -75,7 +75,7 @@ def _odd_values(scene: Scene, facts: Facts) -> list[str]:
     """What questions ask of a scene that has no place at rest: the cause may be among it."""
     where = replace(scene, at_rest=False)
     fresh = first_state(where, facts.model)
-    about = describe_start(where, facts, fresh, (), begin(scene) + scene.duration)
+    about = describe_start(where, facts, fresh, (), start_time(scene) + scene.duration)
     return [f"A cause may be: {text}" for text in describe_doubts(about, ())]
 
 
@@ -83,7 +83,7 @@ def add_waves(calm: Compiled, scene: Scene, sea: Sequence[WaveComponents]) -> Co
     """Scene of `compile_calm` in the ``sea`` drawn from its waves, and in its gusts. ``scene`` may
     differ from the calm one in waves, seed of gusts, title and source. Raises InputError if a
     database does not fit the sea, or if sea or gusts are shorter than the run."""
-    end = begin(scene) + scene.duration
+    end = start_time(scene) + scene.duration
     check_span(scene.environment, 0.0, end)
     loaded = wave_bodies(scene, calm.facts.databases, calm.facts.met)
     bodies = [_as_locked(body, scene) for body in loaded]

@@ -45,11 +45,11 @@ def compile_scene(scene: Scene, in_plane: bool = False) -> Compiled:
         check_scene(scene)  # also whether its sea can be drawn
         drawn = sea(scene.environment)
         calm = compile_in_calm(scene, seas=drawn)
-        calm = planar(calm, drawn) if in_plane else calm
+        calm = without_symmetric_motions(calm, drawn) if in_plane else calm
         return add_waves(calm, calm.scene, drawn)
 
 
-def planar(calm: Compiled, seas: Sequence[WaveComponents]) -> Compiled:
+def without_symmetric_motions(calm: Compiled, seas: Sequence[WaveComponents]) -> Compiled:
     """Scene in calm water without motions that are zero by symmetry, also in the ``seas`` drawn
     from its waves (`hydrosim.compiling.symmetry`). Other scenes are unchanged. Its notes give the
     reason."""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from hydrosim.compiling.memory_errors import MemoryErrors, memory_errors
 from hydrosim.compiling.notes import Notes
-from hydrosim.compiling.restart import begin
+from hydrosim.compiling.restart import start_time
 from hydrosim.integrate import Method, method_named
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ class Compiled:
     @property
     def begin(self) -> float:
         """Time at which a run begins [s]."""
-        return begin(self.scene)
+        return start_time(self.scene)
 
     @cached_property
     def memory_errors(self) -> tuple[MemoryErrors, ...]:

@@ -38,7 +38,7 @@ def open_database(source: Source, given: Given = NOTHING_GIVEN) -> HydroDatabase
         given = replace(source.given, frequencies=source.changes.frequencies)
         return apply_changes(open_database(source.source, given), source.changes)
     if isinstance(source, Path):
-        return in_order(_unmistaken(read(source, given), given))
+        return in_order(_check_given(read(source, given), given))
     if isinstance(source, HydroDatabase):
         return in_order(source)
     raise InputError(
@@ -47,7 +47,7 @@ def open_database(source: Source, given: Given = NOTHING_GIVEN) -> HydroDatabase
     )
 
 
-def _unmistaken(db: HydroDatabase, given: Given) -> HydroDatabase:
+def _check_given(db: HydroDatabase, given: Given) -> HydroDatabase:
     """Return the database. Raises InputError if its file contradicts a given value."""
     for name in overruled_values(db, given):
         raise InputError(
@@ -65,7 +65,7 @@ class DatabaseGroup(NamedTuple):
     places: list[int]
 
 
-def groups(scene: Scene) -> list[DatabaseGroup]:
+def database_groups(scene: Scene) -> list[DatabaseGroup]:
     """Databases of the scene as read, without families, and their bodies in order. Raises
     InputError if one cannot be read, or has no loads though the scene has waves."""
     known: dict[Source, HydroDatabase] = {}

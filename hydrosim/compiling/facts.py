@@ -46,7 +46,8 @@ class Facts:
 
 
 def facts_of(scene: Scene, wet: Sequence[HydrodynamicGroup], model: Model) -> Facts:
-    """Facts of a scene of `open_start`. Raises InputError if waves cannot act on a body as asked."""
+    """Facts of a scene of `open_start`. Raises InputError if waves cannot act on a body as
+    asked."""
     databases = each_alone(wet)
     nonlinear = tuple(nonlinearities(scene, model))
     met = met_by_waves(scene, databases)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hydrosim import radiation
-from hydrosim.compiling.databases import groups
+from hydrosim.compiling.databases import database_groups
 from hydrosim.compiling.hydrostatics.hulls import with_hulls
 from hydrosim.compiling.wet import (
     HydrodynamicGroup,
@@ -54,7 +54,7 @@ def members_of(wet: Sequence[HydrodynamicGroup]) -> list[HydrodynamicGroup]:
     return [member for group in wet for member in group.members]
 
 
-def parts(
+def family_members(
     wet: Sequence[HydrodynamicGroup], bodies: int
 ) -> Iterator[tuple[np.ndarray, HydrodynamicGroup]]:
     """All databases and their DOFs (m,), with all members of families."""
@@ -66,7 +66,7 @@ def parts(
         yield 6 * (bodies + k) + np.arange(6), member
 
 
-def constants(scene: Scene, wet: Sequence[HydrodynamicGroup]) -> blending.Family:
+def family_constants(scene: Scene, wet: Sequence[HydrodynamicGroup]) -> blending.Family:
     """Constants of the families of a scene for the equation of motion."""
     chosen = [group for group in wet if group.members]
     members = members_of(wet)
@@ -109,7 +109,7 @@ def _family(
             centre_of_gravity=(x, y, z + rest - member.draught),
             database_checksum=None,
         )
-        (group,) = groups(replace(scene, bodies=(alone,)))
+        (group,) = database_groups(replace(scene, bodies=(alone,)))
         _check_draught(group.database, body, member.draught, rest)
         found = group_of(group._replace(places=[i]), scene, seas, before)
         found = found.with_states(radiation.TOLERANCE)  # a family cannot use convolutions

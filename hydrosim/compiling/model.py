@@ -64,9 +64,9 @@ def model_of(scene: Scene, wet: Sequence[HydrodynamicGroup], known: Parts | None
     bodies = bodies_of(scene)
     alone = each_alone(wet)
     free = moving(scene.bodies)
-    family = families.constants(scene, wet)
+    family = families.family_constants(scene, wet)
     size = 6 * (len(scene.bodies) + family.owner.size)
-    each = list(families.parts(wet, len(scene.bodies)))
+    each = list(families.family_members(wet, len(scene.bodies)))
     groups = [fit for dofs, group in each for fit in _groups(group, dofs, free)]
     states = radiation.state_space_model(groups)
     radiating = 2 * bodies.active.size

@@ -45,7 +45,7 @@ from hydrosim.scene import (
 )
 from hydrosim.scene.trees import arrangement
 from hydrosim.stepping.names import dofs_of
-from hydrosim.waves import components, outside
+from hydrosim.waves import components, shares_outside
 from hydrosim.waves.components import WaveComponents
 from hydrosim.waves.quadratic import separate_headings
 from hydrosim.waves.sea_state import SeaState, energy_outside_band, sea_state
@@ -147,7 +147,7 @@ def range_warnings(seas: Seas, body: Body, db: HydroDatabase) -> Iterator[str]:
     """Warnings about waves outside a database's frequencies whose first-order loads would matter.
     `questions.ranges` asks about larger parts."""
     if seas and body.wave_forces.first_order:
-        found = outside(db, seas)
+        found = shares_outside(db, seas)
         if OUTSIDE_WARNED < found.share <= OUTSIDE_REFUSED:
             yield (
                 f"environment.waves: {said_of_outside(found, body, db)}: these waves have no"
@@ -275,7 +275,7 @@ def _skipped_loads(
                 text = "buoyancy of its hull in still water, no waves, drag or added mass"
                 yield f"{body.name}: {text}"
         elif seas and body.wave_forces.first_order:
-            found = outside(wet[body.name], seas)
+            found = shares_outside(wet[body.name], seas)
             if found.below + found.above > OUTSIDE_WARNED:
                 yield (
                     f"{said_of_outside(found, body, wet[body.name])}: these waves have no"

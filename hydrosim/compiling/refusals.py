@@ -9,7 +9,7 @@ import numpy as np
 from hydrosim.compiling.joints.closed import check_closed, check_joints
 from hydrosim.compiling.joints.drives import check_drives
 from hydrosim.compiling.joints.trees import check_trees
-from hydrosim.compiling.restart import begin
+from hydrosim.compiling.restart import start_time
 from hydrosim.compiling.sizes import check_sizes
 from hydrosim.errors import InputError
 from hydrosim.forces import is_known, lost_units, signals_of
@@ -88,14 +88,14 @@ def check_scene(scene: Scene) -> None:
         element.check(name)
     if scene.initial is None or scene.initial.time is not None:  # else once its run is opened
         _check_records(scene)
-        check_drives(scene, begin(scene))
+        check_drives(scene, start_time(scene))
     check_points(scene)
     check_sizes(scene)
 
 
 def _check_records(scene: Scene) -> None:
     """Refuse records that do not cover the whole run."""
-    start = begin(scene)
+    start = start_time(scene)
     end = start + scene.duration
     for key, signal in signals_of(scene.forces):
         if not isinstance(signal, Recorded):
@@ -150,7 +150,7 @@ def _check_lines(scene: Scene, model: Model, state: State) -> None:
     n = model.bodies.active.size
     y = state.y
     place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
-    for line in lines_now(model, scene, begin(scene), y, state.modes, model.bodies, motion):
+    for line in lines_now(model, scene, start_time(scene), y, state.modes, model.bodies, motion):
         if line.distance <= COINCIDENT_ENDS_RTOL * line.length:
             raise _coincident_ends(line.name)
         if line.strain > STRAINED:

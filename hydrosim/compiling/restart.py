@@ -24,7 +24,7 @@ from hydrosim.modes import CONTACT_MARGIN, MARGINS, MODE, RISING, SEGMENT, SEGME
 from hydrosim.radiation import VelocityHistory
 from hydrosim.results.error_figures import ACCURACY
 from hydrosim.results.memory import push_again, take_over
-from hydrosim.results.netcdf import read
+from hydrosim.results.netcdf import read_run
 from hydrosim.rigid.kinematics import Motion, place_bodies
 from hydrosim.scene import Body, Place, Scene, Start, WaveForces
 from hydrosim.stepping.dynamics import Model, new_work
@@ -90,7 +90,7 @@ def opened_start(start: Start) -> Start:
     return Start(run, _stored_time(run, start.time))
 
 
-def begin(scene: Scene) -> float:
+def start_time(scene: Scene) -> float:
     """Time at which a run of an `open_start` scene begins [s]: 0, or the time of the stored
     state."""
     start = scene.initial
@@ -144,13 +144,13 @@ def memory_before(scene: Scene) -> MemoryBefore:
     return MemoryBefore(frozenset(map(str, convolved)), frozenset(map(str, states)))
 
 
-def resume(scene: Scene, model: Model, layout: StateLayout, fresh: State) -> State:
+def resumed_state(scene: Scene, model: Model, layout: StateLayout, fresh: State) -> State:
     """State that an `open_start` scene starts from; ``fresh`` is the state of a start from rest.
 
     Raises InputError if the stored state is not finite, or if its memory is too short.
     """
     run = _run(scene)
-    time = begin(scene)
+    time = start_time(scene)
     values = run.state_value.sel(state_time=time).values
     if not np.isfinite(values).all():
         text = f"its state at {time:g} s is not finite; start from an earlier time"
@@ -176,7 +176,7 @@ def _run(scene: Scene) -> xr.Dataset:
 
 def _read(path: Path | str) -> xr.Dataset:
     try:
-        return read(Path(path))
+        return read_run(Path(path))
     except InputError as error:
         raise InputError(f"initial.run: {error}") from None
 
@@ -254,7 +254,7 @@ def _modes(
     """Modes (rows, 3) of all units: the stored mode if it is possible, else that of a start from
     ``y``. ``known`` (ny,) are the states of ``y`` that the run had."""
     motion = new_work(model).motion
-    time = begin(scene)
+    time = start_time(scene)
     renewing = [kind for kind in KINDS if isinstance(kind, Renewing)]
     for each in renewing:
         each.forget(each.of(model), y)
@@ -321,7 +321,7 @@ def _history(
 ) -> VelocityHistory:
     """Memory of a convolution before the start: ``fresh``, filled with the memory of the run."""
     kernel = model.convolution
-    time = begin(scene)
+    time = start_time(scene)
     if kernel.row.size == 0:
         return fresh
     t = run.memory_time.values

@@ -38,12 +38,12 @@ class MemoryUse(NamedTuple):
     remedy: str
 
 
-def memory(scene: Scene) -> float:
+def memory_needed(scene: Scene) -> float:
     """Memory [bytes] that a run needs, within a factor of about two."""
     return sum(part.memory for part in _parts(scene))
 
 
-def result(scene: Scene) -> float:
+def result_size(scene: Scene) -> float:
     """Approximate size [bytes] of the result of a run."""
     states = _states(scene) if scene.output_states else 0.0
     return NUMBER * _records(scene) * (_channels(scene) + states)
@@ -73,9 +73,9 @@ def check_sizes(scene: Scene) -> None:
         )
     largest = max(_parts(scene), key=lambda part: part.memory)
     most = _available()
-    if memory(scene) > most:
+    if memory_needed(scene) > most:
         raise InputError(
-            f"{largest.key}: the run needs about {size_text(memory(scene))} of memory,"
+            f"{largest.key}: the run needs about {size_text(memory_needed(scene))} of memory,"
             f" {size_text(largest.memory)} of it for this; only {size_text(most)} exist."
             f" {largest.remedy}."
         )

@@ -65,7 +65,7 @@ def start_of(scene: Scene, model: Model, layout: StateLayout, fresh: State) -> S
     if scene.initial is None:
         return fresh
     restart.check_fit(scene, model, layout)
-    return restart.resume(scene, model, layout, fresh)
+    return restart.resumed_state(scene, model, layout, fresh)
 
 
 def with_slow_places(
@@ -79,7 +79,9 @@ def with_slow_places(
     n = model.bodies.active.size
     y = state.y.copy()
     place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
-    places = first_states(model.following, motion.coordinates, motion.rate, restart.begin(scene))
+    places = first_states(
+        model.following, motion.coordinates, motion.rate, restart.start_time(scene)
+    )
     y[model.slow : model.draught] = places
     return state._replace(y=y)
 

@@ -12,7 +12,7 @@ from scipy.linalg import block_diag
 
 from hydrosim import database, radiation
 from hydrosim.compiling.coefficients import SOURCE, no_memory
-from hydrosim.compiling.databases import DatabaseGroup, groups
+from hydrosim.compiling.databases import DatabaseGroup, database_groups
 from hydrosim.compiling.hydrostatics.hulls import with_hulls
 from hydrosim.compiling.suitability import database_warnings, suitable_database
 from hydrosim.database.changes import CHANGED_ATTRIBUTE
@@ -195,7 +195,7 @@ def wet_groups(
     Raises InputError if a database cannot be read or does not fit the scene, or if data that the
     scene uses in the ``seas`` cannot be right. ``before`` is the memory of the run to start from.
     """
-    return [group_of(group, scene, seas, before) for group in groups(scene)]
+    return [group_of(group, scene, seas, before) for group in database_groups(scene)]
 
 
 def group_of(

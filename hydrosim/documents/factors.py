@@ -15,11 +15,12 @@ MAX_FACTORS = 1000  # factors in the file
 
 
 def stored_factor(unit: str, si: str) -> float | None:
-    """A factor that `keep` has stored, in this process or an earlier one; None if unknown."""
+    """A factor that `store_factor` has stored, in this process or an earlier one; None if
+    unknown."""
     return _factors().get(_key(unit, si))
 
 
-def keep(unit: str, si: str, factor: float) -> None:
+def store_factor(unit: str, si: str, factor: float) -> None:
     """Store that a number in ``unit`` times ``factor`` is in ``si``."""
     factors = _factors()
     factors[_key(unit, si)] = factor

@@ -15,7 +15,14 @@ from typing import Any
 import yaml
 from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
-from hydrosim.documents.nodes import SETTING, compose, entries, plain, with_hint, wrong
+from hydrosim.documents.nodes import (
+    SETTING,
+    compose_nodes,
+    entry_nodes,
+    error_at,
+    plain_values,
+    with_hint,
+)
 from hydrosim.documents.suggestions import suggestion
 from hydrosim.documents.units import value_text
 from hydrosim.errors import InputError
@@ -46,25 +53,29 @@ def read_case(path: Path, above: tuple[Path, ...] = ()) -> tuple[str, Node]:
     InputError if a file cannot be read.
     """
     text = _read_text(path)
-    node = compose(text, str(path))
+    node = compose_nodes(text, str(path))
     if not isinstance(node, MappingNode):
         raise InputError(f"{path}:1: found no keys; expected a case file with lines `key: value`")
-    over = entries(node)
+    over = entry_nodes(node)
     if EXTENDS not in over:
         return text, node
     _, named = over.pop(EXTENDS)
     if not isinstance(named, ScalarNode):
-        text = f"{EXTENDS}: found {value_text(plain(named))}; expected the name of a case file"
-        raise wrong(named.start_mark, text)
-    base = path.parent / str(plain(named))
+        text = (
+            f"{EXTENDS}: found {value_text(plain_values(named))}; expected the name of a case file"
+        )
+        raise error_at(named.start_mark, text)
+    base = path.parent / str(plain_values(named))
     chain = (*above, path.resolve())
     if not os.path.isfile(base):  # Path.is_file raises where a name is too long
-        raise wrong(named.start_mark, f"{EXTENDS}: found no file {base}; expected a case file")
+        raise error_at(named.start_mark, f"{EXTENDS}: found no file {base}; expected a case file")
     if base.resolve() in chain:
-        raise wrong(named.start_mark, f"{EXTENDS}: {base} leads back here; expected another file")
-    under = _with_folder(read_case(base, chain)[1], Path(str(plain(named))).parent)
+        raise error_at(
+            named.start_mark, f"{EXTENDS}: {base} leads back here; expected another file"
+        )
+    under = _with_folder(read_case(base, chain)[1], Path(str(plain_values(named))).parent)
     whole = _overlay(under, _mapping(over, node))
-    return f"# {path.name} over {base.name}\n{written(whole)}", whole
+    return f"# {path.name} over {base.name}\n{yaml_text(whole)}", whole
 
 
 def apply_setting(node: Node, setting: str, option: str = SETTING) -> Node:
@@ -75,7 +86,7 @@ def apply_setting(node: Node, setting: str, option: str = SETTING) -> Node:
     name = option + (
         setting if len(setting) <= MAX_SETTING_LETTERS else f"{setting[:MAX_SETTING_LETTERS]}..."
     )
-    value = compose(text, name)
+    value = compose_nodes(text, name)
     if not key.strip() or value is None:
         raise InputError(f"{name}: found no key or no value; expected KEY=VALUE; null removes")
     return _assign(node, key.strip().split("."), value)
@@ -94,7 +105,7 @@ def _simple(value: Any) -> Any:
     return value.tolist() if hasattr(value, "tolist") else str(value)
 
 
-def written(node: Node) -> str:
+def yaml_text(node: Node) -> str:
     """The nodes as YAML text."""
     return str(yaml.serialize(node, Dumper=yaml.SafeDumper, allow_unicode=True, width=100))
 
@@ -125,7 +136,7 @@ def _with_folder(node: Node, folder: Path) -> Node:
     if not isinstance(node, MappingNode):
         return node
     moved = {
-        key: (name, _with_folder(value, folder)) for key, (name, value) in entries(node).items()
+        key: (name, _with_folder(value, folder)) for key, (name, value) in entry_nodes(node).items()
     }
     for key in FILES & moved.keys():
         name, value = moved[key]
@@ -138,10 +149,10 @@ def _with_folder(node: Node, folder: Path) -> Node:
 def _overlay(base: Node | None, over: Node) -> Node:
     if not isinstance(base, MappingNode) or not isinstance(over, MappingNode):
         return over
-    if REPLACING_KEYS & entries(over).keys():
+    if REPLACING_KEYS & entry_nodes(over).keys():
         return over
-    result = entries(base)
-    for key, (name, value) in entries(over).items():
+    result = entry_nodes(base)
+    for key, (name, value) in entry_nodes(over).items():
         if _is_null(value):
             _require(key, result, name)
             del result[key]
@@ -162,15 +173,15 @@ def _assign(node: Node | None, keys: Sequence[str], value: Node) -> Node:
         return _assigned_item(node, key, rest, value)
     if isinstance(node, ScalarNode) and not _is_null(node):
         text = f'found the value "{node.value}" there; expected no key "{key}" below it'
-        raise wrong(value.start_mark, text)
-    inside = entries(node)
+        raise error_at(value.start_mark, text)
+    inside = entry_nodes(node)
     new = ScalarNode(TEXT, key, *_marks(value))
     name, under = inside.get(key, (new, None))
     if key in NAMED and len(rest) > 1:
-        _require(rest[0], entries(under), value)
+        _require(rest[0], entry_nodes(under), value)
     inside[key] = name if rest else new, _assign(under, rest, value)
     if not rest and _is_null(value):
-        _require(key, entries(node), value)
+        _require(key, entry_nodes(node), value)
         del inside[key]
     return _mapping(inside, node or value)
 
@@ -185,7 +196,7 @@ def _assigned_item(node: SequenceNode, key: str, rest: Sequence[str], value: Nod
 def _require(key: str, known: Collection[str], at: Node) -> None:
     if key not in known:
         text = f'found no "{key}" there; expected one of: {", ".join(known) or "nothing"}'
-        raise wrong(at.start_mark, with_hint(text, suggestion(key, known)))
+        raise error_at(at.start_mark, with_hint(text, suggestion(key, known)))
 
 
 def _mapping(inside: Mapping[str, tuple[ScalarNode, Node]], like: Node) -> MappingNode:
@@ -198,4 +209,4 @@ def _marks(node: Node) -> tuple[yaml.Mark, yaml.Mark]:
 
 
 def _is_null(node: Node) -> bool:
-    return plain(node) is None
+    return plain_values(node) is None

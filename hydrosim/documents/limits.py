@@ -26,7 +26,7 @@ def too_long(text: str) -> str:
     )
 
 
-def excesses(node: Node | None) -> Iterator[tuple[yaml.Mark, str]]:
+def limit_complaints(node: Node | None) -> Iterator[tuple[yaml.Mark, str]]:
     """Complaints about nodes that are too large, too deep, or contain unprintable characters, with
     their places."""
     if node is None:

@@ -45,7 +45,7 @@ EXPECTED = {
 }
 
 
-def explain(error: ValidationError, data: Any, readers: Readers) -> Iterator[Problem]:
+def validation_problems(error: ValidationError, data: Any, readers: Readers) -> Iterator[Problem]:
     """Each mistake in ``data`` with its place; ``readers`` are the models by the ``id`` of the
     mapping that they read."""
     every: list[Details] = list(error.errors(include_url=False))

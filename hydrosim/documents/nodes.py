@@ -21,7 +21,7 @@ import yaml
 from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from hydrosim.documents.broken_yaml import describe
-from hydrosim.documents.limits import excesses, too_long
+from hydrosim.documents.limits import limit_complaints, too_long
 from hydrosim.documents.units import NUMBER
 from hydrosim.errors import InputError
 
@@ -33,7 +33,7 @@ COMMAND_LINE_PREFIX = "--given "
 """Prefix of the name of a text that came from the command line."""
 
 
-def compose(text: str, name: str) -> Node | None:
+def compose_nodes(text: str, name: str) -> Node | None:
     """Nodes of a YAML text that messages call ``name``; None if it is empty.
 
     Raises InputError with the line of text that is not YAML, exceeds a limit (`limits`), or repeats
@@ -45,8 +45,8 @@ def compose(text: str, name: str) -> Node | None:
         loader = yaml.SafeLoader(text)
         loader.name = name
         node = loader.get_single_node()
-        for mark, excess in excesses(node):
-            raise wrong(mark, excess)
+        for mark, excess in limit_complaints(node):
+            raise error_at(mark, excess)
         _refuse_bad_keys(node)
         node = _merge(node, {}) if node else None
     except yaml.MarkedYAMLError as error:
@@ -60,13 +60,13 @@ def compose(text: str, name: str) -> Node | None:
     return node
 
 
-def plain(node: Node) -> Any:
+def plain_values(node: Node) -> Any:
     """The values of a node: dict, list, str, int, float, bool or None."""
     if isinstance(node, MappingNode):
-        return {key: plain(value) for key, (_, value) in entries(node).items()}
+        return {key: plain_values(value) for key, (_, value) in entry_nodes(node).items()}
     if isinstance(node, ScalarNode):
         return _scalar(node)
-    return [plain(item) for item in node.value]
+    return [plain_values(item) for item in node.value]
 
 
 def _scalar(node: ScalarNode) -> str | float | bool | None:
@@ -80,7 +80,7 @@ def _scalar(node: ScalarNode) -> str | float | bool | None:
     return float(text) if NUMBER.fullmatch(text) else text
 
 
-def entries(node: Node | None) -> dict[str, tuple[ScalarNode, Node]]:
+def entry_nodes(node: Node | None) -> dict[str, tuple[ScalarNode, Node]]:
     """Key node and value node of each entry of a mapping; empty for None."""
     return {key.value: (key, value) for key, value in _pairs(node)}
 
@@ -89,7 +89,7 @@ def _pairs(node: Node | None) -> list[tuple[ScalarNode, Node]]:
     return node.value if isinstance(node, MappingNode) else []
 
 
-def locate(node: Node, keys: Sequence[str | int]) -> tuple[str, yaml.Mark]:
+def locate_value(node: Node, keys: Sequence[str | int]) -> tuple[str, yaml.Mark]:
     """Dotted key and mark of the value at ``keys``; keys that do not exist are skipped (pydantic
     puts the names of union members between)."""
     names, mark = [], node.start_mark
@@ -97,7 +97,7 @@ def locate(node: Node, keys: Sequence[str | int]) -> tuple[str, yaml.Mark]:
         if isinstance(node, SequenceNode) and isinstance(key, int) and key < len(node.value):
             node = node.value[key]
             mark = node.start_mark
-        elif key in (inside := entries(node)):
+        elif key in (inside := entry_nodes(node)):
             name, node = inside[str(key)]
             mark = name.start_mark
         else:
@@ -115,7 +115,7 @@ def place_text(mark: yaml.Mark) -> str:
     )
 
 
-def wrong(mark: yaml.Mark, text: str) -> InputError:
+def error_at(mark: yaml.Mark, text: str) -> InputError:
     """An error about the place ``mark``."""
     return InputError(f"{place_text(mark)}: {text}")
 
@@ -127,8 +127,8 @@ def with_hint(text: str, remedy: str) -> str:
 
 def empty_keys(node: Node, above: tuple[str | int, ...] = ()) -> Iterator[tuple[str | int, ...]]:
     """The keys to each entry of a mapping without a value."""
-    for key, (_, value) in entries(node).items():
-        if plain(value) is None:
+    for key, (_, value) in entry_nodes(node).items():
+        if plain_values(value) is None:
             yield (*above, key)
         yield from empty_keys(value, (*above, key))
     for i, item in enumerate(node.value if isinstance(node, SequenceNode) else ()):
@@ -140,11 +140,11 @@ def _refuse_bad_keys(node: Node | None) -> None:
         seen: dict[str, int] = {}
         for key, _ in mapping.value:
             if not isinstance(key, ScalarNode):
-                raise wrong(key.start_mark, "found a list or mapping as key; expected a word")
+                raise error_at(key.start_mark, "found a list or mapping as key; expected a word")
             line = key.start_mark.line + 1
             if key.value in seen:
                 first = f'found the key "{key.value}" twice, first in line {seen[key.value]}'
-                raise wrong(key.start_mark, f"{first}; expected it once; remove one")
+                raise error_at(key.start_mark, f"{first}; expected it once; remove one")
             seen[key.value] = line
 
 
@@ -172,7 +172,9 @@ def _merge(node: Node, done: dict[int, Node]) -> Node:
             every = [pair for key, x in own if key.tag == MERGE for pair in _merge_entries(key, x)]
             under = {key.value: (key, x) for key, x in reversed(every)}
             said = {key.value: (key, x) for key, x in own if key.tag != MERGE}
-            removed = {name for name in under.keys() & said.keys() if plain(said[name][1]) is None}
+            removed = {
+                name for name in under.keys() & said.keys() if plain_values(said[name][1]) is None
+            }
             found = {n: pair for n, pair in {**under, **said}.items() if n not in removed}
             done[id(node)] = MappingNode(node.tag, [*found.values()], *ends)
     return done[id(node)]
@@ -183,5 +185,5 @@ def _merge_entries(key: ScalarNode, value: Node) -> Iterator[tuple[ScalarNode, N
     for each in value.value if isinstance(value, SequenceNode) else [value]:
         if not isinstance(each, MappingNode):
             text = 'found no mapping after "<<"; expected one by its anchor, as in <<: *bow_line'
-            raise wrong(key.start_mark, text)
+            raise error_at(key.start_mark, text)
         yield from each.value

@@ -14,7 +14,7 @@ from pathlib import Path
 import yaml
 from yaml.nodes import MappingNode, Node, SequenceNode
 
-from hydrosim.documents.nodes import SETTING, compose, entries, place_text
+from hydrosim.documents.nodes import SETTING, compose_nodes, entry_nodes, place_text
 from hydrosim.errors import InputError
 
 Places = Mapping[str, str]
@@ -36,7 +36,7 @@ def _mark_text(mark: yaml.Mark) -> str:
 
 def _marks(node: Node, above: str) -> Iterator[tuple[str, yaml.Mark]]:
     if isinstance(node, MappingNode):
-        for key, (name, value) in entries(node).items():
+        for key, (name, value) in entry_nodes(node).items():
             yield f"{above}{key}", name.start_mark
             yield from _marks(value, f"{above}{key}.")
     elif isinstance(node, SequenceNode) and len(node.value) <= MOST_ITEMS:
@@ -106,7 +106,7 @@ def _in_file(line: str, path: Path) -> str:
     word = WORD.match(line, len(begin)) if line.startswith(begin) else None
     if word is None:
         return line
-    node = compose(path.read_text(encoding="utf-8-sig"), str(path))
+    node = compose_nodes(path.read_text(encoding="utf-8-sig"), str(path))
     places = places_of(node) if node else {}
     found = [place for key, place in places.items() if f".{key}".endswith(f".{word[0]}")]
     return f"{found[0]}: {line.removeprefix(begin)}" if found else line

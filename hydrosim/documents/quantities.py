@@ -284,7 +284,7 @@ def require_entries(value: Any) -> Any:
     return value
 
 
-def several(values: tuple[Any, ...]) -> tuple[Any, ...]:
+def at_least_two(values: tuple[Any, ...]) -> tuple[Any, ...]:
     """Refuses a list with fewer than two entries."""
     if len(values) < 2:
         raise problem(f"{len(values)} in the list", "two or more")
@@ -364,7 +364,7 @@ else:
 Point = Vector[Length]
 Direction = Vector[Component]
 Times = Annotated[tuple[Instant, ...], AfterValidator(require_entries), RISING]
-Frequencies = Annotated[tuple[TableFrequency, ...], AfterValidator(several), RISING]
+Frequencies = Annotated[tuple[TableFrequency, ...], AfterValidator(at_least_two), RISING]
 WaveDensities = tuple[WaveDensity, ...]
 Position = tuple[Length, Length]
 Headings = Annotated[

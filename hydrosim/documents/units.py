@@ -252,7 +252,7 @@ def factor(unit: str, si: str) -> float:
     found = factors.stored_factor(unit, si)
     if found is None:
         found = _computed_factor(unit, si)
-        factors.keep(unit, si, found)
+        factors.store_factor(unit, si, found)
     return found
 
 

@@ -9,8 +9,8 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 from yaml.nodes import Node
 
-from hydrosim.documents.messages import Problem, explain
-from hydrosim.documents.nodes import empty_keys, locate, place_text, plain
+from hydrosim.documents.messages import Problem, validation_problems
+from hydrosim.documents.nodes import empty_keys, locate_value, place_text, plain_values
 from hydrosim.errors import InputError
 
 M = TypeVar("M", bound=BaseModel)
@@ -25,13 +25,13 @@ def validate_document(document: Node, model: type[M], further: Further[M] = lamb
     Raises InputError with a line for each problem, and with the number of those after the
     first `MOST_TOLD`.
     """
-    raw = plain(document)
+    raw = plain_values(document)
     readers: dict[int, Any] = {}
     try:
         data = model.model_validate(raw, context=readers)
     except ValidationError as error:
         empty = [each for each in _empty_value_problems(document) if ":" not in str(each.keys[-1])]
-        _report([*explain(error, raw, readers), *empty], document)
+        _report([*validation_problems(error, raw, readers), *empty], document)
         raise
     _report([*_empty_value_problems(document), *further(data)], document)
     return data
@@ -46,7 +46,7 @@ def _report(problems: Sequence[Problem], document: Node) -> None:
     """Raises one InputError with the first problem of each key; passes if there is none."""
     lines: dict[str, str] = {}
     for problem in problems:
-        key, mark = locate(document, problem.keys)
+        key, mark = locate_value(document, problem.keys)
         lines.setdefault(
             key, ": ".join(part for part in (place_text(mark), key, problem.text) if part)
         )

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from hydrosim.compare.comparison import ChannelResult, Comparison
 from hydrosim.outputs import Output, save_picture
 from hydrosim.plot.layout import DPI
-from hydrosim.plot.panels import PLAIN_NUMBER_POWERS, labelled, thinned, wrapped
+from hydrosim.plot.panels import PLAIN_NUMBER_POWERS, axis_label, thin_records, wrap_title
 from hydrosim.plot.styles import COLOURS
 from hydrosim.presentation.units import DEFAULT, DisplayUnit, Units
 
@@ -44,7 +44,7 @@ def draw_comparison(
     )
     FigureCanvasAgg(figure)
     figure.suptitle(
-        wrapped(
+        wrap_title(
             f"{title}; {more} channels with smaller differences are not drawn" if more else title,
             figure.get_figwidth(),
         )
@@ -54,7 +54,7 @@ def draw_comparison(
     for row, result in enumerate(shown):
         over, under = axes[2 * row], axes[2 * row + 1]
         read = units.display_unit(result.pair.unit)
-        _whole(over[0], under[0], found.overlap.time, result, read)
+        _draw_channel(over[0], under[0], found.overlap.time, result, read)
         _close(over[1], under[1], found.overlap.time, result, read.factor)
     for axis in axes[-1]:
         axis.set_xlabel("time [s]")
@@ -64,14 +64,14 @@ def draw_comparison(
     save_picture(figure, output)
 
 
-def _whole(
+def _draw_channel(
     over: Axes, under: Axes, time: np.ndarray, result: ChannelResult, shown: DisplayUnit
 ) -> None:
     name = result.pair.channel.replace("_", " ").replace(".", ", ")
     _draw(over, under, time, result, shown.factor)
     over.set_title(shorten(f"{name}: {result.verdict}", 110), loc="left", fontsize="medium")
     over.set_ylabel(f"[{shown.unit}]" if shown.unit else "")
-    under.set_ylabel(labelled("difference\n", shown.unit))
+    under.set_ylabel(axis_label("difference\n", shown.unit))
 
 
 def _close(over: Axes, under: Axes, time: np.ndarray, result: ChannelResult, factor: float) -> None:
@@ -95,8 +95,8 @@ def _draw(
     recorded = factor * result.pair.recorded[part]
     for name, values, dash in (("ours", ours, "-"), ("recorded", recorded, "--")):
         colour = COLOURS[name == "recorded"]
-        over.plot(*thinned(time[part], values), dash, color=colour, linewidth=0.9, label=name)
-    under.plot(*thinned(time[part], ours - recorded), color="0.3", linewidth=0.8)
+        over.plot(*thin_records(time[part], values), dash, color=colour, linewidth=0.9, label=name)
+    under.plot(*thin_records(time[part], ours - recorded), color="0.3", linewidth=0.8)
     over.tick_params(labelbottom=False)
     for axis in (over, under):
         axis.margins(x=0.0)

@@ -19,7 +19,7 @@ from hydrosim.database.checks.scales import diagonal
 from hydrosim.dofs import DOFS
 from hydrosim.outputs import Output, save_picture
 from hydrosim.plot.layout import DPI
-from hydrosim.plot.panels import labelled, wrapped
+from hydrosim.plot.panels import axis_label, wrap_title
 from hydrosim.plot.styles import COLOURS
 from hydrosim.presentation.units import DEFAULT, Units
 
@@ -53,7 +53,7 @@ class _Column(NamedTuple):
     def rotates(self) -> bool:
         return self.dofs.start == 3
 
-    def own(self, array: np.ndarray) -> np.ndarray:
+    def three_dofs(self, array: np.ndarray) -> np.ndarray:
         """Three DOFs (..., 3) of an array (..., n)."""
         return array[..., 6 * self.body + self.dofs.start :][..., :3]
 
@@ -83,7 +83,7 @@ def draw_database(db: HydroDatabase, output: Path | Output) -> None:
         of_column[-1].set_xlabel("wave frequency [rad/s]")
     axes[0, 0].set_xlim(0.0, db.frequency[-1])
     figure.suptitle(
-        wrapped(db.attributes.get("title", Path(db.source).name), figure.get_figwidth())
+        wrap_title(db.attributes.get("title", Path(db.source).name), figure.get_figwidth())
     )
     save_picture(figure, output)
 
@@ -109,12 +109,12 @@ def _amplitude(column: _Column, axis: Axes) -> None:
 def _phase(column: _Column, axis: Axes) -> None:
     """Phase lead to the crest; NaN without a load."""
     unit, factor = DEFAULT.display_unit("rad")
-    loads = _drawn(_excitation(column))
+    loads = _without_noise(_excitation(column))
     for name, (load, colour, dash) in loads.items():
         seen = np.abs(load) > MIN_PHASE_AMPLITUDE * np.abs(load).max()
         frequency, phase = _broken(column.db.frequency, np.where(seen, np.angle(load), np.nan))
         axis.plot(frequency, factor * phase, dash, color=colour, linewidth=1.2, label=name)
-    axis.set_ylabel(labelled("phase of excitation\nlead to crest", unit))
+    axis.set_ylabel(axis_label("phase of excitation\nlead to crest", unit))
     axis.set_ylim(-1.03 * factor * np.pi, 1.03 * factor * np.pi)
     axis.yaxis.set_major_locator(MultipleLocator(0.5 * factor * np.pi))
 
@@ -131,7 +131,7 @@ def _drift(column: _Column, axis: Axes) -> None:
 
 
 def _diagonals(column: _Column, matrices: np.ndarray) -> Lines:
-    values = column.own(diagonal(matrices))
+    values = column.three_dofs(diagonal(matrices))
     return {DOFS[dof]: (values[:, i], COLOURS[i], DASHES[0]) for i, dof in enumerate(column.dofs)}
 
 
@@ -145,7 +145,7 @@ def _by_heading(column: _Column, loads: np.ndarray) -> Lines:
         unit, factor = DEFAULT.display_unit("rad")
         to = f"{factor * column.db.heading[heading]:.0f} {unit}"
         for i, dof in enumerate(column.dofs):
-            values = column.own(loads[:, heading])[:, i]
+            values = column.three_dofs(loads[:, heading])[:, i]
             lines[f"{DOFS[dof]}, waves to {to}"] = (values, COLOURS[i], dash)
     return lines
 
@@ -155,7 +155,7 @@ def _headings(db: HydroDatabase) -> Iterator[int]:
     yield from dict.fromkeys(nearest)
 
 
-def _drawn(lines: Lines) -> Lines:
+def _without_noise(lines: Lines) -> Lines:
     """Lines that are not noise."""
     largest = max(np.abs(values).max() for values, *_ in lines.values())
     return {
@@ -166,7 +166,7 @@ def _drawn(lines: Lines) -> Lines:
 
 
 def _plot(column: _Column, axis: Axes, what: str, unit: str, lines: Lines) -> None:
-    lines = _drawn(lines)
+    lines = _without_noise(lines)
     unit, factor = COEFFICIENT_UNITS.display_unit(unit)
     largest = max((np.abs(values).max() for values, *_ in lines.values()), default=1.0)
     power = 3 * floor(log10(factor * largest) / 3)

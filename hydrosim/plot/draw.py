@@ -14,14 +14,14 @@ from matplotlib.figure import Figure
 from hydrosim.case.tables import plain, seas
 from hydrosim.errors import InputError
 from hydrosim.outputs import Output, make_folder, save_picture
-from hydrosim.plot.layout import Frame, Phase, picture
-from hydrosim.plot.panels import Panel, Window, coarse
+from hydrosim.plot.layout import PictureFrame, ShadedPhase, picture
+from hydrosim.plot.panels import Panel, TimeWindow, coarse
 from hydrosim.plot.pictures import PICTURES, channels
 from hydrosim.results.phases import Phase as Named
 from hydrosim.results.phases import is_operation
 
 LEGEND_COLUMNS = {"_forces": 2}
-ALWAYS = Window()
+ALWAYS = TimeWindow()
 
 
 class Format(StrEnum):
@@ -37,7 +37,7 @@ class View:
     """Selection for the pictures of a run: the time, the channels (default: the usual ones), and
     the format."""
 
-    window: Window = ALWAYS
+    window: TimeWindow = ALWAYS
     channels: Sequence[str] = ()
     format: Format = Format.PNG
 
@@ -64,7 +64,7 @@ def draw(
     earlier picture of the run ``origin``, or if the run has fewer than two records in the
     window."""
     _check(run, view.window)
-    outputs = planned(folder, stem, origin, overwrite, view)
+    outputs = picture_outputs(folder, stem, origin, overwrite, view)
     found = zip(view.pictures(), outputs, strict=True)
     drawn = ((_panels(run, suffix, view), suffix, output) for suffix, output in found)
     return [
@@ -74,7 +74,7 @@ def draw(
     ]
 
 
-def planned(
+def picture_outputs(
     folder: Path,
     stem: str,
     origin: Path | None = None,
@@ -91,7 +91,7 @@ def planned(
     ]
 
 
-def figure(run: xr.Dataset, name: str = "overview", window: Window = ALWAYS) -> Figure:
+def figure(run: xr.Dataset, name: str = "overview", window: TimeWindow = ALWAYS) -> Figure:
     """Picture of a run by its name, such as "overview" or "motions". Raises InputError if there is
     no such picture, or if the run has no data for it."""
     known = {of.__name__: suffix for suffix, of in PICTURES.items()}
@@ -103,7 +103,7 @@ def figure(run: xr.Dataset, name: str = "overview", window: Window = ALWAYS) -> 
     return picture(panels, _frame(run, known[name], window))
 
 
-def phases(run: xr.Dataset) -> tuple[list[Phase], str]:
+def phases(run: xr.Dataset) -> tuple[list[ShadedPhase], str]:
     """Phases of the first group of contacts that goes through an operation, and its name; None if
     there is no such group."""
     if "contact_phase" not in run:
@@ -115,7 +115,7 @@ def phases(run: xr.Dataset) -> tuple[list[Phase], str]:
         if is_operation(of):
             ends = [*time[starts[1:]], time[-1]]
             kinds = [Named(of[k]).name.lower().replace("_", " ") for k in starts]
-            found = [Phase(*each) for each in zip(kinds, time[starts], ends, strict=True)]
+            found = [ShadedPhase(*each) for each in zip(kinds, time[starts], ends, strict=True)]
             return found, str(group)
     return [], ""
 
@@ -124,7 +124,7 @@ def _panels(run: xr.Dataset, suffix: str, view: View) -> list[Panel]:
     return channels(run, view.channels) if view.channels else PICTURES[suffix](run)
 
 
-def _frame(run: xr.Dataset, suffix: str, window: Window) -> Frame:
+def _frame(run: xr.Dataset, suffix: str, window: TimeWindow) -> PictureFrame:
     title = run.attrs.get("title", "")
     status = run.attrs.get("status", "complete")
     title = title if status == "complete" else f"{title} ({status})"
@@ -134,7 +134,7 @@ def _frame(run: xr.Dataset, suffix: str, window: Window) -> Frame:
     shaded, group = phases(run)
     said = ", ".join(f"{phase.name} to {phase.end:.0f} s" for phase in shaded[:-1])
     under = [f"phases of {group}: {said}, then {shaded[-1].name}"] if shaded else []
-    return Frame(
+    return PictureFrame(
         title,
         [*filter(None, ["; ".join(remarks)]), *under],
         window,
@@ -143,9 +143,9 @@ def _frame(run: xr.Dataset, suffix: str, window: Window) -> Frame:
     )
 
 
-def _check(run: xr.Dataset, window: Window) -> None:
+def _check(run: xr.Dataset, window: TimeWindow) -> None:
     time = run.time.values
-    if time[window.of(time)].size < 2:
+    if time[window.record_slice(time)].size < 2:
         raise InputError(
             f"--from, --to: found {window.start:g} to {window.end:g} s, with fewer than two"
             " recorded times of the run; expected a longer part of"

@@ -23,7 +23,7 @@ from hydrosim.documents.digits import digits_of
 from hydrosim.documents.value_text import value_text
 from hydrosim.errors import InputError
 from hydrosim.outputs import Output, save_picture
-from hydrosim.plot.panels import labelled, wrapped
+from hydrosim.plot.panels import axis_label, wrap_title
 from hydrosim.plot.styles import COLOURS
 from hydrosim.plot.value_names import ValueNames
 from hydrosim.presentation.units import DisplayUnit, units_of
@@ -86,7 +86,7 @@ def page(plan: PlanRuns) -> Figure:
     _add_key(figure, names.key())
     title = str(runs_title(plan.runs))
     title = f"{title}: {_words(plan.name)}" if plan.name else title
-    figure.suptitle(wrapped(title, figure.get_figwidth()))
+    figure.suptitle(wrap_title(title, figure.get_figwidth()))
     return figure
 
 
@@ -143,15 +143,15 @@ def _chart(plan: PlanRuns) -> Callable[[Sequence[Axes], PlanRuns, str, ValueName
 
 
 def _label(plan: PlanRuns, figure: str) -> str:
-    return labelled(_words(figure), _shown(plan, figure).unit)
+    return axis_label(_words(figure), _display_unit(plan, figure).unit)
 
 
-def _named(plan: PlanRuns, parameter: str) -> str:
+def _parameter_label(plan: PlanRuns, parameter: str) -> str:
     """The last two words of a key, and its unit."""
-    return labelled(plan.short(parameter), _shown(plan, plan.axis(parameter)).unit)
+    return axis_label(plan.short(parameter), _display_unit(plan, plan.axis(parameter)).unit)
 
 
-def _shown(plan: PlanRuns, name: str) -> DisplayUnit:
+def _display_unit(plan: PlanRuns, name: str) -> DisplayUnit:
     """In which unit a figure or the coordinate of a parameter is read."""
     return units_of(plan.runs.attrs).display_unit(plan.unit(name))
 
@@ -159,12 +159,12 @@ def _shown(plan: PlanRuns, name: str) -> DisplayUnit:
 def _read(plan: PlanRuns, name: str, values: Any) -> Any:
     """A value of a figure or a parameter, or many, in the unit that it is read in. Texts stay."""
     kind = np.asarray(values).dtype.kind
-    return _shown(plan, name).factor * values if kind == "f" else values
+    return _display_unit(plan, name).factor * values if kind == "f" else values
 
 
 def _rows(plan: PlanRuns, figure: str) -> list[EffectRow]:
     """The rows of a figure, in the units that they are read in."""
-    factor = _shown(plan, figure).factor
+    factor = _display_unit(plan, figure).factor
     return [
         row._replace(
             values={name: _read(plan, name, value) for name, value in row.values.items()},
@@ -224,11 +224,11 @@ def _band(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) 
         values = _read(plan, figure, plan.runs[figure].values[row.runs])
         axis.plot(np.full(values.size, place[k]), values, ".", color="0.4", markersize=3)
     if not numbers:
-        axis.set_xticks(place, names.of(combinations))
+        axis.set_xticks(place, names.names_of(combinations))
         axis.set_xlim(-0.6, len(rows) - 0.4)
     axis.set_ylabel(_label(plan, figure))
     each = list(plan.parameters) if len(parameters) > 1 else list(plan.parameters)[:1]
-    axis.set_xlabel(", ".join(_named(plan, parameter) for parameter in each))
+    axis.set_xlabel(", ".join(_parameter_label(plan, parameter) for parameter in each))
 
 
 def _places(values: Sequence[Any], axis: Axes) -> np.ndarray:
@@ -260,10 +260,10 @@ def _heat(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) 
         colour = "white" if value < bright else "black"
         axis.text(i, j, text, ha="center", va="center", color=colour, fontsize="small")
     for set_ticks, values in ((axis.set_xticks, x), (axis.set_yticks, y)):
-        set_ticks(range(len(values)), names.of(values))
+        set_ticks(range(len(values)), names.names_of(values))
     one, other = plan.parameters
-    axis.set_xlabel(_named(plan, one))
-    axis.set_ylabel(_named(plan, other))
+    axis.set_xlabel(_parameter_label(plan, one))
+    axis.set_ylabel(_parameter_label(plan, other))
     axis.figure.colorbar(image, ax=axis, label=f"mean {_label(plan, figure)}")
 
 
@@ -283,7 +283,9 @@ def _tornado(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueName
         axis.barh(k, high - low, left=low, color=COLOURS[0], alpha=0.6)
         for row in {id(row): row for row in (*own[:1], *own[-1:])}.values():
             value, mean = row.values[plan.axis(parameter)], row.spread.mean
-            text = f" {value:.3g} " if isinstance(value, float) else f" {names.of([value])[0]} "
+            text = (
+                f" {value:.3g} " if isinstance(value, float) else f" {names.names_of([value])[0]} "
+            )
             side = "right" if mean < base or (row is own[0] and len(own) > 1) else "left"
             axis.text(mean, k, text, ha=side, va="center", fontsize="small")
         if not own and np.isfinite(base):
@@ -291,7 +293,7 @@ def _tornado(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueName
     axis.axvline(base, color="0.3")
     axis.use_sticky_edges = False
     axis.margins(x=0.2)
-    axis.set_yticks(range(len(bars)), [_named(plan, bar[3]) for bar in bars])
+    axis.set_yticks(range(len(bars)), [_parameter_label(plan, bar[3]) for bar in bars])
     axis.set_xlabel(f"mean {_label(plan, figure)}, line: the case")
 
 
@@ -301,7 +303,7 @@ def _points(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames
         x = _read(plan, name, plan.runs[name].values)
         y = _read(plan, figure, plan.runs[figure].values)
         axis.plot(x, y, ".", color=COLOURS[0])
-        axis.set_xlabel(_named(plan, parameter))
+        axis.set_xlabel(_parameter_label(plan, parameter))
     axes[0].set_ylabel(_label(plan, figure))
 
 
@@ -314,5 +316,5 @@ def _bars(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) 
         y = np.arange(len(found)) + shift
         sure = np.clip([value - low, high - value], 0.0, None)
         axis.barh(y, value, 0.35, xerr=sure, color=colour, label=label, capsize=3)
-    axis.set_yticks(range(len(found)), [_named(plan, each.parameter) for each in found])
+    axis.set_yticks(range(len(found)), [_parameter_label(plan, each.parameter) for each in found])
     axis.set_xlabel(f"share of the variance of {_words(figure)}")

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from hydrosim.outputs import Output, save_picture
 from hydrosim.plot.layout import picture
-from hydrosim.plot.panels import Panel, bands, labelled, lines
+from hydrosim.plot.panels import Panel, axis_label, bands, lines
 from hydrosim.plot.styles import STYLES
 from hydrosim.presentation.units import Units, units_of
 from hydrosim.statistics.effects import seed_spread
@@ -104,14 +104,14 @@ def _of_runs(found: xr.Dataset, body: str, direction: str, units: Units) -> Figu
     displacements."""
     force, length = units.display_unit("N"), units.display_unit("m")
     mean = found.mean_force.sel(body=body, dof=direction)
-    kinds = [(force.factor * mean, "force", labelled("mean force", force.unit))]
+    kinds = [(force.factor * mean, "force", axis_label("mean force", force.unit))]
     if "friction_part" in found:
         along = found.sel(direction=DIRECTION_AXES[direction])
         part = along.friction_part.sum("fender").sel(part=list(FRICTION_PARTS))
         moved = along.mode_moved.mean("fender")
         kinds += [
-            (force.factor * part, "part", labelled("mean friction", force.unit)),
-            (length.factor * moved, "contact_mode", labelled("moved in a mode", length.unit)),
+            (force.factor * part, "part", axis_label("mean friction", force.unit)),
+            (length.factor * moved, "contact_mode", axis_label("moved in a mode", length.unit)),
         ]
     figure = Figure(figsize=(11.0, 1.5 + 2.2 * len(kinds)), layout="constrained")
     axes = figure.subplots(len(kinds), 1, squeeze=False)[:, 0]

@@ -11,7 +11,7 @@ from hydrosim.database.database import Real
 from hydrosim.database.kernels import Kernel
 from hydrosim.outputs import Output, save_picture
 from hydrosim.plot.database import COEFFICIENT_UNITS
-from hydrosim.plot.panels import PLAIN_NUMBER_POWERS, labelled, wrapped
+from hydrosim.plot.panels import PLAIN_NUMBER_POWERS, axis_label, wrap_title
 
 PANELS_PER_ROW, KERNEL_PANEL_WIDTH_INCH, KERNEL_PANEL_HEIGHT_INCH = (
     3,
@@ -35,12 +35,12 @@ def draw_kernels(title: str, time: Real, functions: Sequence[Kernel], output: Ou
         axis.axhline(0.0, color="grey", linewidth=0.5)
         first, second = one.name.split(" ")
         axis.set_title(first if first == second else f"{first} by {second}", fontsize="medium")
-        axis.set_ylabel(labelled("K", unit))
+        axis.set_ylabel(axis_label("K", unit))
         axis.ticklabel_format(axis="y", scilimits=PLAIN_NUMBER_POWERS)
     for axis in axes[len(functions) :]:
         axis.set_axis_off()
     for axis in axes[max(len(functions) - PANELS_PER_ROW, 0) : len(functions)]:
         axis.set_xlabel("time [s]")
         axis.tick_params(labelbottom=True)
-    figure.suptitle(wrapped(f"{title}: retardation functions", figure.get_figwidth()))
+    figure.suptitle(wrap_title(f"{title}: retardation functions", figure.get_figwidth()))
     save_picture(figure, output, dpi=100)

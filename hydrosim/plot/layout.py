@@ -11,7 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.transforms import ScaledTranslation
 
-from hydrosim.plot.panels import Panel, Window, wrapped
+from hydrosim.plot.panels import Panel, TimeWindow, wrap_title
 from hydrosim.plot.styles import SHADE
 from hydrosim.results.similar_sizes import MIN_SHARE_OF_AXIS
 
@@ -20,7 +20,7 @@ LABEL = 0.65  # inches from an axis to its label
 LETTER = 0.008  # of the picture: approximate width of a letter in the name of a phase
 
 
-class Phase(NamedTuple):
+class ShadedPhase(NamedTuple):
     """An interval of time [s] with a name."""
 
     name: str
@@ -28,20 +28,20 @@ class Phase(NamedTuple):
     end: float
 
 
-class Frame(NamedTuple):
+class PictureFrame(NamedTuple):
     """Common properties of the panels of a picture: title, remarks under it, time interval, shaded
     phases, and number of columns."""
 
     title: str = ""
     remarks: Sequence[str] = ()
-    window: Window = Window()
-    phases: Sequence[Phase] = ()
+    window: TimeWindow = TimeWindow()
+    phases: Sequence[ShadedPhase] = ()
     columns: int = 1
 
 
-def picture(panels: Sequence[Panel], frame: Frame | str) -> Figure:
+def picture(panels: Sequence[Panel], frame: PictureFrame | str) -> Figure:
     """Draw the panels below each other, or row by row, over one time axis."""
-    frame = Frame(frame) if isinstance(frame, str) else frame
+    frame = PictureFrame(frame) if isinstance(frame, str) else frame
     rows = -(-len(panels) // frame.columns)
     heights = [panel.height for panel in panels[:: frame.columns]]
     figure = Figure((PICTURE_WIDTH_INCH, sum(heights) + 0.8), dpi=DPI, layout="constrained")
@@ -60,17 +60,17 @@ def picture(panels: Sequence[Panel], frame: Frame | str) -> Figure:
     for axis in grid[-1]:
         axis.set_xlabel("time [s]")
     grid[0, 0].set_title(
-        "\n".join(wrapped(remark, PICTURE_WIDTH_INCH) for remark in frame.remarks),
+        "\n".join(wrap_title(remark, PICTURE_WIDTH_INCH) for remark in frame.remarks),
         loc="left",
         fontsize="small",
         color="0.3",
         pad=above,
     )
-    figure.suptitle(wrapped(frame.title, PICTURE_WIDTH_INCH))
+    figure.suptitle(wrap_title(frame.title, PICTURE_WIDTH_INCH))
     return figure
 
 
-def _dress(axis: Axes, frame: Frame) -> None:
+def _dress(axis: Axes, frame: PictureFrame) -> None:
     axis.margins(x=0.0)
     axis.grid(alpha=0.3)
     axis.set_axisbelow(True)
@@ -85,7 +85,7 @@ def _dress(axis: Axes, frame: Frame) -> None:
     axis.set_xlim(first, last)
 
 
-def _name_phases(top: Sequence[Axes], phases: Sequence[Phase]) -> None:
+def _name_phases(top: Sequence[Axes], phases: Sequence[ShadedPhase]) -> None:
     """Write the names of phases above the first row, if there is room."""
     for axis in top:
         first, last = axis.get_xlim()

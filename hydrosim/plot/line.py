@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from hydrosim.documents.digits import digits_of
 from hydrosim.outputs import Output, save_picture
-from hydrosim.plot.panels import labelled, wrapped
+from hydrosim.plot.panels import axis_label, wrap_title
 from hydrosim.plot.styles import COLOURS
 from hydrosim.presentation.units import DEFAULT, Units
 from hydrosim.studies.line import LineResponse, StillLine
@@ -32,7 +32,7 @@ def draw_line(
         _draw_profiles(row[0], line, found, units)
         _draw_pull(row[1], found, units)
         _draw_stiffness(row[2], found, units)
-    figure.suptitle(wrapped(title, figure.get_figwidth()))
+    figure.suptitle(wrap_title(title, figure.get_figwidth()))
     save_picture(figure, output, dpi=100)
 
 
@@ -59,8 +59,8 @@ def _draw_profiles(axis: Axes, line: StillLine, found: LineResponse, units: Unit
     if np.isfinite(line.bed):
         axis.axhline(length.factor * line.bed, color=BED, linewidth=1.0, zorder=0.5)
     axis.plot(0.0, 0.0, "k^", markersize=5)
-    axis.set_xlabel(labelled("distance from the anchor", length.unit))
-    axis.set_ylabel(labelled("height above the anchor", length.unit))
+    axis.set_xlabel(axis_label("distance from the anchor", length.unit))
+    axis.set_ylabel(axis_label("height above the anchor", length.unit))
     axis.legend(frameon=False, fontsize="small", title=f"offset {_way(found)}")
     axis.grid(alpha=0.3)
 
@@ -76,17 +76,17 @@ def _draw_pull(axis: Axes, found: LineResponse, units: Units) -> None:
     for k, (name, values) in enumerate(series.items()):
         _plot(axis, found, force.factor * values, units, COLOURS[k], name)
     axis.get_lines()[-1].set_linestyle("--")  # on the bed it is the horizontal pull
-    axis.set_ylabel(labelled("force", force.unit))
+    axis.set_ylabel(axis_label("force", force.unit))
     axis.legend(frameon=False, fontsize="small")
 
 
 def _draw_stiffness(axis: Axes, found: LineResponse, units: Units) -> None:
     stiffness, length = units.display_unit("N/m"), units.display_unit("m")
     _plot(axis, found, stiffness.factor * found.stiffness, units, COLOURS[0], "stiffness")
-    axis.set_ylabel(labelled("stiffness", stiffness.unit))
+    axis.set_ylabel(axis_label("stiffness", stiffness.unit))
     beside = axis.twinx()
     _plot(beside, found, length.factor * found.grounded, units, COLOURS[1], "grounded length")
-    beside.set_ylabel(labelled("grounded length", length.unit))
+    beside.set_ylabel(axis_label("grounded length", length.unit))
     beside.grid(visible=False)
     lines = [*axis.get_lines(), *beside.get_lines()]
     names = [str(each.get_label()) for each in lines]
@@ -98,5 +98,5 @@ def _plot(
 ) -> None:
     length = units.display_unit("m")
     axis.plot(length.factor * found.offsets, values, color=colour, linewidth=1.3, label=name)
-    axis.set_xlabel(labelled(f"offset {_way(found)}", length.unit))
+    axis.set_xlabel(axis_label(f"offset {_way(found)}", length.unit))
     axis.grid(alpha=0.3)

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from hydrosim.database.hull import immersed_triangles
 from hydrosim.documents.digits import digits_of
 from hydrosim.outputs import Output, save_picture
-from hydrosim.plot.panels import labelled
+from hydrosim.plot.panels import axis_label
 from hydrosim.presentation.units import DEFAULT, DisplayUnit, Units
 from hydrosim.scene import TankMesh, TankTable
 from hydrosim.studies.ballast.loading import Condition, TankState
@@ -50,8 +50,8 @@ def _draw(found: Condition, i: int, j: int, axis: Axes) -> None:
 
 def _dress(axis: Axes, i: int, j: int, length: DisplayUnit) -> None:
     """Names of the axes, and their numbers in the unit of ``length``; drawn is in m."""
-    axis.set_xlabel(labelled(AXES[i], length.unit))
-    axis.set_ylabel(labelled(AXES[j], length.unit))
+    axis.set_xlabel(axis_label(AXES[i], length.unit))
+    axis.set_ylabel(axis_label(AXES[j], length.unit))
     for each in (axis.xaxis, axis.yaxis):
         each.set_major_formatter(lambda x, _: digits_of(length.factor * x))
     axis.set_aspect("equal", adjustable="datalim")

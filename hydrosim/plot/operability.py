@@ -11,7 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from hydrosim.outputs import Output, save_picture
-from hydrosim.plot.panels import wrapped
+from hydrosim.plot.panels import wrap_title
 from hydrosim.plot.styles import COLOURS
 from hydrosim.wording.limits import distinct_lines, side_of
 
@@ -43,7 +43,7 @@ def draw_limits(found: xr.Dataset, output: Path | Output) -> None:
     axes[-1].set_xlabel("peak period [s]")
     share = f"{found.attrs['probability']:.3g} of the seas meet all criteria"
     figure.suptitle(
-        wrapped(f"{found.attrs['title']}: limits up to which {share}", figure.get_figwidth())
+        wrap_title(f"{found.attrs['title']}: limits up to which {share}", figure.get_figwidth())
     )
     save_picture(figure, output)
 

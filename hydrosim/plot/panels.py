@@ -18,7 +18,7 @@ from matplotlib.axes import Axes
 
 from hydrosim.plot.styles import MODES, STYLES, Style, styles
 from hydrosim.presentation.units import DisplayUnit
-from hydrosim.results.envelopes import envelope, means
+from hydrosim.results.envelopes import interval_envelope, interval_means
 
 PANEL_HEIGHT_INCH = 1.6  # inches of a panel
 BAND_HEIGHT_INCH = 0.35  # inches of a band
@@ -40,13 +40,13 @@ Series = Mapping[str, np.ndarray]
 band from the smallest to the largest. A line without a name is not in the legend."""
 
 
-class Window(NamedTuple):
+class TimeWindow(NamedTuple):
     """Time interval of a picture [s]."""
 
     start: float = -inf
     end: float = inf
 
-    def of(self, time: np.ndarray) -> slice:
+    def record_slice(self, time: np.ndarray) -> slice:
         """Indices of the records in the interval."""
         return slice(
             int(np.searchsorted(time, self.start)), int(np.searchsorted(time, self.end, "right"))
@@ -56,7 +56,7 @@ class Window(NamedTuple):
 class Panel(NamedTuple):
     """A panel: a function that draws on an axis, and the height of that axis [inch]."""
 
-    draw: Callable[[Axes, Window], None]
+    draw: Callable[[Axes, TimeWindow], None]
     height: float = PANEL_HEIGHT_INCH
 
 
@@ -70,15 +70,17 @@ def lines(
     """A panel of lines. Equal lines are drawn once, with all their names. Styles follow the
     ``order`` of all possible names. The prefix of the unit suits the ``largest`` value; default:
     that of these lines."""
-    drawn = _scaled(shown.factor, series, styles(order))
-    return Panel(partial(_plot_lines, time, labelled(label, shown.unit), drawn))
+    drawn = _scale_lines(shown.factor, series, styles(order))
+    return Panel(partial(_plot_lines, time, axis_label(label, shown.unit), drawn))
 
 
-def apart(time: np.ndarray, label: str, shown: DisplayUnit, series: Series) -> Iterator[Panel]:
+def separate_panels(
+    time: np.ndarray, label: str, shown: DisplayUnit, series: Series
+) -> Iterator[Panel]:
     """A panel for each line, because they would hide each other. Lines of similar size have one
     range of values."""
-    for line in _scaled(shown.factor, series):
-        yield Panel(partial(_plot_named, time, labelled(label, shown.unit), line))
+    for line in _scale_lines(shown.factor, series):
+        yield Panel(partial(_plot_named, time, axis_label(label, shown.unit), line))
 
 
 def bands(time: np.ndarray, modes: Series) -> Panel:
@@ -88,12 +90,12 @@ def bands(time: np.ndarray, modes: Series) -> Panel:
     )
 
 
-def labelled(text: str, unit: str) -> str:
+def axis_label(text: str, unit: str) -> str:
     """What stands beside an axis: a text, and the unit in brackets where there is one."""
     return f"{text} [{unit}]" if unit else text
 
 
-def wrapped(title: str, width: float) -> str:
+def wrap_title(title: str, width: float) -> str:
     """Title in lines that fit a picture of this ``width`` [inch]."""
     return "\n".join(fill(line, int(LETTERS_PER_INCH * width)) for line in title.splitlines())
 
@@ -104,15 +106,15 @@ def peak(series: Series) -> float:
     return max(each, default=0.0)
 
 
-def coarse(time: np.ndarray, window: Window) -> float:
+def coarse(time: np.ndarray, window: TimeWindow) -> float:
     """Length [s] of the intervals whose smallest and largest values are drawn as bands; zero if
     lines are drawn."""
-    inside = time[window.of(time)]
+    inside = time[window.record_slice(time)]
     size = _size(inside.size)
     return size * float(inside[1] - inside[0]) if size > DENSE else 0.0
 
 
-def thinned(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def thin_records(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Smallest and largest value of each of `BINS` bins, in their order in time. A line through
     them looks like the line through all values."""
     size = _size(time.size)
@@ -125,7 +127,7 @@ def thinned(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarra
     return time[at], values[at]
 
 
-def alike(series: Series) -> list[tuple[list[str], np.ndarray]]:
+def merge_equal_lines(series: Series) -> list[tuple[list[str], np.ndarray]]:
     """Lines, with equal ones merged under all their names."""
     least = EQUAL_LINE_RTOL * peak(series)
     groups: list[tuple[list[str], np.ndarray]] = []
@@ -152,25 +154,27 @@ def _size(count: int) -> int:
     return ceil(count / BINS)
 
 
-def _scaled(factor: float, series: Series, look: Mapping[str, Style] | None = None) -> list[_Line]:
+def _scale_lines(
+    factor: float, series: Series, look: Mapping[str, Style] | None = None
+) -> list[_Line]:
     """The unit with a prefix that suits the largest value, and the lines in that unit, with equal
     ones merged. Metres and degrees have no prefix."""
     known = look or {}
     return [
-        _Line(_joined(names), factor * values, known.get(names[0], STYLES[k % len(STYLES)]))
-        for k, (names, values) in enumerate(alike(series))
+        _Line(_joined_names(names), factor * values, known.get(names[0], STYLES[k % len(STYLES)]))
+        for k, (names, values) in enumerate(merge_equal_lines(series))
     ]
 
 
-def _joined(names: list[str]) -> str:
+def _joined_names(names: list[str]) -> str:
     """ "barge 1, barge 2" or "barge 1 and 2 more"."""
     return ", ".join(names) if len(names) < 3 else f"{names[0]} and {len(names) - 1} more"
 
 
 def _plot_lines(
-    time: np.ndarray, label: str, drawn: Sequence[_Line], axis: Axes, window: Window
+    time: np.ndarray, label: str, drawn: Sequence[_Line], axis: Axes, window: TimeWindow
 ) -> None:
-    inside = window.of(time)
+    inside = window.record_slice(time)
     for line in drawn:
         _plot_line(axis, time[inside], line.values[..., inside], line)
     axis.set_ylabel(label if len(label) < MAX_LABEL_LETTERS else fill(label, MAX_LABEL_LETTERS))
@@ -179,7 +183,7 @@ def _plot_lines(
         _legend(axis)
 
 
-def _plot_named(time: np.ndarray, label: str, line: _Line, axis: Axes, window: Window) -> None:
+def _plot_named(time: np.ndarray, label: str, line: _Line, axis: Axes, window: TimeWindow) -> None:
     """Draw a line with its name in the panel."""
     _plot_lines(time, label, [_Line("", line.values, STYLES[0])], axis, window)
     axis.margins(y=0.25)  # room for the name
@@ -198,19 +202,21 @@ def _plot_line(axis: Axes, time: np.ndarray, values: np.ndarray, line: _Line) ->
     }
     size = _size(time.size)
     if values.ndim == 1 and size <= DENSE:
-        axis.plot(*thinned(time, values), **look)
+        axis.plot(*thin_records(time, values), **look)
         return
     each = np.atleast_2d(values)
-    low = envelope(np.fmin.reduce(each), size)[0]
-    high = envelope(np.fmax.reduce(each), size)[-1]
-    mean = means(np.array([means(one, size) for one in each]).T.ravel(), len(each))
+    low = interval_envelope(np.fmin.reduce(each), size)[0]
+    high = interval_envelope(np.fmax.reduce(each), size)[-1]
+    mean = interval_means(
+        np.array([interval_means(one, size) for one in each]).T.ravel(), len(each)
+    )
     at = time[::size]
     axis.fill_between(at, low, high, color=line.style.colour, alpha=0.35, linewidth=0.0)
     axis.plot(at, mean, **look)
 
 
-def _plot_bands(time: np.ndarray, modes: Series, axis: Axes, window: Window) -> None:
-    inside = window.of(time)
+def _plot_bands(time: np.ndarray, modes: Series, axis: Axes, window: TimeWindow) -> None:
+    inside = window.record_slice(time)
     time = time[inside]
     edges = np.unique(np.linspace(0, time.size - 1, BAND_COLUMNS + 1).astype(int))
     for row, values in enumerate(modes.values()):

@@ -17,17 +17,17 @@ from hydrosim.plot.panels import (
     MAX_LINES_PER_PANEL,
     Panel,
     Series,
-    alike,
-    apart,
     bands,
     lines,
+    merge_equal_lines,
     peak,
+    separate_panels,
 )
 from hydrosim.plot.styles import COLOURS
 from hydrosim.presentation.units import DisplayUnit, unit_of_dof, units_of
-from hydrosim.results.channels import names, series
+from hydrosim.results.channels import channel_names, channel_series
 from hydrosim.results.similar_sizes import group_by_size
-from hydrosim.results.stages import transferred
+from hydrosim.results.stages import transferred_fraction
 from hydrosim.statistics.contact import crawl
 
 NEGLIGIBLE_MOTION = 1e-6  # m or rad: smaller motions count as none
@@ -69,14 +69,16 @@ def fender_forces(run: xr.Dataset) -> list[Panel]:
     if "fender" not in run.dims:
         return []
     time, order = run.time.values, _labels(run, "axis")
-    normal = _few(run, run.fender_normal_force)
-    axes = {axis: _few(run, run.fender_friction.sel(axis=axis)) for axis in order}
+    normal = _contact_lines(run, run.fender_normal_force)
+    axes = {axis: _contact_lines(run, run.fender_friction.sel(axis=axis)) for axis in order}
     together = {
         name: np.hstack([normal[name], *(each[name] for each in axes.values())]) for name in normal
     }
-    kept = [(", ".join(group), group[0]) for group, _ in alike(together)]
+    kept = [(", ".join(group), group[0]) for group, _ in merge_equal_lines(together)]
     shown = units_of(run.attrs).display_unit("N")
-    left = apart(time, "normal force", shown, {name: normal[first] for name, first in kept})
+    left = separate_panels(
+        time, "normal force", shown, {name: normal[first] for name, first in kept}
+    )
     by_contact = [{axis: each[first] for axis, each in axes.items()} for _, first in kept]
     right = _components(time, "friction", shown, by_contact)
     return [panel for row in zip(left, right, strict=True) for panel in row]
@@ -104,7 +106,7 @@ def transfer(run: xr.Dataset) -> list[Panel]:
     clearances."""
     if "contact_weight" not in run.coords:
         return []
-    share, load = transferred(run), run.contact_load
+    share, load = transferred_fraction(run), run.contact_load
     groups = share.contact_group.values
     taken = run.isel(fender=np.isin(run.fender_group.values, groups))
     gaps = -taken.fender_compression.clip(max=0.0)
@@ -126,9 +128,13 @@ def tensions(run: xr.Dataset) -> list[Panel]:
         return [*links, *_utilisation(run)] if links else []
     tension: dict[str, np.ndarray] = {}
     for dim in each:
-        tension |= _few(run, run[f"{dim}_tension"], dim)
+        tension |= _contact_lines(run, run[f"{dim}_tension"], dim)
     shown = units_of(run.attrs).display_unit("N")
-    return [*apart(run.time.values, "tension", shown, tension), *links, *_utilisation(run)]
+    return [
+        *separate_panels(run.time.values, "tension", shown, tension),
+        *links,
+        *_utilisation(run),
+    ]
 
 
 def joints(run: xr.Dataset) -> list[Panel]:
@@ -184,14 +190,18 @@ def channels(run: xr.Dataset, chosen: Sequence[str]) -> list[Panel]:
     one each."""
     kinds: dict[tuple[str, str], dict[str, np.ndarray]] = {}
     for name in chosen:
-        values, unit = series(run, name)
+        values, unit = channel_series(run, name)
         kind, _, of = name.partition(".")
         kinds.setdefault((kind.replace("_", " "), unit), {})[of.replace(".", " ")] = values
     panels: list[Panel] = []
     for (kind, unit), each in kinds.items():
-        several = apart(run.time.values, kind, units_of(run.attrs).display_unit(unit), each)
+        several = separate_panels(
+            run.time.values, kind, units_of(run.attrs).display_unit(unit), each
+        )
         panels += (
-            several if len(alike(each)) > MAX_LINES_PER_PANEL else [_lines(run, kind, unit, each)]
+            several
+            if len(merge_equal_lines(each)) > MAX_LINES_PER_PANEL
+            else [_lines(run, kind, unit, each)]
         )
     return panels
 
@@ -263,7 +273,9 @@ def _elevation(run: xr.Dataset) -> Iterator[Panel]:
 def _utilisation(run: xr.Dataset) -> Iterator[Panel]:
     """Panels of forces over capacities; a fully used capacity is at 1."""
     each = {
-        n.partition(".")[2]: series(run, n)[0] for n in names(run) if n.startswith("utilisation.")
+        n.partition(".")[2]: channel_series(run, n)[0]
+        for n in channel_names(run)
+        if n.startswith("utilisation.")
     }
     if each:
         yield _lines(run, "utilisation", "1", each)
@@ -283,14 +295,14 @@ def _joint_loads(run: xr.Dataset) -> Iterator[Panel]:
     largest = max(float(size.max()) for size in found.values())
     for (label, unit), size in found.items():
         if float(size.max()) > NEGLIGIBLE_LOAD_RATIO * largest:
-            yield _lines(run, label, unit, _each(size, "joint"))
+            yield _lines(run, label, unit, _lines_of(size, "joint"))
 
 
 def _by_unit(run: xr.Dataset, name: str, label: str) -> Iterator[Panel]:
     """A panel of a variable of joint motions or drives for slides, and one for turns."""
     if name not in run or not run[name].any():
         return
-    every = _each(run[name], str(run[name].dims[-1]))
+    every = _lines_of(run[name], str(run[name].dims[-1]))
     units = {motion: unit_of(run[name].attrs, [motion]) for motion in every}
     for unit in dict.fromkeys(units.values()):
         yield _lines(run, label, unit, {n: x for n, x in every.items() if units[n] == unit})
@@ -306,7 +318,7 @@ def _links(run: xr.Dataset) -> Iterator[Panel]:
         ("pto_power", "pto", "absorbed power", "W"),
     ):
         if dim in run.dims:
-            yield from _loads(run, label, unit, _each(run[name], dim))
+            yield from _loads(run, label, unit, _lines_of(run[name], dim))
 
 
 def _clearances(run: xr.Dataset) -> Iterator[Panel]:
@@ -316,7 +328,7 @@ def _clearances(run: xr.Dataset) -> Iterator[Panel]:
 
 
 def _modes(run: xr.Dataset) -> Panel:
-    return bands(run.time.values, _each(run.fender_mode, "fender"))
+    return bands(run.time.values, _lines_of(run.fender_mode, "fender"))
 
 
 def _crawl(run: xr.Dataset) -> Iterator[Panel]:
@@ -332,21 +344,21 @@ def _crawl(run: xr.Dataset) -> Iterator[Panel]:
 
 def _by_fender(run: xr.Dataset, values: xr.DataArray) -> Series:
     """A line for each contact point; for each group if there are more than one panel can show."""
-    each = _each(values, "fender")
-    return each if len(alike(each)) <= MAX_LINES_PER_PANEL else _by_group(run, values)
+    each = _lines_of(values, "fender")
+    return each if len(merge_equal_lines(each)) <= MAX_LINES_PER_PANEL else _by_group(run, values)
 
 
 def _by_spring(values: xr.DataArray, dim: str = "spring") -> Series:
     """Lines as they are, because tensions are smooth; if there are very many, a band from the
     smallest to the largest."""
-    each = _each(values, dim)
+    each = _lines_of(values, dim)
     return each if len(each) <= len(COLOURS) else {f"{len(each)} lines": np.array([*each.values()])}
 
 
-def _few(run: xr.Dataset, values: xr.DataArray, dim: str = "fender") -> Series:
+def _contact_lines(run: xr.Dataset, values: xr.DataArray, dim: str = "fender") -> Series:
     """A line for each contact; for each group if there are very many."""
     many = run.sizes[dim] > MANY and dim == "fender"
-    return _by_group(run, values) if many else _each(values, dim)
+    return _by_group(run, values) if many else _lines_of(values, dim)
 
 
 def _by_group(run: xr.Dataset, values: xr.DataArray) -> Series:
@@ -356,7 +368,7 @@ def _by_group(run: xr.Dataset, values: xr.DataArray) -> Series:
     return {f"{name}, {len(x)} contacts": x for name, x in found.items()}
 
 
-def _each(values: xr.DataArray, dim: str) -> dict[str, np.ndarray]:
+def _lines_of(values: xr.DataArray, dim: str) -> dict[str, np.ndarray]:
     return {str(name): values.sel({dim: name}).values for name in values[dim].values}
 
 

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from hydrosim.documents.digits import digits_of
 from hydrosim.outputs import Output, save_picture
-from hydrosim.plot.panels import labelled, wrapped
+from hydrosim.plot.panels import axis_label, wrap_title
 from hydrosim.presentation.units import DisplayUnit, Units, unit_of_dof, units_of
 
 NEGLIGIBLE_RESPONSE_RATIO = 1e-6  # of the largest motion: it has no phase
@@ -30,14 +30,14 @@ def draw_response(found: xr.Dataset, output: Path | Output) -> None:
         amplitude = units.display_unit(f"{unit_of_dof(dof)}/m")
         for body in found.body.values:
             _draw_motion(found.sel(body=body, dof=dof), amplitude, units, size, phase)
-        size.set_ylabel(labelled(dof, amplitude.unit))
+        size.set_ylabel(axis_label(dof, amplitude.unit))
         _dress(units, size, phase)
     for axis in axes[-1]:
         axis.set_xlabel("frequency [rad/s]")
     if dofs:
         axes[0, 0].legend(frameon=False, fontsize="small")
     figure.suptitle(
-        wrapped(f"{found.title}: response to waves of unit amplitude", figure.get_figwidth())
+        wrap_title(f"{found.title}: response to waves of unit amplitude", figure.get_figwidth())
     )
     save_picture(figure, output, dpi=100)
 
@@ -57,7 +57,7 @@ def _draw_motion(
 
 def _dress(units: Units, size: Axes, phase: Axes) -> None:
     angle = units.display_unit("rad")
-    phase.set_ylabel(labelled("phase", angle.unit))
+    phase.set_ylabel(axis_label("phase", angle.unit))
     phase.set_yticks(angle.factor * np.pi * np.array([-1.0, -0.5, 0.0, 0.5, 1.0]))
     for axis in (size, phase):
         axis.grid(alpha=0.3)

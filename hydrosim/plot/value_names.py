@@ -20,7 +20,7 @@ class ValueNames:
     def __init__(self) -> None:
         self._letters: dict[str, str] = {}
 
-    def of(self, values: Sequence[object]) -> list[str]:
+    def names_of(self, values: Sequence[object]) -> list[str]:
         """A name for each of the ``values``, which stand beside one axis."""
         texts = [value_text(value) for value in values]
         room = min(MAX_LETTERS_OF_NAME, max(4, MAX_LETTERS_OF_AXIS // max(len(texts), 1)))

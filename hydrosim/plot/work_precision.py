@@ -9,7 +9,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from hydrosim.outputs import Output, save_picture
-from hydrosim.plot.panels import labelled, wrapped
+from hydrosim.plot.panels import axis_label, wrap_title
 from hydrosim.plot.styles import STYLES
 from hydrosim.presentation.units import units_of
 
@@ -31,7 +31,7 @@ def draw_work_precision(study: xr.Dataset, output: Path | Output) -> None:
         axes.axhline(least, color="0.5", linestyle=":", label="reference")
         axes.set_xlabel(label)
         axes.grid(alpha=0.3)
-    figure.axes[0].set_ylabel(labelled("largest error of a place", length.unit))
+    figure.axes[0].set_ylabel(axis_label("largest error of a place", length.unit))
     figure.axes[1].legend()
-    figure.suptitle(wrapped(study.attrs["title"], figure.get_figwidth()))
+    figure.suptitle(wrap_title(study.attrs["title"], figure.get_figwidth()))
     save_picture(figure, output)

@@ -12,7 +12,7 @@ from hydrosim.errors import InputError
 from hydrosim.presentation.document import Document
 from hydrosim.report.replay import replay_document
 from hydrosim.report.run import run_document
-from hydrosim.results.netcdf import read
+from hydrosim.results.netcdf import read_run
 from hydrosim.results.runs_file import RUN, is_of_runs, open_runs
 from hydrosim.results.validation import check_attributes
 from hydrosim.wording.compared_studies import is_of_studies, studies_document
@@ -35,7 +35,7 @@ def report_of(path: Path) -> Document:
     runs, limits of operation or a comparison. Raises InputError if the file holds none of
     these."""
     other = _result_document(path)
-    return run_document(read(path, EXPECTED_RESULTS)) if other is None else other
+    return run_document(read_run(path, EXPECTED_RESULTS)) if other is None else other
 
 
 def replay_of(path: Path) -> Document:
@@ -45,7 +45,7 @@ def replay_of(path: Path) -> Document:
             f"{path}: holds {runs.sizes[RUN]} runs, without their motions over time; expected the"
             " result of `hydrosim run`. `hydrosim report` shows studies."
         )
-    return replay_document(read(path))
+    return replay_document(read_run(path))
 
 
 def _result_document(path: Path) -> Document | None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from hydrosim.presentation.figures import Chart
 from hydrosim.presentation.units import Units
-from hydrosim.results.envelopes import envelope
+from hydrosim.results.envelopes import interval_envelope
 
 MAX_SERIES_BYTES = 4_000_000  # bytes of all series of a page together, as 32-bit numbers
 MAX_STRETCHES = 5000  # stretches
@@ -28,7 +28,7 @@ def stretch(count: int, lines: int) -> int:
 
 def chart_data(chart: Chart, size: int, units: Units) -> dict[str, Any]:
     """Data of a chart for the page, with intervals of ``size`` records."""
-    rows = [shares(x) if chart.modes else envelope(x, size) for x in chart.series.values()]
+    rows = [shares(x) if chart.modes else interval_envelope(x, size) for x in chart.series.values()]
     unit, scale = units.display_unit(chart.unit)
     return {
         "title": chart.title,

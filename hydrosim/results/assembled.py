@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 MAX_CACHED_INDEXES = 16  # sets of indexes
 
 
-def assembled(
+def new_dataset(
     data: Mapping[Any, Any], coords: Mapping[str, Any], attributes: Mapping[str, Any] | None = None
 ) -> xr.Dataset:
     """`xarray.Dataset` with the same arguments."""
@@ -25,13 +25,13 @@ def assembled(
 
     indexes = {name: each for name, each in coords.items() if _dims(name, each) == (name,)}
     others = {name: each for name, each in coords.items() if name not in indexes}
-    made = xr.Dataset({**data, **others}, _made(pickle.dumps(indexes)), attributes)
+    made = xr.Dataset({**data, **others}, _cached_coordinates(pickle.dumps(indexes)), attributes)
     return made.set_coords(others) if others else made
 
 
 def differing(one: xr.Dataset, other: xr.Dataset) -> str | None:
     """Name of a coordinate that differs between two datasets or is missing in one; None if all
-    agree. Indexes that are the same object, as in datasets that are `assembled`, are not
+    agree. Indexes that are the same object, as in datasets that are `new_dataset`, are not
     compared."""
     here, there = one.xindexes, other.xindexes
     for name in dict.fromkeys([*one.coords, *other.coords]):
@@ -55,7 +55,7 @@ def _dims(name: str, coordinate: Any) -> tuple[str, ...]:
 
 
 @lru_cache(maxsize=MAX_CACHED_INDEXES)
-def _made(indexes: bytes) -> xr.Coordinates:
+def _cached_coordinates(indexes: bytes) -> xr.Coordinates:
     import xarray as xr
 
     return xr.Dataset(coords=pickle.loads(indexes)).coords

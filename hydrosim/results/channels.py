@@ -14,7 +14,7 @@ Other channels are derived:
     relative_speed.POINT to POINT           size of the relative velocity
     utilisation.UNIT                        force of a contact point or line over its capacity
 
-`series` gives the values and the unit of any channel.
+`channel_series` gives the values and the unit of any channel.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ class Channel(NamedTuple):
     unit: str
 
 
-def channels(run: xr.Dataset) -> list[Channel]:
+def recorded_channels(run: xr.Dataset) -> list[Channel]:
     """All recorded channels of a run."""
     return [Channel(name, select(RUN, run, name)[1]) for name in columns_of(run)]
 
@@ -105,13 +105,13 @@ def lowest_value(name: str) -> float:
     return 0.0 if name.partition(".")[0] in NEVER_NEGATIVE else -np.inf
 
 
-def names(run: xr.Dataset) -> list[str]:
+def channel_names(run: xr.Dataset) -> list[str]:
     """Names of all channels of a run, including derived ones."""
     derived = (f"{kind}.{of}" for kind, each in CHANNEL_KINDS.items() for of in each.names(run))
     return [*columns_of(run), *derived]
 
 
-def series(run: xr.Dataset, name: str) -> tuple[np.ndarray, str]:
+def channel_series(run: xr.Dataset, name: str) -> tuple[np.ndarray, str]:
     """Values (nt,) and unit of the channel ``name`` of a run. Raises InputError that lists the
     channels if the run has no such channel."""
     kind, _, of = name.partition(".")
@@ -119,21 +119,21 @@ def series(run: xr.Dataset, name: str) -> tuple[np.ndarray, str]:
         return CHANNEL_KINDS[kind].values(run, of), CHANNEL_KINDS[kind].unit
     if name in columns_of(run):
         return select(RUN, run, name)
-    raise InputError(unknown(run, name))
+    raise InputError(unknown_channel_message(run, name))
 
 
-def unknown(run: xr.Dataset, name: str) -> str:
+def unknown_channel_message(run: xr.Dataset, name: str) -> str:
     """Message that a run has no channel ``name``, and which channels it has."""
     kind = name.partition(".")[0]
-    known = names(run)
+    known = channel_names(run)
     alike = [each for each in known if each.partition(".")[0] == kind]
     if kind in NEEDS and not alike:
         return f"found {name}, but the run has no channels {kind}: they need {NEEDS[kind]}."
-    text = f"found {name}; expected a channel of the run: {', '.join(_some(name, known))}"
+    text = f"found {name}; expected a channel of the run: {', '.join(_names_to_show(name, known))}"
     return with_hint(text, suggestion(name, known))
 
 
-def usual(run: xr.Dataset) -> list[str]:
+def default_channels(run: xr.Dataset) -> list[str]:
     """Channels of motions, waves, forces, fenders, springs, struts and bushings that are not zero
     throughout."""
     known = columns_of(run)
@@ -142,18 +142,19 @@ def usual(run: xr.Dataset) -> list[str]:
     ]
 
 
-def chosen(names: Iterable[str], patterns: Sequence[str], option: str) -> list[str]:
+def match_channels(names: Iterable[str], patterns: Sequence[str], option: str) -> list[str]:
     """Names that match one of the patterns ("position.*"). Raises InputError if a pattern of the
     ``option`` matches none."""
     known = list(names)
     for pattern in patterns:
         if not any(fnmatchcase(name, pattern) for name in known):
-            text = f"{option}: found {pattern}; expected one of: {', '.join(_some(pattern, known))}"
+            names_text = ", ".join(_names_to_show(pattern, known))
+            text = f"{option}: found {pattern}; expected one of: {names_text}"
             raise InputError(with_hint(text, suggestion(pattern, known)))
     return [name for name in known if _fits(name, patterns)]
 
 
-def _some(name: str, known: Sequence[str]) -> list[str]:
+def _names_to_show(name: str, known: Sequence[str]) -> list[str]:
     """All names if they are few; else the names of the same kind as ``name``, or "KIND.*" of every
     kind."""
     if len(known) <= MAX_NAMES_SHOWN:
@@ -167,7 +168,7 @@ def _fits(name: str, patterns: Sequence[str]) -> bool:
     return any(fnmatchcase(name, pattern) for pattern in patterns)
 
 
-class Kind(NamedTuple):
+class ChannelKind(NamedTuple):
     """Derived channels: their names after the kind, for a run; the values (nt,) of one channel; the
     unit of all."""
 
@@ -253,7 +254,9 @@ def _acceleration(run: xr.Dataset, point: str) -> np.ndarray:
     return np.asarray(a[:, :3] + np.cross(a[:, 3:], r) + np.cross(omega, np.cross(omega, r)))
 
 
-def _along(of: Callable[[xr.Dataset, str], np.ndarray]) -> Callable[[xr.Dataset, str], np.ndarray]:
+def _axis_value(
+    of: Callable[[xr.Dataset, str], np.ndarray],
+) -> Callable[[xr.Dataset, str], np.ndarray]:
     """One axis of a quantity of a point, or of the difference between two points."""
 
     def values(run: xr.Dataset, name: str) -> np.ndarray:
@@ -272,7 +275,7 @@ def _point_pairs(run: xr.Dataset) -> Iterator[str]:
 
 
 def _relative_speed(run: xr.Dataset, points: str) -> np.ndarray:
-    each = [_along(_velocity)(run, f"{points}.{axis}") for axis in _labels(run, "axis")]
+    each = [_axis_value(_velocity)(run, f"{points}.{axis}") for axis in _labels(run, "axis")]
     return np.asarray(np.linalg.norm(each, axis=0))
 
 
@@ -309,15 +312,15 @@ def _utilisation(run: xr.Dataset, unit: str) -> np.ndarray:
 
 
 CHANNEL_KINDS = {
-    "speed": Kind(lambda run: _labels(run, "body"), _speed, "m/s"),
-    "offset": Kind(lambda run: _labels(run, "body"), _offset, "m"),
-    "fender_normal_force": Kind(_groups, _group_force, "N"),
-    "point_velocity": Kind(_points, _along(_velocity), "m/s"),
-    "point_acceleration": Kind(_moving_points, _along(_acceleration), "m/s^2"),
-    "relative_position": Kind(_pairs, _along(_place), "m"),
-    "relative_velocity": Kind(_pairs, _along(_velocity), "m/s"),
-    "relative_speed": Kind(_point_pairs, _relative_speed, "m/s"),
-    "utilisation": Kind(_capable, _utilisation, "1"),
+    "speed": ChannelKind(lambda run: _labels(run, "body"), _speed, "m/s"),
+    "offset": ChannelKind(lambda run: _labels(run, "body"), _offset, "m"),
+    "fender_normal_force": ChannelKind(_groups, _group_force, "N"),
+    "point_velocity": ChannelKind(_points, _axis_value(_velocity), "m/s"),
+    "point_acceleration": ChannelKind(_moving_points, _axis_value(_acceleration), "m/s^2"),
+    "relative_position": ChannelKind(_pairs, _axis_value(_place), "m"),
+    "relative_velocity": ChannelKind(_pairs, _axis_value(_velocity), "m/s"),
+    "relative_speed": ChannelKind(_point_pairs, _relative_speed, "m/s"),
+    "utilisation": ChannelKind(_capable, _utilisation, "1"),
 }
 NEEDS = {
     "acceleration": "output: {accelerations: true} in the case",

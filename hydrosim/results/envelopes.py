@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 
-def envelope(x: np.ndarray, size: int) -> np.ndarray:
+def interval_envelope(x: np.ndarray, size: int) -> np.ndarray:
     """Smallest and largest values (2, n) of intervals of ``size`` records; x (1, nt) itself if that
     is 1."""
     if size == 1:
@@ -14,7 +14,7 @@ def envelope(x: np.ndarray, size: int) -> np.ndarray:
     return np.array([np.fmin.reduceat(x, starts), np.fmax.reduceat(x, starts)])
 
 
-def means(x: np.ndarray, size: int) -> np.ndarray:
+def interval_means(x: np.ndarray, size: int) -> np.ndarray:
     """Mean (n,) of the finite values in each interval of ``size`` records."""
     starts, known = np.arange(0, x.size, size), np.isfinite(x)
     count = np.add.reduceat(known.astype(float), starts)

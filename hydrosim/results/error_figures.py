@@ -16,7 +16,7 @@ from __future__ import annotations
 from math import isfinite
 from typing import TYPE_CHECKING, NamedTuple
 
-from hydrosim.results.ledger import warn
+from hydrosim.results.ledger import append_warnings
 from hydrosim.results.variables import describe
 
 if TYPE_CHECKING:
@@ -68,4 +68,4 @@ def add_error_estimate(run: xr.Dataset, estimate: ErrorEstimate) -> None:
     run.attrs.update({name: float(x) for name, x in figures.items() if isfinite(x)})
     run.attrs[COMPANION] = estimate.companion
     run.attrs[EVALUATIONS] = estimate.evaluations
-    warn(run, estimate.warnings)
+    append_warnings(run, estimate.warnings)

@@ -46,7 +46,7 @@ def runs_at(path: Path) -> xr.Dataset | None:
             f"{path}: does not exist. An unfinished study that adds seeds until a mean is precise"
             f" keeps its last round in {rounds[-1]}."
         )
-    return growing(path) if os.path.isdir(path) else open_runs(path)
+    return read_unfinished(path) if os.path.isdir(path) else open_runs(path)
 
 
 def _rounds(path: Path) -> list[Path]:
@@ -56,13 +56,13 @@ def _rounds(path: Path) -> list[Path]:
     return sorted(folder.glob("*.nc*")) if os.path.isdir(folder) else []
 
 
-def growing(folder: Path) -> xr.Dataset:
+def read_unfinished(folder: Path) -> xr.Dataset:
     """Dataset of an unfinished study, in memory, in the form of its later file. Runs that are not
     complete have NaN or -1, and the status "not run". Variables of a thousand or more values per
     run are left out. The attribute ``gathered`` says how many runs are complete. Nothing in the
     folder is changed, and the study may continue meanwhile."""
     if not (folder / RUNS).is_file():
-        raise InputError(f"{folder}: has no runs of a sweep{_near(folder)}.")
+        raise InputError(f"{folder}: has no runs of a sweep{_suggest_folder(folder)}.")
     if not (folder / KNOWN).is_file():
         raise _earlier(folder, f"lacks {KNOWN}")
     try:
@@ -71,7 +71,7 @@ def growing(folder: Path) -> xr.Dataset:
         known = xr.load_dataset(folder / KNOWN, engine="netcdf4", decode_times=False)
         first = first_of(folder)
         with (folder / RUNS).open("rb") as file:
-            return _gathered(folder, known, first, file)
+            return _gather_runs(folder, known, first, file)
     except FileNotFoundError:
         raise InputError(f"{folder}: no longer exists, because its sweep has ended.") from None
     except (OSError, RuntimeError, ValueError) as error:
@@ -88,7 +88,7 @@ def _earlier(folder: Path, found: str) -> InputError:
     )
 
 
-def _gathered(
+def _gather_runs(
     folder: Path, known: xr.Dataset, first: xr.Dataset | None, file: BinaryIO
 ) -> xr.Dataset:
     count = known.sizes[RUN]
@@ -98,7 +98,7 @@ def _gathered(
     whole = np.dtype([]) if first is None else form_of(first)
     small = [name for name in whole.names or () if whole[name].itemsize < 8 * LARGE]
     chosen = whole[small]
-    table = _empty(count, repack_fields(chosen))
+    table = _empty_rows(count, repack_fields(chosen))
     common: dict[str, object] | None = None
     file.readline()
     for _, entry, values in entries(file, folder):
@@ -141,7 +141,7 @@ def _values(column: np.ndarray) -> np.ndarray:
     return found
 
 
-def _empty(count: int, form: np.dtype[np.void]) -> np.ndarray:
+def _empty_rows(count: int, form: np.dtype[np.void]) -> np.ndarray:
     """An empty row for each run."""
     row = np.zeros((), form)
     for name in form.names or ():
@@ -149,7 +149,7 @@ def _empty(count: int, form: np.dtype[np.void]) -> np.ndarray:
     return np.full(count, row)
 
 
-def _near(folder: Path) -> str:
+def _suggest_folder(folder: Path) -> str:
     """Suggestion for a user who gave another folder."""
     meant = sorted(part.parent.name for part in folder.glob(f"*{PARTIAL}/{FIRST_RUN_FILE}"))
     example = f"{folder / meant[0]}" if meant else "RUNS.nc.partial"

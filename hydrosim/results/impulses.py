@@ -31,7 +31,7 @@ def tallies(model: Model, y: RecordedStates, units: int) -> np.ndarray:
     return y[model.impulse + forces :].reshape(len(y), units, -1)
 
 
-def recorded(
+def impulse_variables(
     scene: Scene, model: Model, values: Mapping[str, np.ndarray]
 ) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
     """Variables from the ``values`` (nt, ...) of a record by name."""

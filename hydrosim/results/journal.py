@@ -39,7 +39,7 @@ EARLIER = b'{"the program": '
 """Beginning of `runs` in the version without checksums."""
 
 
-class Kept(NamedTuple):
+class StoredRun(NamedTuple):
     """A complete run: its kept variables, its attributes, its warnings."""
 
     found: xr.Dataset
@@ -87,31 +87,31 @@ class Journal:
     def __len__(self) -> int:
         return len(self._places)
 
-    def read(self, run: int) -> Kept:
+    def read(self, run: int) -> StoredRun:
         """Read a run of the journal."""
         self._file.seek(self._places[run])
         known, values = _entry(self._file)
         assert self._first is not None
-        return Kept(_of_form(self._first, values), known["attributes"], known["warnings"])
+        return StoredRun(_of_form(self._first, values), known["attributes"], known["warnings"])
 
     def take_known(self, file: Path) -> None:
         """Write the file of data that are known before the first run."""
         file.replace(self._folder / KNOWN)
         self._beside[KNOWN] = _checksum(self._folder / KNOWN)
 
-    def add(self, run: int, kept: Kept) -> None:
+    def add(self, run: int, kept: StoredRun) -> None:
         """Append a complete run, unless its form differs from the first. On return, it is on the
         disk or in the system's buffers."""
         if self._last is None:
             _store_first(kept.found, self._folder)
             self._beside[FIRST_RUN_FILE] = _checksum(self._folder / FIRST_RUN_FILE)
             self._first = self._last = kept.found
-        if not _alike(kept.found, self._last):
+        if not _is_same_start(kept.found, self._last):
             return
         self._last = kept.found
         arrays = (kept.found.variables[name].values for name in kept.found.data_vars)
         values = b"".join(np.ascontiguousarray(array).tobytes() for array in arrays)
-        attributes = {name: _encoded(value) for name, value in kept.attributes.items()}
+        attributes = {name: _encode(value) for name, value in kept.attributes.items()}
         known = {"run": run, "attributes": attributes, "warnings": kept.warnings}
         self._places[run] = self._append(known, values)
 
@@ -136,7 +136,7 @@ class Journal:
     def remove(self) -> None:
         """Remove the journal of a finished study."""
         self.close()
-        forget(self._folder)
+        remove_journal(self._folder)
 
 
 def is_empty(folder: Path) -> bool:
@@ -177,7 +177,7 @@ def _beginning(path: Path) -> bytes:
     return b""
 
 
-def forget(folder: Path) -> None:
+def remove_journal(folder: Path) -> None:
     """Remove a journal, and its folder if that is empty."""
     remove_folder(folder, is_part)
 
@@ -218,7 +218,7 @@ def _entry_of(known: dict[str, Any], values: bytes = b"") -> bytes:
 def _entry(file: BinaryIO) -> tuple[dict[str, Any], bytes]:
     """Description of a run, and its values. Raises ValueError if the checksum does not match."""
     check, _, line = file.readline().partition(b" ")
-    known = json.loads(line, object_hook=_decoded)
+    known = json.loads(line, object_hook=_decode)
     values = file.read(known.get("bytes", 0))
     if check != b"%08x" % crc32(line + values):
         raise ValueError
@@ -240,7 +240,7 @@ def _of_form(first: xr.Dataset, values: bytes) -> xr.Dataset:
     return first.copy(data={name: np.asarray(row[str(name)]) for name in first.data_vars})
 
 
-def _alike(one: xr.Dataset, other: xr.Dataset) -> bool:
+def _is_same_start(one: xr.Dataset, other: xr.Dataset) -> bool:
     return _forms(one) == _forms(other) and differing(one, other) is None
 
 
@@ -266,7 +266,7 @@ def _store_first(found: xr.Dataset, folder: Path) -> None:
     partial.replace(path)
 
 
-def _encoded(value: object) -> object:
+def _encode(value: object) -> object:
     """JSON for numbers and arrays of numpy with their type; other values are unchanged."""
     if not isinstance(value, np.ndarray | np.generic):
         return value
@@ -274,7 +274,7 @@ def _encoded(value: object) -> object:
     return {"dtype": array.dtype.str, "shape": array.shape, "values": array.ravel().tolist()}
 
 
-def _decoded(found: dict[str, Any]) -> Any:
+def _decode(found: dict[str, Any]) -> Any:
     if found.keys() != {"dtype", "shape", "values"}:
         return found
     array = np.array(found["values"], dtype=found["dtype"]).reshape(found["shape"])

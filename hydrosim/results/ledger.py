@@ -49,7 +49,7 @@ class Gap(NamedTuple):
     relative: float
 
 
-def gap(run: xr.Dataset, least: float = 0.0) -> Gap:
+def worst_gap(run: xr.Dataset, least: float = 0.0) -> Gap:
     """Worst gap in the energy balance of a run; ``least`` [J] is the smallest exchange of an
     interval."""
     time, residual, kinetic = (
@@ -57,7 +57,7 @@ def gap(run: xr.Dataset, least: float = 0.0) -> Gap:
     )
     if time.size < 2:
         return Gap(0.0, 0.0, 0.0, 0.0)
-    exchanged = _exchanged(run)
+    exchanged = _exchanged_energy(run)
     rounding = ENERGY_RTOL * max(float(np.abs(e).max()) for e in _energies(run).values())
     parts = list(_stretches(time.size))
     each = [exchanged[j] - exchanged[i] + kinetic[i : j + 1].max() for i, j in parts]
@@ -70,24 +70,24 @@ def gap(run: xr.Dataset, least: float = 0.0) -> Gap:
     return max(found, key=lambda gap: gap.relative)
 
 
-def guard(run: xr.Dataset, mass: float = 0.0) -> None:
+def check_balance(run: xr.Dataset, mass: float = 0.0) -> None:
     """Store the relative residual of a run of bodies of this ``mass`` [kg] in its attributes. Add
     warnings if the energy balance is open, if friction adds energy, or if the delay of an external
     force gives or takes much."""
     with np.errstate(over="ignore", invalid="ignore"):  # of a failed run
-        worst = gap(run, MIN_SPECIFIC_ENERGY * mass)
+        worst = worst_gap(run, MIN_SPECIFIC_ENERGY * mass)
     run.attrs["energy_residual_relative"] = worst.relative
-    warn(run, [*_open(run, worst), *_giving(run), *_delays(run)])
+    append_warnings(run, [*_gap_warning(run, worst), *_energy_adding_points(run), *_delays(run)])
 
 
-def warn(run: xr.Dataset, more: Iterable[str]) -> None:
+def append_warnings(run: xr.Dataset, more: Iterable[str]) -> None:
     """Append ``more`` warnings to those of the run."""
     said = [*str(run.attrs.get("warnings", "")).splitlines(), *more]
     if said:
         run.attrs["warnings"] = "\n".join(said)
 
 
-def _open(run: xr.Dataset, worst: Gap) -> Iterator[str]:
+def _gap_warning(run: xr.Dataset, worst: Gap) -> Iterator[str]:
     """Warning about a gap that is too large."""
     if worst.relative > MAX_RESIDUAL_FRACTION:
         yield (
@@ -98,12 +98,12 @@ def _open(run: xr.Dataset, worst: Gap) -> Iterator[str]:
         )
 
 
-def _giving(run: xr.Dataset) -> Iterator[str]:
+def _energy_adding_points(run: xr.Dataset) -> Iterator[str]:
     """Warnings about points whose friction adds energy: their loss falls by more than the tolerance
     of the balance."""
     if "fender" not in run.dims or run.time.size < 2:
         return
-    exchanged = _exchanged(run)[-1]
+    exchanged = _exchanged_energy(run)[-1]
     for name in run.fender.values:
         lost = run.fender_dissipated.sel(fender=name).values
         fall = np.maximum.accumulate(lost) - lost
@@ -119,7 +119,7 @@ def _delays(run: xr.Dataset) -> Iterator[str]:
     """Warnings about external forces whose delay gives or takes a part of the energy exchanged."""
     if "external" not in run.dims or run.time.size < 2:
         return
-    exchanged = _exchanged(run)[-1]
+    exchanged = _exchanged_energy(run)[-1]
     for name in map(str, run.external.values):
         energy = run.external_delay_energy.sel(external=name).values
         most = float(energy[np.abs(energy).argmax()])
@@ -155,7 +155,7 @@ def _energies(run: xr.Dataset) -> dict[str, np.ndarray]:
     }
 
 
-def _exchanged(run: xr.Dataset) -> np.ndarray:
+def _exchanged_energy(run: xr.Dataset) -> np.ndarray:
     """Energy exchanged (nt,) since the start."""
     energies = _energies(run)
     lost = [e for name, e in energies.items() if name.startswith("energy_dissipated_")]

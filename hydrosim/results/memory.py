@@ -30,7 +30,7 @@ MEMORY_PREFIX = "memory_"
 """Begins the names of all that a run keeps of a convolution."""
 
 
-def packed(
+def encode_history(
     scene: Scene, model: Model, history: VelocityHistory
 ) -> tuple[dict[str, tuple[tuple[str, ...], np.ndarray]], dict[str, object]]:
     """Points of the grid, oldest first, and the node, with their dimensions and coordinates. Empty

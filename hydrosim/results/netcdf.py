@@ -24,7 +24,7 @@ RUN_FILE_HINT = "expected the result of `hydrosim run`, such as run.nc"
 REPORTED_KINDS = ("limits of ", "comparison of ")  # results that are no run, and have a report
 
 
-def write(dataset: xr.Dataset, target: Path | Output) -> None:
+def write_run(dataset: xr.Dataset, target: Path | Output) -> None:
     """Write netCDF; the file appears under its name when it is complete. Raises as `Output` does if
     it must not be written."""
     output = as_output(target, "result")
@@ -33,7 +33,7 @@ def write(dataset: xr.Dataset, target: Path | Output) -> None:
         marked.to_netcdf(path, engine="netcdf4", format="NETCDF4")
 
 
-def read(path: Path, expected: str = RUN_FILE_HINT) -> xr.Dataset:
+def read_run(path: Path, expected: str = RUN_FILE_HINT) -> xr.Dataset:
     """Dataset of the run in the netCDF file ``path``, in memory. Raises InputError if the file is
     missing, is not netCDF or is not the result of a run. ``expected`` ends the message."""
     if reason := no_file(path):

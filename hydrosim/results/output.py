@@ -25,11 +25,11 @@ from hydrosim.forces.kind import Columns, Kept, Kind, Modes, RecordedStates, Tal
 from hydrosim.modes import RISING, SEGMENT
 from hydrosim.radiation import VelocityHistory, input_rates
 from hydrosim.results import impulses, memory, points
-from hydrosim.results.assembled import assembled
-from hydrosim.results.ledger import guard
+from hydrosim.results.assembled import new_dataset
+from hydrosim.results.ledger import check_balance
 from hydrosim.results.netcdf import RECORDED
 from hydrosim.results.phases import group_phases
-from hydrosim.results.stages import staged
+from hydrosim.results.stages import add_stage_results
 from hydrosim.results.variables import EARTH_FRAME, describe, unit_coordinates
 from hydrosim.stepping.blending import STATES as STATES_OF_DRAUGHT
 from hydrosim.stepping.names import (
@@ -83,23 +83,25 @@ def to_dataset(
     for kind in KINDS:
         p = kind.of(model)
         if kind.modes(p).size or (kind.unit in values and values[kind.unit].size):
-            data.update(kind.record(p, model.bodies.each, _kept(kind, p, model, values, modes)))
+            data.update(
+                kind.record(p, model.bodies.each, _unit_records(kind, p, model, values, modes))
+            )
     data.update(_phases(scene, time, data))
-    data.update(impulses.recorded(scene, model, values))
+    data.update(impulses.impulse_variables(scene, model, values))
     data.update(_probes(scene, sea, time))
     data.update(_points(scene, model, values["coordinates"]))
     data.update({name: (("time",), e) for name, e in _ledger(scene, model, values).items()})
     states, of_states = _states(scene, model, layout, record, count)
-    memories, of_memory = memory.packed(scene, model, history)
+    memories, of_memory = memory.encode_history(scene, model, history)
     of_scene = _coordinates(scene, time)
     coords = {**of_scene, **unit_coordinates(data, of_scene), **of_states, **of_memory}
-    dataset = assembled({**data, **states, **memories}, coords)
+    dataset = new_dataset({**data, **states, **memories}, coords)
     describe(dataset)
-    dataset = staged(dataset, remembered_groups(model, values["y"]))
+    dataset = add_stage_results(dataset, remembered_groups(model, values["y"]))
     dataset.attrs.update({k: v for k, v in attributes.items() if v is not None})
     if time.size:
         dataset.attrs.update(zip(RECORDED, (float(time[0]), float(time[-1])), strict=True))
-    guard(dataset, sum(body.mass for body in scene.bodies if body.dofs))
+    check_balance(dataset, sum(body.mass for body in scene.bodies if body.dofs))
     return dataset
 
 
@@ -160,7 +162,9 @@ def _of_modes(unit: str, rows: Modes, modes: np.ndarray) -> Columns:
     return found
 
 
-def _kept(kind: Kind, p: Any, model: Model, values: Mapping[str, Any], modes: np.ndarray) -> Kept:
+def _unit_records(
+    kind: Kind, p: Any, model: Model, values: Mapping[str, Any], modes: np.ndarray
+) -> Kept:
     """Data of the units of a kind that are kept."""
     y = values["y"]
     rows = kind.modes(p).size

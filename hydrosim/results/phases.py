@@ -50,7 +50,7 @@ def contact_phases(time: np.ndarray, modes: np.ndarray) -> np.ndarray:
         return phase
     touching = np.any(modes != OPEN, axis=1)
     first = int(touching.argmax()) if touching.any() else time.size
-    closed = _last(np.all(modes == OPEN, axis=1)) + 1
+    closed = _last_index(np.all(modes == OPEN, axis=1)) + 1
     stuck = max(closed, _sticks_from(time, modes))
     phase[first:] = Phase.INITIAL_CONTACT
     phase[max(first, closed) :] = Phase.COMPRESSED
@@ -66,7 +66,7 @@ def group_phases(time: np.ndarray, modes: np.ndarray, groups: Sequence[str]) -> 
     return np.stack(each, axis=1)
 
 
-def _last(condition: np.ndarray) -> int:
+def _last_index(condition: np.ndarray) -> int:
     """Index of the last true entry, -1 if there is none."""
     return int(condition.size - 1 - condition[::-1].argmax()) if condition.any() else -1
 
@@ -78,5 +78,5 @@ def _sticks_from(time: np.ndarray, modes: np.ndarray) -> int:
     if share.size < width:
         return share.size
     mean = np.convolve(share, np.full(width, 1.0 / width), mode="valid")
-    found = _last(mean < MIN_STICKING_SHARE) + 1
+    found = _last_index(mean < MIN_STICKING_SHARE) + 1
     return found if found < mean.size else share.size

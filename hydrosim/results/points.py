@@ -90,12 +90,12 @@ def _clearance(scene: Scene, c: Clearance, frames: Frames) -> np.ndarray:
     index = {body.name: b for b, body in enumerate(scene.bodies)}
     points = dict(zip(point_names(scene), named_points(scene), strict=True))
 
-    def named(name: str) -> np.ndarray:
+    def named_position(name: str) -> np.ndarray:
         return _place(*points[name], frames)
 
-    here = named(c.of)
+    here = named_position(c.of)
     if c.to is not None:
-        return np.asarray(np.linalg.norm(here - named(c.to), axis=1))
+        return np.asarray(np.linalg.norm(here - named_position(c.to), axis=1))
     normal = np.array(c.normal, float) / np.linalg.norm(c.normal)
     if c.body is None:
         return np.asarray((here - np.array(c.place, float)) @ normal)

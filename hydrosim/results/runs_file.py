@@ -104,11 +104,11 @@ class RunsFile:
             RUN, np.arange(count), {"units": "1", "long_name": "number of the run"}
         )
         for name, values in {RUN: numbers, **along}.items():
-            self._along(name, values.values).setncatts({"long_name": name, **values.attrs})
+            self._write_per_run(name, values.values).setncatts({"long_name": name, **values.attrs})
         for name, what in TEXTS.items():
             self._file.createVariable(name, str, (RUN,)).long_name = what
 
-    def _along(self, name: str, values: np.ndarray) -> netCDF4.Variable:
+    def _write_per_run(self, name: str, values: np.ndarray) -> netCDF4.Variable:
         """Write data of all runs: numbers or texts, one or several per run."""
         more = [f"{name}_{i}" for i in range(1, values.ndim)]
         for dimension, size in zip(more, values.shape[1:], strict=True):
@@ -211,8 +211,8 @@ class RunsFile:
 
 def in_common(one: Mapping[str, object], other: Mapping[str, object]) -> dict[str, object]:
     """Attributes that both have, with equal values of the same type."""
-    return {name: value for name, value in one.items() if _same(other.get(name), value)}
+    return {name: value for name, value in one.items() if _is_identical(other.get(name), value)}
 
 
-def _same(one: object, other: object) -> bool:
+def _is_identical(one: object, other: object) -> bool:
     return type(one) is type(other) and np.array_equal(np.asarray(one), np.asarray(other))

@@ -57,7 +57,7 @@ STAGE_TIME = "stage_time"
 CONTACT_WEIGHT = "contact_weight"
 
 
-class Group(NamedTuple):
+class GroupLoad(NamedTuple):
     """Load of a group of contacts over a run. ``impulse`` [N s] since the start and ``load`` [N]
     are given at the output ``time`` [s], (nt,) each; ``weight`` [N] is what the group is to
     carry."""
@@ -75,15 +75,15 @@ class Group(NamedTuple):
         first, last = self.time[[0, -1]]
         gives = self.load[0] > CARRIES * self.weight
 
-        def at(time: np.ndarray) -> np.ndarray:
+        def share_at(time: np.ndarray) -> np.ndarray:
             low = np.maximum(time - 0.5 * AVERAGING_WINDOW_S, first)
             high = np.minimum(time + 0.5 * AVERAGING_WINDOW_S, last)
             part = (spline(high) - spline(low)) / ((high - low) * self.weight)
             return np.asarray(1.0 - part if gives else part)
 
-        return at
+        return share_at
 
-    def transferred(self) -> list[float]:
+    def transfer_times(self) -> list[float]:
         """Times at which the fractions `TRANSFER_FRACTIONS` of the weight are transferred."""
         if not self.weight > 0.0 or self.time.size < 2:
             return [NEVER] * len(TRANSFER_FRACTIONS)
@@ -96,7 +96,7 @@ class Group(NamedTuple):
         return [_reaches(level, time, share(time), share) for level in levels]
 
 
-def staged(run: xr.Dataset, groups: Sequence[Remembered]) -> xr.Dataset:
+def add_stage_results(run: xr.Dataset, groups: Sequence[Remembered]) -> xr.Dataset:
     """The ``run`` with loads and impulses of its groups of contacts, times of their stages and
     `FIGURES`. They are NaN for groups that are not in ``groups``."""
     if not groups or run.sizes["time"] == 0:
@@ -114,22 +114,24 @@ def staged(run: xr.Dataset, groups: Sequence[Remembered]) -> xr.Dataset:
         own = each.y
         impulse[:, k] = own[:, group.IMPULSE]
         weight[k] = each.weight or np.nan
-        parts = Group(run.time.values, impulse[:, k], load.values[:, k], weight[k]).transferred()
+        parts = GroupLoad(
+            run.time.values, impulse[:, k], load.values[:, k], weight[k]
+        ).transfer_times()
         here = run.isel(time=-1, fender=run.fender_group.values == run.contact_group.values[k])
         times[k] = _times(own[-1], parts, bool(np.all(here.fender_mode == OPEN)))
         figures[k] = [*_figures(own[-1]), -here.fender_compression.max()]
     over = ("contact_group",)
     found = {
-        "contact_load": (load.dims, load.values, _said("sum of the normal forces", "N")),
-        GROUP_IMPULSE: (load.dims, impulse, _said("integral of the normal forces", "N s")),
-        STAGE_TIME: ((*over, "stage"), times, _said("time of a stage", "s")),
+        "contact_load": (load.dims, load.values, _attributes("sum of the normal forces", "N")),
+        GROUP_IMPULSE: (load.dims, impulse, _attributes("integral of the normal forces", "N s")),
+        STAGE_TIME: ((*over, "stage"), times, _attributes("time of a stage", "s")),
         **{
-            name: (over, values, _said(*said))
+            name: (over, values, _attributes(*said))
             for (name, said), values in zip(FIGURES.items(), figures.T, strict=True)
         },
     }
     run = run.assign(found).assign_coords(stage=list(STAGES))
-    said = _said("weight that the group carries or takes over", "N")
+    said = _attributes("weight that the group carries or takes over", "N")
     return (
         run.assign_coords({CONTACT_WEIGHT: (over, weight, said)}) if np.any(weight > 0.0) else run
     )
@@ -167,7 +169,7 @@ def _reaches(level: float, time: np.ndarray, values: np.ndarray, share: Share) -
     return float(brentq(lambda t: share(np.array(t)) - level, time[k - 1], time[k]))
 
 
-def _said(what: str, unit: str) -> dict[str, str]:
+def _attributes(what: str, unit: str) -> dict[str, str]:
     return {"long_name": what, "units": unit, "frame": "none"}
 
 
@@ -176,7 +178,7 @@ def stages(run: xr.Dataset) -> dict[str, xr.DataArray]:
     return {name: run[name] for name in (STAGE_TIME, *FIGURES) if name in run}
 
 
-def transferred(run: xr.Dataset) -> xr.DataArray:
+def transferred_fraction(run: xr.Dataset) -> xr.DataArray:
     """Transferred fraction of the weight (time, contact_group), for groups of known weight."""
     load = run.contact_load.sel(contact_group=run[CONTACT_WEIGHT] > 0.0).transpose(
         ..., "contact_group"
@@ -184,6 +186,6 @@ def transferred(run: xr.Dataset) -> xr.DataArray:
     impulse = run[GROUP_IMPULSE].sel(contact_group=load.contact_group).transpose(*load.dims)
     time = run.time.values
     each = zip(impulse.values.T, load.values.T, load[CONTACT_WEIGHT].values, strict=True)
-    shares = [Group(time, *own).share()(time) for own in each]
+    shares = [GroupLoad(time, *own).share()(time) for own in each]
     said = {"long_name": "share of the weight transferred", "units": "1"}
     return load.copy(data=np.stack(shares, axis=1)).assign_attrs(said)

@@ -20,7 +20,7 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.errors import InputError
-from hydrosim.results.channels import lowest_value, series
+from hydrosim.results.channels import channel_series, lowest_value
 from hydrosim.results.phases import Phase
 from hydrosim.statistics.means import means_between_records
 from hydrosim.statistics.results import LOWEST_ATTRIBUTE, RunResults
@@ -141,7 +141,7 @@ class ScalarResult(NamedTuple):
         """The number, with its unit; NaN where the run is never in that phase. Raises InputError
         where the run has no such channel or no contacts whose phases there could be."""
         run = results.run
-        values, unit = series(run, self.channel)
+        values, unit = channel_series(run, self.channel)
         times = _times(run, self)
         if self.statistic == "mean":
             means = means_between_records(run, self.channel, values)

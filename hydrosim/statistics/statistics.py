@@ -16,8 +16,8 @@ import xarray as xr
 from numpy.lib.stride_tricks import sliding_window_view
 
 from hydrosim.documents.series import STATISTIC_UNITS
-from hydrosim.results.assembled import assembled
-from hydrosim.results.channels import CAPABLE, LINES, lowest_value, series
+from hydrosim.results.assembled import new_dataset
+from hydrosim.results.channels import CAPABLE, LINES, channel_series, lowest_value
 from hydrosim.results.phases import Phase
 from hydrosim.results.stages import stages
 from hydrosim.results.variables import describe_coordinates, units_of
@@ -105,7 +105,7 @@ def statistics(
     and its slip, and each group of fenders the crawl by phase. Raises InputError if a channel does
     not exist."""
     found, coords, attributes = columns(run, start, exposure, channels)
-    made = assembled({**found, **of_units(run)}, coords, attributes)
+    made = new_dataset({**found, **of_units(run)}, coords, attributes)
     describe_coordinates(made)
     return made
 
@@ -209,7 +209,7 @@ def _requested_channels(
     run: xr.Dataset, late: slice, names: Sequence[str]
 ) -> tuple[xr.Variable, dict[str, Any]]:
     """Channels (channel, time) by name, with names and units as coordinates."""
-    values, units = zip(*(series(run, name) for name in names), strict=True)
+    values, units = zip(*(channel_series(run, name) for name in names), strict=True)
     coords = {"channel": list(names), "unit": ("channel", list(units))}
     return xr.Variable(("channel", "time"), np.array(values)[:, late]), coords
 
@@ -300,7 +300,7 @@ def _by_impulse(kind: str, run: xr.Dataset, names: Sequence[str], found: Variabl
     dims, figures, said = found[kind]
     recorded = np.full(len(names), np.nan)
     for k, name in enumerate(names):
-        means = means_between_records(run, name, series(run, name)[0])
+        means = means_between_records(run, name, channel_series(run, name)[0])
         if means is None:
             continue
         recorded[k] = figures[k, STATISTIC_NAMES.index("mean")]

@@ -76,7 +76,7 @@ def no_tanks() -> Tanks:
     return Tanks(each, pieces, rests, flows, rates, 0, 0, 0.0, np.zeros((0, 2)))
 
 
-def changing(body: Body) -> list[Tank]:
+def changing_tanks(body: Body) -> list[Tank]:
     """The tanks of a body that a pump or a plan changes."""
     pumped = {name for pump in body.pumps for name in (pump.source, pump.target)}
     return [tank for tank in body.tanks if tank.plan or tank.name in pumped]
@@ -84,7 +84,7 @@ def changing(body: Body) -> list[Tank]:
 
 def tank_names(scene: Scene) -> list[str]:
     """Names of all tanks that change: "tank of body"."""
-    return [f"{tank.name} of {body.name}" for body in scene.bodies for tank in changing(body)]
+    return [f"{tank.name} of {body.name}" for body in scene.bodies for tank in changing_tanks(body)]
 
 
 class FlowName(NamedTuple):

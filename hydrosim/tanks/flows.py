@@ -92,7 +92,7 @@ def add_force(t, y, modes, motion, bodies, p, heights, wrench, rate, dy):
     for i in range(p.flows.size):
         q = rate_of(i, modes, p)
         if q != 0.0 and p.flows[i].inertial:
-            _push(i, q, y, motion, bodies, p, wrench, rate, dy)
+            _add_flow_force(i, q, y, motion, bodies, p, wrench, rate, dy)
     for k in range(p.each.size):
         gained = p.each[k].density * dy[p.state + k]
         if gained != 0.0:
@@ -112,7 +112,7 @@ def _velocities(b, motion, bodies, current):
 
 
 @kernel
-def _push(i, q, y, motion, bodies, p, wrench, rate, dy):
+def _add_flow_force(i, q, y, motion, bodies, p, wrench, rate, dy):
     """Force of flow ``i``, and its effect on kinetic energy."""
     flow = p.flows[i]
     v, u, w = _velocities(flow.body, motion, bodies, p.current)

@@ -10,7 +10,7 @@ import numpy as np
 
 from hydrosim.dofs import DOFS
 from hydrosim.scene import Body, FreeSurface, Tank
-from hydrosim.tanks.contents import changing
+from hydrosim.tanks.contents import changing_tanks
 from hydrosim.tanks.pieces import FIRST_MOMENT, PAIRS, SECOND_MOMENT, SURFACE_MOMENT, quantities_at
 from hydrosim.tanks.shapes import pieces, volume_at
 
@@ -47,7 +47,7 @@ def loaded_body(
         held = sign * tank.density * quantities_at(pieces(tank.shape, np.zeros(3)), volume)
         mass += sign * tank.density * volume
         first += held[FIRST_MOMENT : FIRST_MOMENT + 3]
-        second += symmetric(held[SECOND_MOMENT : SECOND_MOMENT + 6])
+        second += symmetric_matrix(held[SECOND_MOMENT : SECOND_MOMENT + 6])
         if tank.surface == FreeSurface.QUASI_STATIC:
             surface += held[SURFACE_MOMENT:]
     C = first / mass
@@ -79,12 +79,12 @@ def contents_at(
     tanks that change."""
     volumes = iter(moved)
     for b, body in enumerate(bodies):
-        every = changing(body)
+        every = changing_tanks(body)
         for tank, volume in at_start(body.tanks):
             yield b, tank, float(next(volumes)) if tank in every else volume
 
 
-def symmetric(six: np.ndarray) -> np.ndarray:
+def symmetric_matrix(six: np.ndarray) -> np.ndarray:
     """Matrix (3, 3) from xx, yy, zz, xy, xz, yz."""
     full = np.zeros((3, 3))
     for (i, j), value in zip(PAIRS, six, strict=True):

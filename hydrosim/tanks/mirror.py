@@ -23,7 +23,7 @@ from hydrosim.scene import (
 from hydrosim.tanks.shapes import capacity, pieces
 
 
-def images(body: Body) -> tuple[list[int | None], list[int | None]]:
+def image_indices(body: Body) -> tuple[list[int | None], list[int | None]]:
     """Index of the mirror image of each tank, and of each pump, of a body, in the plane through the
     centre of gravity. The image may be the item itself; None if there is none."""
     y = body.centre_of_gravity[1]
@@ -37,7 +37,7 @@ def images(body: Body) -> tuple[list[int | None], list[int | None]]:
 
 def without_image(body: Body) -> list[str]:
     """Names of the tanks and pumps without a mirror image."""
-    tanks, pumps = images(body)
+    tanks, pumps = image_indices(body)
     names = [*(tank.name for tank in body.tanks), *(pump.name for pump in body.pumps)]
     return [name for name, image in zip(names, [*tanks, *pumps], strict=True) if image is None]
 

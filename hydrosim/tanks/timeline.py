@@ -40,7 +40,7 @@ class Timeline(NamedTuple):
         return np.array([np.interp(time, self.time, v) for v in self.volume.T])
 
 
-def follow(p: Tanks, end: float) -> Timeline:
+def integrate_tanks(p: Tanks, end: float) -> Timeline:
     """Integrate the tanks from 0 to ``end`` [s], or to their first problem."""
     p = p._replace(state=0, mode=0)
     modes = np.zeros((p.flows.size, COLUMNS), dtype=np.int64)
@@ -64,7 +64,7 @@ def follow(p: Tanks, end: float) -> Timeline:
         times.append(t)
         volumes.append(volume.copy())
         if t < end:
-            problem = _change(t, changes, modes, begun, p)
+            problem = _switch_flows(t, changes, modes, begun, p)
         if problem or t >= end:
             break
     return Timeline(np.array(times), np.array(volumes), problem)
@@ -77,10 +77,10 @@ def _rates(modes: np.ndarray, p: Tanks) -> np.ndarray:
 
 def _speeds(modes: np.ndarray, p: Tanks) -> np.ndarray:
     """Rates of the volumes (nt,) [m^3/s]."""
-    return (_rates(modes, p) @ _into(p)) / p.each["density"]
+    return (_rates(modes, p) @ _flow_matrix(p)) / p.each["density"]
 
 
-def _into(p: Tanks) -> np.ndarray:
+def _flow_matrix(p: Tanks) -> np.ndarray:
     """Matrix (nf, nt) of flows and tanks: 1 if the flow fills the tank, -1 if it empties it."""
     tanks = np.arange(p.each.size)
     filled = p.flows["target"][:, None] == tanks
@@ -102,13 +102,13 @@ def _times_of_changes(
     return np.where(now <= 0.0, t, reached)
 
 
-def _change(
+def _switch_flows(
     t: float, changes: np.ndarray, modes: np.ndarray, begun: np.ndarray, p: Tanks
 ) -> FlowProblem | None:
     """Switch the flows that change now. The first flow that ends as it begins, with ``begun`` (nf,)
     [s], is a problem, unless a trigger fills or empties its tanks."""
     rates = _rates(modes, p)
-    foreseen = unforeseen(p)
+    foreseen = triggered_tanks(p)
     for i in np.flatnonzero((changes <= t).any(axis=1)).tolist():
         switch(i, int(np.argmax(changes[i] <= t)), t, modes, p)
         ends = {int(p.flows["source"][i]), int(p.flows["target"][i])}
@@ -119,7 +119,7 @@ def _change(
     return None
 
 
-def unforeseen(p: Tanks) -> set[int]:
+def triggered_tanks(p: Tanks) -> set[int]:
     """The tanks that flows with triggers fill or empty."""
     by_triggers = p.flows[p.flows["triggered"]]
     return {*by_triggers["source"].tolist(), *by_triggers["target"].tolist()} - {SEA_INDEX}
@@ -132,8 +132,8 @@ def _flow_problem(
     size = p.each["capacity"]
     after = volume + speed * (then - t)
     beyond = (after < -EQUAL_VOLUME_RTOL * size) | (after > (1.0 + EQUAL_VOLUME_RTOL) * size)
-    beyond[[*unforeseen(p)]] = False
-    given = _rates(modes, p)[:, None] * _into(p)
+    beyond[[*triggered_tanks(p)]] = False
+    given = _rates(modes, p)[:, None] * _flow_matrix(p)
     for tank in np.flatnonzero(beyond).tolist():
         dry = after[tank] < 0.0
         room = volume[tank] if dry else size[tank] - volume[tank]

@@ -6,11 +6,11 @@ from hydrosim.waves.components import WaveComponents, check_span, components, en
 from hydrosim.waves.elevation import elevation_at, elevations
 from hydrosim.waves.following import following_model
 from hydrosim.waves.loads import WaveLoads, wave_loads
-from hydrosim.waves.outside import Outside, outside
+from hydrosim.waves.outside import Outside, shares_outside
 from hydrosim.waves.places import (
     chosen_places,
     grid_step,
-    places,
+    reference_positions,
     slow_bodies,
     steps_per_block,
 )

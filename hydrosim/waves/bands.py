@@ -522,7 +522,7 @@ def turn_phases(k, bands, work):
     low = bands.span[bands.sets[k]]
     high = bands.span[bands.sets[k + 1]]
     phase = work.phase
-    turn(phase[2, low:high], phase[3, low:high], phase[0, low:high], phase[1, low:high])
+    rotate_phase(phase[2, low:high], phase[3, low:high], phase[0, low:high], phase[1, low:high])
 
 
 @kernel
@@ -584,7 +584,7 @@ def _find_values(x, before, times, table, low, high, values, work):
         a += size
         b += size
         _add_two(one, values[a : a + size], other, values[b : b + size], im)
-    turn(work.phase[0, low:high], work.phase[1, low:high], re, im)
+    rotate_phase(work.phase[0, low:high], work.phase[1, low:high], re, im)
 
 
 @summing
@@ -636,7 +636,7 @@ def add_waves(ramp, part, first, last, ends, waves, row):
 
 
 @summing
-def turn(c, s, re, im):
+def rotate_phase(c, s, re, im):
     """Multiply re + i im by c + i s, in place."""
     for i in range(c.size):
         real = re[i] * c[i] - im[i] * s[i]

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hydrosim.scene import SecondOrder
-from hydrosim.waves.following import follows
+from hydrosim.waves.following import waves_follow
 from hydrosim.waves.forms import moves_second_order
 from hydrosim.waves.loads import WaveLoads
 from hydrosim.waves.moments import turned_bodies
@@ -86,7 +86,7 @@ def first_order(waves: WaveComponents, bodies: Sequence[WaveBody]) -> SpectralLi
     locked DOFs, where none are asked for, and where the waves follow the body (`following`)."""
     total = np.zeros((waves.omega.size, _size(bodies)), dtype=complex)
     for body in bodies:
-        if body.database is not None and body.wave_forces.first_order and not follows(body):
+        if body.database is not None and body.wave_forces.first_order and not waves_follow(body):
             transfer = excitation_at(body.database, body.relative_waves(waves).heading, waves.omega)
             elevation = waves.amplitudes_at(*body.location)[:, None]
             total[:, _dofs(body)] = elevation * body.in_earth_axes(transfer) * body.active
@@ -98,7 +98,7 @@ def second_order(waves: WaveComponents, bodies: Sequence[WaveBody]) -> list[Spec
     none where none are asked for, and where the waves follow the body (`forms`)."""
     found = []
     for body in bodies:
-        if body.database is not None and not (follows(body) and moves_second_order(body)):
+        if body.database is not None and not (waves_follow(body) and moves_second_order(body)):
             for own in _second_order(waves, body, body.database):
                 load = np.where(body.active, body.in_earth_axes(own.amplitude), 0.0)
                 found.append(SpectralLines(own.omega, load, body.offset))

@@ -129,7 +129,7 @@ class _Part(NamedTuple):
         return body_bands(body, seas, self.waves, self.forms, self.frequency, nodes, span, missed)
 
 
-def follows(body: WaveBody) -> bool:
+def waves_follow(body: WaveBody) -> bool:
     """True if the waves follow the body."""
     asked = body.wave_forces
     moving = {Place.SLOW, Place.INSTANTANEOUS} & {asked.position, asked.headings}
@@ -138,7 +138,10 @@ def follows(body: WaveBody) -> bool:
 
 def is_slow(body: WaveBody) -> bool:
     """True if the waves follow the slow motion of the body."""
-    return follows(body) and Place.SLOW in (body.wave_forces.position, body.wave_forces.headings)
+    return waves_follow(body) and Place.SLOW in (
+        body.wave_forces.position,
+        body.wave_forces.headings,
+    )
 
 
 def following_model(
@@ -150,7 +153,7 @@ def following_model(
     """The waves of all ``seas`` on the bodies that they follow. A slow path is renewed after each
     ``block`` [s]. Its loads are interpolated with an error of ``missed`` of the sea's standard
     deviation."""
-    chosen = [body for body in bodies if follows(body)] if seas else []
+    chosen = [body for body in bodies if waves_follow(body)] if seas else []
     parts = [_part(seas, body, body.database) for body in chosen if body.database is not None]
     slow = np.array([is_slow(body) for body in chosen], dtype=bool)
     owners = sorted({body.index for body in chosen if is_slow(body)})
@@ -285,7 +288,7 @@ def following_loads(t, coordinates, p, sums, first, second):
     for k in range(p.body.size):
         if not p.slow[k]:
             at = 6 * p.loaded[k]
-            _follow(k, t, coordinates, p, sums)
+            _add_followed_loads(k, t, coordinates, p, sums)
             for j in range(6):
                 if p.active[k, j]:
                     first[at + j] += sums.total[0, j]
@@ -293,7 +296,7 @@ def following_loads(t, coordinates, p, sums, first, second):
 
 
 @kernel
-def _follow(k, t, coordinates, p, sums):
+def _add_followed_loads(k, t, coordinates, p, sums):
     """The loads of both orders on the k-th body into ``sums.total``, in earth axes."""
     at, start = 6 * p.body[k], p.offset[k]
     yaw = coordinates[at + 5] if p.turns[k] else 0.0

@@ -49,13 +49,13 @@ class Outside(NamedTuple):
         return self.below + (self.above if self.loads is None else self.loads)
 
 
-def outside(database: Loads, seas: Sequence[WaveComponents]) -> Outside:
+def shares_outside(database: Loads, seas: Sequence[WaveComponents]) -> Outside:
     """Shares of the ``seas`` outside the frequencies of the database; the last result is kept."""
-    return _outside(database, tuple(seas))
+    return _compute_shares(database, tuple(seas))
 
 
 @lru_cache(maxsize=2)
-def _outside(database: Loads, seas: tuple[WaveComponents, ...]) -> Outside:
+def _compute_shares(database: Loads, seas: tuple[WaveComponents, ...]) -> Outside:
     energy = [float(np.sum(waves.amplitude**2)) for waves in seas]
     shares = [energy_outside(waves, database.frequency) for waves in seas]
     below, above = np.average(shares, axis=0, weights=energy)

@@ -41,7 +41,7 @@ def chosen_places(scene: Scene, body: Body) -> WaveForces:
     return chosen
 
 
-def places(scene: Scene, body: Body, database: TransferFunctions | None) -> WaveForces:
+def reference_positions(scene: Scene, body: Body, database: TransferFunctions | None) -> WaveForces:
     """`chosen_places` for a body with this database. Automatic means at rest if the database does
     not have headings all round the circle."""
     chosen = chosen_places(scene, body)
@@ -54,11 +54,15 @@ def places(scene: Scene, body: Body, database: TransferFunctions | None) -> Wave
 
 def met_by_waves(scene: Scene, databases: Mapping[str, TransferFunctions]) -> dict[str, WaveForces]:
     """Position at which waves act on each body of a scene, by name, with their ``databases``."""
-    return {body.name: places(scene, body, databases.get(body.name)) for body in scene.bodies}
+    return {
+        body.name: reference_positions(scene, body, databases.get(body.name))
+        for body in scene.bodies
+    }
 
 
 def slow_bodies(scene: Scene, met: Mapping[str, WaveForces]) -> list[str]:
-    """Names of the bodies whose slow motion the waves follow. ``met`` has the `places` of all."""
+    """Names of the bodies whose slow motion the waves follow. ``met`` has the `reference_positions`
+    of all."""
     return [body.name for body in scene.bodies if _follows_slowly(scene, body, met[body.name])]
 
 

@@ -41,7 +41,7 @@ from hydrosim.waves.bands import (
     follow_path,
     has_bands,
     new_band_sums,
-    turn,
+    rotate_phase,
     turn_phases,
     weigh_bands,
 )
@@ -313,7 +313,7 @@ def _sum_waves(k, y, p, block):
             add_forms(k, t, 0, 1.0 - part, waves, p.second, block.filtered, other)
             add_forms(k, t, 1, part, waves, p.second, block.filtered, other)
         count = p.offset[k + 1] - start
-        turn(waves[2, :count], waves[3, :count], waves[0, :count], waves[1, :count])
+        rotate_phase(waves[2, :count], waves[3, :count], waves[0, :count], waves[1, :count])
 
 
 @kernel

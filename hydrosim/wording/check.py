@@ -15,7 +15,7 @@ from hydrosim.compiling.clock import compile_clock
 from hydrosim.compiling.compile import compile_scene
 from hydrosim.compiling.facts import solution
 from hydrosim.compiling.notes import Notes
-from hydrosim.compiling.restart import resume, started_from
+from hydrosim.compiling.restart import resumed_state, started_from
 from hydrosim.compiling.wet import in_states
 from hydrosim.documents.places import add_source_lines, source_context
 from hydrosim.linear.linearise import linearise
@@ -200,8 +200,8 @@ def _size(own: Compiled, compiled: Compiled) -> Iterator[str]:
         f" {model.states.decay.size} radiation states, {len(scene.forces)} force elements,"
         f" {model.size} states in all"
     )
-    memory = sizes.size_text(sizes.memory(scene))
-    yield f"about {memory} of memory, {sizes.size_text(sizes.result(scene))} of result"
+    memory = sizes.size_text(sizes.memory_needed(scene))
+    yield f"about {memory} of memory, {sizes.size_text(sizes.result_size(scene))} of result"
     if own.notes.symmetry:
         yield f"solved {own.notes.symmetry}"
     if compiled is not own:
@@ -230,6 +230,6 @@ def with_linear_memory(compiled: Compiled) -> Compiled:
     fresh = compile_calm(replace(scene, initial=None), wet)
     state = fresh.state
     if scene.initial is not None:
-        state = resume(scene, fresh.model, fresh.facts.layout, state)
+        state = resumed_state(scene, fresh.model, fresh.facts.layout, state)
     calm = Notes(symmetry=compiled.notes.symmetry, zero=compiled.notes.zero)
     return add_waves(replace(fresh, state=state, notes=calm), scene, compiled.sea)

@@ -13,10 +13,10 @@ from hydrosim.documents.series import unit_of
 from hydrosim.dofs import DOFS
 from hydrosim.presentation.document import Node, Table, Value
 from hydrosim.presentation.figures import Chart
-from hydrosim.results.channels import names
-from hydrosim.results.channels import series as channel
+from hydrosim.results.channels import channel_names
+from hydrosim.results.channels import channel_series as channel
 from hydrosim.results.similar_sizes import group_by_size
-from hydrosim.results.stages import CONTACT_WEIGHT, GROUP_IMPULSE, transferred
+from hydrosim.results.stages import CONTACT_WEIGHT, GROUP_IMPULSE, transferred_fraction
 from hydrosim.statistics.contact import crawl
 
 CHART_ROUNDING_FRACTION = 1e-9
@@ -95,7 +95,7 @@ def main_charts(run: xr.Dataset) -> Iterator[Chart]:
         )
     yield from _of_joints(run, "joint_position", "Motions of joints")
     yield from _lines(run, MAIN_CHARTS)
-    used = {n: channel(run, n)[0] for n in names(run) if n.startswith("utilisation.")}
+    used = {n: channel(run, n)[0] for n in channel_names(run) if n.startswith("utilisation.")}
     yield from _without_rounding(Chart("Utilisation of capacities", "1", used))
     if "fender_node" in run:
         gone = crawl(run)
@@ -103,7 +103,7 @@ def main_charts(run: xr.Dataset) -> Iterator[Chart]:
             each = _series_by_label(gone.sel(axis=axis).to_dataset(name="gone"), "gone", "fender")
             yield from _without_rounding(Chart(f"Crawl of contact points in {axis}", "m", each))
     if CONTACT_WEIGHT in run.coords and GROUP_IMPULSE in run:
-        share = transferred(run).to_dataset(name="share")
+        share = transferred_fraction(run).to_dataset(name="share")
         each = _series_by_label(share, "share", "contact_group")
         yield Chart("Share of the weight transferred", "share", each)
 

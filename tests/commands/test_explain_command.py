@@ -14,7 +14,7 @@ from recorded_runs import made_run
 
 import hydrosim as hs
 from hydrosim.forces import AppliedForce, Harmonic, StickSlip
-from hydrosim.results.netcdf import write
+from hydrosim.results.netcdf import write_run
 from hydrosim.scene import Scene
 
 MASS, WEIGHT = 1e5, 9.81e5
@@ -45,7 +45,7 @@ def explain(
 def test_a_run(explain: Command, tmp_path: Path) -> None:
     """Tables of it, a file and a picture."""
     path = tmp_path / "shaken.nc"
-    write(hs.simulate(shaken(3.0)), path)
+    write_run(hs.simulate(shaken(3.0)), path)
     result = explain(path)
     assert result.code == 0
     assert "block in surge" in result.out
@@ -96,7 +96,7 @@ def test_many_runs_without_contacts(explain: Command, tmp_path: Path) -> None:
 def test_what_cannot_be_explained(explain: Command, tmp_path: Path) -> None:
     """Each is refused with one message that says what it lacks."""
     bare, runs, text = (tmp_path / name for name in ("bare.nc", "runs.nc", "study.yaml"))
-    write(made_run(), bare)
+    write_run(made_run(), bare)
     with hs.simulate_many([shaken(3.0, impulses=False)], runs, workers=1):
         pass
     text.write_text("case: base.yaml")
@@ -110,7 +110,7 @@ def test_what_cannot_be_explained(explain: Command, tmp_path: Path) -> None:
         assert result.code == 2
         assert said in result.err
     path = tmp_path / "shaken.nc"
-    write(hs.simulate(shaken(3.0)), path)
+    write_run(hs.simulate(shaken(3.0)), path)
     for option, value in (("--direction", "pitch"), ("--body", "ship"), ("--from", 20)):
         result = explain(path, option, value)
         assert result.code == 2

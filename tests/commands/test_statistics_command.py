@@ -10,7 +10,7 @@ from command_line import Command, command
 from recorded_runs import made_run
 
 from hydrosim.outputs import Output
-from hydrosim.results.netcdf import write
+from hydrosim.results.netcdf import write_run
 
 
 @pytest.fixture
@@ -27,7 +27,7 @@ def statistics(
 def run(tmp_path: Path) -> Path:
     """Ten minutes of a made-up barge, as a file of a run that knows no groups of contacts."""
     path = tmp_path / "made.nc"
-    write(made_run(), path)
+    write_run(made_run(), path)
     return path
 
 
@@ -84,7 +84,7 @@ def test_a_missing_run_is_named_before_a_result_of_that_name(
 def test_a_run_that_failed_is_said_to_have_failed(statistics: Command, tmp_path: Path) -> None:
     path = tmp_path / "failed.nc"
     ended = {"status": "failed", "status_message": "at t = 13 s it blows up"}
-    write(made_run().assign_attrs(ended), path)
+    write_run(made_run().assign_attrs(ended), path)
     result = statistics(path)
     assert result.code == 0
     assert "warning the run is failed: at t = 13 s it blows up" in result.out
@@ -96,7 +96,7 @@ def test_another_result_is_said_to_be_what_it_is(
 ) -> None:
     """It is told which command reads it."""
     path = tmp_path / "other.nc"
-    write(xr.Dataset({"limit": 1.0}), Output(path, what, tmp_path / "study.yaml"))
+    write_run(xr.Dataset({"limit": 1.0}), Output(path, what, tmp_path / "study.yaml"))
     result = statistics(path)
     assert (result.code, result.out) == (2, "")
     said = f"other.nc: holds the {what} of [study.yaml], which `hydrosim report` shows; expected"

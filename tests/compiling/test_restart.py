@@ -20,8 +20,8 @@ import hydrosim as hs
 from hydrosim.compiling.restart import open_start
 from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import Fender, FrictionSlope, LinearMooring, NormalCurve, StickSlip
-from hydrosim.results.ledger import gap
-from hydrosim.results.netcdf import write
+from hydrosim.results.ledger import worst_gap
+from hydrosim.results.netcdf import write_run
 from hydrosim.scene import (
     ConvolutionRadiation,
     Method,
@@ -81,7 +81,7 @@ def test_a_restart_of_a_restart_through_files(whole: xr.Dataset, tmp_path: Path)
     start = None
     for end, length in ((30.0, 30.0), (60.0, 30.0), (100.0, 40.0)):
         run = hs.simulate(replace(in_contact(length), initial=start))
-        write(run, tmp_path / f"{end:g}.nc")
+        write_run(run, tmp_path / f"{end:g}.nc")
         start = Start(tmp_path / f"{end:g}.nc")
     assert_same_bytes(run, rest_of(whole))
     assert run.attrs["initial_run"] == str(tmp_path / "60.nc")
@@ -114,7 +114,7 @@ def test_the_ledger_of_a_restart_is_its_own(whole: xr.Dataset) -> None:
     residual = expected.energy_residual - expected.energy_residual[0]
     size = float(after.energy_wave_absolute[-1] - after.energy_wave_absolute[0])
     np.testing.assert_allclose(after.energy_residual, residual, atol=1e-9 * size)
-    relative = gap(expected.assign(energy_residual=residual)).relative
+    relative = worst_gap(expected.assign(energy_residual=residual)).relative
     assert after.energy_residual_relative == pytest.approx(relative, rel=1e-6)
     assert after.fender_slip_distance[0].min() > 0.0
 
@@ -264,8 +264,8 @@ def short() -> xr.Dataset:
 
 def test_what_is_no_run_is_refused(tmp_path: Path, short: xr.Dataset) -> None:
     (tmp_path / "text.nc").write_text("position")
-    write(short.drop_vars("state_value"), tmp_path / "old.nc")
-    write(short.drop_vars("state_kind"), tmp_path / "unnamed.nc")
+    write_run(short.drop_vars("state_value"), tmp_path / "old.nc")
+    write_run(short.drop_vars("state_kind"), tmp_path / "unnamed.nc")
     places = {
         tmp_path / "nowhere.nc": "there is no such file",
         tmp_path: "is a directory",

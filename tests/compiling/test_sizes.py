@@ -73,9 +73,13 @@ def test_bodies_that_do_not_feel_each_other_need_memory_for_themselves_alone() -
     still = replace(scene, environment=replace(scene.environment, waves=()), output_step=1e3)
     (barge,) = still.bodies
     apart = [replace(barge, name=f"{k}", location=(0.0, 500.0 * k)) for k in range(64)]
-    assert sizes.memory(replace(still, bodies=tuple(apart))) < 80.0 * sizes.memory(still)
+    assert sizes.memory_needed(replace(still, bodies=tuple(apart))) < 80.0 * sizes.memory_needed(
+        still
+    )
     near = [replace(each, location=barge.location) for each in apart]
-    assert sizes.memory(replace(still, bodies=tuple(near))) > 1000.0 * sizes.memory(still)
+    assert sizes.memory_needed(replace(still, bodies=tuple(near))) > 1000.0 * sizes.memory_needed(
+        still
+    )
 
 
 def test_what_needs_no_memory_is_none_of_it() -> None:
@@ -89,8 +93,8 @@ def test_the_size_of_a_result_is_foretold(name: str, tmp_path: Path) -> None:
     scene = replace(scene_of(name), duration=200.0)
     hs.simulate(scene).to_netcdf(tmp_path / "run.nc")
     size = (tmp_path / "run.nc").stat().st_size
-    assert 0.5 * size < sizes.result(scene) + 30_000 < 2.0 * size  # names and texts are 30 kB
-    assert sizes.memory(scene) > sizes.result(scene)
+    assert 0.5 * size < sizes.result_size(scene) + 30_000 < 2.0 * size  # names and texts are 30 kB
+    assert sizes.memory_needed(scene) > sizes.result_size(scene)
 
 
 def test_a_container_has_the_memory_that_it_was_given(

@@ -43,7 +43,7 @@ from hydrosim.forces import (
     StickSlip,
     WindLoad,
 )
-from hydrosim.results.netcdf import write
+from hydrosim.results.netcdf import write_run
 from hydrosim.scene import (
     Body,
     ConstantRadiation,
@@ -575,7 +575,7 @@ class TestRestart:
     ) -> None:
         scene = in_contact(END)
         before = replace(scene if first else full(scene), duration=BREAK)
-        write(hs.simulate(before), tmp_path / "before.nc")
+        write_run(hs.simulate(before), tmp_path / "before.nc")
         start = Start(tmp_path / "before.nc")
         after = hs.simulate(
             replace(scene if second else full(scene), duration=END - BREAK, initial=start)

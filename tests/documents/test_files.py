@@ -14,10 +14,10 @@ from hydrosim.documents.series import read_series
 from hydrosim.documents.text import Source
 from hydrosim.errors import InputError
 from hydrosim.recordings import read_recording
-from hydrosim.results.netcdf import read
+from hydrosim.results.netcdf import read_run
 
 READERS: dict[str, Callable[[Path], object]] = {
-    "a run": read,
+    "a run": read_run,
     "a result": read_result,
     "a recording": read_recording,
     "a series": lambda path: read_series(Source(path), ["x"]),

@@ -14,7 +14,7 @@ from jsonschema.exceptions import ValidationError, best_match
 from markers import few
 
 from hydrosim.commands.schema import FileKind, schema_of
-from hydrosim.documents.nodes import compose, plain
+from hydrosim.documents.nodes import compose_nodes, plain_values
 
 ROOT = Path(__file__).parents[2]
 CASES = sorted(path for path in (ROOT / "cases").rglob("*.yaml") if path.parent.name != "studies")
@@ -31,7 +31,7 @@ GONE = object()
 
 
 def content(path: Path) -> Any:
-    return plain(compose(path.read_text(), str(path)))
+    return plain_values(compose_nodes(path.read_text(), str(path)))
 
 
 @pytest.mark.parametrize("kind", few(sorted(FileKind, reverse=True), 2))

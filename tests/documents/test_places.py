@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from hydrosim.case import load_case
-from hydrosim.documents.nodes import compose
+from hydrosim.documents.nodes import compose_nodes
 from hydrosim.documents.places import add_source_lines, places_of, source_context
 from hydrosim.errors import InputError
 
@@ -21,7 +21,7 @@ waves:
   - {seed: 1}
   - {seed: 2}
 """
-node = compose(TEXT, "a.yaml")
+node = compose_nodes(TEXT, "a.yaml")
 assert node is not None
 PLACES = places_of(node)
 

@@ -19,7 +19,7 @@ from hydrosim.compare.exact import differences
 from hydrosim.forces import Frictionless, LinearDamping, LinearMooring, Spring
 from hydrosim.forces.given.view import BodyState
 from hydrosim.presentation.document import Table
-from hydrosim.results.netcdf import write
+from hydrosim.results.netcdf import write_run
 from hydrosim.scene import Joint, JointType, Kinematics, Method, Scene, Start
 from hydrosim.scene.joint import Resistance
 from hydrosim.studies.run.repeat import case_of
@@ -199,7 +199,7 @@ def test_a_run_with_a_controller_goes_on_to_the_bit(tmp_path: Path) -> None:
 
     whole = hs.simulate(knocking(), forces=forces())
     before = hs.simulate(knocking(duration=1.0), forces=forces())
-    write(before, tmp_path / "before.nc")
+    write_run(before, tmp_path / "before.nc")
     going_on = replace(knocking(duration=1.0), initial=Start(tmp_path / "before.nc"))
     after = hs.simulate(going_on, forces=forces())
     rest = whole.sel(time=slice(1.0 - 1e-9, None))

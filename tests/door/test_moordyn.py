@@ -13,7 +13,7 @@ from dry_scenes import block, moving, scene
 
 import hydrosim as hs
 from hydrosim.forces import AppliedForce, Harmonic
-from hydrosim.results.netcdf import write
+from hydrosim.results.netcdf import write_run
 from hydrosim.scene import Scene, Start
 
 moordyn = pytest.importorskip("moordyn")
@@ -149,7 +149,7 @@ def test_a_run_with_moordyn_goes_on_to_the_bit(file: Path, tmp_path: Path) -> No
     )
     whole = hs.simulate(light, forces={"lines": hs.moordyn(file, "barge")})
     before = hs.simulate(replace(light, duration=2.0), forces={"lines": hs.moordyn(file, "barge")})
-    write(before, tmp_path / "before.nc")
+    write_run(before, tmp_path / "before.nc")
     rest = replace(light, duration=END - 2.0, initial=Start(tmp_path / "before.nc"))
     after = hs.simulate(rest, forces={"lines": hs.moordyn(file, "barge")})
     expected = whole.sel(time=slice(2.0 - 1e-9, None))

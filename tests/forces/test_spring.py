@@ -27,7 +27,7 @@ from scipy.spatial.transform import Rotation
 import hydrosim as hs
 from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import Coulomb, Spring, StickSlip
-from hydrosim.results.netcdf import write
+from hydrosim.results.netcdf import write_run
 from hydrosim.scene import Body, Kinematics, Method, Scene, Start
 from hydrosim.studies.run.resolution import scene_combinations
 from hydrosim.studies.run.step_limits import scene_step_limits
@@ -410,7 +410,7 @@ def test_a_restart_goes_on_to_the_bit(name: str, tmp_path: Path) -> None:
     lines = LINES[name]
     whole = replace(lines.scene(0.05), output_states=True)
     run = hs.simulate(whole)
-    write(run, tmp_path / "run.nc")
+    write_run(run, tmp_path / "run.nc")
     cut = (run.spring_mode == 0) & (run.spring_segment.values > 0)
     assert cut.any()
     for time in run.time.values[:-1:7]:

@@ -21,7 +21,7 @@ from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import AppliedForce, Bushing, Harmonic, Strut, TorsionSpring
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import natural_modes
-from hydrosim.results.netcdf import write
+from hydrosim.results.netcdf import write_run
 from hydrosim.scene import (
     Active,
     Body,
@@ -443,7 +443,7 @@ def test_a_restart_goes_on_to_the_bit(tmp_path: Path) -> None:
     link = replace(strut(damping=1e2), offset=curve[0], force=curve[1])
     whole = replace(along(0.7, 0.0, link, 3.0), output_states=True)
     run = hs.simulate(whole)
-    write(run, tmp_path / "run.nc")
+    write_run(run, tmp_path / "run.nc")
     assert {0, 1} == {*run.link_segment.values[:, 0].tolist()}
     for time in run.time.values[4:-1:12]:
         start = Start(tmp_path / "run.nc", float(time))
@@ -463,9 +463,9 @@ def test_the_record_says_what_it_holds() -> None:
     units = {"strut_force": "N", "strut_length": "m", "torsion_moment": "N m", "pto_power": "W"}
     assert {name: run[name].units for name in units} == units
     assert all(v.long_name and v.frame for v in run.data_vars.values())
-    from hydrosim.results.channels import series
+    from hydrosim.results.channels import channel_series
 
-    used, _ = series(run, "utilisation.strut")
+    used, _ = channel_series(run, "utilisation.strut")
     np.testing.assert_allclose(used, np.abs(run.strut_force.sel(strut="strut")) / 1e4)
     assert "link" not in hs.simulate(scene(block(1.0), {"push": steady(surge=1.0)}, 1.0, 0.5)).dims
 

@@ -14,7 +14,7 @@ import hydrosim as hs
 from hydrosim.case import load_case
 from hydrosim.compiling.compile import compile_scene
 from hydrosim.errors import InputError
-from hydrosim.results.channels import series
+from hydrosim.results.channels import channel_series
 from hydrosim.scene import Joint, JointType, Ratchet, When, Window
 from hydrosim.wording.run import run_document
 
@@ -72,7 +72,7 @@ def test_a_pin_waits_for_a_relative_speed(tmp_path: Path) -> None:
     run = hs.simulate(path)
     assert run.lock_mode.values[:, 0].tolist() == [0] * 3 + [3] * 18
     assert run.lock_loss.values[-1, 0] == pytest.approx(0.5 * 1.2 * 0.9**2, rel=1e-9)
-    speed, unit = series(run, "relative_speed.eye of a to eye of b")
+    speed, unit = channel_series(run, "relative_speed.eye of a to eye of b")
     assert unit == "m/s"
     assert speed[:3] == pytest.approx([1.0, 0.95, 0.9], abs=1e-12)
 

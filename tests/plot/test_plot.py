@@ -14,8 +14,8 @@ from hydrosim.errors import InputError
 from hydrosim.plot import draw, open_run, pictures
 from hydrosim.plot.draw import Format, View, phases
 from hydrosim.plot.draw import figure as figure_of
-from hydrosim.plot.layout import Frame, picture
-from hydrosim.plot.panels import Window, bands, lines, thinned
+from hydrosim.plot.layout import PictureFrame, picture
+from hydrosim.plot.panels import TimeWindow, bands, lines, thin_records
 from hydrosim.presentation.units import DisplayUnit, as_attribute
 from hydrosim.results.similar_sizes import group_by_size
 
@@ -172,7 +172,7 @@ def test_bands_share_their_height_as_the_modes_share_the_time() -> None:
 def test_thinning_keeps_the_ends_and_every_crest() -> None:
     time = np.linspace(0.0, 1000.0, 100_001)
     values = np.sin(time) * time
-    t, v = thinned(time, values)
+    t, v = thin_records(time, values)
     assert t.size < 2000
     assert (t[0], t[-1]) == (time[0], time[-1])
     assert np.all(np.diff(t) > 0.0)
@@ -264,7 +264,7 @@ def test_a_part_of_the_time_is_drawn_as_the_whole_has_it() -> None:
     """The crawl counts from the start of the run, not of the part."""
     run = run_of(fenders=1)
     for name in ("motions", "contact"):
-        part = figure_of(run, name, Window(30.0, 40.0))
+        part = figure_of(run, name, TimeWindow(30.0, 40.0))
         for drawn, whole in zip(part.axes, figure_of(run, name).axes, strict=True):
             for one, other in zip(drawn.get_lines(), whole.get_lines(), strict=True):
                 inside = (TIME >= 30.0) & (TIME <= 40.0)
@@ -317,11 +317,11 @@ def test_lines_have_tensions_one_each_and_capacities() -> None:
 def test_channels_by_name_in_a_format(form: str, start: bytes, tmp_path: Path) -> None:
     run, names = run_of(bodies=2), ["position.barge 1.surge", "position.barge 1.pitch"]
     run.position.attrs["dof_units"] = "m, m, m, rad, rad, rad"
-    view = View(Window(10.0, 20.0), names, Format(form))
+    view = View(TimeWindow(10.0, 20.0), names, Format(form))
     (path,) = draw(run, tmp_path, "case", view=view)
     assert path.name == f"case_channels.{form}"
     assert path.read_bytes().startswith(start)
-    axes = picture(pictures.channels(run, names), Frame()).axes
+    axes = picture(pictures.channels(run, names), PictureFrame()).axes
     assert [axis.get_ylabel() for axis in axes] == ["position [m]", "position [deg]"]
     assert draw(run, tmp_path, "case", view=view) == [path]  # it is known as an earlier one
 
@@ -332,7 +332,7 @@ def test_a_time_without_records_is_refused(tmp_path: Path) -> None:
         match="found 70 to 80 s, with fewer than two recorded times of the run; expected a"
         " longer part of 0 to 60 s",
     ):
-        draw(run_of(), tmp_path, "case", view=View(Window(70.0, 80.0)))
+        draw(run_of(), tmp_path, "case", view=View(TimeWindow(70.0, 80.0)))
 
 
 def test_open_run_reads_what_output_writes(tmp_path: Path) -> None:

@@ -214,5 +214,5 @@ def test_values_in_words(value: object, text: str) -> None:
 
 
 def test_letters_go_on_after_z() -> None:
-    names = ValueNames().of([f"a value of many letters, {k}" for k in range(28)])
+    names = ValueNames().names_of([f"a value of many letters, {k}" for k in range(28)])
     assert [names[0], names[25], names[26], names[27]] == ["A", "Z", "AA", "AB"]

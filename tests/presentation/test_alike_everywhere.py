@@ -20,7 +20,7 @@ from hydrosim.plot.draw import figure as picture_of
 from hydrosim.presentation.units import as_attribute
 from hydrosim.report.page import html
 from hydrosim.report.run import run_document as report_of
-from hydrosim.results.netcdf import read, write
+from hydrosim.results.netcdf import read_run, write_run
 from hydrosim.wording.run import run_document
 
 Shown = tuple[str, float]
@@ -45,8 +45,8 @@ def asked(
     writes, shown = request.param
     run = made_run().assign_attrs(as_attribute(writes))
     run["fender_slip_distance"] = (("time", "fender"), np.abs(run.fender_compression.values))
-    write(run, Path("run.nc"))
-    return read(Path("run.nc")), shown
+    write_run(run, Path("run.nc"))
+    return read_run(Path("run.nc")), shown
 
 
 def unit_of(dof: str) -> str:

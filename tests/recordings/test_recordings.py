@@ -15,7 +15,7 @@ from recorded_runs import made_run
 
 from hydrosim.errors import InputError
 from hydrosim.recordings import Recording, read_recording, write_recording
-from hydrosim.results.channels import usual
+from hydrosim.results.channels import default_channels
 
 TIME = np.array([0.0, 0.5, 1.0, 1.5, 2.0])
 HEAVE, FORCE = np.array([1.0, 0.5, -0.25, 0.125, 3.0]), np.array([1.0, 2.0, 3.0, 5.0, 8.0])
@@ -196,7 +196,7 @@ def test_nothing_over_time(tmp_path: Path) -> None:
 class TestWrite:
     def test_round_trip_is_exact(self, tmp_path: Path) -> None:
         run, path = made_run(), tmp_path / "run.txt"
-        names = usual(run)
+        names = default_channels(run)
         write_recording(run, path, names)
         recording = read_recording(path)
         assert [name for name, _ in shown(recording)] == ["time", *names]

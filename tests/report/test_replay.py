@@ -20,7 +20,7 @@ from hydrosim.report.replay import replay_document
 from hydrosim.report.scenery import box, scene_of, shape_of, waves_of
 from hydrosim.report.supports import column, keel_of, supports_of
 from hydrosim.report.tanks import tanks_of
-from hydrosim.results.netcdf import write
+from hydrosim.results.netcdf import write_run
 from hydrosim.waves.elevation import elevations
 
 ROOT = Path(__file__).parents[2]
@@ -134,10 +134,10 @@ def test_the_command_writes_a_page(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     replay: Command = command(monkeypatch, capsys, "replay")
-    write(made_run(duration=60.0), tmp_path / "made.nc")
+    write_run(made_run(duration=60.0), tmp_path / "made.nc")
     assert replay("made.nc").code == 0
     assert (tmp_path / "made_replay.html").stat().st_size < MAX_PAGE_BYTES
-    write(made_run(duration=60.0).isel(time=slice(1)), tmp_path / "short.nc")
+    write_run(made_run(duration=60.0).isel(time=slice(1)), tmp_path / "short.nc")
     assert "nothing to replay" in replay("short.nc").err
     many = {"status": ("run", ["complete"] * 3)}
     xr.Dataset(many).to_netcdf("many.nc")

@@ -15,7 +15,7 @@ from hydrosim.presentation.document import Document
 from hydrosim.report import run as run_report
 from hydrosim.report.page import MAX_PAGE_BYTES, html, without_folders
 from hydrosim.report.run import RUN_SECTIONS, run_document
-from hydrosim.results.netcdf import write
+from hydrosim.results.netcdf import write_run
 
 
 @pytest.fixture
@@ -165,7 +165,7 @@ def test_long_runs_with_much_in_them_fit() -> None:
 
 
 def test_the_command_writes_a_page(report: Command, tmp_path: Path) -> None:
-    write(made_run(duration=60.0), tmp_path / "made.nc")
+    write_run(made_run(duration=60.0), tmp_path / "made.nc")
     result = report("made.nc")
     assert (result.code, result.out) == (0, "report made_report.html, 0.1 MB")
     text = (tmp_path / "made_report.html").read_text()
@@ -203,7 +203,7 @@ def test_foreign_files_and_inputs_as_outputs_are_refused(report: Command, tmp_pa
     result = report("alike.nc")
     assert result.code == 2
     assert "has no coordinate time, body, dof" in result.err
-    write(made_run(duration=60.0), tmp_path / "made.html.nc")
+    write_run(made_run(duration=60.0), tmp_path / "made.html.nc")
     (tmp_path / "mine.html").write_text("a page of mine")
     assert report("made.html.nc", "-o", "mine.html").code == 2
     assert report("made.html.nc", "-o", "made.html.nc").code == 2

@@ -13,7 +13,13 @@ import hydrosim as hs
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces import Frictionless, Spring
-from hydrosim.results.channels import CHANNEL_KINDS, chosen, largest_loads, names, series
+from hydrosim.results.channels import (
+    CHANNEL_KINDS,
+    channel_names,
+    channel_series,
+    largest_loads,
+    match_channels,
+)
 from hydrosim.wording.check import check_document
 from hydrosim.wording.run import run_document
 
@@ -72,26 +78,26 @@ def test_a_point_on_a_circle() -> None:
         "speed.barge": DRIFT + 0.0 * angle,
     }
     for name, values in expected.items():
-        np.testing.assert_allclose(series(run, name)[0], values, atol=1e-13, err_msg=name)
+        np.testing.assert_allclose(channel_series(run, name)[0], values, atol=1e-13, err_msg=name)
 
 
 def test_sums_of_groups_and_utilisation() -> None:
-    values, unit = series(turning(), "fender_normal_force.pad")
+    values, unit = channel_series(turning(), "fender_normal_force.pad")
     assert unit == "N"
     np.testing.assert_allclose(values, 3e3)
-    values, unit = series(turning(), "utilisation.pad 1")
+    values, unit = channel_series(turning(), "utilisation.pad 1")
     assert unit == "1"
     np.testing.assert_allclose(values, (1e3 + TIME) / 4e3)
-    assert "utilisation.pad 2" not in names(turning())
+    assert "utilisation.pad 2" not in channel_names(turning())
 
 
 def test_every_name_has_a_series_of_one_unit() -> None:
     run = turning()
-    known = names(run)
+    known = channel_names(run)
     assert len(known) == len(set(known))
     assert {name.partition(".")[0] for name in known} >= set(CHANNEL_KINDS)
     for name in known:
-        values, unit = series(run, name)
+        values, unit = channel_series(run, name)
         assert values.shape == TIME.shape
         assert unit
         assert " or " not in unit
@@ -110,15 +116,15 @@ def test_every_name_has_a_series_of_one_unit() -> None:
 )
 def test_unknown_channels_are_told(name: str, said: str) -> None:
     with pytest.raises(InputError, match="found ") as error:
-        series(turning(), name)
+        channel_series(turning(), name)
     assert said in str(error.value)
 
 
 def test_what_accelerations_need_is_said() -> None:
     run = turning().drop_vars("acceleration")
-    assert not [name for name in names(run) if "acceleration" in name]
+    assert not [name for name in channel_names(run) if "acceleration" in name]
     with pytest.raises(InputError, match="accelerations: true"):
-        series(run, "point_acceleration.bow of barge.z")
+        channel_series(run, "point_acceleration.bow of barge.z")
 
 
 @pytest.mark.parametrize(("capacity", "told"), [(0.9e5, 1), (1.1e5, 0)])
@@ -147,25 +153,25 @@ def test_capacities_of_a_case_are_those_of_its_units() -> None:
     }
     body = block(1e5, ("surge", "heave"), position=moving(heave=-0.1))
     run = hs.simulate(scene(body, forces, 0.5, 0.1, step=0.01))
-    used = [name for name in names(run) if name.startswith("utilisation.")]
+    used = [name for name in channel_names(run) if name.startswith("utilisation.")]
     assert used == ["utilisation.pad 1", "utilisation.pad 2", "utilisation.line"]
     force = run.fender_normal_force.sel(fender="pad 2")
-    np.testing.assert_allclose(series(run, "utilisation.pad 2")[0], force / 3e6)
+    np.testing.assert_allclose(channel_series(run, "utilisation.pad 2")[0], force / 3e6)
     tension = run.spring_tension.sel(spring="line")
     assert float(tension.max()) > 0.5e5
     loads = {load.unit: load for load in largest_loads(run)}
     assert [*loads] == ["pad 1", "pad 2", "line"]
     assert loads["line"].largest == float(tension.max())
     assert loads["line"].time == float(run.time[int(tension.argmax())])
-    np.testing.assert_allclose(series(run, "utilisation.line")[0], tension / 2e5)
+    np.testing.assert_allclose(channel_series(run, "utilisation.line")[0], tension / 2e5)
 
 
 def test_a_message_names_the_kinds_of_many_channels() -> None:
     many = [f"kind_{k}.{n}" for k in "ab" for n in range(40)]
     with pytest.raises(InputError) as error:
-        chosen(many, ["kind_c.1"], "--channels")
+        match_channels(many, ["kind_c.1"], "--channels")
     assert "expected one of: kind_a.*, kind_b.*" in str(error.value)
     with pytest.raises(InputError) as error:
-        chosen(many, ["kind_a.x*"], "--channels")
+        match_channels(many, ["kind_a.x*"], "--channels")
     assert "kind_a.39" in str(error.value)
     assert "kind_b.0" not in str(error.value)

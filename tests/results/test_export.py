@@ -20,11 +20,11 @@ from hydrosim.documents.series import read_series
 from hydrosim.documents.text import Source, escape_unprintable
 from hydrosim.errors import InputError
 from hydrosim.presentation.units import as_attribute
-from hydrosim.results.channels import series
+from hydrosim.results.channels import channel_series
 from hydrosim.results.export import matlab
-from hydrosim.results.export.table import Column, identifiers
-from hydrosim.results.export.text import harmless
-from hydrosim.results.netcdf import write
+from hydrosim.results.export.table import ExportColumn, identifiers
+from hydrosim.results.export.text import escape_formula
+from hydrosim.results.netcdf import write_run
 
 SUFFIXES = (".nc", ".csv", ".mat", pytest.param(".parquet", marks=pytest.mark.extras))
 HOSTILE = '=HYPERLINK("http://a.b";"c")'
@@ -36,7 +36,7 @@ def export(
 ) -> Command:
     """`hydrosim export` in a folder with a run."""
     monkeypatch.chdir(tmp_path)
-    write(awkward_run(), Path("run.nc"))
+    write_run(awkward_run(), Path("run.nc"))
     return command(monkeypatch, capsys, "export")
 
 
@@ -100,7 +100,7 @@ def shown_of(name: str, writes: dict[str, str]) -> np.ndarray:
 def test_csv_has_units_as_written_and_no_cell_is_a_formula(
     export: Command, writes: dict[str, str]
 ) -> None:
-    write(awkward_run().assign_attrs(as_attribute(writes)), Path("run.nc"))
+    write_run(awkward_run().assign_attrs(as_attribute(writes)), Path("run.nc"))
     assert export("run.nc", "-o", "run.csv").code == 0
     names, units, rows = read_csv(Path("run.csv"))
     for name in NAMES:
@@ -133,9 +133,9 @@ def test_csv_in_si_reads_back_exact(export: Command) -> None:
 )
 def test_what_spreadsheets_run_is_text(text: str) -> None:
     """No cell, whatever parts the cells, begins with one of the signs that OWASP lists."""
-    for cells in (harmless(text).split(part) for part in (",", ";", "\t", "\n", "\r")):
+    for cells in (escape_formula(text).split(part) for part in (",", ";", "\t", "\n", "\r")):
         assert not any(cell.strip().startswith(tuple("=+-@＝")) for cell in cells)
-    assert harmless(text).replace("'", "") == escape_unprintable(text)
+    assert escape_formula(text).replace("'", "") == escape_unprintable(text)
 
 
 @pytest.mark.parametrize(
@@ -148,12 +148,12 @@ def test_what_spreadsheets_run_is_text(text: str) -> None:
     ],
 )
 def test_names_steer_no_terminal_and_end_no_line(name: str, shown: str) -> None:
-    assert harmless(name) == shown
+    assert escape_formula(name) == shown
 
 
 def test_names_that_are_harmless_stay() -> None:
     for text in ("position.barge.surge", "N m", "m/s^2", "interface 1", "a - b", "1e-3"):
-        assert harmless(text) == text
+        assert escape_formula(text) == text
 
 
 def test_a_csv_drives_another_case(export: Command) -> None:
@@ -246,7 +246,7 @@ def test_a_window_and_channels_that_follow(export: Command) -> None:
     assert names == ["time", "position.barge.heave", "speed.barge"]
     inside = slice(30, 51)
     same(rows[:, 1], of_run("position.barge.heave")[inside])
-    assert_array_equal(rows[:, 2], series(awkward_run(), "speed.barge")[0][inside])
+    assert_array_equal(rows[:, 2], channel_series(awkward_run(), "speed.barge")[0][inside])
 
 
 @pytest.mark.parametrize(
@@ -297,7 +297,7 @@ def test_without_pyarrow_it_is_said(export: Command, monkeypatch: pytest.MonkeyP
 
 def test_a_failed_run_is_exported_and_said(export: Command) -> None:
     attributes = {"status": "failed", "status_message": "at 3 s the barge capsized"}
-    write(awkward_run().assign_attrs(attributes), Path("failed.nc"))
+    write_run(awkward_run().assign_attrs(attributes), Path("failed.nc"))
     result = export("failed.nc", "-o", "failed.csv")
     assert result.code == 0
     assert "warning the run is failed: at 3 s the barge capsized" in result.out
@@ -309,7 +309,7 @@ def test_it_is_made_again_and_nothing_else_is_replaced(export: Command, suffix: 
     if suffix == ".parquet":
         pytest.importorskip("pyarrow")
     run = awkward_run().isel(fender=np.zeros(100, int))
-    write(run.assign_coords(fender=[f"point {k}" for k in range(100)]), Path("many.nc"))
+    write_run(run.assign_coords(fender=[f"point {k}" for k in range(100)]), Path("many.nc"))
     for _ in range(2):
         assert export("many.nc", "-o", f"a{suffix}").code == 0
     refused = export("run.nc", "-o", f"a{suffix}")
@@ -320,7 +320,7 @@ def test_it_is_made_again_and_nothing_else_is_replaced(export: Command, suffix: 
 
 def test_names_of_variables_are_short_and_apart() -> None:
     names = ["a.b c", "a.b_c", "x" * 90 + "1", "x" * 90 + "2", "1.a", "time", "=", ""]
-    columns = [Column(name, "m", "", np.zeros(1)) for name in names]
+    columns = [ExportColumn(name, "m", "", np.zeros(1)) for name in names]
     found = [name for name, _ in identifiers(columns, matlab.MAX_MATLAB_NAME_LETTERS, "time")]
     assert found[:2] == ["a_b_c", "a_b_c_2"]
     assert len({*found, "time"}) == len(names) + 1

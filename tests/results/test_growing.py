@@ -12,8 +12,8 @@ from command_line import Command, command
 from damaged import message
 
 from hydrosim.errors import InputError
-from hydrosim.results.growing import growing, runs_at
-from hydrosim.results.journal import FIRST_RUN_FILE, KNOWN, RUNS, Journal, Kept
+from hydrosim.results.growing import read_unfinished, runs_at
+from hydrosim.results.journal import FIRST_RUN_FILE, KNOWN, RUNS, Journal, StoredRun
 from hydrosim.results.runs_file import RUN, RunsFile
 
 COUNT = 6
@@ -21,12 +21,12 @@ PLAN = {"design": "grid", "samples": None, "parameters": {"height": ["height"]}}
 DESIGN = json.dumps({"plans": {"": PLAN}, "figures": ["crawl"]})
 
 
-def run(k: int) -> Kept:
+def run(k: int) -> StoredRun:
     found = xr.Dataset(
         {"crawl": ((), 10.0 + k, {"units": "m"}), "order": np.int64(k), "x": ("time", [k, 0.5])},
         {"time": [0.0, 1.0]},
     )
-    return Kept(found, {"title": "one", "own": k}, "")
+    return StoredRun(found, {"title": "one", "own": k}, "")
 
 
 @pytest.fixture
@@ -57,7 +57,7 @@ def statistics(
 
 
 def test_what_is_in_is_what_was_put_there(folder: Path) -> None:
-    runs = growing(folder)
+    runs = read_unfinished(folder)
     nan = np.nan
     np.testing.assert_array_equal(runs.crawl, [nan, 11.0, nan, 13.0, nan, nan])
     np.testing.assert_array_equal(runs.order, [nan, 1.0, nan, 3.0, nan, nan])
@@ -90,7 +90,7 @@ def test_a_run_that_was_cut_in_half_is_not_in(folder: Path, cut: int) -> None:
     """As while it is being written."""
     file = folder / RUNS
     file.write_bytes(file.read_bytes()[:-cut])
-    assert growing(folder).attrs["gathered"] == "1 of 6 runs are complete, 1 failed"
+    assert read_unfinished(folder).attrs["gathered"] == "1 of 6 runs are complete, 1 failed"
 
 
 def test_a_run_of_which_a_bit_has_changed_is_not_in(folder: Path) -> None:
@@ -98,19 +98,19 @@ def test_a_run_of_which_a_bit_has_changed_is_not_in(folder: Path) -> None:
     data = bytearray(file.read_bytes())
     data[-3] ^= 1
     file.write_bytes(data)
-    assert growing(folder).attrs["gathered"] == "1 of 6 runs are complete, 1 failed"
+    assert read_unfinished(folder).attrs["gathered"] == "1 of 6 runs are complete, 1 failed"
 
 
 @pytest.mark.parametrize("name", [RUNS, FIRST_RUN_FILE, KNOWN])
 def test_no_byte_changes_a_number_in_silence(folder: Path, name: str) -> None:
     """A run is what it was, or is not in, or it is said that a file is damaged."""
-    whole, content = growing(folder), (folder / name).read_bytes()
+    whole, content = read_unfinished(folder), (folder / name).read_bytes()
     step = 23 if name == RUNS else 211
     for at in range(0, len(content), step):
         flipped = content[at] ^ (1 << at % 8)
         (folder / name).write_bytes(content[:at] + bytes([flipped]) + content[at + 1 :])
         found = list[xr.Dataset]()
-        said = message(lambda _: found.append(growing(folder)), folder)  # noqa: B023
+        said = message(lambda _: found.append(read_unfinished(folder)), folder)  # noqa: B023
         assert (said is None) == (len(found) == 1)
         assert said or name == RUNS
         for runs in found:

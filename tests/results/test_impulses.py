@@ -20,7 +20,7 @@ from hydrosim.forces import (
     Plane,
     StickSlip,
 )
-from hydrosim.results.channels import names, series
+from hydrosim.results.channels import channel_names, channel_series
 from hydrosim.scene import LinearScenes, Scene, Start
 from hydrosim.statistics.explain import COVARIANCE, DIRECTION, SLIP_DAMPING, WHOLE_RUN, explain_run
 
@@ -185,8 +185,8 @@ def test_accelerations_are_force_over_mass(run: xr.Dataset) -> None:
     total = sum(run[f"force_{name}"].sel(at) for name in run.force.values)
     own = run.acceleration.sel(at)
     np.testing.assert_allclose(own, total / MASS, atol=1e-12 * 9.81)
-    assert "acceleration.top.surge" in names(run)
-    assert series(run, "acceleration.top.pitch")[1] == "rad/s^2"
+    assert "acceleration.top.surge" in channel_names(run)
+    assert channel_series(run, "acceleration.top.pitch")[1] == "rad/s^2"
 
 
 def test_a_run_that_goes_on_counts_on(run: xr.Dataset) -> None:

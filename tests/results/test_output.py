@@ -20,8 +20,8 @@ from hydrosim.forces.contact.frictionless import Frictionless
 from hydrosim.forces.contact.normal import PrescribedNormal
 from hydrosim.forces.signal import Table
 from hydrosim.results import stages
-from hydrosim.results.channels import CHANNEL_KINDS, series
-from hydrosim.results.netcdf import read, write
+from hydrosim.results.channels import CHANNEL_KINDS, channel_series
+from hydrosim.results.netcdf import read_run, write_run
 from hydrosim.results.variables import MIXED, VARIABLES
 from hydrosim.scene import Environment, Method, RegularWave, Scene, Solver, WaveTrain
 
@@ -107,7 +107,7 @@ def test_what_has_translations_and_rotations_says_the_unit_of_each(base_run: xr.
     for name, unit in (("position", "m"), ("velocity", "m/s"), ("force_mooring", "N")):
         said = dict(zip(DOFS, base_run[name].attrs["dof_units"].split(", "), strict=True))
         for dof in DOFS:
-            _, found = series(base_run, f"{name}.barge.{dof}")
+            _, found = channel_series(base_run, f"{name}.barge.{dof}")
             assert (found == said[dof], found == unit) == (True, dof in DOFS[:3])
     for name, variable in base_run.data_vars.items():
         assert ("dof_units" in variable.attrs) == ("dof" in variable.dims), name
@@ -135,11 +135,11 @@ def test_a_file_says_its_format_and_date_and_later_ones_are_refused(
     assert abs(datetime.now(UTC) - datetime.fromisoformat(older.attrs["date_created"])).days == 0
     older.assign_attrs(format="hydrosim run 3").to_netcdf(path)
     with pytest.raises(hs.InputError, match="format hydrosim run 3; expected hydrosim run 2 or"):
-        read(path)
+        read_run(path)
     older.attrs = {"program": "hydrosim 0.1.0", "status": "complete"}
     older.position.attrs = {"units": "m or rad"}
     older.to_netcdf(path)
-    found = [series(read(path), f"position.barge.{dof}")[1] for dof in DOFS]
+    found = [channel_series(read_run(path), f"position.barge.{dof}")[1] for dof in DOFS]
     assert found == ["m"] * 3 + ["rad"] * 3
 
 
@@ -232,7 +232,7 @@ def test_without_fenders_there_is_nothing_of_them() -> None:
 @pytest.mark.parametrize("scene", ["free_floating", "base"])
 def test_round_trip_through_netcdf(scene: str, tmp_path: Path) -> None:
     run = hs.simulate(replace(scene_of(scene), duration=5.0))
-    write(run, tmp_path / "run.nc")
+    write_run(run, tmp_path / "run.nc")
     assert [path.name for path in tmp_path.iterdir()] == ["run.nc"]
     back = xr.load_dataset(tmp_path / "run.nc")
     xr.testing.assert_equal(back, run)
@@ -250,8 +250,8 @@ def test_writing_replaces_the_file_at_once(tmp_path: Path) -> None:
     """A result that cannot be written leaves the last one as it was."""
     path = tmp_path / "run.nc"
     run = hs.simulate(replace(in_contact(1.0), output_step=0.1))
-    write(run, path)
+    write_run(run, path)
     before = path.read_bytes()
     with pytest.raises((TypeError, ValueError)):
-        write(run.assign_attrs(bad=object()), path)
+        write_run(run.assign_attrs(bad=object()), path)
     assert path.read_bytes() == before

@@ -8,7 +8,7 @@ import numpy as np
 from dry_scenes import block, moving, scene
 
 import hydrosim as hs
-from hydrosim.results.channels import series
+from hydrosim.results.channels import channel_series
 from hydrosim.scene import Clearance
 
 
@@ -31,7 +31,7 @@ def test_names_with_of_and_to_in_them() -> None:
         run = hs.simulate(replace(flight, clearances={"gap": Clearance(of=ends[0], to=ends[1])}))
         names = [f"{kind}.{' to '.join(ends)}.{axis}" for kind in KINDS for axis in "xyz"]
         names.append(f"point_velocity.{ends[0]}.y")
-        runs[body] = [series(run, name)[0] for name in names] + [run.clearance.values[:, 0]]
+        runs[body] = [channel_series(run, name)[0] for name in names] + [run.clearance.values[:, 0]]
     plain, odd = runs.values()
     assert np.ptp(plain[0]) > 0.1
     assert all(np.array_equal(a, b) for a, b in zip(plain, odd, strict=True))

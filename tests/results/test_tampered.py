@@ -30,7 +30,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("runs") / "run.nc"
     run = hs.simulate(scene(block(2.0), {}, 2.0, 0.1))
     attributes = {"units_read": '{"N": "kN"}', "title_block": '{"author": "me"}'}
-    netcdf.write(run.assign_attrs(attributes, criteria_asked="[]"), path)
+    netcdf.write_run(run.assign_attrs(attributes, criteria_asked="[]"), path)
     return path
 
 
@@ -83,7 +83,7 @@ TAMPERED: dict[str, tuple[Change, str]] = {
 
 
 @pytest.mark.parametrize("name", TAMPERED)
-@pytest.mark.parametrize("read", [netcdf.read, open_run, report_of, replay_of])
+@pytest.mark.parametrize("read", [netcdf.read_run, open_run, report_of, replay_of])
 def test_tampered_runs_are_refused(
     written: Path, tmp_path: Path, name: str, read: Callable[[Path], Any]
 ) -> None:
@@ -120,7 +120,7 @@ def test_a_variable_that_a_command_lacks_is_told(
 ) -> None:
     @tells_absent_variables
     def show(run_file: Path) -> None:
-        look(netcdf.read(run_file))
+        look(netcdf.read_run(run_file))
 
     with pytest.raises(InputError, match=r"run\.nc: found no variable slip, which .*was changed"):
         show(run_file=written)

@@ -15,7 +15,7 @@ from hydrosim.errors import InputError
 from hydrosim.forces import LinearMooring
 from hydrosim.scene import Box, Pump, Tank, TankMesh, Weight, When
 from hydrosim.tanks.mesh import pieces_of_mesh
-from hydrosim.tanks.mirror import images
+from hydrosim.tanks.mirror import image_indices
 from hydrosim.tanks.pieces import SURFACE_MOMENT, quantities_at
 from hydrosim.tanks.shapes import capacity, height, pieces, volume_at
 
@@ -126,7 +126,7 @@ def test_the_mirror_image_of_a_mesh_is_found_whatever_its_triangles() -> None:
     longer = hull(corners_of(Box((-1.0, -1.5, -1.0), (1.1, -0.5, 1.0))))
     for other, expected in ((starboard, [1, 0]), (turned, [1, 0]), (longer, [None, None])):
         tanks = Tank("port", port, 1.0), Tank("starboard", other, 1.0)
-        assert images(block(2e4, weight=Weight.CARRIED, tanks=tanks))[0] == expected
+        assert image_indices(block(2e4, weight=Weight.CARRIED, tanks=tanks))[0] == expected
 
 
 def test_the_mirror_image_of_a_pump_waits_for_the_image_of_its_tank() -> None:
@@ -138,7 +138,7 @@ def test_the_mirror_image_of_a_pump_waits_for_the_image_of_its_tank() -> None:
     )
     for pumps, expected in (((port_pump, other), [1, 0]), ((port_pump, wrong), [None, None])):
         body = block(2e4, weight=Weight.CARRIED, tanks=tanks, pumps=pumps)
-        assert images(body)[1] == expected
+        assert image_indices(body)[1] == expected
 
 
 def test_rooms_above_each_other_are_refused() -> None:

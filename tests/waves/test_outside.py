@@ -9,7 +9,7 @@ import pytest
 from known_box import box_at, froude_krylov
 
 from hydrosim.scene import Environment, Jonswap, WaveTrain
-from hydrosim.waves import outside, sea
+from hydrosim.waves import sea, shares_outside
 
 ROUND = np.arange(0.0, 360.0, 2.5)
 
@@ -22,7 +22,7 @@ def test_loads_of_the_box_above_its_frequencies(highest: float) -> None:
     box = box_at(np.arange(0.02, highest + 1e-9, 0.02), np.degrees(np.radians(ROUND)))
     load = np.mean(np.abs(froude_krylov(waves.omega, box.heading)) ** 2, axis=1).sum(axis=1)
     energy, above = load * waves.amplitude**2, waves.omega > highest
-    found = outside(box, [waves])
+    found = shares_outside(box, [waves])
     exact = energy[above].sum() / energy.sum()
     assert found.loads is not None
     assert exact / 1.5 < found.loads < 1.5 * exact
@@ -38,6 +38,6 @@ def test_nothing_is_known_of_loads_that_do_not_fall() -> None:
     box = box_at(np.arange(0.02, 1.801, 0.02), ROUND)
     rising = replace(box, excitation=box.excitation * box.frequency[:, None, None] ** 8)
     for database in (rising, box_at(np.array([0.5, 1.0, 1.8]), ROUND)):
-        found = outside(database, waves)
+        found = shares_outside(database, waves)
         assert found.loads is None
         assert found.share == found.below + found.above > 0.1

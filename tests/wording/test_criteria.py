@@ -11,7 +11,7 @@ from moored_barge import scene_of
 import hydrosim as hs
 from hydrosim.errors import InputError
 from hydrosim.presentation.document import Document, Outcome, Table, Value, Verdict
-from hydrosim.results.channels import names, series
+from hydrosim.results.channels import channel_names, channel_series
 from hydrosim.statistics.criteria import criteria_of
 from hydrosim.studies.run import simulation
 from hydrosim.studies.run.asked import blank_run
@@ -132,9 +132,9 @@ def test_the_names_before_a_run_are_those_of_its_result() -> None:
     compiled = hs.compile_scene(scene, in_plane=True)
     before = blank_run(compiled)
     run = hs.simulate(scene)
-    assert names(before) == names(run)
-    assert [series(before, name)[1] for name in names(run)] == [
-        series(run, name)[1] for name in names(run)
+    assert channel_names(before) == channel_names(run)
+    assert [channel_series(before, name)[1] for name in channel_names(run)] == [
+        channel_series(run, name)[1] for name in channel_names(run)
     ]
 
 

@@ -21,7 +21,7 @@ from hydrosim.case.lines.system import (
     PointSupport,
     System,
 )
-from hydrosim.documents.nodes import compose, plain
+from hydrosim.documents.nodes import compose_nodes, plain_values
 from hydrosim.documents.text import Source
 from hydrosim.errors import InputError
 
@@ -206,10 +206,10 @@ def is_mooring_file(file: Path) -> bool:
     if file.suffix.lower() not in YAML:
         return True
     try:
-        node = compose(file.read_text("utf-8-sig"), str(file))
+        node = compose_nodes(file.read_text("utf-8-sig"), str(file))
     except (OSError, UnicodeDecodeError, InputError):
         return False  # the reader of cases says what is wrong
-    values = plain(node) if node is not None else None
+    values = plain_values(node) if node is not None else None
     if not isinstance(values, Mapping):
         return False
     return is_moorpy(values) or not CASE_KEYS & {*values}

@@ -15,7 +15,7 @@ from yaml.nodes import Node
 from hydrosim.case.lines import quantities
 from hydrosim.case.lines.sections import read_number
 from hydrosim.case.lines.system import LineType, Piece, Point, PointSupport, System
-from hydrosim.documents.nodes import compose, locate, plain
+from hydrosim.documents.nodes import compose_nodes, locate_value, plain_values
 from hydrosim.documents.text import Source
 from hydrosim.documents.units import Quantity, value_text
 from hydrosim.scene import OmittedEntry, Question
@@ -57,11 +57,11 @@ class MappingEntry:
     @property
     def row(self) -> int:
         """Its line in the file."""
-        return locate(self.node, self.keys)[1].line + 1
+        return locate_value(self.node, self.keys)[1].line + 1
 
     def refuse(self, text: str, *keys: str | int) -> NoReturn:
         """Raises InputError with key and line."""
-        name, mark = locate(self.node, (*self.keys, *keys))
+        name, mark = locate_value(self.node, (*self.keys, *keys))
         self.source.wrong(f"{name}: {text}" if name else text, mark.line + 1)
 
     def find_value(self, *keys: str) -> Any:
@@ -99,7 +99,7 @@ class MappingEntry:
         return x, y, z
 
     def _number(self, value: object, quantity: Quantity, *keys: str | int) -> float:
-        name, mark = locate(self.node, (*self.keys, *keys))
+        name, mark = locate_value(self.node, (*self.keys, *keys))
         return read_number(self.source, mark.line + 1, value, quantity, name)
 
     def entries(self, key: str) -> Iterator[MappingEntry]:
@@ -116,7 +116,7 @@ class MappingEntry:
         """Keys that are not read."""
         for key in self.values:
             if key not in KNOWN_KEYS[kind]:
-                name, mark = locate(self.node, (*self.keys, key))
+                name, mark = locate_value(self.node, (*self.keys, key))
                 found = f"the key {name} in line {mark.line + 1}"
                 yield OmittedEntry(Question.FILES, found, "it is left out", UNKNOWN_KEY)
 
@@ -138,8 +138,8 @@ def read_moorpy(source: Source) -> System:
         text = source.file.read_text("utf-8-sig")
     except UnicodeDecodeError:
         source.wrong("found bytes that are no text; expected YAML in UTF-8")
-    node = compose(text, str(source.file))
-    values = plain(node) if node else None
+    node = compose_nodes(text, str(source.file))
+    values = plain_values(node) if node else None
     if node is None or not isinstance(values, Mapping) or not is_moorpy(values):
         keys = f"{', '.join(REQUIRED_KEYS[:-1])} and {REQUIRED_KEYS[-1]}"
         source.wrong(f"found no keys {keys}; expected a system of MoorPy, or a case of hydrosim")

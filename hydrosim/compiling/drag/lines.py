@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from scipy import linalg
 
-from hydrosim.compiling.restart import begin
+from hydrosim.compiling.restart import start_time
 from hydrosim.dofs import about_z
 from hydrosim.forces.kind import elements_of
 from hydrosim.forces.line.catenary import Catenary
@@ -85,7 +85,7 @@ def with_line_drag(
     n = model.bodies.active.size
     motion = new_work(model).motion
     place_bodies(state.y[:n], np.zeros(n), model.bodies, motion)
-    now = lines_now(model, scene, begin(scene), state.y, state.modes, model.bodies, motion)
+    now = lines_now(model, scene, start_time(scene), state.y, state.modes, model.bodies, motion)
     there = {line.name: _fairlead(line, scene, model, state) for line in now}
     gone = Fairlead(np.zeros((3, n)), np.zeros(3), np.zeros(0), np.zeros(0))
     fairleads = [there.get(name, gone) for name in names]

@@ -11,7 +11,7 @@ import numpy as np
 from hydrosim.compiling.hydrostatics.solids import solids_of
 from hydrosim.rigid.kinematics import Bodies
 from hydrosim.scene import Box, FreeSurface, Kinematics, Scene, Tank, TankMesh, TankTable
-from hydrosim.tanks.contents import changing
+from hydrosim.tanks.contents import changing_tanks
 from hydrosim.tanks.pieces import PIECE_DTYPE
 from hydrosim.tanks.shapes import capacity, pieces, triangles, volume_at
 from hydrosim.tanks.surface import LIQUID, Liquids
@@ -78,5 +78,5 @@ def liquids_of(scene: Scene, bodies: Bodies) -> Liquids:
 
 def _places_of_volumes(scene: Scene) -> dict[tuple[int, str], int]:
     """Tanks whose contents change, by body and name, in the order of `Tanks`."""
-    every = [(b, tank.name) for b, body in enumerate(scene.bodies) for tank in changing(body)]
+    every = [(b, tank.name) for b, body in enumerate(scene.bodies) for tank in changing_tanks(body)]
     return {name: k for k, name in enumerate(every)}

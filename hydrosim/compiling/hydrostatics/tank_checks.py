@@ -8,11 +8,11 @@ import numpy as np
 
 from hydrosim.errors import InputError
 from hydrosim.scene import Body, LevelReached, Pump, Scene, Tank, Weight
-from hydrosim.tanks.contents import Tanks, changing, flows_of, tank_names
+from hydrosim.tanks.contents import Tanks, changing_tanks, flows_of, tank_names
 from hydrosim.tanks.events import unforeseen_tanks
 from hydrosim.tanks.loading import at_start, body_without, least_moment, loaded_body
 from hydrosim.tanks.shapes import height
-from hydrosim.tanks.timeline import follow
+from hydrosim.tanks.timeline import integrate_tanks
 
 DENSITY_RTOL = 1e-9  # relative difference of densities
 
@@ -46,7 +46,7 @@ def check_tanks(body: Body) -> None:
         if tank.plan is not None:
             _check_plan(f"{key}.tanks.{tank.name}.plan", tank)
     for pump in body.pumps:
-        _check_pump(f"{key}.pumps.{pump.name}", pump, known, changing(body))
+        _check_pump(f"{key}.pumps.{pump.name}", pump, known, changing_tanks(body))
     if body.tanks and body.weight != Weight.CARRIED:
         raise InputError(
             f"{key}.weight: found {body.weight} and tanks; expected carried, because the contents"
@@ -124,7 +124,7 @@ def check_flow(scene: Scene, p: Tanks) -> None:
     """Follow the levels to the end of the run; refuse pumps that overflow a tank or run it dry."""
     end = (scene.initial.time or 0.0 if scene.initial else 0.0) + scene.duration
     names = tank_names(scene)
-    course = follow(p, end)
+    course = integrate_tanks(p, end)
     flows = [f"bodies.{body.name}.{flow.key}" for body in scene.bodies for flow in flows_of(body)]
     problem = course.problem
     if problem is None:
@@ -149,8 +149,10 @@ def _check_inertia(scene: Scene, volumes: np.ndarray, end: float) -> None:
     ``volumes`` (nt,) [m^3] of the changing tanks."""
     held = iter(volumes.tolist())
     for body in scene.bodies:
-        here = [(tank, next(held)) for tank in changing(body)]
-        gone = [(tank, volume) for tank, volume in at_start(body.tanks) if tank in changing(body)]
+        here = [(tank, next(held)) for tank in changing_tanks(body)]
+        gone = [
+            (tank, volume) for tank, volume in at_start(body.tanks) if tank in changing_tanks(body)
+        ]
         left = body_without(body, gone)
         least = least_moment(body, loaded_body(left.mass, left.centre, left.inertia, here).inertia)
         if least <= 0.0 and not body.constant_inertia:

@@ -16,12 +16,12 @@ from hydrosim.tanks.contents import (
     REST,
     TANK,
     Tanks,
-    changing,
+    changing_tanks,
     no_tanks,
 )
 from hydrosim.tanks.events import is_triggered, unforeseen_tanks
-from hydrosim.tanks.loading import symmetric
-from hydrosim.tanks.mirror import images
+from hydrosim.tanks.loading import symmetric_matrix
+from hydrosim.tanks.mirror import image_indices
 from hydrosim.tanks.pieces import FIRST_MOMENT, SECOND_MOMENT, SURFACE_MOMENT, quantities_at
 from hydrosim.tanks.pumping import FLOW, PUMP_RATE_DTYPE, SEA_INDEX
 from hydrosim.tanks.shapes import capacity, pieces, volume_at
@@ -34,7 +34,7 @@ def tanks_of(scene: Scene) -> Tanks:
         check_tanks(body)
     if not has_flow(scene):
         return no_tanks()
-    each = [(b, tank) for b, body in enumerate(scene.bodies) for tank in changing(body)]
+    each = [(b, tank) for b, body in enumerate(scene.bodies) for tank in changing_tanks(body)]
     index = {(b, tank.name): k for k, (b, tank) in enumerate(each)}
     image = [index.get((b, _image(scene.bodies[b], t)), k) for k, (b, t) in enumerate(each)]
     shapes = [_shape(tank, scene.bodies[b], scene) for b, tank in each]
@@ -44,7 +44,7 @@ def tanks_of(scene: Scene) -> Tanks:
     begun = [0, *(last[:-1] + 1)]
     flows, rates = _flows(scene, index)
     names = row_names(scene)
-    pumping = {body.name for body in scene.bodies if changing(body)}
+    pumping = {body.name for body in scene.bodies if changing_tanks(body)}
     found = Tanks(
         np.array(
             [
@@ -69,7 +69,7 @@ def tanks_of(scene: Scene) -> Tanks:
 def steady_surface(body: Body, scene: Scene) -> np.ndarray:
     """Density times second moments (3,) of the free surfaces of tanks whose contents stay and that
     have no cut shape."""
-    steady = [tank for tank in body.tanks if tank not in changing(body)]
+    steady = [tank for tank in body.tanks if tank not in changing_tanks(body)]
     return sum(
         (t.density * _contents_at_start(t, body, scene)[SURFACE_MOMENT:] for t in steady),
         np.zeros(3),
@@ -92,7 +92,7 @@ def _contents_at_start(tank: Tank, body: Body, scene: Scene) -> np.ndarray:
 
 def _image(body: Body, tank: Tank) -> str:
     """Name of the tank that is the mirror image of a tank; its own name if there is none."""
-    tanks, _ = images(body)
+    tanks, _ = image_indices(body)
     found = tanks[body.tanks.index(tank)]
     return tank.name if found is None else body.tanks[found].name
 
@@ -101,11 +101,11 @@ def _rest(b: int, scene: Scene) -> tuple[object, ...]:
     """Mass properties of a body without the contents of changing tanks."""
     body = scene.bodies[b]
     mass, moment, inertia = body.mass, np.zeros(3), np.array(body.inertia, dtype=float)
-    for tank in changing(body):
+    for tank in changing_tanks(body):
         held = tank.density * _contents_at_start(tank, body, scene)
         mass -= tank.density * volume_at(tank.shape, tank.level)
         moment -= held[FIRST_MOMENT : FIRST_MOMENT + 3]
-        second = symmetric(held[SECOND_MOMENT : SECOND_MOMENT + 6])
+        second = symmetric_matrix(held[SECOND_MOMENT : SECOND_MOMENT + 6])
         inertia -= np.trace(second) * np.eye(3) - second
     return b, mass, moment, inertia, steady_surface(body, scene), not body.constant_inertia
 
@@ -116,7 +116,7 @@ def _flows(scene: Scene, index: dict[tuple[int, str], int]) -> tuple[list[tuple]
     rates: list[tuple] = []
     for b, body in enumerate(scene.bodies):
         tanks, inertial = {tank.name: tank for tank in body.tanks}, not body.constant_inertia
-        begun, (_, others) = len(flows), images(body)
+        begun, (_, others) = len(flows), image_indices(body)
         for k, pump in enumerate(body.pumps):
             first, waits = len(rates), is_triggered(pump)
             rates += [(inf, pump.rate)] if waits else _pieces(pump)

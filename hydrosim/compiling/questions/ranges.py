@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from hydrosim.compiling.questions.doubt import Query, SceneContext
-from hydrosim.waves import outside
+from hydrosim.waves import shares_outside
 from hydrosim.waves.outside import Outside
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ def ranges(about: SceneContext) -> Iterator[Query]:
     """Ask about seas with too much energy outside the frequencies of a database."""
     for _, body, db in about.floating_bodies():
         if about.sea and body.wave_forces.first_order:
-            found = outside(db, about.sea)
+            found = shares_outside(db, about.sea)
             if found.share > OUTSIDE_REFUSED:
                 usual = f"usual is up to {OUTSIDE_REFUSED:.0%} of the energy of the loads"
                 advice = (

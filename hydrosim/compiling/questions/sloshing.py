@@ -20,10 +20,10 @@ from hydrosim.linear import modes
 from hydrosim.linear.coordinates import without_waves
 from hydrosim.linear.linearise import linearise
 from hydrosim.scene import Body, Box, FreeSurface, Tank, TankMesh, TankShape, TankTable
-from hydrosim.tanks.contents import changing, level_of, tank_names
+from hydrosim.tanks.contents import changing_tanks, level_of, tank_names
 from hydrosim.tanks.events import unforeseen_tanks
 from hydrosim.tanks.shapes import height, volume_at
-from hydrosim.tanks.timeline import follow
+from hydrosim.tanks.timeline import integrate_tanks
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -172,7 +172,7 @@ def _levels(about: SceneContext, body: Body) -> Iterator[tuple[Tank, np.ndarray]
     become empty or full."""
     names = tank_names(about.scene)
     p = about.model.tanks
-    timeline = follow(p, about.end) if names else None
+    timeline = integrate_tanks(p, about.end) if names else None
     unforeseen = unforeseen_tanks(body)
     for tank in body.tanks:
         if tank.surface == FreeSurface.FROZEN:
@@ -180,7 +180,7 @@ def _levels(about: SceneContext, body: Body) -> Iterator[tuple[Tank, np.ndarray]
         ends = np.array([tank.level])
         if tank.name in unforeseen:
             ends = np.array([0.0, height(tank.shape)])
-        elif timeline is not None and tank in changing(body):
+        elif timeline is not None and tank in changing_tanks(body):
             k = names.index(f"{tank.name} of {body.name}")
             ends = level_of(p, k, timeline.volume[:, k])
         yield tank, np.unique(np.linspace(ends.min(), ends.max(), LEVELS))

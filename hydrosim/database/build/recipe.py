@@ -16,9 +16,9 @@ from pydantic import AfterValidator, Discriminator, StrictStr, Tag, model_valida
 from hydrosim.database.build.drift import DIRECTION_STEP, Drifting, Real
 from hydrosim.database.build.hull_keys import AnyHull, MeshFileHull, RecipeWater, check_hull
 from hydrosim.documents import quantities as of
-from hydrosim.documents.layers import apply_setting, read_case, written
+from hydrosim.documents.layers import apply_setting, read_case, yaml_text
 from hydrosim.documents.messages import Problem
-from hydrosim.documents.nodes import entries
+from hydrosim.documents.nodes import entry_nodes
 from hydrosim.documents.quantities import SchemaModel
 from hydrosim.documents.units import Quantity, problem
 from hydrosim.documents.validate import validate_document
@@ -319,9 +319,9 @@ def load_recipe(path: Path | str, settings: Sequence[str] = ()) -> Recipe:
     text, document = read_case(path)
     for setting in settings:
         document = apply_setting(document, setting)
-    text = written(document) if settings else text
+    text = yaml_text(document) if settings else text
     further = partial(_without_file, path.parent)
-    if "bodies" in entries(document):
+    if "bodies" in entry_nodes(document):
         return Recipe(path, text, validate_document(document, SeveralBodies, further))
     return Recipe(path, text, validate_document(document, OneBody, further))
 

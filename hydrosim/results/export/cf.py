@@ -13,13 +13,13 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.program import program_version
-from hydrosim.results.export.table import Column, Table, identifiers
+from hydrosim.results.export.table import ExportColumn, ExportTable, identifiers
 
 MAX_CF_NAME_LETTERS = 250  # valid name of a variable
 DATE = datetime(2000, 1, 1, tzinfo=UTC)
 
 
-def write(table: Table, path: Path, mark: str, date: datetime | None = None) -> None:
+def write(table: ExportTable, path: Path, mark: str, date: datetime | None = None) -> None:
     """Write the columns of a table as netCDF. ``date`` is the date at time 0 s of the run."""
     named = identifiers(table.columns, MAX_CF_NAME_LETTERS, "time", "elapsed_time")
     begin = (date or DATE).strftime("%Y-%m-%d %H:%M:%S")
@@ -43,7 +43,7 @@ def write(table: Table, path: Path, mark: str, date: datetime | None = None) -> 
     dataset.to_netcdf(path, engine="netcdf4", format="NETCDF4", encoding=encoding)
 
 
-def _attributes(column: Column) -> dict[str, object]:
+def _attributes(column: ExportColumn) -> dict[str, object]:
     said: dict[str, object] = {"long_name": column.what, "channel": column.name}
     if column.meanings:
         values = np.arange(len(column.meanings.split()), dtype=column.values.dtype)

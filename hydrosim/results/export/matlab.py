@@ -9,12 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
-from hydrosim.results.export.table import Table, identifiers
+from hydrosim.results.export.table import ExportTable, identifiers
 
 MAX_MATLAB_NAME_LETTERS = 63  # valid name of a variable
 
 
-def write(table: Table, path: Path, mark: str) -> None:
+def write(table: ExportTable, path: Path, mark: str) -> None:
     """Write the columns of a table for MATLAB."""
     from scipy.io import savemat
 

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from hydrosim.results.export.table import Column, Table
+    from hydrosim.results.export.table import ExportColumn, ExportTable
 
 
-def write(table: Table, path: Path, mark: str) -> None:
+def write(table: ExportTable, path: Path, mark: str) -> None:
     """Write the columns of a table as Parquet."""
     import pyarrow as pa
     from pyarrow import parquet
@@ -21,7 +21,8 @@ def write(table: Table, path: Path, mark: str) -> None:
     arrays = {"time": table.time} | {column.name: column.values for column in table.columns}
     said = {name: str(value) for name, value in table.attributes.items()}
     said["channels"] = json.dumps(
-        {"time": {"units": "s"}} | {column.name: _said(column) for column in table.columns}
+        {"time": {"units": "s"}}
+        | {column.name: _column_attributes(column) for column in table.columns}
     )
     columns = pa.table({name: pa.array(values) for name, values in arrays.items()})
     with parquet.ParquetWriter(path, columns.schema, store_schema=False) as file:
@@ -30,6 +31,6 @@ def write(table: Table, path: Path, mark: str) -> None:
         file.add_key_value_metadata({**said, "source": mark})
 
 
-def _said(column: Column) -> dict[str, str]:
+def _column_attributes(column: ExportColumn) -> dict[str, str]:
     said = {"units": column.unit, "long_name": column.what, "flag_meanings": column.meanings}
     return {key: text for key, text in said.items() if text}

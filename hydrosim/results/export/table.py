@@ -13,7 +13,7 @@ from hydrosim.documents.series import columns_of, select
 from hydrosim.documents.text import Source, require_finite, require_rising
 from hydrosim.errors import InputError
 from hydrosim.presentation.units import Units
-from hydrosim.results.channels import RUN, chosen, names, series
+from hydrosim.results.channels import RUN, channel_names, channel_series, match_channels
 
 EXPORTED_ATTRIBUTES = (
     "title",
@@ -29,7 +29,7 @@ NOT_IN_NAMES = re.compile(r"[^A-Za-z0-9]+")
 
 
 @dataclass(frozen=True)
-class Column:
+class ExportColumn:
     """A channel: its ``values`` (nt,), unit and description. Modes are whole numbers; ``meanings``
     explain them."""
 
@@ -41,20 +41,20 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Table:
+class ExportTable:
     """``columns`` at the increasing ``time`` (nt,) [s] since the start, and attributes of the
     run."""
 
     time: np.ndarray
-    columns: Sequence[Column]
+    columns: Sequence[ExportColumn]
     attributes: dict[str, object]
 
-    def read_in(self, units: Units) -> Table:
+    def read_in(self, units: Units) -> ExportTable:
         """The same table, each column in the unit that it is read in. Modes stay as they are."""
         return replace(self, columns=[_read_in(column, units) for column in self.columns])
 
 
-def table_of(run: xr.Dataset, patterns: Sequence[str], start: float, end: float) -> Table:
+def table_of(run: xr.Dataset, patterns: Sequence[str], start: float, end: float) -> ExportTable:
     """Channels of a run that match one of the ``patterns`` (without patterns, all recorded
     channels), from ``start`` to ``end`` [s]. Raises InputError if nothing is left."""
     source = Source(run.encoding.get("source", "run"))
@@ -69,22 +69,24 @@ def table_of(run: xr.Dataset, patterns: Sequence[str], start: float, end: float)
             " expected an interval that contains some."
         )
     recorded = [*columns_of(run), *columns_of(run, modes=True)]
-    known = dict.fromkeys([*recorded, *names(run)]) if patterns else recorded
-    picked, run = chosen(known, patterns or ["*"], "--channels"), run.isel(time=inside)
+    known = dict.fromkeys([*recorded, *channel_names(run)]) if patterns else recorded
+    picked, run = match_channels(known, patterns or ["*"], "--channels"), run.isel(time=inside)
     of = {name: select(RUN, run, name) for name in recorded if name in {*picked}}
-    columns = [_column(run, name, *(of.get(name) or series(run, name))) for name in picked]
+    columns = [_column(run, name, *(of.get(name) or channel_series(run, name))) for name in picked]
     said = {name: run.attrs[name] for name in EXPORTED_ATTRIBUTES if name in run.attrs}
-    return Table(time[inside], columns, said)
+    return ExportTable(time[inside], columns, said)
 
 
-def _read_in(column: Column, units: Units) -> Column:
+def _read_in(column: ExportColumn, units: Units) -> ExportColumn:
     unit, factor = units.display_unit(column.unit)
     if factor == 1.0:
         return column
     return replace(column, unit=unit, values=factor * column.values)
 
 
-def identifiers(columns: Iterable[Column], most: int, *taken: str) -> Iterator[tuple[str, Column]]:
+def identifiers(
+    columns: Iterable[ExportColumn], most: int, *taken: str
+) -> Iterator[tuple[str, ExportColumn]]:
     """Columns by valid names: letters, digits and underscores, a letter first, at ``most`` so many
     characters, all different, none of ``taken``."""
     used = {*taken}
@@ -103,11 +105,13 @@ def _ends() -> Iterator[str]:
         yield f"_{k}"
 
 
-def _column(run: xr.Dataset, name: str, values: np.ndarray, unit: str) -> Column:
+def _column(run: xr.Dataset, name: str, values: np.ndarray, unit: str) -> ExportColumn:
     kind, *of = name.split(".")
     said = run[kind].attrs if kind in run else {}
     what = " ".join(str(said.get("long_name", kind.replace("_", " "))).split())
     what = f"{', '.join(of)}: {what}" if of else what
     if "flag_values" in said:
-        return Column(name, "1", what, values.astype(np.int8), str(said.get("flag_meanings", "")))
-    return Column(name, unit, what, values)
+        return ExportColumn(
+            name, "1", what, values.astype(np.int8), str(said.get("flag_meanings", ""))
+        )
+    return ExportColumn(name, unit, what, values)

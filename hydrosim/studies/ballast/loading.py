@@ -28,11 +28,11 @@ from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import STATIC
 from hydrosim.scene import FreeSurface
 from hydrosim.studies.ballast.surfaces import FreeSurfaces
-from hydrosim.tanks.contents import changing
+from hydrosim.tanks.contents import changing_tanks
 from hydrosim.tanks.loading import Loading, at_start, body_without, loaded_body
 from hydrosim.tanks.pieces import FLUID_LEVEL, quantities_at
 from hydrosim.tanks.shapes import capacity, heel_and_trim, pieces
-from hydrosim.tanks.timeline import follow
+from hydrosim.tanks.timeline import integrate_tanks
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
@@ -87,7 +87,7 @@ class FloatingEquilibrium(NamedTuple):
 def volumes_at(compiled: Compiled, time: float) -> np.ndarray:
     """Volumes (nt,) [m^3] in the changing tanks at a time [s], before any of them overflows."""
     p = compiled.model.tanks
-    return follow(p, max(time, 1e-9)).volumes_at(time) if p.each.size else np.zeros(0)
+    return integrate_tanks(p, max(time, 1e-9)).volumes_at(time) if p.each.size else np.zeros(0)
 
 
 def state_with_contents_at(compiled: Compiled, time: float) -> State:
@@ -189,7 +189,7 @@ def _contents(scene: Scene, volume: np.ndarray) -> list[list[tuple[Tank, float]]
     moved = iter(volume)
     each = []
     for body in scene.bodies:
-        own = {tank.name: float(next(moved)) for tank in changing(body)}
+        own = {tank.name: float(next(moved)) for tank in changing_tanks(body)}
         each.append([(tank, own.get(tank.name, v)) for tank, v in at_start(body.tanks)])
     return each
 

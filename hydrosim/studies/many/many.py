@@ -30,7 +30,7 @@ from hydrosim.errors import HydrosimError, InputError
 from hydrosim.forces import externals_of
 from hydrosim.interrupts import raise_if_interrupted, undisturbed
 from hydrosim.outputs import as_output
-from hydrosim.results.journal import KNOWN, RESULT, Journal, Kept
+from hydrosim.results.journal import KNOWN, RESULT, Journal, StoredRun
 from hydrosim.results.runs_file import BY_RUN, COMPLETE, RUN, RunsFile
 from hydrosim.scene import Scene
 from hydrosim.studies.many.form import TRIAL_STEPS, RunLayout, merge_layouts
@@ -383,7 +383,7 @@ class _RunSet(NamedTuple):
             if self.journal is None or run in self.journal or not future.done():
                 continue
             if not future.exception() and (outcome := future.result()).found is not None:
-                kept = Kept(outcome.found, outcome.attributes, outcome.warnings)
+                kept = StoredRun(outcome.found, outcome.attributes, outcome.warnings)
                 with undisturbed():
                     self.journal.add(run, kept)
 

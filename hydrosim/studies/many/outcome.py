@@ -11,8 +11,8 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.errors import InputError
-from hydrosim.results.assembled import assembled
-from hydrosim.results.channels import chosen, names
+from hydrosim.results.assembled import new_dataset
+from hydrosim.results.channels import channel_names, match_channels
 from hydrosim.results.error_figures import (
     COMPANION,
     CONTACT_FORCE,
@@ -101,7 +101,7 @@ def reduce_run(
         except InputError:
             if not lenient:
                 raise
-    reduced = assembled(variables_of_run, coords, attributes)
+    reduced = new_dataset(variables_of_run, coords, attributes)
     if why:
         reduced = xr.merge([reduced, why], join="exact", compat="equals")
     if variables:
@@ -117,10 +117,10 @@ def _chosen_channels(run: xr.Dataset, patterns: Sequence[str], lenient: bool) ->
     """The channels of a run that patterns fit."""
     if not patterns:
         return []
-    known = names(run)
+    known = channel_names(run)
     if lenient:
         patterns = [pattern for pattern in patterns if fnmatch.filter(known, pattern)]
-    return chosen(known, patterns, "output.channels")
+    return match_channels(known, patterns, "output.channels")
 
 
 def pad_to_layout(

@@ -6,13 +6,13 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 
-from hydrosim.compiling.databases import groups
+from hydrosim.compiling.databases import database_groups
 from hydrosim.compiling.questions.ranges import OUTSIDE_REFUSED, said_of_outside
 from hydrosim.database.database import all_headings
 from hydrosim.errors import InputError
 from hydrosim.scene import Question, Scene
 from hydrosim.studies.many.shared import SceneCache
-from hydrosim.waves import outside
+from hydrosim.waves import shares_outside
 from hydrosim.waves.components import sea
 
 MIN_REPORTED_SHARE = 1e-3  # share of the energy of the loads that is worth a word
@@ -60,12 +60,12 @@ def _outside_ranges(scene: Scene, shared: SceneCache) -> list[tuple[str, float]]
     say what is wrong with its databases or its sea."""
     try:
         seas = sea(scene.environment)
-        used = groups(shared.open_sources(scene)) if seas else []
+        used = database_groups(shared.open_sources(scene)) if seas else []
     except InputError:
         return []
     texts = []
     for group in used:
-        range_loss = outside(all_headings(group.database), seas)
+        range_loss = shares_outside(all_headings(group.database), seas)
         for body in group.bodies:
             if body.wave_forces.first_order and range_loss.share > MIN_REPORTED_SHARE:
                 texts.append((said_of_outside(range_loss, body, group.database), range_loss.share))

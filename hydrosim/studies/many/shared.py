@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hydrosim.compiling.calm import compile_calm
-from hydrosim.compiling.compile import planar
+from hydrosim.compiling.compile import without_symmetric_motions
 from hydrosim.compiling.databases import Source, open_database
 from hydrosim.compiling.families import all_groups
 from hydrosim.compiling.refusals import check_scene
@@ -84,7 +84,9 @@ class SceneCache:
     def _try_compiling(self, scene: Scene, drawn: Sequence[WaveComponents]) -> Compiled | Exception:
         """A scene in calm water, or why there is none."""
         try:
-            return add_step_warnings(planar(compile_calm(scene, self._wet), drawn))
+            return add_step_warnings(
+                without_symmetric_motions(compile_calm(scene, self._wet), drawn)
+            )
         except Exception as error:
             return error
 

@@ -12,7 +12,14 @@ import netCDF4
 
 from hydrosim.errors import HydrosimError, InputError, unwritable
 from hydrosim.leftovers import check_folder
-from hydrosim.results.journal import Journal, forget, identity_of, is_earlier, is_empty, is_part
+from hydrosim.results.journal import (
+    Journal,
+    identity_of,
+    is_earlier,
+    is_empty,
+    is_part,
+    remove_journal,
+)
 from hydrosim.results.runs_file import NOT_RUN
 from hydrosim.scene import Scene
 from hydrosim.studies.run.checkpoint import program_identity
@@ -65,7 +72,7 @@ def open_journal(result: Output, resume: bool, identity: Mapping[str, str]) -> J
             " them (resume=True in Python), --overwrite begins anew."
         )
     if not resume:
-        forget(folder)
+        remove_journal(folder)
     elif is_earlier(folder):
         raise InputError(
             f"--resume: the runs in {folder} were kept by an earlier version of the program, in"

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.interrupts import raise_if_interrupted, undisturbed
-from hydrosim.results.journal import Journal, Kept
+from hydrosim.results.journal import Journal, StoredRun
 from hydrosim.results.runs_file import COMPLETE
 from hydrosim.statistics.figures import RequestedStatistic
 from hydrosim.statistics.results import RunResults
@@ -86,7 +86,7 @@ class Trials:
         journal = self._journal
         if journal is not None and run not in journal and outcome.found is not None:
             with undisturbed():
-                journal.add(run, Kept(outcome.found, {}, ""))
+                journal.add(run, StoredRun(outcome.found, {}, ""))
         return outcome
 
     def _figures(self, run: xr.Dataset) -> xr.Dataset:

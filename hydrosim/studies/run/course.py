@@ -16,7 +16,7 @@ from hydrosim.forces import function_errors
 from hydrosim.jit.refs import Held, forget
 from hydrosim.jit.waiting import Torn, running_time
 from hydrosim.results.error_figures import ErrorEstimate, add_error_estimate
-from hydrosim.results.ledger import warn
+from hydrosim.results.ledger import append_warnings
 from hydrosim.results.output import to_dataset
 from hydrosim.stepping.record import SPACING, new_record, unpack
 from hydrosim.stepping.run import advance_until, count_evaluations
@@ -209,7 +209,7 @@ class RunInProgress:
         sea = compiled.sea
         scene = compiled.scene
         dataset = to_dataset(scene, compiled.model, layout, sea, record, count, history, attributes)
-        warn(dataset, validity_warnings(compiled, dataset))
+        append_warnings(dataset, validity_warnings(compiled, dataset))
         if estimate is not None:
             add_error_estimate(dataset, estimate)
         if message:

@@ -9,8 +9,8 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.compiling.restart import MET
-from hydrosim.documents.layers import apply_setting, settings_of, written
-from hydrosim.documents.nodes import compose, plain
+from hydrosim.documents.layers import apply_setting, settings_of, yaml_text
+from hydrosim.documents.nodes import compose_nodes, plain_values
 from hydrosim.errors import InputError
 from hydrosim.studies.run.functions import EXTERNAL_FORCES
 
@@ -26,18 +26,18 @@ def case_of(result: xr.Dataset, number: int | None = None) -> str:
     """
     run = _select_run(result, number)
     text = run.attrs.get(RESOLVED_CASE)
-    document = compose(str(text), RESOLVED_CASE) if text else None
+    document = compose_nodes(str(text), RESOLVED_CASE) if text else None
     if document is None or "body" not in run:
         raise InputError("found no resolved case; expected the result of a case file.")
     settings = [
         *_wave_position_settings(run),
         *_checksum_settings(run),
-        *_seed_settings(run, plain(document)),
+        *_seed_settings(run, plain_values(document)),
     ]
     for setting in settings_of(dict(settings)):
         document = apply_setting(document, setting)
     remarks = "".join(f"# {' '.join(line.split())}\n" for line in _remarks(run))
-    return f"{remarks}{written(document)}"
+    return f"{remarks}{yaml_text(document)}"
 
 
 def _select_run(result: xr.Dataset, number: int | None) -> xr.Dataset:

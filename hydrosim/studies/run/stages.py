@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from hydrosim.errors import InputError
 from hydrosim.outputs import Output
 from hydrosim.program import program_version
-from hydrosim.results.netcdf import write
+from hydrosim.results.netcdf import write_run
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -77,7 +77,7 @@ def complete_stages(
                 dataset = run(stage.case, result)
                 if dataset.attrs["status"] == "interrupted":
                     raise KeyboardInterrupt
-                write(dataset, result)
+                write_run(dataset, result)
                 checkpoint_of(result).clear()
             made = True
     return made

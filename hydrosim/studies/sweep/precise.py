@@ -16,8 +16,8 @@ import xarray as xr
 from hydrosim.errors import InputError
 from hydrosim.leftovers import check_folder, is_folder, is_marked, remove_folder
 from hydrosim.locks import is_lock
-from hydrosim.results.journal import forget, is_part
-from hydrosim.results.netcdf import write
+from hydrosim.results.journal import is_part, remove_journal
+from hydrosim.results.netcdf import write_run
 from hydrosim.results.runs_file import RUN
 from hydrosim.statistics import effects
 from hydrosim.studies.many.shared import SceneCache
@@ -69,7 +69,7 @@ def run_until(
             new = [max(all_seeds) + 1 + k for k in range(count_of_new)]
             part = replace(with_seeds(study, len(seeds), new), first=runs.sizes[RUN])
             all_seeds = [*all_seeds, *new]
-        write(runs, output)
+        write_run(runs, output)
         for each in rounds:
             each.close()
         _clear(folder)
@@ -126,7 +126,7 @@ def _is_round(path: Path) -> bool:
 def _clear(folder: Path) -> None:
     for path in folder.glob("*.partial"):
         if _is_round(path):
-            forget(path)
+            remove_journal(path)
     remove_folder(folder, _is_round)
 
 

@@ -28,7 +28,7 @@ from hydrosim.forces.line.drum import (
     SLIPPING_OUT,
     STUCK,
 )
-from hydrosim.results.netcdf import write
+from hydrosim.results.netcdf import write_run
 from hydrosim.scene import Active, Scene, Start, When
 
 Figure = Callable[[str, float], None]
@@ -302,7 +302,7 @@ def test_a_restart_goes_on_to_the_bit(tmp_path: Path) -> None:
     """From stuck, slipping and fast drums, through files."""
     whole = replace(Drum(damping=0.03, duration=8.0).scene(0.0125), output_states=True)
     run = hs.simulate(whole)
-    write(run, tmp_path / "run.nc")
+    write_run(run, tmp_path / "run.nc")
     mode = run.winch_mode.values[:, 0]
     for one in (STUCK, SLIPPING_OUT, FAST_OUT, FAST_IN):
         time = float(run.time[np.flatnonzero(mode[:-1] == one)[-1]])

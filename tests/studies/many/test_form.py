@@ -15,7 +15,7 @@ from dry_scenes import scene as dry
 import hydrosim as hs
 from hydrosim.compare.exact import differences
 from hydrosim.forces import Frictionless, StickSlip
-from hydrosim.results.growing import growing
+from hydrosim.results.growing import read_unfinished
 from hydrosim.scene import Scene, Weight
 from hydrosim.statistics.explain import explain_run, explanations_of_runs
 from hydrosim.statistics.figures import ScalarResult
@@ -166,7 +166,7 @@ def test_a_padded_set_that_is_interrupted_goes_on_to_the_same(tmp_path: Path) ->
 
     def stop(done: int, _: int) -> None:
         if done == 1:
-            part = growing(tmp_path / "runs.nc.partial")
+            part = read_unfinished(tmp_path / "runs.nc.partial")
             assert "fender_in_run" in part.coords
             assert part.fender_in_run.values[0].tolist() == whole.fender_in_run.values[0].tolist()
             raise KeyboardInterrupt

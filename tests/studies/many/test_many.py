@@ -17,7 +17,7 @@ from moored_barge import CASES, SEA, in_contact, in_waves, scene_of, with_body
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences
-from hydrosim.results.growing import growing
+from hydrosim.results.growing import read_unfinished
 from hydrosim.results.runs_file import LARGE
 from hydrosim.scene import Scene, Solver, Start, Unstable, WaveTrain
 from hydrosim.statistics.statistics import statistics
@@ -97,14 +97,14 @@ def test_databases_and_all_but_the_waves_are_compiled_once(monkeypatch: pytest.M
 
         monkeypatch.setattr(shared, name, call)
 
-    counted("opened")
+    counted("open_start")
     counted("compile_calm")
     cases = [
         hs.load_case(CASES / "base.yaml", {"duration": 5.0, "environment.waves.seed": seed})
         for seed in (1, 2, 3)
     ]
     runs = hs.simulate_many(cases)
-    assert sorted(calls) == ["compile_calm", "opened"]
+    assert sorted(calls) == ["compile_calm", "open_start"]
     assert same(runs.isel(run=1), hs.simulate(cases[1])[["position"]])
     assert "seed: 2" in str(runs.case[1].values)  # the texts differ, so each run has its own
     assert "case" not in runs.attrs
@@ -149,7 +149,7 @@ def test_runs_are_in_the_folder_as_soon_as_they_are_done(tmp_path: Path) -> None
     path, done, parts = tmp_path / "runs.nc", [], []
 
     def look(count: int, total: int) -> None:
-        part = growing(tmp_path / "runs.nc.partial")
+        part = read_unfinished(tmp_path / "runs.nc.partial")
         status = part.status.values.tolist()
         assert total == 3
         assert status[:count] == ["complete"] * count

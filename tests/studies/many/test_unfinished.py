@@ -145,8 +145,8 @@ def test_what_is_kept_of_a_run_is_what_it_was(tmp_path: Path) -> None:
     attributes = {"f": np.float64(0.1), "g": 0.1, "i": np.int64(3), "t": "x", "l": [1.5, 2.5]}
     attributes["array"] = np.array([[1, 2]], dtype=np.int16)
     book = journal.Journal(tmp_path, {"the program": "x"})
-    book.add(5, journal.Kept(found, attributes, "careful"))
-    book.add(6, journal.Kept(found.isel(x=[0]), {}, ""))  # of another form: it is run again
+    book.add(5, journal.StoredRun(found, attributes, "careful"))
+    book.add(6, journal.StoredRun(found.isel(x=[0]), {}, ""))  # of another form: it is run again
     book.close()
     again = journal.Journal(tmp_path, {"the program": "x"})
     assert (5 in again, 6 in again, len(again)) == (True, False, 1)
@@ -185,12 +185,12 @@ def kept_in(result: Output) -> None:
         book = open_journal(result, False, IDENTITY)
         for k in (1, 2):
             found = xr.Dataset({"a": ("x", [k + 0.5, 2.0])}, {"x": [3.0, 4.0]})
-            book.add(k, journal.Kept(found, {"k": k, "g": np.float64(k)}, ""))
+            book.add(k, journal.StoredRun(found, {"k": k, "g": np.float64(k)}, ""))
         book.note(3, "failed", "it turned over")
         book.close()
 
 
-def read_again(result: Output) -> dict[int, journal.Kept]:
+def read_again(result: Output) -> dict[int, journal.StoredRun]:
     """The runs that a set which goes on takes over."""
     with locked_folder(result):
         book = open_journal(result, True, IDENTITY)
@@ -217,7 +217,7 @@ def test_no_byte_of_a_journal_changes_a_number_in_silence(tmp_path: Path, name: 
             (folder_of(result) / file).write_bytes(data)
         flipped = content[at] ^ (1 << at % 8)
         (folder_of(result) / name).write_bytes(content[:at] + bytes([flipped]) + content[at + 1 :])
-        again = dict[int, journal.Kept]()
+        again = dict[int, journal.StoredRun]()
         said = message(lambda _: again.update(read_again(result)), tmp_path)  # noqa: B023
         if said is not None:
             assert re.search(rf"{name}: is .*(--overwrite|Move it away)", said), at

@@ -13,7 +13,7 @@ from moored_barge import CASES
 
 from hydrosim.errors import InputError
 from hydrosim.outputs import Output, as_output
-from hydrosim.results.netcdf import write
+from hydrosim.results.netcdf import write_run
 from hydrosim.studies.sweep.precise import run_until
 from hydrosim.studies.sweep.study import ParameterStudy, load_study, read_study
 
@@ -75,7 +75,7 @@ def test_rounds_that_are_there_are_taken_up(tmp_path: Path) -> None:
 
     def whole(part: ParameterStudy, file: Path) -> xr.Dataset:
         made.append(len(part.scenes))
-        write(
+        write_run(
             known(part, file).assign(status=("run", ["complete"] * len(part.scenes))),
             as_output(file, "sweep"),
         )
