@@ -108,7 +108,7 @@ def check_points(x: str, at: Sequence[float], y: str, values: Sequence[float]) -
 
 def check_law(element: Any) -> None:
     """Raises a problem if an element has two springs, or nothing that acts."""
-    given = element.given("stiffness", "curve")
+    given = element.keys_with_value("stiffness", "curve")
     if len(given) == 2:
         raise problem("stiffness and curve", "one of them", "remove one")
     damped = element.damping or element.quadratic_damping
