@@ -23,8 +23,8 @@ from benchmarks.compiled import compiled
 from benchmarks.report import ROOT, Answer, Row
 from benchmarks.timing import Timed, interleaved, time_loop, timed
 from hydrosim import simulate
-from hydrosim.compiling.calm import add_waves
 from hydrosim.compiling.compile import compile_in_calm
+from hydrosim.compiling.without_waves import add_waves
 from hydrosim.scene import Scene, SecondOrder
 from hydrosim.waves import sea
 

@@ -12,8 +12,7 @@ from yaml.nodes import Node
 
 from hydrosim.case.checks import check, recorded_series
 from hydrosim.case.schema import CaseFile
-from hydrosim.documents.layers import apply_setting, read_case, settings_of
-from hydrosim.documents.layers import yaml_text
+from hydrosim.documents.layers import apply_setting, read_case, settings_of, yaml_text
 from hydrosim.documents.nodes import SETTING
 from hydrosim.documents.places import Places, places_of, source_context
 from hydrosim.documents.units import units_written

@@ -54,8 +54,8 @@ def explain(
     """
     from hydrosim.commands.study import so_far, stem_of
     from hydrosim.plot.explain import draw_explained
-    from hydrosim.results.growing import runs_at
     from hydrosim.results.netcdf import read_run, write_run
+    from hydrosim.results.unfinished import runs_at
     from hydrosim.statistics.explain import DIRECTION_AXES
     from hydrosim.wording.explain import explanation_document
 

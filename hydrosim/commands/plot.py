@@ -46,7 +46,7 @@ def plot(
     from hydrosim.plot.draw import Format, TimeWindow, View
     from hydrosim.plot.load import open_run
     from hydrosim.results.channels import channel_names, match_channels
-    from hydrosim.results.growing import runs_at
+    from hydrosim.results.unfinished import runs_at
 
     folder = run_file.parent if output is None else output
     if os.path.exists(folder) and not os.path.isdir(folder):

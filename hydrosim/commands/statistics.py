@@ -58,8 +58,8 @@ def statistics(
     from hydrosim.commands.study import place_table, show_study
     from hydrosim.errors import InputError
     from hydrosim.results.channels import channel_names, match_channels
-    from hydrosim.results.growing import runs_at
     from hydrosim.results.netcdf import read_run, write_run
+    from hydrosim.results.unfinished import runs_at
     from hydrosim.statistics.statistics import enough_from
     from hydrosim.statistics.statistics import statistics as of_run
     from hydrosim.wording.statistics import statistics_document

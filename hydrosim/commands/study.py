@@ -24,8 +24,8 @@ def stem_of(file: Path) -> str:
 
 def so_far(runs: xr.Dataset) -> list[str]:
     """Numbers of runs by status if not all are complete, and the reason why the first failed."""
-    from hydrosim.results.growing import GATHERED
     from hydrosim.results.runs_file import COMPLETE
+    from hydrosim.results.unfinished import GATHERED
     from hydrosim.wording.study import counts_by_status
 
     if GATHERED in runs.attrs:

@@ -15,8 +15,8 @@ from hydrosim.forces.signal import corners
 from hydrosim.integrate import Control
 from hydrosim.rigid.free import are_lengths
 from hydrosim.stepping.clock import Clock
-from hydrosim.waves.following import STATES_PER_FOLLOWED_BODY
-from hydrosim.waves.places import grid_step, steps_per_block
+from hydrosim.waves.displaced_loads import STATES_PER_FOLLOWED_BODY
+from hydrosim.waves.wave_reference import grid_step, steps_per_block
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 
 from hydrosim.compiling import symmetry
 from hydrosim.compiling.automatic import with_tolerance
-from hydrosim.compiling.calm import add_waves, compile_calm
 from hydrosim.compiling.families import all_groups
+from hydrosim.compiling.hydrodynamic_groups import in_states
 from hydrosim.compiling.joints.bodies import with_dofs_of_joints
-from hydrosim.compiling.refusals import check_scene
 from hydrosim.compiling.restart import memory_before, open_start
-from hydrosim.compiling.wet import in_states
+from hydrosim.compiling.validate_scene import check_scene
+from hydrosim.compiling.without_waves import add_waves, compile_calm
 from hydrosim.documents.places import source_context
 from hydrosim.radiation.state_space import TOLERANCE
 from hydrosim.radiation.threads import one_thread

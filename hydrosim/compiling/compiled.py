@@ -15,8 +15,8 @@ from hydrosim.compiling.restart import start_time
 from hydrosim.integrate import Method, method_named
 
 if TYPE_CHECKING:
-    from hydrosim.compiling.facts import Facts
-    from hydrosim.compiling.wet import HydrodynamicGroup
+    from hydrosim.compiling.derived import Facts
+    from hydrosim.compiling.hydrodynamic_groups import HydrodynamicGroup
     from hydrosim.linear.accuracy import Vibration
     from hydrosim.scene import Scene
     from hydrosim.stepping.dynamics import Model

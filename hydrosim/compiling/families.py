@@ -12,14 +12,14 @@ import numpy as np
 
 from hydrosim import radiation
 from hydrosim.compiling.databases import database_groups
-from hydrosim.compiling.hydrostatics.hulls import with_hulls
-from hydrosim.compiling.wet import (
+from hydrosim.compiling.hydrodynamic_groups import (
     HydrodynamicGroup,
     group_of,
     radiation_of,
     wet_groups,
     with_states,
 )
+from hydrosim.compiling.hydrostatics.hulls import with_hulls
 from hydrosim.database.hull import immersed_triangles, integrals
 from hydrosim.errors import InputError
 from hydrosim.scene import AutomaticRadiation, Body, ConvolutionRadiation, Family, Scene

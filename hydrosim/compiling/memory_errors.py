@@ -22,7 +22,7 @@ from hydrosim.scene import ConstantRadiation, Scene
 from hydrosim.stepping.names import coordinate_names
 
 if TYPE_CHECKING:
-    from hydrosim.compiling.wet import HydrodynamicGroup
+    from hydrosim.compiling.hydrodynamic_groups import HydrodynamicGroup
     from hydrosim.stepping.dynamics import Model
     from hydrosim.stepping.state import State
 

@@ -11,6 +11,7 @@ import numpy as np
 from hydrosim import forces, radiation
 from hydrosim.compiling import families
 from hydrosim.compiling.drag.roll_mode import roll_mode
+from hydrosim.compiling.hydrodynamic_groups import HydrodynamicGroup, each_alone, moving, resonance
 from hydrosim.compiling.hydrostatics.hulls import hulls_of
 from hydrosim.compiling.hydrostatics.liquids import liquids_of
 from hydrosim.compiling.hydrostatics.tanks import tanks_of
@@ -18,7 +19,6 @@ from hydrosim.compiling.hydrostatics.weights import weights_of
 from hydrosim.compiling.joints.bodies import bodies_of
 from hydrosim.compiling.restart import initial_headings
 from hydrosim.compiling.streams.currents import currents_on, draught_of
-from hydrosim.compiling.wet import HydrodynamicGroup, each_alone, moving, resonance
 from hydrosim.database.database import HydroDatabase, require_array
 from hydrosim.dofs import about_z
 from hydrosim.errors import InputError
@@ -45,8 +45,8 @@ from hydrosim.streams.wind import mean_wind
 from hydrosim.tanks.contents import Tanks, tank_names
 from hydrosim.tanks.events import triggered_pumps
 from hydrosim.waves.build import wave_loads_model
-from hydrosim.waves.following import STATES_PER_FOLLOWED_BODY, following_model
-from hydrosim.waves.places import met_by_waves, slow_bodies
+from hydrosim.waves.displaced_loads import STATES_PER_FOLLOWED_BODY, following_model
+from hydrosim.waves.wave_reference import met_by_waves, slow_bodies
 
 if TYPE_CHECKING:
     from hydrosim.forces.kind import Parts

@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hydrosim.compiling.hydrodynamic_groups import HydrodynamicGroup, each_database
 from hydrosim.compiling.joints.closed import describe_dropped, moves_freely
-from hydrosim.compiling.meetings import (
+from hydrosim.compiling.notes_of_headings import (
     coarse_headings,
     meetings,
     said_of_current,
     said_of_waves,
 )
 from hydrosim.compiling.questions.ranges import OUTSIDE_REFUSED, said_of_outside
-from hydrosim.compiling.streams.said import said_of_streams
-from hydrosim.compiling.wet import HydrodynamicGroup, each_database
+from hydrosim.compiling.streams.notes_of_streams import said_of_streams
 from hydrosim.dofs import DOFS
 from hydrosim.forces import signals_of
 from hydrosim.forces.signal import Recorded
@@ -51,7 +51,7 @@ from hydrosim.waves.quadratic import separate_headings
 from hydrosim.waves.sea_state import SeaState, energy_outside_band, sea_state
 
 if TYPE_CHECKING:
-    from hydrosim.compiling.facts import Facts
+    from hydrosim.compiling.derived import Facts
     from hydrosim.compiling.notes import Notes
     from hydrosim.database.database import HydroDatabase
     from hydrosim.stepping.dynamics import Model

@@ -19,8 +19,8 @@ from hydrosim.rigid.kinematics import Bodies, Motion, place_bodies
 from hydrosim.stepping.blending import settled
 from hydrosim.stepping.dynamics import Model, new_work
 from hydrosim.stepping.state import State
-from hydrosim.waves.places import grid_step
-from hydrosim.waves.slow import first_states
+from hydrosim.waves.slow_path_loads import first_states
+from hydrosim.waves.wave_reference import grid_step
 
 if TYPE_CHECKING:
     from hydrosim.scene import Scene, WaveForces

@@ -25,10 +25,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy import linalg
 
+from hydrosim.compiling.hydrodynamic_groups import HydrodynamicGroup, each_alone, each_database
 from hydrosim.compiling.hydrostatics.hulls import asymmetric_hulls
 from hydrosim.compiling.mirror import COUPLES, couples, joints_without_image, without_image
 from hydrosim.compiling.start import first_state
-from hydrosim.compiling.wet import HydrodynamicGroup, each_alone, each_database
 from hydrosim.dofs import DOFS, MIRROR_SIGN, SMALL
 from hydrosim.forces import is_mirrored
 from hydrosim.forces.mirroring import LATERAL

@@ -10,7 +10,7 @@ from hydrosim.stepping.blending import blend
 from hydrosim.stepping.dynamics import Model, find_mass, new_work, update_contents
 from hydrosim.streams.gusts import NO_GUSTS
 from hydrosim.waves.build import wave_loads_model
-from hydrosim.waves.following import following_model
+from hydrosim.waves.displaced_loads import following_model
 
 STEP = 1e-4  # of the central differences: m, rad and their rates
 CALM = wave_loads_model((), (), 0.0, 1.0, 1.0)

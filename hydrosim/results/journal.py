@@ -24,7 +24,7 @@ import xarray as xr
 from hydrosim.errors import InputError
 from hydrosim.leftovers import is_marked, is_plain, remove_folder
 from hydrosim.outputs import Output
-from hydrosim.results.assembled import differing
+from hydrosim.results.dataset import differing
 
 FIRST_RUN_FILE = "first.nc"
 RUNS = "runs"

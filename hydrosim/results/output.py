@@ -25,7 +25,7 @@ from hydrosim.forces.kind import Columns, Kept, Kind, Modes, RecordedStates, Tal
 from hydrosim.modes import RISING, SEGMENT
 from hydrosim.radiation import VelocityHistory, input_rates
 from hydrosim.results import impulses, memory, points
-from hydrosim.results.assembled import new_dataset
+from hydrosim.results.dataset import new_dataset
 from hydrosim.results.ledger import check_balance
 from hydrosim.results.netcdf import RECORDED
 from hydrosim.results.phases import group_phases

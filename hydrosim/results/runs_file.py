@@ -12,7 +12,7 @@ import netCDF4
 import numpy as np
 import xarray as xr
 
-from hydrosim.results.assembled import differing
+from hydrosim.results.dataset import differing
 
 RUN = "run"
 NOT_RUN = "not run"

@@ -16,8 +16,8 @@ import xarray as xr
 from numpy.lib.stride_tricks import sliding_window_view
 
 from hydrosim.documents.series import STATISTIC_UNITS
-from hydrosim.results.assembled import new_dataset
 from hydrosim.results.channels import CAPABLE, LINES, channel_series, lowest_value
+from hydrosim.results.dataset import new_dataset
 from hydrosim.results.phases import Phase
 from hydrosim.results.stages import stages
 from hydrosim.results.variables import describe_coordinates, units_of

@@ -92,10 +92,10 @@ from hydrosim.stepping.blending import (
 from hydrosim.tanks import contents, flows
 from hydrosim.tanks.contents import Tanks
 from hydrosim.tanks.surface import Liquids, level_surfaces
-from hydrosim.waves.following import FollowingLoads, Sums, following_loads, new_sums
+from hydrosim.waves.displaced_loads import FollowingLoads, Sums, following_loads, new_sums
 from hydrosim.waves.loads import WaveLoads, any_waves, wave_loads
 from hydrosim.waves.moments import turn_moments
-from hydrosim.waves.slow import SlowBlock, find_yaws, new_block, slow_loads, slow_rates
+from hydrosim.waves.slow_path_loads import SlowBlock, find_yaws, new_block, slow_loads, slow_rates
 
 
 class Model(NamedTuple):

@@ -57,7 +57,7 @@ from hydrosim.stepping.state import (
 from hydrosim.stepping.stepper import find_start_slope, knows_end_slope, step
 from hydrosim.tanks.pumping import share_of_step
 from hydrosim.tanks.surface import find_clearances, first_passage
-from hydrosim.waves.slow import BLOCK_BEGIN, begin_block
+from hydrosim.waves.slow_path_loads import BLOCK_BEGIN, begin_block
 
 PITCH = 4  # among a body's six coordinates
 UPRIGHT = 0.087  # cosine of that angle

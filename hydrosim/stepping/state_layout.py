@@ -30,7 +30,7 @@ from hydrosim.stepping.names import (
     supplies,
 )
 from hydrosim.waves import slow_bodies
-from hydrosim.waves.slow import SLOW_STATE_NAMES
+from hydrosim.waves.slow_path_loads import SLOW_STATE_NAMES
 
 
 class StateKind(StrEnum):

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hydrosim.case.lines.chains import mooring_lines, water_of
-from hydrosim.compiling.refusals import STRAINED
+from hydrosim.compiling.validate_scene import STRAINED
 from hydrosim.documents.text import Source
 from hydrosim.forces.line.hang import find_touch
 from hydrosim.forces.line.now import lines_now

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hydrosim.scene import SecondOrder
-from hydrosim.waves.following import waves_follow
-from hydrosim.waves.forms import moves_second_order
+from hydrosim.waves.displaced_loads import waves_follow
 from hydrosim.waves.loads import WaveLoads
 from hydrosim.waves.moments import turned_bodies
 from hydrosim.waves.quadratic import QuadraticFunctions, difference_factors, sum_factors
+from hydrosim.waves.quadratic_loads import moves_second_order
 from hydrosim.waves.second_order import (
     Factors,
     difference_loads,

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 
 from hydrosim.case import load_case
 from hydrosim.compiling import sizes
-from hydrosim.compiling.calm import add_waves, compile_calm
 from hydrosim.compiling.clock import compile_clock
 from hydrosim.compiling.compile import compile_scene
-from hydrosim.compiling.facts import solution
+from hydrosim.compiling.derived import solution
+from hydrosim.compiling.hydrodynamic_groups import in_states
 from hydrosim.compiling.notes import Notes
 from hydrosim.compiling.restart import resumed_state, started_from
-from hydrosim.compiling.wet import in_states
+from hydrosim.compiling.without_waves import add_waves, compile_calm
 from hydrosim.documents.places import add_source_lines, source_context
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import ModeKind, NaturalMode, natural_modes

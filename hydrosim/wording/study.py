@@ -26,9 +26,9 @@ from hydrosim.presentation.figures import Curves, PlottedCurve
 from hydrosim.presentation.layout import text_of
 from hydrosim.presentation.units import units_of
 from hydrosim.results.error_figures import RELATIVE, reported_beyond
-from hydrosim.results.growing import GATHERED
 from hydrosim.results.ledger import MAX_RESIDUAL_FRACTION
 from hydrosim.results.runs_file import COMPLETE, DIFFER, with_keys
+from hydrosim.results.unfinished import GATHERED
 from hydrosim.results.validation import DESIGN
 from hydrosim.statistics import effects
 from hydrosim.statistics.effects import SAMPLED_DESIGNS, Difference, EffectRow, PlanRuns

@@ -13,8 +13,8 @@ from moored_barge import SEA, in_contact, in_waves
 
 import hydrosim
 import hydrosim as hs
-from hydrosim.compiling import facts
-from hydrosim.compiling.facts import Facts, facts_of
+from hydrosim.compiling import derived
+from hydrosim.compiling.derived import Facts, facts_of
 from hydrosim.scene import WaveTrain
 
 PACKAGE = Path(hydrosim.__file__).parent
@@ -29,15 +29,15 @@ MAKERS = (
 MODELS = 3  # in calm water, in its plane of symmetry, in its sea
 BEFORE = {  # what is asked of a scene before there is a model, and by whom
     "each_alone": {
-        "compiling/facts.py",
+        "compiling/derived.py",
         "compiling/model.py",
         "compiling/symmetry.py",
     },
-    "initial_headings": {"compiling/facts.py", "compiling/model.py"},
-    "state_layout": {"compiling/facts.py"},
-    "nonlinearities": {"compiling/facts.py"},
+    "initial_headings": {"compiling/derived.py", "compiling/model.py"},
+    "state_layout": {"compiling/derived.py"},
+    "nonlinearities": {"compiling/derived.py"},
     "met_by_waves": {
-        "compiling/facts.py",
+        "compiling/derived.py",
         "compiling/model.py",
         "studies/linear/response.py",
         "studies/linear/rest.py",
@@ -51,7 +51,7 @@ def test_each_fact_is_found_once_for_each_model(monkeypatch: pytest.MonkeyPatch)
     asked: Counter[str] = Counter()
 
     def counted(name: str) -> Any:
-        made = getattr(facts, name)
+        made = getattr(derived, name)
 
         def found(*arguments: Any) -> Any:
             asked[name] += 1
@@ -60,7 +60,7 @@ def test_each_fact_is_found_once_for_each_model(monkeypatch: pytest.MonkeyPatch)
         return found
 
     for name in MAKERS:
-        monkeypatch.setattr(facts, name, counted(name))
+        monkeypatch.setattr(derived, name, counted(name))
     run = hs.simulate(in_waves(in_contact(20.0), WaveTrain(SEA, seed=1)))
     assert run.attrs["status"] == "complete"
     assert {*asked.values()} == {MODELS}, asked

@@ -16,7 +16,7 @@ from numpy.testing import assert_array_equal
 import hydrosim as hs
 from hydrosim.compiling.compile import compile_for_linear
 from hydrosim.compiling.compiled import Compiled
-from hydrosim.compiling.wet import HydrodynamicGroup
+from hydrosim.compiling.hydrodynamic_groups import HydrodynamicGroup
 from hydrosim.database import HydroDatabase, load
 from hydrosim.database.kernels import kernels
 from hydrosim.scene import (

@@ -11,7 +11,7 @@ from moored_barge import scene_of
 
 import hydrosim as hs
 from hydrosim.compiling import sizes
-from hydrosim.compiling.refusals import check_scene
+from hydrosim.compiling.validate_scene import check_scene
 from hydrosim.errors import InputError
 from hydrosim.forces import Plane
 from hydrosim.scene import ConvolutionRadiation, Question, Scene, StateSpaceRadiation

@@ -143,7 +143,9 @@ RESTING = [  # prescribed forces act at rest, and so may what supplies, and what
     if not isinstance(element, Catenary)
 ]
 IN_EARTH_AXES = [case for case in CASES if case[0] not in {*IN_BODY_AXES, *EXAMPLES}]
-BETWEEN_BODIES = [case for case in CASES if any(body for _, body in ELEMENTS[case[0]].connected_bodies())]
+BETWEEN_BODIES = [
+    case for case in CASES if any(body for _, body in ELEMENTS[case[0]].connected_bodies())
+]
 
 
 def two_bodies(at_rest: bool = False) -> tuple[Body, Body]:
@@ -266,7 +268,8 @@ def test_no_force_at_rest(name):
 
 
 @pytest.mark.parametrize(
-    ("name", "mode"), [case for case in CASES if any(b for _, b in ELEMENTS[case[0]].connected_bodies())]
+    ("name", "mode"),
+    [case for case in CASES if any(b for _, b in ELEMENTS[case[0]].connected_bodies())],
 )
 @pytest.mark.parametrize("kinematics", Kinematics)
 def test_action_is_reaction(name, mode, kinematics):

@@ -16,7 +16,7 @@ from reading import texts
 from scipy import linalg
 
 import hydrosim as hs
-from hydrosim.compiling.facts import solution
+from hydrosim.compiling.derived import solution
 from hydrosim.dofs import DOFS
 from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import (

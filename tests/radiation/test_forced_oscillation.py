@@ -25,7 +25,7 @@ import xarray as xr
 
 import hydrosim as hs
 from hydrosim.compiling.compiled import Compiled
-from hydrosim.compiling.wet import each_alone
+from hydrosim.compiling.hydrodynamic_groups import each_alone
 from hydrosim.dofs import DOFS
 from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import Drive, Harmonic

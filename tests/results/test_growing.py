@@ -12,9 +12,9 @@ from command_line import Command, command
 from damaged import message
 
 from hydrosim.errors import InputError
-from hydrosim.results.growing import read_unfinished, runs_at
 from hydrosim.results.journal import FIRST_RUN_FILE, KNOWN, RUNS, Journal, StoredRun
 from hydrosim.results.runs_file import RUN, RunsFile
+from hydrosim.results.unfinished import read_unfinished, runs_at
 
 COUNT = 6
 PLAN = {"design": "grid", "samples": None, "parameters": {"height": ["height"]}}
@@ -146,7 +146,7 @@ def test_a_folder_that_goes_while_it_is_read(folder: Path, monkeypatch: pytest.M
     def gone(_: Path) -> None:
         (folder / RUNS).unlink()
 
-    monkeypatch.setattr("hydrosim.results.growing.first_of", gone)
+    monkeypatch.setattr("hydrosim.results.unfinished.first_of", gone)
     with pytest.raises(InputError, match="no longer exists, because its sweep has ended"):
         runs_at(folder)
 

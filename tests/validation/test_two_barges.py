@@ -16,7 +16,7 @@ import xarray as xr
 from numpy.testing import assert_allclose
 
 import hydrosim as hs
-from hydrosim.compiling.wet import HydrodynamicGroup
+from hydrosim.compiling.hydrodynamic_groups import HydrodynamicGroup
 from hydrosim.database import HydroDatabase, load, require_array
 from hydrosim.evidence import Feature, Kind
 from hydrosim.presentation.document import List

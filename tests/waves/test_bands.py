@@ -26,9 +26,9 @@ from hydrosim.scene import (
     WaveTrain,
 )
 from hydrosim.waves import WaveBody, following_model, sea
-from hydrosim.waves.bands import bands_model
-from hydrosim.waves.following import FollowingLoads
-from hydrosim.waves.slow import (
+from hydrosim.waves.displaced_loads import FollowingLoads
+from hydrosim.waves.narrow_bands import bands_model
+from hydrosim.waves.slow_path_loads import (
     BLOCK_BEGIN,
     BLOCK_POSITION,
     BLOCK_RATE,

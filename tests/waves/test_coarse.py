@@ -12,7 +12,7 @@ from moored_barge import ROOT
 from hydrosim.database import all_headings, load
 from hydrosim.scene import Environment, Jonswap, WaveTrain
 from hydrosim.waves import WaveComponents, sea
-from hydrosim.waves.coarse import lost_between_headings
+from hydrosim.waves.heading_aliasing import lost_between_headings
 from hydrosim.waves.transfer import excitation_at
 
 

@@ -30,8 +30,8 @@ from hydrosim.waves import (
     wave_loads,
     wave_loads_model,
 )
-from hydrosim.waves.following import following_loads, new_sums
-from hydrosim.waves.slow import first_states, new_block, slow_loads
+from hydrosim.waves.displaced_loads import following_loads, new_sums
+from hydrosim.waves.slow_path_loads import first_states, new_block, slow_loads
 
 SWELL = WaveTrain(Jonswap(2.0, 14.0), heading=radians(30.0), ramp=30.0, repeat_period=600.0)
 ACROSS = replace(SWELL, heading=radians(-110.0), seed=4)

@@ -30,8 +30,8 @@ from hydrosim.scene import (
     WaveTrain,
 )
 from hydrosim.waves import WaveBody, chosen_places, following_model, sea, slow_bodies
-from hydrosim.waves.following import following_loads, new_sums
-from hydrosim.waves.slow import (
+from hydrosim.waves.displaced_loads import following_loads, new_sums
+from hydrosim.waves.slow_path_loads import (
     BLOCK_BEGIN,
     BLOCK_POSITION,
     BLOCK_RATE,

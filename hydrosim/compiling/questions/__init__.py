@@ -31,7 +31,7 @@ from hydrosim.errors import InputError
 from hydrosim.scene import Question
 
 if TYPE_CHECKING:
-    from hydrosim.compiling.questions.doubt import Query, SceneContext
+    from hydrosim.compiling.questions.query import Query, SceneContext
 
 QUESTIONS: Mapping[Question, Callable[[SceneContext], Iterator[Query]]] = {
     Question.ANGLES: starts.angles,

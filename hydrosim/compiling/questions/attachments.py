@@ -11,8 +11,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hydrosim.compiling.questions.doubt import Query, SceneContext, text_beyond
 from hydrosim.compiling.questions.extents import ROUND, Extents, extents
+from hydrosim.compiling.questions.query import Query, SceneContext, text_beyond
 from hydrosim.forces.line.catenary import Catenary
 from hydrosim.forces.link import TorsionSpring
 from hydrosim.forces.pair import Tie

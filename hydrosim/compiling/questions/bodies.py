@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hydrosim.compiling.questions.doubt import Query, SceneContext, text_beyond, text_outside
 from hydrosim.compiling.questions.extents import COMPACT, extents
 from hydrosim.compiling.questions.periods import natural_periods
+from hydrosim.compiling.questions.query import Query, SceneContext, text_beyond, text_outside
 from hydrosim.database.database import HydroDatabase, require_array
 from hydrosim.dofs import DOFS
 from hydrosim.forces.applied_force import AppliedForce

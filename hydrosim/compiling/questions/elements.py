@@ -6,9 +6,9 @@ from collections.abc import Collection, Iterator
 
 import numpy as np
 
-from hydrosim.compiling.questions.doubt import Query, SceneContext, text_beyond, text_outside
 from hydrosim.compiling.questions.extents import Extents, extents
 from hydrosim.compiling.questions.periods import natural_inertias
+from hydrosim.compiling.questions.query import Query, SceneContext, text_beyond, text_outside
 from hydrosim.compiling.questions.shapes import drag
 from hydrosim.dofs import DOFS
 from hydrosim.forces.contact.coulomb import Coulomb

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from hydrosim.compiling.questions.chains import bar_diameters
-from hydrosim.compiling.questions.doubt import Query, SceneContext, text_beyond
 from hydrosim.compiling.questions.extents import COMPACT, Extents, extents
+from hydrosim.compiling.questions.query import Query, SceneContext, text_beyond
 from hydrosim.forces.line.catenary import Catenary
 from hydrosim.forces.line.now import LineNow, lines_now
 

@@ -8,7 +8,7 @@ from math import inf
 import numpy as np
 
 from hydrosim.compiling.questions.chains import bar_diameters
-from hydrosim.compiling.questions.doubt import Query, SceneContext, text_beyond
+from hydrosim.compiling.questions.query import Query, SceneContext, text_beyond
 from hydrosim.forces.contact.fender import Contact
 from hydrosim.forces.line.catenary import Catenary
 from hydrosim.forces.line.winch import Winch

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.compiling.questions.doubt import Query, SceneContext
 from hydrosim.compiling.questions.extents import Extents, extents
+from hydrosim.compiling.questions.query import Query, SceneContext
 from hydrosim.compiling.questions.seas import peak_wavelength
 
 if TYPE_CHECKING:

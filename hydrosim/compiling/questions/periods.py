@@ -11,7 +11,7 @@ from hydrosim.database.database import require_array
 from hydrosim.dofs import DOFS
 
 if TYPE_CHECKING:
-    from hydrosim.compiling.questions.doubt import SceneContext
+    from hydrosim.compiling.questions.query import SceneContext
     from hydrosim.database.database import HydroDatabase
     from hydrosim.scene import Body
 

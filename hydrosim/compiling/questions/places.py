@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from hydrosim.compiling.questions.attachments import attachments
-from hydrosim.compiling.questions.doubt import Query, SceneContext, text_beyond
 from hydrosim.compiling.questions.extents import COMPACT, ROUND, Extents, extents
+from hydrosim.compiling.questions.query import Query, SceneContext, text_beyond
 from hydrosim.forces.contact.fender import Fender
 from hydrosim.rigid.kinematics import Motion
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from hydrosim.compiling.questions.doubt import Query, SceneContext
+from hydrosim.compiling.questions.query import Query, SceneContext
 from hydrosim.waves import shares_outside
-from hydrosim.waves.outside import Outside
+from hydrosim.waves.frequency_truncation import Outside
 
 if TYPE_CHECKING:
     from hydrosim.database.database import HydroDatabase

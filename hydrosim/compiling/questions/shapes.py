@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hydrosim.compiling.questions.doubt import Query, SceneContext, text_beyond, text_outside
 from hydrosim.compiling.questions.extents import extents
+from hydrosim.compiling.questions.query import Query, SceneContext, text_beyond, text_outside
 from hydrosim.dofs import DOFS
 from hydrosim.forces.damping.quadratic_damping import QuadraticDamping
 from hydrosim.scene.tanks import Box

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from hydrosim.compiling.questions.doubt import Query, SceneContext, text_beyond
 from hydrosim.compiling.questions.extents import extents
+from hydrosim.compiling.questions.query import Query, SceneContext, text_beyond
 from hydrosim.forces.contact.fender import Contact
 from hydrosim.forces.contact.normal import NormalCurve, PrescribedNormal
 from hydrosim.forces.contact.plane import Plane

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hydrosim.compiling.questions.doubt import Query, SceneContext, text_outside
 from hydrosim.compiling.questions.extents import Extents, extents
+from hydrosim.compiling.questions.query import Query, SceneContext, text_outside
 from hydrosim.forces.stream_load import CurrentLoad, StreamLoad, WindLoad
 
 AIR = 1.225  # kg/m^3

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hydrosim.compiling.questions.doubt import Query, SceneContext, text_beyond, text_outside
+from hydrosim.compiling.questions.query import Query, SceneContext, text_beyond, text_outside
 from hydrosim.compiling.questions.seas import crossing_period, height_of, peak_period
 from hydrosim.scene import Jonswap, Tma
 

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hydrosim.compiling.facts import facts_of
+from hydrosim.compiling.derived import facts_of
 from hydrosim.errors import InputError
 from hydrosim.forces import without_friction
 from hydrosim.forces.layout import HYDROSTATIC, WEIGHT, row_names

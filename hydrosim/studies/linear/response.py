@@ -20,9 +20,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import linalg
 
-from hydrosim.compiling.calm import wave_bodies
 from hydrosim.compiling.compile import Radiation, compile_for_linear
 from hydrosim.compiling.compiled import Compiled
+from hydrosim.compiling.without_waves import wave_bodies
 from hydrosim.dofs import about_z
 from hydrosim.forces import heights_of_wind, with_linear_rolls
 from hydrosim.linear.contacts import Contacts, with_contacts
@@ -39,10 +39,10 @@ from hydrosim.studies.linear.gusts import change_with_wind
 from hydrosim.waves.build import first_order
 from hydrosim.waves.components import WaveComponents
 from hydrosim.waves.dispersion import wavenumber
-from hydrosim.waves.places import met_by_waves
+from hydrosim.waves.wave_reference import met_by_waves
 
 if TYPE_CHECKING:
-    from hydrosim.compiling.wet import HydrodynamicGroup
+    from hydrosim.compiling.hydrodynamic_groups import HydrodynamicGroup
     from hydrosim.stepping.dynamics import Model
     from hydrosim.stepping.state import State
     from hydrosim.waves.body import WaveBody

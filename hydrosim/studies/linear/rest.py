@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.compiling.calm import wave_bodies
 from hydrosim.compiling.compile import Radiation, compile_for_linear
 from hydrosim.compiling.compiled import Compiled
+from hydrosim.compiling.without_waves import wave_bodies
 from hydrosim.errors import InputError
 from hydrosim.forces import in_gusts, without_friction
 from hydrosim.linear.equilibrium import RESIDUAL_RTOL, Rest, equilibrium
@@ -18,8 +18,8 @@ from hydrosim.streams.gusts import NO_GUSTS
 from hydrosim.studies.ballast.loading import state_with_contents_at
 from hydrosim.waves.build import wave_loads_model
 from hydrosim.waves.components import sea
-from hydrosim.waves.following import following_model
-from hydrosim.waves.places import met_by_waves
+from hydrosim.waves.displaced_loads import following_model
+from hydrosim.waves.wave_reference import met_by_waves
 
 if TYPE_CHECKING:
     from hydrosim.stepping.dynamics import Model

@@ -16,7 +16,7 @@ import xarray as xr
 
 from hydrosim.compiling.compile import Radiation, compile_for_linear
 from hydrosim.compiling.questions import describe_doubts
-from hydrosim.compiling.questions.doubt import describe_start
+from hydrosim.compiling.questions.query import describe_start
 from hydrosim.dofs import DOFS
 from hydrosim.forces.line.kind import KIND as LINES
 from hydrosim.linear.contacts import Contacts

@@ -33,10 +33,10 @@ from hydrosim.outputs import as_output
 from hydrosim.results.journal import KNOWN, RESULT, Journal, StoredRun
 from hydrosim.results.runs_file import BY_RUN, COMPLETE, RUN, RunsFile
 from hydrosim.scene import Scene
-from hydrosim.studies.many.form import TRIAL_STEPS, RunLayout, merge_layouts
 from hydrosim.studies.many.garbage import collected_here
 from hydrosim.studies.many.outcome import RunOutcome, pad_to_layout, reduce_run
 from hydrosim.studies.many.pools import Pool, Threads
+from hydrosim.studies.many.run_layout import TRIAL_STEPS, RunLayout, merge_layouts
 from hydrosim.studies.many.shared import SceneCache
 from hydrosim.studies.many.unfinished import folder_of, identity, is_complete, locked_journal
 from hydrosim.studies.run.simulation import prepare_scene, simulate
@@ -101,11 +101,12 @@ def simulate_many(
     longer set count from ``first``, their place in it.
 
     All runs have one duration and one output step. Names that not all runs have, of contacts,
-    elements or bodies, are padded (`hydrosim.studies.many.form`); the attribute ``runs_differ``
-    says which. A run that cannot go on is marked "failed" and the others go on; it has no values.
-    After an interrupt from the keyboard the runs done until then are returned, and others marked.
-    Raises InputError where the runs do not fit together, where every run would be refused before
-    its first step, or where the file must not be replaced; WritingError where it cannot be written.
+    elements or bodies, are padded (`hydrosim.studies.many.run_layout`); the attribute
+    ``runs_differ`` says which. A run that cannot go on is marked "failed" and the others go on; it
+    has no values. After an interrupt from the keyboard the runs done until then are returned, and
+    others marked. Raises InputError where the runs do not fit together, where every run would be
+    refused before its first step, or where the file must not be replaced; WritingError where it
+    cannot be written.
 
         seas = [replace(scene, environment=in_waves(seed)) for seed in range(1, 101)]
         runs = simulate_many(seas, "seeds.nc")

@@ -11,8 +11,8 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.errors import InputError
-from hydrosim.results.assembled import new_dataset
 from hydrosim.results.channels import channel_names, match_channels
+from hydrosim.results.dataset import new_dataset
 from hydrosim.results.error_figures import (
     COMPANION,
     CONTACT_FORCE,
@@ -27,7 +27,7 @@ from hydrosim.statistics.results import RunResults
 from hydrosim.statistics.statistics import RECORDED_SUFFIX, columns, of_units
 
 if TYPE_CHECKING:
-    from hydrosim.studies.many.form import RunLayout
+    from hydrosim.studies.many.run_layout import RunLayout
 
 COUNT_ATTRIBUTES = {
     "solver_steps": "steps of the solver",

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import xarray as xr
 
-from hydrosim.compiling.calm import add_waves
+from hydrosim.compiling.without_waves import add_waves
 from hydrosim.documents.places import source_context
 from hydrosim.errors import HydrosimError, InputError
 from hydrosim.results.runs_file import COMPLETE, NOT_RUN

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.compiling.calm import compile_calm
 from hydrosim.compiling.compile import without_symmetric_motions
 from hydrosim.compiling.databases import Source, open_database
 from hydrosim.compiling.families import all_groups
-from hydrosim.compiling.refusals import check_scene
 from hydrosim.compiling.restart import memory_before, opened_start
 from hydrosim.compiling.symmetry import wave_asymmetries
+from hydrosim.compiling.validate_scene import check_scene
+from hydrosim.compiling.without_waves import compile_calm
 from hydrosim.database.database import HydroDatabase
 from hydrosim.documents.places import source_context
 from hydrosim.scene import Body, Coefficients, Family, Scene, Start
@@ -26,7 +26,7 @@ from hydrosim.waves.components import WaveComponents, sea
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
-    from hydrosim.compiling.wet import HydrodynamicGroup
+    from hydrosim.compiling.hydrodynamic_groups import HydrodynamicGroup
 
 
 class SceneCache:

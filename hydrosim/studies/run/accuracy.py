@@ -12,7 +12,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from hydrosim.compiling.automatic import MIN_TOLERANCE
-from hydrosim.compiling.calm import add_waves, compile_calm
+from hydrosim.compiling.without_waves import add_waves, compile_calm
 from hydrosim.radiation.threads import one_thread
 from hydrosim.scene import Tolerance
 from hydrosim.stepping.state import EVALUATIONS

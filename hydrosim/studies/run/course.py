@@ -10,7 +10,7 @@ from time import thread_time
 from typing import TYPE_CHECKING
 
 from hydrosim.compiling.clock import compile_clock
-from hydrosim.compiling.facts import solution
+from hydrosim.compiling.derived import solution
 from hydrosim.errors import SimulationError
 from hydrosim.forces import function_errors
 from hydrosim.jit.refs import Held, forget
@@ -35,7 +35,6 @@ from hydrosim.stepping.state import (
     Run,
     new_run,
 )
-from hydrosim.studies.run.aftermath import validity_warnings
 from hydrosim.studies.run.blow_up import find_blow_up
 from hydrosim.studies.run.checkpoint import Checkpoint, CheckpointWriter
 from hydrosim.studies.run.failure import failure
@@ -44,6 +43,7 @@ from hydrosim.studies.run.functions import (
     function_attributes,
     repeatability_warnings,
 )
+from hydrosim.studies.run.post_run_checks import validity_warnings
 from hydrosim.studies.run.provenance import provenance
 from hydrosim.studies.run.resolution import unresolved_vibration_warnings
 

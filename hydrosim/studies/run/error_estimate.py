@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hydrosim.compiling.calm import wave_load_error
+from hydrosim.compiling.without_waves import wave_load_error
 from hydrosim.dofs import DOFS
 from hydrosim.radiation.threads import one_thread
 from hydrosim.results.error_figures import REPORTED, ErrorEstimate

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from hydrosim.documents.places import locating_in
 from hydrosim.errors import InputError
 from hydrosim.results.validation import DESIGN
-from hydrosim.studies.many.form import one_scene_of_each_kind
 from hydrosim.studies.many.many import simulate_many
+from hydrosim.studies.many.run_layout import one_scene_of_each_kind
 from hydrosim.studies.sweep.trial import check_figures, check_units
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.compiling.questions.doubt import describe_start
 from hydrosim.compiling.questions.extents import extents
+from hydrosim.compiling.questions.query import describe_start
 from hydrosim.database.database import require_array
 from hydrosim.forces.line.catenary import Catenary
 from hydrosim.forces.pair import Tie
@@ -23,7 +23,7 @@ from hydrosim.waves.sea_state import sea_state
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
-    from hydrosim.compiling.questions.doubt import SceneContext
+    from hydrosim.compiling.questions.query import SceneContext
     from hydrosim.database.database import HydroDatabase
     from hydrosim.scene import Body, Scene
 

@@ -15,12 +15,12 @@ from dry_scenes import scene as dry
 import hydrosim as hs
 from hydrosim.compare.exact import differences
 from hydrosim.forces import Frictionless, StickSlip
-from hydrosim.results.growing import read_unfinished
+from hydrosim.results.unfinished import read_unfinished
 from hydrosim.scene import Scene, Weight
 from hydrosim.statistics.explain import explain_run, explanations_of_runs
 from hydrosim.statistics.figures import ScalarResult
 from hydrosim.studies.many import many
-from hydrosim.studies.many.form import one_scene_of_each_kind
+from hydrosim.studies.many.run_layout import one_scene_of_each_kind
 
 
 def sliding(kinetic: float = 0.1, points: int = 1, impulses: bool = True) -> Scene:

@@ -17,8 +17,8 @@ from moored_barge import CASES, SEA, in_contact, in_waves, scene_of, with_body
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences
-from hydrosim.results.growing import read_unfinished
 from hydrosim.results.runs_file import LARGE
+from hydrosim.results.unfinished import read_unfinished
 from hydrosim.scene import Scene, Solver, Start, Unstable, WaveTrain
 from hydrosim.statistics.statistics import statistics
 from hydrosim.studies.many import shared

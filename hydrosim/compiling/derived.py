@@ -6,18 +6,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from hydrosim.compiling.hydrodynamic_groups import each_alone
 from hydrosim.compiling.restart import initial_headings
-from hydrosim.compiling.wet import each_alone
 from hydrosim.linear.linearity import nonlinearities
 from hydrosim.scene import LinearScenes
 from hydrosim.stepping.names import force_names
 from hydrosim.stepping.state_layout import state_layout
-from hydrosim.waves.places import met_by_waves
+from hydrosim.waves.wave_reference import met_by_waves
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hydrosim.compiling.wet import HydrodynamicGroup
+    from hydrosim.compiling.hydrodynamic_groups import HydrodynamicGroup
     from hydrosim.database.database import HydroDatabase
     from hydrosim.scene import Scene, WaveForces
     from hydrosim.stepping.dynamics import Model

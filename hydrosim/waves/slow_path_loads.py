@@ -33,7 +33,15 @@ import numpy as np
 
 from hydrosim.dofs import DOFS
 from hydrosim.jit.kernels import assign, clear, kernel, root
-from hydrosim.waves.bands import (
+from hydrosim.waves.displaced_loads import (
+    STATES_PER_FOLLOWED_BODY,
+    FollowingLoads,
+    loads_at_heading,
+    turn_to_earth,
+)
+from hydrosim.waves.frequency_nodes import has_nodes
+from hydrosim.waves.loads import STENCIL_POINTS, lagrange, rise, rows_at
+from hydrosim.waves.narrow_bands import (
     BandSums,
     add_bands,
     add_waves,
@@ -45,15 +53,13 @@ from hydrosim.waves.bands import (
     turn_phases,
     weigh_bands,
 )
-from hydrosim.waves.following import (
-    STATES_PER_FOLLOWED_BODY,
-    FollowingLoads,
-    loads_at_heading,
-    turn_to_earth,
+from hydrosim.waves.quadratic_loads import (
+    Filtered,
+    add_forms,
+    find_filters,
+    has_forms,
+    new_filtered,
 )
-from hydrosim.waves.forms import Filtered, add_forms, find_filters, has_forms, new_filtered
-from hydrosim.waves.frequency_nodes import has_nodes
-from hydrosim.waves.loads import STENCIL_POINTS, lagrange, rise, rows_at
 
 TRACKED = (0, 1, 5)
 """The filtered coordinates: surge, sway, yaw."""

@@ -14,7 +14,7 @@ from hydrosim import database, radiation
 from hydrosim.compiling.coefficients import SOURCE, no_memory
 from hydrosim.compiling.databases import DatabaseGroup, database_groups
 from hydrosim.compiling.hydrostatics.hulls import with_hulls
-from hydrosim.compiling.suitability import database_warnings, suitable_database
+from hydrosim.compiling.validate_database import database_warnings, suitable_database
 from hydrosim.database.changes import CHANGED_ATTRIBUTE
 from hydrosim.database.checks import ACCEPTED_ATTRIBUTE
 from hydrosim.dofs import DOFS

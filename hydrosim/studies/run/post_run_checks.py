@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from hydrosim.compiling.hydrodynamic_groups import HydrodynamicGroup
 from hydrosim.compiling.hydrostatics.liquids import cut_shape
 from hydrosim.compiling.questions.elements import SOFTEST
-from hydrosim.compiling.wet import HydrodynamicGroup
 from hydrosim.dofs import loads_about_z
 from hydrosim.forces.contact.fender import Contact
 from hydrosim.forces.contact.landing import Landing
@@ -26,8 +26,8 @@ from hydrosim.scene import Body, FreeSurface, Joint, Kinematics, Place, Question
 from hydrosim.scene.joint import MotionKind
 from hydrosim.tanks.shapes import heel_and_trim, volume_at
 from hydrosim.waves.components import WaveComponents
-from hydrosim.waves.forms import second_order_at_rest
 from hydrosim.waves.moments import is_long
+from hydrosim.waves.quadratic_loads import second_order_at_rest
 from hydrosim.waves.transfer import excitation_at, mean_drift_at
 
 if TYPE_CHECKING:

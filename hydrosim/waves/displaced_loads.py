@@ -25,8 +25,10 @@ import numpy as np
 
 from hydrosim.jit.kernels import clear, kernel
 from hydrosim.scene import Place
-from hydrosim.waves.bands import TRAINS, Bands, Set, bands_model, body_bands
-from hydrosim.waves.forms import (
+from hydrosim.waves.frequency_nodes import FrequencyNodes, NodeSpan, nodes_model, span_of
+from hydrosim.waves.loads import STENCIL_POINTS, rise
+from hydrosim.waves.narrow_bands import TRAINS, Bands, Set, bands_model, body_bands
+from hydrosim.waves.quadratic_loads import (
     SUM,
     BodyForms,
     Filtered,
@@ -43,8 +45,6 @@ from hydrosim.waves.forms import (
     moves_second_order,
     new_filtered,
 )
-from hydrosim.waves.frequency_nodes import FrequencyNodes, NodeSpan, nodes_model, span_of
-from hydrosim.waves.loads import STENCIL_POINTS, rise
 from hydrosim.waves.synthesis import MISSED, row_step
 from hydrosim.waves.transfer import TransferFunctions, transfer_table
 
@@ -55,7 +55,7 @@ if TYPE_CHECKING:
 NODES_PER_HEADING = 6  # nodes of heading per heading of the database
 SLOW_FREQUENCY_FRACTION = 0.25  # of the mean frequency of the sea: motions below it are slow
 STATES_PER_FOLLOWED_BODY = (
-    16  # states of a body whose slow motion the waves follow, see `hydrosim.waves.slow`
+    16  # states of a body whose slow motion the waves follow, see `hydrosim.waves.slow_path_loads`
 )
 STEADY_YAW_ERROR_FRACTION = (
     1e-4  # of the error between rows: that of a yaw which is taken as steady
@@ -70,7 +70,7 @@ class FollowingLoads(NamedTuple):
 
     The loads of the ``slow`` bodies are made in ``rows`` at a time, ``row_step`` [s] apart, for a
     ``block`` [s]. The states of these bodies begin at ``state``, and their filters have the cut-off
-    ``cut`` [rad/s], see `hydrosim.waves.slow`.
+    ``cut`` [rad/s], see `hydrosim.waves.slow_path_loads`.
     """
 
     body: np.ndarray  # (nb,) index among the scene's bodies

@@ -9,13 +9,13 @@ import numpy as np
 
 from hydrosim.forces.stream_load import CurrentLoad
 from hydrosim.scene import Body, Place, Scene
-from hydrosim.waves.coarse import lost_between_headings
 from hydrosim.waves.components import WaveComponents
-from hydrosim.waves.forms import second_order_at_rest
+from hydrosim.waves.heading_aliasing import lost_between_headings
+from hydrosim.waves.quadratic_loads import second_order_at_rest
 from hydrosim.waves.transfer import angle_between
 
 if TYPE_CHECKING:
-    from hydrosim.compiling.facts import Facts
+    from hydrosim.compiling.derived import Facts
     from hydrosim.database.database import HydroDatabase
     from hydrosim.stepping.dynamics import Model
 

@@ -30,13 +30,6 @@ import scipy
 
 from hydrosim.jit.kernels import assign, clear, kernel, root, summing
 from hydrosim.scene import Place, SecondOrder
-from hydrosim.waves.forms import (
-    DIFFERENCE,
-    DRIFT_STENCIL_POINTS,
-    MEAN,
-    cells_of,
-    moves_second_order,
-)
 from hydrosim.waves.frequency_nodes import (
     MAX_NODES,
     NARROWEST,
@@ -51,13 +44,20 @@ from hydrosim.waves.frequency_nodes import (
     new_node_sums,
 )
 from hydrosim.waves.loads import STENCIL_POINTS, lagrange, rise
+from hydrosim.waves.quadratic_loads import (
+    DIFFERENCE,
+    DRIFT_STENCIL_POINTS,
+    MEAN,
+    cells_of,
+    moves_second_order,
+)
 from hydrosim.waves.splines import interpolate_spline
 
 if TYPE_CHECKING:
     from hydrosim.waves.body import WaveBody
     from hydrosim.waves.components import WaveComponents
-    from hydrosim.waves.forms import BodyForms, Waves
     from hydrosim.waves.frequency_nodes import FrequencyNodes
+    from hydrosim.waves.quadratic_loads import BodyForms, Waves
 
 PHASE = 0.09
 """Largest turn of a wave's phase [rad] about the middle of its band between two stored times."""

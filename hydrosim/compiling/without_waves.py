@@ -10,18 +10,18 @@ import numpy as np
 
 from hydrosim.compiling.automatic import with_method
 from hydrosim.compiling.compiled import Compiled
+from hydrosim.compiling.derived import facts_of
 from hydrosim.compiling.drag.lines import with_line_drag
-from hydrosim.compiling.facts import facts_of
 from hydrosim.compiling.families import members_of
+from hydrosim.compiling.hydrodynamic_groups import HydrodynamicGroup
 from hydrosim.compiling.joints.drives import check_driven_start
 from hydrosim.compiling.model import model_of
 from hydrosim.compiling.notes_of_sea import notes_of_sea
 from hydrosim.compiling.questions import describe_doubts, query_messages
-from hydrosim.compiling.questions.doubt import describe_start
-from hydrosim.compiling.refusals import check_start
+from hydrosim.compiling.questions.query import describe_start
 from hydrosim.compiling.restart import start_time
 from hydrosim.compiling.start import first_state, start_of, with_slow_places
-from hydrosim.compiling.wet import HydrodynamicGroup
+from hydrosim.compiling.validate_scene import check_start
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces import heights_of_wind, in_gusts
@@ -33,12 +33,12 @@ from hydrosim.streams.gusts import gust_table
 from hydrosim.waves.body import WaveBody
 from hydrosim.waves.build import wave_loads_model
 from hydrosim.waves.components import WaveComponents, check_span
-from hydrosim.waves.following import following_model
-from hydrosim.waves.places import grid_step, steps_per_block
+from hydrosim.waves.displaced_loads import following_model
 from hydrosim.waves.synthesis import MISSED
+from hydrosim.waves.wave_reference import grid_step, steps_per_block
 
 if TYPE_CHECKING:
-    from hydrosim.compiling.facts import Facts
+    from hydrosim.compiling.derived import Facts
     from hydrosim.database.database import HydroDatabase
     from hydrosim.forces.kind import Parts
     from hydrosim.scene import Solver, WaveForces

@@ -13,7 +13,7 @@ from hydrosim.scene.trees import arrangement
 from hydrosim.stepping.dynamics import Model, new_work
 
 if TYPE_CHECKING:
-    from hydrosim.compiling.facts import Facts
+    from hydrosim.compiling.derived import Facts
     from hydrosim.database.database import HydroDatabase
     from hydrosim.scene import Body, Scene
     from hydrosim.stepping.state import State
