@@ -205,7 +205,7 @@ def _choice(value: Any, expected: str) -> str:
 
 
 def _value_at(data: Any, keys: Keys) -> Any:
-    """The value at ``keys``; keys that do not exist are skipped, as in `locate`."""
+    """The value at ``keys``; keys that do not exist are skipped, as in `locate_value`."""
     for key in keys:
         if isinstance(data, dict):
             data = data.get(key, data)

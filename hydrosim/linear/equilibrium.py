@@ -200,14 +200,14 @@ class _Loads:
         if not len(self.constraints(q)):
             return q + step
 
-        def along(_: float, place: np.ndarray) -> np.ndarray:
+        def allowed_rate(_: float, place: np.ndarray) -> np.ndarray:
             M = inertia(self.model, _state_at_rest(place, self.state, self.model))
             free = nullspace_of(self.constraints(place), M)
             return free.expand(free.project_motions(step))
 
         from scipy.integrate import solve_ivp  # slow to load, and rarely needed
 
-        return np.asarray(solve_ivp(along, (0.0, 1.0), q, "DOP853", **MOTION_TOLERANCES).y[:, -1])
+        return np.asarray(solve_ivp(allowed_rate, (0.0, 1.0), q, "DOP853", **MOTION_TOLERANCES).y[:, -1])
 
 
 def equilibrium(
