@@ -202,8 +202,8 @@ def _check_files(case: CaseFile, folder: Path) -> Iterator[Problem]:
 def _check_file(keys: Keys, path: Path, wanted: str) -> Iterator[Problem]:
     place = os.path.normpath(path)
     if not os.path.isfile(place):
-        found = "a directory" if os.path.isdir(place) else "no such file"
-        yield Problem(keys, f"found {found} at {place}; expected {wanted}; {RELATIVE}")
+        found_text = "a directory" if os.path.isdir(place) else "no such file"
+        yield Problem(keys, f"found {found_text} at {place}; expected {wanted}; {RELATIVE}")
 
 
 def recorded_series(case: CaseFile) -> Iterator[tuple[Keys, Recorded]]:
@@ -225,9 +225,9 @@ def _check_records(case: CaseFile, folder: Path) -> Iterator[Problem]:
         key, name = ("file", form.file) if form.case is None else ("case", form.case)
         path = os.path.normpath(folder / name)
         if not os.path.isfile(path):
-            found = "a directory" if os.path.isdir(path) else "no such file"
+            found_text = "a directory" if os.path.isdir(path) else "no such file"
             expected = {"file": "a recorded series", "case": "the case that the file is a run of"}
-            text = f"found {found} at {path}; expected {expected[key]}"
+            text = f"found {found_text} at {path}; expected {expected[key]}"
             yield Problem((*keys, key), f"{text}; {RELATIVE}")
         elif not os.path.isdir(home := (folder / form.file).parent):
             yield Problem((*keys, "file"), f"found no folder {home}; expected it; make it first")

@@ -77,6 +77,8 @@ def _in_order(source: Source, heading: np.ndarray) -> tuple[np.ndarray, np.ndarr
     steps = np.diff(angle)
     if steps.size == 0 or np.ptp(steps) > 1e-6 or steps.min() <= 0.0:
         apart = ", ".join(f"{step:.4g}" for step in np.unique(np.degrees(steps).round(4))[:4])
-        found = f"directions unequally far apart ({apart} deg)" if apart else "one direction alone"
-        source.wrong(f"found {found}; expected equal steps of two or more")
+        found_text = (
+            f"directions unequally far apart ({apart} deg)" if apart else "one direction alone"
+        )
+        source.wrong(f"found {found_text}; expected equal steps of two or more")
     return angle, order

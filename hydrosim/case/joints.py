@@ -599,10 +599,10 @@ def _at_right_angles(first: tuple[float, ...], second: tuple[float, ...]) -> Non
     a, b = np.array(first), np.array(second)
     cosine = float(a @ b) / float(np.linalg.norm(a) * np.linalg.norm(b) or 1.0)
     if not np.linalg.norm(b) > MIN_AXIS_LENGTH or abs(cosine) > PARALLEL:
-        found = (
+        found_text = (
             f"axis [{a[0]:g}, {a[1]:g}, {a[2]:g}] and second_axis [{b[0]:g}, {b[1]:g}, {b[2]:g}]"
         )
-        raise problem(found, "two axes at right angles")
+        raise problem(found_text, "two axes at right angles")
 
 
 AnyJoint = Annotated[

@@ -53,13 +53,13 @@ def _factor(form: Recorded, series: Series, source: Source, unit: str) -> float:
     """What the series is multiplied with to be in ``unit``; InputError if it cannot be."""
     scale = form.factor
     said = series.unit or series.label
-    found = f"found a column {f'in {said}' if said else 'without a unit'}"
+    found_text = f"found a column {f'in {said}' if said else 'without a unit'}"
     if scale is None:
         try:
             return 1.0 if said is None else factor(said, unit)
         except ValueError:
-            source.wrong(f'{found}; expected {unit}; give a factor, such as "98100 kN/m"')
+            source.wrong(f'{found_text}; expected {unit}; give a factor, such as "98100 kN/m"')
     known = series.unit or ("" if unit in MOTION_UNITS else None)
     if known is not None and scale.unit and not same_dimension(known, scale.unit, unit):
-        source.wrong(f"{found} and a factor in {scale.unit}; expected {unit} of both together")
+        source.wrong(f"{found_text} and a factor in {scale.unit}; expected {unit} of both together")
     return scale.value

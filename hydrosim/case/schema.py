@@ -122,8 +122,8 @@ class Tabulated(SchemaModel):
     def _check_table(self) -> Self:
         length = LENGTH if self.length is None else self.length
         if length < 2.0 * self.step:
-            found = f"length {length:g} s, step {self.step:g} s"
-            raise problem(found, "a length of two steps or more")
+            found_text = f"length {length:g} s, step {self.step:g} s"
+            raise problem(found_text, "a length of two steps or more")
         return self
 
 
@@ -250,8 +250,8 @@ class Body(SchemaModel):
     @classmethod
     def _check_kind(cls, data: Any) -> Any:
         if isinstance(data, dict) and {"type", "body"} & data.keys():
-            found = f"a force element, type {data.get('type')}"
-            raise problem(found, "a body", 'move it below "forces:"')
+            found_text = f"a force element, type {data.get('type')}"
+            raise problem(found_text, "a body", 'move it below "forces:"')
         return data
 
     @model_validator(mode="after")
@@ -261,8 +261,10 @@ class Body(SchemaModel):
         if self.lightship is not None:
             twice = [*self.keys_with_value("mass", "centre_of_gravity"), *given]
             if twice:
-                found = f"lightship and {', '.join(twice)}"
-                raise problem(found, "one of them: of the ship without, or with what is in tanks")
+                found_text = f"lightship and {', '.join(twice)}"
+                raise problem(
+                    found_text, "one of them: of the ship without, or with what is in tanks"
+                )
             return self
         if self.mass is None:
             raise problem('no key "mass"', "it, or lightship")
@@ -295,8 +297,8 @@ class Body(SchemaModel):
             raise problem("database_checksum and no database", "both, or none")
         constant = isinstance(self.hydrodynamics, Coefficients)
         if constant and not isinstance(self.radiation, AutomaticRadiation):
-            found = f"radiation: {self.radiation.model} of coefficients, which are constant"
-            raise problem(found, "no radiation there, or a database")
+            found_text = f"radiation: {self.radiation.model} of coefficients, which are constant"
+            raise problem(found_text, "no radiation there, or a database")
         return self
 
     @model_validator(mode="after")
@@ -383,11 +385,11 @@ class Solver(SchemaModel):
     def _check_tolerance(self) -> Self:
         of_steps = isinstance(self.tolerance, Tolerance)
         if self.method == Method.AUTOMATIC and of_steps:
-            found = "tolerances of each step, which method: automatic chooses itself"
-            raise problem(found, "one number, the error of motions of their range: 1e-4")
+            found_text = "tolerances of each step, which method: automatic chooses itself"
+            raise problem(found_text, "one number, the error of motions of their range: 1e-4")
         if self.method != Method.AUTOMATIC and not of_steps:
-            found = f"tolerance: {self.tolerance:g} of method: {self.method}"
-            raise problem(found, "method: automatic, or tolerance: {relative: 1e-6, ...}")
+            found_text = f"tolerance: {self.tolerance:g} of method: {self.method}"
+            raise problem(found_text, "method: automatic, or tolerance: {relative: 1e-6, ...}")
         return self
 
 
@@ -408,8 +410,8 @@ class Clearance(SchemaModel):
         if self.to == self.of:
             raise problem(f"the distance of {self.of} from itself", "two points")
         if self.plane and self.plane.corners:
-            found = "a plane with corners"
-            raise problem(found, "one without: a clearance is that from the whole plane")
+            found_text = "a plane with corners"
+            raise problem(found_text, "one without: a clearance is that from the whole plane")
         return self
 
 

@@ -30,8 +30,8 @@ class Table(SchemaModel, Generic[T]):
     @model_validator(mode="after")
     def _check_table(self) -> Self:
         if len(self.time) != len(self.force):
-            found = f"{len(self.time)} times and {len(self.force)} forces"
-            raise problem(found, "a force for each time")
+            found_text = f"{len(self.time)} times and {len(self.force)} forces"
+            raise problem(found_text, "a force for each time")
         return self
 
 

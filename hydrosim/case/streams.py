@@ -30,8 +30,8 @@ class CurrentTable(SchemaModel):
         for key in self.keys_with_value("speed", "heading"):
             count = len(getattr(self, key))
             if count != len(self.depth):
-                found = f"{count} values in {key} and {len(self.depth)} in depth"
-                raise problem(found, "a value for each depth")
+                found_text = f"{count} values in {key} and {len(self.depth)} in depth"
+                raise problem(found_text, "a value for each depth")
         return self
 
 
@@ -73,8 +73,8 @@ class Current(SchemaModel):
     def _check_profile(self) -> Self:
         table = self.profile if isinstance(self.profile, CurrentTable) else None
         if (table is None) == (self.speed is None):
-            found = "no speed" if table is None else "a speed and a table of speeds"
-            raise problem(found, "speed, or those in the table of profile")
+            found_text = "no speed" if table is None else "a speed and a table of speeds"
+            raise problem(found_text, "speed, or those in the table of profile")
         if table is not None and table.heading and self.heading != 0.0:
             raise problem("a heading and a table of headings", "one of them")
         return self
@@ -119,8 +119,8 @@ class Gusts(SchemaModel):
         if low >= high:
             raise problem(f"a band from {low:g} to {high:g} rad/s", "lowest below highest")
         if not 1.0 <= self.averaging <= 3600.0:
-            found = f"an averaging time of {self.averaging:g} s"
-            raise problem(found, "1 s to 1 hour, for which there is a formula")
+            found_text = f"an averaging time of {self.averaging:g} s"
+            raise problem(found_text, "1 s to 1 hour, for which there is a formula")
         return self
 
     def build(self) -> scene.Gusts:
@@ -159,8 +159,8 @@ class Wind(SchemaModel):
     @model_validator(mode="after")
     def _check_wind(self) -> Self:
         if self.profile == "none" and self.height != 10.0:
-            found = f"a height of {self.height:g} m and no profile"
-            raise problem(found, "a profile, which says how the wind changes over the height")
+            found_text = f"a height of {self.height:g} m and no profile"
+            raise problem(found_text, "a profile, which says how the wind changes over the height")
         if self.gusts is not None and self.speed == 0.0:
             raise problem("gusts and a speed of 0", "a mean wind that they are about")
         return self

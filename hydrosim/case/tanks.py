@@ -96,8 +96,8 @@ class Plan(SchemaModel):
     @model_validator(mode="after")
     def _check_table(self) -> Self:
         if len(self.time) != len(self.level) or len(self.time) < 2:
-            found = f"{len(self.time)} times and {len(self.level)} levels"
-            raise problem(found, "two times or more, and a level at each")
+            found_text = f"{len(self.time)} times and {len(self.level)} levels"
+            raise problem(found_text, "two times or more, and a level at each")
         return self
 
 

@@ -167,8 +167,8 @@ class Table(Spread):
         if given not in (["frequency", "density"], ["file"]):
             raise problem(" and ".join(given) or "no table", "frequency and density, or a file")
         if self.frequency and self.density and len(self.frequency) != len(self.density):
-            found = f"{len(self.frequency)} frequencies and {len(self.density)} densities"
-            raise problem(found, "a density for each frequency")
+            found_text = f"{len(self.frequency)} frequencies and {len(self.density)} densities"
+            raise problem(found_text, "a density for each frequency")
         return self
 
 

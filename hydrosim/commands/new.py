@@ -194,9 +194,9 @@ def _particulars(
     lengths = {"--length": length, "--beam": beam, "--draught": draught}
     long, wide, deep = (_read(name, text, "length", "m", "180 m") for name, text in lengths.items())
     if not long >= wide >= deep:
-        found = f"--length {long:g} m, --beam {wide:g} m, --draught {deep:g} m"
+        found_text = f"--length {long:g} m, --beam {wide:g} m, --draught {deep:g} m"
         raise InputError(
-            f"found {found}; expected a length above the beam, and a beam above the draught."
+            f"found {found_text}; expected a length above the beam, and a beam above the draught."
             " Mend them."
         )
     height = _read("--kg", kg, "length", "m", "9 m") if kg else deep

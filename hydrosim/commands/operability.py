@@ -89,19 +89,19 @@ def _nowhere(found: xr.Dataset) -> str:
     sides = {side_of(limit, found) for limit in limits}
     if "" in sides:
         return ""
-    said = f"found no limit from {found.attrs['lowest']:g} m to {found.attrs['highest']:g} m in any"
+    text = f"found no limit from {found.attrs['lowest']:g} m to {found.attrs['highest']:g} m in any"
     match sorted(sides):
         case ["above"]:
             return (
-                f"{said} sea state: the criteria hold at all heights. Raise the last height,"
+                f"{text} sea state: the criteria hold at all heights. Raise the last height,"
                 " or tighten the criteria"
             )
         case ["below"]:
             return (
-                f"{said} sea state: the criteria fail at the first height. Begin with a lower"
+                f"{text} sea state: the criteria fail at the first height. Begin with a lower"
                 " height"
             )
     return (
-        f"{said} sea state: in some the criteria hold at all heights, in others they fail at"
+        f"{text} sea state: in some the criteria hold at all heights, in others they fail at"
         " the first. Add lower and higher heights"
     )

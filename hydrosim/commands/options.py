@@ -82,8 +82,8 @@ def output_for(
     made = Output(path, what, origin, (origin, *inputs), overwrite, settings=settings)
     if given is None and made.reads_itself():
         made = made.at(path.with_stem(f"{path.stem}_{what}"))
-        said = f"{path} is an input here; the result goes to {made.path}"
-        Console(stderr=True).print(said, markup=False, highlight=False, soft_wrap=True)
+        text = f"{path} is an input here; the result goes to {made.path}"
+        Console(stderr=True).print(text, markup=False, highlight=False, soft_wrap=True)
     if os.path.isdir(path):  # Path.is_dir raises where a name is too long
         example = path / f"{what}{suffix or '.txt'}"
         raise InputError(f"--output: {path} is a directory; expected a file, such as {example}.")

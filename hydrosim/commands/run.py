@@ -103,9 +103,9 @@ def _require_room(case: Case, path: Path) -> None:
     size = sizes.result_size(case.scene())
     free = disk_usage(path.parent).free
     if size > free:
-        found = f"about {sizes.size_text(size)}, and {sizes.size_text(free)} are free"
+        found_text = f"about {sizes.size_text(size)}, and {sizes.size_text(free)} are free"
         raise InputError(
-            f"--output: the result is {found} in {path.parent}; free some space there, choose"
+            f"--output: the result is {found_text} in {path.parent}; free some space there, choose"
             " another place, or record less often (a larger output.step)."
         )
 

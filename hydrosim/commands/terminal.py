@@ -29,8 +29,8 @@ def print_status(text: str) -> None:
 def not_complete(attributes: Mapping[str, object]) -> list[str]:
     """Warning about the end of a run, from its attributes; empty if the run is complete."""
     status = attributes.get("status", "complete")
-    said = f"warning   the run is {status}: {attributes.get('status_message', '')}"
-    return [] if status == "complete" else [said]
+    text = f"warning   the run is {status}: {attributes.get('status_message', '')}"
+    return [] if status == "complete" else [text]
 
 
 def progress_console() -> Console:

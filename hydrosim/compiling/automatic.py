@@ -92,8 +92,8 @@ def with_method(compiled: Compiled) -> Compiled:
     else:
         chosen, why = _chosen(compiled, accuracy)
     solver = replace(scene.solver, method=chosen, accuracy=accuracy)
-    said = f"{chosen} for an error of {accuracy:g} of the range of motions: {why}"
-    notes = replace(compiled.notes, method=said)
+    text = f"{chosen} for an error of {accuracy:g} of the range of motions: {why}"
+    notes = replace(compiled.notes, method=text)
     return with_tolerance(replace(compiled, scene=replace(scene, solver=solver), notes=notes))
 
 

@@ -82,9 +82,9 @@ def opened_start(start: Start) -> Start:
     does."""
     run = _read(start.run) if isinstance(start.run, Path | str) else start.run.load()
     if "state_value" not in run or "state_kind" not in run:
-        found = "has no states" if "state_value" not in run else "does not name its states"
+        found_text = "has no states" if "state_value" not in run else "does not name its states"
         raise InputError(
-            f"initial.run: {_source(run)} {found}, so no run can start from it; expected the"
+            f"initial.run: {_source(run)} {found_text}, so no run can start from it; expected the"
             " result of `hydrosim run` or simulate of this version. Run that case again."
         )
     return Start(run, _stored_time(run, start.time))

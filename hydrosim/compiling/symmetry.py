@@ -70,11 +70,11 @@ def in_plane(calm: Compiled, sea: Sequence[WaveComponents]) -> tuple[Scene | Non
     aside = {entry.name: _leads_aside(entry.coordinates) for entry in moving}
     reasons = reasons or list(_at_start(calm, aside))
     if reasons:
-        said = f"in all degrees of freedom: {'; '.join(reasons)}"
-        return None, replace(calm.notes, symmetry=said)
+        text = f"in all degrees of freedom: {'; '.join(reasons)}"
+        return None, replace(calm.notes, symmetry=text)
     plane = _without_lateral(scene, {name for name in aside if aside[name]})
-    said = f"in the plane y = {_plane(scene.bodies[0]):g} m, its plane of symmetry"
-    return plane, replace(calm.notes, symmetry=said, zero=zero)
+    text = f"in the plane y = {_plane(scene.bodies[0]):g} m, its plane of symmetry"
+    return plane, replace(calm.notes, symmetry=text, zero=zero)
 
 
 def wave_asymmetries(

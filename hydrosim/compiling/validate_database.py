@@ -143,12 +143,12 @@ def _other_water(db: HydroDatabase, water: Environment) -> Iterator[Fault]:
         there = getattr(db, name)
         if here == there or (here < inf and abs(here - there) <= 1e-3 * here):
             continue
-        found = f"environment.{name}: found {here:g}, but the database was made for {there:g}"
+        found_text = f"environment.{name}: found {here:g}, but the database was made for {there:g}"
         if name.replace("_", " ") in assumed:
-            reason = f"{found}, which is assumed, because its files do not state it."
+            reason = f"{found_text}, which is assumed, because its files do not state it."
             yield Fault(reason, (f"{key_of(name)}: {here:g}",))
         else:
-            yield Fault(f"{found}. Use a database made for this water, or change the case.")
+            yield Fault(f"{found_text}. Use a database made for this water, or change the case.")
 
 
 def _gaps(db: HydroDatabase, bodies: Sequence[Body], water: Environment) -> Iterator[Fault]:

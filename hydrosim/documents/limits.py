@@ -91,5 +91,5 @@ def _of_text(node: ScalarNode, kind: str) -> Iterator[tuple[yaml.Mark, str]]:
         yield node.start_mark, f"found a {kind} of {len(text)} characters; expected at most {most}"
     odd = [c for c in text if c not in "\t\n\r" and unicodedata.category(c) in ("Cc", "Cs")]
     if odd:
-        found = f"found the character U+{ord(odd[0]):04X} in a {kind}"
-        yield node.start_mark, f"{found}; expected characters that can be printed"
+        found_text = f"found the character U+{ord(odd[0]):04X} in a {kind}"
+        yield node.start_mark, f"{found_text}; expected characters that can be printed"

@@ -33,9 +33,9 @@ class MeshKeys(SchemaModel):
     @model_validator(mode="after")
     def _check_axes(self) -> Self:
         if round(np.linalg.det(self._turn())) != 1:
-            found = f"axes [{', '.join(self.axes)}]"
+            found_text = f"axes [{', '.join(self.axes)}]"
             expected = "three different ones that turn the file, such as [x, -y, -z] for z down"
-            raise problem(found, expected, "others make a mirror image, or no hull at all")
+            raise problem(found_text, expected, "others make a mirror image, or no hull at all")
         return self
 
     def _turn(self) -> np.ndarray:

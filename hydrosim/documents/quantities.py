@@ -209,8 +209,10 @@ def _symmetric(value: Any) -> Any:
     gap = np.abs(_scale_to_unit_diagonal(matrix) - _scale_to_unit_diagonal(matrix).T)
     i, j = np.unravel_index(gap.argmax(), gap.shape)
     if gap[i, j] > 1e-6:
-        found = f"{matrix[i, j]:g} in row {i + 1}, column {j + 1} and {matrix[j, i]:g} opposite it"
-        raise problem(found, "a symmetric matrix")
+        found_text = (
+            f"{matrix[i, j]:g} in row {i + 1}, column {j + 1} and {matrix[j, i]:g} opposite it"
+        )
+        raise problem(found_text, "a symmetric matrix")
     return value
 
 

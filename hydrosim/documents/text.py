@@ -127,8 +127,8 @@ def parse(source: Source, dates: bool = False, first: str = "the time [s]") -> T
                     "found a date in some lines, none in others; expected one kind", number
                 )
             if len(rows[-1]) != len(rows[0]):
-                found = f"found {len(rows[-1])} values; expected {len(rows[0])}"
-                source.wrong(f"{found}, as in line {lines[0]}", number)
+                found_text = f"found {len(rows[-1])} values; expected {len(rows[0])}"
+                source.wrong(f"{found_text}, as in line {lines[0]}", number)
     if not rows:
         or_date = DATED if dates else ""
         source.wrong(
@@ -182,8 +182,8 @@ def require_usual(
     bad = np.flatnonzero(np.abs(numbers) > largest)
     if bad.size:
         where = "" if lines else f" in record {bad[0] + 1}"
-        found = f"found {numbers[bad[0]]:g}{f' {unit}' if unit else ''}{where}"
-        text = f"{found}; expected {largest:g} or less; mend the number, or its factor"
+        found_text = f"found {numbers[bad[0]]:g}{f' {unit}' if unit else ''}{where}"
+        text = f"{found_text}; expected {largest:g} or less; mend the number, or its factor"
         source.wrong(text, lines[bad[0]] if lines else None)
 
 

@@ -155,8 +155,8 @@ class Quantity:
         """The expected value, for messages."""
         article = "an" if self.what[0] in "aeiou" else "a"
         unit = f" in {self.unit}, or with a unit" if self.unit else ""
-        other = ', or "infinite"' if self.infinite else ""
-        return f'{article} {self.what}{unit}, such as "{self.example}"{other}'
+        text = ', or "infinite"' if self.infinite else ""
+        return f'{article} {self.what}{unit}, such as "{self.example}"{text}'
 
 
 @dataclass(frozen=True)

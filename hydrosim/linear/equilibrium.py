@@ -207,7 +207,8 @@ class _Loads:
 
         from scipy.integrate import solve_ivp  # slow to load, and rarely needed
 
-        return np.asarray(solve_ivp(allowed_rate, (0.0, 1.0), q, "DOP853", **MOTION_TOLERANCES).y[:, -1])
+        moved = solve_ivp(allowed_rate, (0.0, 1.0), q, "DOP853", **MOTION_TOLERANCES)
+        return np.asarray(moved.y[:, -1])
 
 
 def equilibrium(

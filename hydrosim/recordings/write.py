@@ -49,14 +49,14 @@ def write_recording(
         rows = rows * np.array([shown(unit)[1] for unit in said])
         said = [shown(unit)[0] for unit in said]
     units = [f"[{escape_unprintable(unit)}]" for unit in ("s", *said)]
-    kept = "SI and radians" if shown is None else "units of the case"
+    text = "SI and radians" if shown is None else "units of the case"
     number = digits + 7  # sign, point and exponent are 7 at most
     widths = [
         GAP + max(number, len(name), len(unit)) for name, unit in zip(names, units, strict=True)
     ]
     heading = [
         f"# {escape_unprintable(str(run.attrs.get('title', '')))}".rstrip(),
-        f"# {output.mark}; {kept}; {digits} significant digits",
+        f"# {output.mark}; {text}; {digits} significant digits",
         *("".join(map(str.rjust, row, widths)) for row in (names, units)),
     ]
     with output.written() as path:

@@ -46,14 +46,14 @@ def read_run(path: Path, expected: str = RUN_FILE_HINT) -> xr.Dataset:
         raise InputError(f"{path}: cannot be read as netCDF ({error}); {expected}.") from None
     missing = [name for name in RUN_VARIABLES if name not in run]
     if missing:
-        found = f"is netCDF without {', '.join(missing)}"
+        found_text = f"is netCDF without {', '.join(missing)}"
         if (made := content(path) or "").startswith(REPORTED_KINDS):
-            found = f"holds the {made}, which `hydrosim report` shows"
+            found_text = f"holds the {made}, which `hydrosim report` shows"
         elif "run" in run.dims:
-            found = (
+            found_text = (
                 f"holds {run.sizes['run']} runs without their status, so it is no result of a study"
             )
-        raise InputError(f"{path}: {found}; {expected}.")
+        raise InputError(f"{path}: {found_text}; {expected}.")
     _require_known(path, str(run.attrs.get("format", "")))
     from hydrosim.results.validation import check_run  # loads the models of cases
 

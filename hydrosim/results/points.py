@@ -33,8 +33,8 @@ def coordinates(scene: Scene) -> dict[str, object]:
     """Coordinates: names of all points, and the body of each."""
     names = point_names(scene)
     owners = [scene.bodies[b].name for b, _ in named_points(scene)]
-    said = {"long_name": "body of the point"}
-    return {"point": ("point", names), "point_body": ("point", owners, said)} if names else {}
+    attributes = {"long_name": "body of the point"}
+    return {"point": ("point", names), "point_body": ("point", owners, attributes)} if names else {}
 
 
 def named_points(scene: Scene) -> Iterator[tuple[int, tuple[float, ...]]]:

@@ -187,5 +187,5 @@ def transferred_fraction(run: xr.Dataset) -> xr.DataArray:
     time = run.time.values
     each = zip(impulse.values.T, load.values.T, load[CONTACT_WEIGHT].values, strict=True)
     shares = [GroupLoad(time, *own).share()(time) for own in each]
-    said = {"long_name": "share of the weight transferred", "units": "1"}
-    return load.copy(data=np.stack(shares, axis=1)).assign_attrs(said)
+    attributes = {"long_name": "share of the weight transferred", "units": "1"}
+    return load.copy(data=np.stack(shares, axis=1)).assign_attrs(attributes)

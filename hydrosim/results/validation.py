@@ -63,8 +63,8 @@ def _wrong_units(run: xr.Dataset) -> Iterator[str]:
     for name, variable in run.variables.items():
         units = str(variable.attrs.get("dof_units", "")).split(", ")
         if "dof_units" in variable.attrs and "dof" in run.dims and len(units) != run.sizes["dof"]:
-            found = f"found {len(units)} units; expected {run.sizes['dof']}"
-            yield f"attribute dof_units of {name}: {found}, one for each degree of freedom"
+            found_text = f"found {len(units)} units; expected {run.sizes['dof']}"
+            yield f"attribute dof_units of {name}: {found_text}, one for each degree of freedom"
 
 
 def _wrong_names(run: xr.Dataset) -> Iterator[str]:

@@ -135,8 +135,8 @@ def unit_coordinates(
             continue
         if "dof" in dims:
             quantity = UNITS_BY_DOF[units]
-            said = {"long_name": f"{quantity.replace('_', ' ')} of each degree of freedom"}
-            found[quantity] = ("dof", _units_by_dof(units), said)
+            attributes = {"long_name": f"{quantity.replace('_', ' ')} of each degree of freedom"}
+            found[quantity] = ("dof", _units_by_dof(units), attributes)
         else:
             each = [unit_of(units_of(units), [label]) for label in coords[dims[-1]][1]]
             found[f"{name}_unit"] = (dims[-1], each, {"long_name": f"unit of {name}"})

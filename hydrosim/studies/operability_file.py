@@ -28,8 +28,8 @@ class Heights(of.SchemaModel):
     @model_validator(mode="after")
     def _check_order(self) -> Self:
         if not 0.0 < self.low < self.high or self.high - self.low < self.apart:
-            found = f"from {self.low:g} to {self.high:g} m, {self.apart:g} m apart"
-            raise problem(found, "heights above zero that rise, two or more")
+            found_text = f"from {self.low:g} to {self.high:g} m, {self.apart:g} m apart"
+            raise problem(found_text, "heights above zero that rise, two or more")
         if (self.high - self.low) / self.apart > MAX_HEIGHTS:
             count = (self.high - self.low) / self.apart
             raise problem(f"{count:,.0f} heights", f"{MAX_HEIGHTS:,} or fewer")
@@ -122,13 +122,13 @@ class Operability(of.SchemaModel):
         turned = [degrees(heading) for heading in self.headings]
         for name, each in (("peak_periods", self.peak_periods), ("headings", turned)):
             if list(each) != sorted(set(each)):
-                found = f"{name} {', '.join(f'{v:g}' for v in each)}"
-                raise problem(f"{found}{' deg' * (name == 'headings')}", "values that rise")
+                found_text = f"{name} {', '.join(f'{v:g}' for v in each)}"
+                raise problem(f"{found_text}{' deg' * (name == 'headings')}", "values that rise")
         if self.hindcast is not None and self.operation is None:
             raise problem("a hindcast and no operation", "operation: {planned: 24 hour}")
         if self.bearing is not None and abs(self.bearing) > FULL_TURN_RAD:
-            found = f"a bearing of {degrees(self.bearing):g} deg"
-            raise problem(found, "one within a turn; a number without a unit is in rad")
+            found_text = f"a bearing of {degrees(self.bearing):g} deg"
+            raise problem(found_text, "one within a turn; a number without a unit is in rad")
         if self.hindcast is None and self.bearing is not None:
             raise problem("a bearing and no hindcast", "hindcast: FILE, whose directions it turns")
         return self

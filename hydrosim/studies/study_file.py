@@ -48,8 +48,8 @@ def _expand_seeds(value: Any) -> Any:
     if span is not None and int(span[1]) <= int(span[2]) < int(span[1]) + MAX_SEEDS:
         return list(range(int(span[1]), int(span[2]) + 1))
     if span is not None and int(span[1]) > int(span[2]):
-        found = f'"{value}", which runs backwards'
-        raise problem(found, "the smaller seed first", f'write "{span[2]}-{span[1]}"')
+        found_text = f'"{value}", which runs backwards'
+        raise problem(found_text, "the smaller seed first", f'write "{span[2]}-{span[1]}"')
     if isinstance(value, str):
         raise problem(f'"{value}"', f"{SEEDS_EXPECTED}; at most {MAX_SEEDS:,} of them")
     return value
@@ -106,8 +106,10 @@ class LinkedKeys(of.SchemaModel):
         sizes = [len(spread) for spread in self.keys.values() if isinstance(spread, tuple)]
         sizes += [len(self.called)] if self.called is not None else []
         if len({*sizes}) > 1 or len({*ranges}) > 1:
-            found = f"{', '.join(map(str, sizes))} values{' and ranges' if any(ranges) else ''}"
-            raise problem(found, "as many for each key that is linked, and as many names")
+            found_text = (
+                f"{', '.join(map(str, sizes))} values{' and ranges' if any(ranges) else ''}"
+            )
+            raise problem(found_text, "as many for each key that is linked, and as many names")
         if not any(ranges):
             _check_distinct(tuple(zip(*self.keys.values(), strict=True)))
         return self
@@ -145,8 +147,8 @@ class DesignPlan(of.SchemaModel):
             spreads = parameter.keys.values() if isinstance(parameter, LinkedKeys) else [parameter]
             if any(isinstance(spread, Range) != drawn for spread in spreads):
                 kind = "a list of values" if drawn else "a range"
-                other = "a range, {from: .., to: ..}" if drawn else "a list of values"
-                raise problem(f"{kind} for {name}", f"{other}, for the design {self.design}")
+                text = "a range, {from: .., to: ..}" if drawn else "a list of values"
+                raise problem(f"{kind} for {name}", f"{text}, for the design {self.design}")
         if drawn and (self.samples is None or not self.parameters):
             raise problem("no samples or no parameters", f"both, for the design {self.design}")
         if self.design.startswith("sobol") and self.samples and self.samples & (self.samples - 1):
@@ -261,8 +263,8 @@ class OfStages(of.SchemaModel):
         }
         given |= {*self.keys_with_value("mode")}
         if unknown := given - known:
-            found = f"{', '.join(sorted(unknown))} of the result {self.result}"
-            raise problem(found, f"only: {', '.join(sorted(known))}")
+            found_text = f"{', '.join(sorted(unknown))} of the result {self.result}"
+            raise problem(found_text, f"only: {', '.join(sorted(known))}")
         if lacking := REQUIRED_KEYS.get(self.result, set()) - given:
             raise problem(f"the result {self.result} without {', '.join(lacking)}", "both")
         if self.stage is not None and self.stage not in (names := self._stages()):

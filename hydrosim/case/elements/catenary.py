@@ -162,13 +162,13 @@ class Catenary(Breaking):
     @model_validator(mode="after")
     def _check_lengths(self) -> Self:
         if len(self.segments) > MAX_SEGMENTS:
-            found = f"{len(self.segments)} segments"
-            raise problem(found, f"at most {MAX_SEGMENTS}", "join those that are alike")
+            found_text = f"{len(self.segments)} segments"
+            raise problem(found_text, f"at most {MAX_SEGMENTS}", "join those that are alike")
         changing = [i for i, s in enumerate(self.segments) if not isinstance(s.length, float)]
         if any(changing):
-            found = f"a length over time in segment {max(changing) + 1}"
+            found_text = f"a length over time in segment {max(changing) + 1}"
             expected = "one in the first segment alone, where a winch pays out"
-            raise problem(found, expected)
+            raise problem(found_text, expected)
         return self
 
     def body_references(self) -> Iterator[tuple[Keys, str | None, str]]:

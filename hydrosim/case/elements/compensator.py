@@ -65,12 +65,12 @@ class Compensator(Element):
     def _check_stroke(self) -> Self:
         half = 0.5 * self.stroke
         if self.gas_length <= half:
-            found = f"gas_length {self.gas_length:g} m and a stroke of {self.stroke:g} m"
-            raise problem(found, "gas that is left at the end: a gas_length above stroke / 2")
+            found_text = f"gas_length {self.gas_length:g} m and a stroke of {self.stroke:g} m"
+            raise problem(found_text, "gas that is left at the end: a gas_length above stroke / 2")
         low = self.tension * (self.gas_length / (self.gas_length + half)) ** self.exponent
         if self.length <= half + low / self.stiffness:
-            found = f"length {self.length:g} m and a stroke of {self.stroke:g} m"
-            raise problem(found, "a line that is slack where its ends meet: a longer length")
+            found_text = f"length {self.length:g} m and a stroke of {self.stroke:g} m"
+            raise problem(found_text, "a line that is slack where its ends meet: a longer length")
         return self
 
     def body_references(self) -> Iterator[tuple[Keys, str | None, str]]:

@@ -50,8 +50,8 @@ class AngleTable(SchemaModel):
 
 def _same_number(times: tuple[float, ...], values: tuple[float, ...], what: str) -> None:
     if len(times) != len(values):
-        found = f"{len(times)} times and {len(values)} {what}s"
-        raise problem(found, f"{'an' if what[0] in 'ao' else 'a'} {what} for each time")
+        found_text = f"{len(times)} times and {len(values)} {what}s"
+        raise problem(found_text, f"{'an' if what[0] in 'ao' else 'a'} {what} for each time")
 
 
 def _form(value: object) -> str:

@@ -61,8 +61,8 @@ def _goes_round_once(corners: np.ndarray, normal: Sequence[float]) -> bool:
 def check_lengths(compression: Sequence[float] | None, force: Sequence[float] | None) -> None:
     """Refuses a table that has not a force for each compression."""
     if compression and force and len(compression) != len(force):
-        found = f"{len(compression)} values in compression and {len(force)} in force"
-        raise problem(found, "a force for each compression")
+        found_text = f"{len(compression)} values in compression and {len(force)} in force"
+        raise problem(found_text, "a force for each compression")
 
 
 class Unloading(SchemaModel):
@@ -108,8 +108,8 @@ class Normal(SchemaModel):
         if self.prescribed and self.damping:
             raise problem("prescribed and damping", "one of them")
         if self.unloading and (self.prescribed or self.damping):
-            found = f"unloading and {'prescribed' if self.prescribed else 'damping'}"
-            raise problem(found, "one of them", "the loop takes energy, and needs a curve")
+            found_text = f"unloading and {'prescribed' if self.prescribed else 'damping'}"
+            raise problem(found_text, "one of them", "the loop takes energy, and needs a curve")
         if self.force and not self.force[-1]:
             raise problem("no force at any compression", "one that rises")
         check_lengths(self.compression, self.force)
@@ -174,8 +174,8 @@ class Fender(Element):
         law = self.friction
         rate_free = isinstance(law, StickSlip) and not law.damping + law.slip_damping
         if rate_free and self.normal.damping:
-            found = "normal.damping and friction without damping and slip_damping"
-            raise problem(found, "one of the latter above 0, or no normal.damping")
+            found_text = "normal.damping and friction without damping and slip_damping"
+            raise problem(found_text, "one of the latter above 0, or no normal.damping")
         return self
 
     def body_references(self) -> Iterator[tuple[Keys, str | None, str]]:

@@ -36,9 +36,11 @@ class LoadPowers(SchemaModel):
     @model_validator(mode="after")
     def _check_powers(self) -> Self:
         if max(self.damping, self.slip_damping) > self.stiffness:
-            found = f"damping {self.damping:g}, slip_damping {self.slip_damping:g}"
+            found_text = f"damping {self.damping:g}, slip_damping {self.slip_damping:g}"
             expected = f"no more than that of the stiffness, {self.stiffness:g}"
-            raise problem(found, expected, "else the node stiffens without bound as the load goes")
+            raise problem(
+                found_text, expected, "else the node stiffens without bound as the load goes"
+            )
         return self
 
 
@@ -74,8 +76,8 @@ class StickSlip(Exemplary):
     def _check_law(self) -> Self:
         _check_coefficients(self.static, self.kinetic)
         if self.load and not self.damping + self.slip_damping:
-            found = "load without damping and slip_damping"
-            raise problem(found, "one of the latter above 0, or no load")
+            found_text = "load without damping and slip_damping"
+            raise problem(found_text, "one of the latter above 0, or no load")
         return self
 
     def build(self, count: int) -> forces.StickSlip:

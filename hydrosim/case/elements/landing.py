@@ -64,8 +64,8 @@ class Wall(SchemaModel):
         if given not in (["stiffness"], ["compression", "force"]):
             raise problem(" and ".join(given) or "no curve", "stiffness, or compression and force")
         if not 0.0 <= self.angle < 0.5 * np.pi:
-            found = f"an angle of {np.degrees(self.angle):g} deg"
-            raise problem(found, "0 (a cylinder) to less than 90 deg")
+            found_text = f"an angle of {np.degrees(self.angle):g} deg"
+            raise problem(found_text, "0 (a cylinder) to less than 90 deg")
         check_lengths(self.compression, self.force)
         return self
 
@@ -124,13 +124,13 @@ class Landing(Element):
     @model_validator(mode="after")
     def _check_seats(self) -> Self:
         if len(self.points) != len(self.on.points):
-            found = f"{len(self.points)} points and {len(self.on.points)} seats in on.points"
-            raise problem(found, "a seat for each point")
+            found_text = f"{len(self.points)} points and {len(self.on.points)} seats in on.points"
+            raise problem(found_text, "a seat for each point")
         if self.normal.prescribed or self.normal.damping:
-            found = "normal.prescribed" if self.normal.prescribed else "normal.damping"
+            found_text = "normal.prescribed" if self.normal.prescribed else "normal.damping"
             expected = "stiffness, or compression and force, with unloading where energy is lost"
             remedy = "only the normal of a fender may have prescribed or damping"
-            raise problem(found, expected, remedy)
+            raise problem(found_text, expected, remedy)
         return self
 
     def body_references(self) -> Iterator[tuple[Keys, str | None, str]]:

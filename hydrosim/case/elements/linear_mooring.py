@@ -53,8 +53,8 @@ class LinearMooring(Element):
             raise problem("no stiffness", "stiffness, natural_period, or both")
         twice = [dof for dof, k, t in zip(DOFS, *self.diagonal, strict=True) if k and t]
         if twice:
-            found = f"both stiffness and natural_period in {', '.join(twice)}"
-            raise problem(found, "one of them in each DOF")
+            found_text = f"both stiffness and natural_period in {', '.join(twice)}"
+            raise problem(found_text, "one of them in each DOF")
         return self
 
     @model_validator(mode="after")

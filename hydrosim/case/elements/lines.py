@@ -121,8 +121,8 @@ def earth_place(place: tuple[float, ...], vessel: Vessel) -> tuple[float, ...]:
 def _check_water(system: System, water: tuple[float, float], depth: float, source: Source) -> None:
     """Refuse a file for other water than that of the case."""
     if system.depth is not None and not abs(system.depth - depth) <= NEARLY:
-        found = "without end" if not isfinite(depth) else f"{depth:g} m"
-        text = f"found depth {system.depth:g} m there and water {found} in the case"
+        found_text = "without end" if not isfinite(depth) else f"{depth:g} m"
+        text = f"found depth {system.depth:g} m there and water {found_text} in the case"
         source.wrong(f"{text}; expected the same; set environment.water_depth")
     pairs: Mapping[str, tuple[float | None, float, str]] = {
         "density": (system.density, water[0], "kg/m^3"),

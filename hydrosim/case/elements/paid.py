@@ -27,8 +27,8 @@ class LengthTable(SchemaModel):
     @model_validator(mode="after")
     def _check_table(self) -> Self:
         if len(self.time) != len(self.length):
-            found = f"{len(self.time)} times and {len(self.length)} lengths"
-            raise problem(found, "a length for each time")
+            found_text = f"{len(self.time)} times and {len(self.length)} lengths"
+            raise problem(found_text, "a length for each time")
         return self
 
 

@@ -32,8 +32,10 @@ class Curve(SchemaModel):
     @model_validator(mode="after")
     def _check_curve(self) -> Self:
         if len(self.extension) != len(self.tension):
-            found = f"{len(self.extension)} values in extension and {len(self.tension)} in tension"
-            raise problem(found, "a tension for each extension")
+            found_text = (
+                f"{len(self.extension)} values in extension and {len(self.tension)} in tension"
+            )
+            raise problem(found_text, "a tension for each extension")
         if not self.tension[-1]:
             raise problem("no tension at any extension", "one that rises")
         return self
@@ -81,9 +83,9 @@ class Spring(Breaking):
             raise problem(" and ".join(given) or "no curve", "either stiffness or curve")
         first = self.curve.extension[0] if self.curve else 0.0
         if isinstance(self.length, float) and self.length + first <= 0.0:
-            found = f"length {self.length:g} m and a first extension of {first:g} m"
+            found_text = f"length {self.length:g} m and a first extension of {first:g} m"
             expected = "a line that is slack where its ends meet"
-            raise problem(found, expected, "begin the curve above -length")
+            raise problem(found_text, expected, "begin the curve above -length")
         return self
 
     def body_references(self) -> Iterator[tuple[Keys, str | None, str]]:

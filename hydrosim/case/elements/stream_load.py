@@ -44,8 +44,8 @@ class StreamLoad(Element):
             raise problem("no coefficients", "those of one or more of surge, sway, yaw")
         for dof in given:
             if len(getattr(self, dof)) != len(self.headings):
-                found = f"{len(getattr(self, dof))} values in {dof} and {len(self.headings)}"
-                raise problem(f"{found} in headings", "a value for each heading")
+                found_text = f"{len(getattr(self, dof))} values in {dof} and {len(self.headings)}"
+                raise problem(f"{found_text} in headings", "a value for each heading")
         self._check_ends()
         return self
 
@@ -55,9 +55,9 @@ class StreamLoad(Element):
         for dof in self.keys_with_value("sway", "yaw"):
             first, *_, last = getattr(self, dof)
             if first or last:
-                found = f"{first:g} at 0 and {last:g} at 180 deg in {dof}"
+                found_text = f"{first:g} at 0 and {last:g} at 180 deg in {dof}"
                 expected = "0 at both, as for a body that is its own mirror image"
-                raise problem(found, expected, "give the headings of the whole circle")
+                raise problem(found_text, expected, "give the headings of the whole circle")
 
     @property
     def is_half(self) -> bool:

@@ -100,8 +100,8 @@ class Strut(Element):
 def check_points(x: str, at: Sequence[float], y: str, values: Sequence[float]) -> None:
     """Raises a problem if ``at`` and ``values`` of the keys ``x`` and ``y`` are no curve."""
     if len(at) != len(values):
-        found = f"{len(at)} values in {x} and {len(values)} in {y}"
-        raise problem(found, f"a {y} for each {x}")
+        found_text = f"{len(at)} values in {x} and {len(values)} in {y}"
+        raise problem(found_text, f"a {y} for each {x}")
     if len(at) < 2:
         raise problem(f"{len(at)} points", "two or more")
 

@@ -39,8 +39,8 @@ class Drum(SchemaModel):
     @model_validator(mode="after")
     def _check_ends(self) -> Self:
         if self.longest <= self.shortest:
-            found = f"shortest {self.shortest:g} m and longest {self.longest:g} m"
-            raise problem(found, "a longest length above the shortest")
+            found_text = f"shortest {self.shortest:g} m and longest {self.longest:g} m"
+            raise problem(found_text, "a longest length above the shortest")
         return self
 
 
@@ -64,8 +64,8 @@ class SpeedTable(SchemaModel):
     @model_validator(mode="after")
     def _check_table(self) -> Self:
         if len(self.time) != len(self.speed):
-            found = f"{len(self.time)} times and {len(self.speed)} speeds"
-            raise problem(found, "a speed for each time")
+            found_text = f"{len(self.time)} times and {len(self.speed)} speeds"
+            raise problem(found_text, "a speed for each time")
         return self
 
 
@@ -196,18 +196,22 @@ class Winch(Breaking):
         assert self.tension is not None
         inwards, outwards = self._frictions()
         if not isinstance(self.speed, float) or self.speed <= 0.0:
-            found = "no speed" if self.speed is None else "a speed that is not above 0"
-            raise problem(f"tension and {found}", "the largest speed of the drum: speed: 0.3 m/s")
+            found_text = "no speed" if self.speed is None else "a speed that is not above 0"
+            raise problem(
+                f"tension and {found_text}", "the largest speed of the drum: speed: 0.3 m/s"
+            )
         if self.dead_band + inwards >= 1.0:
-            found = f"a dead_band and friction in of {self.dead_band + inwards:g} of the tension"
-            raise problem(found, "less than 1: else the drum never heaves in")
+            found_text = (
+                f"a dead_band and friction in of {self.dead_band + inwards:g} of the tension"
+            )
+            raise problem(found_text, "less than 1: else the drum never heaves in")
         if self.acceleration and not self.dead_band + inwards + outwards:
             remedy = "give a dead_band; else it would never come to rest"
             raise problem("acceleration without dead_band or friction", "a dead_band", remedy)
         most = self.tension * (1.0 + self.dead_band + outwards)
         if self.rated_load is not None and self.rated_load < most:
-            found = f"a rated_load of {self.rated_load:g} N, and paying out at {most:g} N"
-            raise problem(found, "a rated_load of the tension at which it pays out, or more")
+            found_text = f"a rated_load of {self.rated_load:g} N, and paying out at {most:g} N"
+            raise problem(found_text, "a rated_load of the tension at which it pays out, or more")
 
     def _check_drum(self, control: str) -> None:
         """Refuse a drum without ends, or with a length beyond them."""
@@ -218,8 +222,8 @@ class Winch(Breaking):
             raise problem(f"{control} and no drum", f"the ends of the drum: {DRUM}")
         shortest, longest = self.drum.shortest, self.drum.longest
         if isinstance(self.length, float) and not shortest <= self.length <= longest:
-            found = f"length {self.length:g} m and a drum from {shortest:g} to {longest:g} m"
-            raise problem(found, "a length within")
+            found_text = f"length {self.length:g} m and a drum from {shortest:g} to {longest:g} m"
+            raise problem(found_text, "a length within")
         fixed = isinstance(self.speed, float) and self.speed == 0.0
         if fixed or (isinstance(self.speed, SpeedTable) and not any(self.speed.speed)):
             raise problem("a speed of 0", "one that is not 0", "a winch that stands is a spring")
@@ -228,8 +232,10 @@ class Winch(Breaking):
         """Refuse a stroke that heaves in all of the wire."""
         stroke = self.compensation.stroke if self.compensation else None
         if stroke is not None and isinstance(self.length, float) and self.length <= 0.5 * stroke:
-            found = f"a stroke of {stroke:g} m and {self.length:g} m of wire"
-            raise problem(found, "a wire longer than half of the stroke, which it may heave in")
+            found_text = f"a stroke of {stroke:g} m and {self.length:g} m of wire"
+            raise problem(
+                found_text, "a wire longer than half of the stroke, which it may heave in"
+            )
 
     def _frictions(self) -> tuple[float, float]:
         return self.friction.heave_in, self.friction.pay_out

@@ -115,9 +115,9 @@ def _unknown_columns(kind: str, table: SectionTable) -> Iterator[OmittedEntry]:
     read = {table.column(what) for what in COLUMN_NAMES}
     for number, name in enumerate(table.names):
         if number not in read and not re.fullmatch(PASSED_COLUMNS[kind], name):
-            found = f"the column {name} of {table.title}"
+            found_text = f"the column {name} of {table.title}"
             advice = "No column of this name is known here; see that the line is as you mean it."
-            yield OmittedEntry(Question.FILES, found, "it is left out", advice)
+            yield OmittedEntry(Question.FILES, found_text, "it is left out", advice)
 
 
 def _refuse_map(source: Source, sections: Mapping[str, FileSection]) -> None:
@@ -178,9 +178,9 @@ def _find_stiffness_left_out(rows: SectionTable) -> Iterator[OmittedEntry]:
     for line, words in rows:
         _, _, fast = words[axial].partition("|")
         if fast:
-            found = f"EA of {fast} under fast loads for {words[0]} in line {line}"
+            found_text = f"EA of {fast} under fast loads for {words[0]} in line {line}"
             advice = "The stiffness of the line is that of slow loads. In waves it is too soft."
-            yield OmittedEntry(Question.FILES, found, "it is left out", advice)
+            yield OmittedEntry(Question.FILES, found_text, "it is left out", advice)
         stiffness = rows.optional_number(line, words, "bending", quantities.BENDING_STIFFNESS)
         if stiffness > 0.0:
             yield OmittedEntry(

@@ -117,8 +117,8 @@ class MappingEntry:
         for key in self.values:
             if key not in KNOWN_KEYS[kind]:
                 name, mark = locate_value(self.node, (*self.keys, key))
-                found = f"the key {name} in line {mark.line + 1}"
-                yield OmittedEntry(Question.FILES, found, "it is left out", UNKNOWN_KEY)
+                found_text = f"the key {name} in line {mark.line + 1}"
+                yield OmittedEntry(Question.FILES, found_text, "it is left out", UNKNOWN_KEY)
 
 
 def is_moorpy(values: object) -> bool:

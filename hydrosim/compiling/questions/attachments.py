@@ -44,8 +44,10 @@ def attachments(about: SceneContext) -> Iterator[Query]:
         limit = _reach(body, sizes.get(name))
         away = float(np.linalg.norm(point))
         if away > limit:
-            found = f"a point {text_beyond(away, limit)} m from the centre of gravity of {name}"
-            yield Query(key, found, f"usual for its size is up to {limit:.3g} m", FRAME)
+            found_text = (
+                f"a point {text_beyond(away, limit)} m from the centre of gravity of {name}"
+            )
+            yield Query(key, found_text, f"usual for its size is up to {limit:.3g} m", FRAME)
     for name, line in about.scene.forces.items():
         size = sizes.get(line.body)
         if isinstance(line, Catenary) and size is not None:
@@ -87,10 +89,10 @@ def _under_keel(name: str, line: Catenary, size: Extents) -> Iterator[Query]:
     under = size.centre[2] - ROUND * size.draught - line.point[2]
     limit = max(UNDER_KEEL * size.draught, MIN_UNDER_KEEL)
     if under > limit:
-        found = (
+        found_text = (
             f"a fairlead about {text_beyond(under, limit, '.2g')} m under the keel of {line.body}"
         )
-        yield Query(f"forces.{name}.point", found, f"usual is up to {limit:.2g} m", FRAME)
+        yield Query(f"forces.{name}.point", found_text, f"usual is up to {limit:.2g} m", FRAME)
 
 
 def _off_hull(name: str, line: Catenary, size: Extents) -> Iterator[Query]:
@@ -101,12 +103,12 @@ def _off_hull(name: str, line: Catenary, size: Extents) -> Iterator[Query]:
     aside = float(np.linalg.norm(np.maximum(np.abs(off[:2]) - ROUND * size.half, 0.0)))
     limit = max(MIN_OUTRIGGER, float(size.half.min()))
     if aside > limit:
-        found = f"a fairlead about {text_beyond(aside, limit, '.2g')} m outside of {line.body}"
-        yield Query(f"forces.{name}.point", found, f"usual is up to {limit:.2g} m", FRAME)
+        found_text = f"a fairlead about {text_beyond(aside, limit, '.2g')} m outside of {line.body}"
+        yield Query(f"forces.{name}.point", found_text, f"usual is up to {limit:.2g} m", FRAME)
     limit = max(MIN_FREEBOARD, 2.0 * size.draught)
     if off[2] > limit:
-        found = f"a fairlead {text_beyond(float(off[2]), limit)} m above the water"
-        yield Query(f"forces.{name}.point", found, f"usual is up to {limit:.3g} m", FRAME)
+        found_text = f"a fairlead {text_beyond(float(off[2]), limit)} m above the water"
+        yield Query(f"forces.{name}.point", found_text, f"usual is up to {limit:.3g} m", FRAME)
 
 
 def axes(about: SceneContext) -> Iterator[Query]:
@@ -126,8 +128,8 @@ def axes(about: SceneContext) -> Iterator[Query]:
         cosine = abs(branch.joint.axes()[0] @ axis) / np.linalg.norm(axis)
         if cosine < FREE_AXIS_COSINE:
             angle = np.degrees(np.arccos(min(cosine, 1.0)))
-            found = (
+            found_text = (
                 f"an axis at {angle:.3g} deg to that of {branch.name}, which holds this rotation"
             )
             usual = "usual is the axis of the joint"
-            yield Query(f"forces.{name}.axis", found, usual, "It hardly acts.")
+            yield Query(f"forces.{name}.axis", found_text, usual, "It hardly acts.")

@@ -73,9 +73,9 @@ def inertia(about: SceneContext) -> Iterator[Query]:
     for body in about.scene.bodies:
         small, middle, large = np.linalg.eigvalsh(body.inertia)
         if large > (small + middle) * (1.0 + 1e-6) and any(dof in body.dofs for dof in DOFS[3:]):
-            found = f"principal moments of {small:.3g}, {middle:.3g} and {large:.3g} kg m^2"
+            found_text = f"principal moments of {small:.3g}, {middle:.3g} and {large:.3g} kg m^2"
             usual = "the largest moment of a rigid body is at most the sum of the others"
-            yield Query(f"bodies.{body.name}.inertia, radii_of_gyration", found, usual)
+            yield Query(f"bodies.{body.name}.inertia, radii_of_gyration", found_text, usual)
         empty = least_moment(body, body_without(body, at_start(body.tanks)).inertia)
         if empty <= 0.0 and not body.constant_inertia:
             yield Query(
@@ -95,12 +95,12 @@ def _densities(about: SceneContext) -> Iterator[Query]:
         half = np.sqrt(np.maximum(squares.sum() / 2.0 - squares, 0.0))
         density = body.mass / (8.0 * np.prod(half)) if np.all(half > 0.0) else np.inf
         if body.name not in about.facts.databases and density < LIGHTEST:
-            found = (
+            found_text = (
                 f"radii of gyration of a box of {2.0 * half.max():.3g} m and {density:.2g} kg/m^3"
             )
             usual = f"usual is above {LIGHTEST:g} kg/m^3, the density of air"
             key = f"bodies.{body.name}.inertia, radii_of_gyration"
-            yield Query(key, found, usual, "Are the radii in mm?")
+            yield Query(key, found_text, usual, "Are the radii in mm?")
 
 
 def _radii(about: SceneContext) -> Iterator[Query]:
@@ -175,10 +175,10 @@ def stability(about: SceneContext) -> Iterator[Query]:
         for dof in (3, 4):
             height = stiffness[dof, dof] / (body.mass * gravity)
             if height < 0.0 and DOFS[dof] in body.dofs:
-                found = f"a metacentric height of {height:.3g} m in {DOFS[dof]}"
+                found_text = f"a metacentric height of {height:.3g} m in {DOFS[dof]}"
                 usual = "usual is above 0.15 m"
                 advice = "The body capsizes: check the height of its centre of gravity."
-                yield Query(f"bodies.{body.name}.centre_of_gravity", found, usual, advice)
+                yield Query(f"bodies.{body.name}.centre_of_gravity", found_text, usual, advice)
 
 
 def _high_centres(about: SceneContext) -> Iterator[Query]:
@@ -190,13 +190,15 @@ def _high_centres(about: SceneContext) -> Iterator[Query]:
         if size is None or size.filled < COMPACT or capsizes:
             continue
         if height > size.draught:
-            found = f"a centre of gravity {text_beyond(height, size.draught)} m above the water"
+            found_text = (
+                f"a centre of gravity {text_beyond(height, size.draught)} m above the water"
+            )
             usual = f"usual is less than the draught of about {size.draught:.3g} m above it"
             advice = (
                 "Is it the height above the keel? z counts from the origin of the database,"
                 " which is in the still water."
             )
-            yield Query(f"bodies.{body.name}.centre_of_gravity", found, usual, advice)
+            yield Query(f"bodies.{body.name}.centre_of_gravity", found_text, usual, advice)
 
 
 def periods(about: SceneContext) -> Iterator[Query]:
@@ -206,10 +208,10 @@ def periods(about: SceneContext) -> Iterator[Query]:
         for name, period in natural_periods(about, i, body, db).items():
             if not MIN_NATURAL_PERIOD_S <= period <= MAX_NATURAL_PERIOD_S:
                 text = text_outside(period, MIN_NATURAL_PERIOD_S, MAX_NATURAL_PERIOD_S)
-                found = f"a natural period of {text} s in {name}"
+                found_text = f"a natural period of {text} s in {name}"
                 usual = f"usual is {MIN_NATURAL_PERIOD_S:g} to {MAX_NATURAL_PERIOD_S:g} s"
                 advice = "Check stiffness, mass and their units."
-                yield Query(f"bodies.{body.name}", found, usual, advice)
+                yield Query(f"bodies.{body.name}", found_text, usual, advice)
 
 
 def lift(about: SceneContext) -> Iterator[Query]:
@@ -229,13 +231,13 @@ def lift(about: SceneContext) -> Iterator[Query]:
         for force, what in ((up, "lift"), (down, "load")):
             if force > LIFTED * weight:
                 share = text_beyond(force / weight, LIFTED, ".0%")
-                found = f"applied forces that {what} by {share} of the weight"
+                found_text = f"applied forces that {what} by {share} of the weight"
                 usual = f"usual is up to {LIFTED:.0%}"
                 advice = (
                     "Hydrostatics are linear, and ignore how much of the hull is left in the water."
                 )
                 out = what == "lift" and force >= weight
-                yield Query(f"bodies.{body.name}", found, usual, advice, out)
+                yield Query(f"bodies.{body.name}", found_text, usual, advice, out)
 
 
 def _sideways(about: SceneContext, body: Body) -> Iterator[Query]:
@@ -247,9 +249,9 @@ def _sideways(about: SceneContext, body: Body) -> Iterator[Query]:
                 ends = _extremes(of.force[dof], about.scene.duration) if dof in of.force else (0.0,)
                 most = max(map(abs, ends))
                 if most > weight:
-                    found = f"{text_beyond(most, weight)} N, for a weight of {weight:.3g} N"
+                    found_text = f"{text_beyond(most, weight)} N, for a weight of {weight:.3g} N"
                     usual = "usual is a force along the water far below the weight"
-                    yield Query(f"forces.{name}.force.{dof}", found, usual, "Check its unit.")
+                    yield Query(f"forces.{name}.force.{dof}", found_text, usual, "Check its unit.")
 
 
 def _extremes(signal: Signal, duration: float) -> tuple[float, float]:

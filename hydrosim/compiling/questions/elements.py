@@ -66,9 +66,9 @@ def softness(about: SceneContext) -> Iterator[Query]:
     ]
     for name, fender in fenders:
         if _stiffness(fender) > STIFFEST:
-            found = f"{text_beyond(_stiffness(fender), STIFFEST)} N/m per point"
+            found_text = f"{text_beyond(_stiffness(fender), STIFFEST)} N/m per point"
             usual = f"usual is up to {STIFFEST:g} N/m, a bar of steel of 1 m and 0.05 m^2"
-            yield Query(f"forces.{name}.normal", found, usual, "Check its unit.")
+            yield Query(f"forces.{name}.normal", found_text, usual, "Check its unit.")
         others = [other for _, other in fenders if _share_load(fender, other)]
         stiffness = sum(len(other.points) * _stiffness(other) for other in others)
         below_weight = list(_under_weight(about, name, fender, stiffness))
@@ -169,15 +169,15 @@ def _friction_stiffness(
     load = BERTHING * np.sqrt(_mass(about, fender) * normal / len(fender.points))
     stretch = law.static * load / law.stiffness
     if stretch > SOFTEST:
-        found = (
+        found_text = (
             f"{law.stiffness:.3g} N/m per point: the body moves {text_beyond(stretch, SOFTEST)} m"
             f" before it slips at a load of {load:.3g} N"
         )
-        yield Query(key, found, f"usual is up to {SOFTEST:g} m", "Is it in kN/m?")
+        yield Query(key, found_text, f"usual is up to {SOFTEST:g} m", "Is it in kN/m?")
     if law.stiffness > MAX_STIFFNESS_RATIO * normal > 0.0:
-        found = f"{law.stiffness:.3g} N/m per point, and {normal:.3g} N/m normal to the plane"
+        found_text = f"{law.stiffness:.3g} N/m per point, and {normal:.3g} N/m normal to the plane"
         usual = f"usual is up to {MAX_STIFFNESS_RATIO:g} times the normal stiffness"
-        yield Query(key, found, usual, "Check its unit.")
+        yield Query(key, found_text, usual, "Check its unit.")
 
 
 def damping(about: SceneContext) -> Iterator[Query]:
@@ -218,9 +218,9 @@ def _linear_damping(about: SceneContext) -> Iterator[Query]:
             ratio = damping * period / (4.0 * np.pi * inertia)
             if damping > 0.0 and not LEAST_RATIO <= ratio <= MOST_RATIO:
                 share = text_outside(ratio, LEAST_RATIO, MOST_RATIO, ".2g")
-                found = f"{damping:.3g}, which is {share} of critical"
+                found_text = f"{damping:.3g}, which is {share} of critical"
                 usual = "usual is 0.01 to 0.3 of critical"
-                yield Query(f"forces.{name}.damping.{dof}", found, usual, "Check its unit.")
+                yield Query(f"forces.{name}.damping.{dof}", found_text, usual, "Check its unit.")
 
 
 def _roll_forms(about: SceneContext) -> Iterator[Query]:
@@ -238,9 +238,9 @@ def _roll_forms(about: SceneContext) -> Iterator[Query]:
         for key, length in lengths.items():
             given = float(getattr(of.barge, key))
             if not 1.0 / SAME_SIZE <= given / length <= SAME_SIZE:
-                found = f"a {key} of {given:.3g} m"
+                found_text = f"a {key} of {given:.3g} m"
                 usual = f"the hull of {of.body} has about {length:.3g} m"
-                yield Query(f"forces.{name}.ikeda.{key}", found, usual)
+                yield Query(f"forces.{name}.ikeda.{key}", found_text, usual)
 
 
 def _fender_damping(about: SceneContext) -> Iterator[Query]:
@@ -280,9 +280,9 @@ def _slow_damping(
         ratio = damping / (body.mass * rate)
         if dof in unrestored and damping > 0.0 and not LEAST_RATIO <= ratio <= MOST_RATIO:
             share = text_outside(ratio, LEAST_RATIO, MOST_RATIO, ".2g")
-            found = f"{damping:.3g} N s/m, {share} of m sqrt(g/L)"
+            found_text = f"{damping:.3g} N s/m, {share} of m sqrt(g/L)"
             usual = f"usual is {LEAST_RATIO:g} to {MOST_RATIO:g} of that"
-            yield Query(f"forces.{name}.damping.{dof}", found, usual, "Is it in kN s/m?")
+            yield Query(f"forces.{name}.damping.{dof}", found_text, usual, "Is it in kN s/m?")
 
 
 def _roll_damping(about: SceneContext) -> Iterator[Query]:

@@ -49,17 +49,17 @@ def _beside_bed(line: LineNow, of: Catenary, depth: float) -> Iterator[Query]:
     key = f"forces.{line.name}"
     lowest = -float(line.places()[0][:, 2].min())
     if of.friction is None and lowest > depth + BURIED:
-        found = f"a line down to {text_beyond(lowest, depth)} m in water of {depth:g} m"
+        found_text = f"a line down to {text_beyond(lowest, depth)} m in water of {depth:g} m"
         usual = "usual is a line above the seabed"
-        yield Query(key, found, usual, "With the key seabed, it rests on the seabed.")
+        yield Query(key, found_text, usual, "With the key seabed, it rests on the seabed.")
     moored = of.anchor_body is None and of.anchor[2] < 0.0
     above = depth + of.anchor[2]
     limit = max(HOVERING * depth, BURIED)
     if of.friction is not None:
         limit = max(ABOVE_BED * depth, MIN_ABOVE_BED)
     if moored and np.isfinite(depth) and above > limit:
-        found = f"an anchor {above:.3g} m above the seabed, in water of {depth:g} m"
-        yield Query(f"{key}.anchor", found, "usual is an anchor on the seabed")
+        found_text = f"an anchor {above:.3g} m above the seabed, in water of {depth:g} m"
+        yield Query(f"{key}.anchor", found_text, "usual is an anchor on the seabed")
 
 
 def _softness(about: SceneContext, line: LineNow, of: Catenary) -> Iterator[Query]:
@@ -69,10 +69,10 @@ def _softness(about: SceneContext, line: LineNow, of: Catenary) -> Iterator[Quer
     weight = about.scene.environment.gravity * about.scene.bodies[about.index[of.body]].mass
     stiffness = float(line.own["stiffness"].min())
     if stiffness < SOFT * weight:
-        found = f"an EA of {stiffness:.3g} N, for a body whose weight is {weight:.3g} N"
+        found_text = f"an EA of {stiffness:.3g} N, for a body whose weight is {weight:.3g} N"
         usual = f"usual is above {SOFT:g} of the weight"
         advice = "Check the diameter and its unit."
-        yield Query(f"forces.{line.name}.segments", found, usual, advice)
+        yield Query(f"forces.{line.name}.segments", found_text, usual, advice)
 
 
 def _drag(about: SceneContext, line: LineNow, of: Catenary) -> Iterator[Query]:
@@ -81,9 +81,9 @@ def _drag(about: SceneContext, line: LineNow, of: Catenary) -> Iterator[Query]:
     bars = list(bar_diameters(of, about.scene.environment))
     limit = WIDE_CHAIN * max(bars) if bars else WIDEST
     if widest > limit:
-        found = f"a drag coefficient times diameter of {text_beyond(widest, limit)} m"
+        found_text = f"a drag coefficient times diameter of {text_beyond(widest, limit)} m"
         usual = f"usual is up to {limit:.3g} m"
-        yield Query(f"forces.{line.name}.segments", found, usual, "Is the diameter in mm?")
+        yield Query(f"forces.{line.name}.segments", found_text, usual, "Is the diameter in mm?")
 
 
 def _under_hull(about: SceneContext, line: LineNow, of: Catenary, size: Extents) -> Iterator[Query]:
@@ -97,10 +97,10 @@ def _under_hull(about: SceneContext, line: LineNow, of: Catenary, size: Extents)
     inside = _length_inside(aside, away[:2] / size.half)
     limit = CROSSING * 2.0 * float(size.half.min())
     if inside > limit:
-        found = f"a line that runs {text_beyond(inside, limit)} m under the hull of {of.body}"
+        found_text = f"a line that runs {text_beyond(inside, limit)} m under the hull of {of.body}"
         usual = "usual is a fairlead on the side of its anchor"
         advice = "Has point the sign of the other side?"
-        yield Query(f"forces.{line.name}.point", found, usual, advice)
+        yield Query(f"forces.{line.name}.point", found_text, usual, advice)
 
 
 def _length_inside(start: np.ndarray, direction: np.ndarray) -> float:

@@ -60,9 +60,9 @@ def _tiny(about: SceneContext) -> Iterator[Query]:
         own = [body.mass for body in about.scene.bodies if body.name in names and body.dofs]
         lightest = gravity * min(own, default=0.0)
         if limit is not None and limit < NEGLIGIBLE_LOAD_FRACTION * lightest:
-            found = f"{limit:.3g} N, for a body whose weight is {lightest:.3g} N"
+            found_text = f"{limit:.3g} N, for a body whose weight is {lightest:.3g} N"
             usual = f"usual is above {NEGLIGIBLE_LOAD_FRACTION:g} of the weight"
-            yield Query(key, found, usual, "Is it in kN?")
+            yield Query(key, found_text, usual, "Is it in kN?")
 
 
 def _stretches(about: SceneContext) -> Iterator[Query]:
@@ -73,12 +73,14 @@ def _stretches(about: SceneContext) -> Iterator[Query]:
         slope = float(of.tension[-1] - of.tension[-2]) / float(of.extension[-1] - of.extension[-2])
         extension = of.extension[-1] + max(of.capacity - of.tension[-1], 0.0) / max(slope, 1e-300)
         if of.length > 0.0 and extension > MOST_EXTENSION * of.length:
-            found = (
+            found_text = (
                 f"{of.capacity:.3g} N, at which the line of {of.length:g} m is"
                 f" {extension:.3g} m longer"
             )
             usual = f"usual is up to {MOST_EXTENSION:g} times its length"
-            yield Query(f"forces.{name}.capacity", found, usual, "Check capacity and stiffness.")
+            yield Query(
+                f"forces.{name}.capacity", found_text, usual, "Check capacity and stiffness."
+            )
 
 
 def _strengths(about: SceneContext) -> Iterator[Query]:
@@ -93,14 +95,14 @@ def _strengths(about: SceneContext) -> Iterator[Query]:
         low, high = LEAST_OF_BREAKING * breaking, MOST_OF_BREAKING * breaking
         strain = of.capacity / float(of.stiffness.min())
         if bars and not low <= of.capacity <= high:
-            found = f"{of.capacity:.3g} N, for a chain of {1e3 * min(bars):.3g} mm"
+            found_text = f"{of.capacity:.3g} N, for a chain of {1e3 * min(bars):.3g} mm"
             usual = f"such a chain of grade R5 breaks at {breaking:.3g} N"
-            yield Query(key, found, usual, "Check diameter, capacity and their units.")
+            yield Query(key, found_text, usual, "Check diameter, capacity and their units.")
         elif strain > MOST_STRAIN:
             share = text_beyond(strain, MOST_STRAIN, ".0%")
-            found = f"{of.capacity:.3g} N, at which the line is {share} longer"
+            found_text = f"{of.capacity:.3g} N, at which the line is {share} longer"
             usual = f"usual is up to {MOST_STRAIN:.0%}"
-            yield Query(key, found, usual, "Check capacity, stiffness and their units.")
+            yield Query(key, found_text, usual, "Check capacity, stiffness and their units.")
 
 
 def _overloaded_lines(about: SceneContext) -> Iterator[Query]:
@@ -118,9 +120,9 @@ def _overloaded_lines(about: SceneContext) -> Iterator[Query]:
     for name, capacity in limits.items():
         tension = loads[name]
         if tension > capacity:
-            found = f"{capacity:.4g} N, and {text_beyond(tension, capacity, '.4g')} N"
+            found_text = f"{capacity:.4g} N, and {text_beyond(tension, capacity, '.4g')} N"
             usual = "usual is a tension at the start below the capacity"
-            yield Query(f"forces.{name}.capacity", f"{found} of tension at the start", usual)
+            yield Query(f"forces.{name}.capacity", f"{found_text} of tension at the start", usual)
 
 
 def _hanging(about: SceneContext) -> Iterator[Query]:
@@ -139,10 +141,12 @@ def _hanging(about: SceneContext) -> Iterator[Query]:
         allowed = sum(_allowable(of) for of in acting if isinstance(of, Tie))
         weight = body.mass * about.scene.environment.gravity
         if weight > allowed:
-            found = f"a weight of {weight:.3g} N that hangs from lines of {allowed:.3g} N in all"
+            found_text = (
+                f"a weight of {weight:.3g} N that hangs from lines of {allowed:.3g} N in all"
+            )
             usual = "usual is a weight below the capacities of the lines that carry it"
             advice = "Is the mass in tonne? Are the loads in kN?"
-            yield Query(f"bodies.{body.name}.mass", found, usual, advice)
+            yield Query(f"bodies.{body.name}.mass", found_text, usual, advice)
 
 
 def _is_dry_and_heavy(about: SceneContext, body: Body) -> bool:

@@ -35,9 +35,9 @@ def points(about: SceneContext) -> Iterator[Query]:
         limit = max(STANDING_OFF, float(size.half.min()))
         if off[far] > limit:
             away = text_beyond(off[far], limit, ".2g")
-            found = f"point {far + 1} about {away} m outside the hull of {fender.body}"
+            found_text = f"point {far + 1} about {away} m outside the hull of {fender.body}"
             usual = f"usual is up to {limit:.2g} m"
-            yield Query(f"forces.{name}.points", found, usual, ADVICE)
+            yield Query(f"forces.{name}.points", found_text, usual, ADVICE)
         if fender.plane.corners or not {fender.plane.body} <= {None, *wet}:
             continue
         yield from _plane_inside(name, fender, each)
@@ -48,12 +48,12 @@ def points(about: SceneContext) -> Iterator[Query]:
             where = (
                 "at the far side of" if _is_far(size, fender.points[worst], normal) else "inside"
             )
-            found = (
+            found_text = (
                 f"point {worst + 1} {where} the hull of {fender.body}, which reaches about"
                 f" {deep[worst]:.2g} m further towards the plane"
             )
             usual = "usual is a point at its side"
-            yield Query(f"forces.{name}.points", found, usual, ADVICE)
+            yield Query(f"forces.{name}.points", found_text, usual, ADVICE)
 
 
 def _plane_inside(
@@ -67,9 +67,9 @@ def _plane_inside(
     point = np.array(fender.plane.point, float)
     deep = _inside(size, point, -towards / np.linalg.norm(towards))
     if deep > float(size.half.min()):
-        found = f"a plane that {fender.plane.body} exceeds by about {deep:.2g} m"
+        found_text = f"a plane that {fender.plane.body} exceeds by about {deep:.2g} m"
         usual = "usual is a plane at its side, with a normal that points away from it"
-        yield Query(f"forces.{name}.plane", found, usual, ADVICE)
+        yield Query(f"forces.{name}.plane", found_text, usual, ADVICE)
 
 
 ADVICE = (

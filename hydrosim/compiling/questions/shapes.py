@@ -47,12 +47,12 @@ def hulls(about: SceneContext) -> Iterator[Query]:
             aside = np.abs(middle - size_of.centre)[:2] / size_of.half
             if aside.max() > 1.0 + TANK_MARGIN:
                 axis = int(aside.argmax())
-                found = (
+                found_text = (
                     f"a tank whose middle is {aside[axis] * size_of.half[axis]:.3g} m from the"
                     f" middle of the water plane along {'xy'[axis]}"
                 )
                 usual = f"usual is up to {size_of.half[axis]:.3g} m, half of its size"
-                yield Query(f"bodies.{body.name}.tanks.{tank.name}", found, usual)
+                yield Query(f"bodies.{body.name}.tanks.{tank.name}", found_text, usual)
 
 
 def drag(about: SceneContext) -> Iterator[Query]:

@@ -39,20 +39,20 @@ def angles(about: SceneContext) -> Iterator[Query]:
     for key, angle in _angles(about):
         round_deg = _round_angle(float(np.degrees(angle)))
         if round_deg is not None:
-            found = f"{np.degrees(angle):.6g} deg"
+            found_text = f"{np.degrees(angle):.6g} deg"
             usual = f"{np.degrees(angle):.6g} rad are {round_deg:g} deg"
-            yield Query(key, found, usual, "Is it in radians? Then give it without a unit.")
+            yield Query(key, found_text, usual, "Is it in radians? Then give it without a unit.")
         if abs(angle) > FULL_TURN_RAD:
-            found = f"{angle:g} rad, which is {np.degrees(angle):.5g} deg"
+            found_text = f"{angle:g} rad, which is {np.degrees(angle):.5g} deg"
             advice = f'A number is in radians; degrees are "{angle:g} deg".'
-            yield Query(key, found, "an angle is usually within one turn", advice)
+            yield Query(key, found_text, "an angle is usually within one turn", advice)
     for _, body, _ in about.floating_bodies():
         for name, angle in zip(("roll", "pitch"), body.position[3:5], strict=True):
             if TILT < abs(angle) <= FULL_TURN_RAD:
                 tilt = text_beyond(np.degrees(angle), np.copysign(np.degrees(TILT), angle))
-                found = f"a {name} of {tilt} deg"
+                found_text = f"a {name} of {tilt} deg"
                 usual = "usual is less than 30 deg, because hydrostatics are linear"
-                yield Query(f"bodies.{body.name}.initial.position", found, usual)
+                yield Query(f"bodies.{body.name}.initial.position", found_text, usual)
 
 
 def _round_angle(angle: float) -> float | None:
@@ -97,8 +97,8 @@ def speed(about: SceneContext) -> Iterator[Query]:
         b = about.index[branch.child]
         fastest = float(np.linalg.norm(about.motion.velocity[6 * b : 6 * b + 3]))
         if fastest > FASTEST and any(each.velocity for each in branch.joint.resistances):
-            found = f"a rate that moves {branch.child} at {text_beyond(fastest, FASTEST)} m/s"
-            yield Query(f"joints.{branch.name}", found, f"usual is up to {FASTEST:g} m/s")
+            found_text = f"a rate that moves {branch.child} at {text_beyond(fastest, FASTEST)} m/s"
+            yield Query(f"joints.{branch.name}", found_text, f"usual is up to {FASTEST:g} m/s")
 
 
 def overlap(about: SceneContext) -> Iterator[Query]:
@@ -108,12 +108,12 @@ def overlap(about: SceneContext) -> Iterator[Query]:
     for name, fender, deep in _fenders(about):
         worst = int(np.argmax(deep))
         if isinstance(fender.normal, NormalCurve) and deep[worst] > MAX_START_COMPRESSION_M:
-            found = (
+            found_text = (
                 f"that point {worst + 1} is {_metres(deep[worst])} behind its plane at the start"
             )
             usual = f"usual is a gap, or a compression of up to {MAX_START_COMPRESSION_M:g} m"
             advice = "Check points (body frame, from the centre of gravity) and plane.point."
-            yield Query(f"forces.{name}", found, usual, advice)
+            yield Query(f"forces.{name}", found_text, usual, advice)
 
 
 def _pressed_stops(about: SceneContext) -> Iterator[Query]:
@@ -130,8 +130,8 @@ def _pressed_stops(about: SceneContext) -> Iterator[Query]:
                 continue
             if beyond > min(limit, MAX_STOP_OVERRUN_FRACTION * (stops.highest - stops.lowest)):
                 size = _size(motion.kind)
-                found = f"that {name} starts {size(beyond)} beyond a stop, at {size(x)}"
-                yield Query(f"joints.{name}", found, "usual is a start between the stops")
+                found_text = f"that {name} starts {size(beyond)} beyond a stop, at {size(x)}"
+                yield Query(f"joints.{name}", found_text, "usual is a start between the stops")
 
 
 def _size(kind: MotionKind) -> Callable[[float], str]:
@@ -149,12 +149,12 @@ def plane(about: SceneContext) -> Iterator[Query]:
         here = about.centre(about.index[fender.body])
         behind = _inside(about, fender.planes()[0], here)
         if behind > 0.0 and np.all(behind > deep) and np.any(deep != 0.0):
-            found = (
+            found_text = (
                 f"{fender.body}'s centre of gravity, which is {_metres(behind)} behind the plane"
             )
             usual = f"usual is a normal that points to the side of {fender.body}"
             advice = "Is plane.normal reversed? It points to the free side."
-            yield Query(f"forces.{name}.plane", found, usual, advice)
+            yield Query(f"forces.{name}.plane", found_text, usual, advice)
 
 
 def fall(about: SceneContext) -> Iterator[Query]:
@@ -188,9 +188,9 @@ def _off_draught(about: SceneContext) -> Iterator[Query]:
         size = extents(body, db) if body.hydrostatics is None else None
         heave = abs(body.position[2])
         if size is not None and heave > size.draught and about.scene.initial is None:
-            found = f"a heave of {text_beyond(heave, size.draught)} m at the start"
+            found_text = f"a heave of {text_beyond(heave, size.draught)} m at the start"
             usual = f"usual is less than the draught of about {size.draught:.3g} m"
-            yield Query(f"bodies.{body.name}.initial.position", found, usual)
+            yield Query(f"bodies.{body.name}.initial.position", found_text, usual)
 
 
 def _touches(element: ForceElement) -> bool:
@@ -213,14 +213,18 @@ def _springs(about: SceneContext) -> Iterator[Query]:
         length = float(row["length"])
         apart = length + longer
         if length > MAX_SLACK_RATIO * apart > 0.0 and line.tension[0] == 0.0:
-            found = f"{length:g} m, while its ends are {apart:.3g} m apart at the start"
+            found_text = f"{length:g} m, while its ends are {apart:.3g} m apart at the start"
             yield Query(
-                f"forces.{name}.length", found, f"usual is up to {MAX_SLACK_RATIO:g} times that"
+                f"forces.{name}.length",
+                found_text,
+                f"usual is up to {MAX_SLACK_RATIO:g} times that",
             )
         if longer > max(STRETCHED * length, float(line.extension[-1])):
-            found = f"{length:g} m, while its ends are {longer:.3g} m further apart at the start"
+            found_text = (
+                f"{length:g} m, while its ends are {longer:.3g} m further apart at the start"
+            )
             yield Query(
-                f"forces.{name}.length", found, f"usual is up to {STRETCHED:.0%} of its length"
+                f"forces.{name}.length", found_text, f"usual is up to {STRETCHED:.0%} of its length"
             )
 
 
@@ -234,17 +238,17 @@ def _catenaries(about: SceneContext) -> Iterator[Query]:
     every = lines_now(model, about.scene, time, state.y, state.modes, model.bodies, about.motion)
     acting = [*every]
     for name in _parted_catenaries(about, {line.name for line in acting}):
-        found = "a tension above it at the start, so that the line parts at once"
-        yield Query(f"forces.{name}.breaks_at", found, "a line usually holds at the start")
+        found_text = "a tension above it at the start, so that the line parts at once"
+        yield Query(f"forces.{name}.breaks_at", found_text, "a line usually holds at the start")
     for line in acting:
         key = f"forces.{line.name}"
         if line.strain > MAX_START_STRAIN:
             strain = text_beyond(line.strain, MAX_START_STRAIN, ".1%")
-            found = f"{line.length:g} m, stretched by {strain} at the start"
-            yield Query(f"{key}.segments", found, f"usual is up to {MAX_START_STRAIN:.0%}")
+            found_text = f"{line.length:g} m, stretched by {strain} at the start"
+            yield Query(f"{key}.segments", found_text, f"usual is up to {MAX_START_STRAIN:.0%}")
         if line.pull.H == 0.0 and line.ends.x > 0.0:
-            found = f"{line.length:g} m, slack at the start: no horizontal pull"
-            yield Query(f"{key}.segments", found, "a moored body is held by its lines")
+            found_text = f"{line.length:g} m, slack at the start: no horizontal pull"
+            yield Query(f"{key}.segments", found_text, "a moored body is held by its lines")
         anchor = line.ends.anchor
         moored = about.scene.forces[line.name]
         earth = not any(body for _, body in moored.connected_bodies())
@@ -277,9 +281,11 @@ def _struts(about: SceneContext) -> Iterator[Query]:
         offset = float(stretch_of_strut(row, about.model.bodies, about.motion).x)
         if abs(offset) > max(STRETCHED * row["neutral"], float(np.abs(strut.offset).max())):
             longer = "longer" if offset > 0.0 else "shorter"
-            found = f"{row['neutral']:g} m, while it is {abs(offset):.3g} m {longer} at the start"
+            found_text = (
+                f"{row['neutral']:g} m, while it is {abs(offset):.3g} m {longer} at the start"
+            )
             yield Query(
-                f"forces.{name}.length", found, f"usual is up to {STRETCHED:.0%} of its length"
+                f"forces.{name}.length", found_text, f"usual is up to {STRETCHED:.0%} of its length"
             )
 
 

@@ -48,12 +48,12 @@ def _unlikely_size(
         coefficient = largest / reference
         if largest > 0.0 and not low <= coefficient <= high:
             text = text_outside(coefficient, low, high, ".2g")
-            found = (
+            found_text = (
                 f"up to {largest:.3g} N s^2/m^2, a drag coefficient of {text} for the size of"
                 f" {of.body}"
             )
             usual = f"usual is {low:g} to {high:g}"
-            yield Query(f"forces.{name}.{key}", found, usual, "Is it in kN?")
+            yield Query(f"forces.{name}.{key}", found_text, usual, "Is it in kN?")
 
 
 def _reversed_tables(name: str, of: StreamLoad) -> Iterator[Query]:
@@ -63,10 +63,10 @@ def _reversed_tables(name: str, of: StreamLoad) -> Iterator[Query]:
         ("sway", of.sway, np.sin(of.headings)),
     ):
         if float(force @ component) < -MAX_OPPOSING_FRACTION * float(np.abs(force).sum()):
-            found = "forces against the stream"
+            found_text = "forces against the stream"
             usual = "usual are forces along it: surge above 0 at 0 deg, sway above 0 at 90 deg"
             advice = "headings are those that the stream goes to, relative to the body."
-            yield Query(f"forces.{name}.{key}", found, usual, advice)
+            yield Query(f"forces.{name}.{key}", found_text, usual, advice)
 
 
 def _other_draught(body: str, draught: float | None, size: Extents | None) -> Iterator[Query]:
@@ -74,6 +74,6 @@ def _other_draught(body: str, draught: float | None, size: Extents | None) -> It
         return
     ratio = draught / size.draught
     if not 1.0 / SAME_DRAUGHT <= ratio <= SAME_DRAUGHT:
-        found = f"{draught:.3g} m"
+        found_text = f"{draught:.3g} m"
         usual = f"the hull of its database has about {size.draught:.3g} m"
-        yield Query(f"bodies.{body}.draught", found, usual)
+        yield Query(f"bodies.{body}.draught", found_text, usual)

@@ -44,14 +44,14 @@ def water(about: SceneContext) -> Iterator[Query]:
     if not any(about.floating_bodies()):
         return
     if not low <= environment.water_density <= high:
-        found = f"{environment.water_density:g} kg/m^3"
+        found_text = f"{environment.water_density:g} kg/m^3"
         usual = f"usual is {low:g} to {high:g}"
-        yield Query("environment.water_density", found, usual)
+        yield Query("environment.water_density", found_text, usual)
     low, high = GRAVITIES
     if not low <= environment.gravity <= high:
-        found = f"{environment.gravity:g} m/s^2"
+        found_text = f"{environment.gravity:g} m/s^2"
         usual = f"usual is {low:g} to {high:g}"
-        yield Query("environment.gravity", found, usual)
+        yield Query("environment.gravity", found_text, usual)
 
 
 def streams(about: SceneContext) -> Iterator[Query]:
@@ -89,16 +89,16 @@ def waves(about: SceneContext) -> Iterator[Query]:
             yield Query("environment.waves", f"a height of {text_beyond(height, HIGHEST)} m", usual)
         if not PERIODS[0] <= peak <= PERIODS[1]:
             usual = f"usual is {PERIODS[0]:g} to {PERIODS[1]:g} s"
-            found = f"a period of {text_outside(peak, *PERIODS)} s"
-            yield Query("environment.waves", found, usual)
+            found_text = f"a period of {text_outside(peak, *PERIODS)} s"
+            yield Query("environment.waves", found_text, usual)
 
 
 def _peaks(about: SceneContext) -> Iterator[Query]:
     """Ask about spectra with a peak that no wind sea or swell has."""
     for train in about.scene.environment.waves:
         if isinstance(train.spectrum, Jonswap | Tma) and train.spectrum.peak_enhancement > SHARPEST:
-            found = f"{text_beyond(train.spectrum.peak_enhancement, SHARPEST)}"
-            yield Query("environment.waves.peak_enhancement", found, "usual is 1 to 7")
+            found_text = f"{text_beyond(train.spectrum.peak_enhancement, SHARPEST)}"
+            yield Query("environment.waves.peak_enhancement", found_text, "usual is 1 to 7")
 
 
 def steepness(about: SceneContext) -> Iterator[Query]:
@@ -118,10 +118,12 @@ def steepness(about: SceneContext) -> Iterator[Query]:
             what = f"a significant height of {height:.3g} m"
         if steep > limit:
             steepness_text = text_beyond(steep, limit, ".2g")
-            found = f"{what} at a mean period of {period:.3g} s, a steepness of {steepness_text}"
+            found_text = (
+                f"{what} at a mean period of {period:.3g} s, a steepness of {steepness_text}"
+            )
             usual = f"waves break above {limit:.2g}"
             yield Query(
-                "environment.waves", found, usual, "Linear waves do not describe such a sea."
+                "environment.waves", found_text, usual, "Linear waves do not describe such a sea."
             )
 
 
@@ -129,10 +131,13 @@ def ramp(about: SceneContext) -> Iterator[Query]:
     """Ask about ramps that last longer than the run."""
     for sea in about.sea:
         if sea.ramp > about.end:
-            found = f"{sea.ramp:g} s"
+            found_text = f"{sea.ramp:g} s"
             usual = f"usual is a ramp within the run, which ends at {about.end:g} s"
             yield Query(
-                "environment.waves.ramp", found, usual, "The sea never reaches its full height."
+                "environment.waves.ramp",
+                found_text,
+                usual,
+                "The sea never reaches its full height.",
             )
 
 
@@ -142,9 +147,9 @@ def step(about: SceneContext) -> Iterator[Query]:
     duration = about.scene.duration
     free = solver.method.adapts or about.facts.exact
     if not free and duration > MOST_STEPS * solver.step:
-        found = f"{solver.step:g} s, {duration / solver.step:.1e} steps of {duration:g} s"
+        found_text = f"{solver.step:g} s, {duration / solver.step:.1e} steps of {duration:g} s"
         usual = f"usual is up to {MOST_STEPS:g} steps, which may take an hour"
-        yield Query("solver.step", found, usual, refused=True)
+        yield Query("solver.step", found_text, usual, refused=True)
     for sea in about.sea:
         period = peak_period(sea)
         if about.scene.output_step > period / 2.0:

@@ -32,5 +32,5 @@ def write(table: ExportTable, path: Path, mark: str) -> None:
 
 
 def _column_attributes(column: ExportColumn) -> dict[str, str]:
-    said = {"units": column.unit, "long_name": column.what, "flag_meanings": column.meanings}
-    return {key: text for key, text in said.items() if text}
+    attributes = {"units": column.unit, "long_name": column.what, "flag_meanings": column.meanings}
+    return {key: text for key, text in attributes.items() if text}

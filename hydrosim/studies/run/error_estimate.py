@@ -232,13 +232,13 @@ def error_warnings(
         return
     body = int(errors.relative.max(axis=0).argmax())
     dof = DOFS[int(errors.largest[body].argmax())] if body < len(errors.largest) else ""
-    found = (
+    found_text = (
         f"the motion of {scene.bodies[body].name} may be wrong by"
         f" {min(worst.max(), 1.0):.1g} of its range by {errors.time[-1]:.4g} s, most in {dof}, and"
         f" by more than {limit:g} from {errors.time[beyond[0]]:.4g} s on;"
         f" {beside} gives a different motion."
     )
-    yield f"{found} {error_remedy(compiled, errors, parted)}"
+    yield f"{found_text} {error_remedy(compiled, errors, parted)}"
 
 
 def error_remedy(compiled: Compiled, errors: Distances, parted: float) -> str:

@@ -51,8 +51,10 @@ def _select_run(result: xr.Dataset, number: int | None) -> xr.Dataset:
         return result
     last = result.sizes[RUN_DIM] - 1
     if number is None or not 0 <= number <= last:
-        found = "no option, but the file holds many runs" if number is None else f"{number}"
-        raise InputError(f"--run: found {found}; expected the number of one run, from 0 to {last}.")
+        found_text = "no option, but the file holds many runs" if number is None else f"{number}"
+        raise InputError(
+            f"--run: found {found_text}; expected the number of one run, from 0 to {last}."
+        )
     run = result.isel({RUN_DIM: number})
     texts = {
         str(name): str(one.values) for name, one in run.variables.items() if one.dtype.kind in "OU"
