@@ -36,11 +36,16 @@ import numpy as np
 import xarray as xr
 
 import hydrosim as hs
-from benchmarks.error_cases import KINDS, SPACINGS, drawn_scene
 from benchmarks.error_report import report
-from benchmarks.motion_errors import SMALLEST_RANGES, least_ranges, motion_errors
-from benchmarks.random_cases import text_of
-from benchmarks.references import (
+from benchmarks.report import RESULTS
+from benchmarks.worker import Question, Worker
+from hydrosim.compiling.compiled import Compiled
+from hydrosim.errors import HydrosimError, InputError
+from hydrosim.scene import Kinematics, Method, Scene
+from tests.generators.error_cases import KINDS, SPACINGS, drawn_scene
+from tests.generators.motion_errors import SMALLEST_RANGES, least_ranges, motion_errors
+from tests.generators.random_cases import text_of
+from tests.generators.references import (
     COARSE,
     FINE,
     SPACING,
@@ -48,11 +53,6 @@ from benchmarks.references import (
     compile_reference,
     run_reference,
 )
-from benchmarks.report import RESULTS
-from benchmarks.worker import Question, Worker
-from hydrosim.compiling.compiled import Compiled
-from hydrosim.errors import HydrosimError, InputError
-from hydrosim.scene import Kinematics, Method, Scene
 
 WAYS = ("default", "rk4", "automatic4", "automatic6")
 ACCURACIES = {"automatic4": 1e-4, "automatic6": 1e-6}

@@ -20,10 +20,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from benchmarks.random_cases import random_case, text_of
 from benchmarks.random_trial import OPEN, WITHIN, Convergence, Outcome, compared, tried
 from benchmarks.report import Row, markdown
 from benchmarks.worker import COMPILING, Question, Worker
+from tests.generators.random_cases import random_case, text_of
 
 SEEDS = 1_000_000  # scenes of a seed
 KINDS = ("complete", "failed", "refused", "crash", "hang")

@@ -14,8 +14,8 @@ import numpy as np
 import xarray as xr
 
 import hydrosim as hs
-from benchmarks.random_cases import Case, text_of
 from hydrosim.errors import HydrosimError, InputError
+from tests.generators.random_cases import Case, text_of
 
 FINER = 4.0  # the step of a run over that of the run that it is compared with
 TIGHTER = 256.0  # the same of tolerances: errors per second go with FINER to the order 4

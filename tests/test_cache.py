@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.cache_corruptions import KINDS, damage
 from hydrosim.cache import _usable, cache_root, limit_size, store, stored
+from tests.generators.cache_damage import KINDS, damage
 
 CONTENTS = {"units-1.json": b'{"km in m": 1000.0}', "fits/a.npz": b"numbers" * 40, "k/b.nbc": b""}
 ROOT = hasattr(os, "geteuid") and os.geteuid() == 0

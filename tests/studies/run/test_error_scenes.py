@@ -9,9 +9,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from benchmarks import error_report
-from benchmarks.error_cases import KINDS, drawn_scene
-from benchmarks.motion_errors import motion_errors
-from benchmarks.random_cases import text_of
+from tests.generators.error_cases import KINDS, drawn_scene
+from tests.generators.motion_errors import motion_errors
+from tests.generators.random_cases import text_of
 
 FIRST = 3_000_000
 

@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 from markers import few
 
-from benchmarks.mixed_cases import mixed_case
-from benchmarks.random_cases import ASTRAY, random_case, text_of
 from benchmarks.random_scenes import Finding, offences
 from benchmarks.random_trial import OPEN, Convergence, Outcome, tried
 from hydrosim.case import load_case
+from tests.generators.mixed_cases import mixed_case
+from tests.generators.random_cases import ASTRAY, random_case, text_of
 
 
 @pytest.mark.parametrize("number", range(2_000_000, 2_000_040))

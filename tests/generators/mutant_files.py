@@ -22,7 +22,6 @@ import netCDF4
 import numpy as np
 import yaml
 
-from benchmarks.mutants import CASES
 from hydrosim.__main__ import app
 from hydrosim.case.lines.chains import is_mooring_file, mooring_lines, read_system, water_of
 from hydrosim.case.lines.keys import WATER, case_keys
@@ -33,6 +32,7 @@ from hydrosim.documents.text import Source
 from hydrosim.studies.line import lines_of_system, offsets_to, response
 from hydrosim.wording.roll.calibrate import calibration_document, keys_of
 from tests.case import mooring_files
+from tests.generators.mutants import CASES
 from tests.orcaflex_files import contents
 
 H851 = CASES.parent / "hydro_db" / "h851.nc"

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from math import pi, sqrt
 
-from benchmarks.long_cases import long_case, long_duration
-from benchmarks.random_cases import Case, Draw, rounded
+from tests.generators.long_cases import long_case, long_duration
+from tests.generators.random_cases import Case, Draw, rounded
 
 FLOOR: Case = {"point": [0, 0, 0], "normal": [0, 0, 1]}
 IMPACTS = (5.0, 19.9)

@@ -6,7 +6,7 @@ from copy import deepcopy
 from math import cos, sin
 from typing import Any
 
-from benchmarks.random_cases import Case
+from tests.generators.random_cases import Case
 
 
 def turned_case(case: Case, by: float) -> Case:

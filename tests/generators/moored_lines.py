@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from math import acosh, cos, hypot, inf, sin, sqrt
 from typing import Any
 
-from benchmarks.random_cases import GRAVITY, Case, Form, Place, Sketch, rounded
+from tests.generators.random_cases import GRAVITY, Case, Form, Place, Sketch, rounded
 
 LINES = 8
 """Of a scene, at most."""

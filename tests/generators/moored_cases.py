@@ -11,7 +11,8 @@ from __future__ import annotations
 from itertools import pairwise
 from math import pi, sqrt
 
-from benchmarks.moored_lines import (
+from hydrosim.dofs import DOFS
+from tests.generators.moored_lines import (
     CONTROLS,
     Ends,
     above,
@@ -21,7 +22,7 @@ from benchmarks.moored_lines import (
     between,
     depth_of,
 )
-from benchmarks.random_cases import (
+from tests.generators.random_cases import (
     ASTRAY,
     GRAVITY,
     Case,
@@ -33,9 +34,8 @@ from benchmarks.random_cases import (
     rounded,
     with_solver,
 )
-from benchmarks.random_elements import add_sea, add_stream_load
-from benchmarks.turned_cases import turned_case
-from hydrosim.dofs import DOFS
+from tests.generators.random_elements import add_sea, add_stream_load
+from tests.generators.turned_cases import turned_case
 
 
 def moored_case(seed: int, turn: float = 0.0) -> Case:

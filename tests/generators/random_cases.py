@@ -20,7 +20,7 @@ import yaml
 
 from hydrosim.dofs import DOFS
 
-DATABASES = Path(__file__).parents[1] / "hydro_db"
+DATABASES = Path(__file__).parents[2] / "hydro_db"
 GRAVITY = 9.81
 UNITS = 12  # contact points and lines, at most
 STEPS = (0.2, 0.1, 0.05, 0.04, 0.025, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005)
@@ -164,7 +164,7 @@ def rounded(x: float) -> float:
 
 def random_case(seed: int) -> Case:
     """The case of a seed, as a case file holds it."""
-    from benchmarks.random_elements import furnish
+    from tests.generators.random_elements import furnish
 
     draw = Draw(seed)
     sketch = Sketch(draw, astray=seed % ASTRAY == 0)

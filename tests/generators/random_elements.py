@@ -6,8 +6,8 @@ from itertools import pairwise
 from math import hypot, pi, sqrt
 from typing import Any
 
-from benchmarks.random_cases import GRAVITY, UNITS, Case, Form, Sketch, rounded
 from hydrosim.dofs import DOFS
+from tests.generators.random_cases import GRAVITY, UNITS, Case, Form, Sketch, rounded
 
 
 def furnish(s: Sketch) -> None:

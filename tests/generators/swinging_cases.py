@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.long_cases import long_case, long_duration
-from benchmarks.random_cases import GRAVITY, Case, Draw, rounded
+from tests.generators.long_cases import long_case, long_duration
+from tests.generators.random_cases import GRAVITY, Case, Draw, rounded
 
 TURNS = {"hinge": 70.0, "ball": 15.0, "universal": 15.0}
 REGULAR = {1: 3.1, 2: 0.9, 3: 0.5}

@@ -22,7 +22,7 @@ from hydrosim.case.resolve import resolved
 from hydrosim.documents.layers import read_case
 from hydrosim.documents.nodes import plain
 
-CASES = Path(__file__).parents[1] / "cases"
+CASES = Path(__file__).parents[2] / "cases"
 NUMBER = re.compile(r"^[-+]?\d+\.?\d*(?:[eE][-+]?\d+)?")
 SHORT = 10.0  # s: the duration of what is run
 GONE = object()

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from math import pi, sqrt
 
-from benchmarks.long_cases import long_case, long_duration
-from benchmarks.random_cases import Case, Draw, rounded
+from tests.generators.long_cases import long_case, long_duration
+from tests.generators.random_cases import Case, Draw, rounded
 
 ROUND = (0.5, 1.0, 2.0, 3.0)  # s
 BELOW = 0.25  # of the cases: nothing may move

@@ -1,7 +1,7 @@
 """Damaged caches: whatever becomes of a file there, the same is computed as with an empty cache,
 and what was damaged is made again, once.
 
-    python -m benchmarks.cache_corruptions --number 100 --seed 1
+    python -m tests.generators.cache_damage --number 100 --seed 1
 
 Each trial damages one file of a whole cache, or all of them, and compiles `CASE` in a new process.
 """
@@ -22,7 +22,7 @@ import numpy as np
 
 from hydrosim.cache import DIGEST, stored
 
-CASE = Path(__file__).parents[1] / "cases" / "sphere" / "decay.yaml"
+CASE = Path(__file__).parents[2] / "cases" / "sphere" / "decay.yaml"
 PROGRAM = f"""
 import hydrosim as hs
 from hydrosim.studies.run.digest import digest

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from benchmarks.random_cases import FINE, STEPS, Case, Draw, rounded
+from tests.generators.random_cases import FINE, STEPS, Case, Draw, rounded
 
 METHODS = {"rk4": 45.0, "dopri5": 25.0, "esdirk4": 12.0, "rk2": 6.0, "automatic": 12.0}
 RECORDED = (0.1, 0.2, 0.5, 1.0)  # s

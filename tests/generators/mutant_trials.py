@@ -1,7 +1,7 @@
 """What becomes of mutants of the shipped cases? A message or a run: no traceback, no hang, no
 crash, nothing that is not finite.
 
-    python -m benchmarks.mutant_trials --check 3000 --run 500 --seed 1 [--write FOLDER]
+    python -m tests.generators.mutant_trials --check 3000 --run 500 --seed 1 [--write FOLDER]
 
 `hydrosim check` is asked of so many, and so many with other numbers are run, shortened to 10 s,
 each by a worker that is killed after 20 s of CPU time, with 8 GB of memory.
@@ -28,12 +28,12 @@ from traceback import format_exc
 import numpy as np
 import xarray as xr
 
-from benchmarks.mutants import CASES, SHORT, Mutant, mutants, text_of
 from benchmarks.random_trial import Outcome
 from benchmarks.worker import COMPILING, Question, Worker
 from hydrosim.__main__ import app
 from hydrosim.errors import HydrosimError
 from hydrosim.results.stages import FIGURES, TIME
+from tests.generators.mutants import CASES, SHORT, Mutant, mutants, text_of
 
 LIMIT = 20.0  # s of CPU time
 MEMORY = 8_000_000_000  # bytes

@@ -1,7 +1,7 @@
 """Mutants of all that is read besides cases: studies, criteria, hindcasts, scatter diagrams,
 recipes of databases, maps of recordings, decays of roll, results, files of other programs.
 
-    python -m benchmarks.mutant_papers --count 1500 --seed 1
+    python -m tests.generators.mutant_papers --count 1500 --seed 1
 
 Each is read in this process, as far as a command reads it before it computes; a hindcast and a
 scatter diagram are also held against limits. It ends with a message or without, within 20 s of
@@ -32,9 +32,6 @@ import numpy as np
 import xarray as xr
 import yaml
 
-from benchmarks import mutant_files
-from benchmarks.mutant_trials import said
-from benchmarks.mutants import CASES, CHANGES, NUMBER, RENAMES, change, places, written
 from benchmarks.random_trial import Outcome
 from hydrosim.compare.mapping import read_mapping
 from hydrosim.database.build.recipe import load_recipe
@@ -48,6 +45,9 @@ from hydrosim.studies.operability.weather import assess_weather, read_weather
 from hydrosim.studies.study_file import StudyFile
 from hydrosim.studies.sweep.study import load_study
 from hydrosim.wording.limits import weather_nodes
+from tests.generators import mutant_files
+from tests.generators.mutant_trials import said
+from tests.generators.mutants import CASES, CHANGES, NUMBER, RENAMES, change, places, written
 
 BASE = CASES / "reverse_float_over" / "base.yaml"
 RECIPES = CASES.parent / "hydro_db"

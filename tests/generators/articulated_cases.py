@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from math import cos, hypot, pi, sin, sqrt
 from typing import Any
 
-from benchmarks.random_cases import FINE, GRAVITY, STEPS, Case, Draw, Place, rounded
+from tests.generators.random_cases import FINE, GRAVITY, STEPS, Case, Draw, Place, rounded
 
 TYPES = {
     "hinge": 30.0,

@@ -1,6 +1,6 @@
 """Do random scenes turn as a whole, go on from a state on the way, and keep their energy?
 
-    python -m benchmarks.scene_trials --kind joints --number 300 [--from 0] [--write FOLDER]
+    python -m tests.generators.scene_trials --kind joints --number 300 [--from 0] [--write FOLDER]
 
 A `Maker` draws a case from a number, and turns it about the vertical. Each case is run in a worker
 that is killed after 60 s of CPU time. The scene is run again turned about the vertical, and from a
@@ -30,13 +30,13 @@ import numpy as np
 import xarray as xr
 
 import hydrosim as hs
-from benchmarks.articulated_cases import articulated_case
-from benchmarks.moored_cases import moored_case
-from benchmarks.random_cases import Case, read_arguments, text_of
 from benchmarks.random_trial import LEAST, OPEN, WITHIN
 from benchmarks.worker import COMPILING, Question, Worker
 from hydrosim.errors import HydrosimError, InputError
 from hydrosim.scene import Kinematics, Scene, Start
+from tests.generators.articulated_cases import articulated_case
+from tests.generators.moored_cases import moored_case
+from tests.generators.random_cases import Case, read_arguments, text_of
 
 LIMIT = 60.0  # s of CPU
 TURN = 0.7  # rad

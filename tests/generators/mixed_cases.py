@@ -10,7 +10,7 @@ from __future__ import annotations
 from math import cos, hypot, sin, sqrt
 from typing import NamedTuple
 
-from benchmarks.random_cases import DATABASES, FINE, GRAVITY, STEPS, Case, Draw, rounded
+from tests.generators.random_cases import DATABASES, FINE, GRAVITY, STEPS, Case, Draw, rounded
 
 HEADINGS = ["0 deg", "45 deg", "90 deg", "135 deg", "180 deg"]
 WATER = 1025.0

@@ -9,15 +9,15 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import hydrosim as hs
-from benchmarks.articulated_cases import articulated_case
-from benchmarks.bouncing_cases import bouncing_case
-from benchmarks.held_cases import held_case
-from benchmarks.long_cases import lengthened, undamped
-from benchmarks.mixed_cases import MESH, mesh_of, mixed_case
-from benchmarks.moored_cases import moored_case
-from benchmarks.random_cases import Case, random_case, text_of
-from benchmarks.swinging_cases import swinging_case
 from hydrosim.scene import Scene
+from tests.generators.articulated_cases import articulated_case
+from tests.generators.bouncing_cases import bouncing_case
+from tests.generators.held_cases import held_case
+from tests.generators.long_cases import lengthened, undamped
+from tests.generators.mixed_cases import MESH, mesh_of, mixed_case
+from tests.generators.moored_cases import moored_case
+from tests.generators.random_cases import Case, random_case, text_of
+from tests.generators.swinging_cases import swinging_case
 
 
 def contact_case(number: int) -> Case:
