@@ -1,7 +1,7 @@
 """Answer the questions named on the command line, or all but the long ones: a table each here, and
 JSON and pictures in benchmarks/results/. With --keep, evidence, work_precision, chain
 and flume write their pages, too.
-``thesis`` has options of its own: ``python -m benchmarks thesis --help``."""
+The tables of the thesis are made by ``python -m cases.reverse_float_over.thesis``."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as in hydrosim's own comma
 from importlib import import_module
 
 from benchmarks.report import keep, machine, save
-from benchmarks.thesis.command import main as make_tables_of_thesis
 
 QUESTIONS = (
     *("start_up", "steps_per_second", "method_costs", "error_against_step", "stability_map"),
@@ -57,7 +56,4 @@ def main(asked: list[str]) -> None:
             print(f"written: {path}")
 
 
-if sys.argv[1:2] == ["thesis"]:
-    make_tables_of_thesis(sys.argv[2:])
-else:
-    main(sys.argv[1:])
+main(sys.argv[1:])

@@ -1,4 +1,4 @@
-"""Mutants of the shipped cases, a few of those that `python -m tests.generators.mutant_trials` tries."""
+"""Mutants of the shipped cases, a few of those that `python -m benchmarks.mutants` tries."""
 
 from __future__ import annotations
 

@@ -43,6 +43,7 @@ BENCHMARKS = (
     re.compile(r"benchmarks/(\w+)(?:\.py|/\w+\.py)"),
     re.compile(r"benchmarks/README\.md#(\w+)"),
 )
+PROGRAM = re.compile(r"python -m ((?:cases|benchmarks)\.[\w.]+)")
 INPUTS = "## Where the numbers come from"
 TEST = re.compile(r"tests/[\w/]+\.py")
 FILE = re.compile(r"\b(?:hydrosim|python) [^\n`]*?([\w./-]+\.(?:yaml|py))")
@@ -72,6 +73,7 @@ def sources(section: str, page: Path) -> Iterator[str]:
     for pattern in BENCHMARKS:
         names = pattern.findall(section)
         yield from (name for name in names if is_benchmark(name))
+    yield from (name for name in PROGRAM.findall(section) if is_program(name))
     yield from (path for path in TEST.findall(section) if (ROOT / path).exists())
     named = FILE.findall(section)
     yield from (x for x in named if (ROOT / x).exists() or (page.parent / x).exists())
@@ -81,9 +83,14 @@ def sources(section: str, page: Path) -> Iterator[str]:
 
 
 def is_benchmark(name: str) -> bool:
-    """Whether there is a module or a package of benchmarks of this name."""
-    folder = ROOT / "benchmarks"
-    return (folder / f"{name}.py").exists() or (folder / name / "__init__.py").exists()
+    """Whether there is a module of benchmarks of this name."""
+    return (ROOT / "benchmarks" / f"{name}.py").exists()
+
+
+def is_program(name: str) -> bool:
+    """Whether there is a module of this repository, or a package that can be run."""
+    path = ROOT.joinpath(*name.split("."))
+    return path.with_suffix(".py").exists() or (path / "__main__.py").exists()
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
@@ -107,6 +114,8 @@ def test_sections_with_figures_name_their_source(page: Path) -> None:
         ("It is 3 % off (`tests/docs/test_of_nothing.py`).", False),
         ("It is 3 % off (`python -m benchmarks evidence`).", True),
         ("It is 3 % off (`python -m benchmarks nothing`).", False),
+        ("It is 3 % off (`python -m cases.reverse_float_over.thesis --seeds 3`).", True),
+        ("It is 3 % off (`python -m cases.reverse_float_over.nothing`).", False),
         ("It is 3 % off.\n\n```sh\nhydrosim run cases/sphere/decay.yaml\n```", True),
         ("It is 3 % off.\n\n```sh\nhydrosim run cases/sphere/nothing.yaml\n```", False),
         ("It is 3 % off (commit 885b83b).", True),

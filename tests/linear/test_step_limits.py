@@ -1,4 +1,4 @@
-"""The limit said before a run is where runs diverge: a few scenes of `tests.generators.stable_steps`."""
+"""The limit said before a run is where runs diverge: a few scenes of `benchmarks.step_limits`."""
 
 from __future__ import annotations
 

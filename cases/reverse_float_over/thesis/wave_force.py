@@ -14,7 +14,7 @@ import numpy as np
 
 import hydrosim as hs
 from benchmarks.report import ROOT
-from benchmarks.thesis.runs import BASE, CASES, FRICTION, SEED, Settings, base_figures
+from cases.reverse_float_over.thesis.runs import BASE, CASES, FRICTION, SEED, Settings, base_figures
 from hydrosim.dofs import DOFS
 from hydrosim.scene import ChangedDatabase, Changes, Scene
 

@@ -10,8 +10,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from benchmarks.thesis.one_dimension import VARIANTS as OF_MODEL
-from benchmarks.thesis.one_dimension import Settings, independent, simulated
+from cases.reverse_float_over.thesis.one_dimension import VARIANTS as OF_MODEL
+from cases.reverse_float_over.thesis.one_dimension import Settings, independent, simulated
 
 TABLE = "One-dimensional model: interval of the record and step"
 FINEST = 0.1  # s, the step of the first stage

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import xarray as xr
 
-from benchmarks.thesis.runs import Settings, mean_force, run_case, surge
+from cases.reverse_float_over.thesis.runs import Settings, mean_force, run_case, surge
 
 TABLE = "Section 3.3: pressed into the fenders from 2000 to 7000 s"
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.thesis.aggregates import share_of
+from cases.reverse_float_over.thesis.aggregates import share_of
 
 Row = dict[str, str | float]
 

@@ -1,4 +1,5 @@
-"""The thesis (Plasterk 2017) held against many seeds: ``python -m benchmarks thesis --seeds 50``.
+"""The thesis (Plasterk 2017) held against many seeds:
+``python -m cases.reverse_float_over.thesis --seeds 50``.
 
 Each table is a module with
 

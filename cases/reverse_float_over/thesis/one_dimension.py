@@ -6,7 +6,7 @@ of all four, that of the aft pair. Neither does it say whether the friction fact
 normal force or of one fender's share. A choice that fits afterwards is a spread over what
 is not stated, and no tuning.
 
-Each run is made twice, by hydrosim and by the independent code of `benchmarks.thesis.plasterk`.
+Each run is made twice, by hydrosim and by the independent code of `plasterk`.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ import xarray as xr
 
 import hydrosim as hs
 from benchmarks.report import ROOT
-from benchmarks.thesis.plasterk import Model, solve
-from benchmarks.thesis.statements import Statement
+from cases.reverse_float_over.thesis.plasterk import Model, solve
+from cases.reverse_float_over.thesis.statements import Statement
 
 TABLE = "One-dimensional model: compression, friction, K2, C3"
 FIRST_STAGE = ROOT / "cases" / "reverse_float_over" / "no_friction.yaml"

@@ -4,7 +4,7 @@ With C3 of 1e8 and 1e10 N s/m the thesis sees positive motion in initial contact
 peaks in the force balance". A code that takes C3 times the velocity of the last step would have
 peaks. So the one-dimensional model is integrated here as a plain code would: midpoint rule, 0.1 s,
 modes looked at once a stage, no events. C3 enters in five ways (T, d, v2 as in
-`benchmarks.thesis.plasterk`, v2' is the velocity of the node a step ago):
+`plasterk`, v2' is the velocity of the node a step ago):
 
     now                 v2 = (T - d mu N) / (C2 + C3), nothing is behind: for comparison
     node                v2 = (T - d (mu N + C3 |v2'|)) / C2, an iteration with factor -C3/C2
@@ -22,7 +22,7 @@ from math import copysign, nan
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from benchmarks.thesis.one_dimension import (
+from cases.reverse_float_over.thesis.one_dimension import (
     C1,
     C2,
     K1,

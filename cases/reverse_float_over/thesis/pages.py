@@ -1,7 +1,7 @@
-"""Tables of the READMEs of the cases, from the files in ``benchmarks/measured/thesis``.
+"""Tables of the READMEs of the cases, from the files in ``measured``.
 
-A table stands between ``<!-- thesis: NAME -->`` and ``<!-- end -->``. ``python -m benchmarks thesis
---keep`` writes it anew.
+A table stands between ``<!-- thesis: NAME -->`` and ``<!-- end -->``. ``python -m
+cases.reverse_float_over.thesis --keep`` writes it anew.
 """
 
 from __future__ import annotations
@@ -11,9 +11,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
 from benchmarks.report import page_table
-from benchmarks.thesis.runner import MEASURED
-from benchmarks.thesis.runs import CASES
-from benchmarks.thesis.tables import read_rows
+from cases.reverse_float_over.thesis.runner import MEASURED
+from cases.reverse_float_over.thesis.runs import CASES
+from cases.reverse_float_over.thesis.tables import read_rows
 
 PAGES = tuple(
     CASES / name / "README.md" for name in ("reverse_float_over", "numerical_oscillation")

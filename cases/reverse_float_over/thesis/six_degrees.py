@@ -7,7 +7,7 @@ one. So this table is a spread over what is not stated, and chooses nothing.
 
 from __future__ import annotations
 
-from benchmarks.thesis.runs import BASE, FRICTION, Settings, base_figures, run_case
+from cases.reverse_float_over.thesis.runs import BASE, FRICTION, Settings, base_figures, run_case
 
 TABLE = "Six degrees of freedom: fenders and friction of the base case"
 

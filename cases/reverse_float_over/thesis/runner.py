@@ -26,7 +26,7 @@ from hydrosim.errors import SimulationError
 from hydrosim.program import digest_of_sources, versions
 
 KEPT = RESULTS / "thesis"
-MEASURED = ROOT / "benchmarks" / "measured" / "thesis"
+MEASURED = Path(__file__).parent / "measured"
 EVERY = 10.0  # s between two lines of progress
 
 Figures = Mapping[str, float]
@@ -63,7 +63,7 @@ class Record:
 
 def table_module(table: str) -> Any:
     """The module of a table."""
-    return import_module(f"benchmarks.thesis.{table}")
+    return import_module(f"cases.reverse_float_over.thesis.{table}")
 
 
 def compute_missing(
@@ -133,7 +133,8 @@ def cpu_of_seed(records: Iterable[Record]) -> float:
 @cache
 def _digest_of_code(table: str) -> str:
     """Digest of the program, the cases, the databases and the modules of a table."""
-    sources = [f"benchmarks/thesis/{name}.py" for name in sorted(_modules_of(table, set()))]
+    here = Path(__file__).parent.relative_to(ROOT).as_posix()
+    sources = [f"{here}/{name}.py" for name in sorted(_modules_of(table, set()))]
     data = [*ROOT.glob("cases/*/*.yaml"), *ROOT.glob("hydro_db/*.nc")]
     files = sorted(path.relative_to(ROOT).as_posix() for path in data)
     return f"{digest_of_sources(ROOT, 'hydrosim', *sources, *files)} {versions()}"

@@ -1,4 +1,4 @@
-"""``python -m benchmarks thesis``: all tables of the thesis, over as many seeds as asked for."""
+"""All tables of the thesis, over as many seeds as asked for."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks.report import Row, machine, markdown
-from benchmarks.thesis.one_dimension import STATEMENTS
-from benchmarks.thesis.pages import write_tables
-from benchmarks.thesis.runner import (
+from cases.reverse_float_over.thesis.one_dimension import STATEMENTS
+from cases.reverse_float_over.thesis.pages import write_tables
+from cases.reverse_float_over.thesis.runner import (
     KEPT,
     MEASURED,
     Figures,
@@ -21,9 +21,9 @@ from benchmarks.thesis.runner import (
     cpu_of_seed,
     table_module,
 )
-from benchmarks.thesis.score import score
-from benchmarks.thesis.statements import rows_of_shares
-from benchmarks.thesis.tables import read_rows, rows_of, write_rows
+from cases.reverse_float_over.thesis.score import score
+from cases.reverse_float_over.thesis.statements import rows_of_shares
+from cases.reverse_float_over.thesis.tables import read_rows, rows_of, write_rows
 
 TABLES = (
     "one_dimension",
@@ -71,7 +71,7 @@ def _records(options: Namespace) -> list[Record]:
 
 
 def _options(arguments: Sequence[str]) -> Namespace:
-    parser = ArgumentParser(prog="python -m benchmarks thesis", description=__doc__)
+    parser = ArgumentParser(prog="python -m cases.reverse_float_over.thesis", description=__doc__)
     parser.add_argument("--seeds", type=_positive, default=50, help="1 to this number; default 50")
     parser.add_argument("--tables", nargs="+", choices=TABLES, default=TABLES, help="default all")
     parser.add_argument(
@@ -80,7 +80,7 @@ def _options(arguments: Sequence[str]) -> Namespace:
     parser.add_argument("--runs", type=Path, default=KEPT, help="folder of the figures of runs")
     so_far = "make no runs; tables of the seeds whose runs are made"
     parser.add_argument("--so-far", action="store_true", help=so_far)
-    kept = "write the tables to benchmarks/measured/thesis and into the READMEs of cases"
+    kept = "write the tables to the folder measured beside this and into the READMEs of cases"
     parser.add_argument("--keep", action="store_true", help=kept)
     return parser.parse_args(arguments)
 

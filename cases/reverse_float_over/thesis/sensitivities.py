@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
-from benchmarks.thesis.runs import BASE, FRICTION, Settings, base_figures, run_case, surge
+from cases.reverse_float_over.thesis.runs import (
+    BASE,
+    FRICTION,
+    Settings,
+    base_figures,
+    run_case,
+    surge,
+)
 
 TABLE = "Six degrees of freedom: the five sensitivities"
 

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from benchmarks.report import Row
-from benchmarks.thesis.aggregates import mean_of
-from benchmarks.thesis.runner import Record
+from cases.reverse_float_over.thesis.aggregates import mean_of
+from cases.reverse_float_over.thesis.runner import Record
 
 
 def rows_of(records: Sequence[Record]) -> list[Row]:

@@ -12,8 +12,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 from benchmarks.report import Row
-from benchmarks.thesis.aggregates import share_of
-from benchmarks.thesis.runner import Figures, Record
+from cases.reverse_float_over.thesis.aggregates import share_of
+from cases.reverse_float_over.thesis.runner import Figures, Record
 
 Of = Callable[[str], Figures]
 """Figures of a variant, of one seed."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 import hydrosim as hs
-from benchmarks.thesis.runs import CASES, Settings, surge
+from cases.reverse_float_over.thesis.runs import CASES, Settings, surge
 
 TABLE = "Section 4.2: the block with friction slopes"
 WITHOUT_SEA = True

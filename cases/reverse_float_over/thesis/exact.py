@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from benchmarks.thesis.one_dimension import VARIANTS as OF_MODEL
-from benchmarks.thesis.one_dimension import Settings, independent, simulated
+from cases.reverse_float_over.thesis.one_dimension import VARIANTS as OF_MODEL
+from cases.reverse_float_over.thesis.one_dimension import Settings, independent, simulated
 
 TABLE = "One-dimensional model against an independent code"
 VARIANTS: Mapping[str, Mapping[str, object]] = OF_MODEL

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from benchmarks.thesis.runs import Settings, run_case, surge
+from cases.reverse_float_over.thesis.runs import Settings, run_case, surge
 
 TABLE = "Section 3.2: lifted 1.5 m, and steel on steel"
 
