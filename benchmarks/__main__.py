@@ -15,28 +15,11 @@ from importlib import import_module
 from benchmarks.report import keep, machine, save
 
 QUESTIONS = (
-    *("start_up", "steps_per_second", "method_costs", "error_against_step", "stability_map"),
-    "step_limits",
-    *("cost", "skips", "linear_scene", "radiation_fits", "radiation_motions", "memory"),
-    *("synthesis", "headings", "many_runs", "set_up", "long_runs"),
-    *("databases", "extremes", "kills", "lines"),
+    *("start_up", "steps_per_second", "method_costs", "step_limits", "wave_models"),
+    *("many_runs", "kills"),
 )
-LONG = (
-    "evidence",
-    "automatic",
-    "work_precision",
-    "catenaries",
-    "short_waves",
-    "draughts",
-    "operability",
-    "largest",
-    "short_runs",
-    "cluster",
-    "simulated_extremes",
-    "decay_intervals",
-    "chain",
-    "flume",
-)  # if named
+LONG = ("evidence", "work_precision", "chain", "flume")  # if named
+ELSEWHERE = {"chain": "cases.chain.comparison", "flume": "cases.flume.comparison"}
 
 
 def main(asked: list[str]) -> None:
@@ -50,7 +33,7 @@ def main(asked: list[str]) -> None:
     here = machine()
     print("\n".join(f"{name}: {value}" for name, value in here.items()))
     for question in asked or QUESTIONS:
-        answer = import_module(f"benchmarks.{question}").answer()
+        answer = import_module(ELSEWHERE.get(question, f"benchmarks.{question}")).answer()
         print(f"\n# {question}\n\n{answer}")
         for path in [*save(question, answer, here), *(keep(answer) if keeps else ())]:
             print(f"written: {path}")

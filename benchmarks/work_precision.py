@@ -18,20 +18,21 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from benchmarks.error_report import GOOD, WITHIN, is_warned
+from benchmarks.error_scenes import GOOD, WITHIN, is_warned
 from benchmarks.evidence import with_block
 from benchmarks.report import ROOT, Answer, Row, page_table
 from benchmarks.timing import timed
 from hydrosim.errors import HydrosimError
 from hydrosim.scene import Kinematics, Method, Scene
 from hydrosim.studies.run.simulation import compiled_to_run, run_compiled
-from tests.generators.motion_errors import least_ranges, motion_errors
 from tests.generators.precision_scenes import named_scene, scene_names, shipped_cases
 from tests.generators.references import (
     COARSE,
     FINE,
     at_stable_step,
     compile_reference,
+    least_ranges,
+    motion_errors,
     run_reference,
 )
 

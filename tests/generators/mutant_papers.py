@@ -1,8 +1,6 @@
 """Mutants of all that is read besides cases: studies, criteria, hindcasts, scatter diagrams,
 recipes of databases, maps of recordings, decays of roll, results, files of other programs.
 
-    python -m tests.generators.mutant_papers --count 1500 --seed 1
-
 Each is read in this process, as far as a command reads it before it computes; a hindcast and a
 scatter diagram are also held against limits. It ends with a message or without, within 20 s of
 CPU. The papers are read once before they are changed, so that no compilation counts.
@@ -13,17 +11,14 @@ message, or with a word on what is left out; else it is silent.
 
 from __future__ import annotations
 
-import argparse
 import re
 import signal
 import warnings
-from collections import Counter
 from collections.abc import Callable
 from functools import cache, partial
 from pathlib import Path
 from random import Random
 from shutil import copy
-from tempfile import TemporaryDirectory
 from traceback import format_exc
 from types import FrameType
 from typing import NamedTuple
@@ -32,7 +27,6 @@ import numpy as np
 import xarray as xr
 import yaml
 
-from benchmarks.random_trial import Outcome
 from hydrosim.compare.mapping import read_mapping
 from hydrosim.database.build.recipe import load_recipe
 from hydrosim.documents.layers import read_case
@@ -46,7 +40,7 @@ from hydrosim.studies.study_file import StudyFile
 from hydrosim.studies.sweep.study import load_study
 from hydrosim.wording.limits import weather_nodes
 from tests.generators import mutant_files
-from tests.generators.mutant_trials import said
+from tests.generators.mutant_trials import Outcome, said
 from tests.generators.mutants import CASES, CHANGES, NUMBER, RENAMES, change, places, written
 
 BASE = CASES / "reverse_float_over" / "base.yaml"
@@ -132,7 +126,6 @@ FIELDS = (
 """What may stand in a table in place of a number or a name."""
 
 LONGEST = 20  # s of CPU
-BAD = ("hang", "crash", "silent")
 FOUND = xr.Dataset(
     {"limit": (("stage", "swell", "heading", "peak_period"), np.full((1, 1, 2, 2), 1.2))},
     {"stage": ["all"], "swell": ["none"], "heading": [0.0, 0.785], "peak_period": [7.0, 9.0]},
@@ -334,29 +327,3 @@ def _table(text: str, random: Random) -> Damage:
     fields[place] = random.choice(FIELDS)
     lines[at] = ",".join(fields)
     return Damage(f"line {at} field {place}: {fields[place][:20]!r}", "\n".join(lines))
-
-
-def main() -> int:
-    """Answer what the command line asks."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0] if __doc__ else None)
-    parser.add_argument("--count", type=int, default=1500, help="how many to try")
-    parser.add_argument("--seed", type=int, default=1, help="of all mutants")
-    parser.add_argument("--papers", default="", help="names of papers, by commas; default: all")
-    parser.add_argument("--messages", action="store_true", help="print what is said of each")
-    given = parser.parse_args()
-    ends: Counter[str] = Counter()
-    with TemporaryDirectory() as name:
-        prepare(Path(name))
-        names = given.papers.split(",") if given.papers else [*papers()]
-        for k in range(given.count):
-            paper = names[k % len(names)]
-            what, outcome = trial(paper, given.seed * 1_000_000 + k, Path(name))
-            ends[outcome.status] += 1
-            if outcome.status in BAD or (given.messages and outcome.status == "refused"):
-                print(f"\n{k} {paper} {what}: {outcome.status}\n{outcome.message}", flush=True)
-    print(f"{given.count} mutants of seed {given.seed}, {dict(ends)}")
-    return int(any(ends[status] for status in BAD))
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

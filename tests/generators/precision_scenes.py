@@ -13,13 +13,13 @@ from functools import partial
 from pathlib import Path
 
 import hydrosim as hs
-from benchmarks.report import ROOT
 from hydrosim.scene import LinearScenes, Scene
 from hydrosim.studies.run.simulation import prepare_scene
 from tests.generators.error_cases import written_scene
 from tests.generators.long_cases import ACCEPTED
 from tests.generators.random_cases import Case
 
+ROOT = Path(__file__).parents[2]
 BEGINNING = 300.0  # s
 LATER = {"reverse_float_over": 700.0, "lock_in": 700.0, "numerical_oscillation": 700.0}
 """The same of folders whose contacts close later [s]."""

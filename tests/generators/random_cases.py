@@ -8,7 +8,6 @@ things touch, fall, stick and slide, and some steps are too large.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import cos, exp, hypot, log, pi, sin
@@ -337,14 +336,3 @@ def with_solver(s: Sketch, seed: int) -> Case:
         "solver": solver,
         "output": {"step": rounded(every * step)},
     }
-
-
-def read_arguments(description: str, number: int, kinds: Sequence[str]) -> argparse.Namespace:
-    """Arguments of a command that tries random cases: their kind, how many (by default ``number``),
-    the ``first``, and the folder to write those to that are wrong."""
-    parser = argparse.ArgumentParser(description=description.split("\n")[0])
-    parser.add_argument("--kind", choices=kinds, default=kinds[0])
-    parser.add_argument("--number", type=int, default=number, help="how many cases")
-    parser.add_argument("--from", type=int, default=0, dest="first", help="number of the first")
-    parser.add_argument("--write", type=Path, help="folder for case files of those that are wrong")
-    return parser.parse_args()

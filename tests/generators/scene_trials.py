@@ -1,24 +1,15 @@
-"""Do random scenes turn as a whole, go on from a state on the way, and keep their energy?
+"""Does a random scene turn as a whole, go on from a state on the way, and keep its energy?
 
-    python -m tests.generators.scene_trials --kind joints --number 300 [--from 0] [--write FOLDER]
-
-A `Maker` draws a case from a number, and turns it about the vertical. Each case is run in a worker
-that is killed after 60 s of CPU time. The scene is run again turned about the vertical, and from a
-state on the way: with a fixed step it must go on to the bit. Whether it is right, `error_scenes`
-tells.
+A `Maker` draws a case from a number, and turns it about the vertical if it can. The scene is run
+again turned, and from a state on the way: with a fixed step it must go on to the bit. Whether a run
+is right is for `references` to say.
 """
 
 from __future__ import annotations
 
-import os
-
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
 import warnings
-from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import partial
 from math import cos, sin
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -30,21 +21,18 @@ import numpy as np
 import xarray as xr
 
 import hydrosim as hs
-from benchmarks.random_trial import LEAST, OPEN, WITHIN
-from benchmarks.worker import COMPILING, Question, Worker
 from hydrosim.errors import HydrosimError, InputError
 from hydrosim.scene import Kinematics, Scene, Start
-from tests.generators.articulated_cases import articulated_case
-from tests.generators.moored_cases import moored_case
-from tests.generators.random_cases import Case, read_arguments, text_of
+from tests.generators.random_cases import Case, text_of
 
-LIMIT = 60.0  # s of CPU
+OPEN = 1e-4  # of the exchanged energy: what an unwarned run may have lost
+WITHIN = 1e-3  # of the range of a motion: what agrees
+LEAST = 1e-6  # m or rad: a smaller range is none
 TURN = 0.7  # rad
 TURNED = 1e-7  # of the range of a point, with a fixed step: rounding that grows
 
-Maker = Callable[[int, float], Case]
-"""Draws the case of a number, turned by an angle [rad]."""
-MAKERS: Mapping[str, Maker] = {"joints": articulated_case, "lines": moored_case}
+Maker = Callable[..., Case]
+"""Draws the case of a number, if asked so turned by an angle [rad]."""
 
 
 class Trial(NamedTuple):
@@ -65,12 +53,12 @@ def scene_of(case_of: Maker, number: int, turn: float = 0.0) -> Scene:
     """The scene of a case, by way of its file."""
     with TemporaryDirectory() as folder:
         path = Path(folder, "case.yaml")
-        path.write_text(text_of(case_of(number, turn)))
+        path.write_text(text_of(case_of(number, turn) if turn else case_of(number)))
         return hs.load_case(path).scene()
 
 
-def tried(case_of: Maker, number: int) -> Trial:
-    """Run a case, and what must not matter."""
+def tried(case_of: Maker, number: int, turns: bool = True) -> Trial:
+    """Run a case, and what must not matter; what ``case_of`` cannot turn is not turned."""
     begin = process_time()
     try:
         scene = scene_of(case_of, number)
@@ -96,7 +84,7 @@ def tried(case_of: Maker, number: int) -> Trial:
     try:
         wrong = [*found.wrong, *_not_continued(number, scene, run)]
         turned = float("nan")
-        if scene.solver.kinematics is Kinematics.EXACT:  # small angles know one heading alone
+        if turns and scene.solver.kinematics is Kinematics.EXACT:  # small angles know one heading
             turned = distance(_turned_back(_run(scene_of(case_of, number, TURN))), _points(run))
     except Exception:
         return found._replace(status="crash", said=format_exc(limit=-4))
@@ -151,14 +139,6 @@ def distance(ours: np.ndarray, theirs: np.ndarray) -> float:
     return float((differences / np.maximum(ranges, LEAST)).max())
 
 
-def trials(case_of: Maker, first: int, count: int) -> Iterator[tuple[int, Trial]]:
-    """Run ``count`` cases from ``first`` on."""
-    died = Trial("crash", "the process died")
-    worker = Worker({"try": Question(partial(tried, case_of), LIMIT, died, COMPILING)})
-    for number in range(first, first + count):
-        yield number, worker.ask("try", number) or Trial("hang", cpu=LIMIT)
-
-
 def offences(trial: Trial) -> Iterator[str]:
     """What is wrong with a trial."""
     yield from trial.wrong
@@ -166,32 +146,3 @@ def offences(trial: Trial) -> Iterator[str]:
         yield trial.status
     if trial.turned > trial.turns_within:
         yield f"turned, {trial.turned:.1e} apart"
-
-
-def main() -> None:
-    """The command line."""
-    given = read_arguments(__doc__, 300, tuple(MAKERS))
-    case_of = MAKERS[given.kind]
-    found = {}
-    for number, trial in trials(case_of, given.first, given.number):
-        found[number] = trial
-        print(_line(case_of, number, trial), flush=True)
-        if given.write and any(offences(trial)):
-            (given.write / f"{number}.yaml").write_text(text_of(case_of(number, 0.0)))
-    print(dict(Counter(trial.status for trial in found.values())))
-    for number, trial in found.items():
-        for offence in offences(trial):
-            print(f"{number}: {offence}")
-
-
-def _line(case_of: Maker, number: int, t: Trial) -> str:
-    said = t.said.replace("\n", " | ")
-    method = case_of(number, 0.0)["solver"]["method"]
-    return (
-        f"{number} {method} {t.status} turned {t.turned:.1e} cpu {t.cpu:.1f}"
-        f" evaluations {t.evaluations} events {t.events} {'; '.join(t.wrong)}: {said[:300]}"
-    )
-
-
-if __name__ == "__main__":
-    main()

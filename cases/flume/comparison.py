@@ -1,15 +1,16 @@
 """How far is a floating section from its experiment in a wave flume?
 
 Sundsdal, Greco, Hanssen and Lugni 2025 measured loads on a held section, and the motions of the
-free one on a rig with springs and dry friction (`cases/flume`). Compared are first harmonics and
-means over whole periods before waves come back. The runs of the cases have the same windows.
-Nothing is fitted. With --keep tables and picture are written into the page of the case.
+free one on a rig with springs and dry friction. Compared are first harmonics and means over whole
+periods before waves come back. The runs of the cases have the same windows. Nothing is fitted. With
+--keep tables and picture are written into the page of the case.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from functools import cache
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -23,7 +24,7 @@ from hydrosim import load_case, simulate
 from hydrosim.database import load
 from tests.validation_data import unpacked
 
-FOLDER = ROOT / "cases" / "flume"
+FOLDER = Path(__file__).parent
 PAGE = FOLDER / "README.md"
 DATABASE = ROOT / "hydro_db" / "flume_section.nc"
 BEGIN, END = "<!-- tables: python -m benchmarks --keep flume -->", "<!-- end of tables -->"

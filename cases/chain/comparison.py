@@ -1,7 +1,7 @@
 """How far are mooring lines in static balance from measured tensions, and how far is MoorDyn?
 
 The fairlead of a chain of 33 m goes round on a vertical circle (Bergdahl et al. 2016): thirty pairs
-of period and radius, in `cases/chain`. Compared is the largest tension of a turn: measured, of the
+of period and radius, in `measured.csv`. Compared is the largest tension of a turn: measured, of the
 catenary, and of MoorDyn through the door (the extra ``moordyn``). Nothing is fitted. With --keep
 the table and the picture are written into the page of the case.
 """
@@ -18,10 +18,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from benchmarks.evidence import with_block
-from benchmarks.report import ROOT, Answer, Row, page_table
+from benchmarks.report import Answer, Row, page_table
 from hydrosim import load_case, moordyn, simulate
 
-FOLDER = ROOT / "cases" / "chain"
+FOLDER = Path(__file__).parent
 CASE = FOLDER / "circle.yaml"
 PAGE = FOLDER / "README.md"
 BEGIN, END = "<!-- table: python -m benchmarks --keep chain -->", "<!-- end of table -->"
