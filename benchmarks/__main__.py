@@ -12,6 +12,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as in hydrosim's own comma
 
 from importlib import import_module
 
+from benchmarks import ELSEWHERE
 from benchmarks.report import keep, machine, save
 
 QUESTIONS = (
@@ -19,7 +20,6 @@ QUESTIONS = (
     *("many_runs", "kills"),
 )
 LONG = ("evidence", "work_precision", "chain", "flume")  # if named
-ELSEWHERE = {"chain": "cases.chain.comparison", "flume": "cases.flume.comparison"}
 
 
 def main(asked: list[str]) -> None:
