@@ -123,8 +123,9 @@ def _not_continued(number: int, scene: Scene, run: xr.Dataset) -> Iterator[str]:
 
 
 def _points(run: xr.Dataset) -> np.ndarray:
-    """Named points (nt, np, 3)."""
-    return np.asarray(run.point_position.values)
+    """Named points (nt, np, 3), or of a scene without any the centres of its bodies."""
+    found = run.position[..., :3] if "point_position" not in run else run.point_position
+    return np.asarray(found.values)
 
 
 def _turned_back(run: xr.Dataset) -> np.ndarray:
