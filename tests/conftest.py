@@ -11,8 +11,8 @@ import hypothesis
 import kept_fits
 import pytest
 import xarray as xr
-from moored_barge import scene_of
 from rich.console import Console
+from scenes import scene_of
 from stated_lines import WRITING, unlike
 
 import hydrosim as hs

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 import xarray as xr
 from command_line import Command, command
-from dry_scenes import block, moving, on_floor, scene, steady
 from recorded_runs import made_run
+from scenes import block, moving, on_floor, scene, steady
 
 import hydrosim as hs
 from hydrosim.forces import AppliedForce, Harmonic, StickSlip

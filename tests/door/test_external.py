@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dry_scenes import block, moving, observed_orders, on_floor, scene, steady
-from moored_barge import CASES
+from scenes import CASES, block, moving, observed_orders, on_floor, scene, steady
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences

@@ -17,7 +17,7 @@ from typing import Any, cast
 
 import pytest
 from command_line import Command, command
-from moored_barge import CASES, SEA, in_contact, in_waves
+from scenes import CASES, SEA, in_contact, in_waves
 
 from hydrosim.compare.exact import differences
 from hydrosim.errors import InputError

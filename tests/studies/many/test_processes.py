@@ -14,7 +14,7 @@ import psutil
 import pytest
 import xarray as xr
 from command_line import Command, command
-from moored_barge import CASES, SEA, in_contact, in_waves
+from scenes import CASES, SEA, in_contact, in_waves
 
 from hydrosim.compare.exact import differences
 from hydrosim.errors import InputError

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from moored_barge import ROOT
+from scenes import ROOT
 
 import hydrosim as hs
 from hydrosim.__main__ import main
