@@ -35,6 +35,16 @@ INERTIA = np.array([[3.0, -0.4, 0.2], [-0.4, 4.0, 0.3], [0.2, 0.3, 6.0]])  # per
 ROOT = Path(__file__).parents[1]
 CASES = ROOT / "cases" / "reverse_float_over"
 SEA = Jonswap(significant_height=1.5, peak_period=8.0, peak_enhancement=3.3)
+SWINGING_BLOCK = """\
+title: Swinging block
+duration: 20 s
+bodies:
+  block: {mass: 2 kg, dofs: [surge], initial: {position: [0.3 m, 0, 0, 0, 0, 0]}}
+forces:
+  spring: {type: linear_mooring, body: block, stiffness: {surge: 5 N/m}}
+solver: {step: 0.02 s, linear: step}
+output: {step: 0.1 s}
+"""
 FLOOR = Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
 Law = StickSlip | FrictionSlope | Frictionless
 

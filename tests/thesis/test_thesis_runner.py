@@ -9,9 +9,9 @@ from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
+from scenes import ROOT
 from scipy.stats import binomtest, t
 
-from benchmarks.report import ROOT
 from cases.reverse_float_over.thesis import score
 from cases.reverse_float_over.thesis.command import TABLES, with_other_models
 from cases.reverse_float_over.thesis.runner import (
