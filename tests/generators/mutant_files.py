@@ -180,12 +180,13 @@ def _change_variable(file: netCDF4.Dataset, what: str, random: Random) -> str:
     if variable.dtype.kind != "f":
         value = random.choice((-1, 0, 10**9))
     values = np.array(variable[...])
+    value = np.array(value).astype(values.dtype)
     if what == "number" and values.size:
         values.flat[random.randrange(values.size)] = value
     else:
         values[...] = value
     variable[...] = values
-    return f"{name} {value!r}"
+    return f"{name} {value}"
 
 
 def show_result(path: Path, command: str) -> None:

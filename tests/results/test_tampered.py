@@ -114,6 +114,15 @@ def test_tampered_sets_of_runs_are_refused(tmp_path: Path, design: str) -> None:
         open_runs(path)
 
 
+def test_sets_of_runs_with_the_same_names_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "runs.nc"
+    hs.simulate_many([scene(block(2.0), {}, 2.0, 0.1)] * 2, workers=1, output=path).close()
+    with netCDF4.Dataset(path, "a") as file:
+        file["dof"][...] = np.full(file["dof"].shape, "heave", object)
+    with pytest.raises(InputError, match=r"dof: found 'heave' twice; expected each once"):
+        open_runs(path)
+
+
 @pytest.mark.parametrize("look", [lambda run: run.slip, lambda run: run["slip"]])
 def test_a_variable_that_a_command_lacks_is_told(
     written: Path, look: Callable[[xr.Dataset], object]
