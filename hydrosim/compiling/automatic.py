@@ -1,7 +1,7 @@
 """`solver: {method: automatic, tolerance: E}`: choice of the method and of its tolerance per step.
 
 E is the largest error of a motion, relative to its range. Errors of whole runs were measured
-against the tolerance r [1/s] of each step (benchmarks/README.md, "automatic"). The error with
+against the tolerance r [1/s] of each step (benchmarks/answered.md, "automatic"). The error with
 dopri5 is below r in smooth scenes and in scenes whose contacts change now and then. The error with
 esdirk4 is below 10 r. Therefore
 

@@ -16,11 +16,22 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import moving, on_floor, steady, table
-from dry_scenes import scene as dry
-from moored_barge import CASES, SEA, hull, in_contact, in_waves, scene_of, with_body
 from numpy.testing import assert_array_equal
 from reading import rows, texts
+from scenes import (
+    CASES,
+    SEA,
+    hull,
+    in_contact,
+    in_waves,
+    moving,
+    on_floor,
+    scene_of,
+    steady,
+    table,
+    with_body,
+)
+from scenes import scene as dry
 from scipy.linalg import block_diag
 
 import hydrosim as hs

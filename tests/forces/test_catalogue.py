@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dry_scenes import block, scene
 from examples import KINDS, LAWS, all_examples, built
+from scenes import block, scene
 from test_elements import ELEMENTS
 
 from hydrosim.evidence import features_of

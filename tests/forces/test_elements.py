@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dry_scenes import block, moving, scene, steady, table
 from examples import all_examples
+from scenes import block, moving, scene, steady, table
 from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 

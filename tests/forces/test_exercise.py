@@ -6,13 +6,11 @@ follows (names, output, restart, ledger, step limits) it must have by its kind.
 
 from __future__ import annotations
 
-import os
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from command_line import printed
 
 import hydrosim
 
@@ -134,18 +132,5 @@ def test_a_rope_is_added_in_three_files(tmp_path: Path) -> None:
             assert text.count(before) == 1, (file, before)
             text = text.replace(before, added + before)
         (package / file).write_text(text)
-    environment = {
-        **os.environ,
-        "PYTHONPATH": str(tmp_path),
-        "HYDROSIM_CACHE_DIR": str(tmp_path / "cache"),
-    }
-    done = subprocess.run(
-        [sys.executable, "-c", SCRIPT],
-        cwd=tmp_path,
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    assert "the rope holds" in done.stdout
+    paths = {"PYTHONPATH": str(tmp_path), "HYDROSIM_CACHE_DIR": str(tmp_path / "cache")}
+    assert "the rope holds" in printed(SCRIPT, folder=tmp_path, **paths)

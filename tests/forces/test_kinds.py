@@ -9,8 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dry_scenes import block, on_floor, scene
-from moored_barge import in_contact
+from scenes import block, in_contact, on_floor, scene
 
 import hydrosim
 import hydrosim as hs

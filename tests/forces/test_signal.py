@@ -8,8 +8,8 @@ from math import pi
 
 import numpy as np
 import pytest
-from dry_scenes import block, errors, observed_orders, scene, surge
 from numpy.testing import assert_allclose
+from scenes import block, errors, observed_orders, scene, surge
 from scipy.interpolate import CubicSpline
 
 import hydrosim as hs

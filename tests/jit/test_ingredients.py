@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import os
-import subprocess
 import sys
 from collections.abc import Callable
 from enum import Enum
@@ -15,6 +13,7 @@ from typing import Any
 import numba
 import numpy as np
 import pytest
+from command_line import printed
 from numba import typeof
 from numba.extending import intrinsic, register_jitable
 
@@ -273,7 +272,9 @@ for one in gc.get_objects():
 
 def test_digests_are_the_same_in_every_process() -> None:
     """Also where strings in sets come in another order."""
-    first, second = (printed(EVERY_ROOT, PYTHONHASHSEED=seed) for seed in "12")
+    first, second = (
+        printed(EVERY_ROOT, PYTHONPATH=str(ROOT), PYTHONHASHSEED=seed).splitlines() for seed in "12"
+    )
     assert sorted(first) == sorted(second)
     assert len(first) > 50
 
@@ -310,7 +311,8 @@ def test_an_edit_recompiles_few_kernels_of_the_base_case(
     unused = ("decay", "forces.damping.quadratic_damping", "tanks")
     folders = (*unused, "waves.loads", "forces.linear_mooring", "stepping")
     case = str(ROOT / "cases" / "reverse_float_over" / "base.yaml")
-    (used,), *lines = (line.split() for line in printed(EDITED_FOLDERS, case, *folders))
+    told = printed(EDITED_FOLDERS, case, *folders, PYTHONPATH=str(ROOT)).splitlines()
+    (used,), *lines = map(str.split, told)
     recompiled = {folder: names for folder, edited, *names in lines if int(edited) > 0}
     assert set(recompiled) == set(folders)
     for folder, names in recompiled.items():
@@ -320,15 +322,3 @@ def test_an_edit_recompiles_few_kernels_of_the_base_case(
     assert "rhs" in recompiled["forces.linear_mooring"]
     assert len(recompiled["forces.linear_mooring"]) <= 0.2 * int(used)
     assert {"advance", "rhs", "step"} <= set(recompiled["stepping"])
-
-
-def printed(program: str, *arguments: str, **environment: str) -> list[str]:
-    """Lines that a program prints in a new process."""
-    done = subprocess.run(
-        [sys.executable, "-c", program, *arguments],
-        env={**os.environ, "PYTHONPATH": str(ROOT), **environment},
-        capture_output=True,
-        text=True,
-    )
-    assert done.returncode == 0, done.stderr
-    return done.stdout.splitlines()

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from command_line import printed
 
 pytestmark = pytest.mark.kernels
 CASES = Path(__file__).parents[2] / "cases"
@@ -44,6 +43,4 @@ def test_what_every_stage_calls_is_no_root() -> None:
 
 def roots(case: str) -> set[str]:
     """Those that a run of a case calls."""
-    command = [sys.executable, "-c", PROGRAM, str(CASES / f"{case}.yaml")]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    return set(done.stdout.split())
+    return set(printed(PROGRAM, str(CASES / f"{case}.yaml")).split())

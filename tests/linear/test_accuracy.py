@@ -8,9 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dry_scenes import block, steady
-from moored_barge import SEA, in_waves, scene_of, with_body
 from reading import texts
+from scenes import SEA, block, in_waves, scene_of, steady, with_body
 
 import hydrosim as hs
 from hydrosim import integrate

@@ -12,9 +12,20 @@ from math import pi
 
 import numpy as np
 import pytest
-from dry_scenes import FLOOR, INERTIA, block, moving, on_floor, scene, steady
-from moored_barge import SEA, hull, in_waves, scene_of
 from numpy.testing import assert_allclose
+from scenes import (
+    FLOOR,
+    INERTIA,
+    SEA,
+    block,
+    hull,
+    in_waves,
+    moving,
+    on_floor,
+    scene,
+    scene_of,
+    steady,
+)
 from scipy import linalg
 from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize

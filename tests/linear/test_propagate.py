@@ -9,10 +9,20 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import block, moving, observed_orders, on_floor, steady
-from moored_barge import SEA, in_waves, motion, scene_of, with_body
 from numpy.testing import assert_allclose
 from reading import texts
+from scenes import (
+    SEA,
+    block,
+    in_waves,
+    motion,
+    moving,
+    observed_orders,
+    on_floor,
+    scene_of,
+    steady,
+    with_body,
+)
 from scipy import linalg
 
 import hydrosim as hs

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from markers import few
-from moored_barge import CASES, hull, in_waves, scene_of, with_body
+from scenes import CASES, hull, in_waves, scene_of, with_body
 
 import hydrosim as hs
 from hydrosim import integrate, load_case

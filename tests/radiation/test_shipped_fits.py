@@ -8,7 +8,7 @@ from zipfile import ZipFile
 import kept_fits
 import numpy as np
 import pytest
-from moored_barge import scene_of
+from scenes import scene_of
 
 import hydrosim as hs
 from hydrosim.program import SHIPPED_FITS

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import block, moving, scene
+from scenes import block, moving, scene
 
 import hydrosim as hs
 from hydrosim.errors import SimulationError

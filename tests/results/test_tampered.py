@@ -11,7 +11,7 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import block, scene
+from scenes import block, scene
 
 import hydrosim as hs
 from hydrosim.commands.results import tells_absent_variables

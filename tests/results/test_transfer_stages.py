@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import block, moving, scene, steady, table
 from reading import number, row
+from scenes import block, moving, scene, steady, table
 
 import hydrosim as hs
 from hydrosim.errors import InputError

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import moving
 from numpy.testing import assert_allclose
+from scenes import moving
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences

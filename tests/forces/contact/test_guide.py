@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dry_scenes import block, moving, observed_orders, scene, steady, with_step
+from scenes import block, moving, observed_orders, scene, steady, with_step
 from scipy.integrate import solve_ivp
 
 import hydrosim as hs

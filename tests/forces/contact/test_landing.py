@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from dry_scenes import block, heave, moving, observed_orders, scene, steady, with_step
+from scenes import block, heave, moving, observed_orders, scene, steady, with_step
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 

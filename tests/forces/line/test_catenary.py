@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dry_scenes import block, moving, observed_orders, scene, with_step
 from moored_block import AFLOAT, DEPTH, line, lines, moored
+from scenes import block, moving, observed_orders, scene, with_step
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.optimize import fsolve

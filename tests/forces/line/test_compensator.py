@@ -8,8 +8,8 @@ from math import pi
 
 import numpy as np
 import pytest
-from dry_scenes import block, moving, observed_orders, scene, steady
 from modes_apart import Event, integrate
+from scenes import block, moving, observed_orders, scene, steady
 
 import hydrosim as hs
 from hydrosim.evidence import Feature, Kind

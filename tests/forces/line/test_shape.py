@@ -76,7 +76,7 @@ def table(name: str) -> list[dict[str, float]]:
 
 
 def exact_lines() -> Iterator[tuple[Line, dict[str, float]]]:
-    """Lines whose pull and stiffness are known to 50 digits (benchmarks/catenaries.py)."""
+    """Lines whose pull and stiffness are known to 50 digits (tests/data/README.md)."""
     for row in table("exact"):
         rows = [
             tuple(row[f"{c}{i}"] for c in ("length", "weight", "stiffness", "hung"))

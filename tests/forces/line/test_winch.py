@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dry_scenes import block, moving, observed_orders, scene, steady, surge
 from modes_apart import Event, integrate
+from scenes import block, moving, observed_orders, scene, steady, surge
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 

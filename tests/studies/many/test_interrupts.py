@@ -9,8 +9,7 @@ import sys
 import numpy as np
 import pytest
 from command_line import heed_signals
-from dry_scenes import FLOOR, block, moving, on_floor, scene, steady
-from moored_barge import ROOT
+from scenes import FLOOR, ROOT, block, moving, on_floor, scene, steady
 
 import hydrosim as hs
 from hydrosim.compiling.clock import compile_clock

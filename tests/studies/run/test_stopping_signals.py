@@ -21,7 +21,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from markers import few
-from moored_barge import in_contact
+from scenes import in_contact
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences

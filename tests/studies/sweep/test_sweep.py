@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from command_line import Command, command
-from moored_barge import CASES
+from scenes import CASES
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences
