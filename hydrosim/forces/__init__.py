@@ -4,10 +4,10 @@ An element is one file with
 
     a frozen dataclass            of `scene.ForceElement`, which declares its properties: its parts
                                   and their mirror images, its signals, whether it is linear
-    compile_elements              constants of all of them in a scene, `Params` or an array
+    compile_elements              constants of all of them in a scene, a `NamedTuple` or an array
     add_force                     adds to its row of forces, and its work or dissipation
     add_energy                    if it stores energy
-    KIND                          its states, modes, variables (`hydrosim.forces.kind`)
+    NAME_KIND                     its states, modes, variables (`hydrosim.forces.kind`)
 
 and one line each in `Elements`, `KINDS` and the sums below. A kind whose units have modes, which
 end at events, also appears in `hydrosim.forces.events`.
@@ -109,27 +109,27 @@ class Elements(NamedTuple):
 
 
 KINDS: tuple[Kind, ...] = (
-    linear_mooring.KIND,
-    applied_force.KIND,
-    contact_points.KIND,
-    spring.KIND,
-    linear_damping.KIND,
-    quadratic_damping.KIND,
-    viscous_roll.KIND,
-    stream_load.KIND,
-    tanks.KIND,
-    link.KIND,
-    bushing.KIND,
-    lines.KIND,
-    guide.KIND,
-    winch_kind.KIND,
-    compensator.KIND,
-    joint.KIND,
-    joint.JOINTS,
-    motions.KIND,
-    external.KIND,
-    drive.KIND,
-    trigger.KIND,
+    linear_mooring.LINEAR_MOORING_KIND,
+    applied_force.APPLIED_FORCE_KIND,
+    contact_points.CONTACT_KIND,
+    spring.SPRING_KIND,
+    linear_damping.LINEAR_DAMPING_KIND,
+    quadratic_damping.QUADRATIC_DAMPING_KIND,
+    viscous_roll.VISCOUS_ROLL_KIND,
+    stream_load.STREAM_LOAD_KIND,
+    tanks.TANK_FLOW_KIND,
+    link.LINK_KIND,
+    bushing.BUSHING_KIND,
+    lines.CATENARY_KIND,
+    guide.GUIDE_KIND,
+    winch_kind.WINCH_KIND,
+    compensator.COMPENSATOR_KIND,
+    joint.LOCK_KIND,
+    joint.JOINT_LOAD_KIND,
+    motions.JOINT_MOTION_KIND,
+    external.EXTERNAL_KIND,
+    drive.DRIVE_KIND,
+    trigger.TRIGGER_KIND,
 )
 """All kinds, in the order of their states in y and of their rows of modes."""
 
@@ -269,7 +269,7 @@ def placed(parts: Parts, scene: Scene, state: int, losses: int) -> Placed:
         mode += kind.modes(p).size
         reaction += _reaction_count(kind, p)
     own = {kind.field: found[kind] for kind in KINDS if isinstance(kind, ElementKind)}
-    return Placed(Elements(**own), found[tanks.KIND])
+    return Placed(Elements(**own), found[tanks.TANK_FLOW_KIND])
 
 
 def _reaction_count(kind: Kind, p: Any) -> int:

@@ -61,7 +61,7 @@ APPLIED = np.dtype(
 PART = np.dtype([("dof", int), ("signal", SIGNAL)])
 
 
-class Params(NamedTuple):
+class AppliedForceConstants(NamedTuple):
     """``each`` (ne,) of `APPLIED`; each acts along the ``parts`` (np,) of `PART` with ``first`` <=
     i < ``last``; ``pieces`` belong to their signals."""
 
@@ -70,7 +70,7 @@ class Params(NamedTuple):
     pieces: np.ndarray
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> AppliedForceConstants:
     """Constants of the applied forces among ``elements``."""
     applied = {name: e for name, e in elements.items() if isinstance(e, AppliedForce)}
     rows = []
@@ -84,7 +84,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
     parts["dof"] = [DOFS.index(dof) for e in applied.values() for dof in e.force]
     signals = [signal for e in applied.values() for signal in e.force.values()]
     parts["signal"], pieces = compile_signals(signals)
-    return Params(np.array(rows, dtype=APPLIED), parts, pieces)
+    return AppliedForceConstants(np.array(rows, dtype=APPLIED), parts, pieces)
 
 
 @kernel
@@ -132,4 +132,4 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
     """An applied force stores nothing."""
 
 
-KIND = ElementKind("applied_forces", (AppliedForce,), compile_elements)
+APPLIED_FORCE_KIND = ElementKind("applied_forces", (AppliedForce,), compile_elements)

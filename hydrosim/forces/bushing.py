@@ -96,7 +96,7 @@ BUSHING = np.dtype(
 from the axes of the body at rest to those of the other side."""
 
 
-class Params(NamedTuple):
+class BushingConstants(NamedTuple):
     """The bushings ``each`` (n,) of `BUSHING` and the first of their rows of modes."""
 
     each: np.ndarray
@@ -115,7 +115,7 @@ class Offset(NamedTuple):
     cosine: float
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> BushingConstants:
     """Constants of the bushings among ``elements``, in their order."""
     rows = []
     for name, e in elements.items():
@@ -125,7 +125,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
             other = EARTH if e.to is None else layout.body[e.to]
             ends = np.concatenate([e.point, _there(e, layout)])
             rows.append((*which, other, ends, axes, e.stiffness, e.damping))
-    return Params(np.array(rows, dtype=BUSHING), 0)
+    return BushingConstants(np.array(rows, dtype=BUSHING), 0)
 
 
 def _there(bushing: Bushing, layout: Layout) -> np.ndarray:
@@ -332,7 +332,7 @@ def _velocity_map(arm: np.ndarray, axes: np.ndarray) -> np.ndarray:
     return J
 
 
-class _Kind(ElementKind):
+class BushingKind(ElementKind):
     unit = "bushing"
     variables: ClassVar = {
         "bushing_displacement": Variable(
@@ -344,10 +344,10 @@ class _Kind(ElementKind):
         "bushing_mode": Variable("whether the bushing acts", "1", flags="acting absent"),
     }
 
-    def modes(self, p: Params) -> Modes:
+    def modes(self, p: BushingConstants) -> Modes:
         return Modes(p.each.size)
 
-    def resistances(self, p: Params) -> Iterator[Resistance]:
+    def resistances(self, p: BushingConstants) -> Iterator[Resistance]:
         """Damping of each bushing with small angles: u is J times the velocities of its sides."""
         for one in p.each:
             J = _velocity_map(one["ends"][:3], one["axes"])
@@ -356,11 +356,11 @@ class _Kind(ElementKind):
             B = J.T @ one["damping"] @ J
             yield Resistance(one["row"], one["body"], B, np.zeros(len(B)), other=one["other"])
 
-    def lost(self, p: Params, modes: np.ndarray) -> Iterator[tuple[int, str]]:
+    def lost(self, p: BushingConstants, modes: np.ndarray) -> Iterator[tuple[int, str]]:
         for i in np.flatnonzero(modes[:, MODE] == LOST).tolist():
             yield i, "it has turned by half a turn, where its rotation vector is not defined"
 
-    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: BushingConstants, bodies: Any, kept: Kept) -> Columns:
         each = ("time", "bushing", "dof")
         return {
             "bushing_displacement": (each, kept.observed[:, :, :6]),
@@ -369,4 +369,4 @@ class _Kind(ElementKind):
         }
 
 
-KIND = _Kind("bushings", (Bushing,), compile_elements)
+BUSHING_KIND = BushingKind("bushings", (Bushing,), compile_elements)

@@ -96,7 +96,7 @@ tree of joints and the axis of that (`NONE` if it drives a body); its signal, an
 corners, which no step crosses."""
 
 
-class Params(NamedTuple):
+class DriveConstants(NamedTuple):
     """The drives ``each`` (n,) of `DRIVE`, the ``pieces`` of their signals; the first of their
     reactions, and of the integrals of work in y, row by row."""
 
@@ -106,7 +106,7 @@ class Params(NamedTuple):
     losses: int
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> DriveConstants:
     """Constants of the drives among ``elements``."""
     drives = {name: e for name, e in elements.items() if isinstance(e, Drive)}
     each = np.zeros(len(drives), dtype=DRIVE)
@@ -115,7 +115,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
         place = _body_place(e, layout) if e.joint is None else _joint_place(e, layout)
         cornered = corners(e.position).size > 0
         each[i] = (place[0], layout.row[name], *place[1:], cornered, signals[i])
-    return Params(each, pieces, 0, 0)
+    return DriveConstants(each, pieces, 0, 0)
 
 
 def _body_place(drive: Drive, layout: Layout) -> tuple[int, ...]:
@@ -266,7 +266,7 @@ def observe(p, holds, out):
         out[OBSERVED * i] = holds.reaction[p.reaction + i, 0]
 
 
-class _Kind(ElementKind):
+class DriveKind(ElementKind):
     unit = "drive"
     variables: ClassVar[Mapping[str, Variable]] = {
         "drive_force": Variable(
@@ -274,8 +274,8 @@ class _Kind(ElementKind):
         ),
     }
 
-    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: DriveConstants, bodies: Any, kept: Kept) -> Columns:
         return {"drive_force": (("time", self.unit), kept.observed[:, :, 0])}
 
 
-KIND = _Kind("drives", (Drive,), compile_elements)
+DRIVE_KIND = DriveKind("drives", (Drive,), compile_elements)

@@ -158,11 +158,11 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
         stored[mooring.row] += spring_energy(k, motion.coordinates, mooring.stiffness)
 
 
-class _Kind(ElementKind):
+class LinearMooringKind(ElementKind):
     def resistances(self, p: np.ndarray) -> Iterator[Resistance]:
         """Damping of each mooring as a `Resistance`."""
         for mooring in p:
             yield Resistance(mooring["row"], mooring["body"], mooring["damping"], np.zeros(6))
 
 
-KIND = _Kind("linear_moorings", (LinearMooring,), compile_elements)
+LINEAR_MOORING_KIND = LinearMooringKind("linear_moorings", (LinearMooring,), compile_elements)

@@ -156,7 +156,7 @@ both sides, each in the frame of its side, the axis first; length or angle witho
 that its ends may come; the pieces ``first`` to ``last`` of its curve."""
 
 
-class Params(NamedTuple):
+class LinkConstants(NamedTuple):
     """``links`` (n,) of `LINK`, the ``segments`` of their curves, and the first of their rows of
     modes: acting, the segment, and the half turns of the twist."""
 
@@ -180,7 +180,7 @@ class Reach(NamedTuple):
     turned: float
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> LinkConstants:
     """Constants of the links among ``elements``, in their order."""
     rows = []
     segments = [np.zeros(0, dtype=curve.SEGMENT)]
@@ -196,7 +196,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
             rows.append((*which, ends, axes, neutral, closest, *law))
             segments.append(pieces)
             first = last + 1
-    return Params(np.array(rows, dtype=LINK), np.concatenate(segments), 0)
+    return LinkConstants(np.array(rows, dtype=LINK), np.concatenate(segments), 0)
 
 
 def _segments(link: Link) -> np.ndarray:
@@ -419,7 +419,7 @@ def deactivate(i, modes, p):
     modes[p.mode + i, MODE] = GONE
 
 
-class _Kind(PosingKind):
+class LinkKind(PosingKind):
     unit = "link"
     variables: ClassVar = {
         "strut_force": Variable("force, tension positive", "N", "from the point to the anchor"),
@@ -432,12 +432,12 @@ class _Kind(PosingKind):
         "link_half_turns": Variable("half turns of the twist", "1"),
     }
 
-    def modes(self, p: Params) -> Modes:
+    def modes(self, p: LinkConstants) -> Modes:
         links = p.links
         first, last, slope = links["first"], links["last"], links["steepest"]
         return Modes(links.size, rising="half_turns", first=first, last=last, steepest=slope)
 
-    def postures(self, p: Params) -> Sequence[Posture]:
+    def postures(self, p: LinkConstants) -> Sequence[Posture]:
         """All on the piece of their curve without load, and on their steepest."""
         if not p.links.size:
             return []
@@ -452,7 +452,9 @@ class _Kind(PosingKind):
             found.append(Posture(text, rest_at_first(np.array(stiff), ACTING)))
         return found
 
-    def pressed(self, p: Params, modes: np.ndarray, bodies: Any, motion: Any) -> Params:
+    def pressed(
+        self, p: LinkConstants, modes: np.ndarray, bodies: Any, motion: Any
+    ) -> LinkConstants:
         """Constants in which each link is on its piece, at the offset nearest to where it is."""
         links = p.links.copy()
         for link, mode in zip(links, modes, strict=True):
@@ -461,7 +463,7 @@ class _Kind(PosingKind):
             link["neutral"] += x - np.clip(x, piece["lower"], piece["upper"])
         return p._replace(links=links)
 
-    def resistances(self, p: Params) -> Iterator[Resistance]:
+    def resistances(self, p: LinkConstants) -> Iterator[Resistance]:
         """Damping of each torsion spring with small angles; struts are never linear."""
         for link in p.links[p.links["kind"] == AXIS]:
             axis = link["axes"][:3]
@@ -471,7 +473,7 @@ class _Kind(PosingKind):
             B = link["damping"] * np.outer(J, J)
             yield Resistance(link["row"], link["body"], B, np.zeros(len(B)), other=link["other"])
 
-    def lost(self, p: Params, modes: np.ndarray) -> Iterator[tuple[int, str]]:
+    def lost(self, p: LinkConstants, modes: np.ndarray) -> Iterator[tuple[int, str]]:
         said = {
             LINE: "its ends meet (closer than 1 % of its length), where it has no direction",
             AXIS: "its axis has swung to the opposite, where its twist is not defined",
@@ -491,7 +493,7 @@ class _Kind(PosingKind):
         found: dict[str, object] = {d: (d, [n for n, _ in own]) for d, own in named.items() if own}
         return found | capacity_of("strut", struts)
 
-    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: LinkConstants, bodies: Any, kept: Kept) -> Columns:
         kind = p.links["kind"]
         dims = {
             "strut": (kind == LINE, {"strut_force": LOAD, "strut_length": PLACE}),
@@ -506,4 +508,4 @@ class _Kind(PosingKind):
         return found
 
 
-KIND = _Kind("links", (Strut, TorsionSpring), compile_elements)
+LINK_KIND = LinkKind("links", (Strut, TorsionSpring), compile_elements)

@@ -107,7 +107,7 @@ LINE = np.dtype(
 ``first`` (slack) to ``last`` of its curve."""
 
 
-class Params(NamedTuple):
+class SpringConstants(NamedTuple):
     """``lines`` (n,) of `LINE`, the ``segments`` of their curves, the ``pieces`` of the signals of
     their lengths, and the first of their rows of modes: slack (tension cut) or taut, and the
     segment."""
@@ -131,7 +131,7 @@ class Stretch(NamedTuple):
     speed: float
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> SpringConstants:
     """Constants of the springs among ``elements``, in their order."""
     springs = {name: e for name, e in elements.items() if isinstance(e, Spring)}
     signals, moves = compile_signals([s for e in springs.values() for _, s in e.signals()])
@@ -150,7 +150,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
         rows.append((*ends, *length, e.damping, first, last, pieces["slope"].max()))
         segments.append(pieces)
         first = last + 1
-    return Params(np.array(rows, dtype=LINE), np.concatenate(segments), moves, 0)
+    return SpringConstants(np.array(rows, dtype=LINE), np.concatenate(segments), moves, 0)
 
 
 def _segments(spring: Spring) -> np.ndarray:
@@ -280,7 +280,7 @@ def deactivate(i, modes, p):
     modes[p.mode + i, SEGMENT] = p.lines[i].first
 
 
-def _taut(p: Params) -> np.ndarray:
+def _taut(p: SpringConstants) -> np.ndarray:
     """Modes with all lines taut on their steepest pieces."""
     modes = rest_at_first(p.lines["first"], TAUT)
     pieces = [steepest(p.segments, line["first"], line["last"]) for line in p.lines]
@@ -288,7 +288,7 @@ def _taut(p: Params) -> np.ndarray:
     return modes
 
 
-class _Kind(PosingKind):
+class SpringKind(PosingKind):
     unit = "spring"
     variables: ClassVar = {
         "spring_tension": Variable("tension", "N", "from the point to the anchor"),
@@ -297,33 +297,37 @@ class _Kind(PosingKind):
         "spring_segment": Variable("piece of the curve, 0 if slack", "1"),
     }
 
-    def modes(self, p: Params) -> Modes:
+    def modes(self, p: SpringConstants) -> Modes:
         lines = p.lines
         return Modes(
             lines.size, first=lines["first"], last=lines["last"], steepest=lines["steepest"]
         )
 
-    def postures(self, p: Params) -> Sequence[Posture]:
+    def postures(self, p: SpringConstants) -> Sequence[Posture]:
         if not p.lines.size:
             return []
         slack = rest_at_first(p.lines["first"], SLACK)
         return [Posture("springs slack", slack), Posture("springs taut", _taut(p))]
 
-    def alone(self, p: Params, names: Sequence[str], which: Sequence[int]) -> Iterator[Posture]:
+    def alone(
+        self, p: SpringConstants, names: Sequence[str], which: Sequence[int]
+    ) -> Iterator[Posture]:
         slack = rest_at_first(p.lines["first"], SLACK)
         for i in which if p.lines.size > 1 else ():
             yield Posture(f"{names[i]} alone taut", with_one(slack, _taut(p), i))
 
-    def alike(self, p: Params) -> Sequence[Hashable]:
+    def alike(self, p: SpringConstants) -> Sequence[Hashable]:
         """No two springs are alike: each pulls in a direction of its own."""
         return range(p.lines.size)
 
-    def rates(self, p: Params, bodies: Any, motion: Any) -> np.ndarray:
+    def rates(self, p: SpringConstants, bodies: Any, motion: Any) -> np.ndarray:
         """Along the lines."""
         each = [stretch(line, 0.0, bodies, motion, p).rate for line in p.lines]
         return np.reshape(each, (-1, 1))
 
-    def pressed(self, p: Params, modes: np.ndarray, bodies: Any, motion: Any) -> Params:
+    def pressed(
+        self, p: SpringConstants, modes: np.ndarray, bodies: Any, motion: Any
+    ) -> SpringConstants:
         """Constants in which each line has the length of its piece."""
         lines = p.lines.copy()
         for line, (mode, segment, _) in zip(lines, modes, strict=True):
@@ -336,7 +340,7 @@ class _Kind(PosingKind):
     def coordinates(self, scene: Scene) -> dict[str, object]:
         return super().coordinates(scene) | capacity_of(self.unit, elements_of(scene, Spring))
 
-    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: SpringConstants, bodies: Any, kept: Kept) -> Columns:
         each = ("time", "spring")
         return {
             "spring_tension": (each, kept.observed[:, :, TENSION]),
@@ -345,4 +349,4 @@ class _Kind(PosingKind):
         }
 
 
-KIND = _Kind("springs", (Spring,), compile_elements)
+SPRING_KIND = SpringKind("springs", (Spring,), compile_elements)

@@ -114,7 +114,7 @@ PIECE = np.dtype([("start", float), ("powers", float, (4, 3))])
 """A piece of the splines of X, Y and N: its first heading, and the factors of 1, x, x^2, x^3."""
 
 
-class Params(NamedTuple):
+class StreamLoadConstants(NamedTuple):
     """``each`` (ne,) of `LOAD`; each has the ``pieces`` with ``first`` <= i < ``last``, of which
     the first has a heading in the first turn. The first column of ``gusts`` is at 10 m, the others
     at the ``heights`` (nh - 1,) [m]."""
@@ -125,7 +125,7 @@ class Params(NamedTuple):
     gusts: GustTable
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> StreamLoadConstants:
     """Constants of the loads of streams among ``elements``."""
     rows = []
     pieces = [np.zeros(0, dtype=PIECE)]
@@ -145,7 +145,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
             rows.append((*place, first, last, gusts, layout.wind.direction))
             first = last
     each = np.array(rows, dtype=LOAD)
-    return Params(each, np.concatenate(pieces), np.array(heights[1:]), NO_GUSTS)
+    return StreamLoadConstants(each, np.concatenate(pieces), np.array(heights[1:]), NO_GUSTS)
 
 
 def stream_felt(name: str, load: StreamLoad, layout: Layout) -> tuple[float, float]:
@@ -182,7 +182,7 @@ def height_of(name: str, load: WindLoad, layout: Layout) -> float:
     return height
 
 
-def with_gusts(p: Params, gusts: GustTable) -> Params:
+def with_gusts(p: StreamLoadConstants, gusts: GustTable) -> StreamLoadConstants:
     """The same loads in these gusts."""
     return p if gusts is p.gusts else p._replace(gusts=gusts)
 
@@ -243,4 +243,4 @@ def coefficients(angle, first, last, pieces):
     )
 
 
-KIND = ElementKind("stream_loads", (StreamLoad,), compile_elements)
+STREAM_LOAD_KIND = ElementKind("stream_loads", (StreamLoad,), compile_elements)

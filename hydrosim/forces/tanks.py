@@ -22,7 +22,7 @@ from hydrosim.tanks.pieces import LEVEL
 from hydrosim.tanks.pumping import RUNNING
 
 
-class _Kind(Kind):
+class TankFlowKind(Kind):
     unit = "pump"
     variables: ClassVar = {
         "tank_level": Variable("level above the bottom of the tank", "m", "tank"),
@@ -71,4 +71,4 @@ class _Kind(Kind):
         return is_mirrored(p, y, modes)
 
 
-KIND = _Kind()
+TANK_FLOW_KIND = TankFlowKind()

@@ -77,7 +77,7 @@ NONE = -1
 NO_UNITS = (0,) * 14
 
 
-class Params(NamedTuple):
+class TriggerConstants(NamedTuple):
     """The triggers ``each`` (n,) of `TRIGGER`, and what they may watch: clearances ``gaps`` and
     named ``points``; the first of their states in y and of their rows of modes, and of the
     integrals of losses in y, row by row."""
@@ -90,7 +90,7 @@ class Params(NamedTuple):
     losses: int
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> TriggerConstants:
     """Constants of the triggers of ``elements``, in their order, followed by those of pumps and of
     joints."""
     kinds = (Contact, Spring, Link, Bushing, Catenary, Winch, Compensator)
@@ -111,7 +111,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
         if active is not None:
             ends = _conditions(f"joints.{name}.active", active, elements, layout)
             rows.append((layout.joint_row, *ends, *NO_UNITS, NONE, lock))
-    return Params(
+    return TriggerConstants(
         np.array(rows, dtype=TRIGGER), compile_clearances(layout), compile_points(layout), 0, 0, 0
     )
 
@@ -301,7 +301,7 @@ def forget_stored(modes, p, stored):
             stored[trigger.row] = 0.0
 
 
-class _Kind(PosingKind):
+class TriggerKind(PosingKind):
     unit = "trigger"
     variables: ClassVar = {
         "trigger_stage": Variable(
@@ -320,18 +320,18 @@ class _Kind(PosingKind):
         held = [name for name in constraint_names(scene) if scene.joints[name].active is not None]
         return [*named, *(flows[pump.flow] for pump in triggered_pumps(scene)), *held]
 
-    def modes(self, p: Params) -> Modes:
+    def modes(self, p: TriggerConstants) -> Modes:
         return Modes(p.each.size, "stage", "waits")
 
-    def states(self, p: Params, scene: Scene) -> Iterator[States]:
+    def states(self, p: TriggerConstants, scene: Scene) -> Iterator[States]:
         yield States("trigger", self.unit_names(scene), STATE_NAMES)
 
-    def postures(self, p: Params) -> Sequence[Posture]:
+    def postures(self, p: TriggerConstants) -> Sequence[Posture]:
         """The posture in which all elements act."""
         return [Posture("", rest_at_first(np.zeros(p.each.size), DURING))]
 
-    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: TriggerConstants, bodies: Any, kept: Kept) -> Columns:
         return {"trigger_stage": (("time", "trigger"), kept.modes[:, :, MODE].astype(np.int8))}
 
 
-KIND = _Kind("triggers", (), compile_elements)
+TRIGGER_KIND = TriggerKind("triggers", (), compile_elements)

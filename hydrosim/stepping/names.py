@@ -108,12 +108,12 @@ def coordinate_names(scene: Scene) -> list[str]:
 
 def contact_names(scene: Scene) -> list[str]:
     """Names of all contact points, "element 1", "element 2", ..."""
-    return contact_points.KIND.unit_names(scene)
+    return contact_points.CONTACT_KIND.unit_names(scene)
 
 
 def spring_names(scene: Scene) -> list[str]:
     """Names of all springs."""
-    return spring.KIND.unit_names(scene)
+    return spring.SPRING_KIND.unit_names(scene)
 
 
 def memory_names(scene: Scene, model: Model) -> list[str]:

@@ -23,7 +23,7 @@ LINES = {  # of files that are there: before which line stands what
     "forces/__init__.py": {
         "    spring,\n    stream_load,": "    rope,\n",
         "    guides: Any": "    ropes: Any\n",
-        "    tanks.KIND": "    rope.KIND,\n",
+        "    tanks.TANK_FLOW_KIND": "    rope.ROPE_KIND,\n",
         "    if e.guides.pins.size > 0:\n        guide.add_force": (
             "    if e.ropes.lines.size > 0:\n"
             "        rope.add_force(t, y, modes, motion, bodies, e.ropes, wrench, rate, dy)\n"

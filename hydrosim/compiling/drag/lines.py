@@ -23,7 +23,7 @@ from hydrosim.forces.line.drag import (
     linearise_regular,
     places_along,
 )
-from hydrosim.forces.line.kind import KIND
+from hydrosim.forces.line.kind import CATENARY_KIND
 from hydrosim.forces.line.now import LineNow, lines_now
 from hydrosim.linear.linearise import linearise
 from hydrosim.rigid.free import positions, slopes_at
@@ -77,10 +77,10 @@ def with_line_drag(
 ) -> LineDrag:
     """Model with the linearised drag of its lines in the ``seas``, whose first-order loads act on
     the ``bodies`` at rest."""
-    p = KIND.of(model)
+    p = CATENARY_KIND.of(model)
     if not p.lines["width"].any():
         return LineDrag(model, tuple(_friction(scene)))
-    names = KIND.unit_names(scene)
+    names = CATENARY_KIND.unit_names(scene)
     before = _drag_before(scene)
     n = model.bodies.active.size
     motion = new_work(model).motion
@@ -102,7 +102,7 @@ def with_line_drag(
         line["drift"] = m
         if line["width"]:
             texts.append(f"{name}: {_said(c, sigma, kept)}")
-    elements = model.elements._replace(**{KIND.field: p._replace(lines=lines)})
+    elements = model.elements._replace(**{CATENARY_KIND.field: p._replace(lines=lines)})
     return LineDrag(model._replace(elements=elements), (*texts, *_friction(scene)))
 
 
@@ -144,7 +144,7 @@ def _fairlead(now: LineNow, scene: Scene, model: Model, state: State) -> Fairlea
     ends = now.ends
     pull = now.pull
     places = places_along(now.own["length"], pull.touch)
-    widths = KIND.of(model).widths[line["first"] : line["last"]]
+    widths = CATENARY_KIND.of(model).widths[line["first"] : line["last"]]
     half = 0.5 * scene.environment.water_density * widths[places.segment]
     along = np.array([pull.H * ends.e[0], pull.H * ends.e[1], -pull.V])
     along /= max(float(np.linalg.norm(along)), 1e-300)

@@ -17,7 +17,7 @@ from hydrosim.forces.contact.friction_slope import FrictionSlope
 from hydrosim.forces.contact.normal import NormalCurve, PrescribedNormal
 from hydrosim.forces.contact.stick_slip import StickSlip
 from hydrosim.forces.damping.linear_damping import LinearDamping
-from hydrosim.forces.damping.viscous_roll import KIND as ROLLS
+from hydrosim.forces.damping.viscous_roll import VISCOUS_ROLL_KIND as ROLLS
 from hydrosim.forces.damping.viscous_roll import ViscousRoll
 from hydrosim.forces.line.catenary import Catenary
 from hydrosim.forces.linear_mooring import LinearMooring

@@ -9,7 +9,7 @@ import numpy as np
 
 from hydrosim.compiling.streams.currents import draught_of
 from hydrosim.forces import heights_of_wind
-from hydrosim.forces.stream_load import KIND, StreamLoad, WindLoad
+from hydrosim.forces.stream_load import STREAM_LOAD_KIND, StreamLoad, WindLoad
 from hydrosim.scene import Scene
 from hydrosim.streams.current import current_table, is_sheared
 from hydrosim.streams.gusts import band
@@ -31,7 +31,7 @@ def said_of_streams(scene: Scene, model: Model) -> Iterator[str]:
     if water.gusts is not None and wind.hour_mean > 0.0:
         yield from _said_of_gusts(water.gusts, wind)
     loads = [(name, e) for name, e in scene.forces.items() if isinstance(e, StreamLoad)]
-    p = KIND.of(model)
+    p = STREAM_LOAD_KIND.of(model)
     heights = heights_of_wind(model.elements)
     for (name, load), row in zip(loads, p.each, strict=True):
         speed = _speed(row["stream"])

@@ -179,7 +179,7 @@ unloading curve, its plane's ``edges`` from ``edge`` on and its ``extent`` about
 ends its branch."""
 
 
-class Params(NamedTuple):
+class ContactConstants(NamedTuple):
     """``points`` (n,) of `POINT`, the ``segments`` of their curves, the ``pieces`` of their
     signals, the ``edges`` (m, 3) of their planes; the first of their states in y, and of their rows
     of modes. States of the ``remembering`` points (`loop`) follow those of all points; states of
@@ -195,7 +195,7 @@ class Params(NamedTuple):
     mode: int
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> ContactConstants:
     """Constants of all contact points among ``elements``, in their order."""
     fenders = {name: e for name, e in elements.items() if isinstance(e, Contact)}
     normals = [e.normal for e in fenders.values()]
@@ -233,7 +233,9 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
     groups = group.remembering(fenders, layout.carried, states)
     for g, index in enumerate(groups["index"]):
         points["group"][np.array(names) == [*dict.fromkeys(names)][index]] = g
-    return Params(points, np.concatenate(segments), pieces, all_ends, remembering, groups, 0, 0)
+    return ContactConstants(
+        points, np.concatenate(segments), pieces, all_ends, remembering, groups, 0, 0
+    )
 
 
 def _prescribed(signal: np.void, pieces: np.ndarray) -> tuple[bool, float, np.void]:
@@ -262,24 +264,24 @@ def _plane(plane: Plane, layout: Layout) -> tuple[Any, ...]:
     return (body, plane.point, n, *geometry.tangents(n))
 
 
-def which_remember(p: Params) -> np.ndarray:
+def which_remember(p: ContactConstants) -> np.ndarray:
     """Indices (r,) of the points with a memory of their loading: each has states for it."""
     return np.flatnonzero(p.points["memory"] != loop.NONE)
 
 
-def memories(p: Params, y: np.ndarray) -> np.ndarray:
+def memories(p: ContactConstants, y: np.ndarray) -> np.ndarray:
     """The memory (..., r, loop.STATES) of ``r`` points, from y (..., ny)."""
     own = y[..., places_of_memories(p)]
     return own.reshape(*y.shape[:-1], p.remembering, loop.STATES)
 
 
-def places_of_memories(p: Params) -> slice:
+def places_of_memories(p: ContactConstants) -> slice:
     """The places of all memories in y."""
     first = p.state + STATES * p.points.size
     return slice(first, first + loop.STATES * p.remembering)
 
 
-def without_friction(p: Params) -> Params:
+def without_friction(p: ContactConstants) -> ContactConstants:
     """The same contact points without friction."""
     points = p.points.copy()
     none = laws.constants(Frictionless())
@@ -288,19 +290,19 @@ def without_friction(p: Params) -> Params:
     return p._replace(points=points)
 
 
-def dynamic_states(p: Params) -> np.ndarray:
+def dynamic_states(p: ContactConstants) -> np.ndarray:
     """Entries (m,) of y that other states depend on: the stretches of nodes."""
     first = p.state + STATES * np.flatnonzero(p.points["node"])
     return np.sort(np.concatenate([first, first + 1]))
 
 
-def forget(p: Params, y: np.ndarray) -> None:
+def forget(p: ContactConstants, y: np.ndarray) -> None:
     """Clear the states in y that have no meaning for their points' law."""
     for i in np.flatnonzero(np.isin(p.points["law"], FORGETFUL)):
         y[p.state + STATES * i :][:2] = 0.0
 
 
-def is_mirrored(p: Params, y: np.ndarray, modes: np.ndarray) -> bool:
+def is_mirrored(p: ContactConstants, y: np.ndarray, modes: np.ndarray) -> bool:
     """True if each contact point's image has the same stretch, mode and line of its loop."""
     points = p.points
     n = p.points.size

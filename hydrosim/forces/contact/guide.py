@@ -62,7 +62,7 @@ PIN = np.dtype(
 """A pin: the index of its contact point, the row of its element, its wall."""
 
 
-class Params(NamedTuple):
+class GuideConstants(NamedTuple):
     """``pins`` (n,) of `PIN`, the ``segments`` of their curves; the first of their rows of modes,
     and of the integrals of losses in y, row by row."""
 
@@ -72,7 +72,7 @@ class Params(NamedTuple):
     losses: int
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> GuideConstants:
     """Constants of the guides of all landings among ``elements``, in their order."""
     rows = []
     segments = [np.zeros(0, dtype=curve.SEGMENT)]
@@ -84,7 +84,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
         segments.append(curve.segments(wall.compression, wall.force))
         own = (wall.gap, wall.slope, wall.depth, first, first + len(segments[-1]) - 1)
         rows += [(i, layout.row[name], *own) for i in range(begin, end)]
-    return Params(np.array(rows, dtype=PIN), np.concatenate(segments), 0, 0)
+    return GuideConstants(np.array(rows, dtype=PIN), np.concatenate(segments), 0, 0)
 
 
 @kernel
@@ -237,7 +237,7 @@ def settle(modes, motion, bodies, elements):
         mode[SEGMENT] = curve.find_segment(pin.first, pin.last, p.segments, e)
 
 
-class _Kind(PosingKind):
+class GuideKind(PosingKind):
     unit = "guide"
     variables: ClassVar = {
         "guide_force": Variable("force of the wall, across the axis of the seat", "N"),
@@ -251,17 +251,19 @@ class _Kind(PosingKind):
         walled = ((name, e) for name, e in scene.forces.items() if getattr(e, "wall", None))
         return [unit for name, e in walled for unit in e.unit_names(name)]
 
-    def modes(self, p: Params) -> Modes:
+    def modes(self, p: GuideConstants) -> Modes:
         return Modes(p.pins.size, first=p.pins["first"], last=p.pins["last"])
 
-    def postures(self, p: Params) -> Sequence[Posture]:
+    def postures(self, p: GuideConstants) -> Sequence[Posture]:
         if not p.pins.size:
             return []
         first = p.pins["first"]
         free = Posture("pins free", rest_at_first(first, FREE))
         return [free, Posture("pins at their walls", rest_at_first(first, PRESSED))]
 
-    def pressed(self, p: Params, modes: np.ndarray, bodies: Any, motion: Any) -> Params:
+    def pressed(
+        self, p: GuideConstants, modes: np.ndarray, bodies: Any, motion: Any
+    ) -> GuideConstants:
         """Constants in which pins are pressed by the steepest piece of their walls at any
         position."""
         pins = p.pins.copy()
@@ -272,7 +274,7 @@ class _Kind(PosingKind):
             pin["gap"] = pin["slope"] * COMPRESSED
         return p._replace(pins=pins, segments=segments)
 
-    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: GuideConstants, bodies: Any, kept: Kept) -> Columns:
         each = ("time", "guide")
         return {
             "guide_force": (each, kept.observed[:, :, FORCE]),
@@ -281,4 +283,4 @@ class _Kind(PosingKind):
         }
 
 
-KIND = _Kind("guides", (), compile_elements)
+GUIDE_KIND = GuideKind("guides", (), compile_elements)

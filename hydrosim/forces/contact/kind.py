@@ -20,7 +20,7 @@ from hydrosim.forces.contact.fender import (
     STATE_NAMES,
     STATES,
     Contact,
-    Params,
+    ContactConstants,
     compile_elements,
     dynamic_states,
     forget,
@@ -63,7 +63,7 @@ def group_of_points(scene: Scene) -> list[str]:
     ]
 
 
-class _Kind(ContactPostures):
+class ContactKind(ContactPostures):
     unit = "fender"
     variables: ClassVar = {
         "fender_compression": Variable(
@@ -117,12 +117,12 @@ class _Kind(ContactPostures):
     }
     tallied: ClassVar = tuple(f"tally {k + 1}" for k in range(TALLIES))
 
-    def modes(self, p: Params) -> Modes:
+    def modes(self, p: ContactConstants) -> Modes:
         points = p.points
         last = np.maximum(points["last"], points["line"])
         return Modes(points.size, "mode", "rising", points["first"], last, points["steepest"])
 
-    def states(self, p: Params, scene: Scene) -> Iterator[States]:
+    def states(self, p: ContactConstants, scene: Scene) -> Iterator[States]:
         """States of all points, of points with memory, and of groups with memory."""
         names = self.unit_names(scene)
         groups = [*dict.fromkeys(group_of_points(scene))]
@@ -131,7 +131,7 @@ class _Kind(ContactPostures):
         owners = [groups[k] for k in p.groups["index"]]
         yield States("contact group", owners, group.STATE_NAMES, "group ")
 
-    def felt_states(self, p: Params) -> np.ndarray:
+    def felt_states(self, p: ContactConstants) -> np.ndarray:
         return dynamic_states(p)
 
     def coordinates(self, scene: Scene) -> dict[str, object]:
@@ -148,7 +148,7 @@ class _Kind(ContactPostures):
             **(_kinetic(scene) if scene.output_impulses else {}),
         }
 
-    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: ContactConstants, bodies: Any, kept: Kept) -> Columns:
         seen = kept.observed
         is_open = kept.modes[:, :, MODE] == OPEN
         each = POINT[:2]
@@ -168,19 +168,24 @@ class _Kind(ContactPostures):
             **(dict(_tallied(kept.tallies)) if kept.tallies.size else {}),
         }
 
-    def losses(self, p: Params, observed: np.ndarray) -> dict[int, np.ndarray]:
+    def losses(self, p: ContactConstants, observed: np.ndarray) -> dict[int, np.ndarray]:
         """Energy lost in friction."""
         rows = p.points["row"]
         return {row: observed[:, rows == row, LOST].sum(axis=1) for row in np.unique(rows)}
 
-    def is_mirrored(self, p: Params, y: np.ndarray, modes: np.ndarray) -> bool:
+    def is_mirrored(self, p: ContactConstants, y: np.ndarray, modes: np.ndarray) -> bool:
         return is_mirrored(p, y, modes)
 
-    def forget(self, p: Params, y: np.ndarray) -> None:
+    def forget(self, p: ContactConstants, y: np.ndarray) -> None:
         forget(p, y)
 
     def renew(
-        self, p: Params, y: np.ndarray, anew: np.ndarray, possible: np.ndarray, known: np.ndarray
+        self,
+        p: ContactConstants,
+        y: np.ndarray,
+        anew: np.ndarray,
+        possible: np.ndarray,
+        known: np.ndarray,
     ) -> None:
         """Reset stiff lines of new points and of points that cannot be pressed as stored, and the
         memory of groups that did not have one in the run."""
@@ -192,7 +197,7 @@ class _Kind(ContactPostures):
                 y[first : first + group.STATES] = anew[first : first + group.STATES]
 
 
-KIND = _Kind("fenders", (Contact,), compile_elements)
+CONTACT_KIND = ContactKind("fenders", (Contact,), compile_elements)
 
 
 def _kinetic(scene: Scene) -> dict[str, object]:
@@ -206,7 +211,7 @@ def _kinetic(scene: Scene) -> dict[str, object]:
     }
 
 
-def _closings(p: Params, y: RecordedStates) -> Columns:
+def _closings(p: ContactConstants, y: RecordedStates) -> Columns:
     """Memory of closings of contacts; NaN for contacts without memory."""
     if p.remembering == 0:
         return {}
@@ -239,7 +244,7 @@ def _tallied(tallies: np.ndarray) -> Iterator[tuple[str, tuple[tuple[str, ...], 
 
 def remembered_groups(parts: Parts, y: RecordedStates) -> list[group.Remembered]:
     """All groups with memory, with their states from y."""
-    p = KIND.of(parts)
+    p = CONTACT_KIND.of(parts)
     starts = p.state + p.groups["first"]
     return [
         group.Remembered(int(each["index"]), float(each["weight"]), y[first : first + group.STATES])

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from hydrosim.forces.contact.fender import STATES, Params, dynamic_states, memories
+from hydrosim.forces.contact.fender import STATES, ContactConstants, dynamic_states, memories
 from hydrosim.forces.contact.geometry import touch
 from hydrosim.forces.contact.laws import LAW, sliding, slowest
 from hydrosim.forces.contact.loop import NONE, SET
@@ -34,20 +34,22 @@ SLIDING = 0.1  # m/s: the speed at which slip is linearised, unless slip begins 
 class ContactPostures(PosingKind):
     """Postures of contact points."""
 
-    def postures(self, p: Params) -> Sequence[Posture]:
+    def postures(self, p: ContactConstants) -> Sequence[Posture]:
         text = "all contacts open" if p.points.size else "no contact"
         rest = Posture(text, rest_at_first(p.points["first"], OPEN))
         modes = CLOSED if p.points.size else ()
         return [rest, *(Posture(f"all contacts {CLOSED[m]}", _closed(p, m)) for m in modes)]
 
-    def alone(self, p: Params, names: Sequence[str], which: Sequence[int]) -> Iterator[Posture]:
+    def alone(
+        self, p: ContactConstants, names: Sequence[str], which: Sequence[int]
+    ) -> Iterator[Posture]:
         rest = rest_at_first(p.points["first"], OPEN)
         for mode, text in CLOSED.items() if p.points.size > 1 else ():
             closed = _closed(p, mode)
             for i in which:
                 yield Posture(f"{names[i]} alone {text}", with_one(rest, closed, i))
 
-    def alike(self, p: Params) -> Sequence[Hashable]:
+    def alike(self, p: ContactConstants) -> Sequence[Hashable]:
         law = (name for name, _ in LAW)
         fields = ("normal_damping", "prescribed", "signal", "reach", "lag", *law)
         return [
@@ -55,12 +57,14 @@ class ContactPostures(PosingKind):
             for point in p.points
         ]
 
-    def rates(self, p: Params, bodies: Any, motion: Any) -> np.ndarray:
+    def rates(self, p: ContactConstants, bodies: Any, motion: Any) -> np.ndarray:
         """Along the normal and along both tangents."""
         touches = [touch(point, bodies, motion) for point in p.points]
         return np.reshape([(each.rate, *each.velocity) for each in touches], (-1, 3))
 
-    def pressed(self, p: Params, modes: np.ndarray, bodies: Any, motion: Any) -> Params:
+    def pressed(
+        self, p: ContactConstants, modes: np.ndarray, bodies: Any, motion: Any
+    ) -> ContactConstants:
         """Constants in which each plane presses its point, and each mode keeps its branch."""
         points = p.points.copy()
         points["saturates"] = False
@@ -71,7 +75,7 @@ class ContactPostures(PosingKind):
                 point["plane_point"] += nearer * point["plane_normal"]
         return p._replace(points=points)
 
-    def time_of_most(self, p: Params) -> float:
+    def time_of_most(self, p: ContactConstants) -> float:
         signals = p.points["signal"][p.points["prescribed"]]
 
         def total(time: float) -> float:
@@ -79,13 +83,19 @@ class ContactPostures(PosingKind):
 
         return max((crest(signal, p.pieces) for signal in signals), key=total, default=0.0)
 
-    def sliding_speed(self, p: Params, modes: np.ndarray, time: float) -> float:
+    def sliding_speed(self, p: ContactConstants, modes: np.ndarray, time: float) -> float:
         if not np.any(modes[:, MODE] == SLIP):
             return 0.0
         return max(SLIDING, *map(slowest, _loads(p, modes, time), p.points))
 
     def slide(
-        self, p: Params, modes: np.ndarray, time: float, bodies: Any, motion: Any, y: np.ndarray
+        self,
+        p: ContactConstants,
+        modes: np.ndarray,
+        time: float,
+        bodies: Any,
+        motion: Any,
+        y: np.ndarray,
     ) -> None:
         """Put points into steady slip; stiff lines begin at the planes of `pressed`."""
         memories(p, y)[:, SET] = 0.0
@@ -96,32 +106,32 @@ class ContactPostures(PosingKind):
             if found is not None:
                 y[p.state + STATES * i :][:2] = found
 
-    def idle_states(self, p: Params, modes: np.ndarray) -> np.ndarray:
+    def idle_states(self, p: ContactConstants, modes: np.ndarray) -> np.ndarray:
         """The nodes of open contacts; they are analysed in the posture with all contacts open."""
         states = dynamic_states(p)
         is_open = modes[:, MODE] == OPEN
         return states[is_open[(states - p.state) // STATES] & (not is_open.all())]
 
 
-def _closed(p: Params, mode: int) -> np.ndarray:
+def _closed(p: ContactConstants, mode: int) -> np.ndarray:
     """Modes with all points in one mode on their steepest pieces."""
     modes = rest_at_first(p.points["first"], mode)
     modes[:, SEGMENT] = [_steepest(p, point) for point in p.points]
     return modes
 
 
-def _steepest(p: Params, point: np.void) -> int:
+def _steepest(p: ContactConstants, point: np.void) -> int:
     """The steepest piece of the curve of a point: the stiff line, if it has one."""
     line = int(point["line"])
     return line if line != NONE else steepest(p.segments, point["first"], point["last"])
 
 
-def _loads(p: Params, modes: np.ndarray, time: float) -> list[float]:
+def _loads(p: ContactConstants, modes: np.ndarray, time: float) -> list[float]:
     """Normal force [N] of every point in its mode, for the planes of `ContactPostures.pressed`."""
     return [_load(p, point, mode, time) for point, mode in zip(p.points, modes, strict=True)]
 
 
-def _load(p: Params, point: np.void, mode: np.ndarray, time: float) -> float:
+def _load(p: ContactConstants, point: np.void, mode: np.ndarray, time: float) -> float:
     if point["prescribed"]:
         return float(value(time, point["signal"], p.pieces))
     piece = p.segments[mode[SEGMENT]]

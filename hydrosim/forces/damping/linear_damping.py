@@ -144,11 +144,11 @@ def _resist(e, v, wrench):
     return lost
 
 
-class _Kind(ElementKind):
+class LinearDampingKind(ElementKind):
     def resistances(self, p: np.ndarray) -> Iterator[Resistance]:
         """Damping of each element as a `Resistance`."""
         for e in p:
             yield Resistance(e["row"], e["body"], e["damping"], e["damping"][:, :2] @ e["stream"])
 
 
-KIND = _Kind("linear_dampings", (LinearDamping,), compile_elements)
+LINEAR_DAMPING_KIND = LinearDampingKind("linear_dampings", (LinearDamping,), compile_elements)

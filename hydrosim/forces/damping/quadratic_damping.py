@@ -81,4 +81,4 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         rate[e.row] += add_resistance(e.body, e.damping, squares, motion, wrench[e.row])
 
 
-KIND = ElementKind("quadratic_dampings", (QuadraticDamping,), compile_elements)
+QUADRATIC_DAMPING_KIND = ElementKind("quadratic_dampings", (QuadraticDamping,), compile_elements)

@@ -165,7 +165,7 @@ def _resist_roll(e, motion, bodies, wrench):
     return moment * p
 
 
-class _Kind(ElementKind):
+class ViscousRollKind(ElementKind):
     def resistances(self, p: np.ndarray) -> Iterator[Resistance]:
         """Linear damping of each element as a `Resistance`."""
         for e in p:
@@ -174,4 +174,4 @@ class _Kind(ElementKind):
             yield Resistance(e["row"], e["body"], damping, np.zeros(6))
 
 
-KIND = _Kind("viscous_rolls", (ViscousRoll,), compile_elements)
+VISCOUS_ROLL_KIND = ViscousRollKind("viscous_rolls", (ViscousRoll,), compile_elements)

@@ -222,7 +222,7 @@ ROUNDING = 1e-9  # of a force, a moment per metre or a time: differences by less
 OBSERVED = 2  # calls and energy of the delay
 
 
-class Params(NamedTuple):
+class ExternalConstants(NamedTuple):
     """The external forces ``each`` (n,) of `EXTERNAL`, the ``members`` (m,) of their bodies, and
     the first of their states in y. ``delayed`` is how many are called once per step."""
 
@@ -232,7 +232,7 @@ class Params(NamedTuple):
     state: int
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> ExternalConstants:
     """Constants of the external forces among ``elements``."""
     rows = []
     members: list[int] = []
@@ -247,7 +247,9 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
         members += bodies
         state += size_of(len(bodies)) if e.delayed else 0
     delayed = sum(row[2] != STAGE for row in rows)
-    return Params(np.array(rows, EXTERNAL), np.array(members, dtype=np.int64), delayed, 0)
+    return ExternalConstants(
+        np.array(rows, EXTERNAL), np.array(members, dtype=np.int64), delayed, 0
+    )
 
 
 def size_of(bodies: int) -> int:
@@ -454,7 +456,7 @@ def observe(y, p, out):
             n += OBSERVED
 
 
-class _Kind(ElementKind):
+class ExternalKind(ElementKind):
     unit = "external"
     variables: ClassVar = {
         "external_calls": Variable("calls of the function of an external force so far", "1"),
@@ -463,7 +465,7 @@ class _Kind(ElementKind):
         ),
     }
 
-    def states(self, p: Params, scene: Scene) -> Iterator[States]:
+    def states(self, p: ExternalConstants, scene: Scene) -> Iterator[States]:
         for name, e in scene.forces.items():
             if isinstance(e, External) and e.delayed:
                 bodies = (e.body, *e.also)
@@ -472,16 +474,16 @@ class _Kind(ElementKind):
                 ]
                 yield States("external", [name], [*each, *SCALAR_NAMES])
 
-    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: ExternalConstants, bodies: Any, kept: Kept) -> Columns:
         calls, energy = np.moveaxis(kept.observed, -1, 0)
         along = ("time", "external")
         return {"external_calls": (along, calls), "external_delay_energy": (along, energy)}
 
 
-KIND = _Kind("externals", (External,), compile_elements)
+EXTERNAL_KIND = ExternalKind("externals", (External,), compile_elements)
 
 
-def overshoots(p: Params, y: np.ndarray) -> Iterator[tuple[int, float]]:
+def overshoots(p: ExternalConstants, y: np.ndarray) -> Iterator[tuple[int, float]]:
     """Rows of forces that are called once per step, each with the largest ratio of an extrapolated
     force or moment to the largest that its function had returned."""
     for e in p.each:

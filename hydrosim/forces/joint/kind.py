@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from hydrosim.forces.joint import locks
-from hydrosim.forces.joint.locks import CLOSED, IMPULSE, LOSS, MOST, NAMES, STATES, Params
+from hydrosim.forces.joint.locks import CLOSED, IMPULSE, LOSS, MOST, NAMES, STATES, LockConstants
 from hydrosim.forces.joint.rows import REFERENCE
 from hydrosim.forces.kind import Columns, ElementKind, Kept, Kind, Modes, Parts, States, Variable
 from hydrosim.forces.layout import constraint_names
@@ -23,7 +23,7 @@ STATE_NAMES = (
 )
 
 
-class _Locks(ElementKind):
+class LockKind(ElementKind):
     unit = "lock"
     variables: ClassVar[Mapping[str, Variable]] = {
         "lock_mode": Variable("mode of a joint that is a constraint", "1", flags=" ".join(NAMES)),
@@ -44,14 +44,14 @@ class _Locks(ElementKind):
     def unit_names(self, scene: Scene) -> list[str]:
         return list(constraint_names(scene))
 
-    def modes(self, p: Params) -> Modes:
+    def modes(self, p: LockConstants) -> Modes:
         count = p.each.size
         return Modes(count, first=np.zeros(count, dtype=int), last=np.full(count, MOST))
 
-    def states(self, p: Params, scene: Scene) -> Iterator[States]:
+    def states(self, p: LockConstants, scene: Scene) -> Iterator[States]:
         yield States("lock", self.unit_names(scene), STATE_NAMES)
 
-    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: LockConstants, bodies: Any, kept: Kept) -> Columns:
         count = p.each.size
         own = kept.y[p.state : p.state + STATES * count].reshape(-1, count, STATES)
         return {
@@ -61,16 +61,21 @@ class _Locks(ElementKind):
             "lock_rows": (("time", "lock"), _held_rows(kept.modes)),
         }
 
-    def is_mirrored(self, p: Params, y: np.ndarray, modes: np.ndarray) -> bool:
+    def is_mirrored(self, p: LockConstants, y: np.ndarray, modes: np.ndarray) -> bool:
         """True if all joints are in the same mode; others may be mirrored too."""
         own = modes[p.mode : p.mode + p.each.size, MODE]
         return bool((own == own[:1]).all())
 
-    def forget(self, p: Params, y: np.ndarray) -> None:
+    def forget(self, p: LockConstants, y: np.ndarray) -> None:
         """No state of a joint lacks meaning after a restart."""
 
     def renew(
-        self, p: Params, y: np.ndarray, anew: np.ndarray, possible: np.ndarray, known: np.ndarray
+        self,
+        p: LockConstants,
+        y: np.ndarray,
+        anew: np.ndarray,
+        possible: np.ndarray,
+        known: np.ndarray,
     ) -> None:
         """References of loops, and of joints that the earlier run did not have, are those of
         now."""
@@ -86,7 +91,7 @@ def _held_rows(modes: np.ndarray) -> np.ndarray:
     return np.where(modes[:, :, MODE] == CLOSED, bits, 0).astype(np.int8)
 
 
-class _Joints(Kind):
+class JointLoadKind(Kind):
     unit = "joint"
     variables: ClassVar[Mapping[str, Variable]] = {
         "joint_force": Variable(
@@ -94,16 +99,16 @@ class _Joints(Kind):
         ),
     }
 
-    def of(self, parts: Parts) -> Params:
-        found: Params = parts.elements.locks
+    def of(self, parts: Parts) -> LockConstants:
+        found: LockConstants = parts.elements.locks
         return found
 
     def unit_names(self, scene: Scene) -> list[str]:
         return list(scene.joints)
 
-    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: LockConstants, bodies: Any, kept: Kept) -> Columns:
         return {"joint_force": (("time", "joint", "dof"), kept.observed)}
 
 
-KIND = _Locks("locks", (), locks.compile_elements)
-JOINTS = _Joints()
+LOCK_KIND = LockKind("locks", (), locks.compile_elements)
+JOINT_LOAD_KIND = JointLoadKind()

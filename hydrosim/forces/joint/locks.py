@@ -66,7 +66,7 @@ reference at rest, its rows (axes on the other body and on the body; `NONE`: a s
 axis of a rod is its direction at rest."""
 
 
-class Params(NamedTuple):
+class LockConstants(NamedTuple):
     """The joints ``each`` (n,) of `LOCK` that are constraints; the number of ``joints`` of the
     scene, and of ``rows`` of constraints at most; the first of their states in y, of their rows of
     modes and of their reactions, and of the integrals of losses in y, row by row."""
@@ -80,7 +80,7 @@ class Params(NamedTuple):
     reaction: int
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> LockConstants:
     """Constants of all joints of the layout that are constraints."""
     order = {name: i for i, name in enumerate(layout.joints)}
     each = [
@@ -88,7 +88,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
         for name, bodies in layout.constraints.items()
     ]
     found = np.array(each, dtype=LOCK)
-    return Params(found, len(order), int(found["count"].sum()), 0, 0, 0, 0)
+    return LockConstants(found, len(order), int(found["count"].sum()), 0, 0, 0, 0)
 
 
 def _constants(number: int, joint: Joint, at: Any, layout: Layout) -> tuple[Any, ...]:
@@ -170,7 +170,7 @@ def _rows(joint: Joint) -> tuple[np.ndarray, np.ndarray, int]:
     return padded[:, 0], padded[:, 1], len(pairs)
 
 
-def states_of(p: Params) -> slice:
+def states_of(p: LockConstants) -> slice:
     """Entries of y of all joints."""
     return slice(p.state, p.state + STATES * int(p.each.size))
 

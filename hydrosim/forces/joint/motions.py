@@ -63,7 +63,7 @@ MOTION = np.dtype(
 nothing acts); k, q0, c; both ends, k_s, c_s; the static and the kinetic force, negative if none."""
 
 
-class Params(NamedTuple):
+class JointMotionConstants(NamedTuple):
     """The motions ``each`` (n,) of `MOTION` of all joints of trees; the number of ``rows`` of
     constraints at most; the first of their rows of modes and of their reactions."""
 
@@ -73,7 +73,7 @@ class Params(NamedTuple):
     reaction: int
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> JointMotionConstants:
     """Constants of all free motions of the joints of trees."""
     tree = layout.tree
     places = {
@@ -90,7 +90,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
             each.append((coordinate, *places[coordinate], row, *_constants(acting)))
             coordinate += 1
     found = np.array(each, dtype=MOTION)
-    return Params(found, int((found["static"] >= 0.0).sum()), 0, 0)
+    return JointMotionConstants(found, int((found["static"] >= 0.0).sum()), 0, 0)
 
 
 def _constants(acting: JointResistance) -> tuple[float, ...]:
@@ -104,7 +104,7 @@ def _constants(acting: JointResistance) -> tuple[float, ...]:
     )
 
 
-def are_linear(p: Params) -> bool:
+def are_linear(p: JointMotionConstants) -> bool:
     """True if no motion has stops or dry friction."""
     return not np.any((p.each["stop"] > 0.0) | (p.each["static"] >= 0.0))
 
@@ -337,7 +337,7 @@ def observe(y, modes, bodies, p, reactions, out):
         out[OBSERVED * i + FORCE] = force
 
 
-class _Kind(PosingKind):
+class JointMotionKind(PosingKind):
     unit = "joint_motion"
     variables: ClassVar[Mapping[str, Variable]] = {
         "joint_position": Variable("displacement in a joint, zero at rest", "m or rad"),
@@ -357,17 +357,17 @@ class _Kind(PosingKind):
     def unit_names(self, scene: Scene) -> list[str]:
         return [f"{name} {m.name}" for name, j in tree_joints(scene).items() for m in j.motions]
 
-    def modes(self, p: Params) -> Modes:
+    def modes(self, p: JointMotionConstants) -> Modes:
         count = p.each.size
         return Modes(count, first=np.zeros(count, dtype=int), last=np.full(count, ABOVE))
 
-    def resistances(self, p: Params) -> Iterator[Resistance]:
+    def resistances(self, p: JointMotionConstants) -> Iterator[Resistance]:
         for one in p.each:
             if one["row"] != NONE:
                 B = np.array([[one["damping"]]])
                 yield Resistance(one["row"], NONE, B, np.zeros(1), int(one["coordinate"]))
 
-    def postures(self, p: Params) -> Sequence[Posture]:
+    def postures(self, p: JointMotionConstants) -> Sequence[Posture]:
         if not (p.each["stop"] > 0.0).any():
             return []
         rest = np.zeros(p.each.size, dtype=int)
@@ -376,7 +376,9 @@ class _Kind(PosingKind):
             Posture("joints at their stops", rest_at_first(rest + AT_LOWEST, NO_FRICTION)),
         ]
 
-    def pressed(self, p: Params, modes: np.ndarray, bodies: Any, motion: Any) -> Params:
+    def pressed(
+        self, p: JointMotionConstants, modes: np.ndarray, bodies: Any, motion: Any
+    ) -> JointMotionConstants:
         """Constants with the stops of pressed motions in action at any place, and no friction."""
         each = p.each.copy()
         at = modes[:, SEGMENT] != AWAY
@@ -386,7 +388,7 @@ class _Kind(PosingKind):
             each[name] = 0.0
         return p._replace(each=each)
 
-    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: JointMotionConstants, bodies: Any, kept: Kept) -> Columns:
         each = ("time", self.unit)
         return {
             "joint_position": (each, kept.observed[:, :, POSITION]),
@@ -397,4 +399,4 @@ class _Kind(PosingKind):
         }
 
 
-KIND = _Kind("joint_motions", (), compile_elements)
+JOINT_MOTION_KIND = JointMotionKind("joint_motions", (), compile_elements)

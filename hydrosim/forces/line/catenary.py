@@ -123,7 +123,7 @@ the piece that changes its length, and this length; whether it has a potential, 
 the height ``datum`` of the anchor at rest."""
 
 
-class Params(NamedTuple):
+class CatenaryConstants(NamedTuple):
     """``lines`` (n,) of `LINE`, their ``pieces`` of `shape.PIECE` with the ``widths`` [m] of drag,
     the pieces of their ``signals``; the first of their states in y and of their rows of modes."""
 
@@ -152,7 +152,7 @@ class Ends(NamedTuple):
     w: tuple[float, float, float]
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> CatenaryConstants:
     """Constants of the catenaries among ``elements``, in their order. Raises InputError for lines
     that need a seabed where there is none, or begin below it."""
     own = {name: e for name, e in elements.items() if isinstance(e, Catenary)}
@@ -174,7 +174,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
         first = last
     widths = np.concatenate([np.zeros(0), *(e.drag_width for e in own.values())])
     every = np.concatenate(pieces)
-    return Params(np.array(rows, dtype=LINE), every, widths, signal_pieces, 0, 0)
+    return CatenaryConstants(np.array(rows, dtype=LINE), every, widths, signal_pieces, 0, 0)
 
 
 def _current_on(line: Catenary, layout: Layout) -> tuple[float, float]:

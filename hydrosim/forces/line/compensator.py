@@ -73,7 +73,7 @@ CYLINDER = np.dtype(
 """Constants of a compensator: its ends, L; T0, h, n; S/2, k, c; f at both ends of the stroke."""
 
 
-class Params(NamedTuple):
+class CompensatorConstants(NamedTuple):
     """The compensators ``each`` (n,) of `CYLINDER`, and the first of their rows of modes: pulling
     or cut, and the segment."""
 
@@ -91,7 +91,7 @@ class Reach(NamedTuple):
     rate: float
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> CompensatorConstants:
     """Constants of the compensators among ``elements``, in their order."""
     rows = []
     for name, e in elements.items():
@@ -103,7 +103,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
             high = e.tension * (e.gas_length / (e.gas_length - half)) ** e.exponent
             gas = (e.tension, e.gas_length, e.exponent)
             rows.append((*ends, *gas, half, e.stiffness, e.damping, low, high))
-    return Params(np.array(rows, dtype=CYLINDER), 0)
+    return CompensatorConstants(np.array(rows, dtype=CYLINDER), 0)
 
 
 @kernel
@@ -286,7 +286,7 @@ def deactivate(i, modes, p):
     modes[p.mode + i, SEGMENT] = SLACK
 
 
-class _Kind(PosingKind):
+class CompensatorKind(PosingKind):
     unit = "compensator"
     variables: ClassVar = {
         "compensator_tension": Variable("tension", "N", "from the point to the anchor"),
@@ -297,7 +297,7 @@ class _Kind(PosingKind):
         "compensator_segment": Variable("slack, lower stop, gas, upper stop", "1"),
     }
 
-    def modes(self, p: Params) -> Modes:
+    def modes(self, p: CompensatorConstants) -> Modes:
         count = p.each.size
         return Modes(
             count,
@@ -306,7 +306,7 @@ class _Kind(PosingKind):
             steepest=p.each["stiffness"],
         )
 
-    def postures(self, p: Params) -> Sequence[Posture]:
+    def postures(self, p: CompensatorConstants) -> Sequence[Posture]:
         if not p.each.size:
             return []
         return [
@@ -314,20 +314,24 @@ class _Kind(PosingKind):
             Posture("compensators on their stops", _posture(p, UPPER)),
         ]
 
-    def alone(self, p: Params, names: Sequence[str], which: Sequence[int]) -> Iterator[Posture]:
+    def alone(
+        self, p: CompensatorConstants, names: Sequence[str], which: Sequence[int]
+    ) -> Iterator[Posture]:
         for i in which if p.each.size > 1 else ():
             one = with_one(_posture(p, GAS), _posture(p, UPPER), i)
             yield Posture(f"{names[i]} alone on its stop", one)
 
-    def alike(self, p: Params) -> Sequence[Hashable]:
+    def alike(self, p: CompensatorConstants) -> Sequence[Hashable]:
         """No two compensators are alike: each pulls in a direction of its own."""
         return range(p.each.size)
 
-    def rates(self, p: Params, bodies: Any, motion: Any) -> np.ndarray:
+    def rates(self, p: CompensatorConstants, bodies: Any, motion: Any) -> np.ndarray:
         """Along the lines."""
         return np.reshape([reach(one, bodies, motion).rate for one in p.each], (-1, 1))
 
-    def pressed(self, p: Params, modes: np.ndarray, bodies: Any, motion: Any) -> Params:
+    def pressed(
+        self, p: CompensatorConstants, modes: np.ndarray, bodies: Any, motion: Any
+    ) -> CompensatorConstants:
         """Constants in which each is at the end of its stroke, where the gas is stiffest, or on its
         stop."""
         each = p.each.copy()
@@ -340,7 +344,7 @@ class _Kind(PosingKind):
         own = elements_of(scene, Compensator)
         return super().coordinates(scene) | capacity_of(self.unit, own)
 
-    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: CompensatorConstants, bodies: Any, kept: Kept) -> Columns:
         each = ("time", self.unit)
         return {
             "compensator_tension": (each, kept.observed[:, :, TENSION]),
@@ -349,9 +353,9 @@ class _Kind(PosingKind):
         }
 
 
-def _posture(p: Params, segment: int) -> np.ndarray:
+def _posture(p: CompensatorConstants, segment: int) -> np.ndarray:
     """Modes with all compensators on one segment."""
     return rest_at_first(np.full(p.each.size, segment), PULLING)
 
 
-KIND = _Kind("compensators", (Compensator,), compile_elements)
+COMPENSATOR_KIND = CompensatorKind("compensators", (Compensator,), compile_elements)

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 if TYPE_CHECKING:
-    from hydrosim.forces.line.catenary import Params
+    from hydrosim.forces.line.catenary import CatenaryConstants
 
 PHASES = 4096  # of a regular motion with a current
 NODES = 40  # of Gauss and Hermite, in each direction, with a current
@@ -106,7 +106,7 @@ def linearise_regular(amplitude: float, current: np.ndarray) -> Linearised:
     return Linearised(c, float(np.mean(np.abs(w) * w)) / speed)
 
 
-def with_drag_of(p: Params, other: Params) -> Params:
+def with_drag_of(p: CatenaryConstants, other: CatenaryConstants) -> CatenaryConstants:
     """Constants of the lines ``p`` with the linearised drag of the same lines in ``other``."""
     lines = p.lines.copy()
     for name in ("damping", "drift"):

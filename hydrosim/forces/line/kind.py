@@ -20,7 +20,7 @@ from hydrosim.forces.line.catenary import (
     TAUT,
     TENSION,
     Catenary,
-    Params,
+    CatenaryConstants,
     compile_elements,
     find_ends,
 )
@@ -34,7 +34,7 @@ TIGHT = 0.999
 """Unstretched length over the distance of the ends, at which a taut line is linearised."""
 
 
-class _Kind(PosingKind):
+class CatenaryKind(PosingKind):
     unit = "line"
     variables: ClassVar = {
         "line_tension": Variable("tension at the fairlead", "N", "along the line"),
@@ -47,14 +47,14 @@ class _Kind(PosingKind):
         "line_segment": Variable("profile: where it touches down, slips and hangs", "1"),
     }
 
-    def modes(self, p: Params) -> Modes:
+    def modes(self, p: CatenaryConstants) -> Modes:
         size = p.lines.size
         return Modes(size, first=np.zeros(size, int), last=np.full(size, PROFILES))
 
-    def states(self, p: Params, scene: Scene) -> Iterator[States]:
+    def states(self, p: CatenaryConstants, scene: Scene) -> Iterator[States]:
         yield States("line", self.unit_names(scene), GUESS)
 
-    def postures(self, p: Params) -> Sequence[Posture]:
+    def postures(self, p: CatenaryConstants) -> Sequence[Posture]:
         """All as they hang, and all taut."""
         if not p.lines.size:
             return []
@@ -64,16 +64,18 @@ class _Kind(PosingKind):
             Posture("lines taut", rest_at_first(first, TAUT)),
         ]
 
-    def alike(self, p: Params) -> Sequence[Hashable]:
+    def alike(self, p: CatenaryConstants) -> Sequence[Hashable]:
         """No two lines are alike: each pulls in a direction of its own."""
         return range(p.lines.size)
 
-    def rates(self, p: Params, bodies: Any, motion: Any) -> np.ndarray:
+    def rates(self, p: CatenaryConstants, bodies: Any, motion: Any) -> np.ndarray:
         """Along the chords."""
         found = [_rate(find_ends(line, bodies, motion)) for line in p.lines]
         return np.reshape(found, (-1, 1))
 
-    def pressed(self, p: Params, modes: np.ndarray, bodies: Any, motion: Any) -> Params:
+    def pressed(
+        self, p: CatenaryConstants, modes: np.ndarray, bodies: Any, motion: Any
+    ) -> CatenaryConstants:
         """Constants in which lines that are taut are a little shorter than the way between their
         ends."""
         pieces = p.pieces.copy()
@@ -84,15 +86,20 @@ class _Kind(PosingKind):
                 own["length"] *= TIGHT * np.hypot(s.x, s.z) / own["length"].sum()
         return p._replace(pieces=pieces)
 
-    def lost(self, p: Params, modes: np.ndarray) -> Iterator[tuple[int, str]]:
+    def lost(self, p: CatenaryConstants, modes: np.ndarray) -> Iterator[tuple[int, str]]:
         for i in np.flatnonzero(modes[:, MODE] == LOST).tolist():
             yield i, shape.REASONS[int(modes[i, RISING])]
 
-    def forget(self, p: Params, y: np.ndarray) -> None:
+    def forget(self, p: CatenaryConstants, y: np.ndarray) -> None:
         """Guesses of an earlier run are valid."""
 
     def renew(
-        self, p: Params, y: np.ndarray, anew: np.ndarray, possible: np.ndarray, known: np.ndarray
+        self,
+        p: CatenaryConstants,
+        y: np.ndarray,
+        anew: np.ndarray,
+        possible: np.ndarray,
+        known: np.ndarray,
     ) -> None:
         """Guesses of lines that the earlier run did not have."""
         own = slice(p.state, p.state + STATES * p.lines.size)
@@ -101,7 +108,7 @@ class _Kind(PosingKind):
     def coordinates(self, scene: Scene) -> dict[str, object]:
         return super().coordinates(scene) | capacity_of(self.unit, elements_of(scene, Catenary))
 
-    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: CatenaryConstants, bodies: Any, kept: Kept) -> Columns:
         each = ("time", "line")
         found: Columns = {"line_mode": (each, kept.modes[:, :, MODE].astype(np.int8))}
         columns = {
@@ -125,4 +132,4 @@ def _rate(s: Any) -> float:
     return float(chord @ apart / max(np.linalg.norm(chord), 1e-9))
 
 
-KIND = _Kind("catenaries", (Catenary,), compile_elements)
+CATENARY_KIND = CatenaryKind("catenaries", (Catenary,), compile_elements)

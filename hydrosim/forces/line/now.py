@@ -10,7 +10,7 @@ import numpy as np
 
 from hydrosim.forces.kind import Parts
 from hydrosim.forces.line.catenary import GONE, STATES, STEADY, Ends, find_ends, find_pull
-from hydrosim.forces.line.kind import KIND
+from hydrosim.forces.line.kind import CATENARY_KIND
 from hydrosim.forces.line.points import find_points
 from hydrosim.forces.line.shape import Pull
 from hydrosim.forces.signal import value
@@ -68,8 +68,8 @@ def lines_now(
     parts: Parts, scene: Scene, t: float, y: np.ndarray, modes: np.ndarray, bodies: Any, motion: Any
 ) -> Iterator[LineNow]:
     """The lines that act at a state ``y`` with its ``modes``; ``motion`` must be filled."""
-    p = KIND.of(parts)
-    for i, name in enumerate(KIND.unit_names(scene)):
+    p = CATENARY_KIND.of(parts)
+    for i, name in enumerate(CATENARY_KIND.unit_names(scene)):
         if modes[p.mode + i, MODE] != GONE:
             line = p.lines[i]
             ends = find_ends(line, bodies, motion)

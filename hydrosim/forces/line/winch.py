@@ -141,7 +141,7 @@ point and the height of that at rest, the gain, and the first state of its delay
 (`NOWHERE` if it has none)."""
 
 
-class Params(NamedTuple):
+class WinchConstants(NamedTuple):
     """The winches ``each`` (n,) of `WINCH`, the ``pieces`` of their signals, the number ``delays``
     of those with a delay, the first of their states and of their rows of modes."""
 
@@ -152,7 +152,7 @@ class Params(NamedTuple):
     mode: int
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> WinchConstants:
     """Constants of the winches among ``elements``, in their order."""
     winches = {name: e for name, e in elements.items() if isinstance(e, Winch)}
     own = {name: next((s for _, s in e.signals()), None) for name, e in winches.items()}
@@ -168,7 +168,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
         follows = _followed(name, e.control, layout, delays)
         rows.append((*ends, *wire, _drum(e), signal, *follows))
         delays += follows[-2] != NOWHERE
-    return Params(np.array(rows, dtype=WINCH), pieces, delays, 0, 0)
+    return WinchConstants(np.array(rows, dtype=WINCH), pieces, delays, 0, 0)
 
 
 def _first_length(e: Winch, layout: Layout) -> float:
@@ -219,13 +219,13 @@ def _followed(
     return body, place, rest, control.gain, first, delay.factors(control.delay)
 
 
-def lasting_lengths(p: Params) -> np.ndarray:
+def lasting_lengths(p: WinchConstants) -> np.ndarray:
     """Entries (m,) of y with the lengths off drums that do not follow from the place of bodies."""
     own = np.flatnonzero(p.each["drum"]["control"] != COMPENSATION)
     return np.asarray(p.state + STATES * own + LENGTH)
 
 
-def standing(p: Params) -> Params:
+def standing(p: WinchConstants) -> WinchConstants:
     """The same winches with drums that stand, for a scene at rest; those of compensation keep to
     their targets."""
     each = p.each.copy()

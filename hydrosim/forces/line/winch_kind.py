@@ -33,8 +33,8 @@ from hydrosim.forces.line.winch import (
     TAUT,
     TENSION,
     WORK,
-    Params,
     Winch,
+    WinchConstants,
     compile_elements,
 )
 from hydrosim.forces.pair import line_between
@@ -45,7 +45,7 @@ from hydrosim.scene import Scene
 DELAY = tuple(f"delay {k + 1}" for k in range(delay.STATES))
 
 
-class _Kind(PosingKind):
+class WinchKind(PosingKind):
     unit = "winch"
     variables: ClassVar = {
         "winch_tension": Variable("tension of the wire", "N", "from the point to the anchor"),
@@ -59,25 +59,25 @@ class _Kind(PosingKind):
         "winch_segment": Variable("wire slack, taut, or cut by its damping", "1"),
     }
 
-    def modes(self, p: Params) -> Modes:
+    def modes(self, p: WinchConstants) -> Modes:
         count = p.each.size
         return Modes(count, first=np.zeros(count, dtype=int), last=np.full(count, CUT))
 
-    def states(self, p: Params, scene: Scene) -> Iterator[States]:
+    def states(self, p: WinchConstants, scene: Scene) -> Iterator[States]:
         every = {name: e for name, e in scene.forces.items() if isinstance(e, Winch)}
         controls = {name: e.control for name, e in every.items()}
         yield States("winch", [*every], STATE_NAMES)
         late = [n for n, c in controls.items() if isinstance(c, Compensation) and c.delay]
         yield States("winch delay", late, DELAY)
 
-    def felt_states(self, p: Params) -> np.ndarray:
+    def felt_states(self, p: WinchConstants) -> np.ndarray:
         ruled = np.flatnonzero(p.each["drum"]["control"] != LENGTH_CONTROL)
         heavy = np.flatnonzero(p.each["drum"]["acceleration"] > 0.0)
         late = STATES * p.each.size + np.arange(delay.STATES * p.delays)
         own = [STATES * ruled + LENGTH, STATES * heavy + SPEED, late]
         return (p.state + np.concatenate(own)).astype(np.int64)
 
-    def is_mirrored(self, p: Params, y: np.ndarray, modes: np.ndarray) -> bool:
+    def is_mirrored(self, p: WinchConstants, y: np.ndarray, modes: np.ndarray) -> bool:
         """Winches that are alike but for their ends have the same lengths and modes."""
         own = [n for n in p.each.dtype.names or () if n not in ("row", "point", "anchor")]
         alike: dict[bytes, list[int]] = {}
@@ -91,17 +91,22 @@ class _Kind(PosingKind):
             for i in same
         )
 
-    def forget(self, p: Params, y: np.ndarray) -> None:
+    def forget(self, p: WinchConstants, y: np.ndarray) -> None:
         """All states have a meaning."""
 
     def renew(
-        self, p: Params, y: np.ndarray, anew: np.ndarray, possible: np.ndarray, known: np.ndarray
+        self,
+        p: WinchConstants,
+        y: np.ndarray,
+        anew: np.ndarray,
+        possible: np.ndarray,
+        known: np.ndarray,
     ) -> None:
         """Winches that the run before did not have begin with the length of their start."""
         own = slice(p.state, p.state + STATES * p.each.size + delay.STATES * p.delays)
         y[own] = np.where(known[own], y[own], anew[own])
 
-    def postures(self, p: Params) -> Sequence[Posture]:
+    def postures(self, p: WinchConstants) -> Sequence[Posture]:
         if not p.each.size:
             return []
         found = [Posture("winches slack", _posture(p, SLACK))]
@@ -113,21 +118,25 @@ class _Kind(PosingKind):
             found.append(Posture("drums slipping", slipping))
         return found
 
-    def alone(self, p: Params, names: Sequence[str], which: Sequence[int]) -> Iterator[Posture]:
+    def alone(
+        self, p: WinchConstants, names: Sequence[str], which: Sequence[int]
+    ) -> Iterator[Posture]:
         for i in which if p.each.size > 1 else ():
             one = with_one(_posture(p, SLACK), _posture(p, TAUT), i)
             yield Posture(f"{names[i]} alone taut", one)
 
-    def alike(self, p: Params) -> Sequence[Hashable]:
+    def alike(self, p: WinchConstants) -> Sequence[Hashable]:
         """No two winches are alike: each pulls in a direction of its own."""
         return range(p.each.size)
 
-    def rates(self, p: Params, bodies: Any, motion: Any) -> np.ndarray:
+    def rates(self, p: WinchConstants, bodies: Any, motion: Any) -> np.ndarray:
         """Along the wires."""
         each = [_line(one, bodies, motion).rate for one in p.each]
         return np.reshape(each, (-1, 1))
 
-    def pressed(self, p: Params, modes: np.ndarray, bodies: Any, motion: Any) -> Params:
+    def pressed(
+        self, p: WinchConstants, modes: np.ndarray, bodies: Any, motion: Any
+    ) -> WinchConstants:
         """Constants with wires that are just taut, as stiff as at their shortest."""
         each = p.each.copy()
         for one, (mode, segment, _) in zip(each, modes, strict=True):
@@ -137,7 +146,7 @@ class _Kind(PosingKind):
                 one["stiffness"] *= one["pinned"] / max(_shortest(one, p), PRESSED)
         return p._replace(each=each)
 
-    def idle_states(self, p: Params, modes: np.ndarray) -> np.ndarray:
+    def idle_states(self, p: WinchConstants, modes: np.ndarray) -> np.ndarray:
         """Lengths of drums that do not slip, and their speeds."""
         still = np.flatnonzero(modes[:, MODE] != SLIPPING_IN)
         first = p.state + STATES * still
@@ -146,7 +155,7 @@ class _Kind(PosingKind):
     def coordinates(self, scene: Scene) -> dict[str, object]:
         return super().coordinates(scene) | capacity_of(self.unit, elements_of(scene, Winch))
 
-    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: WinchConstants, bodies: Any, kept: Kept) -> Columns:
         each = ("time", "winch")
         n = p.each.size
         states = kept.y[p.state : p.state + STATES * n].reshape(-1, n, STATES)
@@ -162,7 +171,7 @@ class _Kind(PosingKind):
         }
 
 
-def _posture(p: Params, wire: int) -> np.ndarray:
+def _posture(p: WinchConstants, wire: int) -> np.ndarray:
     """Modes with all drums at rest, or driven by their target, and all wires alike."""
     tense = p.each["drum"]["control"] == TENSION_CONTROL
     modes = rest_at_first(np.full(p.each.size, wire), STUCK)
@@ -177,7 +186,7 @@ def _line(one: Any, bodies: Any, motion: Any) -> Any:
     return line_between(*ends, bodies, motion)
 
 
-def _shortest(one: np.void, p: Params) -> float:
+def _shortest(one: np.void, p: WinchConstants) -> float:
     """The shortest length off the drum [m] that a winch may have."""
     if one["drum"]["control"] == LENGTH_CONTROL:
         signal = one["signal"]
@@ -188,4 +197,4 @@ def _shortest(one: np.void, p: Params) -> float:
     return float(one["start"])
 
 
-KIND = _Kind("winches", (Winch,), compile_elements)
+WINCH_KIND = WinchKind("winches", (Winch,), compile_elements)

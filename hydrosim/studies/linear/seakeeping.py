@@ -18,7 +18,7 @@ from hydrosim.compiling.compile import Radiation, compile_for_linear
 from hydrosim.compiling.questions import describe_doubts
 from hydrosim.compiling.questions.doubt import describe_start
 from hydrosim.dofs import DOFS
-from hydrosim.forces.line.kind import KIND as LINES
+from hydrosim.forces.line.kind import CATENARY_KIND as LINES
 from hydrosim.linear.contacts import Contacts
 from hydrosim.linear.equilibrium import ENOUGH, Rest
 from hydrosim.linear.modes import Kind, NaturalMode

@@ -21,7 +21,7 @@ import numpy as np
 
 from hydrosim.forces import own_modes
 from hydrosim.forces.contact.fender import NORMAL_FORCE
-from hydrosim.forces.contact.kind import KIND as CONTACTS
+from hydrosim.forces.contact.kind import CONTACT_KIND as CONTACTS
 from hydrosim.forces.contact.modes import OPEN
 from hydrosim.jit.refs import Held
 from hydrosim.modes import MODE

@@ -49,7 +49,7 @@ class Rope(ForceElement):
         return [name]
 
 
-class Params(NamedTuple):
+class RopeConstants(NamedTuple):
     """``lines`` (n,) of `ROPE`, without signals, which have ``pieces``; the first of their states,
     modes and integrals of losses."""
 
@@ -60,7 +60,7 @@ class Params(NamedTuple):
     losses: int
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> RopeConstants:
     """Constants of the ropes among ``elements``."""
     rows = []
     for name, e in elements.items():
@@ -69,7 +69,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
             length = (e.length, False, NOTHING)
             law = (0.0, 0, 0, 0.0, e.stiffness, e.creep, e.breaks_at)
             rows.append((*ends, *length, *law))
-    return Params(np.array(rows, dtype=ROPE), np.zeros(0, dtype=PIECE), 0, 0, 0)
+    return RopeConstants(np.array(rows, dtype=ROPE), np.zeros(0, dtype=PIECE), 0, 0, 0)
 
 
 @kernel
@@ -145,7 +145,7 @@ def settle(y, modes, motion, bodies, p):
         modes[p.mode + i, MODE] = TAUT if T > 0.0 else SLACK
 
 
-class _Kind(PosingKind):
+class RopeKind(PosingKind):
     unit = "rope"
     variables: ClassVar = {
         "rope_tension": Variable("tension", "N", "from the point to the anchor"),
@@ -153,21 +153,21 @@ class _Kind(PosingKind):
         "rope_mode": Variable("slack, taut or broken", "1", flags="slack taut broken"),
     }
 
-    def modes(self, p: Params) -> Modes:
+    def modes(self, p: RopeConstants) -> Modes:
         return Modes(p.lines.size)
 
-    def states(self, p: Params, scene: Scene) -> Iterator[States]:
+    def states(self, p: RopeConstants, scene: Scene) -> Iterator[States]:
         yield States("rope", self.unit_names(scene), ("creep",))
 
-    def felt_states(self, p: Params) -> np.ndarray:
+    def felt_states(self, p: RopeConstants) -> np.ndarray:
         return p.state + np.arange(p.lines.size)
 
-    def postures(self, p: Params) -> Sequence[Posture]:
+    def postures(self, p: RopeConstants) -> Sequence[Posture]:
         rest = np.zeros(p.lines.size, dtype=np.int64)
         every = [("slack", SLACK), ("taut", TAUT)] if p.lines.size else []
         return [Posture(f"ropes {text}", rest_at_first(rest, mode)) for text, mode in every]
 
-    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: RopeConstants, bodies: Any, kept: Kept) -> Columns:
         each = ("time", "rope")
         return {
             "rope_tension": (each, kept.observed[:, :, TENSION]),
@@ -176,4 +176,4 @@ class _Kind(PosingKind):
         }
 
 
-KIND = _Kind("ropes", (Rope,), compile_elements)
+ROPE_KIND = RopeKind("ropes", (Rope,), compile_elements)
