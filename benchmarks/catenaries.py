@@ -33,7 +33,8 @@ import numpy as np
 from benchmarks.exact_lines import Line, exact_pull, exact_stiffness, misses, misses_resting
 from benchmarks.random_lines import random_chain, random_line
 from benchmarks.report import ROOT, Answer, Row
-from hydrosim.forces.line.shape import PIECE, Pull, solve
+from hydrosim.forces.line.shape import Pull, solve
+from hydrosim.rigid.kinematics import LINE_PIECE
 
 MOORPY, PIECES, CHAINS = 500, 10_000, 2_000
 KEPT = 150
@@ -86,7 +87,7 @@ def draw(maker: Callable[[np.random.Generator], Line], *seed: int) -> Line:
 
 def pull_of(line: Line, H: float = nan, V: float = nan) -> Pull:
     """The pull by hydrosim, from a guess."""
-    pieces = np.array([tuple(row) for row in line.rows], dtype=PIECE)
+    pieces = np.array([tuple(row) for row in line.rows], dtype=LINE_PIECE)
     return Pull(*solve(pieces, 0, pieces.size, line.x, line.z, line.bed, line.friction, H, V))
 
 
@@ -115,7 +116,7 @@ def worst_of_guesses(line: Line) -> float:
 
 def microseconds(lines: list[Line]) -> float:
     """Time of a solution."""
-    pieces = [np.array([tuple(row) for row in line.rows], dtype=PIECE) for line in lines]
+    pieces = [np.array([tuple(row) for row in line.rows], dtype=LINE_PIECE) for line in lines]
     start = perf_counter()
     for line, rows in zip(lines, pieces, strict=True):
         solve(rows, 0, rows.size, line.x, line.z, line.bed, line.friction, nan, nan)

@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from types import CodeType, FrameType
 from typing import TypeVar
 
-ENDING = [
+ENDING_SIGNALS = [
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
 ]
 HANG_UP = getattr(signal, "SIGHUP", None)
@@ -64,7 +64,7 @@ def install_signal_handlers() -> None:
         else:
             raise KeyboardInterrupt
 
-    for number in ENDING:
+    for number in ENDING_SIGNALS:
         if signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):
             signal.signal(number, interrupt)
 
@@ -107,8 +107,8 @@ def undisturbed() -> Iterator[None]:
         yield
         return
     came: list[int] = []
-    before = {number: signal.getsignal(number) for number in ENDING}
-    for number in ENDING:
+    before = {number: signal.getsignal(number) for number in ENDING_SIGNALS}
+    for number in ENDING_SIGNALS:
         if before[number] != signal.SIG_IGN:
             signal.signal(number, lambda number, _: came.append(number))
     try:

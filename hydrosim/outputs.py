@@ -37,14 +37,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MARK = re.compile(rb"hydrosim [^\s:]+: ([a-z -]+ of \[[\w.~/%-]+\])")
-SEEN = 65536  # bytes at both ends of a file; one of them holds the mark
+MARK_SEARCH_BYTES = 65536  # bytes at both ends of a file; one of them holds the mark
 HDF5 = b"\x89HDF\r\n\x1a\n"
-SHORT = 80  # bytes of a name that is part of a longer one
-LONGEST = 200  # bytes of a name: files beside it have longer names, and 255 is the limit
+MAX_PART_BYTES = 80  # bytes of a name that is part of a longer one
+MAX_NAME_BYTES = 200  # bytes of a name: files beside it have longer names, and 255 is the limit
 SETTINGS = "settings"  # attribute of netCDF
-LONG = 60  # characters of a value in a message
-SHOWN = 3  # different settings in a message
-KINDS = {stat.S_IFDIR: "a directory", stat.S_IFLNK: "a link", stat.S_IFIFO: "a pipe"}
+MAX_VALUE_CHARACTERS = 60  # characters of a value in a message
+MAX_SETTINGS_TOLD = 3  # different settings in a message
+SPECIAL_FILES = {stat.S_IFDIR: "a directory", stat.S_IFLNK: "a link", stat.S_IFIFO: "a pipe"}
 
 
 @dataclass(frozen=True)
@@ -92,8 +92,8 @@ class Output:
         """Return the output; raises InputError if it cannot be written or must not be replaced."""
         path = self.path
         folder = self.path.parent
-        if (size := len(os.fsencode(path.name))) > LONGEST:
-            self._refuse(f"{path} has a name of {size} bytes; expected {LONGEST} or fewer")
+        if (size := len(os.fsencode(path.name))) > MAX_NAME_BYTES:
+            self._refuse(f"{path} has a name of {size} bytes; expected {MAX_NAME_BYTES} or fewer")
         if not os.path.isdir(folder):  # Path.is_dir raises where a name is too long
             self._refuse(f"there is no folder {folder}; make it first")
         if not os.access(folder, os.W_OK):
@@ -105,7 +105,7 @@ class Output:
         except OSError as error:
             self._refuse(f"{path}: {error.strerror}")
         if kind != stat.S_IFREG:
-            other = KINDS.get(kind, "a device or a socket")
+            other = SPECIAL_FILES.get(kind, "a device or a socket")
             self._refuse(f"{path} is {other}, which is never replaced; expected a file")
         if not os.access(path, os.W_OK):
             self._refuse(f"{path} is write-protected; expected another name")
@@ -145,7 +145,8 @@ class Output:
         """Prefix of temporary files and folders beside the output."""
         name = self.path.name
         whole = os.fsencode(name)
-        return f".hydrosim-{name if len(whole) <= SHORT else f'{name[:20]}~{crc32(whole):08x}'}"
+        short = name if len(whole) <= MAX_PART_BYTES else f"{name[:20]}~{crc32(whole):08x}"
+        return f".hydrosim-{short}"
 
     @property
     def _room(self) -> str:
@@ -261,15 +262,17 @@ def _differences(before: str, now: str) -> str:
         return "settings that cannot be read"
     other = json.loads(now)
     keys = [key for key in {**one, **other} if one.get(key) != other.get(key)]
-    told = [f"{key} {_shown(one, key)}, now {_shown(other, key)}" for key in keys[:SHOWN]]
-    more = [f"and {len(keys) - SHOWN} more"] if len(keys) > SHOWN else []
+    told = [
+        f"{key} {_shown(one, key)}, now {_shown(other, key)}" for key in keys[:MAX_SETTINGS_TOLD]
+    ]
+    more = [f"and {len(keys) - MAX_SETTINGS_TOLD} more"] if len(keys) > MAX_SETTINGS_TOLD else []
     return "; ".join([*told, *more])
 
 
 def _shown(values: Mapping[str, Any], key: str) -> str:
     value = values.get(key, "not given")
     text = f"{value:g}" if isinstance(value, float) else str(value)
-    return text if len(text) <= LONG else f"{text[:LONG]}..."
+    return text if len(text) <= MAX_VALUE_CHARACTERS else f"{text[:MAX_VALUE_CHARACTERS]}..."
 
 
 def content(path: Path) -> str | None:
@@ -277,9 +280,9 @@ def content(path: Path) -> str | None:
     hdf5 = _is_hdf5(path)
     try:
         with path.open("rb") as file:
-            ends = file.read(SEEN)
-            if not hdf5 and path.stat().st_size > SEEN:
-                file.seek(max(SEEN, path.stat().st_size - SEEN))
+            ends = file.read(MARK_SEARCH_BYTES)
+            if not hdf5 and path.stat().st_size > MARK_SEARCH_BYTES:
+                file.seek(max(MARK_SEARCH_BYTES, path.stat().st_size - MARK_SEARCH_BYTES))
                 ends += file.read()
     except OSError:
         return None

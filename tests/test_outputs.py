@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 
 import hydrosim as hs
 from hydrosim.errors import WritingError, unwritable
-from hydrosim.interrupts import ENDING, install_signal_handlers, raise_if_interrupted
+from hydrosim.interrupts import ENDING_SIGNALS, install_signal_handlers, raise_if_interrupted
 from hydrosim.outputs import Output, content, save_picture
 from hydrosim.results.netcdf import write
 
@@ -159,7 +159,7 @@ def test_signals_wait_until_a_file_is_written(folder: Path, number: int) -> None
 
 def test_an_interrupt_that_was_lost_is_remembered() -> None:
     """Libraries swallow exceptions: the next part of the work is not begun all the same."""
-    before = {number: signal.getsignal(number) for number in ENDING}
+    before = {number: signal.getsignal(number) for number in ENDING_SIGNALS}
     try:
         signal.signal(signal.SIGINT, signal.default_int_handler)  # it may be ignored
         install_signal_handlers()

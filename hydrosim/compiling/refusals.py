@@ -15,7 +15,7 @@ from hydrosim.errors import InputError
 from hydrosim.forces import is_known, lost_units, signals_of
 from hydrosim.forces.contact.laws import COULOMB
 from hydrosim.forces.contact.modes import OPEN, STICK
-from hydrosim.forces.layout import ROWS
+from hydrosim.forces.layout import BODY_ROWS
 from hydrosim.forces.line.now import lines_now
 from hydrosim.forces.signal import Recorded
 from hydrosim.forces.spring import stretch
@@ -134,7 +134,7 @@ def _check_rigid_friction(scene: Scene, model: Model, state: State) -> None:
         return
     rank = np.linalg.matrix_rank(rows / np.maximum(np.abs(rows).max(axis=0), 1e-12), tol=1e-9)
     if rank < len(rows):
-        rows_of = set(fenders.points["row"][rigid] - len(ROWS))
+        rows_of = set(fenders.points["row"][rigid] - len(BODY_ROWS))
         names = ", ".join(name for i, name in enumerate(scene.forces) if i in rows_of)
         raise InputError(
             f"forces.{names}: rigid friction holds {len(rows)} directions at {rigid.sum()}"

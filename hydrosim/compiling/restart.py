@@ -17,7 +17,7 @@ import numpy as np
 
 from hydrosim import radiation
 from hydrosim.errors import InputError
-from hydrosim.forces import KINDS, events, kinds_of, new_modes, own_modes
+from hydrosim.forces import ELEMENT_KINDS, events, kinds_of, new_modes, own_modes
 from hydrosim.forces.events import settle
 from hydrosim.forces.kind import Kind, Modes, Renewing
 from hydrosim.modes import CONTACT_MARGIN, MARGINS, MODE, RISING, SEGMENT, SEGMENT_MARGIN
@@ -251,7 +251,7 @@ def _modes(
     ``y``. ``known`` (ny,) are the states of ``y`` that the run had."""
     motion = new_work(model).motion
     time = begin(scene)
-    renewing = [kind for kind in KINDS if isinstance(kind, Renewing)]
+    renewing = [kind for kind in ELEMENT_KINDS if isinstance(kind, Renewing)]
     for each in renewing:
         each.forget(each.of(model), y)
     n = model.bodies.active.size

@@ -9,8 +9,8 @@ An element is one file with
     add_energy                    if it stores energy
     NAME_KIND                     its states, modes, variables (`hydrosim.forces.kind`)
 
-and one line each in `Elements`, `KINDS` and the sums below. A kind whose units have modes, which
-end at events, also appears in `hydrosim.forces.events`.
+and one line each in `Elements`, `ELEMENT_KINDS` and the sums below. A kind whose units have modes,
+which end at events, also appears in `hydrosim.forces.events`.
 """
 
 from __future__ import annotations
@@ -77,10 +77,10 @@ from hydrosim.forces.signal import Harmonic, Recorded, Signal, SmoothTable, Tabl
 from hydrosim.forces.spring import Spring
 from hydrosim.forces.stream_load import CurrentLoad, StreamLoad, WindLoad
 from hydrosim.jit.kernels import clear, kernel
-from hydrosim.modes import COLUMNS
+from hydrosim.modes import MODE_COLUMNS
 from hydrosim.scene import ForceElement, Scene
 from hydrosim.streams.gusts import GustTable
-from hydrosim.streams.wind import REFERENCE
+from hydrosim.streams.wind import REFERENCE_HEIGHT
 from hydrosim.tanks.contents import Tanks
 
 
@@ -108,7 +108,7 @@ class Elements(NamedTuple):
     triggers: Any
 
 
-KINDS: tuple[Kind, ...] = (
+ELEMENT_KINDS: tuple[Kind, ...] = (
     linear_mooring.LINEAR_MOORING_KIND,
     applied_force.APPLIED_FORCE_KIND,
     contact_points.CONTACT_KIND,
@@ -169,7 +169,7 @@ def add_elements(t, y, modes, motion, bodies, elements, wrench, rate, dy):
     if e.compensators.each.size > 0:
         compensator.add_force(t, y, modes, motion, bodies, e.compensators, wrench, rate, dy)
     if e.locks.each.size > 0:
-        clear(dy[e.locks.state : e.locks.state + locks.STATES * e.locks.each.size])
+        clear(dy[e.locks.state : e.locks.state + locks.LOCK_STATES * e.locks.each.size])
     if e.joint_motions.each.size > 0:
         motions.add_force(y, modes, motion, bodies, e.joint_motions, wrench, rate)
     if e.externals.each.size > 0:
@@ -218,18 +218,18 @@ def add_element_energies(t, y, modes, motion, bodies, elements, stored):
 
 def kinds_of(parts: Parts) -> Iterator[tuple[Kind, Any]]:
     """The kinds that have units with modes, and their constants."""
-    every = ((kind, kind.of(parts)) for kind in KINDS)
+    every = ((kind, kind.of(parts)) for kind in ELEMENT_KINDS)
     return ((kind, p) for kind, p in every if kind.modes(p).size)
 
 
 def kinds_posing(parts: Parts) -> list[tuple[PosingKind, Any]]:
     """The kinds whose units have several postures, and their constants."""
-    return [(kind, kind.of(parts)) for kind in KINDS if isinstance(kind, PosingKind)]
+    return [(kind, kind.of(parts)) for kind in ELEMENT_KINDS if isinstance(kind, PosingKind)]
 
 
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Elements:
     """Constants of all ``elements``; `placed` assigns the indices of their states and modes."""
-    own = [kind for kind in KINDS if isinstance(kind, ElementKind)]
+    own = [kind for kind in ELEMENT_KINDS if isinstance(kind, ElementKind)]
     return Elements(**{kind.field: kind.compile(elements, layout) for kind in own})
 
 
@@ -260,7 +260,7 @@ def placed(parts: Parts, scene: Scene, state: int, losses: int) -> Placed:
     found = {}
     mode = 0
     reaction = parts.elements.fenders.points.size
-    for kind in KINDS:
+    for kind in ELEMENT_KINDS:
         p = kind.of(parts)
         places = {"state": state, "mode": mode, "losses": losses, "reaction": reaction}
         own = {name: places[name] for name in getattr(p, "_fields", ()) if name in places}
@@ -268,7 +268,7 @@ def placed(parts: Parts, scene: Scene, state: int, losses: int) -> Placed:
         state += _state_count(kind, p, scene)
         mode += kind.modes(p).size
         reaction += _reaction_count(kind, p)
-    own = {kind.field: found[kind] for kind in KINDS if isinstance(kind, ElementKind)}
+    own = {kind.field: found[kind] for kind in ELEMENT_KINDS if isinstance(kind, ElementKind)}
     return Placed(Elements(**own), found[tanks.TANK_FLOW_KIND])
 
 
@@ -281,7 +281,7 @@ def _reaction_count(kind: Kind, p: Any) -> int:
 
 def state_count(parts: Parts, scene: Scene) -> int:
     """Number of states in y of all kinds."""
-    return sum(_state_count(kind, kind.of(parts), scene) for kind in KINDS)
+    return sum(_state_count(kind, kind.of(parts), scene) for kind in ELEMENT_KINDS)
 
 
 def _state_count(kind: Kind, p: Any, scene: Scene) -> int:
@@ -290,18 +290,20 @@ def _state_count(kind: Kind, p: Any, scene: Scene) -> int:
 
 def tally_count(parts: Parts) -> int:
     """Number of the integrals of units, if impulses are asked for."""
-    return sum(len(k.tallied) * k.modes(k.of(parts)).size for k in KINDS if isinstance(k, Tallying))
+    return sum(
+        len(k.tallied) * k.modes(k.of(parts)).size for k in ELEMENT_KINDS if isinstance(k, Tallying)
+    )
 
 
 def felt_states(parts: Parts) -> np.ndarray:
     """Entries (m,) of y that are states of elements and act on other states."""
-    return np.concatenate([kind.felt_states(kind.of(parts)) for kind in KINDS])
+    return np.concatenate([kind.felt_states(kind.of(parts)) for kind in ELEMENT_KINDS])
 
 
 def new_modes(parts: Parts) -> np.ndarray:
     """New modes (rows, 3) of the units of all kinds, for `events.settle`."""
-    rows = sum(kind.modes(kind.of(parts)).size for kind in KINDS)
-    return np.zeros((rows, COLUMNS), dtype=np.int64)
+    rows = sum(kind.modes(kind.of(parts)).size for kind in ELEMENT_KINDS)
+    return np.zeros((rows, MODE_COLUMNS), dtype=np.int64)
 
 
 def own_modes(kind: Kind, p: Any, modes: np.ndarray) -> np.ndarray:
@@ -314,7 +316,7 @@ def losses(parts: Parts, observed: Mapping[str, np.ndarray]) -> dict[int, np.nda
     """Energy lost (nt,) [J] by row of forces, beyond the booked dissipation, from the values
     ``observed`` of the units of each kind."""
     found: dict[int, np.ndarray] = {}
-    for kind in KINDS:
+    for kind in ELEMENT_KINDS:
         if isinstance(kind, Losing):
             found |= kind.losses(kind.of(parts), observed[kind.unit])
     return found
@@ -322,7 +324,7 @@ def losses(parts: Parts, observed: Mapping[str, np.ndarray]) -> dict[int, np.nda
 
 def is_mirrored(parts: Parts, y: np.ndarray, modes: np.ndarray) -> bool:
     """True if the states and modes of all kinds are mirror symmetric about y = 0."""
-    own = [kind for kind in KINDS if isinstance(kind, Mirrored)]
+    own = [kind for kind in ELEMENT_KINDS if isinstance(kind, Mirrored)]
     return all(kind.is_mirrored(kind.of(parts), y, modes) for kind in own)
 
 
@@ -334,7 +336,7 @@ def mode_row_names(parts: Parts, scene: Scene) -> list[str]:
 
 def lost_units(parts: Parts, scene: Scene, modes: np.ndarray) -> Iterator[tuple[str, str]]:
     """Names of the units whose force is not defined in these ``modes``, each with the reason."""
-    for kind in KINDS:
+    for kind in ELEMENT_KINDS:
         if isinstance(kind, Ending):
             p = kind.of(parts)
             names = kind.unit_names(scene)
@@ -343,14 +345,14 @@ def lost_units(parts: Parts, scene: Scene, modes: np.ndarray) -> Iterator[tuple[
 
 def resistances(parts: Parts) -> Iterator[Resistance]:
     """The linear damping of all kinds."""
-    for kind in KINDS:
+    for kind in ELEMENT_KINDS:
         if isinstance(kind, Resisting):
             yield from kind.resistances(kind.of(parts))
 
 
 def is_known(element: ForceElement) -> bool:
     """True if a kind has this element."""
-    own = [kind.classes for kind in KINDS if isinstance(kind, ElementKind)]
+    own = [kind.classes for kind in ELEMENT_KINDS if isinstance(kind, ElementKind)]
     return any(isinstance(element, classes) for classes in own)
 
 
@@ -417,7 +419,7 @@ def with_linear_rolls(elements: Elements, rates: np.ndarray) -> Elements:
 
 def heights_of_wind(elements: Elements) -> list[float]:
     """Heights [m] of the columns of gusts, the first 10 m."""
-    return [REFERENCE, *(float(z) for z in elements.stream_loads.heights)]
+    return [REFERENCE_HEIGHT, *(float(z) for z in elements.stream_loads.heights)]
 
 
 def function_errors(

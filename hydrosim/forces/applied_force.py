@@ -58,12 +58,12 @@ APPLIED = np.dtype(
         *(("first", int), ("last", int)),
     ]
 )
-PART = np.dtype([("dof", int), ("signal", SIGNAL)])
+FORCE_PART = np.dtype([("dof", int), ("signal", SIGNAL)])
 
 
 class AppliedForceConstants(NamedTuple):
-    """``each`` (ne,) of `APPLIED`; each acts along the ``parts`` (np,) of `PART` with ``first`` <=
-    i < ``last``; ``pieces`` belong to their signals."""
+    """``each`` (ne,) of `APPLIED`; each acts along the ``parts`` (np,) of `FORCE_PART` with
+    ``first`` <= i < ``last``; ``pieces`` belong to their signals."""
 
     each: np.ndarray
     parts: np.ndarray
@@ -80,7 +80,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Ap
         last = last + len(e.force)
         place = (layout.body[e.body], layout.row[name], e.point, e.body_fixed)
         rows.append((*place, first, last))
-    parts = np.zeros(last, dtype=PART)
+    parts = np.zeros(last, dtype=FORCE_PART)
     parts["dof"] = [DOFS.index(dof) for e in applied.values() for dof in e.force]
     signals = [signal for e in applied.values() for signal in e.force.values()]
     parts["signal"], pieces = compile_signals(signals)

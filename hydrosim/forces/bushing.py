@@ -39,15 +39,14 @@ from hydrosim.forces.layout import Layout, Resistance
 from hydrosim.forces.mirroring import turned
 from hydrosim.forces.pair import small_turn, turning
 from hydrosim.jit.kernels import kernel, root
-from hydrosim.modes import CONTACT_MARGIN, MARGINS, MODE
+from hydrosim.modes import ACTING, CONTACT_MARGIN, INACTIVE, MARGINS, MODE, UNDEFINED
 from hydrosim.rigid.kinematics import add_wrench, attachment, point_velocity
 from hydrosim.rigid.vectors import add, cross, dot, matvec, product, scale, sub, vector
 from hydrosim.scene import ForceElement, Turns
 
-ACTING, GONE, LOST = range(3)
-OBSERVED = 12  # see `observe`
-TURNED = 1e-3  # least 1 + cosine of the relative rotation: 177 deg
-SMALL = 0.03  # rad: below, c is a series to 1e-15
+BUSHING_OUTPUTS = 12  # see `observe`
+MIN_TURN_COSINE = 1e-3  # least 1 + cosine of the relative rotation: 177 deg
+SERIES_ANGLE = 0.03  # rad: below, c is a series to 1e-15
 
 
 @dataclass(frozen=True)
@@ -208,7 +207,7 @@ def turn(one, axes, bodies, motion):
 def moment_of(theta, s):
     """J^-T s."""
     angle = sqrt(dot(theta, theta))
-    if angle < SMALL:
+    if angle < SERIES_ANGLE:
         c = 1.0 / 12.0 + angle * angle / 720.0
     else:
         c = (1.0 - 0.5 * angle / tan(0.5 * angle)) / (angle * angle)
@@ -228,7 +227,7 @@ def loads(one, mode, o, bodies):
     lost = 0.0
     for i in range(6):
         lost += o.u[i] * f[i]
-    z = nan if mode[MODE] == LOST else 0.0
+    z = nan if mode[MODE] == UNDEFINED else 0.0
     force = (z - s[0] - f[0], z - s[1] - f[1], z - s[2] - f[2])
     return force, (z - m[0] - f[3], z - m[1] - f[4], z - m[2] - f[5]), lost
 
@@ -240,7 +239,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     for i in range(p.each.size):
         one = p.each[i]
         mode = modes[p.mode + i]
-        if mode[MODE] == GONE:
+        if mode[MODE] == INACTIVE:
             continue
         o = offset(one, bodies, motion)
         force, moment, lost = loads(one, mode, o, bodies)
@@ -267,17 +266,17 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
 
 @root
 def observe(modes, motion, bodies, p, out):
-    """Write rows of `OBSERVED` of all bushings to ``out``: x, and the load on the body."""
+    """Write rows of `BUSHING_OUTPUTS` of all bushings to ``out``: x, and the load on the body."""
     for i in range(p.each.size):
         one = p.each[i]
         o = offset(one, bodies, motion)
         force, moment, _ = loads(one, modes[p.mode + i], o, bodies)
-        acting = modes[p.mode + i, MODE] != GONE
+        acting = modes[p.mode + i, MODE] != INACTIVE
         for k in range(6):
-            out[OBSERVED * i + k] = o.x[k]
+            out[BUSHING_OUTPUTS * i + k] = o.x[k]
         for k in range(3):
-            out[OBSERVED * i + 6 + k] = force[k] if acting else 0.0
-            out[OBSERVED * i + 9 + k] = moment[k] if acting else 0.0
+            out[BUSHING_OUTPUTS * i + 6 + k] = force[k] if acting else 0.0
+            out[BUSHING_OUTPUTS * i + 9 + k] = moment[k] if acting else 0.0
 
 
 @root
@@ -296,13 +295,13 @@ def room(one, bodies, motion):
     """Positive while the relative rotation is less than half a turn."""
     axes = other_axes(one, bodies, motion)
     _, cosine = turn(one, axes, bodies, motion)
-    return 1.0 + cosine - TURNED
+    return 1.0 + cosine - MIN_TURN_COSINE
 
 
 @kernel
 def switch(i, modes, p):
     """End the action of bushing ``i``, whose rotation has reached half a turn."""
-    modes[p.mode + i, MODE] = LOST
+    modes[p.mode + i, MODE] = UNDEFINED
 
 
 @root
@@ -315,13 +314,13 @@ def settle(modes, motion, bodies, p):
 @kernel
 def activate(i, modes, motion, bodies, p):
     """Mode of bushing ``i`` when it becomes active."""
-    modes[p.mode + i, MODE] = ACTING if room(p.each[i], bodies, motion) > 0.0 else LOST
+    modes[p.mode + i, MODE] = ACTING if room(p.each[i], bodies, motion) > 0.0 else UNDEFINED
 
 
 @kernel
 def deactivate(i, modes, p):
     """Deactivate bushing ``i``."""
-    modes[p.mode + i, MODE] = GONE
+    modes[p.mode + i, MODE] = INACTIVE
 
 
 def _velocity_map(arm: np.ndarray, axes: np.ndarray) -> np.ndarray:
@@ -357,7 +356,7 @@ class BushingKind(ElementKind):
             yield Resistance(one["row"], one["body"], B, np.zeros(len(B)), other=one["other"])
 
     def lost(self, p: BushingConstants, modes: np.ndarray) -> Iterator[tuple[int, str]]:
-        for i in np.flatnonzero(modes[:, MODE] == LOST).tolist():
+        for i in np.flatnonzero(modes[:, MODE] == UNDEFINED).tolist():
             yield i, "it has turned by half a turn, where its rotation vector is not defined"
 
     def record(self, p: BushingConstants, bodies: Any, kept: Kept) -> Columns:

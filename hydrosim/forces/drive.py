@@ -21,7 +21,6 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 import numpy as np
 
 from hydrosim.dofs import DOFS
-from hydrosim.forces.holds import NONE
 from hydrosim.forces.kind import Columns, ElementKind, Kept, Variable
 from hydrosim.forces.mirroring import LATERAL
 from hydrosim.forces.signal import (
@@ -34,6 +33,7 @@ from hydrosim.forces.signal import (
     scaled,
 )
 from hydrosim.jit.kernels import clear, kernel, root
+from hydrosim.modes import NO_INDEX
 from hydrosim.rigid.kinematics import wrench_of_coordinates
 from hydrosim.rigid.tree import BALL, push_joint
 from hydrosim.scene import ForceElement, Turns
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from hydrosim.forces.layout import Layout
 
 POSITION, SPEED, ACCELERATION = range(3)
-OBSERVED = 1
+DRIVE_OUTPUTS = 1
 HORIZONTAL = ("surge", "sway", "yaw")
 
 
@@ -92,8 +92,8 @@ DRIVE = np.dtype(
     ]
 )
 """A drive: its coordinate, its row of forces; its body and degree of freedom, or the move of the
-tree of joints and the axis of that (`NONE` if it drives a body); its signal, and whether that has
-corners, which no step crosses."""
+tree of joints and the axis of that (`NO_INDEX` if it drives a body); its signal, and whether that
+has corners, which no step crosses."""
 
 
 class DriveConstants(NamedTuple):
@@ -123,7 +123,7 @@ def _body_place(drive: Drive, layout: Layout) -> tuple[int, ...]:
     body = layout.body[drive.body]
     dof = DOFS.index(drive.dof)
     coordinate = int(np.flatnonzero(layout.active == 6 * body + dof)[0])
-    return coordinate, body, dof, NONE, NONE
+    return coordinate, body, dof, NO_INDEX, NO_INDEX
 
 
 def _joint_place(drive: Drive, layout: Layout) -> tuple[int, ...]:
@@ -141,7 +141,7 @@ def _joint_place(drive: Drive, layout: Layout) -> tuple[int, ...]:
     for m, move in enumerate(moves):
         axis = coordinate - int(move["coordinate"])
         if 0 <= axis < (3 if move["kind"] == BALL else 1):
-            return coordinate, NONE, NONE, m, axis
+            return coordinate, NO_INDEX, NO_INDEX, m, axis
     raise AssertionError(f"{drive.driven} is no coordinate")
 
 
@@ -160,7 +160,7 @@ def set_motion(t, p, holds):
     for i in range(p.each.size):
         signal = p.each[i].signal
         k = holds.piece[i]
-        if k == NONE:
+        if k == NO_INDEX:
             k = find(t, signal, p.pieces)
         position, speed, acceleration = find_motion(t, signal, p.pieces[k])
         holds.driven[i, POSITION] = position
@@ -189,9 +189,9 @@ def hold(p, constraints, holds):
         clear(constraints.J[r])
         constraints.J[r, p.each[i].coordinate] = 1.0
         constraints.bound[r] = holds.driven[i, ACCELERATION]
-        holds.point[r] = NONE
-        holds.lock[r] = NONE
-        holds.motion[r] = NONE
+        holds.point[r] = NO_INDEX
+        holds.lock[r] = NO_INDEX
+        holds.motion[r] = NO_INDEX
         holds.residual[r] = 0.0
         holds.size[r] = 0.0
         constraints.number[0] = r + 1
@@ -202,7 +202,7 @@ def push(i, force, motion, bodies, p, holds, wrench):
     """Add to ``wrench`` (6 nb,) the wrench whose power is ``force`` times the rate that drive ``i``
     prescribes."""
     one = p.each[i]
-    if one.body == NONE:
+    if one.body == NO_INDEX:
         push_joint(one.move, one.axis, force, bodies, motion, wrench)
         return
     clear(holds.conjugate)
@@ -263,7 +263,7 @@ def keep_rates(y, bodies, p, constraints):
 def observe(p, holds, out):
     """Write the forces of all drives to ``out``."""
     for i in range(p.each.size):
-        out[OBSERVED * i] = holds.reaction[p.reaction + i, 0]
+        out[DRIVE_OUTPUTS * i] = holds.reaction[p.reaction + i, 0]
 
 
 class DriveKind(ElementKind):

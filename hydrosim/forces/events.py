@@ -15,48 +15,49 @@ from hydrosim.forces.contact.laws import COULOMB
 from hydrosim.forces.contact.tally import add_tallies
 from hydrosim.forces.given import external
 from hydrosim.forces.joint import locks, motions
-from hydrosim.forces.joint.rows import REFERENCE
+from hydrosim.forces.joint.rows import REFERENCE_SIZE
 from hydrosim.forces.line import catenary, compensator, winch
 from hydrosim.jit.kernels import kernel, root, root_giving
+from hydrosim.modes import NO_INDEX
 from hydrosim.streams.gusts import has_gusts
 from hydrosim.tanks import pumping
 
 if TYPE_CHECKING:
     from hydrosim.forces import Elements
 
-HELD = 2  # most directions that a point of rigid friction holds
-FELT = 2  # parts of y that margins of a row depend on
+MAX_HELD_DIRECTIONS = 2  # most directions that a point of rigid friction holds
+MAX_FELT_RANGES = 2  # parts of y that margins of a row depend on
 
 
 def observed(elements: Elements) -> dict[str, tuple[int, int]]:
     """Shapes of the output of `observe`, in its order, by the unit of kinds."""
     return {
-        "fender": (elements.fenders.points.size, fender.OBSERVED),
-        "spring": (elements.springs.lines.size, spring.OBSERVED),
-        "link": (elements.links.links.size, link.OBSERVED),
-        "bushing": (elements.bushings.each.size, bushing.OBSERVED),
-        "line": (elements.catenaries.lines.size, catenary.OBSERVED),
-        "guide": (elements.guides.pins.size, guide.OBSERVED),
-        "winch": (elements.winches.each.size, winch.OBSERVED),
-        "compensator": (elements.compensators.each.size, compensator.OBSERVED),
+        "fender": (elements.fenders.points.size, fender.CONTACT_OUTPUTS),
+        "spring": (elements.springs.lines.size, spring.SPRING_OUTPUTS),
+        "link": (elements.links.links.size, link.LINK_OUTPUTS),
+        "bushing": (elements.bushings.each.size, bushing.BUSHING_OUTPUTS),
+        "line": (elements.catenaries.lines.size, catenary.CATENARY_OUTPUTS),
+        "guide": (elements.guides.pins.size, guide.GUIDE_OUTPUTS),
+        "winch": (elements.winches.each.size, winch.WINCH_OUTPUTS),
+        "compensator": (elements.compensators.each.size, compensator.COMPENSATOR_OUTPUTS),
         "joint": (elements.locks.joints, 6),
-        "joint_motion": (elements.joint_motions.each.size, motions.OBSERVED),
-        "external": (elements.externals.delayed, external.OBSERVED),
-        "drive": (elements.drives.each.size, drive.OBSERVED),
+        "joint_motion": (elements.joint_motions.each.size, motions.JOINT_MOTION_OUTPUTS),
+        "external": (elements.externals.delayed, external.EXTERNAL_OUTPUTS),
+        "drive": (elements.drives.each.size, drive.DRIVE_OUTPUTS),
     }
 
 
 @kernel
 def joints_observed(elements):
     """Place of the loads of joints in the output of `observe`."""
-    behind = elements.fenders.points.size * fender.OBSERVED
-    behind += elements.springs.lines.size * spring.OBSERVED
-    behind += elements.links.links.size * link.OBSERVED
-    behind += elements.bushings.each.size * bushing.OBSERVED
-    behind += elements.catenaries.lines.size * catenary.OBSERVED
-    behind += elements.guides.pins.size * guide.OBSERVED
-    behind += elements.winches.each.size * winch.OBSERVED
-    return behind + elements.compensators.each.size * compensator.OBSERVED
+    behind = elements.fenders.points.size * fender.CONTACT_OUTPUTS
+    behind += elements.springs.lines.size * spring.SPRING_OUTPUTS
+    behind += elements.links.links.size * link.LINK_OUTPUTS
+    behind += elements.bushings.each.size * bushing.BUSHING_OUTPUTS
+    behind += elements.catenaries.lines.size * catenary.CATENARY_OUTPUTS
+    behind += elements.guides.pins.size * guide.GUIDE_OUTPUTS
+    behind += elements.winches.each.size * winch.WINCH_OUTPUTS
+    return behind + elements.compensators.each.size * compensator.COMPENSATOR_OUTPUTS
 
 
 @kernel
@@ -69,38 +70,38 @@ def observe(t, y, modes, motion, bodies, elements, holds, wrench, out):
     springs = elements.springs
     if fenders.points.size > 0:
         fender.observe(t, y, modes, motion, bodies, fenders, holds.reaction, out)
-    behind = fenders.points.size * fender.OBSERVED
+    behind = fenders.points.size * fender.CONTACT_OUTPUTS
     if springs.lines.size > 0:
         spring.observe(t, modes, motion, bodies, springs, out[behind:])
-    behind += springs.lines.size * spring.OBSERVED
+    behind += springs.lines.size * spring.SPRING_OUTPUTS
     if elements.links.links.size > 0:
         link.observe(modes, motion, bodies, elements.links, out[behind:])
-    behind += elements.links.links.size * link.OBSERVED
+    behind += elements.links.links.size * link.LINK_OUTPUTS
     if elements.bushings.each.size > 0:
         bushing.observe(modes, motion, bodies, elements.bushings, out[behind:])
-    behind += elements.bushings.each.size * bushing.OBSERVED
+    behind += elements.bushings.each.size * bushing.BUSHING_OUTPUTS
     if elements.catenaries.lines.size > 0:
         catenary.observe(t, y, modes, motion, bodies, elements.catenaries, out[behind:])
-    behind += elements.catenaries.lines.size * catenary.OBSERVED
+    behind += elements.catenaries.lines.size * catenary.CATENARY_OUTPUTS
     if elements.guides.pins.size > 0:
         guide.observe(modes, motion, bodies, elements, out[behind:])
-    behind += elements.guides.pins.size * guide.OBSERVED
+    behind += elements.guides.pins.size * guide.GUIDE_OUTPUTS
     if elements.winches.each.size > 0:
         winch.observe(t, y, modes, motion, bodies, elements.winches, out[behind:])
-    behind += elements.winches.each.size * winch.OBSERVED
+    behind += elements.winches.each.size * winch.WINCH_OUTPUTS
     if elements.compensators.each.size > 0:
         compensator.observe(modes, motion, bodies, elements.compensators, out[behind:])
-    behind += elements.compensators.each.size * compensator.OBSERVED
+    behind += elements.compensators.each.size * compensator.COMPENSATOR_OUTPUTS
     if elements.locks.each.size > 0:
         locks.observe(elements.locks, holds, out[behind:])
     behind += elements.locks.joints * 6
     if elements.joint_motions.each.size > 0:
         p = elements.joint_motions
         motions.observe(y, modes, bodies, p, holds.reaction, out[behind:])
-    behind += elements.joint_motions.each.size * motions.OBSERVED
+    behind += elements.joint_motions.each.size * motions.JOINT_MOTION_OUTPUTS
     if elements.externals.delayed > 0:
         external.observe(y, elements.externals, out[behind:])
-    behind += elements.externals.delayed * external.OBSERVED
+    behind += elements.externals.delayed * external.EXTERNAL_OUTPUTS
     if elements.drives.each.size > 0:
         drive.observe(elements.drives, holds, out[behind:])
 
@@ -253,26 +254,26 @@ def book_stored(row, sign, y, stored, elements):
 @kernel
 def felt(row, part, elements, tanks):
     """Ranges (from, to) of entries of y, beyond coordinates and rates, that margins of a row depend
-    on; `FELT` ranges."""
+    on; `MAX_FELT_RANGES` ranges."""
     fenders = elements.fenders
     if tanks.flows.size > 0 and tanks.mode <= row < tanks.mode + tanks.flows.size:
         return tanks.state, tanks.state + tanks.each.size
     if tanks.flows.size > 0 and is_trigger(row, elements):
         return tanks.state, tanks.state + tanks.each.size
     if row >= elements.locks.mode and elements.locks.each.size > 0 and part == 0:
-        k = elements.locks.state + locks.STATES * (row - elements.locks.mode)
-        return (k, k + REFERENCE) if row < elements.joint_motions.mode else (0, 0)
+        k = elements.locks.state + locks.LOCK_STATES * (row - elements.locks.mode)
+        return (k, k + REFERENCE_SIZE) if row < elements.joint_motions.mode else (0, 0)
     if elements.winches.each.size > 0 and row >= elements.winches.mode:
         return winch.felt(row - elements.winches.mode, part, elements.winches)
     if row < fenders.mode or row >= fenders.mode + fenders.points.size:
         return 0, 0
     point = fenders.points[row - fenders.mode]
     if part == 0:
-        k = fenders.state + fender.STATES * (row - fenders.mode)
-        return k, k + fender.FELT
-    if point.memory == loop.NONE:
+        k = fenders.state + fender.CONTACT_STATES * (row - fenders.mode)
+        return k, k + fender.FELT_STATES
+    if point.memory == NO_INDEX:
         return 0, 0
-    k = fender.memory(point, fenders) + loop.SET
+    k = fender.memory(point, fenders) + loop.BRANCH_START
     return k, k + 1
 
 
@@ -340,7 +341,7 @@ def has_load_limit(modes, elements):
 
 def held_directions(elements: Elements) -> int:
     """Largest number of rows of constraints that elements need."""
-    rigid = HELD * int((elements.fenders.points["law"] == COULOMB).sum())
+    rigid = MAX_HELD_DIRECTIONS * int((elements.fenders.points["law"] == COULOMB).sum())
     joints = int(elements.locks.rows) + int(elements.joint_motions.rows)
     return rigid + joints + drive_count(elements)
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from hydrosim.tanks.events import TriggeredPump
 
 HYDROSTATIC, RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER = range(4)
-ROWS = ("hydrostatic", "radiation", "wave_first_order", "wave_second_order")
+BODY_ROWS = ("hydrostatic", "radiation", "wave_first_order", "wave_second_order")
 JOINTS = "joints"
 WEIGHT = "weight"
 BALLAST = "ballast"
@@ -32,7 +32,7 @@ def row_names(scene: Scene) -> tuple[str, ...]:
     carried = any(body.weight == Weight.CARRIED for body in scene.bodies)
     own = [*([WEIGHT] if carried else []), *([BALLAST] if has_flow(scene) else [])]
     own += [JOINTS] if constraint_names(scene) else []
-    return (*ROWS, *scene.forces, *acting_joints(scene), *own)
+    return (*BODY_ROWS, *scene.forces, *acting_joints(scene), *own)
 
 
 def acting_joints(scene: Scene) -> tuple[str, ...]:

@@ -45,25 +45,27 @@ from hydrosim.forces.pair import Tie, line_between, small_turn, turning
 from hydrosim.forces.postures import PosingKind, Posture, rest_at_first, steepest
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import (
+    ACTING,
     CONTACT_MARGIN,
+    INACTIVE,
     MARGINS,
     MODE,
     RISING,
     RISING_MARGIN,
     SEGMENT,
     SEGMENT_MARGIN,
+    UNDEFINED,
 )
 from hydrosim.rigid.kinematics import add_wrench
 from hydrosim.rigid.vectors import add, cross, dot, matvec, scale, vector
 from hydrosim.scene import ForceElement, Scene, Turns
 
-LINE, AXIS = range(2)
-ACTING, GONE, LOST = range(3)
-LOAD, PLACE, POWER, OBSERVED = range(4)  # see `observe`
+LINE_LINK, AXIS_LINK = range(2)
+LOAD_OUTPUT, PLACE_OUTPUT, POWER_OUTPUT, LINK_OUTPUTS = range(4)  # see `observe`
 HALF_TURNS = RISING  # column of modes
-CLOSEST = 0.01  # of the length at rest: closer ends have no direction
-SWUNG = 1e-3  # least 1 + cosine of the swing of an axis: 177 deg
-BEYOND = 0.75 * pi  # from the middle of its half turn: a twist then belongs to the next one
+MIN_LENGTH_SHARE = 0.01  # of the length at rest: closer ends have no direction
+MIN_SWING_COSINE = 1e-3  # least 1 + cosine of the swing of an axis: 177 deg
+MAX_HALF_TURN = 0.75 * pi  # from the middle of its half turn: a twist then belongs to the next one
 
 
 @dataclass(frozen=True)
@@ -151,9 +153,9 @@ LINK = np.dtype(
         *(("first", int), ("last", int), ("steepest", float)),
     ]
 )
-"""Constants of a link: its ``kind``, `LINE` or `AXIS`; its own point and its anchor; the triads of
-both sides, each in the frame of its side, the axis first; length or angle without load; the closest
-that its ends may come; the pieces ``first`` to ``last`` of its curve."""
+"""Constants of a link: its ``kind``, `LINE_LINK` or `AXIS_LINK`; its own point and its anchor; the
+triads of both sides, each in the frame of its side, the axis first; length or angle without load;
+the closest that its ends may come; the pieces ``first`` to ``last`` of its curve."""
 
 
 class LinkConstants(NamedTuple):
@@ -221,7 +223,7 @@ def _line(strut: Strut, layout: Layout) -> Placed:
     long = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])  # to the bit as in `reach`
     length = long if strut.length is None else strut.length
     ends = np.array([*strut.point, *strut.anchor])
-    return LINE, other, ends, np.zeros(18), length, CLOSEST * max(long, length)
+    return LINE_LINK, other, ends, np.zeros(18), length, MIN_LENGTH_SHARE * max(long, length)
 
 
 def _axis(spring: TorsionSpring, layout: Layout) -> Placed:
@@ -232,13 +234,13 @@ def _axis(spring: TorsionSpring, layout: Layout) -> Placed:
     second /= np.linalg.norm(second)
     own = np.array([first, second, np.cross(first, second)])
     there = own @ layout.axes_from(spring.body, spring.to).T
-    return AXIS, other, np.zeros(6), np.array([own, there]).ravel(), spring.neutral, 0.0
+    return AXIS_LINK, other, np.zeros(6), np.array([own, there]).ravel(), spring.neutral, 0.0
 
 
 @kernel
 def reach(link, mode, bodies, motion):
     """State of a link, as a `Reach`."""
-    if link.kind == LINE:
+    if link.kind == LINE_LINK:
         return stretch(link, bodies, motion)
     if bodies.exact:
         return twist(link, mode, motion)
@@ -282,7 +284,7 @@ def twist(link, mode, motion):
     swing = 1.0 + cosine
     g = scale(1.0 / swing if swing > 0.0 else 0.0, add(u, U))
     x = pi * half_turns + turned - link.neutral
-    return _about(x, g, turning(link.body, link.other, motion), swing - SWUNG, turned)
+    return _about(x, g, turning(link.body, link.other, motion), swing - MIN_SWING_COSINE, turned)
 
 
 @kernel
@@ -309,7 +311,7 @@ def resistance(link, rate):
 @kernel
 def load(link, mode, r, p):
     """T of a link; not a number where it has no direction, so that the run ends."""
-    if mode[MODE] == LOST:
+    if mode[MODE] == UNDEFINED:
         return nan
     return curve.curve_force(p.segments[mode[SEGMENT]], r.x) + resistance(link, r.rate)
 
@@ -321,7 +323,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     for i in range(p.links.size):
         link = p.links[i]
         mode = modes[p.mode + i]
-        if mode[MODE] == GONE:
+        if mode[MODE] == INACTIVE:
             continue
         r = reach(link, mode, bodies, motion)
         T = load(link, mode, r, p)
@@ -344,10 +346,13 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
 
 @root
 def observe(modes, motion, bodies, p, out):
-    """Write rows of `OBSERVED` of all links to ``out``: load, length or twist, dissipated power."""
+    """Write rows of `LINK_OUTPUTS` of all links to ``out``: load, length or twist, dissipated
+    power."""
     for i in range(p.links.size):
-        row = out[OBSERVED * i : OBSERVED * (i + 1)]
-        row[LOAD], row[PLACE], row[POWER] = measured(i, modes, motion, bodies, p)
+        row = out[LINK_OUTPUTS * i : LINK_OUTPUTS * (i + 1)]
+        row[LOAD_OUTPUT], row[PLACE_OUTPUT], row[POWER_OUTPUT] = measured(
+            i, modes, motion, bodies, p
+        )
 
 
 @kernel
@@ -357,7 +362,7 @@ def measured(i, modes, motion, bodies, p):
     mode = modes[p.mode + i]
     r = reach(link, mode, bodies, motion)
     place = r.x + link.neutral
-    if mode[MODE] == GONE:
+    if mode[MODE] == INACTIVE:
         return 0.0, place, 0.0
     return load(link, mode, r, p), place, resistance(link, r.rate) * r.rate
 
@@ -376,7 +381,7 @@ def margins(modes, motion, bodies, p, out):
             continue
         r = reach(link, mode, bodies, motion)
         out[m + CONTACT_MARGIN] = r.room
-        out[m + RISING_MARGIN] = BEYOND - abs(r.turned)
+        out[m + RISING_MARGIN] = MAX_HALF_TURN - abs(r.turned)
         if link.last > link.first:
             out[m + SEGMENT_MARGIN] = curve.inside_segment(p.segments[mode[SEGMENT]], r.x)
 
@@ -388,7 +393,7 @@ def switch(i, which, modes, motion, bodies, p):
     mode = modes[p.mode + i]
     r = reach(link, mode, bodies, motion)
     if which == CONTACT_MARGIN:
-        mode[MODE] = LOST
+        mode[MODE] = UNDEFINED
     elif which == RISING_MARGIN:
         mode[HALF_TURNS] += 1 if r.turned > 0.0 else -1
     else:
@@ -410,13 +415,13 @@ def activate(i, modes, motion, bodies, p):
     mode[HALF_TURNS] = 0
     r = reach(link, mode, bodies, motion)
     mode[SEGMENT] = curve.find_segment(link.first, link.last, p.segments, r.x)
-    mode[MODE] = ACTING if r.room > 0.0 else LOST
+    mode[MODE] = ACTING if r.room > 0.0 else UNDEFINED
 
 
 @kernel
 def deactivate(i, modes, p):
     """Deactivate link ``i``."""
-    modes[p.mode + i, MODE] = GONE
+    modes[p.mode + i, MODE] = INACTIVE
 
 
 class LinkKind(PosingKind):
@@ -465,7 +470,7 @@ class LinkKind(PosingKind):
 
     def resistances(self, p: LinkConstants) -> Iterator[Resistance]:
         """Damping of each torsion spring with small angles; struts are never linear."""
-        for link in p.links[p.links["kind"] == AXIS]:
+        for link in p.links[p.links["kind"] == AXIS_LINK]:
             axis = link["axes"][:3]
             J = np.array([0.0, 0.0, 0.0, *axis])
             if link["other"] != EARTH:
@@ -475,10 +480,10 @@ class LinkKind(PosingKind):
 
     def lost(self, p: LinkConstants, modes: np.ndarray) -> Iterator[tuple[int, str]]:
         said = {
-            LINE: "its ends meet (closer than 1 % of its length), where it has no direction",
-            AXIS: "its axis has swung to the opposite, where its twist is not defined",
+            LINE_LINK: "its ends meet (closer than 1 % of its length), where it has no direction",
+            AXIS_LINK: "its axis has swung to the opposite, where its twist is not defined",
         }
-        for i in np.flatnonzero(modes[:, MODE] == LOST).tolist():
+        for i in np.flatnonzero(modes[:, MODE] == UNDEFINED).tolist():
             yield i, said[int(p.links[i]["kind"])]
 
     def coordinates(self, scene: Scene) -> dict[str, object]:
@@ -496,9 +501,15 @@ class LinkKind(PosingKind):
     def record(self, p: LinkConstants, bodies: Any, kept: Kept) -> Columns:
         kind = p.links["kind"]
         dims = {
-            "strut": (kind == LINE, {"strut_force": LOAD, "strut_length": PLACE}),
-            "torsion_spring": (kind == AXIS, {"torsion_moment": LOAD, "torsion_angle": PLACE}),
-            "pto": (p.links["absorbs"], {"pto_power": POWER}),
+            "strut": (
+                kind == LINE_LINK,
+                {"strut_force": LOAD_OUTPUT, "strut_length": PLACE_OUTPUT},
+            ),
+            "torsion_spring": (
+                kind == AXIS_LINK,
+                {"torsion_moment": LOAD_OUTPUT, "torsion_angle": PLACE_OUTPUT},
+            ),
+            "pto": (p.links["absorbs"], {"pto_power": POWER_OUTPUT}),
         }
         found: Columns = {"link_mode": (("time", "link"), kept.modes[:, :, MODE].astype(np.int8))}
         for dim, (own, columns) in dims.items():

@@ -12,9 +12,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hydrosim.forces.kind import ElementKind
-from hydrosim.modes import COLUMNS, MODE, SEGMENT
+from hydrosim.modes import MODE, MODE_COLUMNS, SEGMENT
 
-PRESSED = 0.01  # m: the compression beyond the start of a piece at which units are linearised
+LINEARISATION_DEPTH = (
+    0.01  # m: the compression beyond the start of a piece at which units are linearised
+)
 
 
 class Posture(NamedTuple):
@@ -69,7 +71,7 @@ class PosingKind(ElementKind):
 
 def rest_at_first(first: np.ndarray, mode: int) -> np.ndarray:
     """Modes (n, 3) of units in a ``mode``, on the ``first`` (n,) segment of each."""
-    modes = np.zeros((len(first), COLUMNS), dtype=np.int64)
+    modes = np.zeros((len(first), MODE_COLUMNS), dtype=np.int64)
     modes[:, MODE] = mode
     modes[:, SEGMENT] = first
     return modes

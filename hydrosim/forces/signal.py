@@ -141,15 +141,15 @@ SIGNAL = np.dtype(
 """A signal: its sine, and the pieces ``first`` to ``last`` of its polynomials, about ``spacing``
 apart; 0 means unevenly spaced."""
 
-PIECE = np.dtype([(name, float) for name in ("start", "a", "b", "c", "d")])
+SIGNAL_PIECE = np.dtype([(name, float) for name in ("start", "a", "b", "c", "d")])
 """A piece of a signal from ``start`` to the start of the next."""
 
 NOTHING = np.zeros(1, dtype=SIGNAL)[0]
 
 
 def compile_signals(signals: Sequence[Signal]) -> tuple[np.ndarray, np.ndarray]:
-    """The signals as `SIGNAL` (n,), and all their pieces as `PIECE` (m,)."""
-    each, pieces, first = np.zeros(len(signals), dtype=SIGNAL), [np.zeros(0, dtype=PIECE)], 0
+    """The signals as `SIGNAL` (n,), and all their pieces as `SIGNAL_PIECE` (m,)."""
+    each, pieces, first = np.zeros(len(signals), dtype=SIGNAL), [np.zeros(0, dtype=SIGNAL_PIECE)], 0
     for i, signal in enumerate(signals):
         new = _pieces(signal)
         last = first + new.size - 1
@@ -168,7 +168,7 @@ def _sine(signal: Signal) -> tuple[float, float, float]:
 def _pieces(signal: Signal) -> np.ndarray:
     """Polynomials of a signal."""
     if isinstance(signal, Harmonic):
-        return np.array([(0.0, signal.mean, 0.0, 0.0, 0.0)], dtype=PIECE)
+        return np.array([(0.0, signal.mean, 0.0, 0.0, 0.0)], dtype=SIGNAL_PIECE)
     time, value = signal.time, signal.value
     if isinstance(signal, Recorded):
         return _stacked(time[:-1], _spline(time, value).c[::-1])
@@ -191,8 +191,8 @@ def _monotone(time: np.ndarray, value: np.ndarray) -> Any:
 
 
 def _stacked(start: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
-    pieces = np.zeros(start.size, dtype=PIECE)
-    for name, column in zip(PIECE.names or (), (start, *coefficients), strict=True):
+    pieces = np.zeros(start.size, dtype=SIGNAL_PIECE)
+    for name, column in zip(SIGNAL_PIECE.names or (), (start, *coefficients), strict=True):
         pieces[name] = column
     return pieces
 

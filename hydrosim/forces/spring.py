@@ -33,7 +33,7 @@ from hydrosim.forces.kind import Columns, Kept, Modes, Variable, capacity_of, el
 from hydrosim.forces.layout import Layout
 from hydrosim.forces.pair import Tie, line_between, pull_together
 from hydrosim.forces.postures import (
-    PRESSED,
+    LINEARISATION_DEPTH,
     PosingKind,
     Posture,
     rest_at_first,
@@ -64,8 +64,8 @@ from hydrosim.modes import (
 from hydrosim.rigid.vectors import vector
 from hydrosim.scene import ForceElement, Scene
 
-SLACK, TAUT, GONE = range(3)
-TENSION, LENGTH, OBSERVED = range(3)  # see `observe`
+SLACK, TAUT, SPRING_INACTIVE = range(3)
+TENSION, LENGTH, SPRING_OUTPUTS = range(3)  # see `observe`
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ class Spring(Tie):
             yield "length", self.damping * largest_corner(self.length)
 
 
-LINE = np.dtype(
+SPRING = np.dtype(
     [
         *(("body", int), ("row", int), ("point", float, 3)),
         *(("anchor_body", int), ("anchor", float, 3)),
@@ -108,8 +108,8 @@ LINE = np.dtype(
 
 
 class SpringConstants(NamedTuple):
-    """``lines`` (n,) of `LINE`, the ``segments`` of their curves, the ``pieces`` of the signals of
-    their lengths, and the first of their rows of modes: slack (tension cut) or taut, and the
+    """``lines`` (n,) of `SPRING`, the ``segments`` of their curves, the ``pieces`` of the signals
+    of their lengths, and the first of their rows of modes: slack (tension cut) or taut, and the
     segment."""
 
     lines: np.ndarray
@@ -150,7 +150,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Sp
         rows.append((*ends, *length, e.damping, first, last, pieces["slope"].max()))
         segments.append(pieces)
         first = last + 1
-    return SpringConstants(np.array(rows, dtype=LINE), np.concatenate(segments), moves, 0)
+    return SpringConstants(np.array(rows, dtype=SPRING), np.concatenate(segments), moves, 0)
 
 
 def _segments(spring: Spring) -> np.ndarray:
@@ -209,10 +209,10 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
 
 @root
 def observe(t, modes, motion, bodies, p, out):
-    """Write rows of `OBSERVED` of all lines to ``out``: tension and length."""
+    """Write rows of `SPRING_OUTPUTS` of all lines to ``out``: tension and length."""
     for i in range(p.lines.size):
         s = stretch(p.lines[i], t, bodies, motion, p)
-        row = out[OBSERVED * i : OBSERVED * (i + 1)]
+        row = out[SPRING_OUTPUTS * i : SPRING_OUTPUTS * (i + 1)]
         row[TENSION], _ = tension(p.lines[i], modes[p.mode + i], s, p)
         row[LENGTH] = s.length
 
@@ -227,7 +227,7 @@ def margins(t, modes, motion, bodies, p, out):
         m = MARGINS * (p.mode + i)
         s = stretch(line, t, bodies, motion, p)
         out[m + CONTACT_MARGIN] = out[m + FRICTION_MARGIN] = out[m + RISING_MARGIN] = 1.0
-        if mode[MODE] == GONE:
+        if mode[MODE] == SPRING_INACTIVE:
             out[m + SEGMENT_MARGIN] = 1.0
             continue
         out[m + SEGMENT_MARGIN] = curve.inside_segment(p.segments[mode[SEGMENT]], s.extension)
@@ -276,7 +276,7 @@ def settle_line(i, t, modes, motion, bodies, p):
 @kernel
 def deactivate(i, modes, p):
     """Deactivate spring ``i``."""
-    modes[p.mode + i, MODE] = GONE
+    modes[p.mode + i, MODE] = SPRING_INACTIVE
     modes[p.mode + i, SEGMENT] = p.lines[i].first
 
 
@@ -332,7 +332,7 @@ class SpringKind(PosingKind):
         lines = p.lines.copy()
         for line, (mode, segment, _) in zip(lines, modes, strict=True):
             if mode == TAUT:
-                extension = p.segments[segment]["start"] + PRESSED
+                extension = p.segments[segment]["start"] + LINEARISATION_DEPTH
                 line["length"] = stretch(line, 0.0, bodies, motion, p).length - extension
                 line["varies"] = False
         return p._replace(lines=lines)

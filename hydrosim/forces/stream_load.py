@@ -45,9 +45,9 @@ from hydrosim.rigid.vectors import add, cross, dot, vector
 from hydrosim.scene import ForceElement
 from hydrosim.streams.current import current_at, is_sheared, mean_current
 from hydrosim.streams.gusts import NO_GUSTS, GustTable, gust_at, has_gusts
-from hydrosim.streams.wind import LOWEST, REFERENCE
+from hydrosim.streams.wind import MIN_HEIGHT, REFERENCE_HEIGHT
 
-TURN = 2.0 * pi
+FULL_TURN = 2.0 * pi
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ class StreamLoad(ForceElement):
 
     def _in_order(self) -> StreamLoad:
         """The same load with headings that rise from 0 within one turn."""
-        headings = np.mod(self.headings, TURN)
+        headings = np.mod(self.headings, FULL_TURN)
         order = np.argsort(headings)
         surge, sway, yaw = (np.asarray(x)[order] for x in (self.surge, self.sway, self.yaw))
         return replace(self, headings=headings[order], surge=surge, sway=sway, yaw=yaw)
@@ -102,7 +102,7 @@ class WindLoad(StreamLoad):
         return ("wind",)
 
 
-LOAD = np.dtype(
+STREAM_LOAD = np.dtype(
     [
         *(("body", int), ("row", int), ("point", float, 3), ("stream", float, 2)),
         *(("first", int), ("last", int), ("gusts", int), ("direction", float, 2)),
@@ -110,14 +110,14 @@ LOAD = np.dtype(
 )
 """A load: ``stream`` is the mean velocity that it feels; ``gusts`` is the column of its gusts along
 ``direction``, negative for a current."""
-PIECE = np.dtype([("start", float), ("powers", float, (4, 3))])
+SPLINE_PIECE = np.dtype([("start", float), ("powers", float, (4, 3))])
 """A piece of the splines of X, Y and N: its first heading, and the factors of 1, x, x^2, x^3."""
 
 
 class StreamLoadConstants(NamedTuple):
-    """``each`` (ne,) of `LOAD`; each has the ``pieces`` with ``first`` <= i < ``last``, of which
-    the first has a heading in the first turn. The first column of ``gusts`` is at 10 m, the others
-    at the ``heights`` (nh - 1,) [m]."""
+    """``each`` (ne,) of `STREAM_LOAD`; each has the ``pieces`` with ``first`` <= i < ``last``, of
+    which the first has a heading in the first turn. The first column of ``gusts`` is at 10 m, the
+    others at the ``heights`` (nh - 1,) [m]."""
 
     each: np.ndarray
     pieces: np.ndarray
@@ -128,8 +128,8 @@ class StreamLoadConstants(NamedTuple):
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> StreamLoadConstants:
     """Constants of the loads of streams among ``elements``."""
     rows = []
-    pieces = [np.zeros(0, dtype=PIECE)]
-    heights = [REFERENCE]
+    pieces = [np.zeros(0, dtype=SPLINE_PIECE)]
+    heights = [REFERENCE_HEIGHT]
     first = 0
     for name, e in elements.items():
         if isinstance(e, StreamLoad):
@@ -144,7 +144,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> St
             place = (layout.body[e.body], layout.row[name], e.point, stream)
             rows.append((*place, first, last, gusts, layout.wind.direction))
             first = last
-    each = np.array(rows, dtype=LOAD)
+    each = np.array(rows, dtype=STREAM_LOAD)
     return StreamLoadConstants(each, np.concatenate(pieces), np.array(heights[1:]), NO_GUSTS)
 
 
@@ -173,11 +173,11 @@ def height_of(name: str, load: WindLoad, layout: Layout) -> float:
     height = load.height
     if height is None:
         height = float(layout.place_at_rest(load.body, load.point)[2])
-    if layout.wind.profile is not None and height < LOWEST:
+    if layout.wind.profile is not None and height < MIN_HEIGHT:
         raise InputError(
             f"forces.{name}.height: found a height of {height:.3g} m above the water, that of the"
-            f" point unless the key is given; expected {LOWEST:g} m or more for the profile of the"
-            " wind. Give height, that of the centre of the area."
+            f" point unless the key is given; expected {MIN_HEIGHT:g} m or more for the profile of"
+            " the wind. Give height, that of the centre of the area."
         )
     return height
 
@@ -191,12 +191,12 @@ def _splines(load: StreamLoad) -> np.ndarray:
     """Pieces (n,) of the periodic splines, from the least heading in the first turn on."""
     from scipy.interpolate import CubicSpline  # slow to load, and few scenes have such a load
 
-    headings = np.mod(load.headings, TURN)
+    headings = np.mod(load.headings, FULL_TURN)
     order = np.argsort(headings)
     values = np.stack([load.surge, load.sway, load.yaw], axis=1)[order]
-    nodes = np.append(headings[order], headings[order[0]] + TURN)
+    nodes = np.append(headings[order], headings[order[0]] + FULL_TURN)
     spline = CubicSpline(nodes, np.vstack([values, values[:1]]), bc_type="periodic")
-    pieces = np.zeros(len(values), dtype=PIECE)
+    pieces = np.zeros(len(values), dtype=SPLINE_PIECE)
     pieces["start"] = nodes[:-1]
     pieces["powers"] = np.moveaxis(spline.c[::-1], 1, 0)
     return pieces
@@ -230,7 +230,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
 @kernel
 def coefficients(angle, first, last, pieces):
     """The splines at ``angle``, which is brought into the turn of the pieces."""
-    x = (angle - pieces[first].start) % TURN
+    x = (angle - pieces[first].start) % FULL_TURN
     k = first
     while k + 1 < last and pieces[k + 1].start - pieces[first].start <= x:
         k += 1

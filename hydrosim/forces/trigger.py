@@ -41,7 +41,7 @@ from hydrosim.forces.link import Link
 from hydrosim.forces.postures import PosingKind, Posture, rest_at_first
 from hydrosim.forces.spring import Spring
 from hydrosim.jit.kernels import clear, kernel, root
-from hydrosim.modes import CONTACT_MARGIN, FRICTION_MARGIN, MARGINS, MODE, RISING
+from hydrosim.modes import CONTACT_MARGIN, FRICTION_MARGIN, MARGINS, MODE, NO_INDEX, RISING
 from hydrosim.scene import Active, ForceElement, Scene, When
 from hydrosim.tanks import pumping
 from hydrosim.tanks.contents import flow_names
@@ -50,7 +50,7 @@ from hydrosim.tanks.events import triggered_pumps
 if TYPE_CHECKING:
     from hydrosim.forces.layout import Layout
 
-STATE_NAMES = ("time last met",)
+TRIGGER_STATE_NAMES = ("time last met",)
 """State of each trigger: time at which its condition was last met [s]."""
 BEFORE, DURING, AFTER = range(3)
 """Modes of a trigger; the column `RISING` is 1 while the condition of its channel is met."""
@@ -72,8 +72,7 @@ TRIGGER = np.dtype(
 )
 """A trigger: the row of forces of its element, both conditions, and its own contact points,
 springs, links, bushings, catenaries, winches and compensators, ``points`` from ``point`` on; or its
-flow or joint, else `NONE`."""
-NONE = -1
+flow or joint, else `NO_INDEX`."""
 NO_UNITS = (0,) * 14
 
 
@@ -102,15 +101,17 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Tr
         key = f"forces.{name}.active"
         own = (of.get(name, (0, 0)) for of in ranges)
         ends = _conditions(key, element.active, elements, layout)
-        rows.append((layout.row[name], *ends, *(x for a, b in own for x in (a, b - a)), NONE, NONE))
+        rows.append(
+            (layout.row[name], *ends, *(x for a, b in own for x in (a, b - a)), NO_INDEX, NO_INDEX)
+        )
     for pump in layout.pumps:
         ends = _conditions(pump.key, pump.active, elements, layout)
-        rows.append((layout.flow, *ends, *NO_UNITS, pump.flow, NONE))
+        rows.append((layout.flow, *ends, *NO_UNITS, pump.flow, NO_INDEX))
     for lock, name in enumerate(layout.constraints):
         active = layout.joints[name].active
         if active is not None:
             ends = _conditions(f"joints.{name}.active", active, elements, layout)
-            rows.append((layout.joint_row, *ends, *NO_UNITS, NONE, lock))
+            rows.append((layout.joint_row, *ends, *NO_UNITS, NO_INDEX, lock))
     return TriggerConstants(
         np.array(rows, dtype=TRIGGER), compile_clearances(layout), compile_points(layout), 0, 0, 0
     )
@@ -193,9 +194,9 @@ def apply_switch(j, t, y, modes, motion, bodies, elements, tanks):
     springs = elements.springs
     stage = modes[elements.triggers.mode + j, MODE]
     now = stage == DURING
-    if trigger.flow != NONE:
+    if trigger.flow != NO_INDEX:
         pumping.turn(trigger.flow, stage, y, modes, tanks)
-    if trigger.lock != NONE:
+    if trigger.lock != NO_INDEX:
         if now:
             locks.activate(trigger.lock, y, modes, motion, bodies, elements.locks)
         else:
@@ -285,7 +286,7 @@ def is_on(j, modes, p):
 def clear_inactive(modes, p, wrench, rate):
     """Clear the rows of forces, and of work or dissipation, of inactive elements."""
     for j in range(p.each.size):
-        own = p.each[j].flow == NONE and p.each[j].lock == NONE
+        own = p.each[j].flow == NO_INDEX and p.each[j].lock == NO_INDEX
         if own and not is_on(j, modes, p):
             clear(wrench[p.each[j].row])
             rate[p.each[j].row] = 0.0
@@ -296,7 +297,7 @@ def forget_stored(modes, p, stored):
     """Clear the energy stored in inactive elements that have no modes of their own."""
     for j in range(p.each.size):
         trigger = p.each[j]
-        own = trigger.points + trigger.lines == 0 and trigger.lock == NONE
+        own = trigger.points + trigger.lines == 0 and trigger.lock == NO_INDEX
         if own and not is_on(j, modes, p):
             stored[trigger.row] = 0.0
 
@@ -324,7 +325,7 @@ class TriggerKind(PosingKind):
         return Modes(p.each.size, "stage", "waits")
 
     def states(self, p: TriggerConstants, scene: Scene) -> Iterator[States]:
-        yield States("trigger", self.unit_names(scene), STATE_NAMES)
+        yield States("trigger", self.unit_names(scene), TRIGGER_STATE_NAMES)
 
     def postures(self, p: TriggerConstants) -> Sequence[Posture]:
         """The posture in which all elements act."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from hydrosim.jit.refs import Held
 
-KEPT = 64  # number of converted tuples that are kept
+MAX_CONVERTED = 64  # number of converted tuples that are kept
 _kept: dict[int, tuple[tuple, tuple]] = {}
 
 
@@ -71,7 +71,7 @@ def _as_python_reads(value: Any) -> Any:
     known = _kept.get(id(value))
     if known is None or (known[0] is not value and known[1] is not value):
         converted = type(value)(*map(_as_python_reads, value))
-        if len(_kept) >= KEPT:
+        if len(_kept) >= MAX_CONVERTED:
             del _kept[next(iter(_kept))]
         known = (value, converted)
         _kept[id(value)] = known

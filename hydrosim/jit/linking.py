@@ -14,7 +14,7 @@ machine code, and zero at first.
 Code that finds zero there calls `_open`, which loads the whole from the disk or compiles it, and
 stores the address. So a scene without tanks never compiles a root of tanks, and nobody has to list
 the roots that a scene needs. If a root cannot be compiled, all kernels above it return at once with
-the status `CLOSED`, and the call from Python raises the error.
+the status `NO_CODE_STATUS`, and the call from Python raises the error.
 
 Addresses are valid in one process. So machine code on disk refers to doors by name; the doors are
 made again before it is loaded.
@@ -66,7 +66,7 @@ OPTIONS: dict[str, Any] = {
 }
 
 NUMBERS = {float: types.float64, bool: types.boolean, int: types.int64}
-CLOSED = -9  # a status that numba itself does not use
+NO_CODE_STATUS = -9  # a status that numba itself does not use
 
 # LLVM passes machine code in callbacks. An exception there would be lost, and the code with it. So
 # the exception that a signal raises is delayed until the callback has returned.
@@ -359,7 +359,7 @@ class Whole(_Kernel):
         with cgutils.if_unlikely(builder, cgutils.is_null(builder, builder.load(place))):
             builder.call(opener, [builder.bitcast(place, word)])
             with builder.if_then(cgutils.is_null(builder, builder.load(place))):
-                builder.ret(ir.Constant(function.function_type.return_type, CLOSED))
+                builder.ret(ir.Constant(function.function_type.return_type, NO_CODE_STATUS))
         whole = builder.bitcast(builder.load(place), function.function_type.as_pointer())
         builder.ret(builder.call(whole, function.args))
         code.add_ir_module(module)

@@ -66,7 +66,7 @@ class Held:
         self._numba_type_ = Ref(_type_of(value))
 
 
-KEPT = 16  # the tuples passed last: to lay out a model takes longer than most kernels
+MAX_LAID_OUT = 16  # the tuples passed last: to lay out a model takes longer than most kernels
 _kept: dict[int, Held] = {}
 _keeping = Lock()
 
@@ -79,7 +79,7 @@ def hold(value: Any) -> Any:
     if held is None:
         held = Held(value)
         with _keeping:
-            if len(_kept) >= KEPT:
+            if len(_kept) >= MAX_LAID_OUT:
                 del _kept[next(iter(_kept))]
             _kept[id(value)] = held
     return held

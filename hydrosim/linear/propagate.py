@@ -28,8 +28,8 @@ from scipy import linalg
 from hydrosim.forces import given_frequencies, given_rows, resistances
 from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
 from hydrosim.integrate.exponential import (
-    BESIDE,
-    POINTS,
+    NODES_BESIDE,
+    POLYNOMIAL_NODES,
     Interval,
     area_weights,
     extended,
@@ -48,7 +48,7 @@ from hydrosim.stepping.state import STATUS, Run, State
 
 PHASE = 0.15  # rad, largest phase between two nodes, for waves and forces of one frequency
 # parts of an interval
-FEWEST = POINTS
+FEWEST = POLYNOMIAL_NODES
 WANTED = 16
 MOST = 24
 # intervals at a time, such that their data stay in a core's cache; fewer with more states
@@ -382,12 +382,12 @@ def motions(
 ) -> Iterator[tuple[list[np.ndarray], np.ndarray]]:
     """Forces (nk, ...) around intervals, by part of the equation, and states (nk + 1, m) from the
     start of the first on, many intervals at a time and multiples of ``pieces``. ``z`` (m,) is the
-    state at the very start; ``f`` are the forces at all nodes, (nodes + 2 `BESIDE`, n)."""
+    state at the very start; ``f`` are the forces at all nodes, (nodes + 2 `NODES_BESIDE`, n)."""
     parts = of.weights.size - 1
     around = [_forces_around(f[:, part.coordinates], part, parts) for part in of.parts]
     turned = [np.ascontiguousarray(part.interval.states[-1].T) for part in of.parts]
     together = max(int(TOGETHER * min(CACHED_STATES / z.size, 1.0)) // pieces, 1) * pieces
-    for k in range(0, (len(f) - 2 * BESIDE - 1) // parts, together):
+    for k in range(0, (len(f) - 2 * NODES_BESIDE - 1) // parts, together):
         here = [np.ascontiguousarray(own[k : k + together]) for own in around]
         states = np.empty((len(here[0]) + 1, z.size))
         for part, transposed, forces in zip(of.parts, turned, here, strict=True):

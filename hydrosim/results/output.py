@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hydrosim.dofs import DOFS
-from hydrosim.forces import KINDS, kinds_of, losses, own_modes
+from hydrosim.forces import ELEMENT_KINDS, kinds_of, losses, own_modes
 from hydrosim.forces.contact.kind import group_of_points, remembered_groups
 from hydrosim.forces.kind import Columns, Kept, Kind, Modes, RecordedStates, Tallying
 from hydrosim.modes import RISING, SEGMENT
@@ -31,7 +31,7 @@ from hydrosim.results.netcdf import RECORDED
 from hydrosim.results.phases import group_phases
 from hydrosim.results.stages import staged
 from hydrosim.results.variables import EARTH, describe, unit_coordinates
-from hydrosim.stepping.blending import STATES as STATES_OF_DRAUGHT
+from hydrosim.stepping.blending import DRAUGHT_STATES as STATES_OF_DRAUGHT
 from hydrosim.stepping.names import (
     force_names,
     loses,
@@ -80,7 +80,7 @@ def to_dataset(
         data[f"force_{name}"] = (MOTION, _by_body(values["wrench"][:, row]))
     data.update(_draughts(model, values["y"]))
     modes = record.modes[:count]
-    for kind in KINDS:
+    for kind in ELEMENT_KINDS:
         p = kind.of(model)
         if kind.modes(p).size or (kind.unit in values and values[kind.unit].size):
             data.update(kind.record(p, model.bodies.each, _kept(kind, p, model, values, modes)))
@@ -247,7 +247,7 @@ def fixed_coordinates(scene: Scene) -> dict[str, object]:
         "body": ("body", [b.name for b in scene.bodies], {"long_name": "body"}),
         "dof": ("dof", list(DOFS), {"long_name": "degree of freedom"}),
         "axis": ("axis", ["x", "y", "z"], {"long_name": "axis of the frame"}),
-        **{name: of for kind in KINDS for name, of in kind.coordinates(scene).items()},
+        **{name: of for kind in ELEMENT_KINDS for name, of in kind.coordinates(scene).items()},
         **impulses.coordinates(scene),
         **(_probe_places(scene) if scene.wave_probes else {}),
         **points.coordinates(scene),

@@ -64,7 +64,7 @@ class Bodies(NamedTuple):
     tree: Tree = NO_TREE
 
 
-PIECE = np.dtype([(name, float) for name in ("length", "weight", "stiffness", "hung")])
+LINE_PIECE = np.dtype([(name, float) for name in ("length", "weight", "stiffness", "hung")])
 """A piece of a line, see `hydrosim.forces.line`."""
 
 
@@ -83,7 +83,7 @@ class Motion(NamedTuple):
     pieces: np.ndarray
 
 
-def new_motion(bodies: Bodies, pieces: np.ndarray = np.zeros(0, PIECE)) -> Motion:
+def new_motion(bodies: Bodies, pieces: np.ndarray = np.zeros(0, LINE_PIECE)) -> Motion:
     """Scratch for these bodies at rest, and for the ``pieces`` of their lines."""
     nb = bodies.each.size
     unit = np.tile(np.eye(3), (nb, 1, 1))

@@ -64,7 +64,7 @@ SLIDE, TURN, BALL = range(3)
 NO_BODY = -1
 UP = (0.0, 0.0, 1.0)
 FULL_TURN = 2.0 * pi
-LARGEST = 4.0  # of four Rodrigues parameters: an angle of 180 deg
+HALF_TURN_NORM = 4.0  # of four Rodrigues parameters: an angle of 180 deg
 
 MOVE = np.dtype([("kind", int), ("coordinate", int), ("sign", float), ("axes", float, (3, 3))])
 """A move: its first coordinate, its axis in the earth frame at rest; a ball has three of both."""
@@ -459,10 +459,10 @@ def rechart(q, bodies):
             j = move.coordinate
             p = (q[j], q[j + 1], q[j + 2])
             square = dot(p, p)
-            if square > LARGEST * LARGEST:
+            if square > HALF_TURN_NORM * HALF_TURN_NORM:
                 changed = True
                 for i in range(3):
-                    q[j + i] = -LARGEST * LARGEST / square * p[i]
+                    q[j + i] = -HALF_TURN_NORM * HALF_TURN_NORM / square * p[i]
     return changed
 
 

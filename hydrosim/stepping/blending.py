@@ -30,8 +30,8 @@ import numpy as np
 
 from hydrosim.jit.kernels import assign, clear, kernel, root
 
-CUT = 0.05  # rad/s, c
-STATES = 2  # states of a family in y: z_1 and z_2
+DRAUGHT_CUTOFF = 0.05  # rad/s, c
+DRAUGHT_STATES = 2  # states of a family in y: z_1 and z_2
 
 
 class Family(NamedTuple):
@@ -73,7 +73,7 @@ def new_blend(family: Family, bodies: int) -> Blend:
 
 def settled(family: Family, coordinates: np.ndarray) -> np.ndarray:
     """Filters (2 nf,) of bodies that have long been at their ``coordinates`` (6 nb,)."""
-    return np.repeat(coordinates[6 * family.body + 2], STATES)
+    return np.repeat(coordinates[6 * family.body + 2], DRAUGHT_STATES)
 
 
 @root
@@ -85,8 +85,10 @@ def blend(y, p, added_mass, out):
     clear(out.root)
     clear(out.change)
     for f in range(p.body.size):
-        z_1, z_2 = y[STATES * f], y[STATES * f + 1]
-        _weigh(p.rest[f] - z_2, CUT * (z_2 - z_1), p.first[f], p.first[f + 1] - 1, p, out)
+        z_1, z_2 = y[DRAUGHT_STATES * f], y[DRAUGHT_STATES * f + 1]
+        _weigh(
+            p.rest[f] - z_2, DRAUGHT_CUTOFF * (z_2 - z_1), p.first[f], p.first[f + 1] - 1, p, out
+        )
         at = 6 * p.body[f]
         for i in range(6):
             for j in range(6):
@@ -150,6 +152,6 @@ def lag_behind(u, p, out):
 def draught_rates(y, coordinates, p, dy):
     """Rates ``dy`` of the filters ``y`` (2 nf,)."""
     for f in range(p.body.size):
-        z_1, z_2 = y[STATES * f], y[STATES * f + 1]
-        dy[STATES * f] = CUT * (coordinates[6 * p.body[f] + 2] - z_1)
-        dy[STATES * f + 1] = CUT * (z_1 - z_2)
+        z_1, z_2 = y[DRAUGHT_STATES * f], y[DRAUGHT_STATES * f + 1]
+        dy[DRAUGHT_STATES * f] = DRAUGHT_CUTOFF * (coordinates[6 * p.body[f] + 2] - z_1)
+        dy[DRAUGHT_STATES * f + 1] = DRAUGHT_CUTOFF * (z_1 - z_2)

@@ -25,24 +25,32 @@ does a drive that moves what a dropped row holds: at once, or when it moves on f
 from __future__ import annotations
 
 from hydrosim.forces import events
-from hydrosim.forces.holds import NONE
 from hydrosim.forces.joint import locks
-from hydrosim.forces.joint.locks import CLOSED, IMPULSE, LOSS, NO_RATCHET, RUNNING
+from hydrosim.forces.joint.locks import CLOSED, LOCK_IMPULSE, LOCK_LOSS, NO_RATCHET, RATCHETING
 from hydrosim.jit.kernels import assign, clear, kernel, root, root_giving
-from hydrosim.modes import MODE, SEGMENT
+from hydrosim.modes import MODE, NO_INDEX, SEGMENT
 from hydrosim.rigid.constraints import DROPPED, find_rank
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.rigid.mass import cholesky
 from hydrosim.rigid.tree import fill_rates
 from hydrosim.stepping.dynamics import constrain, find_inertia, solve_held
-from hydrosim.stepping.state import DRIVEN_APART, NEXT_STEP, RANK, RANK_TIME, SINGULAR, STATUS
+from hydrosim.stepping.state import (
+    DRIVEN_APART,
+    NEXT_STEP,
+    ROW_RANK,
+    ROW_RANK_TIME,
+    SINGULAR,
+    STATUS,
+)
 
-MET = 1e-13  # m or 1: residual of a place, more by 1e-15 of the farthest place beyond 100 m
-STILL = 1e-14  # of the sum of the terms of a velocity: rounding of J q'
-OPPOSED = 1e-9  # m/s or rad/s, and 1e-9 of the lever: rounding of the rate of a dropped row
-DRIVEN = 1e-6  # m, rad and per second, and of the size of a rate: errors of a dropped row
-TRIES = 5  # Newton's iterations back to the constraints
-ROUNDS = 20  # impacts through ratchets that join in or let go
+PLACE_TOLERANCE = (
+    1e-13  # m or 1: residual of a place, more by 1e-15 of the farthest place beyond 100 m
+)
+VELOCITY_ROUNDING = 1e-14  # of the sum of the terms of a velocity: rounding of J q'
+OPPOSED_RATE = 1e-9  # m/s or rad/s, and 1e-9 of the lever: rounding of the rate of a dropped row
+DRIVEN_TOLERANCE = 1e-6  # m, rad and per second, and of the size of a rate: errors of a dropped row
+MAX_PROJECTIONS = 5  # Newton's iterations back to the constraints
+MAX_IMPACT_ROUNDS = 20  # impacts through ratchets that join in or let go
 
 
 @root
@@ -67,7 +75,7 @@ def meet(t, run):
     if not locks.any_closed(state.modes, p) and not _any_runs(state.modes, p):
         return
     project_places(state.y, state.modes, model, run.work)
-    for _ in range(ROUNDS):
+    for _ in range(MAX_IMPACT_ROUNDS):
         struck = strike(state.y, state.modes, model, run.work)
         joins = _ratchets_join(state.y, state.modes, model, run.work)
         if joins:
@@ -76,8 +84,8 @@ def meet(t, run):
             _test_contacts(t, run)
         if not joins:
             break
-    run.scratch.pace[RANK_TIME] = t
-    run.scratch.pace[RANK] = choose_rows(state.y, state.modes, model, run.work)
+    run.scratch.pace[ROW_RANK_TIME] = t
+    run.scratch.pace[ROW_RANK] = choose_rows(state.y, state.modes, model, run.work)
     if _opposes_drives(state.y, model, run.work):
         run.counters[STATUS] = DRIVEN_APART
     project(state.y, state.modes, model, run.work)
@@ -96,7 +104,7 @@ def _opposes_drives(y, model, work):
         for j in range(n):
             rate += constraints.J[r, j] * y[n + j]
             size = max(size, abs(constraints.J[r, j]))
-        if constraints.pivot[r] == DROPPED and abs(rate) > OPPOSED * size:
+        if constraints.pivot[r] == DROPPED and abs(rate) > OPPOSED_RATE * size:
             return True
     return False
 
@@ -135,7 +143,7 @@ def _is_parted(i, y, n, constraints, holds):
             term = constraints.J[r, j] * y[n + j]
             rate += term
             size += abs(term)
-        moves = abs(rate) > DRIVEN * size or abs(holds.residual[r]) > DRIVEN
+        moves = abs(rate) > DRIVEN_TOLERANCE * size or abs(holds.residual[r]) > DRIVEN_TOLERANCE
         if holds.lock[r] == i and moves:
             return True
     return False
@@ -145,7 +153,7 @@ def _is_parted(i, y, n, constraints, holds):
 def _any_runs(modes, p):
     running = 0
     for i in range(p.each.size):
-        if modes[p.mode + i, MODE] == RUNNING:
+        if modes[p.mode + i, MODE] == RATCHETING:
             running += 1
     return running > 0
 
@@ -188,7 +196,7 @@ def choose_rows(y, modes, model, work):
     cholesky(work.inertia)
     least = find_rank(work.constraints, work.inertia, work.holds.size)
     for r in range(work.constraints.number[0]):
-        if work.constraints.pivot[r] == DROPPED and work.holds.lock[r] != NONE:
+        if work.constraints.pivot[r] == DROPPED and work.holds.lock[r] != NO_INDEX:
             modes[p.mode + work.holds.lock[r], SEGMENT] -= 1 << work.holds.bit[r]
     return least
 
@@ -199,7 +207,7 @@ def project_places(y, modes, model, work):
     n = model.bodies.active.size
     constraints = work.constraints
     change = work.jump[0]
-    for _ in range(TRIES):
+    for _ in range(MAX_PROJECTIONS):
         _set_up(y, modes, model, work)
         if _places_met(model, work):
             return
@@ -224,7 +232,7 @@ def _places_met(model, work):
             place = model.bodies.each[b].origin[i] + work.motion.coordinates[6 * b + i]
             farthest = max(farthest, 0.01 * abs(place))
     for r in range(work.constraints.number[0]):
-        if abs(work.holds.residual[r]) > MET * farthest:
+        if abs(work.holds.residual[r]) > PLACE_TOLERANCE * farthest:
             return False
     return True
 
@@ -236,7 +244,7 @@ def project(y, modes, model, work):
     n = model.bodies.active.size
     project_places(y, modes, model, work)
     change = work.jump[0]
-    for _ in range(TRIES):
+    for _ in range(MAX_PROJECTIONS):
         find_inertia(y, model, work)
         constrain(y, modes, model, work)
         if _find_stops(y[n : 2 * n], work.constraints, model.elements.drives.each.size):
@@ -262,7 +270,7 @@ def _find_stops(u, constraints, drives):
             rate += term
             size += abs(term)
         constraints.bound[r] = -rate
-        if abs(rate) > STILL * size:
+        if abs(rate) > VELOCITY_ROUNDING * size:
             still = False
     return still
 
@@ -275,7 +283,7 @@ def strike(y, modes, model, work):
     p = model.elements.locks
     constraints = work.constraints
     change = work.jump[0]
-    for _ in range(ROUNDS):
+    for _ in range(MAX_IMPACT_ROUNDS):
         _set_up(y, modes, model, work)
         if _find_stops(y[n : 2 * n], constraints, model.elements.drives.each.size):
             return False
@@ -298,14 +306,14 @@ def _lets_go(modes, constraints, holds, p):
     pull = 0.0
     for r in range(constraints.number[0]):
         i = holds.lock[r]
-        if i == NONE:
+        if i == NO_INDEX:
             continue
         if p.each[i].ratchet != NO_RATCHET and constraints.force[r] < pull:
             pull = constraints.force[r]
             worst = i
     if worst < 0:
         return False
-    modes[p.mode + worst, MODE] = RUNNING
+    modes[p.mode + worst, MODE] = RATCHETING
     return True
 
 
@@ -333,14 +341,14 @@ def _book(y, change, modes, model, work):
     locks.collect(p, constraints, holds)
     for r in range(constraints.number[0]):
         i = holds.lock[r]
-        if i == NONE:
+        if i == NO_INDEX:
             continue
         lost = 0.5 * constraints.force[r] * work.jump[1, r]
-        y[p.state + locks.STATES * i + LOSS] += lost
+        y[p.state + locks.LOCK_STATES * i + LOCK_LOSS] += lost
         y[p.losses + p.each[i].row] += lost
     for i in range(p.each.size):
         for a in range(6):
-            y[p.state + locks.STATES * i + IMPULSE + a] += holds.joint[i, a]
+            y[p.state + locks.LOCK_STATES * i + LOCK_IMPULSE + a] += holds.joint[i, a]
     events.book_drive_impulses(y, model.bodies, model.elements, constraints)
     if model.impulse < model.size:
         _book_impulses(y, modes, change, model, work)
@@ -386,14 +394,14 @@ def _watch(t, run):
     the sine between them, continued in a straight line, reaches zero."""
     pace = run.scratch.pace
     now = _sine(run)
-    before = pace[RANK]
-    h = t - pace[RANK_TIME]
+    before = pace[ROW_RANK]
+    h = t - pace[ROW_RANK_TIME]
     ahead = pace[NEXT_STEP] if run.clock.control.adaptive else run.clock.step
     falls = h > 0.0 and now < before and now * h <= (before - now) * ahead
     if now == 0.0 or falls:
         run.counters[STATUS] = SINGULAR
-    pace[RANK] = now
-    pace[RANK_TIME] = t
+    pace[ROW_RANK] = now
+    pace[ROW_RANK_TIME] = t
 
 
 @root_giving(float)

@@ -20,40 +20,40 @@ from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.stepping.closing import meet
 from hydrosim.stepping.dynamics import apply_impulse, project_velocities
 from hydrosim.stepping.state import (
-    AFTER,
+    AFTER_STEP,
     AT_END,
+    AT_PLACE,
     AT_START,
     AT_THIRD,
     AT_TWO_THIRDS,
-    BEFORE,
-    BETWEEN,
-    BUT_FOR_SLIP,
-    EARLY,
+    BEFORE_STEP,
     END,
     END_SLOPE,
-    EVERY,
+    EVALUATED,
     FULL,
-    KNOWN,
-    LATE,
-    LOOKS,
-    NOW,
-    RUNNING,
+    GUARD_EVALUATIONS,
+    IN_PROGRESS,
+    INSIDE_STEP,
+    MAY_END,
+    NEAR_END,
+    NEAR_START,
     SLOPE,
-    SOME,
     SPARE,
     STAGE,
+    STALE_SLIP_ONLY,
     START_MARGINS,
     STATUS,
     TRIAL,
+    VALID,
 )
 from hydrosim.stepping.stepper import is_held, keep_reactions, knows_end_slope, slope, step
 from hydrosim.tanks.flows import add_momentum
 
-LANDED = 1e-10  # of a margin's range over the step: tolerance of the location of an event
-SWITCHED = 1e-8  # margins this close to zero switch together
-CHORDS = 1000  # attempts to land by chords; afterwards by bisection
-DIPS = 10  # times that a step is shortened in search of a mode that ends inside it
-NEAR = 1e-4  # of a step: distance from its ends at which slopes of margins are taken
+GUARD_RTOL = 1e-10  # of a margin's range over the step: tolerance of the location of an event
+JOINT_GUARD_RTOL = 1e-8  # margins this close to zero switch together
+MAX_CHORDS = 1000  # attempts to land by chords; afterwards by bisection
+MAX_CUTS = 10  # times that a step is shortened in search of a mode that ends inside it
+SLOPE_OFFSET = 1e-4  # of a step: distance from its ends at which slopes of margins are taken
 
 
 @root_giving(float, bool)
@@ -61,18 +61,18 @@ def cut(t, stop, located, run):
     """Cut the step from ``t`` to ``stop`` at its first event, if it has one and events are
     ``located``. Returns the time at its end, and true if a mode has ended there."""
     scratch = run.scratch
-    after = scratch.margins[AFTER]
+    after = scratch.margins[AFTER_STEP]
     if after.size == 0:
         return stop, False
     _measure_end(stop, run, after)
     left = any_negative(after)
     if not located:
         return stop, left
-    for _ in range(DIPS):  # negative on the cubic need not be negative in the method's step
+    for _ in range(MAX_CUTS):  # negative on the cubic need not be negative in the method's step
         if left:
             stop = t + _land(t, stop - t, run)
         else:
-            assign(scratch.margins[NOW], after)
+            assign(scratch.margins[AT_PLACE], after)
         _find_end_reactions(stop, run)
         part = _dip(t, stop - t, run) if stop > t else 1.0
         if part == 1.0:
@@ -86,7 +86,7 @@ def cut(t, stop, located, run):
     if left:
         stop = t + _land(t, stop - t, run)
         _find_end_reactions(stop, run)
-        assign(scratch.margins[LATE], scratch.margins[BEFORE])
+        assign(scratch.margins[NEAR_END], scratch.margins[BEFORE_STEP])
     return stop, left
 
 
@@ -96,7 +96,7 @@ def _measure_end(t, run, out):
     gives them, and its slope is kept."""
     scratch = run.scratch
     end = scratch.states[END]
-    every = scratch.watched[EVERY]
+    every = scratch.watched[MAY_END]
     _find_end_reactions(t, run)
     _measure(t, end, run, AT_END, every, out)
     elements = run.model.elements
@@ -112,8 +112,8 @@ def _measure_try(t, run, out):
     end = scratch.states[END]
     if is_held(run):
         slope(t, end, run, scratch.states[SPARE])
-    keep_reactions(BETWEEN, run)
-    _measure(t, end, run, BETWEEN, scratch.watched[EVERY], out)
+    keep_reactions(INSIDE_STEP, run)
+    _measure(t, end, run, INSIDE_STEP, scratch.watched[MAY_END], out)
 
 
 @root
@@ -146,7 +146,7 @@ def _measure(t, y, run, which, watched, out):
     modes = run.state.modes
     motion = run.work.motion
     _place(y, run)
-    run.counters[LOOKS] += 1
+    run.counters[GUARD_EVALUATIONS] += 1
     bodies = model.bodies
     elements = model.elements
     headings = run.scratch.headings
@@ -169,16 +169,16 @@ def _find_before(t, run):
     scratch = run.scratch
     state = run.state
     known = scratch.known
-    watched = scratch.watched[EVERY]
-    slipping = scratch.watched[SOME]
-    if known[START_MARGINS] == KNOWN:
+    watched = scratch.watched[MAY_END]
+    slipping = scratch.watched[EVALUATED]
+    if known[START_MARGINS] == VALID:
         return
-    if known[START_MARGINS] == BUT_FOR_SLIP:
+    if known[START_MARGINS] == STALE_SLIP_ONLY:
         watched = slipping
         for i in range(slipping.size):
             slipping[i] = 1 if state.modes[i, MODE] == SLIP else 0
-    _measure(t, state.y, run, AT_START, watched, scratch.margins[BEFORE])
-    known[START_MARGINS] = KNOWN
+    _measure(t, state.y, run, AT_START, watched, scratch.margins[BEFORE_STEP])
+    known[START_MARGINS] = VALID
 
 
 @root
@@ -216,10 +216,10 @@ def _land(t, h, run):
     that always shrinks. Returns the length of the cut step.
     """
     scratch = run.scratch
-    before = scratch.margins[BEFORE]
-    after = scratch.margins[AFTER]
-    now = scratch.margins[NOW]
-    ended = scratch.watched[SOME]
+    before = scratch.margins[BEFORE_STEP]
+    after = scratch.margins[AFTER_STEP]
+    now = scratch.margins[AT_PLACE]
+    ended = scratch.watched[EVALUATED]
     _look_over(t, h, run)
     for i in range(ended.size):
         ended[i] = 1 if any_negative(after[MARGINS * i : MARGINS * (i + 1)]) else 0
@@ -234,11 +234,11 @@ def _land(t, h, run):
     while True:  # bisects the bracket in the end, so that the search terminates
         tries += 1
         step(t, x * h, run)
-        if run.counters[STATUS] != RUNNING:
+        if run.counters[STATUS] != IN_PROGRESS:
             return x * h
         _measure_try(t + x * h, run, now)
         value = phi(now, before, after)
-        if x == 0.0 or abs(value) <= LANDED or hi - lo < 1e-13:
+        if x == 0.0 or abs(value) <= GUARD_RTOL or hi - lo < 1e-13:
             return x * h
         if value >= 0.0:
             lo = x
@@ -247,7 +247,7 @@ def _land(t, h, run):
             hi = x
             f_hi = value
         x, on_cubic = _zero_on_cubic(value - on_cubic, t, h, run)
-        if tries > CHORDS or not (isfinite(f_lo) and isfinite(f_hi)):
+        if tries > MAX_CHORDS or not (isfinite(f_lo) and isfinite(f_hi)):
             x = 0.5 * (lo + hi)
             on_cubic = _phi_on_cubic(x, t, h, run)
         elif not lo < x < hi:
@@ -259,8 +259,8 @@ def _land(t, h, run):
 def _zero_on_cubic(defect, t, h, run):
     """First x in [0, 1] where phi on the cubic, plus ``defect``, becomes negative, and phi there.
     Zero if phi is never positive (a mode that ends as soon as it begins)."""
-    before = run.scratch.margins[BEFORE]
-    after = run.scratch.margins[AFTER]
+    before = run.scratch.margins[BEFORE_STEP]
+    after = run.scratch.margins[AFTER_STEP]
     lo = 0.0
     f_lo = phi(before, before, after) + defect
     hi = 0.0
@@ -293,13 +293,13 @@ def _zero_on_cubic(defect, t, h, run):
 @kernel
 def _phi_on_cubic(x, t, h, run):
     scratch = run.scratch
-    now = scratch.margins[NOW]
-    before = scratch.margins[BEFORE]
-    after = scratch.margins[AFTER]
-    _on_cubic(x, t, h, run, scratch.watched[SOME], now)
+    now = scratch.margins[AT_PLACE]
+    before = scratch.margins[BEFORE_STEP]
+    after = scratch.margins[AFTER_STEP]
+    _on_cubic(x, t, h, run, scratch.watched[EVALUATED], now)
     smallest = 1.0
     for i in range(run.state.modes.shape[0]):
-        if scratch.watched[SOME, i] != 0:
+        if scratch.watched[EVALUATED, i] != 0:
             a = MARGINS * i
             b = MARGINS * (i + 1)
             smallest = min(smallest, phi(now[a:b], before[a:b], after[a:b]))
@@ -315,12 +315,12 @@ def _on_cubic(x, t, h, run, watched, out):
     _interpolate(x, h, 0, 2 * model.bodies.active.size, run)
     for i in range(watched.size):
         if watched[i] != 0:
-            for part in range(events.FELT):
+            for part in range(events.MAX_FELT_RANGES):
                 first, last = events.felt(i, part, model.elements, model.tanks)
                 if last > first:
                     _interpolate(x, h, first, last, run)
     _interpolate_reactions(x, run.scratch.reactions)
-    _measure(t + x * h, stage, run, BETWEEN, watched, out)
+    _measure(t + x * h, stage, run, INSIDE_STEP, watched, out)
 
 
 @kernel
@@ -336,7 +336,7 @@ def _interpolate_reactions(x, reactions):
             reaction += third * reactions[AT_THIRD, i, a]
             reaction += two_thirds * reactions[AT_TWO_THIRDS, i, a]
             reaction += end * reactions[AT_END, i, a]
-            reactions[BETWEEN, i, a] = reaction
+            reactions[INSIDE_STEP, i, a] = reaction
 
 
 @kernel
@@ -361,20 +361,20 @@ def _dip(t, h, run):
     """
     scratch = run.scratch
     margin = scratch.margins
-    every = scratch.watched[EVERY]
+    every = scratch.watched[MAY_END]
     _look_over(t, h, run)
-    _on_cubic(NEAR, t, h, run, every, margin[EARLY])
+    _on_cubic(SLOPE_OFFSET, t, h, run, every, margin[NEAR_START])
     if not _may_dip(margin):
         return 1.0
-    _on_cubic(1.0 - NEAR, t, h, run, every, margin[LATE])
+    _on_cubic(1.0 - SLOPE_OFFSET, t, h, run, every, margin[NEAR_END])
     for i in range(margin.shape[1]):
-        first = margin[BEFORE, i]
-        last = margin[NOW, i]
-        falling = (margin[EARLY, i] - first) / NEAR
-        rising = (last - margin[LATE, i]) / NEAR
+        first = margin[BEFORE_STEP, i]
+        last = margin[AT_PLACE, i]
+        falling = (margin[NEAR_START, i] - first) / SLOPE_OFFSET
+        rising = (last - margin[NEAR_END, i]) / SLOPE_OFFSET
         if falling < 0.0 < rising:
             meet = (last - rising - first) / (falling - rising)
-            floor = -LANDED * max(abs(first), abs(last))
+            floor = -GUARD_RTOL * max(abs(first), abs(last))
             if first + falling * meet < floor:
                 x = _deepest(i, floor, t, h, run)
                 if x < 1.0:
@@ -386,8 +386,8 @@ def _dip(t, h, run):
 def _may_dip(margin):
     """True if the tangent of any margin at the start of the step is below zero at its end."""
     for i in range(margin.shape[1]):
-        first = margin[BEFORE, i]
-        if first + (margin[EARLY, i] - first) / NEAR < 0.0:
+        first = margin[BEFORE_STEP, i]
+        if first + (margin[NEAR_START, i] - first) / SLOPE_OFFSET < 0.0:
             return True
     return False
 
@@ -423,7 +423,7 @@ def _deepest(i, floor, t, h, run):
 
 @root_giving(float)
 def _margin_on_cubic(i, x, t, h, run):
-    one = run.scratch.watched[SOME]
+    one = run.scratch.watched[EVALUATED]
     out = run.scratch.margins[TRIAL]
     for j in range(one.size):
         one[j] = 1 if j == i // MARGINS else 0
@@ -449,9 +449,9 @@ def switch_modes(t, run):
     all with a negative margin. Each row of modes switches once."""
     state = run.state
     scratch = run.scratch
-    before = scratch.margins[BEFORE]
-    after = scratch.margins[AFTER]
-    first = phi(scratch.margins[NOW], before, after)
+    before = scratch.margins[BEFORE_STEP]
+    after = scratch.margins[AFTER_STEP]
+    first = phi(scratch.margins[AT_PLACE], before, after)
     _place(state.y, run)
     _add_momentum(-1.0, run)
     for i in range(state.modes.shape[0]):
@@ -479,9 +479,9 @@ def _has_ended(m, first, run):
         return False
     if not run.clock.events or not _was_zero(m, run):
         return True
-    if scaled(m, margins[NOW], margins[BEFORE], margins[AFTER]) <= first:
+    if scaled(m, margins[AT_PLACE], margins[BEFORE_STEP], margins[AFTER_STEP]) <= first:
         return True
-    return margins[NOW, m] < max(margins[BEFORE, m], margins[LATE, m])
+    return margins[AT_PLACE, m] < max(margins[BEFORE_STEP, m], margins[NEAR_END, m])
 
 
 @kernel
@@ -489,19 +489,22 @@ def _is_near(m, first, run):
     """True if margin ``m`` is negative at the end of the uncut step, and zero now; without location
     the first condition suffices."""
     margins = run.scratch.margins
-    if margins[AFTER, m] >= 0.0:
+    if margins[AFTER_STEP, m] >= 0.0:
         return False
     if not run.clock.events:
         return True
-    near = max(first, 0.0) + SWITCHED
-    return scaled(m, margins[NOW], margins[BEFORE], margins[AFTER]) <= near
+    near = max(first, 0.0) + JOINT_GUARD_RTOL
+    return scaled(m, margins[AT_PLACE], margins[BEFORE_STEP], margins[AFTER_STEP]) <= near
 
 
 @kernel
 def _was_zero(m, run):
     """True if margin ``m`` was zero at the start of the step."""
     margins = run.scratch.margins
-    return abs(scaled(m, margins[BEFORE], margins[BEFORE], margins[AFTER])) <= SWITCHED
+    return (
+        abs(scaled(m, margins[BEFORE_STEP], margins[BEFORE_STEP], margins[AFTER_STEP]))
+        <= JOINT_GUARD_RTOL
+    )
 
 
 @kernel
@@ -510,8 +513,8 @@ def _look_midway(t, h, run):
     computed on its cubic if needed, and otherwise copied from its start."""
     scratch = run.scratch
     margins = scratch.margins
-    assign(margins[LATE], margins[BEFORE])
-    first = phi(margins[NOW], margins[BEFORE], margins[AFTER])
+    assign(margins[NEAR_END], margins[BEFORE_STEP])
+    first = phi(margins[AT_PLACE], margins[BEFORE_STEP], margins[AFTER_STEP])
     count = 0
     begun = False
     for m in range(margins.shape[1]):
@@ -519,7 +522,7 @@ def _look_midway(t, h, run):
             count += 1
             begun = begun or _was_zero(m, run)
     if begun and count > 1 and h > 0.0:
-        _on_cubic(0.5, t, h, run, scratch.watched[EVERY], margins[LATE])
+        _on_cubic(0.5, t, h, run, scratch.watched[MAY_END], margins[NEAR_END])
 
 
 @kernel

@@ -13,7 +13,7 @@ from hydrosim.rigid.kinematics import generalised_force
 from hydrosim.stepping.dynamics import power
 from hydrosim.stepping.record import keep
 from hydrosim.stepping.run import check
-from hydrosim.stepping.state import RUNNING, STATUS
+from hydrosim.stepping.state import IN_PROGRESS, STATUS
 from hydrosim.waves.loads import wave_loads
 
 
@@ -85,6 +85,6 @@ def keep_states(times, states, run):
     for k in range(times.size):
         assign(run.state.y, states[k])
         check(run.state.y, run.model, run.counters)
-        if run.counters[STATUS] != RUNNING:
+        if run.counters[STATUS] != IN_PROGRESS:
             return
         keep(times[k], run)

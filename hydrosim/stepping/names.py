@@ -12,9 +12,9 @@ from hydrosim.forces import spring
 from hydrosim.forces.contact import kind as contact_points
 from hydrosim.forces.layout import (
     BALLAST,
+    BODY_ROWS,
     JOINTS,
     RADIATION,
-    ROWS,
     WAVE_FIRST_ORDER,
     WAVE_SECOND_ORDER,
     WEIGHT,
@@ -25,7 +25,7 @@ from hydrosim.scene import ForceElement, Scene
 from hydrosim.scene.trees import arrangement, tree_joints
 from hydrosim.stepping.dynamics import Model
 
-WAVES = (ROWS[WAVE_FIRST_ORDER], ROWS[WAVE_SECOND_ORDER])
+WAVE_ROWS = (BODY_ROWS[WAVE_FIRST_ORDER], BODY_ROWS[WAVE_SECOND_ORDER])
 
 
 def force_names(scene: Scene) -> tuple[str, ...]:
@@ -38,7 +38,7 @@ def supplies(scene: Scene, row: int) -> bool:
     element = element_of(scene, row)
     if element is not None:
         return element.supplies
-    return force_names(scene)[row] in (*WAVES, *([WEIGHT, BALLAST] if has_flow(scene) else []))
+    return force_names(scene)[row] in (*WAVE_ROWS, *([WEIGHT, BALLAST] if has_flow(scene) else []))
 
 
 def stores(scene: Scene, row: int) -> bool:

@@ -28,7 +28,7 @@ from hydrosim.stepping.stepper import keep_reactions
 from hydrosim.streams.gusts import gust_at, has_gusts
 from hydrosim.waves.loads import any_waves, wave_loads
 
-SPACING = 16  # records from one with radiation states to the next
+MEMORY_SPACING = 16  # records from one with radiation states to the next
 
 
 def channels(model: Model) -> dict[str, tuple[int, ...]]:
@@ -51,7 +51,7 @@ def channels(model: Model) -> dict[str, tuple[int, ...]]:
 
 
 def new_record(
-    model: Model, clock: Clock, accelerations: bool = False, spacing: int = SPACING
+    model: Model, clock: Clock, accelerations: bool = False, spacing: int = MEMORY_SPACING
 ) -> Record:
     """Room for all output times, the first included, with or without ``accelerations``. Every
     ``spacing``-th has radiation states."""

@@ -22,49 +22,51 @@ from hydrosim.stepping.crossing import cut, make_consistent, note_headings, swit
 from hydrosim.stepping.dynamics import may_hold, project_velocities, update_contents
 from hydrosim.stepping.record import keep
 from hydrosim.stepping.state import (
-    AFTER,
-    BEFORE,
-    BUT_FOR_SLIP,
+    ACCEPTED,
+    AFTER_STEP,
+    BEFORE_STEP,
     CAPSIZED,
     CHATTERING,
+    EARLIER_EVENTS,
+    EARLIER_STEPS,
     END,
     END_SLOPE,
     ERROR_INTEGRAL,
     EVALUATIONS,
     EVENTS,
-    EVENTS_THEN,
-    EVERY,
+    GRID_POINT,
+    GUARD_EVALUATIONS,
+    IN_PROGRESS,
     LAST_ERROR,
-    LOOKS,
+    MAY_END,
     NEXT_STEP,
     NO_SAMPLE,
     NOT_FINITE,
-    POINT,
-    REACHED,
+    PROGRESS_TIME,
+    REACHED_TIME,
     RECORDS,
     REJECTED,
-    RUNNING,
-    SINCE,
     SLOPE,
+    STALE,
+    STALE_SLIP_ONLY,
     START_MARGINS,
     START_SLOPE,
     STATUS,
     STEP_TOO_SMALL,
-    STEPS,
-    STEPS_THEN,
-    UNKNOWN,
 )
 from hydrosim.stepping.stepper import find_start_slope, knows_end_slope, step
 from hydrosim.tanks.pumping import share_of_step
 from hydrosim.tanks.surface import find_clearances, first_passage
 from hydrosim.waves.slow import BEGIN, begin_block
 
-PITCH = 4  # among a body's six coordinates
-UPRIGHT = 0.087  # cosine of that angle
-PARTS = 3  # of a step, while a contact node relaxes fast after an event
-SHORTEST = 1e-12  # s, or relative to the time: smallest step of an adaptive method
-PIECES = 200  # events in one step, per contact point or spring: more are chattering
-CRAWL = 200_000  # steps in the time of one: with more, no step is small enough
+PITCH_DOF = 4  # among a body's six coordinates
+MIN_PITCH_COSINE = 0.087  # cosine of that angle
+RELAXATION_PARTS = 3  # of a step, while a contact node relaxes fast after an event
+MIN_STEP = 1e-12  # s, or relative to the time: smallest step of an adaptive method
+MAX_EVENTS_PER_INTERVAL = (
+    200  # events in one step, per contact point or spring: more are chattering
+)
+MAX_STEPS_PER_INTERVAL = 200_000  # steps in the time of one: with more, no step is small enough
 
 
 @root_giving(float)
@@ -87,7 +89,7 @@ def advance_until(evaluations, until, run):
     enough = count_evaluations(counters) + evaluations
     if counters[RECORDS] == 0:
         t = grid_time(0, clock)
-        pace[REACHED] = pace[SINCE] = t
+        pace[REACHED_TIME] = pace[PROGRESS_TIME] = t
         if clock.block > 0:
             _take_up_block(t, run)
         make_consistent(t, run)
@@ -95,24 +97,24 @@ def advance_until(evaluations, until, run):
             take_samples(t, False, run)
         remember(t, run)
         keep(t, run)
-    while counters[POINT] < clock.points and count_evaluations(counters) < enough:
-        goal = grid_time(counters[POINT] + 1, clock)
+    while counters[GRID_POINT] < clock.points and count_evaluations(counters) < enough:
+        goal = grid_time(counters[GRID_POINT] + 1, clock)
         _cross(min(goal, until), enough, run)
-        if counters[STATUS] != RUNNING or pace[REACHED] < goal:
+        if counters[STATUS] != IN_PROGRESS or pace[REACHED_TIME] < goal:
             break
-        counters[POINT] += 1
-        n = counters[POINT]
+        counters[GRID_POINT] += 1
+        n = counters[GRID_POINT]
         if clock.block > 0 and (clock.first + n) % clock.block == 0:
             _next_block(goal, run)
         if n % clock.every == 0 or n == clock.points:
             keep(goal, run)
-    return pace[REACHED]
+    return pace[REACHED_TIME]
 
 
 @kernel
 def count_evaluations(counters):
     """Cost of a run: evaluations of the right hand side plus evaluations of margins."""
-    return counters[EVALUATIONS] + counters[LOOKS]
+    return counters[EVALUATIONS] + counters[GUARD_EVALUATIONS]
 
 
 @root
@@ -123,7 +125,7 @@ def _next_block(t, run):
     known = run.scratch.known
     begin_block(t, run.state.y[model.slow :], model.following)
     known[START_SLOPE] = 0
-    known[START_MARGINS] = UNKNOWN
+    known[START_MARGINS] = STALE
     if drop(t, run.state.history):
         remember(t, run)
 
@@ -152,9 +154,9 @@ def _cross(goal, enough, run):
     state = run.state
     scratch = run.scratch
     counters = run.counters
-    t = scratch.pace[REACHED]
+    t = scratch.pace[REACHED_TIME]
     events.begin_drives(t, run.model.elements, run.work.holds)
-    while t < goal and count_evaluations(counters) < enough and counters[STATUS] == RUNNING:
+    while t < goal and count_evaluations(counters) < enough and counters[STATUS] == IN_PROGRESS:
         stop = _breakpoint_after(t, goal, clock)
         paced = t + _pace(t, stop - t, run)
         if stop - paced > rounding_of_step(t, stop):
@@ -165,7 +167,7 @@ def _cross(goal, enough, run):
             counters[REJECTED] += 1
             continue
         t = _round_event(t, reached, stop) if left else reached
-        counters[STEPS] += 1
+        counters[ACCEPTED] += 1
         assign(state.y, scratch.states[END])
         if events.remembers(run.model.elements):
             _record_largest(t, run)
@@ -182,11 +184,11 @@ def _cross(goal, enough, run):
         check(state.y, run.model, counters)
         if run.model.bodies.tree.branches.size > 0:
             _check_joints(run)
-        if events.samples(run.model.elements) and counters[STATUS] == RUNNING:
+        if events.samples(run.model.elements) and counters[STATUS] == IN_PROGRESS:
             take_samples(t, left, run)
         remember(t, run)
         _watch(t, run)
-    scratch.pace[REACHED] = t
+    scratch.pace[REACHED_TIME] = t
 
 
 @kernel
@@ -213,7 +215,7 @@ def _record_largest(t, run):
     motion = run.work.motion
     n = model.bodies.active.size
     place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
-    watched = run.scratch.watched[EVERY]
+    watched = run.scratch.watched[MAY_END]
     events.record_largest(t, y, run.state.modes, motion, model.bodies, model.elements, watched)
 
 
@@ -240,14 +242,16 @@ def _watch(t, run):
     in the time of one step of the solver."""
     counters = run.counters
     pace = run.scratch.pace
-    if t - pace[SINCE] > run.clock.solver_step:
-        pace[SINCE] = t
+    if t - pace[PROGRESS_TIME] > run.clock.solver_step:
+        pace[PROGRESS_TIME] = t
         clear(run.scratch.switches)
-        counters[EVENTS_THEN] = counters[EVENTS]
-        counters[STEPS_THEN] = counters[STEPS] + counters[REJECTED]
-    if counters[EVENTS] - counters[EVENTS_THEN] > PIECES * (1 + run.state.modes.shape[0]):
+        counters[EARLIER_EVENTS] = counters[EVENTS]
+        counters[EARLIER_STEPS] = counters[ACCEPTED] + counters[REJECTED]
+    if counters[EVENTS] - counters[EARLIER_EVENTS] > MAX_EVENTS_PER_INTERVAL * (
+        1 + run.state.modes.shape[0]
+    ):
         counters[STATUS] = CHATTERING
-    if counters[STEPS] + counters[REJECTED] - counters[STEPS_THEN] > CRAWL:
+    if counters[ACCEPTED] + counters[REJECTED] - counters[EARLIER_STEPS] > MAX_STEPS_PER_INTERVAL:
         counters[STATUS] = STEP_TOO_SMALL
 
 
@@ -261,14 +265,14 @@ def _try(t, stop, run):
         note_headings(t, run)
     step(t, stop - t, run)
     located = clock.events and not clock.control.adaptive
-    if located and run.model.liquids.each.size > 0 and counters[STATUS] == RUNNING:
+    if located and run.model.liquids.each.size > 0 and counters[STATUS] == IN_PROGRESS:
         stop = _cut_at_corner(t, stop, run)
     if clock.control.adaptive and not _accepted(t, stop - t, run):
         return False, t, False
     left = False
-    if counters[STATUS] == RUNNING:
+    if counters[STATUS] == IN_PROGRESS:
         stop, left = cut(t, stop, clock.events, run)
-    accepted = counters[STATUS] == RUNNING
+    accepted = counters[STATUS] == IN_PROGRESS
     if not accepted:
         _shorten(t, 0.5 * (stop - t), run)
     return accepted, stop, left
@@ -330,7 +334,7 @@ def _planned_step(t, h, run):
             h = min(h, share * clock.step)
     if clock.control.adaptive:
         return h
-    part = clock.step / PARTS
+    part = clock.step / RELAXATION_PARTS
     if h > 1.1 * part and events.settling(t, run.state.y, run.model.elements):
         return part  # avoids a very short remaining step
     return h
@@ -347,7 +351,7 @@ def _accepted(t, h, run):
     y = run.state.y
     end = scratch.states[END]
     error = np.inf
-    if counters[STATUS] == RUNNING:
+    if counters[STATUS] == IN_PROGRESS:
         error = error_norm(h, method, scratch.k, y, end, run.clock.control)
     factor = step_factor(error, pace[LAST_ERROR], method.order)
     planned = pace[NEXT_STEP]
@@ -367,9 +371,9 @@ def _shorten(t, h, run):
     """Continue with a step of ``h``, unless it is negligible compared with the time."""
     counters = run.counters
     run.scratch.pace[NEXT_STEP] = h
-    if h > SHORTEST * max(abs(t), 1.0):
-        counters[STATUS] = RUNNING
-    elif counters[STATUS] == RUNNING:
+    if h > MIN_STEP * max(abs(t), 1.0):
+        counters[STATUS] = IN_PROGRESS
+    elif counters[STATUS] == IN_PROGRESS:
         counters[STATUS] = STEP_TOO_SMALL
 
 
@@ -436,11 +440,11 @@ def _renew(t, left, run):
     end_slope = known[END_SLOPE] != 0
     known[START_SLOPE] = 0
     known[END_SLOPE] = 0
-    known[START_MARGINS] = UNKNOWN
+    known[START_MARGINS] = STALE
     if left or may_hold(run.state.modes, run.model, run.work):
         return
-    assign(scratch.margins[BEFORE], scratch.margins[AFTER])
-    known[START_MARGINS] = BUT_FOR_SLIP  # their headings are new at each step
+    assign(scratch.margins[BEFORE_STEP], scratch.margins[AFTER_STEP])
+    known[START_MARGINS] = STALE_SLIP_ONLY  # their headings are new at each step
     if _is_breakpoint(t, run.clock):
         return
     if end_slope:
@@ -464,7 +468,7 @@ def check(y, model, counters):
             counters[STATUS] = CAPSIZED
     own = bodies.active.size - bodies.tree.coordinates
     for j in range(own if bodies.exact else 0):
-        if bodies.active[j] % 6 == PITCH and abs(y[j]) > LARGEST_TILT:
+        if bodies.active[j] % 6 == PITCH_DOF and abs(y[j]) > LARGEST_TILT:
             counters[STATUS] = CAPSIZED
     if zero_if_finite(y) != 0.0:
         counters[STATUS] = NOT_FINITE
@@ -482,14 +486,14 @@ def _check_joints(run):
     n = bodies.active.size
     if rechart(state.y[:n], bodies):
         known[START_SLOPE] = 0
-        known[START_MARGINS] = UNKNOWN
+        known[START_MARGINS] = STALE
     if bodies.exact:
         place_bodies(state.y[:n], state.y[n : 2 * n], bodies, motion)
         for b in model.hulls.body:
-            if motion.rotation[b, 2, 2] < UPRIGHT:
+            if motion.rotation[b, 2, 2] < MIN_PITCH_COSINE:
                 run.counters[STATUS] = CAPSIZED
         for k in range(model.liquids.each.size):
-            if motion.rotation[model.liquids.each[k].body, 2, 2] < UPRIGHT:
+            if motion.rotation[model.liquids.each[k].body, 2, 2] < MIN_PITCH_COSINE:
                 run.counters[STATUS] = CAPSIZED
 
 

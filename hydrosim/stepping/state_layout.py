@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.dofs import DOFS
-from hydrosim.forces import KINDS
+from hydrosim.forces import ELEMENT_KINDS
 from hydrosim.forces.kind import Tallying
 from hydrosim.scene import Scene, WaveForces
 from hydrosim.stepping.dynamics import Model
@@ -129,7 +129,7 @@ def _blocks(
     yield StateKind.COORDINATE, (Entry(q.dof, q.body, q.name, (q,)) for q in free)
     yield StateKind.RATE, (Entry(q.dof, q.body, f"rate of {q.name}", (q,)) for q in free)
     yield StateKind.RADIATION, _radiation(scene, model)
-    for kind in KINDS:
+    for kind in ELEMENT_KINDS:
         for own in kind.states(kind.of(model), scene):
             yield own.kind, _each(own.owners, own.components, own.prefix)
     yield StateKind.SLOW_PLACE, _each(slow_bodies(scene, met), SLOW_NAMES)
@@ -140,7 +140,7 @@ def _blocks(
     yield StateKind.ENERGY, _energies(scene)
     if scene.output_impulses:
         yield StateKind.IMPULSE, _impulses(scene)
-        for kind in KINDS:
+        for kind in ELEMENT_KINDS:
             if isinstance(kind, Tallying):
                 yield StateKind.TALLY, _each(kind.unit_names(scene), kind.tallied)
 

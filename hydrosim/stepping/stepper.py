@@ -7,7 +7,7 @@ again in every process.
 from __future__ import annotations
 
 from hydrosim.integrate import advance_state, improve, prepare, stage_state
-from hydrosim.integrate.implicit import ITERATIONS, READY, SLOW, STALE
+from hydrosim.integrate.implicit import MAX_ITERATIONS, READY, SLOW_ITERATIONS, STALE
 from hydrosim.jit.kernels import assign, kernel, root
 from hydrosim.stepping.dynamics import jacobian, may_hold, rhs
 from hydrosim.stepping.state import (
@@ -22,8 +22,8 @@ from hydrosim.stepping.state import (
     STATUS,
 )
 
-INSIDE = 1e-15  # of the time: distance from a corner at which it is evaluated from inside
-SMALL = 1e-7  # of differences of states for the Jacobian: m, rad and their rates
+CORNER_OFFSET = 1e-15  # of the time: distance from a corner at which it is evaluated from inside
+JACOBIAN_OFFSET = 1e-7  # of differences of states for the Jacobian: m, rad and their rates
 
 
 @root
@@ -33,7 +33,7 @@ def step(t, h, run):
     Its end is evaluated from inside, a few roundings early: a rate may jump there.
     """
     y, k, method, scratch = run.state.y, run.scratch.k, run.method, run.scratch
-    stage, last = scratch.states[STAGE], (t + h) * (1.0 - INSIDE)
+    stage, last = scratch.states[STAGE], (t + h) * (1.0 - CORNER_OFFSET)
     if scratch.known[START_SLOPE] == 0:
         find_start_slope(t, run)
     for i in range(1, method.c.size):
@@ -95,7 +95,7 @@ def _solve_stage(i, t, weight, run):
         if newton.status[0] == STALE:
             y, modes, history = state.y, state.modes, state.history
             states, room, J = newton.states, newton.shifted, newton.J
-            jacobian(t, y, modes, history, run.model, run.work, states, SMALL, room, J)
+            jacobian(t, y, modes, history, run.model, run.work, states, JACOBIAN_OFFSET, room, J)
             run.counters[EVALUATIONS] += 2 * states.size
             newton.weight[0] = 0.0
             newton.status[0] = READY
@@ -114,12 +114,12 @@ def _iterate(i, t, weight, run):
     k, stage = scratch.k, scratch.states[STAGE]
     guess, f = scratch.states[END], scratch.states[SPARE]
     assign(k[i], k[i - 1])
-    for n in range(ITERATIONS):
+    for n in range(MAX_ITERATIONS):
         for m in range(guess.size):
             guess[m] = stage[m] + weight * k[i, m]
         slope(t, guess, run, f)
         if improve(k[i], f, run.state.y, weight, scratch.newton, run.clock.control) <= 1.0:
-            if n >= SLOW:
+            if n >= SLOW_ITERATIONS:
                 scratch.newton.status[0] = STALE
             return True
     return False

@@ -20,7 +20,7 @@ from hydrosim.errors import InputError
 from hydrosim.jit.kernels import kernel
 from hydrosim.scene import CurrentProfile, Environment, Stream
 
-PARTS = 100  # of the table of a power law
+PROFILE_PARTS = 100  # of the table of a power law
 
 
 class CurrentTable(NamedTuple):
@@ -98,7 +98,7 @@ def power_profile(exponent: float, depth: float, key: str = "current") -> Curren
             f"{key}: found a power law in water of infinite depth; expected the depth at which the"
             " current ends. Give depth there."
         )
-    part = np.linspace(1.0, 0.0, PARTS + 1)
+    part = np.linspace(1.0, 0.0, PROFILE_PARTS + 1)
     steepness = max(2.0 / exponent, 1.0)
     above = part**steepness
     at = tuple(float(depth * (1.0 - s)) for s in above)

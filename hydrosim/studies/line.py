@@ -20,8 +20,8 @@ from hydrosim.documents.text import Source
 from hydrosim.forces.line.hang import find_touch
 from hydrosim.forces.line.now import lines_now
 from hydrosim.forces.line.points import find_points
-from hydrosim.forces.line.shape import PIECE, REASONS, Pull, solve, stiffness
-from hydrosim.rigid.kinematics import place_bodies
+from hydrosim.forces.line.shape import REASONS, Pull, solve, stiffness
+from hydrosim.rigid.kinematics import LINE_PIECE, place_bodies
 from hydrosim.stepping.dynamics import new_work
 
 if TYPE_CHECKING:
@@ -176,7 +176,7 @@ def lines_of_system(system: System) -> list[StillLine]:
         found.append(
             StillLine(
                 name,
-                np.array(rows, dtype=PIECE),
+                np.array(rows, dtype=LINE_PIECE),
                 float(np.hypot(across[0], across[1])),
                 -float(across[2]),
                 bed,

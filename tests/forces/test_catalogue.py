@@ -12,7 +12,7 @@ from examples import KINDS, LAWS, all_examples, built
 from test_elements import ELEMENTS
 
 from hydrosim.evidence import features_of
-from hydrosim.forces import KINDS as KINDS_OF_UNITS
+from hydrosim.forces import ELEMENT_KINDS as KINDS_OF_UNITS
 from hydrosim.forces import External, ForceElement
 from hydrosim.forces.contact import guide
 from hydrosim.forces.contact.laws import LAWS as ALL_LAWS

@@ -14,7 +14,7 @@ from moored_barge import in_contact
 
 import hydrosim
 import hydrosim as hs
-from hydrosim.forces import KINDS, Elements, Frictionless, own_modes
+from hydrosim.forces import ELEMENT_KINDS, Elements, Frictionless, own_modes
 from hydrosim.forces.events import held_points
 from hydrosim.forces.kind import ElementKind, Kind, Mirrored, Renewing, Tallying
 from hydrosim.scene import Active, Joint, JointFriction, JointResistance, JointType, When
@@ -65,17 +65,17 @@ def test_states_and_modes_are_where_their_kinds_say() -> None:
     compiled = hs.compile_scene(in_contact(20.0))
     model = compiled.model
     rows = np.arange(len(compiled.state.modes))
-    seen = [own_modes(kind, kind.of(model), rows[:, None])[:, 0] for kind in KINDS]
+    seen = [own_modes(kind, kind.of(model), rows[:, None])[:, 0] for kind in ELEMENT_KINDS]
     assert np.concatenate(seen).tolist() == rows.tolist()
     names = [
         f"{component} of {block.prefix}{owner}"
-        for kind in KINDS
+        for kind in ELEMENT_KINDS
         for block in kind.states(kind.of(model), compiled.scene)
         for owner in block.owners
         for component in block.components
     ]
     assert len(names) == model.slow - model.own
-    felt = np.concatenate([kind.felt_states(kind.of(model)) for kind in KINDS])
+    felt = np.concatenate([kind.felt_states(kind.of(model)) for kind in ELEMENT_KINDS])
     assert np.all((felt >= model.own) & (felt < model.slow))
 
 
@@ -102,4 +102,4 @@ def test_reactions_are_of_one_unit_each() -> None:
 def test_what_few_kinds_have_is_asked_by_protocols() -> None:
     """Each protocol has a kind that follows it and one that does not."""
     for protocol in (Mirrored, Renewing, Tallying):
-        assert {isinstance(kind, protocol) for kind in KINDS} == {True, False}
+        assert {isinstance(kind, protocol) for kind in ELEMENT_KINDS} == {True, False}

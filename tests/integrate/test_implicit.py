@@ -20,7 +20,7 @@ from hydrosim.integrate import (
     prepare,
     stage_state,
 )
-from hydrosim.integrate.implicit import ITERATIONS, NO_FILTERS, factorise, solve
+from hydrosim.integrate.implicit import MAX_ITERATIONS, NO_FILTERS, factorise, solve
 
 Figure = Callable[[str, float], None]
 PAIR = ESDIRK4.tableau
@@ -52,7 +52,7 @@ def integrate(
             weight, at = h * method.a[i, i], t + method.c[i] * h
             prepare(weight, newton)
             k[i] = k[i - 1]
-            for _ in range(ITERATIONS):
+            for _ in range(MAX_ITERATIONS):
                 if improve(k[i], f(at, stage + weight * k[i]), y, weight, newton, control) <= 1.0:
                     break
             else:

@@ -31,7 +31,7 @@ from hydrosim.forces import (
     Table,
     constant,
 )
-from hydrosim.integrate.exponential import BESIDE, area_weights, extended, interval
+from hydrosim.integrate.exponential import NODES_BESIDE, area_weights, extended, interval
 from hydrosim.linear.propagate import division, linear_equation, stretches
 from hydrosim.scene import (
     Body,
@@ -108,7 +108,7 @@ def test_response_to_a_harmonic_force(J: np.ndarray) -> None:
     parts, length, omega = 10, 0.5, 1.3
     step, z = length / parts, np.linspace(0.3, -0.2, len(J))
     of = interval(J, PUSH[len(J)], length, parts)
-    f = np.cos(omega * step * (np.arange(parts + 1 + 2 * BESIDE) - BESIDE))
+    f = np.cos(omega * step * (np.arange(parts + 1 + 2 * NODES_BESIDE) - NODES_BESIDE))
     whole = with_force(J, PUSH[len(J)], omega)
     for i in range(parts + 1):
         expected = linalg.expm(whole * i * step) @ [*z, 1.0, 0.0]

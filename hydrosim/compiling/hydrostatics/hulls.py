@@ -11,7 +11,7 @@ import numpy as np
 from hydrosim.compiling.hydrostatics.solids import solids_of
 from hydrosim.database.database import HydroDatabase, require_array
 from hydrosim.database.hull import immersed_triangles, integrals
-from hydrosim.dofs import SMALL
+from hydrosim.dofs import SYMMETRY_RTOL
 from hydrosim.forces.displacement import Hulls, add_displacement_energy
 from hydrosim.forces.layout import HYDROSTATIC
 from hydrosim.rigid.kinematics import Bodies, Motion, new_motion
@@ -83,7 +83,7 @@ def lopsided(p: Hulls, bodies: Bodies) -> Iterator[int]:
             heave, trim, heel = draw.uniform(-0.5, 0.5, 3) * (depth, 0.1, depth / size)
             motion.coordinates[6 * b + 2] = heave
             port, starboard = (_stored(own, bodies, motion, b, trim, x) for x in (heel, -heel))
-            if abs(port - starboard) > SMALL * abs(port):
+            if abs(port - starboard) > SYMMETRY_RTOL * abs(port):
                 yield int(b)
                 break
 

@@ -14,7 +14,7 @@ from hydrosim.scene import Scene
 from hydrosim.streams.current import current_table, is_sheared
 from hydrosim.streams.gusts import band
 from hydrosim.streams.spectra import variance
-from hydrosim.streams.wind import REFERENCE, MeanWind, gust_factor, mean_wind
+from hydrosim.streams.wind import REFERENCE_HEIGHT, MeanWind, gust_factor, mean_wind
 
 if TYPE_CHECKING:
     from hydrosim.scene import Gusts
@@ -56,10 +56,10 @@ def _speed(velocity: np.ndarray) -> float:
 
 def _said_of_gusts(gusts: Gusts, wind: MeanWind) -> Iterator[str]:
     lowest, highest = band(gusts)
-    below, within, above = variance(gusts.spectrum, REFERENCE, wind, lowest, highest)
+    below, within, above = variance(gusts.spectrum, REFERENCE_HEIGHT, wind, lowest, highest)
     total = below + within + above
     each = " and ".join(
-        f"{gust_factor(wind.hour_mean, REFERENCE, time):.3g} over {text}"
+        f"{gust_factor(wind.hour_mean, REFERENCE_HEIGHT, time):.3g} over {text}"
         for time, text in GUSTS.items()
     )
     yield (

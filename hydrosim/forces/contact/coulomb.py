@@ -24,13 +24,13 @@ import numpy as np
 from hydrosim.forces.contact.geometry import press, tangential_bias
 from hydrosim.forces.contact.law import AT_REST, Constants, Friction, direction
 from hydrosim.forces.contact.modes import SLIP, STICK
-from hydrosim.forces.holds import NONE
 from hydrosim.jit.kernels import clear, kernel
+from hydrosim.modes import NO_INDEX
 from hydrosim.rigid.kinematics import generalised_force
 from hydrosim.rigid.vectors import length
 
 STOPPED = 1e-6  # of the speed by which the end of slip was located: slip has come to rest
-RANK = 1e-12  # of the larger: smaller components are no direction of motion
+RANK_RTOL = 1e-12  # of the larger: smaller components are no direction of motion
 
 
 @dataclass(frozen=True)
@@ -110,8 +110,8 @@ def hold(i, point, contact, bodies, motion, wrench, rows, holds):
         press(point, contact, 0.0, along, wrench)
         generalised_force(bodies, motion, wrench, rows.J[r + a])
         holds.point[r + a] = i
-        holds.lock[r + a] = NONE
-        holds.motion[r + a] = NONE
+        holds.lock[r + a] = NO_INDEX
+        holds.motion[r + a] = NO_INDEX
         holds.residual[r + a] = 0.0
         holds.direction[r + a, 0], holds.direction[r + a, 1] = along
         rows.bound[r + a] = -bias[a]
@@ -130,7 +130,7 @@ def _independent(r, rows, holds):
         g22 += rows.J[r + 1, j] * rows.J[r + 1, j]
     if g11 + g22 == 0.0:
         return 0
-    if g11 * g22 - g12 * g12 > RANK * (g11 + g22) ** 2:
+    if g11 * g22 - g12 * g12 > RANK_RTOL * (g11 + g22) ** 2:
         return 2
     angle = 0.5 * atan2(2.0 * g12, g11 - g22)
     u1 = cos(angle)
@@ -152,6 +152,6 @@ def collect_reactions(rows, holds):
     """Compute the reactions of all points from the forces of their constraints ``rows``."""
     clear(holds.reaction.reshape(holds.reaction.size))
     for r in range(rows.number[0]):
-        for a in range(2 if holds.point[r] != NONE else 0):
+        for a in range(2 if holds.point[r] != NO_INDEX else 0):
             force = rows.force[r] * holds.direction[r, a]
             holds.reaction[holds.point[r], a] += force

@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from hydrosim.dofs import MIRROR_SIGN, SMALL
+from hydrosim.dofs import MIRROR_SIGN, SYMMETRY_RTOL
 from hydrosim.errors import InputError
 from hydrosim.forces import curve
 from hydrosim.forces.contact import coulomb, edges, geometry, group, laws, loop
@@ -34,7 +34,7 @@ from hydrosim.forces.contact.frictionless import Frictionless
 from hydrosim.forces.contact.law import Pressed
 from hydrosim.forces.contact.laws import COULOMB, FORGETFUL, LAW, Law
 from hydrosim.forces.contact.modes import OPEN, PASSED, STICK
-from hydrosim.forces.contact.normal import FLAT, NormalCurve, NormalLoop, PrescribedNormal
+from hydrosim.forces.contact.normal import NO_CURVE, NormalCurve, NormalLoop, PrescribedNormal
 from hydrosim.forces.contact.stick_slip import StickSlip
 from hydrosim.forces.curve import SEGMENT as PIECE
 from hydrosim.forces.signal import (
@@ -47,28 +47,28 @@ from hydrosim.forces.signal import (
     value,
 )
 from hydrosim.jit.kernels import clear, kernel, root
-from hydrosim.modes import MODE, RISING, SEGMENT
+from hydrosim.modes import MODE, NO_INDEX, RISING, SEGMENT
 from hydrosim.scene import ForceElement
 
 if TYPE_CHECKING:
     from hydrosim.forces.contact.plane import Plane
     from hydrosim.forces.layout import Layout
 
-STATE_NAMES = (  # of each point
+CONTACT_STATE_NAMES = (  # of each point
     *("stretch 1", "stretch 2", "slip distance"),
     *("friction loss", "damping loss", "slip damping loss", "settled"),
 )
-STATES = len(STATE_NAMES)
-SLIP_DISTANCE, DISSIPATED, DAMPED, SLIP_DAMPED, SETTLED = range(2, STATES)
-FELT = 2  # first states of a point, which others depend on: its stretch
+CONTACT_STATES = len(CONTACT_STATE_NAMES)
+SLIP_DISTANCE, DISSIPATED, DAMPED, SLIP_DAMPED, SETTLED = range(2, CONTACT_STATES)
+FELT_STATES = 2  # first states of a point, which others depend on: its stretch
 # see `observe`
 COMPRESSION = 0
 NORMAL_FORCE = 1
-FRICTION = 2
+FRICTION_FORCE = 2
 NODE = 5
-LOST = 8
-OBSERVED = 9
-LEAST_NORMAL = 1e-12  # of the largest prescribed normal force
+ENERGY_LOST = 8
+CONTACT_OUTPUTS = 9
+MIN_NORMAL_SHARE = 1e-12  # of the largest prescribed normal force
 
 
 Normal = NormalCurve | NormalLoop | PrescribedNormal
@@ -158,7 +158,7 @@ class Fender(Contact):
         return replace(self, points=self.points * MIRROR_SIGN[:3], plane=self.plane.image())
 
 
-POINT = np.dtype(
+CONTACT_POINT = np.dtype(
     [
         *(("body", int), ("row", int), ("place", float, 3)),
         *geometry.PLANE,
@@ -180,7 +180,7 @@ ends its branch."""
 
 
 class ContactConstants(NamedTuple):
-    """``points`` (n,) of `POINT`, the ``segments`` of their curves, the ``pieces`` of their
+    """``points`` (n,) of `CONTACT_POINT`, the ``segments`` of their curves, the ``pieces`` of their
     signals, the ``edges`` (m, 3) of their planes; the first of their states in y, and of their rows
     of modes. States of the ``remembering`` points (`loop`) follow those of all points; states of
     the ``groups`` (`group`) follow these."""
@@ -211,7 +211,9 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Co
         if isinstance(e.normal, PrescribedNormal):
             signal = _prescribed(next(following), pieces)
         first = sum(map(len, segments))
-        segments.append(loop.segments(FLAT if isinstance(e.normal, PrescribedNormal) else e.normal))
+        segments.append(
+            loop.segments(NO_CURVE if isinstance(e.normal, PrescribedNormal) else e.normal)
+        )
         curve_ = loop.pieces(e.normal, first, segments[-1])
         law = laws.constants(e.friction)
         usual = laws.reach(e.friction, _usual_load(e, signal, pieces, layout)), layout.step
@@ -219,17 +221,17 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Co
         keeps = e.remembers or isinstance(e.normal, NormalLoop)
         for point, plane in zip(e.points, e.planes(), strict=True):
             sides = edges.of(plane)
-            back = loop.back(e.normal, first, segments[-1], remembering if keeps else loop.NONE)
+            back = loop.back(e.normal, first, segments[-1], remembering if keeps else NO_INDEX)
             end = (sum(map(len, ends)), len(sides), inf if plane.extent is None else plane.extent)
             each = (*curve_, *signal, *law, *usual, *back, *end)
-            own = (*place, point, *_plane(plane, layout), *each, group.NONE, not layout.events)
+            own = (*place, point, *_plane(plane, layout), *each, NO_INDEX, not layout.events)
             rows.append(own)
             names.append(e.group or name)
             ends.append(sides)
             remembering += keeps
-    points = np.array(rows, dtype=POINT)
+    points = np.array(rows, dtype=CONTACT_POINT)
     all_ends = np.concatenate(ends)
-    states = STATES * len(points) + loop.STATES * remembering
+    states = CONTACT_STATES * len(points) + loop.LOOP_STATES * remembering
     groups = group.remembering(fenders, layout.carried, states)
     for g, index in enumerate(groups["index"]):
         points["group"][np.array(names) == [*dict.fromkeys(names)][index]] = g
@@ -241,7 +243,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Co
 def _prescribed(signal: np.void, pieces: np.ndarray) -> tuple[bool, float, np.void]:
     """True if the normal force is prescribed; the least force that counts as contact; the
     signal."""
-    return True, LEAST_NORMAL * abs(value(crest(signal, pieces), signal, pieces)), signal
+    return True, MIN_NORMAL_SHARE * abs(value(crest(signal, pieces), signal, pieces)), signal
 
 
 def _usual_load(
@@ -251,7 +253,7 @@ def _usual_load(
     or, if smaller, the force at the end of the curve."""
     _, least, _ = signal
     if isinstance(fender.normal, PrescribedNormal):
-        return least / LEAST_NORMAL
+        return least / MIN_NORMAL_SHARE
     between = [fender.body, *(name for _, name in fender.others() if name)]
     weights = [layout.weight[layout.body[name]] for name in between]
     return min(*weights, float(fender.normal.force[-1]))
@@ -266,19 +268,19 @@ def _plane(plane: Plane, layout: Layout) -> tuple[Any, ...]:
 
 def which_remember(p: ContactConstants) -> np.ndarray:
     """Indices (r,) of the points with a memory of their loading: each has states for it."""
-    return np.flatnonzero(p.points["memory"] != loop.NONE)
+    return np.flatnonzero(p.points["memory"] != NO_INDEX)
 
 
 def memories(p: ContactConstants, y: np.ndarray) -> np.ndarray:
     """The memory (..., r, loop.STATES) of ``r`` points, from y (..., ny)."""
     own = y[..., places_of_memories(p)]
-    return own.reshape(*y.shape[:-1], p.remembering, loop.STATES)
+    return own.reshape(*y.shape[:-1], p.remembering, loop.LOOP_STATES)
 
 
 def places_of_memories(p: ContactConstants) -> slice:
     """The places of all memories in y."""
-    first = p.state + STATES * p.points.size
-    return slice(first, first + loop.STATES * p.remembering)
+    first = p.state + CONTACT_STATES * p.points.size
+    return slice(first, first + loop.LOOP_STATES * p.remembering)
 
 
 def without_friction(p: ContactConstants) -> ContactConstants:
@@ -292,30 +294,30 @@ def without_friction(p: ContactConstants) -> ContactConstants:
 
 def dynamic_states(p: ContactConstants) -> np.ndarray:
     """Entries (m,) of y that other states depend on: the stretches of nodes."""
-    first = p.state + STATES * np.flatnonzero(p.points["node"])
+    first = p.state + CONTACT_STATES * np.flatnonzero(p.points["node"])
     return np.sort(np.concatenate([first, first + 1]))
 
 
 def forget(p: ContactConstants, y: np.ndarray) -> None:
     """Clear the states in y that have no meaning for their points' law."""
     for i in np.flatnonzero(np.isin(p.points["law"], FORGETFUL)):
-        y[p.state + STATES * i :][:2] = 0.0
+        y[p.state + CONTACT_STATES * i :][:2] = 0.0
 
 
 def is_mirrored(p: ContactConstants, y: np.ndarray, modes: np.ndarray) -> bool:
     """True if each contact point's image has the same stretch, mode and line of its loop."""
     points = p.points
     n = p.points.size
-    s = y[p.state :][: STATES * n].reshape(-1, STATES)[:, :2, None]
+    s = y[p.state :][: CONTACT_STATES * n].reshape(-1, CONTACT_STATES)[:, :2, None]
     stretch = s[:, 0] * points["tangent1"] + s[:, 1] * points["tangent2"]
     here = np.stack([points["place"], points["plane_normal"], stretch], axis=1)
     mode = modes[p.mode :][:n, MODE]
     whose = np.stack([points["body"], points["plane_body"], mode], 1)
     apart = np.abs((here * MIRROR_SIGN[:3])[:, None] - here).max(axis=3)
-    close = apart <= SMALL * np.abs(here).max(axis=(0, 2), initial=0.0)
+    close = apart <= SYMMETRY_RTOL * np.abs(here).max(axis=(0, 2), initial=0.0)
     start = np.zeros(n)
-    start[which_remember(p)] = memories(p, y)[:, loop.SET]
-    alike = np.abs(start[:, None] - start) <= SMALL * np.abs(start).max(initial=0.0)
+    start[which_remember(p)] = memories(p, y)[:, loop.BRANCH_START]
+    alike = np.abs(start[:, None] - start) <= SYMMETRY_RTOL * np.abs(start).max(initial=0.0)
     images = close.all(axis=2) & np.all(whose[:, None] == whose, axis=2) & alike
     return bool(np.all(images.any(axis=1)))
 
@@ -326,14 +328,14 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     ``rate``. Rates of stretch, slip distance and energy lost in friction go to ``dy``. Reactions of
     rigid friction are left out: see `add_reactions`. The memory of points changes at events
     only."""
-    first = p.state + STATES * p.points.size
-    clear(dy[first : first + loop.STATES * p.remembering + group.STATES * p.groups.size])
+    first = p.state + CONTACT_STATES * p.points.size
+    clear(dy[first : first + loop.LOOP_STATES * p.remembering + group.GROUP_STATES * p.groups.size])
     for i in range(p.points.size):
         point = p.points[i]
         mode = modes[p.mode + i, MODE]
-        k = p.state + STATES * i
-        x = y[k : k + STATES]
-        dx = dy[k : k + STATES]
+        k = p.state + CONTACT_STATES * i
+        x = y[k : k + CONTACT_STATES]
+        dx = dy[k : k + CONTACT_STATES]
         if mode == OPEN and (not point.node or x[0] == x[1] == 0.0):
             clear(dx)
             continue
@@ -373,14 +375,14 @@ def pressure(i, t, y, modes, contact, p):
     point = p.points[i]
     if mode[MODE] == OPEN:
         return Pressed(0.0, 0.0, 0.0, False)
-    start = y[memory(point, p) + loop.SET] if mode[SEGMENT] == point.line else 0.0
+    start = y[memory(point, p) + loop.BRANCH_START] if mode[SEGMENT] == point.line else 0.0
     return pressed(t, point, p.segments[mode[SEGMENT]], start, mode[RISING], contact, p)
 
 
 @kernel
 def memory(point, p):
     """First entry in y of a point's memory; the point must have one."""
-    return p.state + STATES * p.points.size + loop.STATES * point.memory
+    return p.state + CONTACT_STATES * p.points.size + loop.LOOP_STATES * point.memory
 
 
 @kernel
@@ -424,7 +426,7 @@ def stored_along_normal(i, t, y, modes, contact, p):
     """Recoverable energy in the normal curve of point ``i`` in contact."""
     point = p.points[i]
     x = contact.compression
-    if point.line != loop.NONE:
+    if point.line != NO_INDEX:
         return loop.recoverable(pressure(i, t, y, modes, contact, p).elastic, x, point, p.segments)
     return curve.stored_energy(p.segments[modes[p.mode + i, SEGMENT]], x)
 
@@ -434,7 +436,7 @@ def lost_in_loop(i, y, modes, contact, p):
     """Energy that the loop of point ``i`` has dissipated."""
     point = p.points[i]
     mode = modes[p.mode + i]
-    lost = y[memory(point, p) + loop.LOSS]
+    lost = y[memory(point, p) + loop.LOOP_LOSS]
     if mode[MODE] != OPEN:
         lost += loop.lost_on(mode[SEGMENT], contact.compression, point, p.segments)
     return lost
@@ -455,7 +457,7 @@ def left_behind(i, modes, contact, p):
 @kernel
 def stored_in_plane(i, t, y, modes, contact, p):
     """Energy in the stretched node of point ``i``."""
-    k = p.state + STATES * i
+    k = p.state + CONTACT_STATES * i
     point = p.points[i]
     if not point.node:
         return 0.0
@@ -479,26 +481,26 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
 
 @root
 def observe(t, y, modes, motion, bodies, p, reactions, out):
-    """Write rows of `OBSERVED` of all points to ``out``: compression, N, friction (3) in the earth
-    frame, node (3), energy lost in friction. Compression is zero or negative where a plane does not
-    act."""
+    """Write rows of `CONTACT_OUTPUTS` of all points to ``out``: compression, N, friction (3) in the
+    earth frame, node (3), energy lost in friction. Compression is zero or negative where a plane
+    does not act."""
     for i in range(p.points.size):
         point = p.points[i]
         mode = modes[p.mode + i, MODE]
-        k = p.state + STATES * i
-        x = y[k : k + STATES]
-        row = out[OBSERVED * i : OBSERVED * (i + 1)]
+        k = p.state + CONTACT_STATES * i
+        x = y[k : k + CONTACT_STATES]
+        row = out[CONTACT_OUTPUTS * i : CONTACT_OUTPUTS * (i + 1)]
         c = geometry.touch(point, bodies, motion)
         s = (x[0], x[1])
         load = pressure(i, t, y, modes, c, p)
         f = laws.friction(mode, load, c.velocity, s, point).force
         if point.law == COULOMB and mode == STICK:
             f = (reactions[i, 0], reactions[i, 1])
-        row[LOST] = x[DISSIPATED] - laws.lent(mode, load, c.velocity, s, point)
+        row[ENERGY_LOST] = x[DISSIPATED] - laws.lent(mode, load, c.velocity, s, point)
         if mode == OPEN:
-            row[LOST] -= left_behind(i, modes, c, p)
-        if point.memory != loop.NONE:
-            row[LOST] += lost_in_loop(i, y, modes, c, p)
+            row[ENERGY_LOST] -= left_behind(i, modes, c, p)
+        if point.memory != NO_INDEX:
+            row[ENERGY_LOST] += lost_in_loop(i, y, modes, c, p)
         s = laws.stretch(mode, load, c.velocity, s, point)
         acts = mode != OPEN or modes[p.mode + i, RISING] < PASSED
         row[COMPRESSION] = c.compression if acts else min(c.compression, 0.0)
@@ -507,5 +509,5 @@ def observe(t, y, modes, motion, bodies, p, reactions, out):
             t1 = c.tangent1[j]
             t2 = c.tangent2[j]
             n = c.normal[j]
-            row[FRICTION + j] = f[0] * t1 + f[1] * t2
+            row[FRICTION_FORCE + j] = f[0] * t1 + f[1] * t2
             row[NODE + j] = c.place[j] + c.compression * n - s[0] * t1 - s[1] * t2

@@ -25,7 +25,7 @@ from hydrosim.forces.contact import geometry
 from hydrosim.forces.contact.fender import Contact
 from hydrosim.forces.kind import Columns, Kept, Modes, Variable
 from hydrosim.forces.layout import Layout, unit_ranges
-from hydrosim.forces.postures import PRESSED as COMPRESSED
+from hydrosim.forces.postures import LINEARISATION_DEPTH as COMPRESSED
 from hydrosim.forces.postures import PosingKind, Posture, rest_at_first
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import CONTACT_MARGIN, MARGINS, MODE, RISING_MARGIN, SEGMENT, SEGMENT_MARGIN
@@ -34,9 +34,9 @@ from hydrosim.rigid.vectors import length
 if TYPE_CHECKING:
     from hydrosim.scene import ForceElement, Scene
 
-AWAY, FREE, PRESSED, BESIDE, INACTIVE = range(5)
-NAMES = ("away", "free", "pressed", "beside", "inactive")
-FORCE, CLEARANCE, OBSERVED = range(3)  # see `observe`
+AWAY, FREE, PIN_PRESSED, PIN_BESIDE, INACTIVE = range(5)
+GUIDE_MODES = ("away", "free", "pressed", "beside", "inactive")
+PIN_FORCE, PIN_CLEARANCE, GUIDE_OUTPUTS = range(3)  # see `observe`
 ENDLESS = 1e6  # m: a wall without a mouth
 INSIDE = 1.0  # m: limit of the margin from the mouth
 
@@ -98,7 +98,7 @@ def pressed_by(pin, contact):
 def wall_force(i, e, modes, p):
     """f(e) of pin ``i`` while it is pressed, else zero."""
     mode = modes[p.mode + i]
-    return curve.curve_force(p.segments[mode[SEGMENT]], e) if mode[MODE] == PRESSED else 0.0
+    return curve.curve_force(p.segments[mode[SEGMENT]], e) if mode[MODE] == PIN_PRESSED else 0.0
 
 
 @root
@@ -106,7 +106,7 @@ def add_force(t, y, modes, motion, bodies, elements, wrench):
     """Add the force of every wall to its row of ``wrench``; walls dissipate nothing."""
     p = elements.guides
     for i in range(p.pins.size):
-        if modes[p.mode + i, MODE] == PRESSED:
+        if modes[p.mode + i, MODE] == PIN_PRESSED:
             pin = p.pins[i]
             point = elements.fenders.points[pin.point]
             c = geometry.touch(point, bodies, motion)
@@ -128,7 +128,7 @@ def add_energy(modes, motion, bodies, elements, stored):
 @kernel
 def _stored(i, modes, motion, bodies, elements):
     p = elements.guides
-    if modes[p.mode + i, MODE] != PRESSED:
+    if modes[p.mode + i, MODE] != PIN_PRESSED:
         return 0.0
     c = geometry.touch(elements.fenders.points[p.pins[i].point], bodies, motion)
     return curve.stored_energy(p.segments[modes[p.mode + i, SEGMENT]], pressed_by(p.pins[i], c)[0])
@@ -136,13 +136,13 @@ def _stored(i, modes, motion, bodies, elements):
 
 @root
 def observe(modes, motion, bodies, elements, out):
-    """Write rows of `OBSERVED` of all pins to ``out``: f and -e."""
+    """Write rows of `GUIDE_OUTPUTS` of all pins to ``out``: f and -e."""
     p = elements.guides
     for i in range(p.pins.size):
         c = geometry.touch(elements.fenders.points[p.pins[i].point], bodies, motion)
         e, _ = pressed_by(p.pins[i], c)
-        out[OBSERVED * i + FORCE] = wall_force(i, e, modes, p)
-        out[OBSERVED * i + CLEARANCE] = -e
+        out[GUIDE_OUTPUTS * i + PIN_FORCE] = wall_force(i, e, modes, p)
+        out[GUIDE_OUTPUTS * i + PIN_CLEARANCE] = -e
 
 
 @root
@@ -164,9 +164,9 @@ def margins(modes, motion, bodies, elements, out):
         out[m + RISING_MARGIN] = -within if mode[MODE] == AWAY else within
         if mode[MODE] != AWAY:
             out[m + CONTACT_MARGIN] = -e if mode[MODE] == FREE else e
-        if mode[MODE] == PRESSED and mode[SEGMENT] < pin.last:
+        if mode[MODE] == PIN_PRESSED and mode[SEGMENT] < pin.last:
             out[m + SEGMENT_MARGIN] = p.segments[mode[SEGMENT]].upper - e
-        if mode[MODE] == PRESSED and mode[SEGMENT] > pin.first:
+        if mode[MODE] == PIN_PRESSED and mode[SEGMENT] > pin.first:
             below = e - p.segments[mode[SEGMENT]].lower
             out[m + SEGMENT_MARGIN] = min(out[m + SEGMENT_MARGIN], below)
 
@@ -182,10 +182,10 @@ def switch(i, which, y, modes, motion, bodies, elements):
     if which == SEGMENT_MARGIN:
         mode[SEGMENT] = curve.next_segment(mode[SEGMENT], p.segments[mode[SEGMENT]], e)
     elif which == CONTACT_MARGIN:
-        mode[MODE] = PRESSED if mode[MODE] == FREE else FREE
+        mode[MODE] = PIN_PRESSED if mode[MODE] == FREE else FREE
         mode[SEGMENT] = pin.first
     elif mode[MODE] == AWAY:
-        mode[MODE] = BESIDE if e > 0.0 else FREE
+        mode[MODE] = PIN_BESIDE if e > 0.0 else FREE
     else:
         _leave(i, AWAY, y, modes, motion, bodies, elements)
 
@@ -207,7 +207,9 @@ def activate(i, modes, motion, bodies, elements):
     pin = p.pins[i]
     c = geometry.touch(elements.fenders.points[pin.point], bodies, motion)
     e, _ = pressed_by(pin, c)
-    modes[p.mode + i, MODE] = AWAY if c.compression <= -pin.depth else BESIDE if e > 0.0 else FREE
+    modes[p.mode + i, MODE] = (
+        AWAY if c.compression <= -pin.depth else PIN_BESIDE if e > 0.0 else FREE
+    )
     modes[p.mode + i, SEGMENT] = pin.first
 
 
@@ -233,7 +235,7 @@ def settle(modes, motion, bodies, elements):
         mode = modes[p.mode + i]
         c = geometry.touch(elements.fenders.points[pin.point], bodies, motion)
         e, _ = pressed_by(pin, c)
-        mode[MODE] = AWAY if c.compression <= -pin.depth else PRESSED if e > 0.0 else FREE
+        mode[MODE] = AWAY if c.compression <= -pin.depth else PIN_PRESSED if e > 0.0 else FREE
         mode[SEGMENT] = curve.find_segment(pin.first, pin.last, p.segments, e)
 
 
@@ -242,7 +244,7 @@ class GuideKind(PosingKind):
     variables: ClassVar = {
         "guide_force": Variable("force of the wall, across the axis of the seat", "N"),
         "guide_clearance": Variable("clearance to the wall, negative if pressed", "m"),
-        "guide_mode": Variable("mode of a pin in its guide", "1", flags=" ".join(NAMES)),
+        "guide_mode": Variable("mode of a pin in its guide", "1", flags=" ".join(GUIDE_MODES)),
         "guide_segment": Variable("piece of the curve of the wall, counted from 0", "1"),
     }
 
@@ -259,7 +261,7 @@ class GuideKind(PosingKind):
             return []
         first = p.pins["first"]
         free = Posture("pins free", rest_at_first(first, FREE))
-        return [free, Posture("pins at their walls", rest_at_first(first, PRESSED))]
+        return [free, Posture("pins at their walls", rest_at_first(first, PIN_PRESSED))]
 
     def pressed(
         self, p: GuideConstants, modes: np.ndarray, bodies: Any, motion: Any
@@ -277,8 +279,8 @@ class GuideKind(PosingKind):
     def record(self, p: GuideConstants, bodies: Any, kept: Kept) -> Columns:
         each = ("time", "guide")
         return {
-            "guide_force": (each, kept.observed[:, :, FORCE]),
-            "guide_clearance": (each, kept.observed[:, :, CLEARANCE]),
+            "guide_force": (each, kept.observed[:, :, PIN_FORCE]),
+            "guide_clearance": (each, kept.observed[:, :, PIN_CLEARANCE]),
             "guide_mode": (each, kept.modes[:, :, MODE].astype(np.int8)),
         }
 

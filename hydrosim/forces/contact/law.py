@@ -15,7 +15,7 @@ and its transitions, where they differ from the defaults in `laws`:
     sliding(N, v, p)                        state of steady slip, to linearise about
 
 load: `Pressed`; v: velocity (2,) relative to the plane; s: state (2,) of the point, the stretch of
-its node or the heading of its slip; p: the point's constants, of `fender.POINT`.
+its node or the heading of its slip; p: the point's constants, of `fender.CONTACT_POINT`.
 """
 
 from __future__ import annotations

@@ -25,18 +25,18 @@ from hydrosim.errors import InputError
 from hydrosim.forces import curve
 from hydrosim.forces.contact.normal import NormalCurve, NormalLoop, PrescribedNormal
 from hydrosim.jit.kernels import kernel
+from hydrosim.modes import NO_INDEX
 
-STATE_NAMES = ("loop set", "loop loss", "closings", "closing speed", "largest force")
+LOOP_STATE_NAMES = ("loop set", "loop loss", "closings", "closing speed", "largest force")
 """States of each point with memory: s [m], energy lost before the last event [J], number of
 closings. For the last contact: its closing speed [m/s] and the largest N [N]."""
-STATES = len(STATE_NAMES)
-SET, LOSS, CLOSINGS, SPEED, LARGEST = range(STATES)
+LOOP_STATES = len(LOOP_STATE_NAMES)
+BRANCH_START, LOOP_LOSS, CLOSINGS, CLOSING_SPEED, LARGEST_NORMAL = range(LOOP_STATES)
 LOOP = [("back", int), ("line", int), ("leeway", float), ("memory", int)]
 """Fields of a contact point. Its pieces from ``last`` + 1 to ``back`` are g; ``line`` is the stiff
-one, or `NONE`; ``leeway``, see `LEEWAY`. The last field is its index among points with memory, or
-`NONE`."""
-NONE = -1
-SAME = 1e-12  # of a force
+one, or `NO_INDEX`; ``leeway``, see `LEEWAY`. The last field is its index among points with memory,
+or `NO_INDEX`."""
+FORCE_RTOL = 1e-12  # of a force
 LEEWAY = 1e-10
 """Fraction of the length of a curve by which the line continues beyond its ends. Per second it is
 the speed at which a point may move back on f or g. So a point at rest does not reverse endlessly by
@@ -75,7 +75,7 @@ def check(normal: NormalLoop) -> None:
     x = np.union1d(normal.compression, normal.unloading_compression)
     f = np.array([_at(normal.compression, normal.force, at) for at in x])
     g = np.array([_at(normal.unloading_compression, normal.unloading_force, at) for at in x])
-    if np.any(over := g > f * (1.0 + SAME)):
+    if np.any(over := g > f * (1.0 + FORCE_RTOL)):
         k = int(np.argmax(over))
         raise InputError(
             f"normal.unloading: found {g[k]:.6g} N at {x[k]:g} m, where loading has {f[k]:.6g} N;"
@@ -107,7 +107,7 @@ def pieces(
 def back(normal: object, first: int, own: np.ndarray, memory: int) -> tuple[int, int, float, int]:
     """Values of `LOOP`."""
     if not isinstance(normal, NormalLoop):
-        return NONE, NONE, 0.0, memory
+        return NO_INDEX, NO_INDEX, 0.0, memory
     line = first + len(own) - 1
     return line - 1, line, LEEWAY * float(normal.compression[-1]), memory
 
@@ -171,7 +171,7 @@ def recoverable(N, x, point, segments):
 def lost_on(segment, x, point, segments):
     """Energy that the loading curve has taken up to ``x`` and that is not recoverable, on a
     ``segment`` of it; zero on other segments."""
-    if point.line == NONE or segment > point.last:
+    if point.line == NO_INDEX or segment > point.last:
         return 0.0
     piece = segments[segment]
     N = curve.curve_force(piece, x)

@@ -11,13 +11,18 @@ from typing import Any
 
 import numpy as np
 
-from hydrosim.forces.contact.fender import STATES, ContactConstants, dynamic_states, memories
+from hydrosim.forces.contact.fender import (
+    CONTACT_STATES,
+    ContactConstants,
+    dynamic_states,
+    memories,
+)
 from hydrosim.forces.contact.geometry import touch
 from hydrosim.forces.contact.laws import LAW, sliding, slowest
-from hydrosim.forces.contact.loop import NONE, SET
+from hydrosim.forces.contact.loop import BRANCH_START
 from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
 from hydrosim.forces.postures import (
-    PRESSED,
+    LINEARISATION_DEPTH,
     PosingKind,
     Posture,
     rest_at_first,
@@ -25,9 +30,9 @@ from hydrosim.forces.postures import (
     with_one,
 )
 from hydrosim.forces.signal import crest, value
-from hydrosim.modes import MODE, SEGMENT
+from hydrosim.modes import MODE, NO_INDEX, SEGMENT
 
-CLOSED = {STICK: "sticking", SLIP: "slipping"}
+CLOSED_MODES = {STICK: "sticking", SLIP: "slipping"}
 SLIDING = 0.1  # m/s: the speed at which slip is linearised, unless slip begins at a higher one
 
 
@@ -37,14 +42,14 @@ class ContactPostures(PosingKind):
     def postures(self, p: ContactConstants) -> Sequence[Posture]:
         text = "all contacts open" if p.points.size else "no contact"
         rest = Posture(text, rest_at_first(p.points["first"], OPEN))
-        modes = CLOSED if p.points.size else ()
-        return [rest, *(Posture(f"all contacts {CLOSED[m]}", _closed(p, m)) for m in modes)]
+        modes = CLOSED_MODES if p.points.size else ()
+        return [rest, *(Posture(f"all contacts {CLOSED_MODES[m]}", _closed(p, m)) for m in modes)]
 
     def alone(
         self, p: ContactConstants, names: Sequence[str], which: Sequence[int]
     ) -> Iterator[Posture]:
         rest = rest_at_first(p.points["first"], OPEN)
-        for mode, text in CLOSED.items() if p.points.size > 1 else ():
+        for mode, text in CLOSED_MODES.items() if p.points.size > 1 else ():
             closed = _closed(p, mode)
             for i in which:
                 yield Posture(f"{names[i]} alone {text}", with_one(rest, closed, i))
@@ -71,7 +76,7 @@ class ContactPostures(PosingKind):
         for point, (mode, segment, _) in zip(points, modes, strict=True):
             if mode != OPEN:
                 start = p.segments[segment]["start"]
-                nearer = start + PRESSED - touch(point, bodies, motion).compression
+                nearer = start + LINEARISATION_DEPTH - touch(point, bodies, motion).compression
                 point["plane_point"] += nearer * point["plane_normal"]
         return p._replace(points=points)
 
@@ -98,19 +103,19 @@ class ContactPostures(PosingKind):
         y: np.ndarray,
     ) -> None:
         """Put points into steady slip; stiff lines begin at the planes of `pressed`."""
-        memories(p, y)[:, SET] = 0.0
+        memories(p, y)[:, BRANCH_START] = 0.0
         loads = _loads(p, modes, time)
         for i in np.flatnonzero(modes[:, MODE] == SLIP):
             point = p.points[i]
             found = sliding(loads[i], np.array(touch(point, bodies, motion).velocity), point)
             if found is not None:
-                y[p.state + STATES * i :][:2] = found
+                y[p.state + CONTACT_STATES * i :][:2] = found
 
     def idle_states(self, p: ContactConstants, modes: np.ndarray) -> np.ndarray:
         """The nodes of open contacts; they are analysed in the posture with all contacts open."""
         states = dynamic_states(p)
         is_open = modes[:, MODE] == OPEN
-        return states[is_open[(states - p.state) // STATES] & (not is_open.all())]
+        return states[is_open[(states - p.state) // CONTACT_STATES] & (not is_open.all())]
 
 
 def _closed(p: ContactConstants, mode: int) -> np.ndarray:
@@ -123,7 +128,7 @@ def _closed(p: ContactConstants, mode: int) -> np.ndarray:
 def _steepest(p: ContactConstants, point: np.void) -> int:
     """The steepest piece of the curve of a point: the stiff line, if it has one."""
     line = int(point["line"])
-    return line if line != NONE else steepest(p.segments, point["first"], point["last"])
+    return line if line != NO_INDEX else steepest(p.segments, point["first"], point["last"])
 
 
 def _loads(p: ContactConstants, modes: np.ndarray, time: float) -> list[float]:
@@ -135,4 +140,4 @@ def _load(p: ContactConstants, point: np.void, mode: np.ndarray, time: float) ->
     if point["prescribed"]:
         return float(value(time, point["signal"], p.pieces))
     piece = p.segments[mode[SEGMENT]]
-    return float(piece["force"] + PRESSED * piece["slope"])
+    return float(piece["force"] + LINEARISATION_DEPTH * piece["slope"])

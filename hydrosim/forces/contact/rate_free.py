@@ -31,7 +31,7 @@ from hydrosim.forces.contact.law import AT_REST, direction
 from hydrosim.jit.kernels import kernel
 from hydrosim.rigid.vectors import length
 
-LEAST = 1e-6  # of a usual stretch: a shorter drawbar need not be resolved
+MIN_DRAWBAR = 1e-6  # of a usual stretch: a shorter drawbar need not be resolved
 
 
 @kernel
@@ -41,7 +41,7 @@ def slip(load, v1, s, p):
     size, speed = length(s), length(v1)
     x = (s[0] / size, s[1] / size)
     u, r = direction(v1, x, AT_REST), p.kinetic * load.N / p.stiffness
-    q = speed * p.lag + LEAST * p.reach
+    q = speed * p.lag + MIN_DRAWBAR * p.reach
     w = sqrt(sqrt(r * r * r * r + q * q * q * q))
     part, along, rate = r / w, x[0] * v1[0] + x[1] * v1[1], size / w
     d = unit((part * x[0] + (1.0 - part) * u[0], part * x[1] + (1.0 - part) * u[1]))

@@ -47,8 +47,8 @@ from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
 from hydrosim.jit.kernels import kernel
 from hydrosim.rigid.vectors import length
 
-LEAST = 1e-3  # e: x without load
-BEYOND = 1.0 + 1e-12
+MIN_LOAD_FACTOR = 1e-3  # e: x without load
+BREAK_AWAY_RATIO = 1.0 + 1e-12
 """Factor on mu_s N that still holds. A node that comes to stick at mu_k N = mu_s N is then not
 released again by the rounding of its traction."""
 
@@ -110,7 +110,7 @@ def coefficients(load, p):
 @kernel
 def _share(elastic, p):
     """x; stages of a step that ends contact may lie just outside contact."""
-    return LEAST + (1.0 - LEAST) * max(elastic / p.reference, 0.0)
+    return MIN_LOAD_FACTOR + (1.0 - MIN_LOAD_FACTOR) * max(elastic / p.reference, 0.0)
 
 
 @kernel
@@ -216,7 +216,7 @@ def margin(mode, load, v1, s, heading, p):
     c = coefficients(load, p)
     T = _traction(v1, s, c)
     if mode == STICK:
-        return p.static * load.N * BEYOND - length(T)
+        return p.static * load.N * BREAK_AWAY_RATIO - length(T)
     if c.C2 + c.C3 > 0.0:
         return size_along(T, heading) - p.kinetic * load.N
     return rate_free.slip(load, v1, s, p)[1]

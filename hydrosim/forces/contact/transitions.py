@@ -20,10 +20,10 @@ from __future__ import annotations
 from hydrosim.forces import curve
 from hydrosim.forces.contact import edges, geometry, group, laws, loop
 from hydrosim.forces.contact.fender import (
+    CONTACT_STATES,
     DISSIPATED,
     SETTLED,
     SLIP_DISTANCE,
-    STATES,
     left_behind,
     memory,
     pressed,
@@ -39,6 +39,7 @@ from hydrosim.modes import (
     FRICTION_MARGIN,
     MARGINS,
     MODE,
+    NO_INDEX,
     RISING,
     RISING_MARGIN,
     SEGMENT,
@@ -61,7 +62,7 @@ def margins(t, y, modes, motion, bodies, p, headings, reactions, watched, out):
         m = MARGINS * row
         if watched[row] == 0:
             continue
-        c, k, mode = geometry.touch(point, bodies, motion), p.state + STATES * i, modes[row]
+        c, k, mode = geometry.touch(point, bodies, motion), p.state + CONTACT_STATES * i, modes[row]
         out[m + FRICTION_MARGIN] = out[m + SEGMENT_MARGIN] = out[m + RISING_MARGIN] = 1.0
         if mode[MODE] == OPEN:
             out[m + CONTACT_MARGIN] = _open_margin(t, mode, point, c, p)
@@ -72,12 +73,12 @@ def margins(t, y, modes, motion, bodies, p, headings, reactions, watched, out):
         out[m + CONTACT_MARGIN] = _contact_margin(t, mode[MODE], point, mode[SEGMENT], c, p)
         out[m + FRICTION_MARGIN] = grip
         if mode[SEGMENT] == point.line:
-            start = y[memory(point, p) + loop.SET]
+            start = y[memory(point, p) + loop.BRANCH_START]
             out[m + SEGMENT_MARGIN] = loop.inside_line(start, c.compression, point, p.segments)
         else:
             piece = p.segments[mode[SEGMENT]]
             out[m + SEGMENT_MARGIN] = curve.inside_segment(piece, c.compression)
-        if point.line != loop.NONE and mode[SEGMENT] != point.line:
+        if point.line != NO_INDEX and mode[SEGMENT] != point.line:
             onward = c.rate if mode[SEGMENT] <= point.last else -c.rate
             out[m + RISING_MARGIN] = onward + point.leeway
         elif point.reference > 0.0:
@@ -99,7 +100,7 @@ def _contact_margin(t, mode, point, segment, contact, p):
 def _pressed_margin(t, mode, point, segment, contact, p):
     """The margin of contact without the edge."""
     held = point.steepest * contact.compression
-    if point.line == loop.NONE:  # on a loop N is not negative
+    if point.line == NO_INDEX:  # on a loop N is not negative
         N = pressed(t, point, p.segments[segment], 0.0, 0, contact, p).N
         # not N: a force that reaches exactly zero and stays there also ends contact
         if point.prescribed:
@@ -129,8 +130,8 @@ def find_headings(t, y, modes, motion, bodies, p, out):
     """Unit vectors ``out`` (n, 2) along the traction, or the velocity, of all slipping points; laws
     without a node keep theirs in y."""
     for i in range(p.points.size):
-        point, k = p.points[i], p.state + STATES * i
-        x = y[k : k + STATES]
+        point, k = p.points[i], p.state + CONTACT_STATES * i
+        x = y[k : k + CONTACT_STATES]
         if modes[p.mode + i, MODE] != SLIP or not (point.node or laws.keeps_heading(point)):
             continue
         c = geometry.touch(point, bodies, motion)
@@ -157,7 +158,7 @@ def switch(i, which, size, step, t, y, modes, motion, bodies, reactions, p):
         k = mode[SEGMENT]
         mode[SEGMENT] = curve.next_segment(k, p.segments[k], c.compression)
     elif which == RISING_MARGIN:
-        if point.line != loop.NONE and mode[SEGMENT] != point.line:
+        if point.line != NO_INDEX and mode[SEGMENT] != point.line:
             _turn_back(i, t, y, modes, c, p)
         if point.reference > 0.0:
             _turn_over(i, t, y, modes, c, p)
@@ -174,7 +175,7 @@ def switch(i, which, size, step, t, y, modes, motion, bodies, reactions, p):
     else:
         _open(i, t, y, modes, c, p)
     if mode[MODE] != STICK and point.relaxation < FAST * step:
-        y[p.state + STATES * i + SETTLED] = t + RELAXATIONS * point.relaxation
+        y[p.state + CONTACT_STATES * i + SETTLED] = t + RELAXATIONS * point.relaxation
 
 
 @root
@@ -182,9 +183,9 @@ def _turn_back(i, t, y, modes, contact, p):
     """The motion reverses on a branch of a loop: the stiff line begins here."""
     point, mode = p.points[i], modes[p.mode + i]
     k, N = memory(point, p), pressure(i, t, y, modes, contact, p).elastic
-    y[k + loop.LOSS] += loop.lost_on(mode[SEGMENT], contact.compression, point, p.segments)
-    y[k + loop.SET] = loop.start_of_line(N, contact.compression, point, p.segments)
-    y[k + loop.LARGEST] = max(y[k + loop.LARGEST], N)
+    y[k + loop.LOOP_LOSS] += loop.lost_on(mode[SEGMENT], contact.compression, point, p.segments)
+    y[k + loop.BRANCH_START] = loop.start_of_line(N, contact.compression, point, p.segments)
+    y[k + loop.LARGEST_NORMAL] = max(y[k + loop.LARGEST_NORMAL], N)
     mode[SEGMENT] = point.line
 
 
@@ -193,15 +194,15 @@ def _leave_line(i, y, modes, contact, p):
     """A branch of a loop begins; its losses are counted from here."""
     point, mode = p.points[i], modes[p.mode + i]
     k, x = memory(point, p), contact.compression
-    mode[SEGMENT] = loop.after_line(y[k + loop.SET], x, point, p.segments)
-    y[k + loop.LOSS] -= loop.lost_on(mode[SEGMENT], x, point, p.segments)
+    mode[SEGMENT] = loop.after_line(y[k + loop.BRANCH_START], x, point, p.segments)
+    y[k + loop.LOOP_LOSS] -= loop.lost_on(mode[SEGMENT], x, point, p.segments)
 
 
 @root
 def _turn_over(i, t, y, modes, contact, p):
     """The load begins to fall, or to rise again: the traction is kept."""
-    k, mode = p.state + STATES * i, modes[p.mode + i]
-    load, x = pressure(i, t, y, modes, contact, p), y[k : k + STATES]
+    k, mode = p.state + CONTACT_STATES * i, modes[p.mode + i]
+    load, x = pressure(i, t, y, modes, contact, p), y[k : k + CONTACT_STATES]
     x[0], x[1] = laws.turn_over(load, (x[0], x[1]), p.points[i])
     mode[RISING] = 1 - mode[RISING]
 
@@ -209,8 +210,8 @@ def _turn_over(i, t, y, modes, contact, p):
 @kernel
 def _break_away(i, t, y, modes, contact, reactions, p):
     """Slip begins."""
-    k, reaction = p.state + STATES * i, (reactions[i, 0], reactions[i, 1])
-    x = y[k : k + STATES]
+    k, reaction = p.state + CONTACT_STATES * i, (reactions[i, 0], reactions[i, 1])
+    x = y[k : k + CONTACT_STATES]
     load, v = pressure(i, t, y, modes, contact, p), contact.velocity
     (x[0], x[1]), jump, lost = laws.break_away(load, v, (x[0], x[1]), reaction, p.points[i])
     x[SLIP_DISTANCE] += jump
@@ -221,8 +222,8 @@ def _break_away(i, t, y, modes, contact, reactions, p):
 @kernel
 def _grip(i, size, t, y, modes, contact, p):
     """Slip ends."""
-    k = p.state + STATES * i
-    load, x = pressure(i, t, y, modes, contact, p), y[k : k + STATES]
+    k = p.state + CONTACT_STATES * i
+    load, x = pressure(i, t, y, modes, contact, p), y[k : k + CONTACT_STATES]
     mode, (x[0], x[1]) = laws.grip(size, load, contact.velocity, (x[0], x[1]), p.points[i])
     modes[p.mode + i, MODE] = mode
 
@@ -230,17 +231,17 @@ def _grip(i, size, t, y, modes, contact, p):
 @root
 def _close(i, t, y, modes, contact, p):
     """Contact begins."""
-    k, mode, point = p.state + STATES * i, modes[p.mode + i], p.points[i]
-    segment, x = _find_segment(point, contact, p), y[k : k + STATES]
+    k, mode, point = p.state + CONTACT_STATES * i, modes[p.mode + i], p.points[i]
+    segment, x = _find_segment(point, contact, p), y[k : k + CONTACT_STATES]
     load = pressed(t, point, p.segments[segment], 0.0, 0, contact, p)
     mode[SEGMENT], mode[RISING] = segment, 1 if load.rate > 0.0 else 0
     mode[MODE], (x[0], x[1]) = laws.close(load, contact.velocity, (x[0], x[1]), point)
     x[DISSIPATED] -= stored_along_normal(i, t, y, modes, contact, p)
-    if point.memory != loop.NONE:
+    if point.memory != NO_INDEX:
         first = memory(point, p)
-        y[first + loop.LOSS] -= loop.lost_on(segment, contact.compression, point, p.segments)
+        y[first + loop.LOOP_LOSS] -= loop.lost_on(segment, contact.compression, point, p.segments)
         y[first + loop.CLOSINGS] += 1.0
-        y[first + loop.SPEED], y[first + loop.LARGEST] = contact.rate, load.N
+        y[first + loop.CLOSING_SPEED], y[first + loop.LARGEST_NORMAL] = contact.rate, load.N
     group.closed(t, contact.rate, y, point, p)
 
 
@@ -248,14 +249,14 @@ def _close(i, t, y, modes, contact, p):
 def _open(i, t, y, modes, contact, p):
     """Contact ends. Energy still in the normal curve, because its damper pulled or the plane has
     ended, is lost."""
-    k, mode, point = p.state + STATES * i, modes[p.mode + i], p.points[i]
-    x = y[k : k + STATES]
+    k, mode, point = p.state + CONTACT_STATES * i, modes[p.mode + i], p.points[i]
+    x = y[k : k + CONTACT_STATES]
     x[DISSIPATED] += stored_along_normal(i, t, y, modes, contact, p)
     load = pressure(i, t, y, modes, contact, p)
     (x[0], x[1]), lost = laws.release(mode[MODE], load, contact.velocity, (x[0], x[1]), point)
     x[DISSIPATED] += lost
-    if point.memory != loop.NONE:
-        y[memory(point, p) + loop.LOSS] += loop.lost_on(
+    if point.memory != NO_INDEX:
+        y[memory(point, p) + loop.LOOP_LOSS] += loop.lost_on(
             mode[SEGMENT], contact.compression, point, p.segments
         )
     passed = _goes_over_edge(t, mode, point, contact, p)
@@ -303,7 +304,7 @@ def strike(t, y, modes, motion, bodies, headings, reactions, p):
         point = p.points[i]
         c = geometry.touch(point, bodies, motion)
         load = pressure(i, t, y, modes, c, p)
-        x = y[p.state + STATES * i : p.state + STATES * (i + 1)]
+        x = y[p.state + CONTACT_STATES * i : p.state + CONTACT_STATES * (i + 1)]
         if point.law == COULOMB:
             mode[MODE], (x[0], x[1]) = laws.close(load, c.velocity, (x[0], x[1]), point)
             continue
@@ -329,7 +330,7 @@ def has_load_limit(modes, p):
 def settling(t, y, p):
     """True if any node still relaxes fast after an event."""
     for i in range(p.points.size):
-        if t < y[p.state + STATES * i + SETTLED]:
+        if t < y[p.state + CONTACT_STATES * i + SETTLED]:
             return True
     return False
 
@@ -342,7 +343,7 @@ def settle(t, y, modes, motion, bodies, p):
         reset_losses(i, y, p)
         c = geometry.touch(p.points[i], bodies, motion)
         if modes[p.mode + i, MODE] == OPEN:  # energy left by a damper is lost gradually
-            y[p.state + STATES * i + DISSIPATED] = left_behind(i, modes, c, p)
+            y[p.state + CONTACT_STATES * i + DISSIPATED] = left_behind(i, modes, c, p)
 
 
 @kernel
@@ -357,7 +358,7 @@ def activate(i, t, y, modes, motion, bodies, p):
         mode[RISING] = PASSED
         return
     _close(i, t, y, modes, c, p)
-    if point.line != loop.NONE:
+    if point.line != NO_INDEX:
         _turn_back(i, t, y, modes, c, p)
 
 
@@ -365,10 +366,10 @@ def activate(i, t, y, modes, motion, bodies, p):
 def reset_losses(i, y, p):
     """Reset the losses of point ``i`` so far, and its memory of closing."""
     point = p.points[i]
-    y[p.state + STATES * i + DISSIPATED] = 0.0
-    if point.memory != loop.NONE:
+    y[p.state + CONTACT_STATES * i + DISSIPATED] = 0.0
+    if point.memory != NO_INDEX:
         k = memory(point, p)
-        y[k + loop.LOSS] = y[k + loop.CLOSINGS] = y[k + loop.SPEED] = 0.0
+        y[k + loop.LOOP_LOSS] = y[k + loop.CLOSINGS] = y[k + loop.CLOSING_SPEED] = 0.0
 
 
 @kernel
@@ -386,11 +387,11 @@ def record_largest(t, y, modes, motion, bodies, p):
     group.clear_loads(y, p)
     for i in range(p.points.size):
         point = p.points[i]
-        if modes[p.mode + i, MODE] == OPEN or point.memory == point.group == loop.NONE:
+        if modes[p.mode + i, MODE] == OPEN or point.memory == point.group == NO_INDEX:
             continue
         N = pressure(i, t, y, modes, geometry.touch(point, bodies, motion), p).N
-        if point.memory != loop.NONE:
-            k = memory(point, p) + loop.LARGEST
+        if point.memory != NO_INDEX:
+            k = memory(point, p) + loop.LARGEST_NORMAL
             y[k] = max(y[k], N)
-        if point.group != group.NONE:
+        if point.group != NO_INDEX:
             group.add_to_load(N, y, point, p)

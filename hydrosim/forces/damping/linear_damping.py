@@ -77,18 +77,20 @@ def _turns(damping: np.ndarray, angle: int) -> bool:
     return not np.allclose(R @ damping @ R.T, damping, rtol=0.0, atol=1e-12 * np.abs(damping).max())
 
 
-DAMPING = np.dtype([("body", int), ("row", int), ("damping", float, (6, 6)), ("stream", float, 2)])
+LINEAR_DAMPING = np.dtype(
+    [("body", int), ("row", int), ("damping", float, (6, 6)), ("stream", float, 2)]
+)
 
 
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> np.ndarray:
-    """Constants (ne,) of `DAMPING` of the linear dampings among ``elements``."""
+    """Constants (ne,) of `LINEAR_DAMPING` of the linear dampings among ``elements``."""
     rows = []
     for name, e in elements.items():
         if isinstance(e, LinearDamping):
             stream = current_on(e.body, layout) if e.relative_to_current else (0.0, 0.0)
             damping = _damping(name, e, elements, layout)
             rows.append((layout.body[e.body], layout.row[name], damping, stream))
-    return np.array(rows, dtype=DAMPING)
+    return np.array(rows, dtype=LINEAR_DAMPING)
 
 
 def _damping(

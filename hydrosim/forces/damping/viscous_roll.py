@@ -42,7 +42,7 @@ from hydrosim.forces.layout import Layout, Resistance, RollMode, axes_at_rest
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.scene import ForceElement, Turns
 
-ROLL = 3
+ROLL_DOF = 3
 EDDIES = 8.0 / (3.0 * pi)  # of B2 |p| p, per largest rate, in equivalent linear damping
 GAUSSIAN = sqrt(8.0 / pi)  # E|p|^3 / (sigma E p^2) of a Gaussian rate p
 
@@ -86,7 +86,7 @@ class ViscousRoll(ForceElement):
         """Only damping in proportion to the rate is linear, about an axis that does not turn."""
         if self.p2 or self.p3 or self.quadratic or self.cubic or self.barge:
             return name
-        changes = turns.exact and any(angle != ROLL for angle in turns.free)
+        changes = turns.exact and any(angle != ROLL_DOF for angle in turns.free)
         return f"{name} turns with {self.body}" if changes else None
 
 
@@ -170,7 +170,7 @@ class ViscousRollKind(ElementKind):
         """Linear damping of each element as a `Resistance`."""
         for e in p:
             damping = np.zeros((6, 6))
-            damping[ROLL, ROLL] = e["linear"]
+            damping[ROLL_DOF, ROLL_DOF] = e["linear"]
             yield Resistance(e["row"], e["body"], damping, np.zeros(6))
 
 

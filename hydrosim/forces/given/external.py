@@ -204,7 +204,7 @@ of all, and its bodies: ``bodies`` of them, from ``body`` on in ``members``."""
 VECTORS = ("value", "value before", "velocity at")
 """States of each external force with a delay, six for every body: the value of the last call and
 the earlier one of the line, and the velocity at the last call."""
-TIME, TIME_BEFORE, LINE, CALLS, ENERGY = range(5)
+CALL_TIME, EARLIER_CALL_TIME, LINE_KIND, CALLS, DELAY_ENERGY = range(5)
 """States that follow: times of both values [s], the kind of the line, the number of all calls, the
 energy of the delay [J]."""
 LARGEST_FORCE, LARGEST_MOMENT, OVERSHOOT, SCALARS = range(5, 9)
@@ -218,8 +218,8 @@ NO_VALUE, ONE_VALUE, DRAWN, TOO_SHORT = range(4)
 """Kinds of lines: the last value is of before a jump; there is one value; the line through two
 values; two values that are too close together, so that the last one is held."""
 SHORTEST_LINE = 0.25  # of the next step: shortest time between the two values of a line
-ROUNDING = 1e-9  # of a force, a moment per metre or a time: differences by less are rounding
-OBSERVED = 2  # calls and energy of the delay
+ROUNDING_SHARE = 1e-9  # of a force, a moment per metre or a time: differences by less are rounding
+EXTERNAL_OUTPUTS = 2  # calls and energy of the delay
 
 
 class ExternalConstants(NamedTuple):
@@ -305,7 +305,9 @@ def predict(e, t, y, p, own):
     scalar = value + 18 * e.bodies
     ahead = 0.0
     if follows_line(e, y, p):
-        ahead = (t - y[scalar + TIME]) / (y[scalar + TIME] - y[scalar + TIME_BEFORE])
+        ahead = (t - y[scalar + CALL_TIME]) / (
+            y[scalar + CALL_TIME] - y[scalar + EARLIER_CALL_TIME]
+        )
     for k in range(e.bodies):
         b = p.members[e.body + k]
         for i in range(6):
@@ -316,7 +318,7 @@ def predict(e, t, y, p, own):
 @kernel
 def follows_line(e, y, p):
     """True if the force follows a line now; otherwise it is held."""
-    return e.way == EXTRAPOLATED and y[p.state + e.state + 18 * e.bodies + LINE] == DRAWN
+    return e.way == EXTRAPOLATED and y[p.state + e.state + 18 * e.bodies + LINE_KIND] == DRAWN
 
 
 @root_giving(bool)
@@ -338,10 +340,10 @@ def take_sample(e, t, jumped, ahead, y, motion, bodies, p, own):
     """Call a function, unless it was called at this time; returns false if it fails."""
     scalar = p.state + e.state + 18 * e.bodies
     calls = y[scalar + CALLS]
-    step = t - y[scalar + TIME]
+    step = t - y[scalar + CALL_TIME]
     if calls > 0.0 and step <= 0.0:
         if jumped:
-            y[scalar + LINE] = NO_VALUE
+            y[scalar + LINE_KIND] = NO_VALUE
         return True
     passed = 0.0
     force = 0.0
@@ -355,7 +357,7 @@ def take_sample(e, t, jumped, ahead, y, motion, bodies, p, own):
     if ask_function(e, t, motion, bodies, own) == 0:
         return False
     if calls > 0.0:
-        y[scalar + ENERGY] += passed - work_of_rest(e, step, y, motion, p, own)
+        y[scalar + DELAY_ENERGY] += passed - work_of_rest(e, step, y, motion, p, own)
     compare_sizes(e, force, moment, y, p, own)
     keep_value(e, t, jumped, SHORTEST_LINE * ahead, y, motion, p, own)
     y[scalar + CALLS] = calls + 1.0
@@ -370,11 +372,11 @@ def keep_value(e, t, jumped, shortest, y, motion, p, own):
     before = value + 6 * e.bodies
     speed = value + 12 * e.bodies
     scalar = value + 18 * e.bodies
-    time = y[scalar + TIME]
-    time_before = y[scalar + TIME_BEFORE]
-    latest = t - shortest * (1.0 - ROUNDING)
+    time = y[scalar + CALL_TIME]
+    time_before = y[scalar + EARLIER_CALL_TIME]
+    latest = t - shortest * (1.0 - ROUNDING_SHARE)
     x = 1.0  # on the line so far, from the earlier value to the last one
-    if y[scalar + LINE] >= DRAWN and time > latest:
+    if y[scalar + LINE_KIND] >= DRAWN and time > latest:
         x = max(latest - time_before, 0.0) / (time - time_before)
     for k in range(e.bodies):
         b = p.members[e.body + k]
@@ -383,13 +385,13 @@ def keep_value(e, t, jumped, shortest, y, motion, p, own):
             y[before + j] = (1.0 - x) * y[before + j] + x * y[value + j]
             y[value + j] = own[6 * b + i]
             y[speed + j] = motion.velocity[6 * b + i]
-    y[scalar + TIME_BEFORE] = (1.0 - x) * time_before + x * time
-    y[scalar + TIME] = t
-    if jumped or y[scalar + CALLS] == 0.0 or y[scalar + LINE] == NO_VALUE:
-        y[scalar + LINE] = ONE_VALUE
+    y[scalar + EARLIER_CALL_TIME] = (1.0 - x) * time_before + x * time
+    y[scalar + CALL_TIME] = t
+    if jumped or y[scalar + CALLS] == 0.0 or y[scalar + LINE_KIND] == NO_VALUE:
+        y[scalar + LINE_KIND] = ONE_VALUE
     else:
         earlier = time if x == 1.0 else time_before
-        y[scalar + LINE] = DRAWN if earlier <= latest else TOO_SHORT
+        y[scalar + LINE_KIND] = DRAWN if earlier <= latest else TOO_SHORT
 
 
 @kernel
@@ -416,9 +418,9 @@ def compare_sizes(e, force, moment, y, p, own):
     largest_moment = max(returned_moment, y[scalar + LARGEST_MOMENT])
     y[scalar + LARGEST_FORCE] = largest_force
     y[scalar + LARGEST_MOMENT] = largest_moment
-    if largest_force > ROUNDING * largest_moment:
+    if largest_force > ROUNDING_SHARE * largest_moment:
         y[scalar + OVERSHOOT] = max(y[scalar + OVERSHOOT], force / largest_force)
-    if largest_moment > ROUNDING * largest_force:
+    if largest_moment > ROUNDING_SHARE * largest_force:
         y[scalar + OVERSHOOT] = max(y[scalar + OVERSHOOT], moment / largest_moment)
 
 
@@ -431,7 +433,7 @@ def work_of_rest(e, step, y, motion, p, own):
     at_start = 1.0 / 6.0
     at_end = 1.0 / 3.0
     if follows_line(e, y, p):
-        r = (y[scalar + TIME] - y[scalar + TIME_BEFORE]) / step
+        r = (y[scalar + CALL_TIME] - y[scalar + EARLIER_CALL_TIME]) / step
         at_start = (1.0 / 12.0 + r / 6.0) / (1.0 + r)
         at_end = (0.25 + r / 3.0) / (1.0 + r)
     work = 0.0
@@ -452,8 +454,8 @@ def observe(y, p, out):
         if e.way != STAGE:
             scalar = p.state + e.state + 18 * e.bodies
             out[n] = y[scalar + CALLS]
-            out[n + 1] = y[scalar + ENERGY]
-            n += OBSERVED
+            out[n + 1] = y[scalar + DELAY_ENERGY]
+            n += EXTERNAL_OUTPUTS
 
 
 class ExternalKind(ElementKind):

@@ -8,15 +8,23 @@ from typing import Any, ClassVar
 import numpy as np
 
 from hydrosim.forces.joint import locks
-from hydrosim.forces.joint.locks import CLOSED, IMPULSE, LOSS, MOST, NAMES, STATES, LockConstants
-from hydrosim.forces.joint.rows import REFERENCE
+from hydrosim.forces.joint.locks import (
+    ALL_ROW_BITS,
+    CLOSED,
+    LOCK_IMPULSE,
+    LOCK_LOSS,
+    LOCK_MODES,
+    LOCK_STATES,
+    LockConstants,
+)
+from hydrosim.forces.joint.rows import REFERENCE_SIZE
 from hydrosim.forces.kind import Columns, ElementKind, Kept, Kind, Modes, Parts, States, Variable
 from hydrosim.forces.layout import constraint_names
 from hydrosim.modes import MODE, SEGMENT
 from hydrosim.scene import Scene
 
-STATE_NAMES = (
-    *(f"reference {k + 1}" for k in range(REFERENCE)),
+LOCK_STATE_NAMES = (
+    *(f"reference {k + 1}" for k in range(REFERENCE_SIZE)),
     "energy lost",
     *(f"impulse of {force}" for force in ("force x", "force y", "force z")),
     *(f"impulse of {moment}" for moment in ("moment x", "moment y", "moment z")),
@@ -26,7 +34,9 @@ STATE_NAMES = (
 class LockKind(ElementKind):
     unit = "lock"
     variables: ClassVar[Mapping[str, Variable]] = {
-        "lock_mode": Variable("mode of a joint that is a constraint", "1", flags=" ".join(NAMES)),
+        "lock_mode": Variable(
+            "mode of a joint that is a constraint", "1", flags=" ".join(LOCK_MODES)
+        ),
         "lock_segment": Variable("bits of the rows of a joint that are not redundant", "1"),
         "lock_rows": Variable(
             "number of relative motions that a joint holds; those that others hold do not count",
@@ -46,18 +56,18 @@ class LockKind(ElementKind):
 
     def modes(self, p: LockConstants) -> Modes:
         count = p.each.size
-        return Modes(count, first=np.zeros(count, dtype=int), last=np.full(count, MOST))
+        return Modes(count, first=np.zeros(count, dtype=int), last=np.full(count, ALL_ROW_BITS))
 
     def states(self, p: LockConstants, scene: Scene) -> Iterator[States]:
-        yield States("lock", self.unit_names(scene), STATE_NAMES)
+        yield States("lock", self.unit_names(scene), LOCK_STATE_NAMES)
 
     def record(self, p: LockConstants, bodies: Any, kept: Kept) -> Columns:
         count = p.each.size
-        own = kept.y[p.state : p.state + STATES * count].reshape(-1, count, STATES)
+        own = kept.y[p.state : p.state + LOCK_STATES * count].reshape(-1, count, LOCK_STATES)
         return {
             "lock_mode": (("time", "lock"), kept.modes[:, :, MODE].astype(np.int8)),
-            "lock_impulse": (("time", "lock", "dof"), own[:, :, IMPULSE:STATES]),
-            "lock_loss": (("time", "lock"), own[:, :, LOSS]),
+            "lock_impulse": (("time", "lock", "dof"), own[:, :, LOCK_IMPULSE:LOCK_STATES]),
+            "lock_loss": (("time", "lock"), own[:, :, LOCK_LOSS]),
             "lock_rows": (("time", "lock"), _held_rows(kept.modes)),
         }
 
@@ -80,7 +90,7 @@ class LockKind(ElementKind):
         """References of loops, and of joints that the earlier run did not have, are those of
         now."""
         for i, lock in enumerate(p.each):
-            own = slice(p.state + STATES * i, p.state + STATES * i + REFERENCE)
+            own = slice(p.state + LOCK_STATES * i, p.state + LOCK_STATES * i + REFERENCE_SIZE)
             if lock["lasts"] or not known[own].all():
                 y[own] = anew[own]
 

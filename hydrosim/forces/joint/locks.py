@@ -24,11 +24,19 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from hydrosim.dofs import about_z
-from hydrosim.forces.holds import NONE
+from hydrosim.forces.contact.geometry import EARTH
 from hydrosim.forces.joint import rows
-from hydrosim.forces.joint.rows import EARTH, REFERENCE
+from hydrosim.forces.joint.rows import REFERENCE_SIZE
 from hydrosim.jit.kernels import assign, clear, kernel, root
-from hydrosim.modes import CONTACT_MARGIN, FRICTION_MARGIN, MARGINS, MODE, SEGMENT, SEGMENT_MARGIN
+from hydrosim.modes import (
+    CONTACT_MARGIN,
+    FRICTION_MARGIN,
+    MARGINS,
+    MODE,
+    NO_INDEX,
+    SEGMENT,
+    SEGMENT_MARGIN,
+)
 from hydrosim.rigid.kinematics import generalised_force
 from hydrosim.rigid.vectors import dot, vector
 from hydrosim.scene.joint import JointType, MotionKind
@@ -37,18 +45,18 @@ if TYPE_CHECKING:
     from hydrosim.forces.layout import BodyAtRest, Layout
     from hydrosim.scene import ForceElement, Joint
 
-OPEN, WAITING, RUNNING, CLOSED = range(4)
-NAMES = ("open", "waiting", "running", "closed")
-ROWS = 6  # most rows of a joint
-MOST = 2**ROWS - 1  # bits of six rows
-LOSS = REFERENCE
-IMPULSE = LOSS + 1
-STATES = IMPULSE + 6
+OPEN, WAITING, RATCHETING, CLOSED = range(4)
+LOCK_MODES = ("open", "waiting", "running", "closed")
+MAX_JOINT_ROWS = 6  # most rows of a joint
+ALL_ROW_BITS = 2**MAX_JOINT_ROWS - 1  # bits of six rows
+LOCK_LOSS = REFERENCE_SIZE
+LOCK_IMPULSE = LOCK_LOSS + 1
+LOCK_STATES = LOCK_IMPULSE + 6
 """States of a joint: the reference (12,), the energy lost when it closed, the impulse (6,) on its
 body then."""
-ROUNDED = 1e-12  # m/s or rad/s: a ratchet that has just let go is as fast by rounding
-SLACK = 1e-9  # m or rad behind a tooth at which a ratchet falls on it
-NO_RATCHET, SLIDES, TURNS = range(3)
+RATE_ROUNDING = 1e-12  # m/s or rad/s: a ratchet that has just let go is as fast by rounding
+TOOTH_TOLERANCE = 1e-9  # m or rad behind a tooth at which a ratchet falls on it
+NO_RATCHET, RATCHET_SLIDES, RATCHET_TURNS = range(3)
 HELD_TURNS = {0: ((1, 0), (2, 0), (2, 1)), 1: ((1, 0), (2, 0)), 2: ((0, 1),), 3: ()}
 """Pairs of axes (on the other body, on the body) that stay at right angles, by the number of free
 turns."""
@@ -56,13 +64,18 @@ LOCK = np.dtype(
     [
         *(("joint", int), ("row", int), ("body", int), ("to", int)),
         *(("point", float, 3), ("other", float, 3), ("axes", float, (3, 3))),
-        *(("rest", float, REFERENCE), ("first", int, ROWS), ("second", int, ROWS), ("count", int)),
+        *(
+            ("rest", float, REFERENCE_SIZE),
+            ("first", int, MAX_JOINT_ROWS),
+            ("second", int, MAX_JOINT_ROWS),
+            ("count", int),
+        ),
         *(("lasts", bool), ("ratchet", int), ("pitch", float), ("gap", float), ("speed", float)),
         *(("strength", float), ("rod", bool)),
     ]
 )
 """A joint: its number among all joints, its row of forces, its bodies, its point and axes, the
-reference at rest, its rows (axes on the other body and on the body; `NONE`: a slide). The first
+reference at rest, its rows (axes on the other body and on the body; `NO_INDEX`: a slide). The first
 axis of a rod is its direction at rest."""
 
 
@@ -99,7 +112,7 @@ def _constants(number: int, joint: Joint, at: Any, layout: Layout) -> tuple[Any,
     else:
         point, rest = _rest(joint, body, other)
         axes = joint.axes()
-        rest = rest if exact else np.zeros(REFERENCE)
+        rest = rest if exact else np.zeros(REFERENCE_SIZE)
     window = joint.window
     return (
         number,
@@ -112,7 +125,11 @@ def _constants(number: int, joint: Joint, at: Any, layout: Layout) -> tuple[Any,
         rest,
         *_rows(joint),
         joint.lasts,
-        NO_RATCHET if joint.ratchet is None else TURNS if joint.ratchet.turns else SLIDES,
+        NO_RATCHET
+        if joint.ratchet is None
+        else RATCHET_TURNS
+        if joint.ratchet.turns
+        else RATCHET_SLIDES,
         joint.ratchet.pitch if joint.ratchet else 0.0,
         window.gap if window else inf,
         window.speed if window else inf,
@@ -141,7 +158,7 @@ def _rod_at_rest(
     length = float(np.linalg.norm(gap))
     axes = np.eye(3)
     axes[0] = gap / length
-    rest = np.zeros(REFERENCE)
+    rest = np.zeros(REFERENCE_SIZE)
     kept = length if joint.length is None else joint.length
     rest[:3] = (kept, 0.0, 0.0) if exact else kept * axes[0]
     return np.array(joint.to_point, float), axes, rest
@@ -158,27 +175,27 @@ def rod_at_rest(joint: Joint, body: BodyAtRest, other: BodyAtRest | None) -> np.
 def _rows(joint: Joint) -> tuple[np.ndarray, np.ndarray, int]:
     """Axes of all rows, and their number."""
     if joint.type == JointType.ROD:
-        pairs = [(0, NONE)]
+        pairs = [(0, NO_INDEX)]
     elif joint.ratchet is not None:
-        pairs = [(2, 1)] if joint.ratchet.turns else [(0, NONE)]
+        pairs = [(2, 1)] if joint.ratchet.turns else [(0, NO_INDEX)]
     else:
         free = {m.axis for m in joint.motions if m.kind == MotionKind.SLIDE}
         turns = sum(m.kind != MotionKind.SLIDE for m in joint.motions)
-        pairs = [(k, NONE) for k in range(3) if k not in free]
+        pairs = [(k, NO_INDEX) for k in range(3) if k not in free]
         pairs += HELD_TURNS[turns]
-    padded = np.array(pairs + [(0, NONE)] * (ROWS - len(pairs)))
+    padded = np.array(pairs + [(0, NO_INDEX)] * (MAX_JOINT_ROWS - len(pairs)))
     return padded[:, 0], padded[:, 1], len(pairs)
 
 
 def states_of(p: LockConstants) -> slice:
     """Entries of y of all joints."""
-    return slice(p.state, p.state + STATES * int(p.each.size))
+    return slice(p.state, p.state + LOCK_STATES * int(p.each.size))
 
 
 @kernel
 def begin(i, p):
     """Entry of y where the states of joint ``i`` begin: first its reference (12,)."""
-    return p.state + STATES * i
+    return p.state + LOCK_STATES * i
 
 
 @kernel
@@ -225,7 +242,7 @@ def _hold(i, y, kept, motion, bodies, p, wrench, constraints, holds):
     """Add the ``kept`` rows of joint ``i``."""
     lock = p.each[i]
     k = begin(i, p)
-    rest = y[k : k + REFERENCE]
+    rest = y[k : k + REFERENCE_SIZE]
     at = rows.pose(lock, rest, bodies, motion)
     for bit in range(lock.count):
         if (kept >> bit) & 1 == 0:
@@ -237,9 +254,9 @@ def _hold(i, y, kept, motion, bodies, p, wrench, constraints, holds):
         holds.size[r] = _size(lock, wrench, bodies)
         generalised_force(bodies, motion, wrench, constraints.J[r])
         constraints.bound[r] = -row.bias
-        holds.point[r] = NONE
+        holds.point[r] = NO_INDEX
         holds.lock[r] = i
-        holds.motion[r] = NONE
+        holds.motion[r] = NO_INDEX
         holds.bit[r] = bit
         holds.residual[r] = row.residual
         for a in range(3):
@@ -276,7 +293,7 @@ def press(i, y, load, motion, bodies, p, wrench):
     """Add force and moment ``load`` (6,) of joint ``i``, and their opposites, to ``wrench`` (6
     nb,)."""
     k = begin(i, p)
-    at = rows.pose(p.each[i], y[k : k + REFERENCE], bodies, motion)
+    at = rows.pose(p.each[i], y[k : k + REFERENCE_SIZE], bodies, motion)
     rows.apply(p.each[i], at, vector(load, 0), vector(load, 3), bodies, wrench)
 
 
@@ -287,7 +304,7 @@ def collect(p, constraints, holds):
     clear_reactions(p, holds)
     for r in range(constraints.number[0]):
         i = holds.lock[r]
-        if i != NONE:
+        if i != NO_INDEX:
             for a in range(6):
                 holds.joint[i, a] += constraints.force[r] * holds.axis[r, a]
             holds.reaction[p.reaction + i, 0] = constraints.force[r]
@@ -313,7 +330,7 @@ def _gap(lock, bodies, motion):
     apart = 0.0
     speed = 0.0
     for k in range(lock.count):
-        if lock.second[k] == NONE:
+        if lock.second[k] == NO_INDEX:
             row = rows.find_row(lock, k, at, lock.rest, bodies, motion)
             apart += row.residual**2
             speed += rows.rate(lock, row, at, bodies, motion) ** 2
@@ -332,10 +349,10 @@ def _travel(i, y, bodies, motion, p):
     """Way [m or rad] of ratchet ``i`` from its reference, and its rate."""
     lock = p.each[i]
     k = begin(i, p)
-    rest = y[k : k + REFERENCE]
+    rest = y[k : k + REFERENCE_SIZE]
     at = rows.pose(lock, rest, bodies, motion)
     speed = ratchet_rate(i, y, bodies, motion, p)
-    if lock.ratchet == TURNS:
+    if lock.ratchet == RATCHET_TURNS:
         return rows.turned(lock, rest, bodies, motion), speed
     return dot(rows.axis_on_other(lock, 0, rest, bodies, motion), at.gap), speed
 
@@ -345,11 +362,11 @@ def ratchet_rate(i, y, bodies, motion, p):
     """Rate of ratchet ``i`` in its direction [m/s or rad/s]."""
     lock = p.each[i]
     k = begin(i, p)
-    rest = y[k : k + REFERENCE]
+    rest = y[k : k + REFERENCE_SIZE]
     at = rows.pose(lock, rest, bodies, motion)
     a = rows.axis_on_other(lock, 0, rest, bodies, motion)
     zero = (0.0, 0.0, 0.0)
-    slides = lock.ratchet == SLIDES
+    slides = lock.ratchet == RATCHET_SLIDES
     row = rows.Row(a if slides else zero, zero if slides else a, 0.0, 0.0)
     return rows.rate(lock, row, at, bodies, motion)
 
@@ -366,14 +383,14 @@ def margins(y, modes, motion, bodies, p, reactions, out):
             out[m + k] = 1.0
         if mode == WAITING:
             out[m + CONTACT_MARGIN] = _outside(lock, bodies, motion)
-        elif mode == RUNNING:
+        elif mode == RATCHETING:
             way, speed = _travel(i, y, bodies, motion, p)
-            out[m + CONTACT_MARGIN] = way + SLACK if lock.pitch > 0.0 else speed
+            out[m + CONTACT_MARGIN] = way + TOOTH_TOLERANCE if lock.pitch > 0.0 else speed
             out[m + SEGMENT_MARGIN] = lock.pitch - way if lock.pitch > 0.0 else 1.0
         elif mode == CLOSED and lock.ratchet != NO_RATCHET:
             out[m + FRICTION_MARGIN] = reactions[p.reaction + i, 0]
             if modes[p.mode + i, SEGMENT] == 0:  # a drive at rest holds it, and may move on
-                out[m + FRICTION_MARGIN] = ROUNDED - ratchet_rate(i, y, bodies, motion, p)
+                out[m + FRICTION_MARGIN] = RATE_ROUNDING - ratchet_rate(i, y, bodies, motion, p)
         elif mode == CLOSED and lock.strength < inf:
             out[m + FRICTION_MARGIN] = lock.strength - reactions[p.reaction + i, 0]
 
@@ -384,10 +401,10 @@ def switch(i, which, y, modes, motion, bodies, p):
     lock = p.each[i]
     k = begin(i, p)
     if which == SEGMENT_MARGIN:
-        turns = lock.ratchet == TURNS
-        rows.advance_reference(lock, turns, lock.pitch, bodies, y[k : k + REFERENCE])
+        turns = lock.ratchet == RATCHET_TURNS
+        rows.advance_reference(lock, turns, lock.pitch, bodies, y[k : k + REFERENCE_SIZE])
     elif which == FRICTION_MARGIN:
-        modes[p.mode + i, MODE] = RUNNING if lock.ratchet != NO_RATCHET else OPEN
+        modes[p.mode + i, MODE] = RATCHETING if lock.ratchet != NO_RATCHET else OPEN
     elif lock.pitch > 0.0:
         modes[p.mode + i, MODE] = CLOSED
     else:
@@ -400,12 +417,12 @@ def close(i, y, modes, motion, bodies, p):
     body."""
     lock = p.each[i]
     k = begin(i, p)
-    reference = y[k : k + REFERENCE]
+    reference = y[k : k + REFERENCE_SIZE]
     if lock.ratchet == NO_RATCHET:
         rows.take_reference(lock, bodies, motion, reference)
     else:
         way, _ = _travel(i, y, bodies, motion, p)
-        rows.advance_reference(lock, lock.ratchet == TURNS, way, bodies, reference)
+        rows.advance_reference(lock, lock.ratchet == RATCHET_TURNS, way, bodies, reference)
     modes[p.mode + i, MODE] = CLOSED
     modes[p.mode + i, SEGMENT] = every_row(i, p)
 
@@ -413,9 +430,9 @@ def close(i, y, modes, motion, bodies, p):
 @kernel
 def goes_back(i, y, modes, bodies, motion, p):
     """True if joint ``i`` is a running ratchet without teeth that goes back."""
-    if modes[p.mode + i, MODE] != RUNNING or p.each[i].pitch > 0.0:
+    if modes[p.mode + i, MODE] != RATCHETING or p.each[i].pitch > 0.0:
         return False
-    return ratchet_rate(i, y, bodies, motion, p) < -ROUNDED
+    return ratchet_rate(i, y, bodies, motion, p) < -RATE_ROUNDING
 
 
 @kernel
@@ -424,8 +441,8 @@ def activate(i, y, modes, motion, bodies, p):
     lock = p.each[i]
     if lock.ratchet != NO_RATCHET:
         k = begin(i, p)
-        rows.take_reference(lock, bodies, motion, y[k : k + REFERENCE])
-        modes[p.mode + i, MODE] = RUNNING
+        rows.take_reference(lock, bodies, motion, y[k : k + REFERENCE_SIZE])
+        modes[p.mode + i, MODE] = RATCHETING
         modes[p.mode + i, SEGMENT] = every_row(i, p)
         if ratchet_rate(i, y, bodies, motion, p) <= 0.0:
             modes[p.mode + i, MODE] = CLOSED
@@ -449,7 +466,7 @@ def settle(y, modes, motion, bodies, p):
         kept = mode[SEGMENT]
         if p.each[i].lasts:
             k = begin(i, p)
-            assign(y[k : k + REFERENCE], p.each[i].rest)
+            assign(y[k : k + REFERENCE_SIZE], p.each[i].rest)
             mode[MODE] = CLOSED
         else:
             activate(i, y, modes, motion, bodies, p)

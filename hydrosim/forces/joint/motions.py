@@ -22,7 +22,6 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from hydrosim.forces.holds import NONE
 from hydrosim.forces.kind import Columns, Kept, Modes, Variable
 from hydrosim.forces.layout import Resistance
 from hydrosim.forces.postures import PosingKind, Posture, rest_at_first
@@ -32,6 +31,7 @@ from hydrosim.modes import (
     FRICTION_MARGIN,
     MARGINS,
     MODE,
+    NO_INDEX,
     SEGMENT,
     SEGMENT_MARGIN,
 )
@@ -46,10 +46,10 @@ if TYPE_CHECKING:
 
 NO_FRICTION, STUCK, UP, DOWN = range(4)
 AWAY, AT_LOWEST, AT_HIGHEST, BELOW, ABOVE = range(5)
-NAMES = ("frictionless", "stuck", "up", "down")
+FRICTION_MODES = ("frictionless", "stuck", "up", "down")
 STOPS = ("away", "at_lowest", "at_highest", "below", "above")
-POSITION, RATE, FORCE, OBSERVED = range(4)
-STILL = 1e-12  # m/s or rad/s after an impact: rounding
+MOTION_POSITION, MOTION_RATE, MOTION_FORCE, JOINT_MOTION_OUTPUTS = range(4)
+REST_RATE = 1e-12  # m/s or rad/s after an impact: rounding
 
 MOTION = np.dtype(
     [
@@ -59,8 +59,9 @@ MOTION = np.dtype(
         *(("static", float), ("kinetic", float)),
     ]
 )
-"""A motion: its coordinate, its move of the tree and the axis of that, its row of forces (`NONE` if
-nothing acts); k, q0, c; both ends, k_s, c_s; the static and the kinetic force, negative if none."""
+"""A motion: its coordinate, its move of the tree and the axis of that, its row of forces
+(`NO_INDEX` if nothing acts); k, q0, c; both ends, k_s, c_s; the static and the kinetic force,
+negative if none."""
 
 
 class JointMotionConstants(NamedTuple):
@@ -86,7 +87,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Jo
     for name, joint in layout.joints.items():
         for i in range(0 if name in layout.constraints else len(joint.motions)):
             acting = joint.resistances[i] if joint.resistances else JointResistance()
-            row = layout.row[name] if acting.acts else NONE
+            row = layout.row[name] if acting.acts else NO_INDEX
             each.append((coordinate, *places[coordinate], row, *_constants(acting)))
             coordinate += 1
     found = np.array(each, dtype=MOTION)
@@ -153,7 +154,7 @@ def add_force(y, modes, motion, bodies, p, wrench, rate):
     n = bodies.active.size
     for i in range(p.each.size):
         one = p.each[i]
-        if one.row != NONE:
+        if one.row != NO_INDEX:
             q = y[one.coordinate]
             u = y[n + one.coordinate]
             mode = modes[p.mode + i]
@@ -166,7 +167,7 @@ def add_energy(y, modes, p, stored):
     """Add the energy of springs and of stops to the rows of ``stored``."""
     for i in range(p.each.size):
         one = p.each[i]
-        if one.row != NONE:
+        if one.row != NO_INDEX:
             q = y[one.coordinate]
             below = max(one.lowest - q, 0.0)
             above = max(q - one.highest, 0.0)
@@ -261,8 +262,8 @@ def hold(modes, p, constraints, holds):
             clear(constraints.J[r])
             constraints.J[r, p.each[i].coordinate] = 1.0
             constraints.bound[r] = 0.0
-            holds.point[r] = NONE
-            holds.lock[r] = NONE
+            holds.point[r] = NO_INDEX
+            holds.lock[r] = NO_INDEX
             holds.motion[r] = i
             holds.residual[r] = 0.0
             constraints.number[0] = r + 1
@@ -275,7 +276,7 @@ def add_reactions(modes, motion, bodies, p, constraints, holds, wrench):
         holds.reaction[p.reaction + i, 0] = 0.0
     for r in range(constraints.number[0]):
         i = holds.motion[r]
-        if i != NONE:
+        if i != NO_INDEX:
             one = p.each[i]
             holds.reaction[p.reaction + i, 0] = constraints.force[r]
             push_joint(one.move, one.axis, constraints.force[r], bodies, motion, wrench[one.row])
@@ -310,13 +311,13 @@ def strike(y, modes, bodies, p):
     for i in range(p.each.size):
         if p.each[i].static >= 0.0:
             u = y[n + p.each[i].coordinate]
-            modes[p.mode + i, MODE] = UP if u > STILL else DOWN if u < -STILL else STUCK
+            modes[p.mode + i, MODE] = UP if u > REST_RATE else DOWN if u < -REST_RATE else STUCK
 
 
 @root
 def observe(y, modes, bodies, p, reactions, out):
-    """Write rows of `OBSERVED` of all motions to ``out``: q, u and f; of a ball the rotation
-    vector."""
+    """Write rows of `JOINT_MOTION_OUTPUTS` of all motions to ``out``: q, u and f; of a ball the
+    rotation vector."""
     n = bodies.active.size
     tree = bodies.tree
     for i in range(p.each.size):
@@ -332,9 +333,9 @@ def observe(y, modes, bodies, p, reactions, out):
             s = (0.25 * y[j], 0.25 * y[j + 1], 0.25 * y[j + 2])
             chosen = (1.0 * (one.axis == 0), 1.0 * (one.axis == 1), 1.0 * (one.axis == 2))
             q = dot(rotation_vector(of_parameters(s)), chosen)
-        out[OBSERVED * i + POSITION] = q
-        out[OBSERVED * i + RATE] = u
-        out[OBSERVED * i + FORCE] = force
+        out[JOINT_MOTION_OUTPUTS * i + MOTION_POSITION] = q
+        out[JOINT_MOTION_OUTPUTS * i + MOTION_RATE] = u
+        out[JOINT_MOTION_OUTPUTS * i + MOTION_FORCE] = force
 
 
 class JointMotionKind(PosingKind):
@@ -347,7 +348,7 @@ class JointMotionKind(PosingKind):
             "N or N m",
         ),
         "joint_motion_mode": Variable(
-            "mode of the friction in a joint", "1", flags=" ".join(NAMES)
+            "mode of the friction in a joint", "1", flags=" ".join(FRICTION_MODES)
         ),
         "joint_motion_segment": Variable(
             "mode of the end stops of a joint", "1", flags=" ".join(STOPS)
@@ -363,9 +364,9 @@ class JointMotionKind(PosingKind):
 
     def resistances(self, p: JointMotionConstants) -> Iterator[Resistance]:
         for one in p.each:
-            if one["row"] != NONE:
+            if one["row"] != NO_INDEX:
                 B = np.array([[one["damping"]]])
-                yield Resistance(one["row"], NONE, B, np.zeros(1), int(one["coordinate"]))
+                yield Resistance(one["row"], NO_INDEX, B, np.zeros(1), int(one["coordinate"]))
 
     def postures(self, p: JointMotionConstants) -> Sequence[Posture]:
         if not (p.each["stop"] > 0.0).any():
@@ -391,9 +392,9 @@ class JointMotionKind(PosingKind):
     def record(self, p: JointMotionConstants, bodies: Any, kept: Kept) -> Columns:
         each = ("time", self.unit)
         return {
-            "joint_position": (each, kept.observed[:, :, POSITION]),
-            "joint_velocity": (each, kept.observed[:, :, RATE]),
-            "joint_motion_force": (each, kept.observed[:, :, FORCE]),
+            "joint_position": (each, kept.observed[:, :, MOTION_POSITION]),
+            "joint_velocity": (each, kept.observed[:, :, MOTION_RATE]),
+            "joint_motion_force": (each, kept.observed[:, :, MOTION_FORCE]),
             "joint_motion_mode": (each, kept.modes[:, :, MODE].astype(np.int8)),
             "joint_motion_segment": (each, kept.modes[:, :, SEGMENT].astype(np.int8)),
         }

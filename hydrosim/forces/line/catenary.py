@@ -13,9 +13,9 @@ current. c and m stand for the quadratic drag of the whole line, linearised (`li
 The solution of the last accepted step is in the state. It is the first guess of the next solution,
 which does not depend on it. Modes are profiles: which segment touches down, where the friction of
 the bed ends, whether the line is slack. The slope of the stiffness jumps from one profile to the
-next, and the tension has a kink in its second derivative. A kink is an event where it is `SHARP`
-over a step or the line is nearly slack. Other kinks are passed: they change the impulse of the line
-in that step by less than 3e-5 of its tension times the step.
+next, and the tension has a kink in its second derivative. A kink is an event where it is
+`SHARP_KINK` over a step or the line is nearly slack. Other kinks are passed: they change the
+impulse of the line in that step by less than 3e-5 of its tension times the step.
 
 Without friction of the bed, the line has a potential: strain energy plus weight in water times
 height. The drag is its loss, and so is the work of a length that changes, with the opposite sign.
@@ -43,15 +43,25 @@ from hydrosim.forces.pair import Tie
 from hydrosim.forces.signal import SIGNAL, Signal, compile_signals, constant, value
 from hydrosim.forces.signal import rate as signal_rate
 from hydrosim.jit.kernels import clear, kernel, root, root_giving
-from hydrosim.modes import MARGINS, MODE, RISING, SEGMENT, SEGMENT_MARGIN
-from hydrosim.rigid.kinematics import add_wrench, attachment, point_velocity
+from hydrosim.modes import (
+    ACTING,
+    INACTIVE,
+    MARGINS,
+    MODE,
+    NO_INDEX,
+    RISING,
+    SEGMENT,
+    SEGMENT_MARGIN,
+    UNDEFINED,
+)
+from hydrosim.rigid.kinematics import LINE_PIECE, add_wrench, attachment, point_velocity
 from hydrosim.rigid.vectors import cross, dot, scale, sub, vector
 from hydrosim.scene import ForceElement, OmittedEntry
 from hydrosim.streams.current import current_at, mean_current
 
-ACTING, GONE, LOST, TAUT = range(4)
-"""Modes; lines are `TAUT` in postures alone."""
-TENSION, ANCHOR_TENSION, HORIZONTAL, GROUNDED, OBSERVED = range(5)  # see `observe`
+TAUT_LINE = UNDEFINED + 1
+"""Modes; lines are `TAUT_LINE` in postures alone."""
+FAIRLEAD_TENSION, ANCHOR_TENSION, HORIZONTAL, GROUNDED, CATENARY_OUTPUTS = range(5)  # see `observe`
 GUESS = (
     "horizontal pull",
     "vertical pull",
@@ -64,13 +74,16 @@ GUESS = (
 )
 """States of each line: its last solution H, V [N], the x and z there [m], and its stiffness
 [N/m]."""
-STATES = len(GUESS)
-AHEAD = 1e-10  # s: first look ahead for the next profile
-FARTHEST = 1e-2  # s: and the last
-STEADY = -1  # no segment changes its length
+CATENARY_STATES = len(GUESS)
+FIRST_LOOK_AHEAD_S = 1e-10  # s: first look ahead for the next profile
+LAST_LOOK_AHEAD_S = 1e-2  # s: and the last
 ON_BED = 1e-6  # m: an anchor this close to the seabed is on it
-SHARP = 1e-3  # of the tension: what a kink adds to the trapezoidal sum of the stiffness, at least
-NEARLY_SLACK = profile.TIGHT  # of the weight: horizontal pull below which slack may be near
+SHARP_KINK = (
+    1e-3  # of the tension: what a kink adds to the trapezoidal sum of the stiffness, at least
+)
+NEARLY_SLACK = (
+    profile.MAX_SLACK_PULL
+)  # of the weight: horizontal pull below which slack may be near
 
 
 @dataclass(frozen=True)
@@ -94,7 +107,7 @@ class Catenary(Tie):
     friction: float | None = None
     anchor_body: str | None = None
     paid: Signal | None = None
-    paying: int = STEADY
+    paying: int = NO_INDEX
     left_out: tuple[OmittedEntry, ...] = field(default=(), kw_only=True)
 
     def feels(self) -> Collection[str]:
@@ -108,7 +121,7 @@ class Catenary(Tie):
             yield f"segments[{self.paying}].length", self.paid
 
 
-LINE = np.dtype(
+CATENARY = np.dtype(
     [
         *(("body", int), ("row", int), ("point", float, 3)),
         *(("anchor_body", int), ("anchor", float, 3)),
@@ -124,8 +137,9 @@ the height ``datum`` of the anchor at rest."""
 
 
 class CatenaryConstants(NamedTuple):
-    """``lines`` (n,) of `LINE`, their ``pieces`` of `shape.PIECE` with the ``widths`` [m] of drag,
-    the pieces of their ``signals``; the first of their states in y and of their rows of modes."""
+    """``lines`` (n,) of `CATENARY`, their ``pieces`` of `LINE_PIECE` with the ``widths`` [m] of
+    drag, the pieces of their ``signals``; the first of their states in y and of their rows of
+    modes."""
 
     lines: np.ndarray
     pieces: np.ndarray
@@ -158,7 +172,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Ca
     own = {name: e for name, e in elements.items() if isinstance(e, Catenary)}
     signals, signal_pieces = compile_signals([e.paid or constant(0.0) for e in own.values()])
     rows = []
-    pieces = [np.zeros(0, dtype=shape.PIECE)]
+    pieces = [np.zeros(0, dtype=LINE_PIECE)]
     first = 0
     for (name, e), signal in zip(own.items(), signals, strict=True):
         anchor, bed = _ground(name, e, layout)
@@ -174,7 +188,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Ca
         first = last
     widths = np.concatenate([np.zeros(0), *(e.drag_width for e in own.values())])
     every = np.concatenate(pieces)
-    return CatenaryConstants(np.array(rows, dtype=LINE), every, widths, signal_pieces, 0, 0)
+    return CatenaryConstants(np.array(rows, dtype=CATENARY), every, widths, signal_pieces, 0, 0)
 
 
 def _current_on(line: Catenary, layout: Layout) -> tuple[float, float]:
@@ -191,8 +205,8 @@ def _current_on(line: Catenary, layout: Layout) -> tuple[float, float]:
 
 
 def _pieces(line: Catenary) -> np.ndarray:
-    """The segments, of `shape.PIECE`."""
-    pieces = np.zeros(line.length.size, dtype=shape.PIECE)
+    """The segments, of `LINE_PIECE`."""
+    pieces = np.zeros(line.length.size, dtype=LINE_PIECE)
     for name in ("length", "weight", "stiffness", "hung"):
         pieces[name] = getattr(line, name)
     return pieces
@@ -274,14 +288,14 @@ def pull_now(i, t, y, s, motion, p):
     """The `shape.Pull` of line ``i``, and its pieces as they are now. A length that changes is
     written to the scratch ``motion.pieces``."""
     line = p.lines[i]
-    k = p.state + STATES * i
+    k = p.state + CATENARY_STATES * i
     pieces = p.pieces
-    if line.paying != STEADY:
+    if line.paying != NO_INDEX:
         pieces = motion.pieces
         pieces[line.first + line.paying].length = value(t, line.paid, p.signals)
     dx = s.x - y[k + 2]
     dz = s.z - y[k + 3]
-    if dx == 0.0 and dz == 0.0 and line.paying == STEADY:
+    if dx == 0.0 and dz == 0.0 and line.paying == NO_INDEX:
         pull = known_pull(line, s, y[k], y[k + 1], pieces)
         if pull.converged:
             return pull, pieces
@@ -300,19 +314,19 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     loses to ``rate``, in place."""
     for i in range(p.lines.size):
         line = p.lines[i]
-        for k in range(STATES):
-            dy[p.state + STATES * i + k] = 0.0
+        for k in range(CATENARY_STATES):
+            dy[p.state + CATENARY_STATES * i + k] = 0.0
         mode = modes[p.mode + i, MODE]
-        if mode == GONE:
+        if mode == INACTIVE:
             continue
         s = find_ends(line, bodies, motion)
         pull, pieces = pull_now(i, t, y, s, motion, p)
         drag = find_drag(line, s, pull)
-        if mode == LOST:  # ends the run
+        if mode == UNDEFINED:  # ends the run
             drag = (nan, nan, nan)
         rate[line.row] -= dot(drag, s.v)
         add_ends(line, s, pull, drag, wrench, rate)
-        if line.potential and line.paying != STEADY:
+        if line.potential and line.paying != NO_INDEX:
             rate[line.row] -= paid_energy(line, s, pull, pieces) * signal_rate(
                 t, line.paid, p.signals
             )
@@ -367,7 +381,7 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
     """Add the energy stored in every line with a potential to its row of ``stored``."""
     for i in range(p.lines.size):
         line = p.lines[i]
-        if modes[p.mode + i, MODE] == GONE or not line.potential:
+        if modes[p.mode + i, MODE] == INACTIVE or not line.potential:
             continue
         s = find_ends(line, bodies, motion)
         pull, pieces = pull_now(i, t, y, s, motion, p)
@@ -391,7 +405,7 @@ def total_weight(line, pieces):
 @root_giving(float)
 def tension_of(i, t, y, modes, motion, bodies, p):
     """Tension [N] at the fairlead of line ``i``, 0 where it is gone."""
-    if modes[p.mode + i, MODE] == GONE:
+    if modes[p.mode + i, MODE] == INACTIVE:
         return 0.0
     pull, _ = pull_now(i, t, y, find_ends(p.lines[i], bodies, motion), motion, p)
     return sqrt(pull.H * pull.H + pull.V * pull.V)
@@ -399,16 +413,16 @@ def tension_of(i, t, y, modes, motion, bodies, p):
 
 @root
 def observe(t, y, modes, motion, bodies, p, out):
-    """Write rows of `OBSERVED` of all lines to ``out``: tensions at the fairlead and the anchor,
-    horizontal pull at the fairlead, length on the seabed."""
+    """Write rows of `CATENARY_OUTPUTS` of all lines to ``out``: tensions at the fairlead and the
+    anchor, horizontal pull at the fairlead, length on the seabed."""
     for i in range(p.lines.size):
-        row = out[OBSERVED * i : OBSERVED * (i + 1)]
-        for k in range(OBSERVED):
+        row = out[CATENARY_OUTPUTS * i : CATENARY_OUTPUTS * (i + 1)]
+        for k in range(CATENARY_OUTPUTS):
             row[k] = 0.0
-        if modes[p.mode + i, MODE] != GONE:
+        if modes[p.mode + i, MODE] != INACTIVE:
             line = p.lines[i]
             pull, pieces = pull_now(i, t, y, find_ends(line, bodies, motion), motion, p)
-            row[TENSION] = sqrt(pull.H * pull.H + pull.V * pull.V)
+            row[FAIRLEAD_TENSION] = sqrt(pull.H * pull.H + pull.V * pull.V)
             row[ANCHOR_TENSION] = sqrt(pull.anchor_H * pull.anchor_H + pull.anchor_V**2)
             row[HORIZONTAL] = pull.H
             row[GROUNDED] = full_length(line, pieces) - pull.touch
@@ -466,7 +480,7 @@ def end_step_of_line(i, t, y, modes, motion, bodies, p, watched, out):
     """`end_step` for line ``i``."""
     line = p.lines[i]
     row = p.mode + i
-    k = p.state + STATES * i
+    k = p.state + CATENARY_STATES * i
     s = find_ends(line, bodies, motion)
     pull, pieces = pull_now(i, t, y, s, motion, p)
     if not pull.converged:  # `remember` reports it
@@ -475,9 +489,11 @@ def end_step_of_line(i, t, y, modes, motion, bodies, p, watched, out):
     stiffness = stiffness_of(line, s, pull, pieces)
     number = number_of(line, s, pull, pieces)
     sharp = number != modes[row, SEGMENT] and (
-        slack_before or line.paying != STEADY or is_sharp(y[k : k + STATES], s, pull, stiffness)
+        slack_before
+        or line.paying != NO_INDEX
+        or is_sharp(y[k : k + CATENARY_STATES], s, pull, stiffness)
     )
-    keep_solution(y[k : k + STATES], s, pull, stiffness)
+    keep_solution(y[k : k + CATENARY_STATES], s, pull, stiffness)
     if not sharp:
         modes[row, SEGMENT] = number
     slack = is_nearly_slack(line, pull.H, number, pieces)
@@ -490,20 +506,20 @@ def end_step_of_line(i, t, y, modes, motion, bodies, p, watched, out):
 def is_nearly_slack(line, H, number, pieces):
     """True if a line with H in the profile ``number`` may become slack, or tight, soon."""
     weight = abs(total_weight(line, pieces))
-    return number & profile.SLACK != 0 or NEARLY_SLACK * weight > H
+    return number & profile.SLACK_CODE != 0 or NEARLY_SLACK * weight > H
 
 
 @kernel
 def is_sharp(known, s, pull, stiffness):
     """True if the pull changes otherwise over a step than by the mean of the stiffnesses at its
-    ends, by `SHARP` or more. ``known`` are the states of `GUESS` at its start."""
+    ends, by `SHARP_KINK` or more. ``known`` are the states of `GUESS` at its start."""
     dx = 0.5 * (s.x - known[2])
     dz = 0.5 * (s.z - known[3])
     Hx, Hz, Vx, Vz = stiffness
     off_H = pull.H - known[0] - (known[4] + Hx) * dx - (known[5] + Hz) * dz
     off_V = pull.V - known[1] - (known[6] + Vx) * dx - (known[7] + Vz) * dz
     tension2 = pull.H * pull.H + pull.V * pull.V
-    return off_H * off_H + off_V * off_V > SHARP * SHARP * tension2
+    return off_H * off_H + off_V * off_V > SHARP_KINK * SHARP_KINK * tension2
 
 
 @root_giving(float)
@@ -537,13 +553,14 @@ def find_stiffness(first, last, x, z, bed, friction, H, V, anchor_V, touch, piec
 @root
 def switch(i, t, y, modes, motion, bodies, p):
     """Switch line ``i`` to its next profile: that of the line a moment later, because an event is
-    located a little before its kink. `AHEAD` doubles until the profile is another one."""
+    located a little before its kink. `FIRST_LOOK_AHEAD_S` doubles until the profile is another
+    one."""
     line = p.lines[i]
     mode = modes[p.mode + i]
     s = find_ends(line, bodies, motion)
     rate = (s.w[0] - s.v[0]) * s.e[0] + (s.w[1] - s.v[1]) * s.e[1]
-    ahead = AHEAD
-    while ahead < FARTHEST:
+    ahead = FIRST_LOOK_AHEAD_S
+    while ahead < LAST_LOOK_AHEAD_S:
         x = abs(s.x + ahead * rate)
         z = s.z + ahead * (s.v[2] - s.w[2])
         bed = s.bed - ahead * s.w[2]
@@ -578,8 +595,8 @@ def settle(t, y, modes, motion, bodies, p):
 def settle_line(i, t, y, modes, motion, bodies, p):
     """Mode and guess of line ``i`` when it becomes active."""
     line = p.lines[i]
-    k = p.state + STATES * i
-    clear(y[k : k + STATES])
+    k = p.state + CATENARY_STATES * i
+    clear(y[k : k + CATENARY_STATES])
     y[k] = -1.0  # no guess
     s = find_ends(line, bodies, motion)
     pull, pieces = pull_now(i, t, y, s, motion, p)
@@ -590,10 +607,10 @@ def settle_line(i, t, y, modes, motion, bodies, p):
 @kernel
 def accept(i, y, modes, s, pull, pieces, p):
     """Keep a solution, and its stiffness, for the next guesses; a line without one is lost."""
-    k = p.state + STATES * i
+    k = p.state + CATENARY_STATES * i
     line = p.lines[i]
-    keep_solution(y[k : k + STATES], s, pull, stiffness_of(line, s, pull, pieces))
-    modes[p.mode + i, MODE] = ACTING if pull.converged else LOST
+    keep_solution(y[k : k + CATENARY_STATES], s, pull, stiffness_of(line, s, pull, pieces))
+    modes[p.mode + i, MODE] = ACTING if pull.converged else UNDEFINED
     modes[p.mode + i, RISING] = pull.reason
 
 
@@ -622,7 +639,7 @@ def stiffness_of(line, s, pull, pieces):
 @kernel
 def deactivate(i, modes, p):
     """Deactivate line ``i``."""
-    modes[p.mode + i, MODE] = GONE
+    modes[p.mode + i, MODE] = INACTIVE
 
 
 @root
@@ -634,9 +651,9 @@ def remember(t, y, modes, motion, bodies, p, watched):
         row = p.mode + i
         if modes[row, MODE] == ACTING:
             line = p.lines[i]
-            k = p.state + STATES * i
+            k = p.state + CATENARY_STATES * i
             s = find_ends(line, bodies, motion)
-            if s.x == y[k + 2] and s.z == y[k + 3] and line.paying == STEADY:
+            if s.x == y[k + 2] and s.z == y[k + 3] and line.paying == NO_INDEX:
                 continue
             pull, pieces = pull_now(i, t, y, s, motion, p)
             accept(i, y, modes, s, pull, pieces, p)

@@ -32,15 +32,21 @@ from hydrosim.forces.contact.geometry import EARTH
 from hydrosim.forces.kind import Columns, Kept, Modes, Variable, capacity_of, elements_of
 from hydrosim.forces.layout import Layout
 from hydrosim.forces.pair import Tie, line_between, pull_together
-from hydrosim.forces.postures import PRESSED, PosingKind, Posture, rest_at_first, with_one
+from hydrosim.forces.postures import (
+    LINEARISATION_DEPTH,
+    PosingKind,
+    Posture,
+    rest_at_first,
+    with_one,
+)
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import CONTACT_MARGIN, MARGINS, MODE, SEGMENT, SEGMENT_MARGIN
 from hydrosim.rigid.vectors import vector
 from hydrosim.scene import ForceElement, Scene
 
-PULLING, CUT, GONE = range(3)
-SLACK, LOWER, GAS, UPPER = range(4)
-TENSION, STROKE, OBSERVED = range(3)  # see `observe`
+PULLING, TENSION_CUT, CYLINDER_INACTIVE = range(3)
+SLACK_PIECE, LOWER, GAS, UPPER = range(4)
+CYLINDER_TENSION, STROKE, COMPENSATOR_OUTPUTS = range(3)  # see `observe`
 
 
 @dataclass(frozen=True)
@@ -154,7 +160,7 @@ def _gas_energy(one, x):
 def pull(one, mode, r):
     """T and f of a compensator."""
     f = elastic(one, mode[SEGMENT], r.x)
-    if mode[MODE] != PULLING or mode[SEGMENT] == SLACK:
+    if mode[MODE] != PULLING or mode[SEGMENT] == SLACK_PIECE:
         return 0.0, f
     return f + one.damping * r.rate, f
 
@@ -166,7 +172,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     for i in range(p.each.size):
         one = p.each[i]
         mode = modes[p.mode + i]
-        if mode[MODE] == GONE:
+        if mode[MODE] == CYLINDER_INACTIVE:
             continue
         r = reach(one, bodies, motion)
         T, f = pull(one, mode, r)
@@ -180,18 +186,18 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
     for i in range(p.each.size):
         one = p.each[i]
         mode = modes[p.mode + i]
-        if mode[MODE] != GONE:
+        if mode[MODE] != CYLINDER_INACTIVE:
             x = reach(one, bodies, motion).x
             stored[one.row] += stored_energy(one, mode[SEGMENT], x)
 
 
 @root
 def observe(modes, motion, bodies, p, out):
-    """Write rows of `OBSERVED` of all compensators to ``out``: T and x."""
+    """Write rows of `COMPENSATOR_OUTPUTS` of all compensators to ``out``: T and x."""
     for i in range(p.each.size):
         r = reach(p.each[i], bodies, motion)
-        row = out[OBSERVED * i : OBSERVED * (i + 1)]
-        row[TENSION], _ = pull(p.each[i], modes[p.mode + i], r)
+        row = out[COMPENSATOR_OUTPUTS * i : COMPENSATOR_OUTPUTS * (i + 1)]
+        row[CYLINDER_TENSION], _ = pull(p.each[i], modes[p.mode + i], r)
         row[STROKE] = r.x
 
 
@@ -221,18 +227,18 @@ def margins(modes, motion, bodies, p, out):
         m = MARGINS * (p.mode + i)
         for k in range(MARGINS):
             out[m + k] = 1.0
-        if mode[MODE] == GONE:
+        if mode[MODE] == CYLINDER_INACTIVE:
             continue
         r = reach(one, bodies, motion)
         segment = mode[SEGMENT]
-        if segment == SLACK:
+        if segment == SLACK_PIECE:
             out[m + SEGMENT_MARGIN] = _upper_end(one, segment) - r.x
         elif segment == UPPER:
             out[m + SEGMENT_MARGIN] = r.x - one.half
         else:
             room = min(r.x - _lower_end(one, segment), _upper_end(one, segment) - r.x)
             out[m + SEGMENT_MARGIN] = room
-        if one.damping > 0.0 and segment != SLACK:
+        if one.damping > 0.0 and segment != SLACK_PIECE:
             T = elastic(one, segment, r.x) + one.damping * r.rate
             out[m + CONTACT_MARGIN] = T if mode[MODE] == PULLING else -T
 
@@ -243,11 +249,11 @@ def switch(i, which, modes, motion, bodies, p):
     one = p.each[i]
     mode = modes[p.mode + i]
     if which == CONTACT_MARGIN:
-        mode[MODE] = CUT if mode[MODE] == PULLING else PULLING
+        mode[MODE] = TENSION_CUT if mode[MODE] == PULLING else PULLING
         return
     segment = mode[SEGMENT]
     r = reach(one, bodies, motion)
-    if segment == SLACK:
+    if segment == SLACK_PIECE:
         mode[SEGMENT] = LOWER
         mode[MODE] = PULLING
     elif segment == UPPER:
@@ -270,20 +276,20 @@ def activate(i, modes, motion, bodies, p):
     one = p.each[i]
     mode = modes[p.mode + i]
     r = reach(one, bodies, motion)
-    segment = SLACK
+    segment = SLACK_PIECE
     while segment < UPPER and r.x >= _upper_end(one, segment):
         segment += 1
     mode[SEGMENT] = segment
     mode[MODE] = PULLING
     if elastic(one, segment, r.x) + one.damping * r.rate < 0.0:
-        mode[MODE] = CUT
+        mode[MODE] = TENSION_CUT
 
 
 @kernel
 def deactivate(i, modes, p):
     """Deactivate compensator ``i``."""
-    modes[p.mode + i, MODE] = GONE
-    modes[p.mode + i, SEGMENT] = SLACK
+    modes[p.mode + i, MODE] = CYLINDER_INACTIVE
+    modes[p.mode + i, SEGMENT] = SLACK_PIECE
 
 
 class CompensatorKind(PosingKind):
@@ -336,7 +342,7 @@ class CompensatorKind(PosingKind):
         stop."""
         each = p.each.copy()
         for one, (_, segment, _) in zip(each, modes, strict=True):
-            x = one["half"] + (PRESSED if segment == UPPER else 0.0)
+            x = one["half"] + (LINEARISATION_DEPTH if segment == UPPER else 0.0)
             one["length"] += reach(one, bodies, motion).x - x
         return p._replace(each=each)
 
@@ -347,7 +353,7 @@ class CompensatorKind(PosingKind):
     def record(self, p: CompensatorConstants, bodies: Any, kept: Kept) -> Columns:
         each = ("time", self.unit)
         return {
-            "compensator_tension": (each, kept.observed[:, :, TENSION]),
+            "compensator_tension": (each, kept.observed[:, :, CYLINDER_TENSION]),
             "compensator_stroke": (each, kept.observed[:, :, STROKE]),
             "compensator_mode": (each, kept.modes[:, :, MODE].astype(np.int8)),
         }

@@ -20,14 +20,14 @@ import numpy as np
 from hydrosim.jit.kernels import kernel
 
 FACTORS = 3
-STATES = 2 * FACTORS
+DELAY_STATES = 2 * FACTORS
 
 
 def factors(tau: float) -> np.ndarray:
     """a [1/s] and b [1/s^2] (3, 2) of a delay ``tau`` [s]; zeros if it is 0."""
     if tau == 0.0:
         return np.zeros((FACTORS, 2))
-    m = STATES
+    m = DELAY_STATES
     terms = [factorial(2 * m - j) / (factorial(j) * factorial(m - j)) for j in range(m + 1)]
     poles = np.roots(terms[::-1])
     upper = poles[poles.imag > 0.0]

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from hydrosim.forces.line.catenary import CatenaryConstants
 
 PHASES = 4096  # of a regular motion with a current
-NODES = 40  # of Gauss and Hermite, in each direction, with a current
-PLACES = 4  # of Gauss and Legendre, on each segment
+QUADRATURE_NODES = 40  # of Gauss and Hermite, in each direction, with a current
+NODES_PER_SEGMENT = 4  # of Gauss and Legendre, on each segment
 
 
 class Linearised(NamedTuple):
@@ -49,12 +49,12 @@ def places_along(length: np.ndarray, touch: float) -> Places:
     """`Places` of Gauss's quadrature on segments of ``length`` (n,) [m], of which ``touch`` [m]
     from the fairlead hangs; each with the number of its ``segment``."""
     ends = np.minimum(np.concatenate([[0.0], np.cumsum(length)]), touch)
-    nodes, weights = np.polynomial.legendre.leggauss(PLACES)
+    nodes, weights = np.polynomial.legendre.leggauss(NODES_PER_SEGMENT)
     half = 0.5 * np.diff(ends)
     middle = 0.5 * (ends[1:] + ends[:-1])
     arc = middle[:, None] + np.multiply.outer(half, nodes)
     each = np.multiply.outer(half, weights)
-    segment = np.repeat(np.arange(half.size), PLACES)
+    segment = np.repeat(np.arange(half.size), NODES_PER_SEGMENT)
     return Places(1.0 - arc.ravel() / touch, each.ravel(), segment)
 
 
@@ -70,7 +70,7 @@ def linearise_random(covariance: np.ndarray, current: np.ndarray) -> Linearised:
     if speed == 0.0:
         square = 0.5 * float((sigma**2).sum())
         return Linearised(1.5 * sqrt(pi / 2.0) * _mean_cube(sigma) / square, 0.0)
-    nodes, weights = np.polynomial.hermite_e.hermegauss(NODES)
+    nodes, weights = np.polynomial.hermite_e.hermegauss(QUADRATURE_NODES)
     weights = weights / weights.sum()
     g = np.stack(np.meshgrid(*(s * nodes for s in sigma), indexing="ij"))
     share = np.multiply.outer(weights, weights)

@@ -34,15 +34,15 @@ import numpy as np
 from hydrosim.jit.kernels import kernel
 
 LENGTH_CONTROL, SPEED_CONTROL, TENSION_CONTROL, COMPENSATION = range(4)
-STUCK, SLIPPING_OUT, SLIPPING_IN, FAST_OUT, FAST_IN, EMPTY, FULL, DRIVEN = range(8)
-SPEEDING_OUT, SPEEDING_IN, BRAKING_OUT, BRAKING_IN, GONE = range(8, 13)
-NAMES = (
+STUCK, SLIPPING_OUT, SLIPPING_IN, FAST_OUT, FAST_IN, EMPTY, FULL, PRESCRIBED = range(8)
+SPEEDING_OUT, SPEEDING_IN, BRAKING_OUT, BRAKING_IN, DRUM_INACTIVE = range(8, 13)
+DRUM_MODES = (
     *("stuck", "slipping_out", "slipping_in", "fast_out", "fast_in", "empty", "full", "driven"),
     *("speeding_out", "speeding_in", "braking_out", "braking_in", "absent"),
 )
 ON_BOUND = 1e-6  # of the set tension: T this close to a bound is on it
 AT_REST = 1e-6  # of the largest speed: with damping a drum begins to slip at speed 0
-EDGE = 1e-11  # of the set tension or length: a mode that begins on its own edge lasts
+MODE_EDGE_RTOL = 1e-11  # of the set tension or length: a mode that begins on its own edge lasts
 AT_END = 1e-12  # of a length: l0 this close to an end of the drum is there
 
 DRUM = np.dtype(
@@ -78,7 +78,7 @@ def hold_speed(bound, pull):
 def pay_out(drum, mode, own, demand, pull):
     """Speed s of a drum in a ``mode``; ``own`` is its speed while it speeds up or brakes,
     ``demand`` the speed of its signal or target."""
-    if mode == DRIVEN:
+    if mode == PRESCRIBED:
         return demand
     if mode == SLIPPING_OUT:
         return hold_speed(drum.high, pull)
@@ -137,7 +137,7 @@ def law_margin(drum, mode, T, s, l0, target, demand):
     way = _sense(mode)
     if drum.control == TENSION_CONTROL:
         if mode == STUCK:
-            return min(T - drum.low, drum.high - T) + EDGE * T0
+            return min(T - drum.low, drum.high - T) + MODE_EDGE_RTOL * T0
         if mode == EMPTY:
             return T - drum.low
         if mode == FULL:
@@ -149,7 +149,10 @@ def law_margin(drum, mode, T, s, l0, target, demand):
         if mode in (BRAKING_OUT, BRAKING_IN):
             return min(way * s / v, way * (_bound(drum, way) - T) / T0)
         if mode in (FAST_OUT, FAST_IN):
-            return way * (T - (T0 if drum.acceleration > 0.0 else _bound(drum, way))) + EDGE * T0
+            return (
+                way * (T - (T0 if drum.acceleration > 0.0 else _bound(drum, way)))
+                + MODE_EDGE_RTOL * T0
+            )
     if drum.control == SPEED_CONTROL:
         if mode == EMPTY:
             return demand
@@ -161,8 +164,8 @@ def law_margin(drum, mode, T, s, l0, target, demand):
         if mode == FULL:
             return drum.shortest - target
         if mode in (FAST_OUT, FAST_IN):
-            return way * (target - l0) + EDGE * l0
-        if mode == DRIVEN and v < inf:
+            return way * (target - l0) + MODE_EDGE_RTOL * l0
+        if mode == PRESCRIBED and v < inf:
             return v - abs(demand)
     return 1.0
 
@@ -177,7 +180,7 @@ def _bound(drum, way):
 def end_margin(drum, mode, l0):
     """Way to the end of a drum that turns; 1 if there is none."""
     way = _sense(mode)
-    if mode == DRIVEN and drum.control != LENGTH_CONTROL:
+    if mode == PRESCRIBED and drum.control != LENGTH_CONTROL:
         margin = min(l0 - drum.shortest, drum.longest - l0)
     elif way > 0.0:
         margin = drum.longest - l0
@@ -240,7 +243,7 @@ def follow(drum, l0, target, demand):
             return FULL
         if abs(demand) > drum.fastest:
             return FAST_OUT if demand > 0.0 else FAST_IN
-    return DRIVEN
+    return PRESCRIBED
 
 
 @kernel
@@ -250,11 +253,11 @@ def next_mode(drum, mode, pull, taut, T, s, l0, target, demand):
     v = drum.fastest
     way = _sense(mode)
     if drum.control != TENSION_CONTROL:
-        if drum.control == COMPENSATION and mode == DRIVEN:
+        if drum.control == COMPENSATION and mode == PRESCRIBED:
             return FAST_OUT if demand > 0.0 else FAST_IN
         if abs(demand) > v:
             return FAST_OUT if demand > 0.0 else FAST_IN
-        return DRIVEN
+        return PRESCRIBED
     if mode == STUCK:
         near = 1.0 if drum.high - T < T - drum.low else -1.0
         return begin_turning(drum, near, pull, taut, l0)
@@ -283,6 +286,6 @@ def next_mode(drum, mode, pull, taut, T, s, l0, target, demand):
 @kernel
 def stop_at_end(drum, mode, l0):
     """Mode of a drum that has reached an end."""
-    if mode == DRIVEN:
+    if mode == PRESCRIBED:
         return EMPTY if drum.longest - l0 < l0 - drum.shortest else FULL
     return EMPTY if _sense(mode) > 0.0 else FULL

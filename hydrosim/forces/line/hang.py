@@ -14,12 +14,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-
 from hydrosim.forces.line.stretch import span
 from hydrosim.jit.kernels import kernel
 
-PIECE = np.dtype([(name, float) for name in ("length", "weight", "stiffness", "hung")])
 """A segment, in order from the fairlead to the anchor: unstretched length [m]; weight in water per
 unstretched length [N/m], negative if it floats; EA [N]; the weight in water of what hangs at its
 lower end [N], negative for a buoy. What hangs at the last one is the anchor's."""

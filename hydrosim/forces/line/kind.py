@@ -10,27 +10,25 @@ import numpy as np
 from hydrosim.forces.kind import Columns, Kept, Modes, States, Variable, capacity_of, elements_of
 from hydrosim.forces.line import shape
 from hydrosim.forces.line.catenary import (
-    ACTING,
     ANCHOR_TENSION,
+    CATENARY_STATES,
+    FAIRLEAD_TENSION,
     GROUNDED,
     GUESS,
     HORIZONTAL,
-    LOST,
-    STATES,
-    TAUT,
-    TENSION,
+    TAUT_LINE,
     Catenary,
     CatenaryConstants,
     compile_elements,
     find_ends,
 )
 from hydrosim.forces.postures import PosingKind, Posture, rest_at_first
-from hydrosim.modes import MODE, RISING
+from hydrosim.modes import ACTING, MODE, RISING, UNDEFINED
 from hydrosim.scene import Scene
 
 PROFILES = 1 << 30
 """More than any line has."""
-TIGHT = 0.999
+TAUT_SHARE = 0.999
 """Unstretched length over the distance of the ends, at which a taut line is linearised."""
 
 
@@ -61,7 +59,7 @@ class CatenaryKind(PosingKind):
         first = np.zeros(p.lines.size)
         return [
             Posture("", rest_at_first(first, ACTING)),
-            Posture("lines taut", rest_at_first(first, TAUT)),
+            Posture("lines taut", rest_at_first(first, TAUT_LINE)),
         ]
 
     def alike(self, p: CatenaryConstants) -> Sequence[Hashable]:
@@ -80,14 +78,14 @@ class CatenaryKind(PosingKind):
         ends."""
         pieces = p.pieces.copy()
         for line, mode in zip(p.lines, modes[:, MODE], strict=True):
-            if mode == TAUT:
+            if mode == TAUT_LINE:
                 s = find_ends(line, bodies, motion)
                 own = pieces[line["first"] : line["last"]]
-                own["length"] *= TIGHT * np.hypot(s.x, s.z) / own["length"].sum()
+                own["length"] *= TAUT_SHARE * np.hypot(s.x, s.z) / own["length"].sum()
         return p._replace(pieces=pieces)
 
     def lost(self, p: CatenaryConstants, modes: np.ndarray) -> Iterator[tuple[int, str]]:
-        for i in np.flatnonzero(modes[:, MODE] == LOST).tolist():
+        for i in np.flatnonzero(modes[:, MODE] == UNDEFINED).tolist():
             yield i, shape.REASONS[int(modes[i, RISING])]
 
     def forget(self, p: CatenaryConstants, y: np.ndarray) -> None:
@@ -102,7 +100,7 @@ class CatenaryKind(PosingKind):
         known: np.ndarray,
     ) -> None:
         """Guesses of lines that the earlier run did not have."""
-        own = slice(p.state, p.state + STATES * p.lines.size)
+        own = slice(p.state, p.state + CATENARY_STATES * p.lines.size)
         y[own] = np.where(known[own], y[own], anew[own])
 
     def coordinates(self, scene: Scene) -> dict[str, object]:
@@ -112,7 +110,7 @@ class CatenaryKind(PosingKind):
         each = ("time", "line")
         found: Columns = {"line_mode": (each, kept.modes[:, :, MODE].astype(np.int8))}
         columns = {
-            "line_tension": TENSION,
+            "line_tension": FAIRLEAD_TENSION,
             "line_anchor_tension": ANCHOR_TENSION,
             "line_horizontal": HORIZONTAL,
             "line_grounded": GROUNDED,

@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 
 from hydrosim.forces.kind import Parts
-from hydrosim.forces.line.catenary import GONE, STATES, STEADY, Ends, find_ends, find_pull
+from hydrosim.forces.line.catenary import CATENARY_STATES, Ends, find_ends, find_pull
 from hydrosim.forces.line.kind import CATENARY_KIND
 from hydrosim.forces.line.points import find_points
 from hydrosim.forces.line.shape import Pull
 from hydrosim.forces.signal import value
-from hydrosim.modes import MODE
+from hydrosim.modes import INACTIVE, MODE, NO_INDEX
 from hydrosim.scene import Scene
 
-POINTS = 41  # of a line in pictures
+LINE_POINTS = 41  # of a line in pictures
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +46,7 @@ class LineNow:
         ends = (self.pull.H, self.pull.V), (self.pull.anchor_H, self.pull.anchor_V)
         return float(max(np.hypot(*each) for each in ends) / self.own["stiffness"].min())
 
-    def places(self, count: int = POINTS) -> tuple[np.ndarray, np.ndarray]:
+    def places(self, count: int = LINE_POINTS) -> tuple[np.ndarray, np.ndarray]:
         """Places (count, 3) [m] from the fairlead to the anchor in the earth frame, relative to a
         point straight below or above the fairlead at the still water; tensions (count,) [N]."""
         line = self.constants
@@ -70,14 +70,14 @@ def lines_now(
     """The lines that act at a state ``y`` with its ``modes``; ``motion`` must be filled."""
     p = CATENARY_KIND.of(parts)
     for i, name in enumerate(CATENARY_KIND.unit_names(scene)):
-        if modes[p.mode + i, MODE] != GONE:
+        if modes[p.mode + i, MODE] != INACTIVE:
             line = p.lines[i]
             ends = find_ends(line, bodies, motion)
             pieces = p.pieces.copy()
-            if line["paying"] != STEADY:
+            if line["paying"] != NO_INDEX:
                 paid = value(t, line["paid"], p.signals)
                 pieces["length"][line["first"] + line["paying"]] = paid
-            guess = y[p.state + STATES * i :][:2]
+            guess = y[p.state + CATENARY_STATES * i :][:2]
             own = (int(line["first"]), int(line["last"]), ends.x, ends.z, ends.bed)
             pull = Pull(*find_pull(*own, float(line["friction"]), *guess, pieces))
             yield LineNow(name, line, pieces, ends, pull)

@@ -22,26 +22,26 @@ from hydrosim.forces.line.stretch import span
 from hydrosim.jit.kernels import kernel, root_giving
 
 HANGS, LIES, RESTS = range(3)
-SLACK = 4
-DEAD = 8
-PLACE = 16
-PLACES = 256
-TIGHT = 0.02  # of the weight: a larger H is far from none
+SLACK_CODE = 4
+DEAD_CODE = 8
+PLACE_CODE = 16
+PLACE_CODES = 256
+MAX_SLACK_PULL = 0.02  # of the weight: a larger H is far from none
 
 
 @kernel
 def find_profile(pieces, first, last, x, z, bed, friction, pull):
     """Number of the smooth profile of a line with its ``pull``."""
     f = frame(pieces, first, last, x, z)
-    slack = SLACK if is_slack(f, pull) else 0
+    slack = SLACK_CODE if is_slack(f, pull) else 0
     if pull.touch >= f.length:
         return HANGS + slack
     touch = find_touch(pieces, first, last, 1, pull.V)
-    place = PLACE * place_of(pieces, first, touch, 1)
+    place = PLACE_CODE * place_of(pieces, first, touch, 1)
     if is_on_bed(f, bed):
-        return LIES + slack + (DEAD if pull.dead > 0.0 else 0) + place
+        return LIES + slack + (DEAD_CODE if pull.dead > 0.0 else 0) + place
     touch = find_touch(pieces, last - 1, first - 1, -1, -pull.anchor_V)
-    return RESTS + slack + place + PLACE * PLACES * place_of(pieces, first, touch, -1)
+    return RESTS + slack + place + PLACE_CODE * PLACE_CODES * place_of(pieces, first, touch, -1)
 
 
 @kernel
@@ -57,22 +57,22 @@ def room(pieces, first, last, x, z, bed, friction, pull, profile):
     It is positive inside and falls through zero at a kink."""
     f = frame(pieces, first, last, x, z)
     load = f.load if f.load > 0.0 else pieces[first].stiffness
-    kind = profile % SLACK
-    place = profile // PLACE % PLACES
+    kind = profile % SLACK_CODE
+    place = profile // PLACE_CODE % PLACE_CODES
     if kind == HANGS:
         return hanging_room(pieces, first, last, f, bed, pull, load)
     least = place_room(pieces, first, first, 1, pull.V, place) / load
     if kind == RESTS:
-        other = profile // (PLACE * PLACES)
+        other = profile // (PLACE_CODE * PLACE_CODES)
         least = min(least, place_room(pieces, first, last - 1, -1, -pull.anchor_V, other) / load)
         least = min(least, resting_room(pieces, first, last, f, bed, pull))
     elif friction > 0.0:
         left = pull.H / friction + pull.V - f.weight
-        least = min(least, (-left if profile & DEAD else left) / load)
+        least = min(least, (-left if profile & DEAD_CODE else left) / load)
     more = 1.0  # far from slack, whose room costs a search
-    if pull.H / load < TIGHT:
+    if pull.H / load < MAX_SLACK_PULL:
         more = slack_room(pieces, first, last, f, bed, kind == RESTS, pull)
-    return min(least, -more if profile & SLACK else more)
+    return min(least, -more if profile & SLACK_CODE else more)
 
 
 @kernel

@@ -17,8 +17,8 @@ from hydrosim.jit.kernels import kernel, root_giving
 ON_BED = 1e-12  # of the length: an anchor so close to the bed lies on it
 NO_PULL = 1e-18  # of the weight, or of EA where nothing has weight: H that is none
 LEAST_SLOPE = 1e-12  # the same where a piece without weight has its direction from H and V alone
-STEPS = 200
-CLOSE = 1e-9  # of the length: distance of a line from its anchor that is none
+MAX_SEARCH_STEPS = 200
+ZERO_DISTANCE = 1e-9  # of the length: distance of a line from its anchor that is none
 STRAIGHT_DOWN = 1e-12  # of the length: distance to which the pull ``least`` brings a hanging line
 SPLIT = 134217729.0  # 2^27 + 1
 
@@ -140,7 +140,7 @@ def steer(pieces, start, stop, step, H, V, f, depth, whole, lies, friction):
     high = inf
     stride = H + abs(V)
     before = inf
-    for _ in range(STEPS):
+    for _ in range(MAX_SEARCH_STEPS):
         off, slope = excess(pieces, start, stop, step, H, V, f, depth, whole, lies, friction)
         if off > 0.0:
             high = V
@@ -200,7 +200,7 @@ def search(pieces, first, last, f, bed, lies, rests, friction, H, V, Va):
     high = inf
     before = inf
     H = max(H, f.least)
-    for _ in range(STEPS):
+    for _ in range(MAX_SEARCH_STEPS):
         off, slope, V, Va = balance(pieces, first, last, f, bed, lies, rests, friction, H, V, Va)
         if off >= 0.0 and f.least >= H:
             return slack_pull(f, rests, off), V, Va, True
@@ -216,7 +216,7 @@ def search(pieces, first, last, f, bed, lies, rests, friction, H, V, Va):
         if off == 0.0 or abs(new - H) <= 4e-16 * H:
             break
         H = new
-    return H, V, Va, abs(off) <= CLOSE * f.length
+    return H, V, Va, abs(off) <= ZERO_DISTANCE * f.length
 
 
 @kernel

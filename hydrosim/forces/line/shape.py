@@ -20,15 +20,14 @@ from __future__ import annotations
 from math import isfinite, nan, sqrt
 from typing import NamedTuple
 
-from hydrosim.forces.line.hang import PIECE, all_hanging, at_touch, find_touch, hang, lie
+from hydrosim.forces.line.hang import all_hanging, at_touch, find_touch, hang, lie
 from hydrosim.forces.line.profile import find_profile, lowest, room
 from hydrosim.forces.line.rates import is_on_bed, length_rates, stiffness, stored_energy
-from hydrosim.forces.line.search import CLOSE, ON_BED, frame, reach, resting_ends, search
+from hydrosim.forces.line.search import ON_BED, ZERO_DISTANCE, frame, reach, resting_ends, search
 from hydrosim.forces.line.stretch import span
 from hydrosim.jit.kernels import kernel
 
 __all__ = [
-    "PIECE",
     "REASONS",
     "Pull",
     "find_profile",
@@ -39,14 +38,14 @@ __all__ = [
     "stored_energy",
 ]
 
-SAME = 3e-8  # relative change in the last step of Newton's method; the error is its square
-WARM = 20
-SOLVED, BELOW, FLOATS, TWICE, LOST, BURIED, LOOSE = range(7)
+PULL_RTOL = 3e-8  # relative change in the last step of Newton's method; the error is its square
+MAX_WARM_STEPS = 20
+SOLVED, BELOW, FLOATS, TWICE, NO_PULL_FOUND, BURIED, LOOSE = range(7)
 REASONS = {
     BELOW: "its fairlead is below the seabed",
     FLOATS: "something that floats would lift a part of it that lies on the seabed",
     TWICE: "it would touch the seabed at several places",
-    LOST: "no pull was found",
+    NO_PULL_FOUND: "no pull was found",
     BURIED: "its anchor is below the seabed",
     LOOSE: "a piece without weight is loose, and what hangs beside it may reach the seabed",
 }
@@ -117,7 +116,7 @@ def rebuild(pieces, first, last, x, z, bed, friction, H, V):
     f = frame(pieces, first, last, x, z)
     lies = is_on_bed(f, bed)
     if not (H >= 0.0 and f.heavy) or (isfinite(bed) and not lies):
-        return failed(LOST)
+        return failed(NO_PULL_FOUND)
     return pull_of(pieces, first, last, f, lies, friction, H, V)
 
 
@@ -129,7 +128,7 @@ def hang_or_lie(pieces, first, last, f, lies, friction, H, V):
     all along and nowhere below it. So what does not fit is searched again, also as if there were no
     bed."""
     found = False
-    reason = LOST if f.heavy else FLOATS
+    reason = NO_PULL_FOUND if f.heavy else FLOATS
     if H > 0.0:
         H1, V1, found = iterate(pieces, first, last, f, lies, friction, H, V)
         if found and lies and not f.heavy:
@@ -187,7 +186,7 @@ def rest(pieces, first, last, f, bed, H, V):
     if not found:
         H, V, Va, found = search(pieces, first, last, f, bed, True, True, 0.0, H, V, Va)
         if not found:
-            return failed(LOST)
+            return failed(NO_PULL_FOUND)
     touch = find_touch(pieces, first, last, 1, V)
     return Pull(H, V, -Va, H, touch.arc, 0.0, True, SOLVED)
 
@@ -195,7 +194,7 @@ def rest(pieces, first, last, f, bed, H, V):
 @kernel
 def iterate(pieces, first, last, f, lies, friction, H, V):
     """H and V by Newton's method, and whether it converged."""
-    for _ in range(WARM):
+    for _ in range(MAX_WARM_STEPS):
         r = reach(pieces, first, last, H, V, lies, friction, f.ex, f.ez)
         along = r.along + f.short
         x = f.ex * along - f.ez * r.across
@@ -205,7 +204,7 @@ def iterate(pieces, first, last, f, lies, friction, H, V):
         dV = (r.zH * x - r.xH * z) / det
         if not (isfinite(dH) and isfinite(dV)) or f.least > H:
             return H, V, False
-        same = abs(dH) <= SAME * H and abs(dV) <= SAME * max(abs(V), H)
+        same = abs(dH) <= PULL_RTOL * H and abs(dV) <= PULL_RTOL * max(abs(V), H)
         step = min(1.0, -0.9 * H / dH) if dH < 0.0 else 1.0
         H += step * dH
         V += step * dV
@@ -229,7 +228,7 @@ def guess_below(piece, H, depth):
 @kernel
 def iterate_resting(pieces, first, last, f, bed, H, V, Va):
     """H, V and Va by Newton's method, and whether it converged."""
-    for _ in range(WARM):
+    for _ in range(MAX_WARM_STEPS):
         a, b = resting_ends(pieces, first, last, H, V, Va)
         flat = f.soft - a.soft - b.soft
         x = f.length - f.x + a.along + b.along + flat * H
@@ -241,8 +240,8 @@ def iterate_resting(pieces, first, last, f, bed, H, V, Va):
         dVa = -(za + b.zH * dH) / b.zV
         if not isfinite(dH + dV + dVa) or f.least > H:
             return H, V, Va, False
-        same = abs(dH) <= SAME * H
-        same &= abs(dV) <= SAME * max(V, H) and abs(dVa) <= SAME * max(Va, H)
+        same = abs(dH) <= PULL_RTOL * H
+        same &= abs(dV) <= PULL_RTOL * max(V, H) and abs(dVa) <= PULL_RTOL * max(Va, H)
         step = min(1.0, -0.9 * H / dH) if dH < 0.0 else 1.0
         H += step * dH
         V += step * dV
@@ -259,7 +258,7 @@ def unfit(pieces, first, last, f, H, V):
     """Why a line of which something floats cannot lie as found: a key of `REASONS`, or 0."""
     touch = find_touch(pieces, first, last, 1, V)
     r = hang(pieces, first, 1, max(H, f.least), V, touch, 1.0, 0.0)
-    if abs(r.across - f.z) > CLOSE * f.length:
+    if abs(r.across - f.z) > ZERO_DISTANCE * f.length:
         return FLOATS
     for i in range(touch.piece, last):
         lying = touch.part < pieces[i].length if i == touch.piece else True

@@ -25,7 +25,7 @@ from typing import NamedTuple
 from hydrosim.jit.kernels import kernel
 
 STRAIGHT = 0.1  # |q| below which atanh(q)/q - 1 is its series
-ROUNDING = 4e-16
+UNIT_ROUNDING = 4e-16
 BENT = 0.9  # |q| above which 1 - |q| is computed from the ends
 
 
@@ -52,7 +52,7 @@ def rise(H, V, T):
 def remaining(Va, D):
     """Va - D, which is 0 if it is no more than rounding: a slack line has no H beside it."""
     V = Va - D
-    return 0.0 if abs(V) <= ROUNDING * abs(Va) else V
+    return 0.0 if abs(V) <= UNIT_ROUNDING * abs(Va) else V
 
 
 @kernel

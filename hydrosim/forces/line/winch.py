@@ -37,7 +37,7 @@ from hydrosim.forces.line.controls import Compensation, Control, SpeedControl, T
 from hydrosim.forces.line.drum import (
     COMPENSATION,
     DRUM,
-    GONE,
+    DRUM_INACTIVE,
     LENGTH_CONTROL,
     SPEED_CONTROL,
     TENSION_CONTROL,
@@ -60,6 +60,7 @@ from hydrosim.modes import (
     FRICTION_MARGIN,
     MARGINS,
     MODE,
+    NO_INDEX,
     RISING_MARGIN,
     SEGMENT,
     SEGMENT_MARGIN,
@@ -68,14 +69,15 @@ from hydrosim.rigid.kinematics import attachment, point_velocity
 from hydrosim.rigid.vectors import vector
 from hydrosim.scene import ForceElement
 
-SLACK, TAUT, CUT = range(3)  # of the wire; it is cut where damping alone would push
-LENGTH, SPEED, WORK, FRICTION, SNAP, LARGEST, STATES = range(7)
-STATE_NAMES = (
+SLACK, TAUT, WIRE_CUT = range(3)  # of the wire; it is cut where damping alone would push
+WIRE_LENGTH, DRUM_SPEED, DRIVE_WORK, DRUM_FRICTION, SNAP_SPEED, LARGEST_TENSION, WINCH_STATES = (
+    range(7)
+)
+WINCH_STATE_NAMES = (
     *("length off the drum", "speed of the drum", "work of the drive", "friction loss"),
     *("speed of the last snap", "largest tension"),
 )
-TENSION, LENGTH_OFF, PAY_OUT, DISTANCE, OBSERVED = range(5)  # see `observe`
-NOWHERE = -1
+WIRE_TENSION, LENGTH_OFF, PAY_OUT, DISTANCE, WINCH_OUTPUTS = range(5)  # see `observe`
 
 
 @dataclass(frozen=True)
@@ -138,7 +140,7 @@ WINCH = np.dtype(
 """Constants of a winch: its ends, EA, c, l0 at the start, and l0 if it is ``pinned`` (else 0);
 whether its drum always ``stands``; its drum and signal; the ``followed`` body, the place of its
 point and the height of that at rest, the gain, and the first state of its delay among those of all
-(`NOWHERE` if it has none)."""
+(`NO_INDEX` if it has none)."""
 
 
 class WinchConstants(NamedTuple):
@@ -167,7 +169,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Wi
         wire = (e.stiffness, e.damping, _first_length(e, layout), 0.0, False)
         follows = _followed(name, e.control, layout, delays)
         rows.append((*ends, *wire, _drum(e), signal, *follows))
-        delays += follows[-2] != NOWHERE
+        delays += follows[-2] != NO_INDEX
     return WinchConstants(np.array(rows, dtype=WINCH), pieces, delays, 0, 0)
 
 
@@ -205,7 +207,7 @@ def _followed(
 ) -> tuple[int, tuple[float, ...], float, float, int, np.ndarray]:
     """Values of `WINCH` for a compensation."""
     if not isinstance(control, Compensation):
-        return NOWHERE, (0.0, 0.0, 0.0), 0.0, 0.0, NOWHERE, delay.factors(0.0)
+        return NO_INDEX, (0.0, 0.0, 0.0), 0.0, 0.0, NO_INDEX, delay.factors(0.0)
     if control.point not in layout.points:
         known = ", ".join(layout.points) or "none in this scene; name points of bodies by points"
         raise InputError(
@@ -215,14 +217,14 @@ def _followed(
     body, place = layout.points[control.point]
     of = next(key for key, number in layout.body.items() if number == body)
     rest = float(layout.place_at_rest(of, place)[2])
-    first = NOWHERE if control.delay == 0.0 else delay.STATES * delays
+    first = NO_INDEX if control.delay == 0.0 else delay.DELAY_STATES * delays
     return body, place, rest, control.gain, first, delay.factors(control.delay)
 
 
 def lasting_lengths(p: WinchConstants) -> np.ndarray:
     """Entries (m,) of y with the lengths off drums that do not follow from the place of bodies."""
     own = np.flatnonzero(p.each["drum"]["control"] != COMPENSATION)
-    return np.asarray(p.state + STATES * own + LENGTH)
+    return np.asarray(p.state + WINCH_STATES * own + WIRE_LENGTH)
 
 
 def standing(p: WinchConstants) -> WinchConstants:
@@ -257,12 +259,12 @@ def stretch(i, t, y, modes, motion, bodies, p):
     """State of winch ``i``, as a `Wire`."""
     one = p.each[i]
     mode = modes[p.mode + i]
-    k = p.state + STATES * i
+    k = p.state + WINCH_STATES * i
     line = line_between(
         one.body, vector(one.point, 0), one.anchor_body, vector(one.anchor, 0), bodies, motion
     )
     target, demand = wanted(i, t, y, motion, bodies, p)
-    l0 = target if one.drum.control == LENGTH_CONTROL else y[k + LENGTH]
+    l0 = target if one.drum.control == LENGTH_CONTROL else y[k + WIRE_LENGTH]
     if one.pinned > 0.0:
         l0 = one.pinned
     EA = one.stiffness
@@ -272,9 +274,9 @@ def stretch(i, t, y, modes, motion, bodies, p):
     by_length = -EA * line.length / (l0 * l0)
     by_speed = one.damping * by_length
     pull = Pull(still, EA * line.rate / l0, by_length, by_speed)
-    s = drum.pay_out(one.drum, mode[MODE], y[k + SPEED], demand, pull)
+    s = drum.pay_out(one.drum, mode[MODE], y[k + DRUM_SPEED], demand, pull)
     uncut = drum.tension_at(one.drum, mode[MODE], s, pull)
-    T = uncut if mode[SEGMENT] == TAUT and mode[MODE] != GONE else 0.0
+    T = uncut if mode[SEGMENT] == TAUT and mode[MODE] != DRUM_INACTIVE else 0.0
     elastic = EA * max(e, 0.0) if mode[SEGMENT] != SLACK else 0.0
     return Wire(
         line.arm,
@@ -303,7 +305,7 @@ def wanted(i, t, y, motion, bodies, p):
         return 0.0, value(t, one.signal, p.pieces)
     if one.drum.control == COMPENSATION:
         rise, speed = _rise(one, motion, bodies)
-        if one.delay != NOWHERE:
+        if one.delay != NO_INDEX:
             k = _delay_state(one, p)
             rise, speed = delay.delayed(rise, speed, one.factors, y, k)
         return one.start + one.gain * rise, one.gain * speed
@@ -320,7 +322,7 @@ def _rise(one, motion, bodies):
 @kernel
 def _delay_state(one, p):
     """First state in y of the delay of a winch."""
-    return p.state + STATES * p.each.size + one.delay
+    return p.state + WINCH_STATES * p.each.size + one.delay
 
 
 @root
@@ -330,19 +332,19 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     for i in range(p.each.size):
         one = p.each[i]
         mode = modes[p.mode + i]
-        k = p.state + STATES * i
-        clear(dy[k : k + STATES])
-        if one.delay != NOWHERE:
+        k = p.state + WINCH_STATES * i
+        clear(dy[k : k + WINCH_STATES])
+        if one.delay != NO_INDEX:
             rise, _ = _rise(one, motion, bodies)
             delay.add_rates(rise, one.factors, y, _delay_state(one, p), dy)
         w = stretch(i, t, y, modes, motion, bodies, p)
-        dy[k + LENGTH] = w.speed
-        if mode[MODE] == GONE:
+        dy[k + WIRE_LENGTH] = w.speed
+        if mode[MODE] == DRUM_INACTIVE:
             continue
         lost = drum.friction_loss(one.drum, w.speed)
-        dy[k + SPEED] = drum.gather_speed(one.drum, mode[MODE])
-        dy[k + WORK] = w.tension * w.speed - lost
-        dy[k + FRICTION] = lost
+        dy[k + DRUM_SPEED] = drum.gather_speed(one.drum, mode[MODE])
+        dy[k + DRIVE_WORK] = w.tension * w.speed - lost
+        dy[k + DRUM_FRICTION] = lost
         strain = w.elastic / one.stiffness
         rate[one.row] += (w.tension - w.elastic) * w.rate
         rate[one.row] += w.elastic * (1.0 + 0.5 * strain) * w.speed
@@ -354,18 +356,18 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
     """Add the energy stored in every wire to its row of ``stored``."""
     for i in range(p.each.size):
         one = p.each[i]
-        if modes[p.mode + i, MODE] != GONE:
+        if modes[p.mode + i, MODE] != DRUM_INACTIVE:
             w = stretch(i, t, y, modes, motion, bodies, p)
             stored[one.row] += 0.5 * w.elastic * w.elastic / one.stiffness * w.length
 
 
 @root
 def observe(t, y, modes, motion, bodies, p, out):
-    """Write rows of `OBSERVED` of all winches to ``out``: T, l0, s and l."""
+    """Write rows of `WINCH_OUTPUTS` of all winches to ``out``: T, l0, s and l."""
     for i in range(p.each.size):
         w = stretch(i, t, y, modes, motion, bodies, p)
-        row = out[OBSERVED * i : OBSERVED * (i + 1)]
-        row[TENSION] = w.tension
+        row = out[WINCH_OUTPUTS * i : WINCH_OUTPUTS * (i + 1)]
+        row[WIRE_TENSION] = w.tension
         row[LENGTH_OFF] = w.length
         row[PAY_OUT] = w.speed
         row[DISTANCE] = w.distance
@@ -375,7 +377,7 @@ def observe(t, y, modes, motion, bodies, p, out):
 def record_largest(t, y, modes, motion, bodies, p):
     """Keep the largest tension and, at single steps, what records would miss."""
     for i in range(p.each.size):
-        k = p.state + STATES * i + LARGEST
+        k = p.state + WINCH_STATES * i + LARGEST_TENSION
         y[k] = max(y[k], stretch(i, t, y, modes, motion, bodies, p).tension)
 
 
@@ -389,7 +391,7 @@ def margins(t, y, modes, motion, bodies, p, out):
         m = MARGINS * (p.mode + i)
         for k in range(MARGINS):
             out[m + k] = 1.0
-        if mode[MODE] == GONE:
+        if mode[MODE] == DRUM_INACTIVE:
             continue
         w = stretch(i, t, y, modes, motion, bodies, p)
         beyond = w.distance - w.length
@@ -409,12 +411,12 @@ def felt(i, part, p):
     if i >= p.each.size:
         return 0, 0
     if part == 0:
-        k = p.state + STATES * i
-        return k, k + WORK
-    if p.each[i].delay == NOWHERE:
+        k = p.state + WINCH_STATES * i
+        return k, k + DRIVE_WORK
+    if p.each[i].delay == NO_INDEX:
         return 0, 0
     k = _delay_state(p.each[i], p)
-    return k, k + delay.STATES
+    return k, k + delay.DELAY_STATES
 
 
 @root
@@ -422,15 +424,15 @@ def switch(i, which, t, y, modes, motion, bodies, p):
     """Switch winch ``i`` to its next mode, after margin ``which`` has reached zero."""
     one = p.each[i]
     mode = modes[p.mode + i]
-    k = p.state + STATES * i
+    k = p.state + WINCH_STATES * i
     w = stretch(i, t, y, modes, motion, bodies, p)
     if which == SEGMENT_MARGIN and mode[SEGMENT] == SLACK:
         mode[SEGMENT] = TAUT
-        y[k + SNAP] = w.rate - w.speed
+        y[k + SNAP_SPEED] = w.rate - w.speed
     elif which == SEGMENT_MARGIN:
         mode[SEGMENT] = SLACK
     elif which == CONTACT_MARGIN:
-        mode[SEGMENT] = CUT if mode[SEGMENT] == TAUT else TAUT
+        mode[SEGMENT] = WIRE_CUT if mode[SEGMENT] == TAUT else TAUT
     else:
         before = mode[MODE]
         _place_drum(one, before, w, y, k)
@@ -454,27 +456,27 @@ def _place_drum(one, mode, w, y, k):
     slipping = mode in (drum.SLIPPING_OUT, drum.SLIPPING_IN)
     if slipping and one.damping == 0.0:
         bound = own.high if mode == drum.SLIPPING_OUT else own.low
-        y[k + LENGTH] = w.distance / (1.0 + bound / one.stiffness)
-    elif own.control == COMPENSATION and mode == drum.DRIVEN:
-        y[k + LENGTH] = min(max(w.target, own.shortest), own.longest)
+        y[k + WIRE_LENGTH] = w.distance / (1.0 + bound / one.stiffness)
+    elif own.control == COMPENSATION and mode == drum.PRESCRIBED:
+        y[k + WIRE_LENGTH] = min(max(w.target, own.shortest), own.longest)
 
 
 @kernel
 def _keep_speed(own, mode, y, k):
     """Set the speed of a drum with an acceleration to that of its new mode."""
     if mode == drum.FAST_OUT:
-        y[k + SPEED] = own.fastest
+        y[k + DRUM_SPEED] = own.fastest
     elif mode == drum.FAST_IN:
-        y[k + SPEED] = -own.fastest
+        y[k + DRUM_SPEED] = -own.fastest
     elif not drum.SPEEDING_OUT <= mode <= drum.BRAKING_IN:
-        y[k + SPEED] = 0.0
+        y[k + DRUM_SPEED] = 0.0
 
 
 @root
 def settle(t, y, modes, motion, bodies, p):
     """Modes of all winches for a start, and l0 where ``y`` has none yet."""
     for i in range(p.each.size):
-        if y[p.state + STATES * i + LENGTH] <= 0.0:
+        if y[p.state + WINCH_STATES * i + WIRE_LENGTH] <= 0.0:
             reel(i, t, y, motion, bodies, p)
         activate(i, t, y, modes, motion, bodies, p)
 
@@ -483,14 +485,14 @@ def settle(t, y, modes, motion, bodies, p):
 def reel(i, t, y, motion, bodies, p):
     """Set l0 of winch ``i`` to that of its start or of its target."""
     one = p.each[i]
-    k = p.state + STATES * i
-    if one.delay != NOWHERE:
+    k = p.state + WINCH_STATES * i
+    if one.delay != NO_INDEX:
         rise, _ = _rise(one, motion, bodies)
         delay.start_delay(rise, one.factors, y, _delay_state(one, p))
     l0 = one.start
     if one.drum.control in (LENGTH_CONTROL, COMPENSATION):
         l0, _ = wanted(i, t, y, motion, bodies, p)
-    y[k + LENGTH] = min(max(l0, one.drum.shortest), one.drum.longest)
+    y[k + WIRE_LENGTH] = min(max(l0, one.drum.shortest), one.drum.longest)
 
 
 @kernel
@@ -504,11 +506,11 @@ def activate(i, t, y, modes, motion, bodies, p):
     if w.distance < w.length or (w.distance == w.length and w.rate <= 0.0):
         mode[SEGMENT] = SLACK
     elif w.pull.still < 0.0:
-        mode[SEGMENT] = CUT
+        mode[SEGMENT] = WIRE_CUT
     taut = mode[SEGMENT] == TAUT
     if not one.stands:
         mode[MODE] = drum.settle_drum(one.drum, w.pull, taut, w.length, w.target, w.demand)
-    _keep_speed(one.drum, mode[MODE], y, p.state + STATES * i)
+    _keep_speed(one.drum, mode[MODE], y, p.state + WINCH_STATES * i)
 
 
 @kernel
@@ -517,13 +519,13 @@ def take_up(i, t, y, modes, motion, bodies, p):
     own = p.each[i].drum
     if own.control in (LENGTH_CONTROL, COMPENSATION):
         l0, _ = wanted(i, t, y, motion, bodies, p)
-        y[p.state + STATES * i + LENGTH] = min(max(l0, own.shortest), own.longest)
+        y[p.state + WINCH_STATES * i + WIRE_LENGTH] = min(max(l0, own.shortest), own.longest)
     activate(i, t, y, modes, motion, bodies, p)
 
 
 @kernel
 def deactivate(i, y, modes, p):
     """Deactivate winch ``i``: its drum stands."""
-    modes[p.mode + i, MODE] = GONE
+    modes[p.mode + i, MODE] = DRUM_INACTIVE
     modes[p.mode + i, SEGMENT] = SLACK
-    y[p.state + STATES * i + SPEED] = 0.0
+    y[p.state + WINCH_STATES * i + DRUM_SPEED] = 0.0

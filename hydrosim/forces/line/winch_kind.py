@@ -11,38 +11,44 @@ from hydrosim.forces.kind import Columns, Kept, Modes, States, Variable, capacit
 from hydrosim.forces.line import delay
 from hydrosim.forces.line.controls import Compensation
 from hydrosim.forces.line.drum import (
-    DRIVEN,
+    DRUM_MODES,
     LENGTH_CONTROL,
-    NAMES,
+    PRESCRIBED,
     SLIPPING_IN,
     STUCK,
     TENSION_CONTROL,
 )
 from hydrosim.forces.line.winch import (
-    CUT,
-    FRICTION,
-    LARGEST,
-    LENGTH,
+    DRIVE_WORK,
+    DRUM_FRICTION,
+    DRUM_SPEED,
+    LARGEST_TENSION,
     LENGTH_OFF,
     PAY_OUT,
     SLACK,
-    SNAP,
-    SPEED,
-    STATE_NAMES,
-    STATES,
+    SNAP_SPEED,
     TAUT,
-    TENSION,
-    WORK,
+    WINCH_STATE_NAMES,
+    WINCH_STATES,
+    WIRE_CUT,
+    WIRE_LENGTH,
+    WIRE_TENSION,
     Winch,
     WinchConstants,
     compile_elements,
 )
 from hydrosim.forces.pair import line_between
-from hydrosim.forces.postures import PRESSED, PosingKind, Posture, rest_at_first, with_one
+from hydrosim.forces.postures import (
+    LINEARISATION_DEPTH,
+    PosingKind,
+    Posture,
+    rest_at_first,
+    with_one,
+)
 from hydrosim.modes import MODE, SEGMENT
 from hydrosim.scene import Scene
 
-DELAY = tuple(f"delay {k + 1}" for k in range(delay.STATES))
+DELAY = tuple(f"delay {k + 1}" for k in range(delay.DELAY_STATES))
 
 
 class WinchKind(PosingKind):
@@ -55,26 +61,26 @@ class WinchKind(PosingKind):
         "winch_friction_loss": Variable("energy lost by friction in the drum", "J"),
         "winch_snap_speed": Variable("speed at which the wire last became taut", "m/s"),
         "winch_largest_tension": Variable("largest tension of all steps so far", "N"),
-        "winch_mode": Variable("mode of the drum", "1", flags=" ".join(NAMES)),
+        "winch_mode": Variable("mode of the drum", "1", flags=" ".join(DRUM_MODES)),
         "winch_segment": Variable("wire slack, taut, or cut by its damping", "1"),
     }
 
     def modes(self, p: WinchConstants) -> Modes:
         count = p.each.size
-        return Modes(count, first=np.zeros(count, dtype=int), last=np.full(count, CUT))
+        return Modes(count, first=np.zeros(count, dtype=int), last=np.full(count, WIRE_CUT))
 
     def states(self, p: WinchConstants, scene: Scene) -> Iterator[States]:
         every = {name: e for name, e in scene.forces.items() if isinstance(e, Winch)}
         controls = {name: e.control for name, e in every.items()}
-        yield States("winch", [*every], STATE_NAMES)
+        yield States("winch", [*every], WINCH_STATE_NAMES)
         late = [n for n, c in controls.items() if isinstance(c, Compensation) and c.delay]
         yield States("winch delay", late, DELAY)
 
     def felt_states(self, p: WinchConstants) -> np.ndarray:
         ruled = np.flatnonzero(p.each["drum"]["control"] != LENGTH_CONTROL)
         heavy = np.flatnonzero(p.each["drum"]["acceleration"] > 0.0)
-        late = STATES * p.each.size + np.arange(delay.STATES * p.delays)
-        own = [STATES * ruled + LENGTH, STATES * heavy + SPEED, late]
+        late = WINCH_STATES * p.each.size + np.arange(delay.DELAY_STATES * p.delays)
+        own = [WINCH_STATES * ruled + WIRE_LENGTH, WINCH_STATES * heavy + DRUM_SPEED, late]
         return (p.state + np.concatenate(own)).astype(np.int64)
 
     def is_mirrored(self, p: WinchConstants, y: np.ndarray, modes: np.ndarray) -> bool:
@@ -83,7 +89,9 @@ class WinchKind(PosingKind):
         alike: dict[bytes, list[int]] = {}
         for i, one in enumerate(p.each):
             alike.setdefault(b"".join(one[n].tobytes() for n in own), []).append(i)
-        lengths = y[p.state : p.state + STATES * p.each.size].reshape(-1, STATES)[:, : SPEED + 1]
+        lengths = y[p.state : p.state + WINCH_STATES * p.each.size].reshape(-1, WINCH_STATES)[
+            :, : DRUM_SPEED + 1
+        ]
         return all(
             np.array_equal(lengths[i], lengths[same[0]])
             and np.array_equal(modes[i], modes[same[0]])
@@ -103,7 +111,7 @@ class WinchKind(PosingKind):
         known: np.ndarray,
     ) -> None:
         """Winches that the run before did not have begin with the length of their start."""
-        own = slice(p.state, p.state + STATES * p.each.size + delay.STATES * p.delays)
+        own = slice(p.state, p.state + WINCH_STATES * p.each.size + delay.DELAY_STATES * p.delays)
         y[own] = np.where(known[own], y[own], anew[own])
 
     def postures(self, p: WinchConstants) -> Sequence[Posture]:
@@ -142,15 +150,17 @@ class WinchKind(PosingKind):
         for one, (mode, segment, _) in zip(each, modes, strict=True):
             if segment == TAUT and mode != SLIPPING_IN:
                 distance = _line(one, bodies, motion).length
-                one["pinned"] = distance / (1.0 + PRESSED / max(distance, PRESSED))
-                one["stiffness"] *= one["pinned"] / max(_shortest(one, p), PRESSED)
+                one["pinned"] = distance / (
+                    1.0 + LINEARISATION_DEPTH / max(distance, LINEARISATION_DEPTH)
+                )
+                one["stiffness"] *= one["pinned"] / max(_shortest(one, p), LINEARISATION_DEPTH)
         return p._replace(each=each)
 
     def idle_states(self, p: WinchConstants, modes: np.ndarray) -> np.ndarray:
         """Lengths of drums that do not slip, and their speeds."""
         still = np.flatnonzero(modes[:, MODE] != SLIPPING_IN)
-        first = p.state + STATES * still
-        return np.concatenate([first + LENGTH, first + SPEED])
+        first = p.state + WINCH_STATES * still
+        return np.concatenate([first + WIRE_LENGTH, first + DRUM_SPEED])
 
     def coordinates(self, scene: Scene) -> dict[str, object]:
         return super().coordinates(scene) | capacity_of(self.unit, elements_of(scene, Winch))
@@ -158,15 +168,15 @@ class WinchKind(PosingKind):
     def record(self, p: WinchConstants, bodies: Any, kept: Kept) -> Columns:
         each = ("time", "winch")
         n = p.each.size
-        states = kept.y[p.state : p.state + STATES * n].reshape(-1, n, STATES)
+        states = kept.y[p.state : p.state + WINCH_STATES * n].reshape(-1, n, WINCH_STATES)
         return {
-            "winch_tension": (each, kept.observed[:, :, TENSION]),
+            "winch_tension": (each, kept.observed[:, :, WIRE_TENSION]),
             "winch_length": (each, kept.observed[:, :, LENGTH_OFF]),
             "winch_speed": (each, kept.observed[:, :, PAY_OUT]),
-            "winch_work": (each, states[:, :, WORK]),
-            "winch_friction_loss": (each, states[:, :, FRICTION]),
-            "winch_snap_speed": (each, states[:, :, SNAP]),
-            "winch_largest_tension": (each, states[:, :, LARGEST]),
+            "winch_work": (each, states[:, :, DRIVE_WORK]),
+            "winch_friction_loss": (each, states[:, :, DRUM_FRICTION]),
+            "winch_snap_speed": (each, states[:, :, SNAP_SPEED]),
+            "winch_largest_tension": (each, states[:, :, LARGEST_TENSION]),
             "winch_mode": (each, kept.modes[:, :, MODE].astype(np.int8)),
         }
 
@@ -175,7 +185,7 @@ def _posture(p: WinchConstants, wire: int) -> np.ndarray:
     """Modes with all drums at rest, or driven by their target, and all wires alike."""
     tense = p.each["drum"]["control"] == TENSION_CONTROL
     modes = rest_at_first(np.full(p.each.size, wire), STUCK)
-    modes[:, MODE] = np.where(tense, STUCK, DRIVEN)
+    modes[:, MODE] = np.where(tense, STUCK, PRESCRIBED)
     modes[:, SEGMENT] = wire
     return modes
 

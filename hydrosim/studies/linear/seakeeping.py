@@ -30,7 +30,7 @@ from hydrosim.statistics.excursions import find_excursions
 from hydrosim.stepping.names import coordinate_at, coordinate_names, coordinates, dofs_of
 from hydrosim.streams.gusts import band
 from hydrosim.streams.spectra import variance
-from hydrosim.streams.wind import REFERENCE, mean_wind
+from hydrosim.streams.wind import REFERENCE_HEIGHT, mean_wind
 from hydrosim.studies.linear.held import contact_remarks
 from hydrosim.studies.linear.response import Responder, responder
 from hydrosim.studies.linear.rest import at_rest
@@ -435,7 +435,7 @@ def _gust_remarks(scene: Scene) -> Iterator[str]:
     if water.gusts is not None:
         wind = mean_wind(water)
         lowest, highest = band(water.gusts)
-        _, square, _ = variance(water.gusts.spectrum, REFERENCE, wind, lowest, highest)
+        _, square, _ = variance(water.gusts.spectrum, REFERENCE_HEIGHT, wind, lowest, highest)
         yield (
             "the response to gusts is linear about the mean wind, and its variance adds to that in"
             " waves. The squares of the gusts are left out. They raise the mean wind load by about"

@@ -25,7 +25,7 @@ from hydrosim.leftovers import is_marked
 from hydrosim.outputs import Output
 from hydrosim.program import program_version, versions
 from hydrosim.results.validation import FUNCTION_STATES
-from hydrosim.stepping.state import POINT, RECORDS, RUNNING, STATUS, Run
+from hydrosim.stepping.state import GRID_POINT, IN_PROGRESS, RECORDS, STATUS, Run
 from hydrosim.studies.run.digest import digest
 from hydrosim.studies.run.functions import describe_functions, restore_functions, states_of
 
@@ -98,7 +98,7 @@ class CheckpointWriter:
             self._kept.say(f"{path} belongs to an unfinished run: --resume continues it")
         else:
             self._before = self._restore(*_read(self._kept.output))
-            done = self._run.counters[POINT] / self._run.clock.points
+            done = self._run.counters[GRID_POINT] / self._run.clock.points
             self._kept.say(f"the run continues from {path}, {done:.1%} complete")
 
     def save_if_due(self) -> None:
@@ -109,7 +109,7 @@ class CheckpointWriter:
     def save(self) -> None:
         """Save the run, unless it has failed. A failure to write is reported."""
         begun = perf_counter()
-        if self._run.counters[STATUS] != RUNNING:
+        if self._run.counters[STATUS] != IN_PROGRESS:
             return
         try:
             self.write()

@@ -30,14 +30,14 @@ from hydrosim.stepping.clock import Clock
 from hydrosim.stepping.record import new_record, unpack
 from hydrosim.stepping.run import advance
 from hydrosim.stepping.state import (
+    ACCEPTED,
     ERROR_INTEGRAL,
     EVALUATIONS,
-    POINT,
-    REACHED,
+    GRID_POINT,
+    IN_PROGRESS,
+    REACHED_TIME,
     RECORDS,
-    RUNNING,
     STATUS,
-    STEPS,
     Run,
     new_run,
 )
@@ -111,7 +111,7 @@ class Companion:
     @property
     def has_failed(self) -> bool:
         """Whether the companion cannot continue."""
-        return bool(self._run.counters[STATUS] != RUNNING)
+        return bool(self._run.counters[STATUS] != IN_PROGRESS)
 
     @property
     def local_errors(self) -> float:
@@ -121,7 +121,7 @@ class Companion:
     def sample_motions(self, watch: Watch | None = None) -> Iterator[SampledMotion]:
         """Advance to the end; yields motions piece by piece, for all common output times."""
         run = self._run
-        while run.counters[POINT] < self.clock.points and run.counters[STATUS] == RUNNING:
+        while run.counters[GRID_POINT] < self.clock.points and run.counters[STATUS] == IN_PROGRESS:
             advance(EVALUATIONS_AT_ONCE, self._held)
             count = int(run.counters[RECORDS])
             if count > min(self._seen, 1):
@@ -129,7 +129,7 @@ class Companion:
             # the first record stays, because an empty record would begin the run anew
             run.counters[RECORDS] = min(count, 1)
             if watch is not None:
-                watch(float(run.scratch.pace[REACHED]))
+                watch(float(run.scratch.pace[REACHED_TIME]))
 
     def _take_samples(self, count: int) -> SampledMotion:
         begin = min(self._seen, 1)
@@ -170,7 +170,7 @@ def new_companion(compiled: Compiled, run: Run, finer: bool = False) -> Companio
     for stride in map(Stride._make, WIDER_GRIDS):
         if _fits(stride, run):
             return _with_stride(compiled, run, stride, LOOSE_TOLERANCE_RATIO)
-    limited = run.counters[STEPS] < LIMITED_STEPS * clock.points
+    limited = run.counters[ACCEPTED] < LIMITED_STEPS * clock.points
     if limited:
         return _with_stride(compiled, run, Stride(1, 2), 1.0)
     return _with_stride(compiled, run, Stride(1, 1), LOOSE_TOLERANCE_RATIO)

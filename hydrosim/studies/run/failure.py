@@ -15,7 +15,7 @@ from hydrosim.scene.trees import joined_with
 from hydrosim.stepping.dynamics import new_work
 from hydrosim.stepping.names import force_names
 from hydrosim.stepping.record import unpack
-from hydrosim.stepping.run import PITCH
+from hydrosim.stepping.run import PITCH_DOF
 from hydrosim.stepping.state import (
     BLOWN_UP,
     CAPSIZED,
@@ -170,7 +170,7 @@ def _steepest_body(model: Model, y: np.ndarray) -> int:
     bodies = model.bodies
     n = bodies.active.size
     own = bodies.active[: n - bodies.tree.coordinates]
-    judged = [*own[own % 6 == PITCH] // 6, *model.hulls.body, *model.liquids.each["body"]]
+    judged = [*own[own % 6 == PITCH_DOF] // 6, *model.hulls.body, *model.liquids.each["body"]]
     motion = new_work(model).motion
     place_bodies(y[:n], y[n : 2 * n], bodies, motion)
     return int(min(judged, key=lambda b: motion.rotation[b, 2, 2], default=0))

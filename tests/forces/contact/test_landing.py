@@ -30,7 +30,7 @@ from hydrosim.forces import (
     StickSlip,
 )
 from hydrosim.forces.contact import fender
-from hydrosim.forces.contact.loop import SET, ends, lost_on, start_of_line
+from hydrosim.forces.contact.loop import BRANCH_START, ends, lost_on, start_of_line
 from hydrosim.forces.contact.modes import OPEN
 from hydrosim.forces.curve import curve_force, find_segment
 from hydrosim.scene import Active, ForceElement, Method, Scene, Start, Symmetry, When
@@ -385,7 +385,7 @@ def test_symmetry_sees_legs_and_what_they_remember():
     model, state = hs.compile_scene(two_legs((2.0, -2.0), heave=-0.05))
     fenders = model.elements.fenders
     assert fender.is_mirrored(fenders, state.y, state.modes)
-    fender.memories(fenders, state.y)[0, SET] += 1e-3
+    fender.memories(fenders, state.y)[0, BRANCH_START] += 1e-3
     assert not fender.is_mirrored(fenders, state.y, state.modes)
 
 

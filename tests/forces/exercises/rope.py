@@ -21,14 +21,14 @@ from hydrosim.forces.kind import Columns, Kept, Modes, States, Variable
 from hydrosim.forces.layout import Layout
 from hydrosim.forces.pair import pull_together
 from hydrosim.forces.postures import PosingKind, Posture, rest_at_first
-from hydrosim.forces.signal import NOTHING, PIECE
+from hydrosim.forces.signal import NOTHING, SIGNAL_PIECE
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import CONTACT_MARGIN, FRICTION_MARGIN, MARGINS, MODE
 from hydrosim.scene import ForceElement, Scene
 
 SLACK, TAUT, BROKEN = range(3)
 TENSION, CREEP, OBSERVED = range(3)
-ROPE = np.dtype([*spring.LINE.descr, ("k", float), ("eta", float), ("breaks_at", float)])
+ROPE = np.dtype([*spring.SPRING.descr, ("k", float), ("eta", float), ("breaks_at", float)])
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Ro
             length = (e.length, False, NOTHING)
             law = (0.0, 0, 0, 0.0, e.stiffness, e.creep, e.breaks_at)
             rows.append((*ends, *length, *law))
-    return RopeConstants(np.array(rows, dtype=ROPE), np.zeros(0, dtype=PIECE), 0, 0, 0)
+    return RopeConstants(np.array(rows, dtype=ROPE), np.zeros(0, dtype=SIGNAL_PIECE), 0, 0, 0)
 
 
 @kernel

@@ -18,7 +18,6 @@ from hydrosim.forces.line.shape import (
     BELOW,
     BURIED,
     FLOATS,
-    PIECE,
     SOLVED,
     TWICE,
     Pull,
@@ -29,6 +28,7 @@ from hydrosim.forces.line.shape import (
     stiffness,
     stored_energy,
 )
+from hydrosim.rigid.kinematics import LINE_PIECE
 
 Line = tuple[np.ndarray, float, float, float, float]
 """Pieces, x, z, bed, friction."""
@@ -38,7 +38,7 @@ MIXED = ((100.0, 500.0, 1e8, 0.0), (200.0, 100.0, 2e7, 5e4), (400.0, 800.0, 1e8,
 
 def line(*rows: tuple[float, ...], x: float, z: float, bed: float = 0.0, CB: float = 0.0) -> Line:
     """A line of rows of length, weight, EA and hung."""
-    return np.array(list(rows), dtype=PIECE), float(x), float(z), float(bed), float(CB)
+    return np.array(list(rows), dtype=LINE_PIECE), float(x), float(z), float(bed), float(CB)
 
 
 def pull(case: Line, H: float = nan, V: float = nan) -> Pull:
@@ -317,7 +317,7 @@ def test_floating_pieces() -> None:
     for seed in range(300):
         rng = np.random.default_rng([7, seed])
         n = int(rng.integers(2, 6))
-        pieces = np.zeros(n, dtype=PIECE)
+        pieces = np.zeros(n, dtype=LINE_PIECE)
         pieces["length"] = 10 ** rng.uniform(1.3, 3, n)
         pieces["weight"] = 10 ** rng.uniform(1, 3.5, n) * rng.choice([-1, 1, 1, 1], n)
         pieces["stiffness"] = 10 ** rng.uniform(5, 9.5, n)
