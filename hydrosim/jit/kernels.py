@@ -47,7 +47,7 @@ WAYS = {
     "plain": "hydrosim.jit.plain",
     "python": "hydrosim.jit.interpreted",
 }
-TRIAL_ARGUMENTS = (0, 68)
+LATEST_NUMBA = (0, 68)
 """Latest version of numba with which `hydrosim.jit.linking` was tested."""
 
 
@@ -59,8 +59,8 @@ def _way() -> ModuleType:
     if asked not in WAYS:
         raise InputError(f"HYDROSIM_JIT: found {asked}; expected {', '.join(WAYS)}.")
     try:
-        if asked == "linked" and numba.version_info.short > TRIAL_ARGUMENTS:
-            raise ImportError(f"tested up to numba {'.'.join(map(str, TRIAL_ARGUMENTS))}")
+        if asked == "linked" and numba.version_info.short > LATEST_NUMBA:
+            raise ImportError(f"tested up to numba {'.'.join(map(str, LATEST_NUMBA))}")
         return import_module(WAYS[asked])
     except (ImportError, AttributeError, TypeError) as error:
         if asked != "linked":
@@ -69,7 +69,7 @@ def _way() -> ModuleType:
             f"hydrosim.jit.linking does not support numba {numba.__version__} ({error}): kernels"
             " are compiled in the plain way, which takes minutes, once for each kind of scene."
             " Results are the same."
-            f" Install numba {'.'.join(map(str, TRIAL_ARGUMENTS))} for the fast way.",
+            f" Install numba {'.'.join(map(str, LATEST_NUMBA))} for the fast way.",
             stacklevel=2,
         )
         return import_module(WAYS["plain"])

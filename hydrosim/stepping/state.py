@@ -20,7 +20,7 @@ IN_PROGRESS, NOT_FINITE, CAPSIZED, CHATTERING, STEP_TOO_SMALL, NO_SOLUTION, BLOW
 SINGULAR, NO_SAMPLE, DRIVEN_APART = range(7, 10)
 ACCEPTED, REJECTED, RECORDS, EVENTS, EVALUATIONS, GUARD_EVALUATIONS, STATUS, GRID_POINT = range(8)
 EARLIER_EVENTS, EARLIER_STEPS, COUNTERS = range(8, 11)
-"""Entries of `Run.counters`: ``LOOKS`` counts evaluations of margins, ``POINT`` is the grid point
+"""Entries of `Run.counters`: ``GUARD_EVALUATIONS`` counts evaluations of margins, ``GRID_POINT`` is the grid point
 reached; two belong to `PROGRESS_TIME`. Number of counters."""
 END, FULL, SLOPE, STAGE, SPARE = range(5)
 """Rows of `Scratch.states`: the end of the step, the end of the uncut step and the slope there, a

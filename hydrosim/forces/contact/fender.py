@@ -272,7 +272,7 @@ def which_remember(p: ContactConstants) -> np.ndarray:
 
 
 def memories(p: ContactConstants, y: np.ndarray) -> np.ndarray:
-    """The memory (..., r, loop.STATES) of ``r`` points, from y (..., ny)."""
+    """The memory (..., r, loop.LOOP_STATES) of ``r`` points, from y (..., ny)."""
     own = y[..., places_of_memories(p)]
     return own.reshape(*y.shape[:-1], p.remembering, loop.LOOP_STATES)
 
