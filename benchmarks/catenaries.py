@@ -33,7 +33,7 @@ import numpy as np
 from benchmarks.exact_lines import Line, exact_pull, exact_stiffness, misses, misses_resting
 from benchmarks.random_lines import random_chain, random_line
 from benchmarks.report import ROOT, Answer, Row
-from hydrosim.forces.line.shape import Pull, solve
+from hydrosim.forces.line.shape import LinePull, solve
 from hydrosim.rigid.kinematics import LINE_PIECE
 
 MOORPY, PIECES, CHAINS = 500, 10_000, 2_000
@@ -85,13 +85,13 @@ def draw(maker: Callable[[np.random.Generator], Line], *seed: int) -> Line:
     return maker(np.random.default_rng(seed))
 
 
-def pull_of(line: Line, H: float = nan, V: float = nan) -> Pull:
+def pull_of(line: Line, H: float = nan, V: float = nan) -> LinePull:
     """The pull by hydrosim, from a guess."""
     pieces = np.array([tuple(row) for row in line.rows], dtype=LINE_PIECE)
-    return Pull(*solve(pieces, 0, pieces.size, line.x, line.z, line.bed, line.friction, H, V))
+    return LinePull(*solve(pieces, 0, pieces.size, line.x, line.z, line.bed, line.friction, H, V))
 
 
-def relative(pull: Pull, exact: Iterator[float] | list[float]) -> float:
+def relative(pull: LinePull, exact: Iterator[float] | list[float]) -> float:
     """Error in parts of the tension at the fairlead."""
     H, V = exact
     tension = hypot(H, V)

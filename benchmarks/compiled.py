@@ -9,7 +9,7 @@ import numpy as np
 
 from hydrosim import compile_scene
 from hydrosim.compiling.compiled import Compiled
-from hydrosim.forces import Placed, placed
+from hydrosim.forces import IndexedConstants, assign_indices
 from hydrosim.radiation import StateSpace, state_space_model
 from hydrosim.scene import Scene
 from hydrosim.stepping.dynamics import Model
@@ -50,8 +50,8 @@ def with_states(given: Several, total: int) -> Several:
     fits.append(_split(last, (rest - last.real) // 2))
     model, first, at = given.model, given.compiled.state, given.model.radiation
     more = sum(fit.order for fit in fits) - model.states.decay.size
-    known = Placed(model.elements, model.tanks)
-    parts = placed(known, given.scene, model.own + more, model.energy + more)
+    known = IndexedConstants(model.elements, model.tanks)
+    parts = assign_indices(known, given.scene, model.own + more, model.energy + more)
     model = model._replace(
         states=state_space_model(fits),
         elements=parts.elements,

@@ -91,7 +91,7 @@ def _parts() -> dict[str, float]:
         propagate.record_times(clock), pieces * parts, equation.rows, model, state
     )
     read = process_time()
-    f = propagate.extended(np.einsum("krn->kn", loads) + equation.rest)
+    f = propagate.extend_nodes(np.einsum("krn->kn", loads) + equation.rest)
     z = state.y[: len(equation.J)]
     for _, states in propagate.motions(z, f, response, pieces):
         states[pieces::pieces, : len(DOFS)].copy()

@@ -86,11 +86,11 @@ def _version(asked: bool) -> None:
     if asked:
         from hydrosim.program import program_version
 
-        print_lines(f"hydrosim {program_version()}", *_shipped())
+        print_lines(f"hydrosim {program_version()}", *_shipped_options())
         raise typer.Exit
 
 
-def _shipped() -> list[str]:
+def _shipped_options() -> list[str]:
     """Line on the machine code that came with the package; empty without such code."""
     from hydrosim.jit.shipped import SHIPPED, describe_shipped
 

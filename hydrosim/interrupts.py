@@ -101,7 +101,7 @@ def _leave(terminals: list[int]) -> None:
 
 
 @contextmanager
-def undisturbed() -> Iterator[None]:
+def delay_interrupts() -> Iterator[None]:
     """Delay signals that would end the program until this context is left."""
     if threading.current_thread() is not threading.main_thread():
         yield

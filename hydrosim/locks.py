@@ -26,7 +26,7 @@ def owner() -> str:
     return f"{os.getpid()}@{node()}"
 
 
-def is_gone(who: str) -> bool:
+def is_dead_process(who: str) -> bool:
     """Whether an `owner` was a process of this machine that no longer exists."""
     number, _, host = who.partition("@")
     if os.name != "posix" or host != node() or not number.isdecimal():
@@ -41,13 +41,13 @@ def is_gone(who: str) -> bool:
 
 
 @contextmanager
-def alone(path: Path, what: Path) -> Iterator[None]:
+def file_lock(path: Path, what: Path) -> Iterator[None]:
     """Hold the lock file ``path`` while ``what`` is made; remove it at the end.
 
     Raises InputError if another process holds it, or if it is not a lock file. The system releases
     the lock of a process that was killed, so its remaining file blocks nobody.
     """
-    with _locked(path, what):
+    with _lock_held(path, what):
         try:
             yield
         finally:
@@ -56,10 +56,10 @@ def alone(path: Path, what: Path) -> Iterator[None]:
 
 
 @contextmanager
-def _locked(path: Path, what: Path) -> Iterator[None]:
+def _lock_held(path: Path, what: Path) -> Iterator[None]:
     """Open and lock the file. Try again if its earlier owner removed it meanwhile."""
     while True:
-        with _opened(path) as file:
+        with _open_lock(path) as file:
             if not _lock(file):
                 raise InputError(
                     f"{what}: is being written by another process, {file.read(100).strip()}. Wait"
@@ -83,7 +83,7 @@ def _sign(file: TextIO, path: Path, what: Path) -> None:
         raise unwritable(what, error) from None
 
 
-def _opened(path: Path) -> TextIO:
+def _open_lock(path: Path) -> TextIO:
     """Opened lock file, at its beginning. Raises InputError if another kind of file stands
     there."""
     try:
@@ -128,7 +128,7 @@ def _has_owner(file: TextIO) -> bool:
     """Whether the file names another process that may live: one of another machine may."""
     name = file.read(300).strip()
     file.seek(0)
-    return name not in ("", owner()) and not is_gone(name)
+    return name not in ("", owner()) and not is_dead_process(name)
 
 
 def _is_at(file: TextIO, path: Path) -> bool:

@@ -29,8 +29,8 @@ from urllib.parse import quote
 from zlib import crc32
 
 from hydrosim.errors import InputError, unwritable
-from hydrosim.interrupts import undisturbed
-from hydrosim.locks import alone, is_gone, owner
+from hydrosim.interrupts import delay_interrupts
+from hydrosim.locks import file_lock, is_dead_process, owner
 from hydrosim.program import program_version
 
 if TYPE_CHECKING:
@@ -122,7 +122,7 @@ class Output:
 
     def reads_itself(self) -> bool:
         """Whether the path is one of the inputs."""
-        return any(_same(self.path, file) for file in self.inputs)
+        return any(_is_same_file(self.path, file) for file in self.inputs)
 
     def aside(self) -> Output:
         """Output at another path if the existing file is better: at a free name, or at the name of
@@ -156,7 +156,7 @@ class Output:
     def held(self) -> AbstractContextManager[None]:
         """Keep other processes from writing the same file. Raises InputError that names such a
         process."""
-        return alone(self.path.with_name(f"{self._beside}.lock"), self.path)
+        return file_lock(self.path.with_name(f"{self._beside}.lock"), self.path)
 
     def clear(self) -> None:
         """Remove an earlier file of the same kind, and remains of a killed process."""
@@ -166,7 +166,7 @@ class Output:
 
     def _tidy(self) -> None:
         for room in self.path.parent.glob(f"{escape(self._room)}*"):
-            if is_gone(room.name.removeprefix(self._room).rpartition("-")[0]):
+            if is_dead_process(room.name.removeprefix(self._room).rpartition("-")[0]):
                 rmtree(room, ignore_errors=True)
 
     @contextmanager
@@ -177,7 +177,7 @@ class Output:
         self._tidy()
         mine = f"{self._room}{owner()}-"
         try:
-            with undisturbed(), TemporaryDirectory(dir=self.path.parent, prefix=mine) as room:
+            with delay_interrupts(), TemporaryDirectory(dir=self.path.parent, prefix=mine) as room:
                 yield Path(room, self.path.name)
                 parts = sorted(Path(room).iterdir())
                 outputs = [self.at(self.path.parent / part.name).checked() for part in parts]
@@ -263,13 +263,14 @@ def _differences(before: str, now: str) -> str:
     other = json.loads(now)
     keys = [key for key in {**one, **other} if one.get(key) != other.get(key)]
     told = [
-        f"{key} {_shown(one, key)}, now {_shown(other, key)}" for key in keys[:MAX_SETTINGS_TOLD]
+        f"{key} {_value_text(one, key)}, now {_value_text(other, key)}"
+        for key in keys[:MAX_SETTINGS_TOLD]
     ]
     more = [f"and {len(keys) - MAX_SETTINGS_TOLD} more"] if len(keys) > MAX_SETTINGS_TOLD else []
     return "; ".join([*told, *more])
 
 
-def _shown(values: Mapping[str, Any], key: str) -> str:
+def _value_text(values: Mapping[str, Any], key: str) -> str:
     value = values.get(key, "not given")
     text = f"{value:g}" if isinstance(value, float) else str(value)
     return text if len(text) <= MAX_VALUE_CHARACTERS else f"{text[:MAX_VALUE_CHARACTERS]}..."
@@ -335,7 +336,7 @@ def _attribute(path: Path, name: str) -> str:
     return value if isinstance(value, str) else ""
 
 
-def _same(one: Path, other: Path) -> bool:
+def _is_same_file(one: Path, other: Path) -> bool:
     with suppress(OSError):
         return one.samefile(other)
     return False

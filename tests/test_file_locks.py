@@ -52,7 +52,7 @@ def test_without_locks_the_owner_in_the_file_counts(
     path = tmp_path / "run.nc.lock"
     path.write_text(names.get(holder, holder))
     if is_free:
-        with locks.alone(path, tmp_path / "run.nc"):
+        with locks.file_lock(path, tmp_path / "run.nc"):
             assert path.read_text() == f"{locks.owner()}\n"
         assert not path.exists()
         return
@@ -60,7 +60,7 @@ def test_without_locks_the_owner_in_the_file_counts(
         pytest.raises(
             InputError, match=r"is being written by another process, \d+@.* remove .*lock"
         ),
-        locks.alone(path, tmp_path / "run.nc"),
+        locks.file_lock(path, tmp_path / "run.nc"),
     ):
         pass
     assert path.read_text() == holder

@@ -18,8 +18,8 @@ import numpy as np
 from hydrosim.dofs import DOFS
 from hydrosim.forces.kind import ElementKind
 from hydrosim.forces.layout import Layout
-from hydrosim.forces.mirroring import LATERAL, turned
-from hydrosim.forces.signal import SIGNAL, Signal, compile_signals, scaled, value
+from hydrosim.forces.mirroring import LATERAL, mirrored_vector
+from hydrosim.forces.signal import SIGNAL, Signal, compile_signals, scale_signal, value
 from hydrosim.jit.kernels import kernel
 from hydrosim.rigid.kinematics import add_wrench, attachment, point_velocity
 from hydrosim.rigid.vectors import add, cross, dot, matvec, vector
@@ -42,10 +42,10 @@ class AppliedForce(ForceElement):
 
     def image(self) -> ForceElement:
         force = {
-            dof: scaled(signal, -1.0) if dof in LATERAL else signal
+            dof: scale_signal(signal, -1.0) if dof in LATERAL else signal
             for dof, signal in self.force.items()
         }
-        return replace(self, point=turned(self.point), force=force)
+        return replace(self, point=mirrored_vector(self.point), force=force)
 
     def nonlinearity(self, name: str, turns: Turns) -> str | None:
         moves = self.body_fixed or (turns.exact and any(self.point))
@@ -112,13 +112,13 @@ def total(t, first, last, p):
     for k in range(first, last):
         part = p.parts[k]
         f = value(t, part.signal, p.pieces)
-        force = add(force, along(part.dof, f))
-        moment = add(moment, along(part.dof - 3, f))
+        force = add(force, add_force_along_axis(part.dof, f))
+        moment = add(moment, add_force_along_axis(part.dof - 3, f))
     return force, moment
 
 
 @kernel
-def along(axis, size):
+def add_force_along_axis(axis, size):
     """Vector of this size along an axis; zero if there is no such axis."""
     return (
         size if axis == 0 else 0.0,

@@ -150,7 +150,7 @@ def compile_channel(
 ) -> tuple[int, int, int]:
     """Values of `CHANNEL`; raises InputError if there is no such channel."""
     kind, _, of = name.partition(".")
-    known = _known(kind, elements, layout)
+    known = _channel_range(kind, elements, layout)
     if of not in known:
         there = ", ".join(known) or "nothing in this scene"
         expected = (
@@ -162,7 +162,7 @@ def compile_channel(
     return CHANNEL_KINDS[kind], *known[of]
 
 
-def _known(
+def _channel_range(
     kind: str, elements: Mapping[str, ForceElement], layout: Layout
 ) -> dict[str, tuple[int, int]]:
     """Names that a channel of a kind may have, with their entries."""
@@ -209,20 +209,20 @@ def channel_value(channel, t, y, modes, motion, bodies, elements, tanks):
     if channel.kind == SPRING_TENSION:
         line = springs.lines[k]
         mode = modes[springs.mode + k]
-        stretched = spring.stretch(line, t, bodies, motion, springs)
+        stretched = spring.kinematics(line, t, bodies, motion, springs)
         return spring.tension(line, mode, stretched, springs)[0]
     if channel.kind == LINE_TENSION:
         return catenary.tension_of(k, t, y, modes, motion, bodies, elements.catenaries)
     if channel.kind == WINCH_TENSION:
-        return winch.stretch(k, t, y, modes, motion, bodies, elements.winches).tension
+        return winch.kinematics(k, t, y, modes, motion, bodies, elements.winches).tension
     if channel.kind == WINCH_LENGTH:
-        return winch.stretch(k, t, y, modes, motion, bodies, elements.winches).length
+        return winch.kinematics(k, t, y, modes, motion, bodies, elements.winches).length
     if channel.kind == LINK_LOAD:
-        return link.measured(k, modes, motion, bodies, elements.links)[0]
+        return link.link_outputs(k, modes, motion, bodies, elements.links)[0]
     if channel.kind == LINK_PLACE:
-        return link.measured(k, modes, motion, bodies, elements.links)[1]
+        return link.link_outputs(k, modes, motion, bodies, elements.links)[1]
     if channel.kind == COMPRESSION:
-        return geometry.touch(fenders.points[k], bodies, motion).compression
+        return geometry.contact_kinematics(fenders.points[k], bodies, motion).compression
     if channel.kind == CLEARANCE:
         return clearance(elements.triggers.gaps[k], bodies, motion)
     if channel.kind == RELATIVE_SPEED:
@@ -232,6 +232,6 @@ def channel_value(channel, t, y, modes, motion, bodies, elements, tanks):
         return contents.level(k, y, tanks) if tanks.each.size > 0 else 0.0
     total = 0.0
     for i in range(k, channel.end):
-        contact = geometry.touch(fenders.points[i], bodies, motion)
+        contact = geometry.contact_kinematics(fenders.points[i], bodies, motion)
         total += pressure(i, t, y, modes, contact, fenders).N
     return total

@@ -21,16 +21,16 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 import numpy as np
 
 from hydrosim.dofs import DOFS
-from hydrosim.forces.kind import Columns, ElementKind, Kept, Variable
+from hydrosim.forces.kind import Columns, ElementKind, UnitRecord, Variable
 from hydrosim.forces.mirroring import LATERAL
 from hydrosim.forces.signal import (
     SIGNAL,
     Signal,
     compile_signals,
     corners,
-    find,
     find_motion,
-    scaled,
+    find_piece,
+    scale_signal,
 )
 from hydrosim.jit.kernels import clear, kernel, root
 from hydrosim.modes import NO_INDEX
@@ -78,7 +78,7 @@ class Drive(ForceElement):
 
     def image(self) -> ForceElement:
         if self.dof in LATERAL:
-            return replace(self, position=scaled(self.position, -1.0))
+            return replace(self, position=scale_signal(self.position, -1.0))
         return self  # motions of joints out of the plane have no image themselves
 
     def nonlinearity(self, name: str, turns: Turns) -> str | None:
@@ -150,7 +150,7 @@ def begin_step(t, p, holds):
     """Choose the pieces of the signals with corners for a step that begins at ``t``."""
     for i in range(p.each.size):
         if p.each[i].cornered:
-            holds.piece[i] = find(t, p.each[i].signal, p.pieces)
+            holds.piece[i] = find_piece(t, p.each[i].signal, p.pieces)
 
 
 @root
@@ -161,7 +161,7 @@ def set_motion(t, p, holds):
         signal = p.each[i].signal
         k = holds.piece[i]
         if k == NO_INDEX:
-            k = find(t, signal, p.pieces)
+            k = find_piece(t, signal, p.pieces)
         position, speed, acceleration = find_motion(t, signal, p.pieces[k])
         holds.driven[i, POSITION] = position
         holds.driven[i, SPEED] = speed
@@ -169,7 +169,7 @@ def set_motion(t, p, holds):
 
 
 @root
-def follow(t, y, bodies, p, holds):
+def set_driven_states(t, y, bodies, p, holds):
     """Set the driven coordinates and their rates in ``y`` to the signals at ``t``, and choose the
     pieces of a step that begins there."""
     n = bodies.active.size
@@ -182,7 +182,7 @@ def follow(t, y, bodies, p, holds):
 
 
 @root
-def hold(p, constraints, holds):
+def add_constraints(p, constraints, holds):
     """Add the constraint q_j'' = f'' of each drive; they come before all others."""
     for i in range(p.each.size):
         r = constraints.number[0]
@@ -198,7 +198,7 @@ def hold(p, constraints, holds):
 
 
 @kernel
-def push(i, force, motion, bodies, p, holds, wrench):
+def add_drive_wrench(i, force, motion, bodies, p, holds, wrench):
     """Add to ``wrench`` (6 nb,) the wrench whose power is ``force`` times the rate that drive ``i``
     prescribes."""
     one = p.each[i]
@@ -216,7 +216,7 @@ def add_reactions(motion, bodies, p, constraints, holds, wrench):
     for i in range(p.each.size):
         force = constraints.force[i]
         holds.reaction[p.reaction + i, 0] = force
-        push(i, force, motion, bodies, p, holds, wrench[p.each[i].row])
+        add_drive_wrench(i, force, motion, bodies, p, holds, wrench[p.each[i].row])
 
 
 @root
@@ -245,7 +245,7 @@ def add_impulses(y, motion, bodies, p, constraints, holds, wrench, impulse, work
     m = wrench.size
     for i in range(p.each.size):
         clear(wrench)
-        push(i, constraints.force[i], motion, bodies, p, holds, wrench)
+        add_drive_wrench(i, constraints.force[i], motion, bodies, p, holds, wrench)
         for k in range(m):
             y[impulse + p.each[i].row * m + k] += wrench[k]
             y[works + p.each[i].row * m + k] += wrench[k] * motion.velocity[k]
@@ -260,7 +260,7 @@ def keep_rates(y, bodies, p, constraints):
 
 
 @root
-def observe(p, holds, out):
+def write_outputs(p, holds, out):
     """Write the forces of all drives to ``out``."""
     for i in range(p.each.size):
         out[DRIVE_OUTPUTS * i] = holds.reaction[p.reaction + i, 0]
@@ -274,7 +274,7 @@ class DriveKind(ElementKind):
         ),
     }
 
-    def record(self, p: DriveConstants, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: DriveConstants, bodies: Any, kept: UnitRecord) -> Columns:
         return {"drive_force": (("time", self.unit), kept.observed[:, :, 0])}
 
 

@@ -39,10 +39,15 @@ import numpy as np
 
 from hydrosim.forces import curve
 from hydrosim.forces.contact.geometry import EARTH
-from hydrosim.forces.kind import Columns, Kept, Modes, Variable, capacity_of, elements_of
-from hydrosim.forces.layout import Layout, Resistance
-from hydrosim.forces.pair import Tie, line_between, small_turn, turning
-from hydrosim.forces.postures import PosingKind, Posture, rest_at_first, steepest
+from hydrosim.forces.kind import Columns, ModeRows, UnitRecord, Variable, capacity_of, elements_of
+from hydrosim.forces.layout import Layout, LinearResistance
+from hydrosim.forces.pair import (
+    TwoPointElement,
+    line_between,
+    relative_small_turn,
+    relative_turn_rate,
+)
+from hydrosim.forces.postures import KindWithModeSets, ModeSet, rest_at_first, steepest_segment
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import (
     ACTING,
@@ -61,7 +66,7 @@ from hydrosim.rigid.vectors import add, cross, dot, matvec, scale, vector
 from hydrosim.scene import ForceElement, Scene, Turns
 
 LINE_LINK, AXIS_LINK = range(2)
-LOAD_OUTPUT, PLACE_OUTPUT, POWER_OUTPUT, LINK_OUTPUTS = range(4)  # see `observe`
+LOAD_OUTPUT, PLACE_OUTPUT, POWER_OUTPUT, LINK_OUTPUTS = range(4)  # see `write_outputs`
 HALF_TURNS = RISING  # column of modes
 MIN_LENGTH_SHARE = 0.01  # of the length at rest: closer ends have no direction
 MIN_SWING_COSINE = 1e-3  # least 1 + cosine of the swing of an axis: 177 deg
@@ -89,7 +94,7 @@ class Link(ForceElement):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Strut(Tie, Link):
+class Strut(TwoPointElement, Link):
     """From ``point`` of the body to ``anchor`` on the earth or in the frame of ``anchor_body``.
     ``length`` [m] is the length without force of the spring; None: the length at rest."""
 
@@ -167,7 +172,7 @@ class LinkConstants(NamedTuple):
     mode: int
 
 
-class Reach(NamedTuple):
+class LinkKinematics(NamedTuple):
     """State of one link: its offset ``x`` and the ``rate``. The load T = 1 is the ``force`` and
     the ``moment`` on the body, the opposite force and the moment ``counter`` on the other side.
     ``room`` is positive while it has a direction; ``turned`` is the twist from the middle of its
@@ -220,7 +225,7 @@ def _line(strut: Strut, layout: Layout) -> Placed:
     other = EARTH if strut.anchor_body is None else layout.body[strut.anchor_body]
     anchor = layout.place_at_rest(strut.anchor_body, strut.anchor)
     d = (anchor - layout.place_at_rest(strut.body, strut.point)).tolist()
-    long = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])  # to the bit as in `reach`
+    long = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])  # to the bit as in `kinematics`
     length = long if strut.length is None else strut.length
     ends = np.array([*strut.point, *strut.anchor])
     return LINE_LINK, other, ends, np.zeros(18), length, MIN_LENGTH_SHARE * max(long, length)
@@ -238,17 +243,17 @@ def _axis(spring: TorsionSpring, layout: Layout) -> Placed:
 
 
 @kernel
-def reach(link, mode, bodies, motion):
-    """State of a link, as a `Reach`."""
+def kinematics(link, mode, bodies, motion):
+    """State of a link, as a `LinkKinematics`."""
     if link.kind == LINE_LINK:
-        return stretch(link, bodies, motion)
+        return strut_kinematics(link, bodies, motion)
     if bodies.exact:
-        return twist(link, mode, motion)
+        return twist_kinematics(link, mode, motion)
     return small_twist(link, mode, motion)
 
 
 @kernel
-def stretch(link, bodies, motion):
+def strut_kinematics(link, bodies, motion):
     """State of a strut."""
     point = vector(link.ends, 0)
     place = vector(link.ends, 3)
@@ -256,11 +261,13 @@ def stretch(link, bodies, motion):
     moment = cross(s.arm, s.direction)
     counter = cross(s.direction, s.other_arm)
     stretched = s.length - link.neutral
-    return Reach(stretched, s.rate, s.direction, moment, counter, s.length - link.closest, 0.0)
+    return LinkKinematics(
+        stretched, s.rate, s.direction, moment, counter, s.length - link.closest, 0.0
+    )
 
 
 @kernel
-def triad(link, side, k, motion):
+def axis_vector(link, side, k, motion):
     """Vector ``k`` of the triad of the body (``side`` 0) or of the other side, in the earth
     frame."""
     own = vector(link.axes, 9 * side + 3 * k)
@@ -269,14 +276,14 @@ def triad(link, side, k, motion):
 
 
 @kernel
-def twist(link, mode, motion):
+def twist_kinematics(link, mode, motion):
     """State of a torsion spring."""
-    U = triad(link, 0, 0, motion)
-    V = triad(link, 0, 1, motion)
-    W = triad(link, 0, 2, motion)
-    u = triad(link, 1, 0, motion)
-    v = triad(link, 1, 1, motion)
-    w = triad(link, 1, 2, motion)
+    U = axis_vector(link, 0, 0, motion)
+    V = axis_vector(link, 0, 1, motion)
+    W = axis_vector(link, 0, 2, motion)
+    u = axis_vector(link, 1, 0, motion)
+    v = axis_vector(link, 1, 1, motion)
+    w = axis_vector(link, 1, 2, motion)
     cosine = dot(u, U)
     half_turns = mode[HALF_TURNS]
     sign = 1.0 if half_turns % 2 == 0 else -1.0
@@ -284,22 +291,26 @@ def twist(link, mode, motion):
     swing = 1.0 + cosine
     g = scale(1.0 / swing if swing > 0.0 else 0.0, add(u, U))
     x = pi * half_turns + turned - link.neutral
-    return _about(x, g, turning(link.body, link.other, motion), swing - MIN_SWING_COSINE, turned)
+    return _rotation_kinematics(
+        x, g, relative_turn_rate(link.body, link.other, motion), swing - MIN_SWING_COSINE, turned
+    )
 
 
 @kernel
 def small_twist(link, mode, motion):
     """State of a torsion spring with small angles."""
     axis = vector(link.axes, 0)
-    angle = dot(axis, small_turn(link.body, link.other, motion))
+    angle = dot(axis, relative_small_turn(link.body, link.other, motion))
     turned = angle - pi * mode[HALF_TURNS]
-    return _about(angle - link.neutral, axis, turning(link.body, link.other, motion), 1.0, turned)
+    return _rotation_kinematics(
+        angle - link.neutral, axis, relative_turn_rate(link.body, link.other, motion), 1.0, turned
+    )
 
 
 @kernel
-def _about(x, g, omega, room, turned):
-    """The `Reach` of a twist x with the gradient ``g``."""
-    return Reach(x, dot(g, omega), (0.0, 0.0, 0.0), scale(-1.0, g), g, room, turned)
+def _rotation_kinematics(x, g, omega, room, turned):
+    """The `LinkKinematics` of a twist x with the gradient ``g``."""
+    return LinkKinematics(x, dot(g, omega), (0.0, 0.0, 0.0), scale(-1.0, g), g, room, turned)
 
 
 @kernel
@@ -325,7 +336,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         mode = modes[p.mode + i]
         if mode[MODE] == INACTIVE:
             continue
-        r = reach(link, mode, bodies, motion)
+        r = kinematics(link, mode, bodies, motion)
         T = load(link, mode, r, p)
         rate[link.row] += resistance(link, r.rate) * r.rate
         add_wrench(link.body, scale(T, r.force), scale(T, r.moment), wrench[link.row])
@@ -340,27 +351,27 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
         link = p.links[i]
         mode = modes[p.mode + i]
         if mode[MODE] == ACTING:
-            r = reach(link, mode, bodies, motion)
+            r = kinematics(link, mode, bodies, motion)
             stored[link.row] += curve.stored_energy(p.segments[mode[SEGMENT]], r.x)
 
 
 @root
-def observe(modes, motion, bodies, p, out):
+def write_outputs(modes, motion, bodies, p, out):
     """Write rows of `LINK_OUTPUTS` of all links to ``out``: load, length or twist, dissipated
     power."""
     for i in range(p.links.size):
         row = out[LINK_OUTPUTS * i : LINK_OUTPUTS * (i + 1)]
-        row[LOAD_OUTPUT], row[PLACE_OUTPUT], row[POWER_OUTPUT] = measured(
+        row[LOAD_OUTPUT], row[PLACE_OUTPUT], row[POWER_OUTPUT] = link_outputs(
             i, modes, motion, bodies, p
         )
 
 
 @kernel
-def measured(i, modes, motion, bodies, p):
+def link_outputs(i, modes, motion, bodies, p):
     """Load, length or twist, and dissipated power of link ``i``."""
     link = p.links[i]
     mode = modes[p.mode + i]
-    r = reach(link, mode, bodies, motion)
+    r = kinematics(link, mode, bodies, motion)
     place = r.x + link.neutral
     if mode[MODE] == INACTIVE:
         return 0.0, place, 0.0
@@ -368,7 +379,7 @@ def measured(i, modes, motion, bodies, p):
 
 
 @root
-def margins(modes, motion, bodies, p, out):
+def find_margins(modes, motion, bodies, p, out):
     """Margins of all links into ``out`` (4 to a row of modes): room before their direction is lost,
     distance to the nearer corner of the curve, room in the half turn."""
     for i in range(p.links.size):
@@ -379,7 +390,7 @@ def margins(modes, motion, bodies, p, out):
             out[m + k] = 1.0
         if mode[MODE] != ACTING:
             continue
-        r = reach(link, mode, bodies, motion)
+        r = kinematics(link, mode, bodies, motion)
         out[m + CONTACT_MARGIN] = r.room
         out[m + RISING_MARGIN] = MAX_HALF_TURN - abs(r.turned)
         if link.last > link.first:
@@ -387,11 +398,11 @@ def margins(modes, motion, bodies, p, out):
 
 
 @root
-def switch(i, which, modes, motion, bodies, p):
+def transition(i, which, modes, motion, bodies, p):
     """Switch link ``i`` to its next mode, after margin ``which`` has reached zero."""
     link = p.links[i]
     mode = modes[p.mode + i]
-    r = reach(link, mode, bodies, motion)
+    r = kinematics(link, mode, bodies, motion)
     if which == CONTACT_MARGIN:
         mode[MODE] = UNDEFINED
     elif which == RISING_MARGIN:
@@ -401,7 +412,7 @@ def switch(i, which, modes, motion, bodies, p):
 
 
 @root
-def settle(modes, motion, bodies, p):
+def set_initial_modes(modes, motion, bodies, p):
     """Modes of all links for a start."""
     for i in range(p.links.size):
         activate(i, modes, motion, bodies, p)
@@ -413,7 +424,7 @@ def activate(i, modes, motion, bodies, p):
     link = p.links[i]
     mode = modes[p.mode + i]
     mode[HALF_TURNS] = 0
-    r = reach(link, mode, bodies, motion)
+    r = kinematics(link, mode, bodies, motion)
     mode[SEGMENT] = curve.find_segment(link.first, link.last, p.segments, r.x)
     mode[MODE] = ACTING if r.room > 0.0 else UNDEFINED
 
@@ -424,7 +435,7 @@ def deactivate(i, modes, p):
     modes[p.mode + i, MODE] = INACTIVE
 
 
-class LinkKind(PosingKind):
+class LinkKind(KindWithModeSets):
     unit = "link"
     variables: ClassVar = {
         "strut_force": Variable("force, tension positive", "N", "from the point to the anchor"),
@@ -437,12 +448,12 @@ class LinkKind(PosingKind):
         "link_half_turns": Variable("half turns of the twist", "1"),
     }
 
-    def modes(self, p: LinkConstants) -> Modes:
+    def modes(self, p: LinkConstants) -> ModeRows:
         links = p.links
         first, last, slope = links["first"], links["last"], links["steepest"]
-        return Modes(links.size, rising="half_turns", first=first, last=last, steepest=slope)
+        return ModeRows(links.size, rising="half_turns", first=first, last=last, steepest=slope)
 
-    def postures(self, p: LinkConstants) -> Sequence[Posture]:
+    def postures(self, p: LinkConstants) -> Sequence[ModeSet]:
         """All on the piece of their curve without load, and on their steepest."""
         if not p.links.size:
             return []
@@ -450,11 +461,11 @@ class LinkKind(PosingKind):
         for link in p.links:
             pieces = p.segments[link["first"] : link["last"] + 1]
             idle.append(link["first"] + curve.piece_at(pieces, 0.0))
-            stiff.append(steepest(p.segments, link["first"], link["last"]))
-        found = [Posture("", rest_at_first(np.array(idle), ACTING))]
+            stiff.append(steepest_segment(p.segments, link["first"], link["last"]))
+        found = [ModeSet("", rest_at_first(np.array(idle), ACTING))]
         if stiff != idle:
             text = "struts on their steepest pieces"
-            found.append(Posture(text, rest_at_first(np.array(stiff), ACTING)))
+            found.append(ModeSet(text, rest_at_first(np.array(stiff), ACTING)))
         return found
 
     def pressed(
@@ -463,12 +474,12 @@ class LinkKind(PosingKind):
         """Constants in which each link is on its piece, at the offset nearest to where it is."""
         links = p.links.copy()
         for link, mode in zip(links, modes, strict=True):
-            x = reach(link, mode, bodies, motion).x
+            x = kinematics(link, mode, bodies, motion).x
             piece = p.segments[mode[SEGMENT]]
             link["neutral"] += x - np.clip(x, piece["lower"], piece["upper"])
         return p._replace(links=links)
 
-    def resistances(self, p: LinkConstants) -> Iterator[Resistance]:
+    def resistances(self, p: LinkConstants) -> Iterator[LinearResistance]:
         """Damping of each torsion spring with small angles; struts are never linear."""
         for link in p.links[p.links["kind"] == AXIS_LINK]:
             axis = link["axes"][:3]
@@ -476,7 +487,9 @@ class LinkKind(PosingKind):
             if link["other"] != EARTH:
                 J = np.concatenate([J, -J])
             B = link["damping"] * np.outer(J, J)
-            yield Resistance(link["row"], link["body"], B, np.zeros(len(B)), other=link["other"])
+            yield LinearResistance(
+                link["row"], link["body"], B, np.zeros(len(B)), other=link["other"]
+            )
 
     def lost(self, p: LinkConstants, modes: np.ndarray) -> Iterator[tuple[int, str]]:
         said = {
@@ -498,7 +511,7 @@ class LinkKind(PosingKind):
         found: dict[str, object] = {d: (d, [n for n, _ in own]) for d, own in named.items() if own}
         return found | capacity_of("strut", struts)
 
-    def record(self, p: LinkConstants, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: LinkConstants, bodies: Any, kept: UnitRecord) -> Columns:
         kind = p.links["kind"]
         dims = {
             "strut": (

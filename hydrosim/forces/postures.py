@@ -19,7 +19,7 @@ LINEARISATION_DEPTH = (
 )
 
 
-class Posture(NamedTuple):
+class ModeSet(NamedTuple):
     """Units of a kind in given ``modes`` (n, 3), with a description in words, "" for the default
     posture."""
 
@@ -27,14 +27,14 @@ class Posture(NamedTuple):
     modes: np.ndarray
 
 
-class PosingKind(ElementKind):
+class KindWithModeSets(ElementKind):
     """A kind whose units have several postures, each with a stiffness of its own."""
 
-    def postures(self, p: Any) -> Sequence[Posture]:
+    def postures(self, p: Any) -> Sequence[ModeSet]:
         """All units in one mode, for each mode; the posture at rest comes first."""
         raise NotImplementedError
 
-    def alone(self, p: Any, names: Sequence[str], which: Sequence[int]) -> Iterator[Posture]:
+    def alone(self, p: Any, names: Sequence[str], which: Sequence[int]) -> Iterator[ModeSet]:
         """One of the units ``which`` alone in a mode, for each of them."""
         return iter(())
 
@@ -77,13 +77,13 @@ def rest_at_first(first: np.ndarray, mode: int) -> np.ndarray:
     return modes
 
 
-def with_one(rest: np.ndarray, modes: np.ndarray, i: int) -> np.ndarray:
+def with_mode_of_unit(rest: np.ndarray, modes: np.ndarray, i: int) -> np.ndarray:
     """Modes (n, 3) of units at ``rest``, except unit ``i``."""
     found = rest.copy()
     found[i] = modes[i]
     return found
 
 
-def steepest(segments: np.ndarray, first: int, last: int) -> int:
+def steepest_segment(segments: np.ndarray, first: int, last: int) -> int:
     """The steepest of the segments ``first`` to ``last``."""
     return first + int(np.argmax(segments["slope"][first : last + 1]))

@@ -36,7 +36,7 @@ import numpy as np
 from hydrosim.errors import InputError
 from hydrosim.forces.kind import ElementKind
 from hydrosim.forces.layout import Layout
-from hydrosim.forces.mirroring import turned
+from hydrosim.forces.mirroring import mirrored_vector
 from hydrosim.forces.relative import current_on
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.rigid import heading
@@ -71,7 +71,7 @@ class StreamLoad(ForceElement):
     def image(self) -> ForceElement:
         sway = -self.sway
         yaw = -self.yaw
-        load = replace(self, point=turned(self.point), sway=sway, yaw=yaw)
+        load = replace(self, point=mirrored_vector(self.point), sway=sway, yaw=yaw)
         return replace(load, headings=-self.headings)._in_order()
 
     def _in_order(self) -> StreamLoad:

@@ -25,7 +25,7 @@ NODES_BESIDE = POLYNOMIAL_NODES // 2 - 1  # nodes needed on either side of an in
 AREA_NODES = 6  # of the polynomials integrated for a quadrature
 
 
-class Interval(NamedTuple):
+class PropagationInterval(NamedTuple):
     """Matrices of an interval in p parts. z after i parts is ``states[i] @ z + loads[i] @ f``, with
     z at the start and f at p + 1 + 2 `NODES_BESIDE` nodes, the first `NODES_BESIDE` parts before
     the start. ``states`` (p + 1, m, m), ``loads`` (p + 1, m, nodes * n)."""
@@ -34,10 +34,12 @@ class Interval(NamedTuple):
     loads: np.ndarray
 
 
-def interval(J: np.ndarray, G: np.ndarray, length: float, parts: int) -> Interval:
+def propagation_interval(
+    J: np.ndarray, G: np.ndarray, length: float, parts: int
+) -> PropagationInterval:
     """The interval of this ``length`` [s] for J (m, m) and G (m, n)."""
     m, n = G.shape
-    E, W = _part(J, G, length / parts)
+    E, W = _part_matrices(J, G, length / parts)
     states = np.empty((parts + 1, m, m))
     loads = np.zeros((parts + 1, m, parts + POLYNOMIAL_NODES - 1, n))
     states[0] = np.eye(m)
@@ -45,10 +47,10 @@ def interval(J: np.ndarray, G: np.ndarray, length: float, parts: int) -> Interva
         states[i + 1] = E @ states[i]
         loads[i + 1] = np.tensordot(E, loads[i], 1)
         loads[i + 1, :, i : i + POLYNOMIAL_NODES] += W
-    return Interval(states, loads.reshape(parts + 1, m, -1))
+    return PropagationInterval(states, loads.reshape(parts + 1, m, -1))
 
 
-def _part(J: np.ndarray, G: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
+def _part_matrices(J: np.ndarray, G: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
     """exp(J h), and the weights (m, `POLYNOMIAL_NODES`, n) of f at the nodes from `NODES_BESIDE`
     parts before.
 
@@ -80,7 +82,7 @@ def _basis(nodes: np.ndarray, j: int) -> np.ndarray:
     return np.poly(others)[::-1] / np.prod(nodes[j] - others)
 
 
-def extended(f: np.ndarray) -> np.ndarray:
+def extend_nodes(f: np.ndarray) -> np.ndarray:
     """f (nodes, n) with `NODES_BESIDE` more nodes at both ends, on the polynomials through the
     first and last `POLYNOMIAL_NODES`. So the first and last parts also use these polynomials."""
     before = WEIGHTS_BESIDE.T @ f[:POLYNOMIAL_NODES]
@@ -111,7 +113,7 @@ def area_weights(parts: int) -> np.ndarray:
 
 
 @kernel
-def follow(transposed, z):
+def fill_recursion(transposed, z):
     """Turn the rows of ``z`` (nk + 1, m), which hold a state and then drives, into the states z_k+1
     = E z_k + drive_k+1; ``transposed`` is E^T (m, m)."""
     for k in range(z.shape[0] - 1):

@@ -76,7 +76,7 @@ def new_newton(states: np.ndarray, size: int, filters: Filters = NO_FILTERS) -> 
 
 
 @kernel
-def improve(k, f, y, weight, newton, control):
+def newton_iteration(k, f, y, weight, newton, control):
     """One iteration: update ``k`` (ny,) from ``f`` evaluated at it. Returns the change of the stage
     in units of `STAGE_TOLERANCE` times the tolerances. ``y`` sets the scale of relative
     tolerances."""
@@ -114,7 +114,7 @@ def _improve_filters(k, f, y, weight, p, control):
 
 
 @kernel
-def prepare(weight, newton):
+def factorise_iteration_matrix(weight, newton):
     """Factorise I - g J for this ``weight`` g."""
     m = newton.states.size
     for i in range(m):

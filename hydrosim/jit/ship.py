@@ -37,7 +37,7 @@ def ship(folder: Path, cases: Sequence[str]) -> dict[str, str]:
             _run(Path(name), "run", case, *result)
             _run(Path(name), "run", case, *AUTOMATIC, *result, may_refuse=True)
             _run(Path(name), "linear", case, *result, may_refuse=True)
-        compiled = _compiled(Path(name))
+        compiled = _compiled_files(Path(name))
         if not compiled:
             raise SystemExit("no kernels to ship: hydrosim.jit.linking does not support this numba")
         folder.mkdir(parents=True, exist_ok=True)
@@ -63,7 +63,7 @@ def _run(cache: Path, *command: str, may_refuse: bool = False) -> None:
         raise SystemExit(done.returncode)  # the command has printed the reason
 
 
-def _compiled(cache: Path) -> list[Path]:
+def _compiled_files(cache: Path) -> list[Path]:
     return sorted((cache / kernel_folder()).glob("*.nbc"))
 
 

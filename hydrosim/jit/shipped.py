@@ -54,7 +54,7 @@ def shipped_files(kernels: str, features: str) -> Mapping[str, str]:
     return {} if refusal(SHIPPED, kernels, features) else SHIPPED["files"]
 
 
-def shipped(name: str, digest: str) -> bytes | None:
+def read_shipped(name: str, digest: str) -> bytes | None:
     """The content of a file of `HOME`; None, with a warning, if it has another ``digest``."""
     path = HOME / name
     try:

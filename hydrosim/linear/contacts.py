@@ -23,7 +23,7 @@ from hydrosim.linear.coordinates import inertia
 from hydrosim.linear.freedom import find_constraint_rows, freedom_of
 from hydrosim.modes import MODE, NO_INDEX
 from hydrosim.rigid.kinematics import place_bodies
-from hydrosim.stepping.dynamics import Model, constrain, new_work
+from hydrosim.stepping.dynamics import Model, add_constraints, new_work
 from hydrosim.stepping.state import State
 
 
@@ -77,7 +77,7 @@ def find_rigid_tractions(model: Model, state: State, forces: np.ndarray) -> np.n
     n = model.bodies.active.size
     work = new_work(model)
     place_bodies(state.y[:n], np.zeros(n), model.bodies, work.motion)
-    constrain(state.y, state.modes, model, work)
+    add_constraints(state.y, state.modes, model, work)
     points = model.elements.fenders.points.size
     found = np.zeros((*forces.shape[:-1], points, 2), dtype=forces.dtype)
     for r in np.flatnonzero(work.holds.point[: forces.shape[-1]] != NO_INDEX):

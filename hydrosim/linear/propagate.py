@@ -30,13 +30,13 @@ from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDE
 from hydrosim.integrate.exponential import (
     NODES_BESIDE,
     POLYNOMIAL_NODES,
-    Interval,
+    PropagationInterval,
     area_weights,
-    extended,
-    follow,
-    interval,
+    extend_nodes,
+    fill_recursion,
+    propagation_interval,
 )
-from hydrosim.jit.refs import Held
+from hydrosim.jit.refs import StructReference
 from hydrosim.linear.components import find_components
 from hydrosim.linear.coordinates import without_waves
 from hydrosim.linear.linearise import linearise
@@ -65,7 +65,7 @@ class PartResponse(NamedTuple):
 
     states: np.ndarray
     coordinates: np.ndarray
-    interval: Interval
+    interval: PropagationInterval
     by_state: np.ndarray
     by_load: np.ndarray
 
@@ -107,7 +107,9 @@ def _part_response(
 ) -> PartResponse:
     """Response of the part with these ``states`` and ``coordinates``, by index."""
     n = coordinates.size
-    of = interval(J[np.ix_(states, states)], G[np.ix_(states, coordinates)], length, parts)
+    of = propagation_interval(
+        J[np.ix_(states, states)], G[np.ix_(states, coordinates)], length, parts
+    )
     force = memory[np.ix_(coordinates, states[2 * n :] - 2 * len(memory))]
     needed = linalg.block_diag(np.eye(n), force)  # of all but q: for the powers
     by_state = needed @ of.states[:, n:]
@@ -207,7 +209,7 @@ def propagate(
     state = run.state
     times = record_times(clock)
     y = state.y.copy()
-    held = Held(run)
+    held = StructReference(run)
     keep_states(times[:1], y[None], held)
     equation = linear_equation(model, state)
     finest = node_spacing(clock, model)
@@ -367,7 +369,7 @@ def march(
     m = len(equation.J)
     parts = response.weights.size - 1
     first = 0
-    f = extended(np.einsum("krn->kn", loads) + equation.rest)
+    f = extend_nodes(np.einsum("krn->kn", loads) + equation.rest)
     for around, states in motions(y[:m], f, response, pieces):
         here = loads[first * parts :]
         gained = equation.gains(around, states[:-1], here, response, y.size - m)
@@ -394,7 +396,7 @@ def motions(
             own = np.empty((len(states), part.states.size))
             own[0] = z[part.states]
             np.matmul(forces, part.interval.loads[-1].T, out=own[1:])
-            follow(transposed, own)
+            fill_recursion(transposed, own)
             states[:, part.states] = own
         z = states[-1]
         yield here, states

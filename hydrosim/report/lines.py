@@ -11,9 +11,9 @@ import xarray as xr
 
 from hydrosim.dofs import about_z
 from hydrosim.forces.kind import elements_of
-from hydrosim.forces.line.catenary import Catenary, find_pull
-from hydrosim.forces.line.points import find_points
-from hydrosim.forces.line.shape import Pull
+from hydrosim.forces.line.catenary import Catenary, pull_entries
+from hydrosim.forces.line.points import line_points
+from hydrosim.forces.line.shape import LinePull
 from hydrosim.forces.signal import compile_signals, value
 from hydrosim.modes import NO_INDEX
 from hydrosim.rigid.kinematics import LINE_PIECE
@@ -92,10 +92,10 @@ def _points(
     if line.friction is not None:
         bed, friction = min(-scene.environment.water_depth - end[2], 0.0), line.friction
     pieces = _pieces(line, t)
-    pull = Pull(*find_pull(0, len(pieces), x, z, bed, friction, -1.0, 0.0, pieces))
+    pull = LinePull(*pull_entries(0, len(pieces), x, z, bed, friction, -1.0, 0.0, pieces))
     if not pull.converged:
         return np.linspace(start, end, count)
-    found, _ = find_points(pieces, 0, len(pieces), x, z, bed, friction, pull, count)
+    found, _ = line_points(pieces, 0, len(pieces), x, z, bed, friction, pull, count)
     return np.column_stack([start[:2] + found[:, :1] * e, end[2] + found[:, 1]])
 
 

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from hydrosim.forces.contact import group
-from hydrosim.forces.contact.group import CARRIED_SHARE, NEVER, Remembered
+from hydrosim.forces.contact.group import CARRIED_SHARE, NEVER, GroupMemory
 from hydrosim.forces.contact.modes import OPEN
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ class Group(NamedTuple):
         return [_reaches(level, time, share(time), share) for level in levels]
 
 
-def staged(run: xr.Dataset, groups: Sequence[Remembered]) -> xr.Dataset:
+def staged(run: xr.Dataset, groups: Sequence[GroupMemory]) -> xr.Dataset:
     """The ``run`` with loads and impulses of its groups of contacts, times of their stages and
     `FIGURES`. They are NaN for groups that are not in ``groups``."""
     if not groups or run.sizes["time"] == 0:

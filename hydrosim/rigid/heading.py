@@ -44,7 +44,7 @@ class Headings(NamedTuple):
     stream: np.ndarray
 
 
-class Hulls(NamedTuple):
+class HeadingScratch(NamedTuple):
     """Scratch, (6 nb,) in heading axes: ``velocity`` for the radiation memory and ``flow`` relative
     to the water, see `find_flow`; ``turn`` psi' J flow; ``momentum`` of the water and its
     ``force``; the ``motion`` of the bodies that their inertia needs."""
@@ -91,10 +91,10 @@ def turning_heading(bodies: Bodies) -> np.ndarray:
     return free
 
 
-def new_hulls(bodies: Bodies) -> Hulls:
+def new_heading_scratch(bodies: Bodies) -> HeadingScratch:
     """Scratch for these bodies."""
     velocity, flow, turn, momentum, force = np.zeros((5, 6 * bodies.each.size))
-    return Hulls(velocity, flow, turn, momentum, force, new_motion(bodies))
+    return HeadingScratch(velocity, flow, turn, momentum, force, new_motion(bodies))
 
 
 @kernel

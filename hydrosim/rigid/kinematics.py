@@ -26,14 +26,14 @@ import numpy as np
 from hydrosim.jit.kernels import assign, kernel, root
 from hydrosim.rigid.tree import (
     NO_TREE,
-    Growth,
     Tree,
+    TreeScratch,
     add_generalised,
     add_inertia,
     add_to_accelerations,
     add_wrench_of_angles,
-    grow,
-    new_growth,
+    forward_kinematics,
+    new_tree_scratch,
 )
 from hydrosim.rigid.vectors import add, cross, matvec, vector
 
@@ -79,7 +79,7 @@ class Motion(NamedTuple):
     rate_map: np.ndarray
     velocity: np.ndarray
     bias: np.ndarray
-    growth: Growth
+    growth: TreeScratch
     pieces: np.ndarray
 
 
@@ -88,7 +88,7 @@ def new_motion(bodies: Bodies, pieces: np.ndarray = np.zeros(0, LINE_PIECE)) -> 
     nb = bodies.each.size
     unit = np.tile(np.eye(3), (nb, 1, 1))
     zero = np.zeros(6 * nb)
-    growth = new_growth(bodies.tree)
+    growth = new_tree_scratch(bodies.tree)
     moving = (zero.copy(), zero.copy(), growth, pieces.copy())
     return Motion(bodies.locked.copy(), zero, unit, unit.copy(), *moving)
 
@@ -116,7 +116,7 @@ def place(q, u, bodies, motion):
         else:
             _rotate_little(angles, motion.rotation[b])
     if bodies.tree.branches.size > 0:
-        grow(q, u, bodies, motion)
+        forward_kinematics(q, u, bodies, motion)
 
 
 @kernel

@@ -33,7 +33,7 @@ from hydrosim.rigid.constraints import DROPPED, find_rank
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.rigid.mass import cholesky
 from hydrosim.rigid.tree import fill_rates
-from hydrosim.stepping.dynamics import constrain, find_inertia, solve_held
+from hydrosim.stepping.dynamics import add_constraints, find_inertia, solve_held
 from hydrosim.stepping.state import (
     DRIVEN_APART,
     NEXT_STEP,
@@ -54,29 +54,29 @@ MAX_IMPACT_ROUNDS = 20  # impacts through ratchets that join in or let go
 
 
 @root
-def keep_closed(t, run):
+def project_state(t, run):
     """Bring the accepted state back onto the constraints of joints, and watch their rank."""
     model = run.model
     if locks.any_closed(run.state.modes, model.elements.locks):
         project(run.state.y, run.state.modes, model, run.work)
-        _watch(t, run)
-        if run.work.holds.driven.shape[0] > 0 and _drives_part(run.state, model, run.work):
+        _check_rank(t, run)
+        if run.work.holds.driven.shape[0] > 0 and _drives_part_joint(run.state, model, run.work):
             run.counters[STATUS] = DRIVEN_APART
 
 
 @root
-def meet(t, run):
+def apply_impacts(t, run):
     """After modes have switched: find the rows of joints that hold, and book the impact of those
     that have closed. A joint that closes against a drive ends the run."""
     state = run.state
     model = run.model
     p = model.elements.locks
     choose_rows(state.y, state.modes, model, run.work)
-    if not locks.any_closed(state.modes, p) and not _any_runs(state.modes, p):
+    if not locks.any_closed(state.modes, p) and not _any_ratcheting(state.modes, p):
         return
     project_places(state.y, state.modes, model, run.work)
     for _ in range(MAX_IMPACT_ROUNDS):
-        struck = strike(state.y, state.modes, model, run.work)
+        struck = apply_impact(state.y, state.modes, model, run.work)
         joins = _ratchets_join(state.y, state.modes, model, run.work)
         if joins:
             choose_rows(state.y, state.modes, model, run.work)
@@ -110,7 +110,7 @@ def _opposes_drives(y, model, work):
 
 
 @kernel
-def _drives_part(state, model, work):
+def _drives_part_joint(state, model, work):
     """True if drives have moved what a closed joint holds by rows that depend on those of drives.
     They are dropped, so that nothing else would show it: the joint closed while the drive stood
     still. ``work.motion`` is that of the state."""
@@ -125,7 +125,7 @@ def _drives_part(state, model, work):
             continue
         mode[SEGMENT] = locks.every_row(i, p)
         constraints.number[0] = 0
-        locks.hold(
+        locks.add_constraints(
             state.y, state.modes, work.motion, model.bodies, p, work.total, constraints, holds
         )
         parted = parted or _is_parted(i, state.y, model.bodies.active.size, constraints, holds)
@@ -150,7 +150,7 @@ def _is_parted(i, y, n, constraints, holds):
 
 
 @kernel
-def _any_runs(modes, p):
+def _any_ratcheting(modes, p):
     running = 0
     for i in range(p.each.size):
         if modes[p.mode + i, MODE] == RATCHETING:
@@ -168,7 +168,7 @@ def _test_contacts(t, run):
     place_bodies(state.y[:n], state.y[n : 2 * n], model.bodies, motion)
     headings = run.scratch.headings
     reactions = run.work.holds.reaction
-    events.strike(
+    events.recheck_after_impact(
         t, state.y, state.modes, motion, model.bodies, headings, reactions, model.elements
     )
 
@@ -180,8 +180,10 @@ def _set_up(y, modes, model, work):
     work.constraints.number[0] = 0
     p = model.elements.locks
     holds = work.holds
-    events.hold_drives(model.elements, work.constraints, holds)
-    locks.hold(y, modes, work.motion, model.bodies, p, work.total, work.constraints, holds)
+    events.add_drive_constraints(model.elements, work.constraints, holds)
+    locks.add_constraints(
+        y, modes, work.motion, model.bodies, p, work.total, work.constraints, holds
+    )
 
 
 @root_giving(float)
@@ -246,7 +248,7 @@ def project(y, modes, model, work):
     change = work.jump[0]
     for _ in range(MAX_PROJECTIONS):
         find_inertia(y, model, work)
-        constrain(y, modes, model, work)
+        add_constraints(y, modes, model, work)
         if _find_stops(y[n : 2 * n], work.constraints, model.elements.drives.each.size):
             return
         clear(change)
@@ -276,7 +278,7 @@ def _find_stops(u, constraints, drives):
 
 
 @root_giving(bool)
-def strike(y, modes, model, work):
+def apply_impact(y, modes, model, work):
     """Stop the rates in ``y`` across closed joints by impulses, and book them. A ratchet that would
     pull lets go. Returns true if there was anything to stop."""
     n = model.bodies.active.size
@@ -293,7 +295,7 @@ def strike(y, modes, model, work):
         solve_held(work.inertia, constraints, change)
         if not _lets_go(modes, constraints, work.holds, p):
             break
-    _book(y, change, modes, model, work)
+    _book_impact(y, change, modes, model, work)
     for i in range(n):
         y[n + i] += change[i]
     return True
@@ -326,19 +328,19 @@ def _ratchets_join(y, modes, model, work):
     place_bodies(y[:n], y[n : 2 * n], model.bodies, work.motion)
     for i in range(p.each.size):
         if locks.goes_back(i, y, modes, model.bodies, work.motion, p):
-            locks.close(i, y, modes, work.motion, model.bodies, p)
+            locks.close_lock(i, y, modes, work.motion, model.bodies, p)
             found = True
     return found
 
 
 @kernel
-def _book(y, change, modes, model, work):
+def _book_impact(y, change, modes, model, work):
     """Book the impulses of all closed joints and the energy that they take, before the rates
     ``change`` (n,)."""
     p = model.elements.locks
     constraints = work.constraints
     holds = work.holds
-    locks.collect(p, constraints, holds)
+    locks.collect_reactions(p, constraints, holds)
     for r in range(constraints.number[0]):
         i = holds.lock[r]
         if i == NO_INDEX:
@@ -365,7 +367,7 @@ def _book_impulses(y, modes, change, model, work):
     clear(push)
     for i in range(p.each.size):
         if locks.is_closed(i, modes, p):
-            locks.press(i, y, work.holds.joint[i], work.motion, model.bodies, p, push)
+            locks.add_joint_wrench(i, y, work.holds.joint[i], work.motion, model.bodies, p, push)
     n = model.bodies.active.size
     mean = work.jump[1]
     for i in range(n):
@@ -389,7 +391,7 @@ def _book_impulses(y, modes, change, model, work):
 
 
 @kernel
-def _watch(t, run):
+def _check_rank(t, run):
     """End the run if a row of constraints depends on others, or will by the end of the next step:
     the sine between them, continued in a straight line, reaches zero."""
     pace = run.scratch.pace

@@ -12,12 +12,12 @@ from math import isfinite
 
 from hydrosim.forces import add_element_energies, events
 from hydrosim.forces.contact.modes import SLIP
-from hydrosim.integrate import between, hermite, phi, scaled
+from hydrosim.integrate import guard_defect, hermite, linear_value, next_trial
 from hydrosim.integrate.implicit import STALE
 from hydrosim.jit.kernels import any_negative, assign, clear, kernel, root, root_giving
 from hydrosim.modes import MARGINS, MODE
 from hydrosim.rigid.kinematics import place_bodies
-from hydrosim.stepping.closing import meet
+from hydrosim.stepping.closing import apply_impacts
 from hydrosim.stepping.dynamics import apply_impulse, project_velocities
 from hydrosim.stepping.state import (
     AFTER_STEP,
@@ -57,7 +57,7 @@ SLOPE_OFFSET = 1e-4  # of a step: distance from its ends at which slopes of marg
 
 
 @root_giving(float, bool)
-def cut(t, stop, located, run):
+def truncate_at_event(t, stop, located, run):
     """Cut the step from ``t`` to ``stop`` at its first event, if it has one and events are
     ``located``. Returns the time at its end, and true if a mode has ended there."""
     scratch = run.scratch
@@ -70,21 +70,21 @@ def cut(t, stop, located, run):
         return stop, left
     for _ in range(MAX_CUTS):  # negative on the cubic need not be negative in the method's step
         if left:
-            stop = t + _land(t, stop - t, run)
+            stop = t + _locate_event(t, stop - t, run)
         else:
             assign(scratch.margins[AT_PLACE], after)
         _find_end_reactions(stop, run)
-        part = _dip(t, stop - t, run) if stop > t else 1.0
+        part = _find_grazing_event(t, stop - t, run) if stop > t else 1.0
         if part == 1.0:
             if left:
-                _look_midway(t, stop - t, run)
+                _check_midway(t, stop - t, run)
             return stop, left
         stop = t + part * (stop - t)
         step(t, stop - t, run)
         _measure_end(stop, run, after)
         left = any_negative(after)
     if left:
-        stop = t + _land(t, stop - t, run)
+        stop = t + _locate_event(t, stop - t, run)
         _find_end_reactions(stop, run)
         assign(scratch.margins[NEAR_END], scratch.margins[BEFORE_STEP])
     return stop, left
@@ -102,7 +102,9 @@ def _measure_end(t, run, out):
     elements = run.model.elements
     if events.has_lines(elements):
         motion = run.work.motion
-        events.end_step(t, end, run.state.modes, motion, run.model.bodies, elements, every, out)
+        events.update_lines_at_step_end(
+            t, end, run.state.modes, motion, run.model.bodies, elements, every, out
+        )
 
 
 @root
@@ -145,7 +147,7 @@ def _measure(t, y, run, which, watched, out):
     model = run.model
     modes = run.state.modes
     motion = run.work.motion
-    _place(y, run)
+    _place_bodies_at(y, run)
     run.counters[GUARD_EVALUATIONS] += 1
     bodies = model.bodies
     elements = model.elements
@@ -157,7 +159,7 @@ def _measure(t, y, run, which, watched, out):
 
 
 @kernel
-def _place(y, run):
+def _place_bodies_at(y, run):
     """Fill the motion of the bodies from ``y``."""
     n = run.model.bodies.active.size
     place_bodies(y[:n], y[n : 2 * n], run.model.bodies, run.work.motion)
@@ -182,7 +184,7 @@ def _find_before(t, run):
 
 
 @root
-def _look_over(t, h, run):
+def _scan_guards(t, h, run):
     """Store the step as the uncut one, with the cubic through both its ends, and compute the
     margins at its start."""
     scratch = run.scratch
@@ -208,7 +210,7 @@ def _find_reactions(which, t, h, run):
 
 
 @root_giving(float)
-def _land(t, h, run):
+def _locate_event(t, h, run):
     """Cut the step of length ``h`` at its first event: the state there is in ``states[END]``.
 
     The zero is sought on the cubic through both ends. The difference between the method's own step
@@ -220,15 +222,15 @@ def _land(t, h, run):
     after = scratch.margins[AFTER_STEP]
     now = scratch.margins[AT_PLACE]
     ended = scratch.watched[EVALUATED]
-    _look_over(t, h, run)
+    _scan_guards(t, h, run)
     for i in range(ended.size):
         ended[i] = 1 if any_negative(after[MARGINS * i : MARGINS * (i + 1)]) else 0
     if events.has_lines(run.model.elements):  # not all of them had margins at the start
         _measure(t, run.state.y, run, AT_START, ended, before)
     lo = 0.0
-    f_lo = phi(before, before, after)
+    f_lo = guard_defect(before, before, after)
     hi = 1.0
-    f_hi = phi(after, before, after)
+    f_hi = guard_defect(after, before, after)
     x, on_cubic = _zero_on_cubic(0.0, t, h, run)
     tries = 0
     while True:  # bisects the bracket in the end, so that the search terminates
@@ -237,7 +239,7 @@ def _land(t, h, run):
         if run.counters[STATUS] != IN_PROGRESS:
             return x * h
         _measure_try(t + x * h, run, now)
-        value = phi(now, before, after)
+        value = guard_defect(now, before, after)
         if x == 0.0 or abs(value) <= GUARD_RTOL or hi - lo < 1e-13:
             return x * h
         if value >= 0.0:
@@ -251,7 +253,7 @@ def _land(t, h, run):
             x = 0.5 * (lo + hi)
             on_cubic = _phi_on_cubic(x, t, h, run)
         elif not lo < x < hi:
-            x = between(lo, max(f_lo, 0.0), hi, f_hi)
+            x = next_trial(lo, max(f_lo, 0.0), hi, f_hi)
             on_cubic = _phi_on_cubic(x, t, h, run)
 
 
@@ -262,7 +264,7 @@ def _zero_on_cubic(defect, t, h, run):
     before = run.scratch.margins[BEFORE_STEP]
     after = run.scratch.margins[AFTER_STEP]
     lo = 0.0
-    f_lo = phi(before, before, after) + defect
+    f_lo = guard_defect(before, before, after) + defect
     hi = 0.0
     f_hi = -1.0
     for j in range(1, 9):
@@ -279,7 +281,7 @@ def _zero_on_cubic(defect, t, h, run):
     for _ in range(60):
         if hi - lo < 1e-14 or abs(f) < 1e-13:
             break
-        x = between(lo, f_lo, hi, f_hi)
+        x = next_trial(lo, f_lo, hi, f_hi)
         f = _phi_on_cubic(x, t, h, run) + defect
         if f >= 0.0:
             lo = x
@@ -302,7 +304,7 @@ def _phi_on_cubic(x, t, h, run):
         if scratch.watched[EVALUATED, i] != 0:
             a = MARGINS * i
             b = MARGINS * (i + 1)
-            smallest = min(smallest, phi(now[a:b], before[a:b], after[a:b]))
+            smallest = min(smallest, guard_defect(now[a:b], before[a:b], after[a:b]))
     return smallest
 
 
@@ -315,8 +317,8 @@ def _on_cubic(x, t, h, run, watched, out):
     _interpolate(x, h, 0, 2 * model.bodies.active.size, run)
     for i in range(watched.size):
         if watched[i] != 0:
-            for part in range(events.MAX_FELT_RANGES):
-                first, last = events.felt(i, part, model.elements, model.tanks)
+            for part in range(events.MAX_DEPENDENCIES):
+                first, last = events.guard_dependencies(i, part, model.elements, model.tanks)
                 if last > first:
                     _interpolate(x, h, first, last, run)
     _interpolate_reactions(x, run.scratch.reactions)
@@ -352,7 +354,7 @@ def _interpolate(x, h, i, j, run):
 
 
 @root_giving(float)
-def _dip(t, h, run):
+def _find_grazing_event(t, h, run):
     """Fraction of the step at which a margin that falls at first and rises at last is negative on
     the cubic through both ends; 1 if there is none.
 
@@ -362,7 +364,7 @@ def _dip(t, h, run):
     scratch = run.scratch
     margin = scratch.margins
     every = scratch.watched[MAY_END]
-    _look_over(t, h, run)
+    _scan_guards(t, h, run)
     _on_cubic(SLOPE_OFFSET, t, h, run, every, margin[NEAR_START])
     if not _may_dip(margin):
         return 1.0
@@ -376,7 +378,7 @@ def _dip(t, h, run):
             meet = (last - rising - first) / (falling - rising)
             floor = -GUARD_RTOL * max(abs(first), abs(last))
             if first + falling * meet < floor:
-                x = _deepest(i, floor, t, h, run)
+                x = _minimise_guard(i, floor, t, h, run)
                 if x < 1.0:
                     return x
     return 1.0
@@ -393,7 +395,7 @@ def _may_dip(margin):
 
 
 @root_giving(float)
-def _deepest(i, floor, t, h, run):
+def _minimise_guard(i, floor, t, h, run):
     """Place of a value below ``floor`` near the minimum of margin ``i`` on the cubic, by golden
     section; 1 if there is none."""
     golden = 0.6180339887498949
@@ -437,7 +439,7 @@ def note_headings(t, run):
     headings = run.scratch.headings
     state = run.state
     model = run.model
-    _place(state.y, run)
+    _place_bodies_at(state.y, run)
     motion = run.work.motion
     bodies = model.bodies
     events.find_headings(t, state.y, state.modes, motion, bodies, model.elements, headings)
@@ -451,14 +453,14 @@ def switch_modes(t, run):
     scratch = run.scratch
     before = scratch.margins[BEFORE_STEP]
     after = scratch.margins[AFTER_STEP]
-    first = phi(scratch.margins[AT_PLACE], before, after)
-    _place(state.y, run)
+    first = guard_defect(scratch.margins[AT_PLACE], before, after)
+    _place_bodies_at(state.y, run)
     _add_momentum(-1.0, run)
     for i in range(state.modes.shape[0]):
         for which in range(MARGINS):
             m = MARGINS * i + which
             if _has_ended(m, first, run):
-                _switch(i, which, max(abs(before[m]), abs(after[m])), t, run)
+                _transition(i, which, max(abs(before[m]), abs(after[m])), t, run)
                 break
     _add_momentum(1.0, run)
     scratch.newton.status[0] = STALE
@@ -479,7 +481,7 @@ def _has_ended(m, first, run):
         return False
     if not run.clock.events or not _was_zero(m, run):
         return True
-    if scaled(m, margins[AT_PLACE], margins[BEFORE_STEP], margins[AFTER_STEP]) <= first:
+    if linear_value(m, margins[AT_PLACE], margins[BEFORE_STEP], margins[AFTER_STEP]) <= first:
         return True
     return margins[AT_PLACE, m] < max(margins[BEFORE_STEP, m], margins[NEAR_END, m])
 
@@ -494,7 +496,7 @@ def _is_near(m, first, run):
     if not run.clock.events:
         return True
     near = max(first, 0.0) + JOINT_GUARD_RTOL
-    return scaled(m, margins[AT_PLACE], margins[BEFORE_STEP], margins[AFTER_STEP]) <= near
+    return linear_value(m, margins[AT_PLACE], margins[BEFORE_STEP], margins[AFTER_STEP]) <= near
 
 
 @kernel
@@ -502,19 +504,19 @@ def _was_zero(m, run):
     """True if margin ``m`` was zero at the start of the step."""
     margins = run.scratch.margins
     return (
-        abs(scaled(m, margins[BEFORE_STEP], margins[BEFORE_STEP], margins[AFTER_STEP]))
+        abs(linear_value(m, margins[BEFORE_STEP], margins[BEFORE_STEP], margins[AFTER_STEP]))
         <= JOINT_GUARD_RTOL
     )
 
 
 @kernel
-def _look_midway(t, h, run):
+def _check_midway(t, h, run):
     """Margins in the middle of the cut step of length ``h`` into LATE, for `_has_ended`. They are
     computed on its cubic if needed, and otherwise copied from its start."""
     scratch = run.scratch
     margins = scratch.margins
     assign(margins[NEAR_END], margins[BEFORE_STEP])
-    first = phi(margins[AT_PLACE], margins[BEFORE_STEP], margins[AFTER_STEP])
+    first = guard_defect(margins[AT_PLACE], margins[BEFORE_STEP], margins[AFTER_STEP])
     count = 0
     begun = False
     for m in range(margins.shape[1]):
@@ -546,7 +548,7 @@ def _add_momentum(sign, run):
 
 
 @kernel
-def _switch(i, which, size, t, run):
+def _transition(i, which, size, t, run):
     """Switch row ``i`` of the modes, whose margin ``which`` had this ``size``."""
     state = run.state
     model = run.model
@@ -561,7 +563,7 @@ def _switch(i, which, size, t, run):
     elements = model.elements
     tanks = model.tanks
     reactions = run.scratch.reactions[AT_END]
-    events.switch(i, which, size, step, t, y, modes, motion, bodies, elements, tanks, reactions)
+    events.transition(i, which, size, step, t, y, modes, motion, bodies, elements, tanks, reactions)
     run.scratch.switches[i] += 1
     if triggered:
         _book_stored(i, -1.0, t, run)
@@ -587,7 +589,7 @@ def make_consistent(t, run):
     cannot be held."""
     events.follow_drives(t, run.state.y, run.model.bodies, run.model.elements, run.work.holds)
     if events.any_joints(run.model.elements):
-        meet(t, run)
+        apply_impacts(t, run)
     if run.work.constraints.force.size > events.joint_rows(run.model.elements):
         _make_consistent(t, run)
 

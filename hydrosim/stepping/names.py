@@ -33,7 +33,7 @@ def force_names(scene: Scene) -> tuple[str, ...]:
     return row_names(scene)
 
 
-def supplies(scene: Scene, row: int) -> bool:
+def is_work_row(scene: Scene, row: int) -> bool:
     """True if the power of a row of forces is booked as work, false if as dissipation."""
     element = element_of(scene, row)
     if element is not None:
@@ -41,18 +41,18 @@ def supplies(scene: Scene, row: int) -> bool:
     return force_names(scene)[row] in (*WAVE_ROWS, *([WEIGHT, BALLAST] if has_flow(scene) else []))
 
 
-def stores(scene: Scene, row: int) -> bool:
+def may_store_energy(scene: Scene, row: int) -> bool:
     """True if a row of forces may store energy."""
     name = force_names(scene)[row]
-    holds = row == RADIATION or name == JOINTS or supplies(scene, row)
+    holds = row == RADIATION or name == JOINTS or is_work_row(scene, row)
     return name == WEIGHT or not holds
 
 
-def loses(scene: Scene, row: int) -> bool:
+def may_dissipate(scene: Scene, row: int) -> bool:
     """True if a row of forces may dissipate energy."""
     if row == RADIATION or force_names(scene)[row] in (JOINTS, *scene.joints):
         return True
-    return element_of(scene, row) is not None and not supplies(scene, row)
+    return element_of(scene, row) is not None and not is_work_row(scene, row)
 
 
 def element_of(scene: Scene, row: int) -> ForceElement | None:

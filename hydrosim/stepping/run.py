@@ -15,12 +15,17 @@ from hydrosim.jit.kernels import assign, clear, kernel, root, root_giving, summi
 from hydrosim.radiation.history import count_anew, drop, push
 from hydrosim.rigid.heading import accelerations_along
 from hydrosim.rigid.kinematics import LARGEST_TILT, accelerations, place_bodies
-from hydrosim.rigid.tree import rechart
+from hydrosim.rigid.tree import switch_rotation_chart
 from hydrosim.stepping.clock import STEP_ROUNDING, TIME_ROUNDING
-from hydrosim.stepping.closing import keep_closed
-from hydrosim.stepping.crossing import cut, make_consistent, note_headings, switch_modes
+from hydrosim.stepping.closing import project_state
+from hydrosim.stepping.crossing import (
+    make_consistent,
+    note_headings,
+    switch_modes,
+    truncate_at_event,
+)
 from hydrosim.stepping.dynamics import may_hold, project_velocities, update_contents
-from hydrosim.stepping.record import keep
+from hydrosim.stepping.record import write_record
 from hydrosim.stepping.state import (
     ACCEPTED,
     AFTER_STEP,
@@ -91,15 +96,15 @@ def advance_until(evaluations, until, run):
         t = grid_time(0, clock)
         pace[REACHED_TIME] = pace[PROGRESS_TIME] = t
         if clock.block > 0:
-            _take_up_block(t, run)
+            _begin_block(t, run)
         make_consistent(t, run)
-        if events.samples(run.model.elements):
+        if events.has_sampled_functions(run.model.elements):
             take_samples(t, False, run)
-        remember(t, run)
-        keep(t, run)
+        append_velocity_history(t, run)
+        write_record(t, run)
     while counters[GRID_POINT] < clock.points and count_evaluations(counters) < enough:
         goal = grid_time(counters[GRID_POINT] + 1, clock)
-        _cross(min(goal, until), enough, run)
+        _advance_to_gridpoint(min(goal, until), enough, run)
         if counters[STATUS] != IN_PROGRESS or pace[REACHED_TIME] < goal:
             break
         counters[GRID_POINT] += 1
@@ -107,7 +112,7 @@ def advance_until(evaluations, until, run):
         if clock.block > 0 and (clock.first + n) % clock.block == 0:
             _next_block(goal, run)
         if n % clock.every == 0 or n == clock.points:
-            keep(goal, run)
+            write_record(goal, run)
     return pace[REACHED_TIME]
 
 
@@ -127,11 +132,11 @@ def _next_block(t, run):
     known[START_SLOPE] = 0
     known[START_MARGINS] = STALE
     if drop(t, run.state.history):
-        remember(t, run)
+        append_velocity_history(t, run)
 
 
 @root
-def _take_up_block(t, run):
+def _begin_block(t, run):
     """Keep the paths that a run starts with if the next ones are due before these end."""
     clock = run.clock
     p = run.model.following
@@ -148,7 +153,7 @@ def grid_time(n, clock):
 
 
 @root
-def _cross(goal, enough, run):
+def _advance_to_gridpoint(goal, enough, run):
     """Advance to the time ``goal``, piece by piece, but not beyond ``enough`` evaluations."""
     clock = run.clock
     state = run.state
@@ -158,36 +163,36 @@ def _cross(goal, enough, run):
     events.begin_drives(t, run.model.elements, run.work.holds)
     while t < goal and count_evaluations(counters) < enough and counters[STATUS] == IN_PROGRESS:
         stop = _breakpoint_after(t, goal, clock)
-        paced = t + _pace(t, stop - t, run)
+        paced = t + _adapt_step(t, stop - t, run)
         if stop - paced > rounding_of_step(t, stop):
             stop = paced
         count_anew(state.history)
-        accepted, reached, left = _try(t, stop, run)
+        accepted, reached, left = _attempt_step(t, stop, run)
         if not accepted:
             counters[REJECTED] += 1
             continue
         t = _round_event(t, reached, stop) if left else reached
         counters[ACCEPTED] += 1
         assign(state.y, scratch.states[END])
-        if events.remembers(run.model.elements):
+        if events.stores_step_values(run.model.elements):
             _record_largest(t, run)
-        _renew(t, left, run)
+        _reuse_end_slope(t, left, run)
         events.follow_drives(t, state.y, run.model.bodies, run.model.elements, run.work.holds)
         if events.any_joints(run.model.elements):
-            keep_closed(t, run)
+            project_state(t, run)
         if left:
             counters[EVENTS] += 1
-            remember(t, run)  # as it was before the event
+            append_velocity_history(t, run)  # as it was before the event
             switch_modes(t, run)
         elif run.work.constraints.force.size > events.joint_rows(run.model.elements):
             project_velocities(state.y, state.modes, run.model, run.work)
         check(state.y, run.model, counters)
         if run.model.bodies.tree.branches.size > 0:
             _check_joints(run)
-        if events.samples(run.model.elements) and counters[STATUS] == IN_PROGRESS:
+        if events.has_sampled_functions(run.model.elements) and counters[STATUS] == IN_PROGRESS:
             take_samples(t, left, run)
-        remember(t, run)
-        _watch(t, run)
+        append_velocity_history(t, run)
+        _check_progress(t, run)
     scratch.pace[REACHED_TIME] = t
 
 
@@ -229,15 +234,17 @@ def take_samples(t, jumped, run):
     n = model.bodies.active.size
     place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
     wrench = run.work.wrench
-    ahead = min(_pace(t, run.clock.step, run), run.clock.step)
+    ahead = min(_adapt_step(t, run.clock.step, run), run.clock.step)
     elements = model.elements
-    if not events.take_samples(t, jumped, ahead, y, motion, model.bodies, elements, wrench):
+    if not events.sample_user_functions(
+        t, jumped, ahead, y, motion, model.bodies, elements, wrench
+    ):
         run.counters[STATUS] = NO_SAMPLE
     run.scratch.known[START_SLOPE] = 0
 
 
 @kernel
-def _watch(t, run):
+def _check_progress(t, run):
     """Stop a run that makes no progress: too many modes have ended, or too many steps were taken,
     in the time of one step of the solver."""
     counters = run.counters
@@ -256,7 +263,7 @@ def _watch(t, run):
 
 
 @root_giving(bool, float, bool)
-def _try(t, stop, run):
+def _attempt_step(t, stop, run):
     """Try a step from ``t`` to ``stop``. Returns true if it is accepted, its end (at its first
     event, if any), and true if a mode has ended there."""
     clock = run.clock
@@ -267,11 +274,11 @@ def _try(t, stop, run):
     located = clock.events and not clock.control.adaptive
     if located and run.model.liquids.each.size > 0 and counters[STATUS] == IN_PROGRESS:
         stop = _cut_at_corner(t, stop, run)
-    if clock.control.adaptive and not _accepted(t, stop - t, run):
+    if clock.control.adaptive and not _is_accepted(t, stop - t, run):
         return False, t, False
     left = False
     if counters[STATUS] == IN_PROGRESS:
-        stop, left = cut(t, stop, clock.events, run)
+        stop, left = truncate_at_event(t, stop, clock.events, run)
     accepted = counters[STATUS] == IN_PROGRESS
     if not accepted:
         _shorten(t, 0.5 * (stop - t), run)
@@ -305,7 +312,7 @@ def _find_clearances(y, run, out):
 
 
 @kernel
-def _pace(t, whole, run):
+def _adapt_step(t, whole, run):
     """Length of the next step; beyond the ``whole`` time to the next stop, the step ends there.
     Loads that no motion shows are followed by equal parts of that time."""
     clock = run.clock
@@ -335,13 +342,13 @@ def _planned_step(t, h, run):
     if clock.control.adaptive:
         return h
     part = clock.step / RELAXATION_PARTS
-    if h > 1.1 * part and events.settling(t, run.state.y, run.model.elements):
+    if h > 1.1 * part and events.has_fast_transient(t, run.state.y, run.model.elements):
         return part  # avoids a very short remaining step
     return h
 
 
 @root_giving(bool)
-def _accepted(t, h, run):
+def _is_accepted(t, h, run):
     """Accept or reject a step by its error and set the length of the next. A run whose steps shrink
     to zero is stopped. Stages without a solution count as an infinite error."""
     method = run.method
@@ -378,15 +385,15 @@ def _shorten(t, h, run):
 
 
 @kernel
-def remember(t, run):
+def append_velocity_history(t, run):
     """Add velocities and accelerations at ``t`` to the history, if a convolution needs them."""
     if run.state.history.grid.shape[1] > 0:
-        _remember(t, run)
+        _append_velocity(t, run)
 
 
 @root
-def _remember(t, run):
-    """`remember` in heading axes; the slope found for it begins the next step."""
+def _append_velocity(t, run):
+    """`append_velocity_history` in heading axes; the slope found for it begins the next step."""
     history = run.state.history
     bodies = run.model.bodies
     work = run.work
@@ -431,7 +438,7 @@ def _count_breakpoints(t, clock):
 
 
 @root
-def _renew(t, left, run):
+def _reuse_end_slope(t, left, run):
     """Prepare the next step after a step to ``t``. If the modes stay and no constraint changes the
     state, the slope at its end, if known, and the margins there are reused. At a breakpoint that
     slope is the one from inside, and the next step may begin with another."""
@@ -484,7 +491,7 @@ def _check_joints(run):
     motion = run.work.motion
     known = run.scratch.known
     n = bodies.active.size
-    if rechart(state.y[:n], bodies):
+    if switch_rotation_chart(state.y[:n], bodies):
         known[START_SLOPE] = 0
         known[START_MARGINS] = STALE
     if bodies.exact:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.forces import events, new_modes
-from hydrosim.integrate import Method, Newton, Tableau
+from hydrosim.integrate import IntegrationMethod, Newton, Tableau
 from hydrosim.modes import MARGINS
 from hydrosim.radiation.history import VelocityHistory
 from hydrosim.stepping.clock import Clock, align_corners, merge_breakpoints
@@ -20,8 +20,8 @@ IN_PROGRESS, NOT_FINITE, CAPSIZED, CHATTERING, STEP_TOO_SMALL, NO_SOLUTION, BLOW
 SINGULAR, NO_SAMPLE, DRIVEN_APART = range(7, 10)
 ACCEPTED, REJECTED, RECORDS, EVENTS, EVALUATIONS, GUARD_EVALUATIONS, STATUS, GRID_POINT = range(8)
 EARLIER_EVENTS, EARLIER_STEPS, COUNTERS = range(8, 11)
-"""Entries of `Run.counters`: ``GUARD_EVALUATIONS`` counts evaluations of margins, ``GRID_POINT`` is the grid point
-reached; two belong to `PROGRESS_TIME`. Number of counters."""
+"""Entries of `Run.counters`: ``GUARD_EVALUATIONS`` counts evaluations of margins, ``GRID_POINT`` is
+the grid point reached; two belong to `PROGRESS_TIME`. Number of counters."""
 END, FULL, SLOPE, STAGE, SPARE = range(5)
 """Rows of `Scratch.states`: the end of the step, the end of the uncut step and the slope there, a
 stage, and a spare one."""
@@ -56,7 +56,7 @@ class State(NamedTuple):
     history: VelocityHistory
 
 
-class Places(NamedTuple):
+class RecordColumns(NamedTuple):
     """The first entries of channels in a row of the record, see `record.channels`."""
 
     time: int
@@ -82,7 +82,7 @@ class Record(NamedTuple):
     newest. The numbers of these records are ``remembered`` (nm,), negative in empty rows.
     """
 
-    at: Places
+    at: RecordColumns
     channels: np.ndarray
     modes: np.ndarray
     accelerations: np.ndarray
@@ -123,7 +123,7 @@ class Run(NamedTuple):
     counters: np.ndarray
 
 
-def new_scratch(model: Model, method: Method, step: float) -> Scratch:
+def new_scratch(model: Model, method: IntegrationMethod, step: float) -> Scratch:
     """Scratch for this model and method; adaptive steps begin with ``step`` [s]."""
     ny = model.size
     rows = len(new_modes(model))
@@ -144,7 +144,9 @@ def new_scratch(model: Model, method: Method, step: float) -> Scratch:
     )
 
 
-def new_run(clock: Clock, model: Model, method: Method, state: State, record: Record) -> Run:
+def new_run(
+    clock: Clock, model: Model, method: IntegrationMethod, state: State, record: Record
+) -> Run:
     """A run that begins with ``state``, which it advances, and writes to ``record``."""
     clock = clock._replace(breakpoints=merge_breakpoints(clock))
     model = align_corners(model, clock)

@@ -6,7 +6,12 @@ again in every process.
 
 from __future__ import annotations
 
-from hydrosim.integrate import advance_state, improve, prepare, stage_state
+from hydrosim.integrate import (
+    advance_state,
+    factorise_iteration_matrix,
+    newton_iteration,
+    stage_state,
+)
 from hydrosim.integrate.implicit import MAX_ITERATIONS, READY, SLOW_ITERATIONS, STALE
 from hydrosim.jit.kernels import assign, kernel, root
 from hydrosim.stepping.dynamics import jacobian, may_hold, rhs
@@ -100,7 +105,7 @@ def _solve_stage(i, t, weight, run):
             newton.weight[0] = 0.0
             newton.status[0] = READY
         if newton.weight[0] != weight:
-            prepare(weight, newton)
+            factorise_iteration_matrix(weight, newton)
         if _iterate(i, t, weight, run):
             return
         newton.status[0] = STALE
@@ -118,7 +123,7 @@ def _iterate(i, t, weight, run):
         for m in range(guess.size):
             guess[m] = stage[m] + weight * k[i, m]
         slope(t, guess, run, f)
-        if improve(k[i], f, run.state.y, weight, scratch.newton, run.clock.control) <= 1.0:
+        if newton_iteration(k[i], f, run.state.y, weight, scratch.newton, run.clock.control) <= 1.0:
             if n >= SLOW_ITERATIONS:
                 scratch.newton.status[0] = STALE
             return True

@@ -75,10 +75,10 @@ def mean_wind(environment: Environment) -> MeanWind:
             * gust_factor(hour_mean, height, averaging)
         )
 
-    return MeanWind(stream, profile, _solved(speed, stream.speed))
+    return MeanWind(stream, profile, _solve_hour_mean(speed, stream.speed))
 
 
-def _solved(speed: Callable[[float], float], wanted: float) -> float:
+def _solve_hour_mean(speed: Callable[[float], float], wanted: float) -> float:
     """The mean of one hour at 10 m that gives the ``wanted`` speed."""
     from scipy.optimize import brentq  # slow to load, and few scenes need it
 

@@ -17,7 +17,7 @@ from hydrosim.forces import External, ForceElement
 from hydrosim.forces.contact import guide
 from hydrosim.forces.contact.laws import LAWS as ALL_LAWS
 from hydrosim.forces.kind import ElementKind
-from hydrosim.forces.layout import Layout, Resonance, RollMode
+from hydrosim.forces.layout import Layout, ResonanceTerms, RollMode
 from hydrosim.scene import Environment
 from hydrosim.streams.current import current_table
 from hydrosim.streams.wind import mean_wind
@@ -27,7 +27,7 @@ LAYOUT = Layout(
     row={"it": 4},
     current_profile=current_table(Environment()),
     wind=mean_wind(Environment()),
-    resonance=lambda body, stiffness: Resonance(stiffness, stiffness),
+    resonance=lambda body, stiffness: ResonanceTerms(stiffness, stiffness),
     roll_mode=lambda body, stiffness: RollMode(1.0, 1.0, 0.0),
     heading=(0.0, 0.0),
     weight=(1.0, 1.0),

@@ -14,9 +14,15 @@ from moored_barge import in_contact
 
 import hydrosim
 import hydrosim as hs
-from hydrosim.forces import ELEMENT_KINDS, Elements, Frictionless, own_modes
+from hydrosim.forces import ELEMENT_KINDS, Elements, Frictionless, modes_of_kind
 from hydrosim.forces.events import held_points
-from hydrosim.forces.kind import ElementKind, Kind, Mirrored, Renewing, Tallying
+from hydrosim.forces.kind import (
+    ElementKind,
+    HasImpulses,
+    HasMirrorSymmetry,
+    ResetsOnRestart,
+    UnitKind,
+)
 from hydrosim.scene import Active, Joint, JointFriction, JointResistance, JointType, When
 
 PACKAGE = Path(hydrosim.__file__).parent
@@ -56,7 +62,7 @@ def test_a_kind_is_seen_under_any_name(source: str) -> None:
 
 
 def test_a_kind_has_few_members() -> None:
-    own = {*vars(ElementKind), *vars(Kind), *ElementKind.__annotations__}
+    own = {*vars(ElementKind), *vars(UnitKind), *ElementKind.__annotations__}
     assert len([name for name in own if not name.startswith("_")]) <= MEMBERS
 
 
@@ -65,7 +71,7 @@ def test_states_and_modes_are_where_their_kinds_say() -> None:
     compiled = hs.compile_scene(in_contact(20.0))
     model = compiled.model
     rows = np.arange(len(compiled.state.modes))
-    seen = [own_modes(kind, kind.of(model), rows[:, None])[:, 0] for kind in ELEMENT_KINDS]
+    seen = [modes_of_kind(kind, kind.of(model), rows[:, None])[:, 0] for kind in ELEMENT_KINDS]
     assert np.concatenate(seen).tolist() == rows.tolist()
     names = [
         f"{component} of {block.prefix}{owner}"
@@ -101,5 +107,5 @@ def test_reactions_are_of_one_unit_each() -> None:
 
 def test_what_few_kinds_have_is_asked_by_protocols() -> None:
     """Each protocol has a kind that follows it and one that does not."""
-    for protocol in (Mirrored, Renewing, Tallying):
+    for protocol in (HasMirrorSymmetry, ResetsOnRestart, HasImpulses):
         assert {isinstance(kind, protocol) for kind in ELEMENT_KINDS} == {True, False}

@@ -20,7 +20,7 @@ from numba.extending import intrinsic, register_jitable
 
 from hydrosim.jit import kernels
 from hydrosim.jit.ingredients import digest_of_kernel
-from hydrosim.jit.refs import hold
+from hydrosim.jit.refs import struct_reference
 
 pytestmark = pytest.mark.kernels
 Stored = Callable[..., dict[str, str]]
@@ -163,7 +163,9 @@ def stored_names() -> dict[str, str]:
         decay.halve: (values,),
     }
     return {
-        kernel.py_func.__name__: kernel._cache._name(tuple(typeof(hold(a)) for a in args), MACHINE)
+        kernel.py_func.__name__: kernel._cache._name(
+            tuple(typeof(struct_reference(a)) for a in args), MACHINE
+        )
         for kernel, args in calls.items()
     }
 
@@ -263,10 +265,10 @@ def test_all_sources_count_for_a_value_of_another_kind(
 EVERY_ROOT = """
 import gc
 from hydrosim.jit.ingredients import digest_of_kernel
-from hydrosim.jit.linking import Whole
+from hydrosim.jit.linking import CompiledKernel
 import hydrosim.stepping.run, hydrosim.linear
 for one in gc.get_objects():
-    if isinstance(one, Whole):
+    if isinstance(one, CompiledKernel):
         print(one.py_func.__module__, one.py_func.__qualname__, digest_of_kernel(one))
 """
 

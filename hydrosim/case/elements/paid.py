@@ -57,7 +57,7 @@ def length_signal(
     a problem for a length that is not always above 0."""
     from hydrosim.case.records import signal_of
     from hydrosim.errors import InputError
-    from hydrosim.forces.signal import first_value, least
+    from hydrosim.forces.signal import first_value, smallest_value
 
     same: Table[float] | Recorded | Harmonic[float]
     if isinstance(form, LengthTable):
@@ -65,9 +65,9 @@ def length_signal(
     else:
         same = form
     signal = signal_of(same, key, path, "m")
-    if not least(signal) > 0.0:
+    if not smallest_value(signal) > 0.0:
         raise InputError(
-            f"{path}: {key}: found a length that falls to {least(signal):g} m; expected one that"
+            f"{path}: {key}: found a length that falls to {smallest_value(signal):g} m; expected one that"
             " is always above 0."
         )
     return signal, first_value(signal)

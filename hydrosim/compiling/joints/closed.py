@@ -175,7 +175,9 @@ def _all_rows(model: Model, y: np.ndarray, modes: np.ndarray) -> Rows:
     every = modes.copy()
     every[p.mode : p.mode + p.each.size, SEGMENT] = (1 << p.each["count"]) - 1
     place_bodies(y[:n], y[n : 2 * n], model.bodies, work.motion)
-    locks.hold(y, every, work.motion, model.bodies, p, work.total, work.constraints, work.holds)
+    locks.add_constraints(
+        y, every, work.motion, model.bodies, p, work.total, work.constraints, work.holds
+    )
     count = int(work.constraints.number[0])
     lock = work.holds.lock[:count]
     second = p.each["second"][lock, work.holds.bit[:count]]

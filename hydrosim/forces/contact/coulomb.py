@@ -21,7 +21,7 @@ from math import atan2, cos, sin
 
 import numpy as np
 
-from hydrosim.forces.contact.geometry import press, tangential_bias
+from hydrosim.forces.contact.geometry import add_contact_wrench, tangential_bias
 from hydrosim.forces.contact.law import AT_REST, Constants, Friction, direction
 from hydrosim.forces.contact.modes import SLIP, STICK
 from hydrosim.jit.kernels import clear, kernel
@@ -100,14 +100,14 @@ def sliding(velocity: np.ndarray) -> np.ndarray:
 
 
 @kernel
-def hold(i, point, contact, bodies, motion, wrench, rows, holds):
+def add_constraints(i, point, contact, bodies, motion, wrench, rows, holds):
     """Add the constraints that hold point ``i`` to ``rows``; ``wrench`` (6 nb,) is scratch."""
     r = rows.number[0]
     bias = tangential_bias(point, contact, bodies, motion)
     for a in range(2):
         along = (1.0, 0.0) if a == 0 else (0.0, 1.0)
         clear(wrench)
-        press(point, contact, 0.0, along, wrench)
+        add_contact_wrench(point, contact, 0.0, along, wrench)
         generalised_force(bodies, motion, wrench, rows.J[r + a])
         holds.point[r + a] = i
         holds.lock[r + a] = NO_INDEX

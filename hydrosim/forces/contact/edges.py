@@ -25,7 +25,7 @@ PLANE_RTOL = 1e-6  # of the polygon's size: tolerance of its corners from the pl
 CONVEX_RTOL = 1e-9  # of the polygon's size: a corner this far inside is on the edge
 
 
-def of(plane: Plane) -> np.ndarray:
+def plane_edges(plane: Plane) -> np.ndarray:
     """The edges (n, 3) of a plane; empty if it has none.
 
     Raises InputError if its corners do not form a convex polygon in the plane.
@@ -61,7 +61,7 @@ def ends_somewhere(point):
 
 
 @kernel
-def inside(point, contact, ends):
+def distance_inside(point, contact, ends):
     """Distance of a point's foot from the nearest edge of its plane, negative beyond."""
     nearest = point.extent - length(contact.offset)
     for k in range(point.edge, point.edge + point.edges):

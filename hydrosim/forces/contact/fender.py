@@ -31,7 +31,7 @@ from hydrosim.errors import InputError
 from hydrosim.forces import curve
 from hydrosim.forces.contact import coulomb, edges, geometry, group, laws, loop
 from hydrosim.forces.contact.frictionless import Frictionless
-from hydrosim.forces.contact.law import Pressed
+from hydrosim.forces.contact.law import NormalLoad
 from hydrosim.forces.contact.laws import COULOMB, FORGETFUL, LAW, Law
 from hydrosim.forces.contact.modes import OPEN, PASSED, STICK
 from hydrosim.forces.contact.normal import NO_CURVE, NormalCurve, NormalLoop, PrescribedNormal
@@ -42,8 +42,8 @@ from hydrosim.forces.signal import (
     SIGNAL,
     Signal,
     compile_signals,
-    crest,
     rate,
+    time_of_largest,
     value,
 )
 from hydrosim.jit.kernels import clear, kernel, root
@@ -61,7 +61,7 @@ CONTACT_STATE_NAMES = (  # of each point
 CONTACT_STATES = len(CONTACT_STATE_NAMES)
 SLIP_DISTANCE, DISSIPATED, DAMPED, SLIP_DAMPED, SETTLED = range(2, CONTACT_STATES)
 FELT_STATES = 2  # first states of a point, which others depend on: its stretch
-# see `observe`
+# see `write_outputs`
 COMPRESSION = 0
 NORMAL_FORCE = 1
 FRICTION_FORCE = 2
@@ -117,7 +117,7 @@ class Contact(ForceElement):
             if isinstance(normal, NormalLoop):
                 loop.check(normal)
             for plane in self.planes():
-                edges.of(plane)
+                edges.plane_edges(plane)
         except InputError as error:
             raise InputError(f"forces.{name}.{error}") from None
         if not isinstance(law, StickSlip) or law.damping + law.slip_damping > 0.0:
@@ -209,7 +209,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Co
     for name, e in fenders.items():
         signal = (False, 0.0, NOTHING)
         if isinstance(e.normal, PrescribedNormal):
-            signal = _prescribed(next(following), pieces)
+            signal = _prescribed_normal(next(following), pieces)
         first = sum(map(len, segments))
         segments.append(
             loop.segments(NO_CURVE if isinstance(e.normal, PrescribedNormal) else e.normal)
@@ -220,8 +220,10 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Co
         place = (layout.body[e.body], layout.row[name])
         keeps = e.remembers or isinstance(e.normal, NormalLoop)
         for point, plane in zip(e.points, e.planes(), strict=True):
-            sides = edges.of(plane)
-            back = loop.back(e.normal, first, segments[-1], remembering if keeps else NO_INDEX)
+            sides = edges.plane_edges(plane)
+            back = loop.unloading_fields(
+                e.normal, first, segments[-1], remembering if keeps else NO_INDEX
+            )
             end = (sum(map(len, ends)), len(sides), inf if plane.extent is None else plane.extent)
             each = (*curve_, *signal, *law, *usual, *back, *end)
             own = (*place, point, *_plane(plane, layout), *each, NO_INDEX, not layout.events)
@@ -232,7 +234,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Co
     points = np.array(rows, dtype=CONTACT_POINT)
     all_ends = np.concatenate(ends)
     states = CONTACT_STATES * len(points) + loop.LOOP_STATES * remembering
-    groups = group.remembering(fenders, layout.carried, states)
+    groups = group.compile_groups(fenders, layout.carried, states)
     for g, index in enumerate(groups["index"]):
         points["group"][np.array(names) == [*dict.fromkeys(names)][index]] = g
     return ContactConstants(
@@ -240,10 +242,14 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Co
     )
 
 
-def _prescribed(signal: np.void, pieces: np.ndarray) -> tuple[bool, float, np.void]:
+def _prescribed_normal(signal: np.void, pieces: np.ndarray) -> tuple[bool, float, np.void]:
     """True if the normal force is prescribed; the least force that counts as contact; the
     signal."""
-    return True, MIN_NORMAL_SHARE * abs(value(crest(signal, pieces), signal, pieces)), signal
+    return (
+        True,
+        MIN_NORMAL_SHARE * abs(value(time_of_largest(signal, pieces), signal, pieces)),
+        signal,
+    )
 
 
 def _usual_load(
@@ -266,18 +272,18 @@ def _plane(plane: Plane, layout: Layout) -> tuple[Any, ...]:
     return (body, plane.point, n, *geometry.tangents(n))
 
 
-def which_remember(p: ContactConstants) -> np.ndarray:
+def points_with_memory(p: ContactConstants) -> np.ndarray:
     """Indices (r,) of the points with a memory of their loading: each has states for it."""
     return np.flatnonzero(p.points["memory"] != NO_INDEX)
 
 
-def memories(p: ContactConstants, y: np.ndarray) -> np.ndarray:
+def memory_states(p: ContactConstants, y: np.ndarray) -> np.ndarray:
     """The memory (..., r, loop.LOOP_STATES) of ``r`` points, from y (..., ny)."""
-    own = y[..., places_of_memories(p)]
+    own = y[..., memory_range(p)]
     return own.reshape(*y.shape[:-1], p.remembering, loop.LOOP_STATES)
 
 
-def places_of_memories(p: ContactConstants) -> slice:
+def memory_range(p: ContactConstants) -> slice:
     """The places of all memories in y."""
     first = p.state + CONTACT_STATES * p.points.size
     return slice(first, first + loop.LOOP_STATES * p.remembering)
@@ -298,7 +304,7 @@ def dynamic_states(p: ContactConstants) -> np.ndarray:
     return np.sort(np.concatenate([first, first + 1]))
 
 
-def forget(p: ContactConstants, y: np.ndarray) -> None:
+def clear_unused_states(p: ContactConstants, y: np.ndarray) -> None:
     """Clear the states in y that have no meaning for their points' law."""
     for i in np.flatnonzero(np.isin(p.points["law"], FORGETFUL)):
         y[p.state + CONTACT_STATES * i :][:2] = 0.0
@@ -316,7 +322,7 @@ def is_mirrored(p: ContactConstants, y: np.ndarray, modes: np.ndarray) -> bool:
     apart = np.abs((here * MIRROR_SIGN[:3])[:, None] - here).max(axis=3)
     close = apart <= SYMMETRY_RTOL * np.abs(here).max(axis=(0, 2), initial=0.0)
     start = np.zeros(n)
-    start[which_remember(p)] = memories(p, y)[:, loop.BRANCH_START]
+    start[points_with_memory(p)] = memory_states(p, y)[:, loop.BRANCH_START]
     alike = np.abs(start[:, None] - start) <= SYMMETRY_RTOL * np.abs(start).max(initial=0.0)
     images = close.all(axis=2) & np.all(whose[:, None] == whose, axis=2) & alike
     return bool(np.all(images.any(axis=1)))
@@ -342,7 +348,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         if mode == OPEN:
             _relax((x[0], x[1]), point, dx)
             continue
-        c = geometry.touch(point, bodies, motion)
+        c = geometry.contact_kinematics(point, bodies, motion)
         load = pressure(i, t, y, modes, c, p)
         f = laws.friction(mode, load, c.velocity, (x[0], x[1]), point)
         dx[0], dx[1] = f.stretch_rate
@@ -353,14 +359,14 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         dx[SETTLED] = 0.0
         lost = load.N if point.prescribed else point.normal_damping * c.rate
         rate[point.row] += lost * c.rate
-        geometry.press(point, c, load.N, f.force, wrench[point.row])
+        geometry.add_contact_wrench(point, c, load.N, f.force, wrench[point.row])
         group.add_load(load.N, dy, point, p)
 
 
 @kernel
 def _relax(s, point, dx):
     """Rates of an open point with the stretch ``s``, at any distance."""
-    f = laws.relax(Pressed(0.0, 0.0, 0.0, False), s, point)
+    f = laws.relax(NormalLoad(0.0, 0.0, 0.0, False), s, point)
     clear(dx)
     dx[0], dx[1] = f.stretch_rate
     dx[DISSIPATED] = f.dissipation
@@ -374,40 +380,40 @@ def pressure(i, t, y, modes, contact, p):
     mode = modes[p.mode + i]
     point = p.points[i]
     if mode[MODE] == OPEN:
-        return Pressed(0.0, 0.0, 0.0, False)
-    start = y[memory(point, p) + loop.BRANCH_START] if mode[SEGMENT] == point.line else 0.0
-    return pressed(t, point, p.segments[mode[SEGMENT]], start, mode[RISING], contact, p)
+        return NormalLoad(0.0, 0.0, 0.0, False)
+    start = y[memory_start(point, p) + loop.BRANCH_START] if mode[SEGMENT] == point.line else 0.0
+    return normal_load(t, point, p.segments[mode[SEGMENT]], start, mode[RISING], contact, p)
 
 
 @kernel
-def memory(point, p):
+def memory_start(point, p):
     """First entry in y of a point's memory; the point must have one."""
     return p.state + CONTACT_STATES * p.points.size + loop.LOOP_STATES * point.memory
 
 
 @kernel
-def pressed(t, point, piece, start, rising, contact, p):
+def normal_load(t, point, piece, start, rising, contact, p):
     """Normal force of a point in contact: prescribed, or from a piece of its curve that begins at
     ``start``."""
     if point.prescribed:
         N = value(t, point.signal, p.pieces)
-        return Pressed(N, N, rate(t, point.signal, p.pieces), rising != 0)
+        return NormalLoad(N, N, rate(t, point.signal, p.pieces), rising != 0)
     damping = point.normal_damping
     elastic = curve.curve_force(piece, contact.compression - start)
-    return Pressed(
+    return NormalLoad(
         elastic + damping * contact.rate, elastic, piece.slope * contact.rate, rising != 0
     )
 
 
 @kernel
-def hold_points(modes, motion, bodies, p, wrench, constraints, holds):
+def add_constraints(modes, motion, bodies, p, wrench, constraints, holds):
     """Add to ``constraints`` that points in stick under Coulomb's law do not slide, and note in
     ``holds`` which rows belong to which point. ``wrench`` (6 nb,) is scratch."""
     for i in range(p.points.size):
         point = p.points[i]
         if point.law == COULOMB and modes[p.mode + i, MODE] == STICK:
-            contact = geometry.touch(point, bodies, motion)
-            coulomb.hold(i, point, contact, bodies, motion, wrench, constraints, holds)
+            contact = geometry.contact_kinematics(point, bodies, motion)
+            coulomb.add_constraints(i, point, contact, bodies, motion, wrench, constraints, holds)
 
 
 @kernel
@@ -418,7 +424,9 @@ def add_reactions(modes, motion, bodies, p, constraints, holds, wrench):
         point = p.points[i]
         f = (holds.reaction[i, 0], holds.reaction[i, 1])
         if point.law == COULOMB and modes[p.mode + i, MODE] == STICK:
-            geometry.press(point, geometry.touch(point, bodies, motion), 0.0, f, wrench[point.row])
+            geometry.add_contact_wrench(
+                point, geometry.contact_kinematics(point, bodies, motion), 0.0, f, wrench[point.row]
+            )
 
 
 @kernel
@@ -427,7 +435,9 @@ def stored_along_normal(i, t, y, modes, contact, p):
     point = p.points[i]
     x = contact.compression
     if point.line != NO_INDEX:
-        return loop.recoverable(pressure(i, t, y, modes, contact, p).elastic, x, point, p.segments)
+        return loop.recoverable_energy(
+            pressure(i, t, y, modes, contact, p).elastic, x, point, p.segments
+        )
     return curve.stored_energy(p.segments[modes[p.mode + i, SEGMENT]], x)
 
 
@@ -436,14 +446,14 @@ def lost_in_loop(i, y, modes, contact, p):
     """Energy that the loop of point ``i`` has dissipated."""
     point = p.points[i]
     mode = modes[p.mode + i]
-    lost = y[memory(point, p) + loop.LOOP_LOSS]
+    lost = y[memory_start(point, p) + loop.LOOP_LOSS]
     if mode[MODE] != OPEN:
-        lost += loop.lost_on(mode[SEGMENT], contact.compression, point, p.segments)
+        lost += loop.branch_loss(mode[SEGMENT], contact.compression, point, p.segments)
     return lost
 
 
 @kernel
-def left_behind(i, modes, contact, p):
+def residual_energy(i, modes, contact, p):
     """Energy in the normal curve of point ``i``, open, whose damper pulled it off the plane before
     the curve was unloaded. It is booked as lost, and not yet dissipated."""
     point = p.points[i]
@@ -470,17 +480,17 @@ def stored_in_plane(i, t, y, modes, contact, p):
 def add_energy(t, y, modes, motion, bodies, p, stored):
     """Add energy in normal curves and stretched nodes to each fender's row of ``stored``."""
     for i in range(p.points.size):
-        contact = geometry.touch(p.points[i], bodies, motion)
+        contact = geometry.contact_kinematics(p.points[i], bodies, motion)
         row = p.points[i].row
         stored[row] += stored_in_plane(i, t, y, modes, contact, p)
         if modes[p.mode + i, MODE] != OPEN:
             stored[row] += stored_along_normal(i, t, y, modes, contact, p)
         else:
-            stored[row] += left_behind(i, modes, contact, p)
+            stored[row] += residual_energy(i, modes, contact, p)
 
 
 @root
-def observe(t, y, modes, motion, bodies, p, reactions, out):
+def write_outputs(t, y, modes, motion, bodies, p, reactions, out):
     """Write rows of `CONTACT_OUTPUTS` of all points to ``out``: compression, N, friction (3) in the
     earth frame, node (3), energy lost in friction. Compression is zero or negative where a plane
     does not act."""
@@ -490,15 +500,15 @@ def observe(t, y, modes, motion, bodies, p, reactions, out):
         k = p.state + CONTACT_STATES * i
         x = y[k : k + CONTACT_STATES]
         row = out[CONTACT_OUTPUTS * i : CONTACT_OUTPUTS * (i + 1)]
-        c = geometry.touch(point, bodies, motion)
+        c = geometry.contact_kinematics(point, bodies, motion)
         s = (x[0], x[1])
         load = pressure(i, t, y, modes, c, p)
         f = laws.friction(mode, load, c.velocity, s, point).force
         if point.law == COULOMB and mode == STICK:
             f = (reactions[i, 0], reactions[i, 1])
-        row[ENERGY_LOST] = x[DISSIPATED] - laws.lent(mode, load, c.velocity, s, point)
+        row[ENERGY_LOST] = x[DISSIPATED] - laws.recoverable_loss(mode, load, c.velocity, s, point)
         if mode == OPEN:
-            row[ENERGY_LOST] -= left_behind(i, modes, c, p)
+            row[ENERGY_LOST] -= residual_energy(i, modes, c, p)
         if point.memory != NO_INDEX:
             row[ENERGY_LOST] += lost_in_loop(i, y, modes, c, p)
         s = laws.stretch(mode, load, c.velocity, s, point)

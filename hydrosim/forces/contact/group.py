@@ -56,7 +56,7 @@ class Member(Protocol):
         """Keys and names of the other bodies that it acts on."""
 
 
-def remembering(
+def compile_groups(
     contacts: Mapping[str, Member], carried: Mapping[str, float], first: int
 ) -> np.ndarray:
     """Constants (n,) of `GROUP` of all groups of ``contacts`` with a memory. Their states follow
@@ -73,7 +73,7 @@ def remembering(
     return np.array(rows, dtype=GROUP)
 
 
-class Remembered(NamedTuple):
+class GroupMemory(NamedTuple):
     """A group with a memory: its index ``group`` among all groups of contacts, its ``weight`` [N]
     or 0, and its states ``y`` (nt, `GROUP_STATES`)."""
 
@@ -107,26 +107,26 @@ def _is_open(g, modes, p):
 
 
 @kernel
-def closed(t, speed, y, point, p):
+def record_closing(t, speed, y, point, p):
     """Record that a point has closed with this ``speed``."""
     if point.group == NO_INDEX:
         return
     k = first_state(point.group, p)
     if y[k + FIRST_CONTACT] == NEVER:
         y[k + FIRST_CONTACT] = t
-    _count(speed, y[k + CLOSINGS :])
+    _count_closing(speed, y[k + CLOSINGS :])
     if y[k + FIRST_OPEN] != NEVER:
-        _count(speed, y[k + RECONTACTS :])
+        _count_closing(speed, y[k + RECONTACTS :])
 
 
 @kernel
-def _count(speed, x):
+def _count_closing(speed, x):
     x[0] += 1.0
     x[SPEED_ENTRY] = max(x[SPEED_ENTRY], speed)
 
 
 @kernel
-def opened(t, y, modes, point, p):
+def record_opening(t, y, modes, point, p):
     """Record that a point has opened."""
     if point.group == NO_INDEX or not _is_open(point.group, modes, p):
         return
@@ -159,11 +159,11 @@ def add_to_load(N, y, point, p):
     k = first_state(point.group, p)
     y[k + GROUP_LOAD] += N
     y[k + LARGEST_LOAD] = max(y[k + LARGEST_LOAD], y[k + GROUP_LOAD])
-    _raise(N, y[k + CLOSINGS :])
+    _raise_largest(N, y[k + CLOSINGS :])
     if y[k + FIRST_OPEN] != NEVER:
-        _raise(N, y[k + RECONTACTS :])
+        _raise_largest(N, y[k + RECONTACTS :])
 
 
 @kernel
-def _raise(N, x):
+def _raise_largest(N, x):
     x[FORCE_ENTRY] = max(x[FORCE_ENTRY], N)

@@ -23,10 +23,10 @@ import numpy as np
 from hydrosim.forces import curve
 from hydrosim.forces.contact import geometry
 from hydrosim.forces.contact.fender import Contact
-from hydrosim.forces.kind import Columns, Kept, Modes, Variable
+from hydrosim.forces.kind import Columns, ModeRows, UnitRecord, Variable
 from hydrosim.forces.layout import Layout, unit_ranges
 from hydrosim.forces.postures import LINEARISATION_DEPTH as COMPRESSED
-from hydrosim.forces.postures import PosingKind, Posture, rest_at_first
+from hydrosim.forces.postures import KindWithModeSets, ModeSet, rest_at_first
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import CONTACT_MARGIN, MARGINS, MODE, RISING_MARGIN, SEGMENT, SEGMENT_MARGIN
 from hydrosim.rigid.vectors import length
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 AWAY, FREE, PIN_PRESSED, PIN_BESIDE, INACTIVE = range(5)
 GUIDE_MODES = ("away", "free", "pressed", "beside", "inactive")
-PIN_FORCE, PIN_CLEARANCE, GUIDE_OUTPUTS = range(3)  # see `observe`
+PIN_FORCE, PIN_CLEARANCE, GUIDE_OUTPUTS = range(3)  # see `write_outputs`
 ENDLESS = 1e6  # m: a wall without a mouth
 INSIDE = 1.0  # m: limit of the margin from the mouth
 
@@ -109,12 +109,12 @@ def add_force(t, y, modes, motion, bodies, elements, wrench):
         if modes[p.mode + i, MODE] == PIN_PRESSED:
             pin = p.pins[i]
             point = elements.fenders.points[pin.point]
-            c = geometry.touch(point, bodies, motion)
+            c = geometry.contact_kinematics(point, bodies, motion)
             e, r = pressed_by(pin, c)
             f = wall_force(i, e, modes, p)
             share = f / r if r > 0.0 else 0.0
             across = (-share * c.offset[0], -share * c.offset[1])
-            geometry.press(point, c, pin.slope * f, across, wrench[pin.row])
+            geometry.add_contact_wrench(point, c, pin.slope * f, across, wrench[pin.row])
 
 
 @root
@@ -122,31 +122,31 @@ def add_energy(modes, motion, bodies, elements, stored):
     """Add the energy stored in every wall to its row of ``stored``."""
     p = elements.guides
     for i in range(p.pins.size):
-        stored[p.pins[i].row] += _stored(i, modes, motion, bodies, elements)
+        stored[p.pins[i].row] += _stored_energy(i, modes, motion, bodies, elements)
 
 
 @kernel
-def _stored(i, modes, motion, bodies, elements):
+def _stored_energy(i, modes, motion, bodies, elements):
     p = elements.guides
     if modes[p.mode + i, MODE] != PIN_PRESSED:
         return 0.0
-    c = geometry.touch(elements.fenders.points[p.pins[i].point], bodies, motion)
+    c = geometry.contact_kinematics(elements.fenders.points[p.pins[i].point], bodies, motion)
     return curve.stored_energy(p.segments[modes[p.mode + i, SEGMENT]], pressed_by(p.pins[i], c)[0])
 
 
 @root
-def observe(modes, motion, bodies, elements, out):
+def write_outputs(modes, motion, bodies, elements, out):
     """Write rows of `GUIDE_OUTPUTS` of all pins to ``out``: f and -e."""
     p = elements.guides
     for i in range(p.pins.size):
-        c = geometry.touch(elements.fenders.points[p.pins[i].point], bodies, motion)
+        c = geometry.contact_kinematics(elements.fenders.points[p.pins[i].point], bodies, motion)
         e, _ = pressed_by(p.pins[i], c)
         out[GUIDE_OUTPUTS * i + PIN_FORCE] = wall_force(i, e, modes, p)
         out[GUIDE_OUTPUTS * i + PIN_CLEARANCE] = -e
 
 
 @root
-def margins(modes, motion, bodies, elements, out):
+def find_margins(modes, motion, bodies, elements, out):
     """Margins of all pins into ``out``: for contact e or its opposite, for the mouth the depth
     below it or its opposite, for the segment the distance to its nearer corner."""
     p = elements.guides
@@ -154,7 +154,7 @@ def margins(modes, motion, bodies, elements, out):
         pin = p.pins[i]
         mode = modes[p.mode + i]
         m = MARGINS * (p.mode + i)
-        c = geometry.touch(elements.fenders.points[pin.point], bodies, motion)
+        c = geometry.contact_kinematics(elements.fenders.points[pin.point], bodies, motion)
         e, _ = pressed_by(pin, c)
         within = min(c.compression + pin.depth, INSIDE)
         for k in range(MARGINS):
@@ -172,12 +172,12 @@ def margins(modes, motion, bodies, elements, out):
 
 
 @root
-def switch(i, which, y, modes, motion, bodies, elements):
+def transition(i, which, y, modes, motion, bodies, elements):
     """Switch pin ``i`` to its next mode, after margin ``which`` has reached zero."""
     p = elements.guides
     pin = p.pins[i]
     mode = modes[p.mode + i]
-    c = geometry.touch(elements.fenders.points[pin.point], bodies, motion)
+    c = geometry.contact_kinematics(elements.fenders.points[pin.point], bodies, motion)
     e, _ = pressed_by(pin, c)
     if which == SEGMENT_MARGIN:
         mode[SEGMENT] = curve.next_segment(mode[SEGMENT], p.segments[mode[SEGMENT]], e)
@@ -195,7 +195,7 @@ def _leave(i, mode, y, modes, motion, bodies, elements):
     """Set pin ``i`` to a ``mode`` without force; the energy stored in its wall is lost."""
     p = elements.guides
     pin = p.pins[i]
-    y[p.losses + pin.row] += _stored(i, modes, motion, bodies, elements)
+    y[p.losses + pin.row] += _stored_energy(i, modes, motion, bodies, elements)
     modes[p.mode + i, MODE] = mode
     modes[p.mode + i, SEGMENT] = pin.first
 
@@ -205,7 +205,7 @@ def activate(i, modes, motion, bodies, elements):
     """Activate the wall of pin ``i``: it catches the pin within its clearance."""
     p = elements.guides
     pin = p.pins[i]
-    c = geometry.touch(elements.fenders.points[pin.point], bodies, motion)
+    c = geometry.contact_kinematics(elements.fenders.points[pin.point], bodies, motion)
     e, _ = pressed_by(pin, c)
     modes[p.mode + i, MODE] = (
         AWAY if c.compression <= -pin.depth else PIN_BESIDE if e > 0.0 else FREE
@@ -227,19 +227,19 @@ def start_inactive(i, modes, p):
 
 
 @root
-def settle(modes, motion, bodies, elements):
+def set_initial_modes(modes, motion, bodies, elements):
     """Modes of all pins for a start."""
     p = elements.guides
     for i in range(p.pins.size):
         pin = p.pins[i]
         mode = modes[p.mode + i]
-        c = geometry.touch(elements.fenders.points[pin.point], bodies, motion)
+        c = geometry.contact_kinematics(elements.fenders.points[pin.point], bodies, motion)
         e, _ = pressed_by(pin, c)
         mode[MODE] = AWAY if c.compression <= -pin.depth else PIN_PRESSED if e > 0.0 else FREE
         mode[SEGMENT] = curve.find_segment(pin.first, pin.last, p.segments, e)
 
 
-class GuideKind(PosingKind):
+class GuideKind(KindWithModeSets):
     unit = "guide"
     variables: ClassVar = {
         "guide_force": Variable("force of the wall, across the axis of the seat", "N"),
@@ -253,15 +253,15 @@ class GuideKind(PosingKind):
         walled = ((name, e) for name, e in scene.forces.items() if getattr(e, "wall", None))
         return [unit for name, e in walled for unit in e.unit_names(name)]
 
-    def modes(self, p: GuideConstants) -> Modes:
-        return Modes(p.pins.size, first=p.pins["first"], last=p.pins["last"])
+    def modes(self, p: GuideConstants) -> ModeRows:
+        return ModeRows(p.pins.size, first=p.pins["first"], last=p.pins["last"])
 
-    def postures(self, p: GuideConstants) -> Sequence[Posture]:
+    def postures(self, p: GuideConstants) -> Sequence[ModeSet]:
         if not p.pins.size:
             return []
         first = p.pins["first"]
-        free = Posture("pins free", rest_at_first(first, FREE))
-        return [free, Posture("pins at their walls", rest_at_first(first, PIN_PRESSED))]
+        free = ModeSet("pins free", rest_at_first(first, FREE))
+        return [free, ModeSet("pins at their walls", rest_at_first(first, PIN_PRESSED))]
 
     def pressed(
         self, p: GuideConstants, modes: np.ndarray, bodies: Any, motion: Any
@@ -276,7 +276,7 @@ class GuideKind(PosingKind):
             pin["gap"] = pin["slope"] * COMPRESSED
         return p._replace(pins=pins, segments=segments)
 
-    def record(self, p: GuideConstants, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: GuideConstants, bodies: Any, kept: UnitRecord) -> Columns:
         each = ("time", "guide")
         return {
             "guide_force": (each, kept.observed[:, :, PIN_FORCE]),

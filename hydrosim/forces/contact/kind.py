@@ -21,26 +21,26 @@ from hydrosim.forces.contact.fender import (
     SLIP_DISTANCE,
     Contact,
     ContactConstants,
+    clear_unused_states,
     compile_elements,
     dynamic_states,
-    forget,
     is_mirrored,
-    memories,
-    places_of_memories,
-    which_remember,
+    memory_range,
+    memory_states,
+    points_with_memory,
 )
 from hydrosim.forces.contact.modes import OPEN
-from hydrosim.forces.contact.postures import ContactPostures
+from hydrosim.forces.contact.postures import KindOfContacts
 from hydrosim.forces.contact.tally import MODE_TALLIES, TALLIES_OF_MODES, TALLIES_OF_SLIP
 from hydrosim.forces.contact.tally import MODES as TALLIED
 from hydrosim.forces.contact.tally import POINT_TALLIES as TALLIES
 from hydrosim.forces.kind import (
     Columns,
-    Kept,
-    Modes,
-    Parts,
+    KindConstants,
+    ModeRows,
     RecordedStates,
-    States,
+    StateBlocks,
+    UnitRecord,
     Variable,
     capacity_of,
     elements_of,
@@ -63,7 +63,7 @@ def group_of_points(scene: Scene) -> list[str]:
     ]
 
 
-class ContactKind(ContactPostures):
+class ContactKind(KindOfContacts):
     unit = "fender"
     variables: ClassVar = {
         "fender_compression": Variable(
@@ -123,19 +123,21 @@ class ContactKind(ContactPostures):
     }
     tallied: ClassVar = tuple(f"tally {k + 1}" for k in range(TALLIES))
 
-    def modes(self, p: ContactConstants) -> Modes:
+    def modes(self, p: ContactConstants) -> ModeRows:
         points = p.points
         last = np.maximum(points["last"], points["line"])
-        return Modes(points.size, "mode", "rising", points["first"], last, points["steepest"])
+        return ModeRows(points.size, "mode", "rising", points["first"], last, points["steepest"])
 
-    def states(self, p: ContactConstants, scene: Scene) -> Iterator[States]:
+    def states(self, p: ContactConstants, scene: Scene) -> Iterator[StateBlocks]:
         """States of all points, of points with memory, and of groups with memory."""
         names = self.unit_names(scene)
         groups = [*dict.fromkeys(group_of_points(scene))]
-        yield States("contact node", names, CONTACT_STATE_NAMES)
-        yield States("closings", [names[i] for i in which_remember(p)], loop.LOOP_STATE_NAMES)
+        yield StateBlocks("contact node", names, CONTACT_STATE_NAMES)
+        yield StateBlocks(
+            "closings", [names[i] for i in points_with_memory(p)], loop.LOOP_STATE_NAMES
+        )
         owners = [groups[k] for k in p.groups["index"]]
-        yield States("contact group", owners, group.GROUP_STATE_NAMES, "group ")
+        yield StateBlocks("contact group", owners, group.GROUP_STATE_NAMES, "group ")
 
     def felt_states(self, p: ContactConstants) -> np.ndarray:
         return dynamic_states(p)
@@ -151,10 +153,10 @@ class ContactKind(ContactPostures):
             "fender_group": ("fender", groups, said),
             "contact_group": ("contact_group", [*dict.fromkeys(groups)], said),
             **capacity_of(self.unit, elements_of(scene, self.classes)),
-            **(_kinetic(scene) if scene.output_impulses else {}),
+            **(_kinetic_coefficients(scene) if scene.output_impulses else {}),
         }
 
-    def record(self, p: ContactConstants, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: ContactConstants, bodies: Any, kept: UnitRecord) -> Columns:
         seen = kept.observed
         is_open = kept.modes[:, :, MODE] == OPEN
         each = POINT_AXES[:2]
@@ -171,7 +173,7 @@ class ContactKind(ContactPostures):
             "fender_dissipated_damping": (each, states[:, :, DAMPED]),
             "fender_dissipated_slip_damping": (each, states[:, :, SLIP_DAMPED]),
             **_closings(p, kept.y),
-            **(dict(_tallied(kept.tallies)) if kept.tallies.size else {}),
+            **(dict(_tally_variables(kept.tallies)) if kept.tallies.size else {}),
         }
 
     def losses(self, p: ContactConstants, observed: np.ndarray) -> dict[int, np.ndarray]:
@@ -183,7 +185,7 @@ class ContactKind(ContactPostures):
         return is_mirrored(p, y, modes)
 
     def forget(self, p: ContactConstants, y: np.ndarray) -> None:
-        forget(p, y)
+        clear_unused_states(p, y)
 
     def renew(
         self,
@@ -195,9 +197,11 @@ class ContactKind(ContactPostures):
     ) -> None:
         """Reset stiff lines of new points and of points that cannot be pressed as stored, and the
         memory of groups that did not have one in the run."""
-        for k, i in enumerate(which_remember(p)):
+        for k, i in enumerate(points_with_memory(p)):
             if not (possible[i] and known[p.state + CONTACT_STATES * i]):
-                memories(p, y)[k, loop.BRANCH_START] = memories(p, anew)[k, loop.BRANCH_START]
+                memory_states(p, y)[k, loop.BRANCH_START] = memory_states(p, anew)[
+                    k, loop.BRANCH_START
+                ]
         for first in p.state + p.groups["first"]:
             if not known[first]:
                 y[first : first + group.GROUP_STATES] = anew[first : first + group.GROUP_STATES]
@@ -206,7 +210,7 @@ class ContactKind(ContactPostures):
 CONTACT_KIND = ContactKind("fenders", (Contact,), compile_elements)
 
 
-def _kinetic(scene: Scene) -> dict[str, object]:
+def _kinetic_coefficients(scene: Scene) -> dict[str, object]:
     """Contact modes, and mu_k of each contact point."""
     contacts = [e for e in scene.forces.values() if isinstance(e, Contact)]
     kinetic = [getattr(e.friction, "kinetic", 0.0) for e in contacts for _ in e.points]
@@ -222,8 +226,8 @@ def _closings(p: ContactConstants, y: RecordedStates) -> Columns:
     if p.remembering == 0:
         return {}
     known = np.full((len(y), p.points.size, loop.LOOP_STATES), np.nan)
-    own = y[places_of_memories(p)]
-    known[:, which_remember(p)] = own.reshape(len(y), p.remembering, loop.LOOP_STATES)
+    own = y[memory_range(p)]
+    known[:, points_with_memory(p)] = own.reshape(len(y), p.remembering, loop.LOOP_STATES)
     return {
         "fender_closings": (POINT_AXES[:2], known[:, :, loop.CLOSINGS]),
         "fender_closing_speed": (POINT_AXES[:2], known[:, :, loop.CLOSING_SPEED]),
@@ -231,7 +235,9 @@ def _closings(p: ContactConstants, y: RecordedStates) -> Columns:
     }
 
 
-def _tallied(tallies: np.ndarray) -> Iterator[tuple[str, tuple[tuple[str, ...], np.ndarray]]]:
+def _tally_variables(
+    tallies: np.ndarray,
+) -> Iterator[tuple[str, tuple[tuple[str, ...], np.ndarray]]]:
     """Variables from the ``tallies`` (nt, nf, `TALLIES`) of contact points: `contact_*` (time,
     fender, mode) and `slip_*` (time, fender, axis)."""
     dims = ("time", "fender", "contact_mode")
@@ -248,12 +254,12 @@ def _tallied(tallies: np.ndarray) -> Iterator[tuple[str, tuple[tuple[str, ...], 
         at += count
 
 
-def remembered_groups(parts: Parts, y: RecordedStates) -> list[group.Remembered]:
+def remembered_groups(parts: KindConstants, y: RecordedStates) -> list[group.GroupMemory]:
     """All groups with memory, with their states from y."""
     p = CONTACT_KIND.of(parts)
     starts = p.state + p.groups["first"]
     return [
-        group.Remembered(
+        group.GroupMemory(
             int(each["index"]), float(each["weight"]), y[first : first + group.GROUP_STATES]
         )
         for each, first in zip(p.groups, starts, strict=True)

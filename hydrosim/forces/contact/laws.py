@@ -140,9 +140,9 @@ def relax(load, s, p):
 
 
 @kernel
-def turn_over(load, s, p):
+def reverse_load(load, s, p):
     """The stretch (2,) of a node for the same traction, when the load begins to fall or to rise."""
-    return stick_slip.turn_over(load, s, p)
+    return stick_slip.reverse_load(load, s, p)
 
 
 @kernel
@@ -152,9 +152,9 @@ def stored_energy(mode, load, v, s, p):
 
 
 @kernel
-def lent(mode, load, v, s, p):
+def recoverable_loss(mode, load, v, s, p):
     """Part of the integrated dissipation that is still stored."""
-    return stick_slip.lent(mode, load, v, s, p) if p.node else 0.0
+    return stick_slip.recoverable_loss(mode, load, v, s, p) if p.node else 0.0
 
 
 @kernel

@@ -78,7 +78,7 @@ class StickSlip:
     load: LoadPowers | None = None
 
 
-class Coefficients(NamedTuple):
+class FrictionCoefficients(NamedTuple):
     """``K2``, ``C2``, ``C3`` at a load, and ``K``, the traction per stretch."""
 
     K2: float
@@ -100,11 +100,11 @@ def constants(law: StickSlip) -> Constants:
 def coefficients(load, p):
     """K2, C2, C3 and K at a `Pressed` ``load``."""
     if p.reference == 0.0:
-        return Coefficients(p.stiffness, p.damping, p.slip_damping, p.stiffness)
+        return FrictionCoefficients(p.stiffness, p.damping, p.slip_damping, p.stiffness)
     x = _share(load.elastic, p)
     K2 = p.stiffness * x**p.stiffness_power
     C2, C3 = p.damping * x**p.damping_power, p.slip_damping * x**p.slip_damping_power
-    return Coefficients(K2, C2, C3, p.stiffness if load.rising else K2)
+    return FrictionCoefficients(K2, C2, C3, p.stiffness if load.rising else K2)
 
 
 @kernel
@@ -183,7 +183,7 @@ def release(mode, load, v1, s, p):
     stretch."""
     if p.damping > 0.0 and p.reference == 0.0:
         return s, 0.0
-    return (0.0, 0.0), stored_energy(mode, load, v1, s, p) - lent(mode, load, v1, s, p)
+    return (0.0, 0.0), stored_energy(mode, load, v1, s, p) - recoverable_loss(mode, load, v1, s, p)
 
 
 def reach(law: StickSlip, N: float) -> float:
@@ -238,13 +238,13 @@ def stored_energy(mode, load, v1, s, p):
 
 
 @kernel
-def lent(mode, load, v1, s, p):
+def recoverable_loss(mode, load, v1, s, p):
     """Part of the integrated dissipation that is still stored."""
     return stored_energy(mode, load, v1, s, p) if p.reference > 0.0 else 0.0
 
 
 @kernel
-def turn_over(load, s, p):
+def reverse_load(load, s, p):
     """The stretch (2,) for the same traction, when the load begins to fall, or to rise again."""
     K2 = coefficients(load, p).K2
     scale = p.stiffness / K2 if load.rising else K2 / p.stiffness

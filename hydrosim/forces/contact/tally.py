@@ -43,7 +43,7 @@ def add_tallies(t, y, modes, motion, bodies, p, reactions, rates):
     clear(rates[: POINT_TALLIES * p.points.size])
     for i in range(p.points.size):
         point, mode, k = p.points[i], modes[p.mode + i, MODE], p.state + CONTACT_STATES * i
-        c = geometry.touch(point, bodies, motion)
+        c = geometry.contact_kinematics(point, bodies, motion)
         load = pressure(i, t, y, modes, c, p)
         law = laws.friction(mode, load, c.velocity, (y[k], y[k + 1]), point)
         f = law.force
@@ -61,8 +61,8 @@ def add_tallies(t, y, modes, motion, bodies, p, reactions, rates):
 @kernel
 def _count(N, f, c, out):
     """The rates of `TALLIES_OF_MODES`."""
-    force, press = _along(f, c), scale(N, c.normal)
-    w = _along(c.velocity, c)
+    force, press = _earth_vector(f, c), scale(N, c.normal)
+    w = _earth_vector(c.velocity, c)
     out[0], out[1], out[MODE_TALLIES - 1] = 1.0, N, -N * c.rate
     for a in range(3):
         out[2 + a], out[5 + a], out[8 + a] = press[a], force[a], w[a]
@@ -73,7 +73,7 @@ def _count(N, f, c, out):
 def _count_slip(N, f, law, c, out):
     """The rates of `TALLIES_OF_SLIP`."""
     size, v2 = length(f), law.slip_speed
-    d = _along((-f[0] / size, -f[1] / size), c)
+    d = _earth_vector((-f[0] / size, -f[1] / size), c)
     damping = law.slip_damped / v2 if v2 != 0.0 else 0.0
     for a in range(3):
         ahead = max(d[a], 0.0)
@@ -82,6 +82,6 @@ def _count_slip(N, f, law, c, out):
 
 
 @kernel
-def _along(u, c):
+def _earth_vector(u, c):
     """A vector (2,) in the plane, turned into the earth frame."""
     return add(scale(u[0], c.tangent1), scale(u[1], c.tangent2))

@@ -27,7 +27,7 @@ from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces import linear_mooring
 from hydrosim.forces.kind import ElementKind
-from hydrosim.forces.layout import Layout, Resistance, axes_at_rest
+from hydrosim.forces.layout import Layout, LinearResistance, axes_at_rest
 from hydrosim.forces.relative import add_resistance, current_on, relative_velocity
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.rigid.vectors import product
@@ -147,10 +147,12 @@ def _resist(e, v, wrench):
 
 
 class LinearDampingKind(ElementKind):
-    def resistances(self, p: np.ndarray) -> Iterator[Resistance]:
-        """Damping of each element as a `Resistance`."""
+    def resistances(self, p: np.ndarray) -> Iterator[LinearResistance]:
+        """Damping of each element as a `LinearResistance`."""
         for e in p:
-            yield Resistance(e["row"], e["body"], e["damping"], e["damping"][:, :2] @ e["stream"])
+            yield LinearResistance(
+                e["row"], e["body"], e["damping"], e["damping"][:, :2] @ e["stream"]
+            )
 
 
 LINEAR_DAMPING_KIND = LinearDampingKind("linear_dampings", (LinearDamping,), compile_elements)

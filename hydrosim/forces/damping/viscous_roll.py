@@ -38,7 +38,7 @@ from hydrosim.errors import InputError
 from hydrosim.forces import linear_mooring
 from hydrosim.forces.damping.ikeda import SharpBarge
 from hydrosim.forces.kind import ElementKind
-from hydrosim.forces.layout import Layout, Resistance, RollMode, axes_at_rest
+from hydrosim.forces.layout import Layout, LinearResistance, RollMode, axes_at_rest
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.scene import ForceElement, Turns
 
@@ -130,7 +130,7 @@ def _damping(name: str, element: ViscousRoll, mode: RollMode, layout: Layout) ->
     return linear, quadratic, cubic, measured, waves, mode.mass, mode.frequency
 
 
-def linearised(p: np.ndarray, deviation: np.ndarray) -> np.ndarray:
+def linearise_damping(p: np.ndarray, deviation: np.ndarray) -> np.ndarray:
     """The same elements, linear: with the damping that takes the same mean power of Gaussian roll
     rates of these standard ``deviation`` (ne,) [rad/s].
 
@@ -166,12 +166,12 @@ def _resist_roll(e, motion, bodies, wrench):
 
 
 class ViscousRollKind(ElementKind):
-    def resistances(self, p: np.ndarray) -> Iterator[Resistance]:
-        """Linear damping of each element as a `Resistance`."""
+    def resistances(self, p: np.ndarray) -> Iterator[LinearResistance]:
+        """Linear damping of each element as a `LinearResistance`."""
         for e in p:
             damping = np.zeros((6, 6))
             damping[ROLL_DOF, ROLL_DOF] = e["linear"]
-            yield Resistance(e["row"], e["body"], damping, np.zeros(6))
+            yield LinearResistance(e["row"], e["body"], damping, np.zeros(6))
 
 
 VISCOUS_ROLL_KIND = ViscousRollKind("viscous_rolls", (ViscousRoll,), compile_elements)

@@ -39,10 +39,10 @@ import numpy as np
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces.given.caller import Caller, Function
-from hydrosim.forces.kind import Columns, ElementKind, Kept, States, Variable
+from hydrosim.forces.kind import Columns, ElementKind, StateBlocks, UnitRecord, Variable
 from hydrosim.forces.layout import Layout
 from hydrosim.jit.kernels import assign, clear, kernel, root, root_giving
-from hydrosim.jit.outside import ask
+from hydrosim.jit.outside import call_python
 from hydrosim.rigid.tree import record_angles
 from hydrosim.scene import ForceElement, Scene
 
@@ -264,7 +264,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     for e in p.each:
         own = wrench[e.row]
         if e.way == STAGE:
-            ask_function(e, t, motion, bodies, own)
+            call_user_function(e, t, motion, bodies, own)
         else:
             predict(e, t, y, p, own)
             first = p.state + e.state
@@ -276,13 +276,13 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
 
 
 @kernel
-def ask_function(e, t, motion, bodies, own):
+def call_user_function(e, t, motion, bodies, own):
     """Wrenches ``own`` (6 nb,) that the function gives now; NaN and 0 if it fails."""
     assign(own, motion.coordinates)
     if bodies.tree.branches.size > 0:
         record_angles(bodies, motion, own)
     exact = 1 if bodies.exact else 0
-    given = ask(e.number, t, exact, own, motion.velocity, motion.rotation)
+    given = call_python(e.number, t, exact, own, motion.velocity, motion.rotation)
     if given == 0:
         for i in range(own.size):
             own[i] = nan
@@ -290,11 +290,11 @@ def ask_function(e, t, motion, bodies, own):
 
 
 @root
-def ask_at_stage(t, motion, bodies, p, wrench):
+def call_at_stage(t, motion, bodies, p, wrench):
     """The wrench of every function that is called at stages, into its row of ``wrench``."""
     for e in p.each:
         if e.way == STAGE:
-            ask_function(e, t, motion, bodies, wrench[e.row])
+            call_user_function(e, t, motion, bodies, wrench[e.row])
 
 
 @kernel
@@ -322,7 +322,7 @@ def follows_line(e, y, p):
 
 
 @root_giving(bool)
-def take_samples(t, jumped, ahead, y, motion, bodies, p, wrench):
+def sample_user_functions(t, jumped, ahead, y, motion, bodies, p, wrench):
     """Call each function that is called once per step, at the end of a step, and keep its value in
     ``y``. Motions may have ``jumped`` there; the next step is at most ``ahead`` [s]. The rows of
     ``wrench`` are scratch. Returns false if one of them fails."""
@@ -330,13 +330,13 @@ def take_samples(t, jumped, ahead, y, motion, bodies, p, wrench):
     for e in p.each:
         if e.way != STAGE:
             own = wrench[e.row]
-            if not take_sample(e, t, jumped, ahead, y, motion, bodies, p, own):
+            if not sample_user_function(e, t, jumped, ahead, y, motion, bodies, p, own):
                 good = False
     return good
 
 
 @kernel
-def take_sample(e, t, jumped, ahead, y, motion, bodies, p, own):
+def sample_user_function(e, t, jumped, ahead, y, motion, bodies, p, own):
     """Call a function, unless it was called at this time; returns false if it fails."""
     scalar = p.state + e.state + 18 * e.bodies
     calls = y[scalar + CALLS]
@@ -354,18 +354,18 @@ def take_sample(e, t, jumped, ahead, y, motion, bodies, p, own):
         passed = work_of_rest(e, step, y, motion, p, own)
         if follows_line(e, y, p):
             force, moment = largest_of(e, p, own)
-    if ask_function(e, t, motion, bodies, own) == 0:
+    if call_user_function(e, t, motion, bodies, own) == 0:
         return False
     if calls > 0.0:
         y[scalar + DELAY_ENERGY] += passed - work_of_rest(e, step, y, motion, p, own)
     compare_sizes(e, force, moment, y, p, own)
-    keep_value(e, t, jumped, SHORTEST_LINE * ahead, y, motion, p, own)
+    store_sample(e, t, jumped, SHORTEST_LINE * ahead, y, motion, p, own)
     y[scalar + CALLS] = calls + 1.0
     return True
 
 
 @kernel
-def keep_value(e, t, jumped, shortest, y, motion, p, own):
+def store_sample(e, t, jumped, shortest, y, motion, p, own):
     """Keep the value ``own`` (6 nb,) of a call at ``t``, and the earlier value of its line, which
     is the ``shortest`` [s] or longer."""
     value = p.state + e.state
@@ -446,7 +446,7 @@ def work_of_rest(e, step, y, motion, p, own):
 
 
 @root
-def observe(y, p, out):
+def write_outputs(y, p, out):
     """Write the number of calls and the energy of the delay [J] of each delayed force to
     ``out``."""
     n = 0
@@ -467,16 +467,16 @@ class ExternalKind(ElementKind):
         ),
     }
 
-    def states(self, p: ExternalConstants, scene: Scene) -> Iterator[States]:
+    def states(self, p: ExternalConstants, scene: Scene) -> Iterator[StateBlocks]:
         for name, e in scene.forces.items():
             if isinstance(e, External) and e.delayed:
                 bodies = (e.body, *e.also)
                 each = [
                     f"{what} {d} on {body}" for what in VECTORS for body in bodies for d in DOFS
                 ]
-                yield States("external", [name], [*each, *SCALAR_NAMES])
+                yield StateBlocks("external", [name], [*each, *SCALAR_NAMES])
 
-    def record(self, p: ExternalConstants, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: ExternalConstants, bodies: Any, kept: UnitRecord) -> Columns:
         calls, energy = np.moveaxis(kept.observed, -1, 0)
         along = ("time", "external")
         return {"external_calls": (along, calls), "external_delay_energy": (along, energy)}

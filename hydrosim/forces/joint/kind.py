@@ -18,7 +18,16 @@ from hydrosim.forces.joint.locks import (
     LockConstants,
 )
 from hydrosim.forces.joint.rows import REFERENCE_SIZE
-from hydrosim.forces.kind import Columns, ElementKind, Kept, Kind, Modes, Parts, States, Variable
+from hydrosim.forces.kind import (
+    Columns,
+    ElementKind,
+    KindConstants,
+    ModeRows,
+    StateBlocks,
+    UnitKind,
+    UnitRecord,
+    Variable,
+)
 from hydrosim.forces.layout import constraint_names
 from hydrosim.modes import MODE, SEGMENT
 from hydrosim.scene import Scene
@@ -54,14 +63,14 @@ class LockKind(ElementKind):
     def unit_names(self, scene: Scene) -> list[str]:
         return list(constraint_names(scene))
 
-    def modes(self, p: LockConstants) -> Modes:
+    def modes(self, p: LockConstants) -> ModeRows:
         count = p.each.size
-        return Modes(count, first=np.zeros(count, dtype=int), last=np.full(count, ALL_ROW_BITS))
+        return ModeRows(count, first=np.zeros(count, dtype=int), last=np.full(count, ALL_ROW_BITS))
 
-    def states(self, p: LockConstants, scene: Scene) -> Iterator[States]:
-        yield States("lock", self.unit_names(scene), LOCK_STATE_NAMES)
+    def states(self, p: LockConstants, scene: Scene) -> Iterator[StateBlocks]:
+        yield StateBlocks("lock", self.unit_names(scene), LOCK_STATE_NAMES)
 
-    def record(self, p: LockConstants, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: LockConstants, bodies: Any, kept: UnitRecord) -> Columns:
         count = p.each.size
         own = kept.y[p.state : p.state + LOCK_STATES * count].reshape(-1, count, LOCK_STATES)
         return {
@@ -101,7 +110,7 @@ def _held_rows(modes: np.ndarray) -> np.ndarray:
     return np.where(modes[:, :, MODE] == CLOSED, bits, 0).astype(np.int8)
 
 
-class JointLoadKind(Kind):
+class JointLoadKind(UnitKind):
     unit = "joint"
     variables: ClassVar[Mapping[str, Variable]] = {
         "joint_force": Variable(
@@ -109,14 +118,14 @@ class JointLoadKind(Kind):
         ),
     }
 
-    def of(self, parts: Parts) -> LockConstants:
+    def of(self, parts: KindConstants) -> LockConstants:
         found: LockConstants = parts.elements.locks
         return found
 
     def unit_names(self, scene: Scene) -> list[str]:
         return list(scene.joints)
 
-    def record(self, p: LockConstants, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: LockConstants, bodies: Any, kept: UnitRecord) -> Columns:
         return {"joint_force": (("time", "joint", "dof"), kept.observed)}
 
 

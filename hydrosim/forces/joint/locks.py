@@ -110,7 +110,7 @@ def _constants(number: int, joint: Joint, at: Any, layout: Layout) -> tuple[Any,
     if is_rod:
         point, axes, rest = _rod_at_rest(joint, body, other, exact)
     else:
-        point, rest = _rest(joint, body, other)
+        point, rest = _reference_at_rest(joint, body, other)
         axes = joint.axes()
         rest = rest if exact else np.zeros(REFERENCE_SIZE)
     window = joint.window
@@ -138,7 +138,9 @@ def _constants(number: int, joint: Joint, at: Any, layout: Layout) -> tuple[Any,
     )
 
 
-def _rest(joint: Joint, body: BodyAtRest, other: BodyAtRest | None) -> tuple[np.ndarray, ...]:
+def _reference_at_rest(
+    joint: Joint, body: BodyAtRest, other: BodyAtRest | None
+) -> tuple[np.ndarray, ...]:
     """Point of a joint on the other body, and the exact reference at rest (12,)."""
     turn = about_z(body.heading)
     place = np.array(body.origin) + turn @ np.array(joint.point)
@@ -193,7 +195,7 @@ def states_of(p: LockConstants) -> slice:
 
 
 @kernel
-def begin(i, p):
+def first_state(i, p):
     """Entry of y where the states of joint ``i`` begin: first its reference (12,)."""
     return p.state + LOCK_STATES * i
 
@@ -230,18 +232,20 @@ def has_load_limit(modes, p):
 
 
 @root
-def hold(y, modes, motion, bodies, p, wrench, constraints, holds):
+def add_constraints(y, modes, motion, bodies, p, wrench, constraints, holds):
     """Add the constraints of all closed joints; ``wrench`` (6 nb,) is scratch."""
     for i in range(p.each.size):
         if is_closed(i, modes, p):
-            _hold(i, y, modes[p.mode + i, SEGMENT], motion, bodies, p, wrench, constraints, holds)
+            _add_lock_rows(
+                i, y, modes[p.mode + i, SEGMENT], motion, bodies, p, wrench, constraints, holds
+            )
 
 
 @kernel
-def _hold(i, y, kept, motion, bodies, p, wrench, constraints, holds):
+def _add_lock_rows(i, y, kept, motion, bodies, p, wrench, constraints, holds):
     """Add the ``kept`` rows of joint ``i``."""
     lock = p.each[i]
-    k = begin(i, p)
+    k = first_state(i, p)
     rest = y[k : k + REFERENCE_SIZE]
     at = rows.pose(lock, rest, bodies, motion)
     for bit in range(lock.count):
@@ -250,8 +254,8 @@ def _hold(i, y, kept, motion, bodies, p, wrench, constraints, holds):
         r = constraints.number[0]
         row = rows.find_row(lock, bit, at, rest, bodies, motion)
         clear(wrench)
-        rows.apply(lock, at, row.force, row.moment, bodies, wrench)
-        holds.size[r] = _size(lock, wrench, bodies)
+        rows.add_row_wrench(lock, at, row.force, row.moment, bodies, wrench)
+        holds.size[r] = _row_size(lock, wrench, bodies)
         generalised_force(bodies, motion, wrench, constraints.J[r])
         constraints.bound[r] = -row.bias
         holds.point[r] = NO_INDEX
@@ -266,7 +270,7 @@ def _hold(i, y, kept, motion, bodies, p, wrench, constraints, holds):
 
 
 @kernel
-def _size(lock, wrench, bodies):
+def _row_size(lock, wrench, bodies):
     """Sum of the squares of force and moment on both bodies, over mass and mean inertia."""
     size = 0.0
     for b in (lock.body, lock.to):
@@ -282,23 +286,23 @@ def _size(lock, wrench, bodies):
 @root
 def add_reactions(y, modes, motion, bodies, p, constraints, holds, wrench):
     """Add the reactions of all closed joints to their row of ``wrench`` (rows, 6 nb)."""
-    collect(p, constraints, holds)
+    collect_reactions(p, constraints, holds)
     for i in range(p.each.size):
         if is_closed(i, modes, p):
-            press(i, y, holds.joint[i], motion, bodies, p, wrench[p.each[i].row])
+            add_joint_wrench(i, y, holds.joint[i], motion, bodies, p, wrench[p.each[i].row])
 
 
 @kernel
-def press(i, y, load, motion, bodies, p, wrench):
+def add_joint_wrench(i, y, load, motion, bodies, p, wrench):
     """Add force and moment ``load`` (6,) of joint ``i``, and their opposites, to ``wrench`` (6
     nb,)."""
-    k = begin(i, p)
+    k = first_state(i, p)
     at = rows.pose(p.each[i], y[k : k + REFERENCE_SIZE], bodies, motion)
-    rows.apply(p.each[i], at, vector(load, 0), vector(load, 3), bodies, wrench)
+    rows.add_row_wrench(p.each[i], at, vector(load, 0), vector(load, 3), bodies, wrench)
 
 
 @kernel
-def collect(p, constraints, holds):
+def collect_reactions(p, constraints, holds):
     """Compute force and moment of every joint, and the reactions of ratchets and of joints that may
     break, from the forces of the constraints."""
     clear_reactions(p, holds)
@@ -333,12 +337,12 @@ def _gap(lock, bodies, motion):
         if lock.second[k] == NO_INDEX:
             row = rows.find_row(lock, k, at, lock.rest, bodies, motion)
             apart += row.residual**2
-            speed += rows.rate(lock, row, at, bodies, motion) ** 2
+            speed += rows.row_rate(lock, row, at, bodies, motion) ** 2
     return sqrt(apart), sqrt(speed)
 
 
 @kernel
-def _outside(lock, bodies, motion):
+def _window_excess(lock, bodies, motion):
     """Part by which gap or speed is beyond the window of a joint; negative inside."""
     gap, speed = _gap(lock, bodies, motion)
     return max(gap / lock.gap, speed / lock.speed) - 1.0
@@ -348,12 +352,12 @@ def _outside(lock, bodies, motion):
 def _travel(i, y, bodies, motion, p):
     """Way [m or rad] of ratchet ``i`` from its reference, and its rate."""
     lock = p.each[i]
-    k = begin(i, p)
+    k = first_state(i, p)
     rest = y[k : k + REFERENCE_SIZE]
     at = rows.pose(lock, rest, bodies, motion)
     speed = ratchet_rate(i, y, bodies, motion, p)
     if lock.ratchet == RATCHET_TURNS:
-        return rows.turned(lock, rest, bodies, motion), speed
+        return rows.turn_from_reference(lock, rest, bodies, motion), speed
     return dot(rows.axis_on_other(lock, 0, rest, bodies, motion), at.gap), speed
 
 
@@ -361,18 +365,18 @@ def _travel(i, y, bodies, motion, p):
 def ratchet_rate(i, y, bodies, motion, p):
     """Rate of ratchet ``i`` in its direction [m/s or rad/s]."""
     lock = p.each[i]
-    k = begin(i, p)
+    k = first_state(i, p)
     rest = y[k : k + REFERENCE_SIZE]
     at = rows.pose(lock, rest, bodies, motion)
     a = rows.axis_on_other(lock, 0, rest, bodies, motion)
     zero = (0.0, 0.0, 0.0)
     slides = lock.ratchet == RATCHET_SLIDES
     row = rows.Row(a if slides else zero, zero if slides else a, 0.0, 0.0)
-    return rows.rate(lock, row, at, bodies, motion)
+    return rows.row_rate(lock, row, at, bodies, motion)
 
 
 @root
-def margins(y, modes, motion, bodies, p, reactions, out):
+def find_margins(y, modes, motion, bodies, p, reactions, out):
     """Margins of all joints into ``out``: part outside the window; way or speed of a ratchet and
     way to its next tooth; its reaction [N or N m]."""
     for i in range(p.each.size):
@@ -382,7 +386,7 @@ def margins(y, modes, motion, bodies, p, reactions, out):
         for k in range(MARGINS):
             out[m + k] = 1.0
         if mode == WAITING:
-            out[m + CONTACT_MARGIN] = _outside(lock, bodies, motion)
+            out[m + CONTACT_MARGIN] = _window_excess(lock, bodies, motion)
         elif mode == RATCHETING:
             way, speed = _travel(i, y, bodies, motion, p)
             out[m + CONTACT_MARGIN] = way + TOOTH_TOLERANCE if lock.pitch > 0.0 else speed
@@ -396,10 +400,10 @@ def margins(y, modes, motion, bodies, p, reactions, out):
 
 
 @root
-def switch(i, which, y, modes, motion, bodies, p):
+def transition(i, which, y, modes, motion, bodies, p):
     """Switch joint ``i`` to its next mode, after margin ``which`` has reached zero."""
     lock = p.each[i]
-    k = begin(i, p)
+    k = first_state(i, p)
     if which == SEGMENT_MARGIN:
         turns = lock.ratchet == RATCHET_TURNS
         rows.advance_reference(lock, turns, lock.pitch, bodies, y[k : k + REFERENCE_SIZE])
@@ -408,15 +412,15 @@ def switch(i, which, y, modes, motion, bodies, p):
     elif lock.pitch > 0.0:
         modes[p.mode + i, MODE] = CLOSED
     else:
-        close(i, y, modes, motion, bodies, p)
+        close_lock(i, y, modes, motion, bodies, p)
 
 
 @kernel
-def close(i, y, modes, motion, bodies, p):
+def close_lock(i, y, modes, motion, bodies, p):
     """Close joint ``i`` at the present place. The axis of a ratchet stays where it is on the other
     body."""
     lock = p.each[i]
-    k = begin(i, p)
+    k = first_state(i, p)
     reference = y[k : k + REFERENCE_SIZE]
     if lock.ratchet == NO_RATCHET:
         rows.take_reference(lock, bodies, motion, reference)
@@ -440,14 +444,14 @@ def activate(i, y, modes, motion, bodies, p):
     """Activate joint ``i``: it closes at once, unless it waits for its window or is a ratchet."""
     lock = p.each[i]
     if lock.ratchet != NO_RATCHET:
-        k = begin(i, p)
+        k = first_state(i, p)
         rows.take_reference(lock, bodies, motion, y[k : k + REFERENCE_SIZE])
         modes[p.mode + i, MODE] = RATCHETING
         modes[p.mode + i, SEGMENT] = every_row(i, p)
         if ratchet_rate(i, y, bodies, motion, p) <= 0.0:
             modes[p.mode + i, MODE] = CLOSED
-    elif _outside(lock, bodies, motion) <= 0.0:
-        close(i, y, modes, motion, bodies, p)
+    elif _window_excess(lock, bodies, motion) <= 0.0:
+        close_lock(i, y, modes, motion, bodies, p)
     else:
         modes[p.mode + i, MODE] = WAITING
 
@@ -459,13 +463,13 @@ def deactivate(i, modes, p):
 
 
 @root
-def settle(y, modes, motion, bodies, p):
+def set_initial_modes(y, modes, motion, bodies, p):
     """Modes and references of all joints for a start; rows that are known to be kept stay so."""
     for i in range(p.each.size):
         mode = modes[p.mode + i]
         kept = mode[SEGMENT]
         if p.each[i].lasts:
-            k = begin(i, p)
+            k = first_state(i, p)
             assign(y[k : k + REFERENCE_SIZE], p.each[i].rest)
             mode[MODE] = CLOSED
         else:
@@ -474,7 +478,7 @@ def settle(y, modes, motion, bodies, p):
 
 
 @root
-def observe(p, holds, out):
+def write_outputs(p, holds, out):
     """Write force and moment (6,) of every joint of the scene to ``out``; zero of those that are no
     constraints, or open."""
     for i in range(p.each.size):

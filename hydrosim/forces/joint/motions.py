@@ -22,9 +22,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from hydrosim.forces.kind import Columns, Kept, Modes, Variable
-from hydrosim.forces.layout import Resistance
-from hydrosim.forces.postures import PosingKind, Posture, rest_at_first
+from hydrosim.forces.kind import Columns, ModeRows, UnitRecord, Variable
+from hydrosim.forces.layout import LinearResistance
+from hydrosim.forces.postures import KindWithModeSets, ModeSet, rest_at_first
 from hydrosim.jit.kernels import clear, kernel, root, root_giving
 from hydrosim.modes import (
     CONTACT_MARGIN,
@@ -36,7 +36,7 @@ from hydrosim.modes import (
     SEGMENT_MARGIN,
 )
 from hydrosim.rigid.tree import BALL, push_joint
-from hydrosim.rigid.vectors import dot, of_parameters, rotation_vector
+from hydrosim.rigid.vectors import dot, quaternion_of_parameters, rotation_vector
 from hydrosim.scene import JointResistance, Scene
 from hydrosim.scene.trees import tree_joints
 
@@ -136,7 +136,7 @@ def _force(one, mode, q, u):
 
 
 @kernel
-def _lost(one, mode, q, u):
+def _dissipated_power(one, mode, q, u):
     """Power that a motion loses. Beyond an end without force, the stop loses what it stored."""
     loss = one.damping * u * u - _friction(one, mode[MODE]) * u
     if mode[SEGMENT] == AT_LOWEST or mode[SEGMENT] == AT_HIGHEST:
@@ -159,7 +159,7 @@ def add_force(y, modes, motion, bodies, p, wrench, rate):
             u = y[n + one.coordinate]
             mode = modes[p.mode + i]
             push_joint(one.move, one.axis, _force(one, mode, q, u), bodies, motion, wrench[one.row])
-            rate[one.row] += _lost(one, mode, q, u)
+            rate[one.row] += _dissipated_power(one, mode, q, u)
 
 
 @root
@@ -177,7 +177,7 @@ def add_energy(y, modes, p, stored):
 
 
 @root
-def margins(y, modes, bodies, p, reactions, out):
+def find_margins(y, modes, bodies, p, reactions, out):
     """Margins of all motions into ``out``: way to the stops, or beyond the one that is met; the
     force of that stop; the rate along the motion, or the friction that is left."""
     n = bodies.active.size
@@ -209,7 +209,7 @@ def margins(y, modes, bodies, p, reactions, out):
 
 
 @root
-def switch(i, which, y, modes, bodies, reactions, p):
+def transition(i, which, y, modes, bodies, reactions, p):
     """Switch motion ``i`` to its next mode, after margin ``which`` has reached zero."""
     one = p.each[i]
     mode = modes[p.mode + i]
@@ -235,7 +235,7 @@ def switch(i, which, y, modes, bodies, reactions, p):
 
 
 @root
-def settle(y, modes, bodies, p):
+def set_initial_modes(y, modes, bodies, p):
     """Modes of all motions for a start from ``y``."""
     n = bodies.active.size
     for i in range(p.each.size):
@@ -254,7 +254,7 @@ def settle(y, modes, bodies, p):
 
 
 @root
-def hold(modes, p, constraints, holds):
+def add_constraints(modes, p, constraints, holds):
     """Add the constraint u = 0 of each stuck motion."""
     for i in range(p.each.size):
         if modes[p.mode + i, MODE] == STUCK:
@@ -304,7 +304,7 @@ def has_load_limit(modes, p):
 
 
 @root
-def strike(y, modes, bodies, p):
+def recheck_after_impact(y, modes, bodies, p):
     """Test dry friction again, after velocities have jumped. It bears no impulse, because it is
     finite: a stuck motion slides if it moves."""
     n = bodies.active.size
@@ -315,7 +315,7 @@ def strike(y, modes, bodies, p):
 
 
 @root
-def observe(y, modes, bodies, p, reactions, out):
+def write_outputs(y, modes, bodies, p, reactions, out):
     """Write rows of `JOINT_MOTION_OUTPUTS` of all motions to ``out``: q, u and f; of a ball the
     rotation vector."""
     n = bodies.active.size
@@ -332,13 +332,13 @@ def observe(y, modes, bodies, p, reactions, out):
             j = one.coordinate - one.axis
             s = (0.25 * y[j], 0.25 * y[j + 1], 0.25 * y[j + 2])
             chosen = (1.0 * (one.axis == 0), 1.0 * (one.axis == 1), 1.0 * (one.axis == 2))
-            q = dot(rotation_vector(of_parameters(s)), chosen)
+            q = dot(rotation_vector(quaternion_of_parameters(s)), chosen)
         out[JOINT_MOTION_OUTPUTS * i + MOTION_POSITION] = q
         out[JOINT_MOTION_OUTPUTS * i + MOTION_RATE] = u
         out[JOINT_MOTION_OUTPUTS * i + MOTION_FORCE] = force
 
 
-class JointMotionKind(PosingKind):
+class JointMotionKind(KindWithModeSets):
     unit = "joint_motion"
     variables: ClassVar[Mapping[str, Variable]] = {
         "joint_position": Variable("displacement in a joint, zero at rest", "m or rad"),
@@ -358,23 +358,23 @@ class JointMotionKind(PosingKind):
     def unit_names(self, scene: Scene) -> list[str]:
         return [f"{name} {m.name}" for name, j in tree_joints(scene).items() for m in j.motions]
 
-    def modes(self, p: JointMotionConstants) -> Modes:
+    def modes(self, p: JointMotionConstants) -> ModeRows:
         count = p.each.size
-        return Modes(count, first=np.zeros(count, dtype=int), last=np.full(count, ABOVE))
+        return ModeRows(count, first=np.zeros(count, dtype=int), last=np.full(count, ABOVE))
 
-    def resistances(self, p: JointMotionConstants) -> Iterator[Resistance]:
+    def resistances(self, p: JointMotionConstants) -> Iterator[LinearResistance]:
         for one in p.each:
             if one["row"] != NO_INDEX:
                 B = np.array([[one["damping"]]])
-                yield Resistance(one["row"], NO_INDEX, B, np.zeros(1), int(one["coordinate"]))
+                yield LinearResistance(one["row"], NO_INDEX, B, np.zeros(1), int(one["coordinate"]))
 
-    def postures(self, p: JointMotionConstants) -> Sequence[Posture]:
+    def postures(self, p: JointMotionConstants) -> Sequence[ModeSet]:
         if not (p.each["stop"] > 0.0).any():
             return []
         rest = np.zeros(p.each.size, dtype=int)
         return [
-            Posture("joints away from their stops", rest_at_first(rest, NO_FRICTION)),
-            Posture("joints at their stops", rest_at_first(rest + AT_LOWEST, NO_FRICTION)),
+            ModeSet("joints away from their stops", rest_at_first(rest, NO_FRICTION)),
+            ModeSet("joints at their stops", rest_at_first(rest + AT_LOWEST, NO_FRICTION)),
         ]
 
     def pressed(
@@ -389,7 +389,7 @@ class JointMotionKind(PosingKind):
             each[name] = 0.0
         return p._replace(each=each)
 
-    def record(self, p: JointMotionConstants, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: JointMotionConstants, bodies: Any, kept: UnitRecord) -> Columns:
         each = ("time", self.unit)
         return {
             "joint_position": (each, kept.observed[:, :, MOTION_POSITION]),

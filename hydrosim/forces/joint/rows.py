@@ -156,7 +156,7 @@ def _turn_bias(lock, a, b, motion):
 
 
 @kernel
-def apply(lock, at, force, moment, bodies, wrench):
+def add_row_wrench(lock, at, force, moment, bodies, wrench):
     """Add ``force`` and ``moment`` on the body at the joint's point, and their opposites on the
     other body, to ``wrench`` (6 nb,)."""
     add_wrench(lock.body, force, add(cross(at.arm, force), moment), wrench)
@@ -167,7 +167,7 @@ def apply(lock, at, force, moment, bodies, wrench):
 
 
 @kernel
-def rate(lock, row, at, bodies, motion):
+def row_rate(lock, row, at, bodies, motion):
     """Rate of a constraint at the present velocities."""
     v = point_velocity(lock.body, at.arm, motion)
     if lock.to != EARTH:
@@ -177,7 +177,7 @@ def rate(lock, row, at, bodies, motion):
 
 
 @kernel
-def turned(lock, reference, bodies, motion):
+def turn_from_reference(lock, reference, bodies, motion):
     """Angle about the first axis from the reference [rad], within half a turn both ways."""
     if not bodies.exact:
         turn = sub(_turn_between(lock, motion.coordinates, motion), vector(reference, TURN_ENTRY))

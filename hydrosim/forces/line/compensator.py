@@ -29,15 +29,15 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from hydrosim.forces.contact.geometry import EARTH
-from hydrosim.forces.kind import Columns, Kept, Modes, Variable, capacity_of, elements_of
+from hydrosim.forces.kind import Columns, ModeRows, UnitRecord, Variable, capacity_of, elements_of
 from hydrosim.forces.layout import Layout
-from hydrosim.forces.pair import Tie, line_between, pull_together
+from hydrosim.forces.pair import TwoPointElement, apply_tension, line_between
 from hydrosim.forces.postures import (
     LINEARISATION_DEPTH,
-    PosingKind,
-    Posture,
+    KindWithModeSets,
+    ModeSet,
     rest_at_first,
-    with_one,
+    with_mode_of_unit,
 )
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import CONTACT_MARGIN, MARGINS, MODE, SEGMENT, SEGMENT_MARGIN
@@ -46,11 +46,11 @@ from hydrosim.scene import ForceElement, Scene
 
 PULLING, TENSION_CUT, CYLINDER_INACTIVE = range(3)
 SLACK_PIECE, LOWER, GAS, UPPER = range(4)
-CYLINDER_TENSION, STROKE, COMPENSATOR_OUTPUTS = range(3)  # see `observe`
+CYLINDER_TENSION, STROKE, COMPENSATOR_OUTPUTS = range(3)  # see `write_outputs`
 
 
 @dataclass(frozen=True)
-class Compensator(Tie):
+class Compensator(TwoPointElement):
     """From ``point`` of the body to ``anchor`` on the earth or in the frame of ``anchor_body``: the
     ``tension`` [N] at the ``length`` [m] in the middle of the ``stroke`` [m]; the ``gas_length``
     [m] there, the ``exponent``, the ``stiffness`` [N/m] on the stops, the ``damping`` [N s/m]."""
@@ -87,7 +87,7 @@ class CompensatorConstants(NamedTuple):
     mode: int
 
 
-class Reach(NamedTuple):
+class CylinderKinematics(NamedTuple):
     """State of one compensator: lever arms of both ends, the direction, x and its rate."""
 
     arm: tuple[float, float, float]
@@ -113,16 +113,16 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Co
 
 
 @kernel
-def reach(one, bodies, motion):
-    """State of a compensator, as a `Reach`."""
+def kinematics(one, bodies, motion):
+    """State of a compensator, as a `CylinderKinematics`."""
     point = vector(one.point, 0)
     anchor = vector(one.anchor, 0)
     s = line_between(one.body, point, one.anchor_body, anchor, bodies, motion)
-    return Reach(s.arm, s.other_arm, s.direction, s.length - one.length, s.rate)
+    return CylinderKinematics(s.arm, s.other_arm, s.direction, s.length - one.length, s.rate)
 
 
 @kernel
-def elastic(one, segment, x):
+def static_tension(one, segment, x):
     """f(x) on a segment."""
     if segment == GAS:
         return one.tension * (one.gas / (one.gas - x)) ** one.exponent
@@ -157,9 +157,9 @@ def _gas_energy(one, x):
 
 
 @kernel
-def pull(one, mode, r):
+def cylinder_tension(one, mode, r):
     """T and f of a compensator."""
-    f = elastic(one, mode[SEGMENT], r.x)
+    f = static_tension(one, mode[SEGMENT], r.x)
     if mode[MODE] != PULLING or mode[SEGMENT] == SLACK_PIECE:
         return 0.0, f
     return f + one.damping * r.rate, f
@@ -174,10 +174,10 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         mode = modes[p.mode + i]
         if mode[MODE] == CYLINDER_INACTIVE:
             continue
-        r = reach(one, bodies, motion)
-        T, f = pull(one, mode, r)
+        r = kinematics(one, bodies, motion)
+        T, f = cylinder_tension(one, mode, r)
         rate[one.row] += (T - f) * r.rate
-        pull_together(one, r, T, wrench[one.row])
+        apply_tension(one, r, T, wrench[one.row])
 
 
 @root
@@ -187,17 +187,17 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
         one = p.each[i]
         mode = modes[p.mode + i]
         if mode[MODE] != CYLINDER_INACTIVE:
-            x = reach(one, bodies, motion).x
+            x = kinematics(one, bodies, motion).x
             stored[one.row] += stored_energy(one, mode[SEGMENT], x)
 
 
 @root
-def observe(modes, motion, bodies, p, out):
+def write_outputs(modes, motion, bodies, p, out):
     """Write rows of `COMPENSATOR_OUTPUTS` of all compensators to ``out``: T and x."""
     for i in range(p.each.size):
-        r = reach(p.each[i], bodies, motion)
+        r = kinematics(p.each[i], bodies, motion)
         row = out[COMPENSATOR_OUTPUTS * i : COMPENSATOR_OUTPUTS * (i + 1)]
-        row[CYLINDER_TENSION], _ = pull(p.each[i], modes[p.mode + i], r)
+        row[CYLINDER_TENSION], _ = cylinder_tension(p.each[i], modes[p.mode + i], r)
         row[STROKE] = r.x
 
 
@@ -218,7 +218,7 @@ def _upper_end(one, segment):
 
 
 @root
-def margins(modes, motion, bodies, p, out):
+def find_margins(modes, motion, bodies, p, out):
     """Margins of all compensators into ``out`` (4 to a row of modes): T, or its opposite where it
     is cut; the way to the nearer end of the segment."""
     for i in range(p.each.size):
@@ -229,7 +229,7 @@ def margins(modes, motion, bodies, p, out):
             out[m + k] = 1.0
         if mode[MODE] == CYLINDER_INACTIVE:
             continue
-        r = reach(one, bodies, motion)
+        r = kinematics(one, bodies, motion)
         segment = mode[SEGMENT]
         if segment == SLACK_PIECE:
             out[m + SEGMENT_MARGIN] = _upper_end(one, segment) - r.x
@@ -239,12 +239,12 @@ def margins(modes, motion, bodies, p, out):
             room = min(r.x - _lower_end(one, segment), _upper_end(one, segment) - r.x)
             out[m + SEGMENT_MARGIN] = room
         if one.damping > 0.0 and segment != SLACK_PIECE:
-            T = elastic(one, segment, r.x) + one.damping * r.rate
+            T = static_tension(one, segment, r.x) + one.damping * r.rate
             out[m + CONTACT_MARGIN] = T if mode[MODE] == PULLING else -T
 
 
 @root
-def switch(i, which, modes, motion, bodies, p):
+def transition(i, which, modes, motion, bodies, p):
     """Switch compensator ``i`` to its next mode, after margin ``which`` has reached zero."""
     one = p.each[i]
     mode = modes[p.mode + i]
@@ -252,7 +252,7 @@ def switch(i, which, modes, motion, bodies, p):
         mode[MODE] = TENSION_CUT if mode[MODE] == PULLING else PULLING
         return
     segment = mode[SEGMENT]
-    r = reach(one, bodies, motion)
+    r = kinematics(one, bodies, motion)
     if segment == SLACK_PIECE:
         mode[SEGMENT] = LOWER
         mode[MODE] = PULLING
@@ -264,7 +264,7 @@ def switch(i, which, modes, motion, bodies, p):
 
 
 @root
-def settle(modes, motion, bodies, p):
+def set_initial_modes(modes, motion, bodies, p):
     """Modes of all compensators for a start."""
     for i in range(p.each.size):
         activate(i, modes, motion, bodies, p)
@@ -275,13 +275,13 @@ def activate(i, modes, motion, bodies, p):
     """Mode of compensator ``i`` when it becomes active."""
     one = p.each[i]
     mode = modes[p.mode + i]
-    r = reach(one, bodies, motion)
+    r = kinematics(one, bodies, motion)
     segment = SLACK_PIECE
     while segment < UPPER and r.x >= _upper_end(one, segment):
         segment += 1
     mode[SEGMENT] = segment
     mode[MODE] = PULLING
-    if elastic(one, segment, r.x) + one.damping * r.rate < 0.0:
+    if static_tension(one, segment, r.x) + one.damping * r.rate < 0.0:
         mode[MODE] = TENSION_CUT
 
 
@@ -292,7 +292,7 @@ def deactivate(i, modes, p):
     modes[p.mode + i, SEGMENT] = SLACK_PIECE
 
 
-class CompensatorKind(PosingKind):
+class CompensatorKind(KindWithModeSets):
     unit = "compensator"
     variables: ClassVar = {
         "compensator_tension": Variable("tension", "N", "from the point to the anchor"),
@@ -303,29 +303,29 @@ class CompensatorKind(PosingKind):
         "compensator_segment": Variable("slack, lower stop, gas, upper stop", "1"),
     }
 
-    def modes(self, p: CompensatorConstants) -> Modes:
+    def modes(self, p: CompensatorConstants) -> ModeRows:
         count = p.each.size
-        return Modes(
+        return ModeRows(
             count,
             first=np.zeros(count, dtype=int),
             last=np.full(count, UPPER),
             steepest=p.each["stiffness"],
         )
 
-    def postures(self, p: CompensatorConstants) -> Sequence[Posture]:
+    def postures(self, p: CompensatorConstants) -> Sequence[ModeSet]:
         if not p.each.size:
             return []
         return [
-            Posture("compensators in their stroke", _posture(p, GAS)),
-            Posture("compensators on their stops", _posture(p, UPPER)),
+            ModeSet("compensators in their stroke", _posture(p, GAS)),
+            ModeSet("compensators on their stops", _posture(p, UPPER)),
         ]
 
     def alone(
         self, p: CompensatorConstants, names: Sequence[str], which: Sequence[int]
-    ) -> Iterator[Posture]:
+    ) -> Iterator[ModeSet]:
         for i in which if p.each.size > 1 else ():
-            one = with_one(_posture(p, GAS), _posture(p, UPPER), i)
-            yield Posture(f"{names[i]} alone on its stop", one)
+            one = with_mode_of_unit(_posture(p, GAS), _posture(p, UPPER), i)
+            yield ModeSet(f"{names[i]} alone on its stop", one)
 
     def alike(self, p: CompensatorConstants) -> Sequence[Hashable]:
         """No two compensators are alike: each pulls in a direction of its own."""
@@ -333,7 +333,7 @@ class CompensatorKind(PosingKind):
 
     def rates(self, p: CompensatorConstants, bodies: Any, motion: Any) -> np.ndarray:
         """Along the lines."""
-        return np.reshape([reach(one, bodies, motion).rate for one in p.each], (-1, 1))
+        return np.reshape([kinematics(one, bodies, motion).rate for one in p.each], (-1, 1))
 
     def pressed(
         self, p: CompensatorConstants, modes: np.ndarray, bodies: Any, motion: Any
@@ -343,14 +343,14 @@ class CompensatorKind(PosingKind):
         each = p.each.copy()
         for one, (_, segment, _) in zip(each, modes, strict=True):
             x = one["half"] + (LINEARISATION_DEPTH if segment == UPPER else 0.0)
-            one["length"] += reach(one, bodies, motion).x - x
+            one["length"] += kinematics(one, bodies, motion).x - x
         return p._replace(each=each)
 
     def coordinates(self, scene: Scene) -> dict[str, object]:
         own = elements_of(scene, Compensator)
         return super().coordinates(scene) | capacity_of(self.unit, own)
 
-    def record(self, p: CompensatorConstants, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: CompensatorConstants, bodies: Any, kept: UnitRecord) -> Columns:
         each = ("time", self.unit)
         return {
             "compensator_tension": (each, kept.observed[:, :, CYLINDER_TENSION]),

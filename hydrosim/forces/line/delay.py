@@ -23,7 +23,7 @@ FACTORS = 3
 DELAY_STATES = 2 * FACTORS
 
 
-def factors(tau: float) -> np.ndarray:
+def delay_factors(tau: float) -> np.ndarray:
     """a [1/s] and b [1/s^2] (3, 2) of a delay ``tau`` [s]; zeros if it is 0."""
     if tau == 0.0:
         return np.zeros((FACTORS, 2))
@@ -44,7 +44,7 @@ def start_delay(u, each, y, k):
 
 
 @kernel
-def delayed(u, rate, each, y, k):
+def delayed_signal(u, rate, each, y, k):
     """The delayed value of ``u`` and its rate, from the states from ``k`` on in ``y``."""
     for i in range(FACTORS):
         a = each[i, 0]

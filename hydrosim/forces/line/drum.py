@@ -20,8 +20,8 @@ most v, until T is back at T0. Then it slows down at a to a stop.
 A drum ends at its shortest and its longest length off it: there s = 0. A compensating drum that
 cannot follow its target, because |s| is limited by v, moves at v until it has caught up.
 
-The law does not know the line. `Pull` has all that it needs: the tension T of a standing drum, its
-rate, and dT/dl0, dT/ds. All changes of mode are events.
+The law does not know the line. `DrumLoad` has all that it needs: the tension T of a standing drum,
+its rate, and dT/dl0, dT/ds. All changes of mode are events.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ DRUM = np.dtype(
 ends of l0, infinite if there is none."""
 
 
-class Pull(NamedTuple):
+class DrumLoad(NamedTuple):
     """A line at a standing drum: its tension ``still`` [N] and the ``rate`` of that [N/s]; its
     derivatives ``by_length`` dT/dl0 [N/m] and ``by_speed`` dT/ds [N s/m], 0 without damping."""
 
@@ -75,7 +75,7 @@ def hold_speed(bound, pull):
 
 
 @kernel
-def pay_out(drum, mode, own, demand, pull):
+def payout_speed(drum, mode, own, demand, pull):
     """Speed s of a drum in a ``mode``; ``own`` is its speed while it speeds up or brakes,
     ``demand`` the speed of its signal or target."""
     if mode == PRESCRIBED:
@@ -104,7 +104,7 @@ def tension_at(drum, mode, s, pull):
 
 
 @kernel
-def gather_speed(drum, mode):
+def drum_acceleration(drum, mode):
     """Acceleration of a drum that speeds up or brakes."""
     if mode in (SPEEDING_OUT, BRAKING_IN):
         return drum.acceleration
@@ -147,10 +147,10 @@ def law_margin(drum, mode, T, s, l0, target, demand):
         if mode in (SPEEDING_OUT, SPEEDING_IN):
             return min(way * (T - T0) / T0, 1.0 - way * s / v)
         if mode in (BRAKING_OUT, BRAKING_IN):
-            return min(way * s / v, way * (_bound(drum, way) - T) / T0)
+            return min(way * s / v, way * (_tension_bound(drum, way) - T) / T0)
         if mode in (FAST_OUT, FAST_IN):
             return (
-                way * (T - (T0 if drum.acceleration > 0.0 else _bound(drum, way)))
+                way * (T - (T0 if drum.acceleration > 0.0 else _tension_bound(drum, way)))
                 + MODE_EDGE_RTOL * T0
             )
     if drum.control == SPEED_CONTROL:
@@ -171,7 +171,7 @@ def law_margin(drum, mode, T, s, l0, target, demand):
 
 
 @kernel
-def _bound(drum, way):
+def _tension_bound(drum, way):
     """The bound of the tension beyond which a drum pays out, or heaves in."""
     return drum.high if way > 0.0 else drum.low
 
@@ -192,7 +192,7 @@ def end_margin(drum, mode, l0):
 
 
 @kernel
-def begin_turning(drum, way, pull, taut, l0):
+def turning_mode(drum, way, pull, taut, l0):
     """Mode of a drum with tension control that begins to pay out (``way`` 1) or to heave in (-1),
     because the tension is on that bound or beyond."""
     out = way > 0.0
@@ -203,7 +203,7 @@ def begin_turning(drum, way, pull, taut, l0):
     if drum.acceleration > 0.0:
         return SPEEDING_OUT if out else SPEEDING_IN
     fast = FAST_OUT if out else FAST_IN
-    bound = _bound(drum, way)
+    bound = _tension_bound(drum, way)
     jumps = pull.by_speed < 0.0  # then the tension can be on the bound at once
     if not taut or (not jumps and way * (pull.still - bound) > ON_BOUND * drum.tension):
         return fast
@@ -216,20 +216,20 @@ def begin_turning(drum, way, pull, taut, l0):
 
 
 @kernel
-def settle_drum(drum, pull, taut, l0, target, demand):
+def initial_mode(drum, pull, taut, l0, target, demand):
     """Mode of a drum at a start."""
     if drum.control == TENSION_CONTROL:
         T = pull.still if taut else 0.0
         if drum.high < T:
-            return begin_turning(drum, 1.0, pull, taut, l0)
+            return turning_mode(drum, 1.0, pull, taut, l0)
         if drum.low > T:
-            return begin_turning(drum, -1.0, pull, taut, l0)
+            return turning_mode(drum, -1.0, pull, taut, l0)
         return STUCK
-    return follow(drum, l0, target, demand)
+    return following_mode(drum, l0, target, demand)
 
 
 @kernel
-def follow(drum, l0, target, demand):
+def following_mode(drum, l0, target, demand):
     """Mode of a drum that follows its signal or target, or would, were it not for its ends."""
     if drum.control == SPEED_CONTROL:
         if demand > 0.0 and l0 >= drum.longest * (1.0 - AT_END):
@@ -260,9 +260,9 @@ def next_mode(drum, mode, pull, taut, T, s, l0, target, demand):
         return PRESCRIBED
     if mode == STUCK:
         near = 1.0 if drum.high - T < T - drum.low else -1.0
-        return begin_turning(drum, near, pull, taut, l0)
+        return turning_mode(drum, near, pull, taut, l0)
     if mode in (EMPTY, FULL):
-        return begin_turning(drum, 1.0 if mode == FULL else -1.0, pull, taut, l0)
+        return turning_mode(drum, 1.0 if mode == FULL else -1.0, pull, taut, l0)
     if mode in (SLIPPING_OUT, SLIPPING_IN):
         if way * s < 0.5 * v:
             return STUCK
@@ -272,12 +272,12 @@ def next_mode(drum, mode, pull, taut, T, s, l0, target, demand):
             return FAST_OUT if way > 0.0 else FAST_IN
         return BRAKING_OUT if way > 0.0 else BRAKING_IN
     if mode in (BRAKING_OUT, BRAKING_IN):
-        if way * (_bound(drum, way) - T) / T0 < way * s / v:
+        if way * (_tension_bound(drum, way) - T) / T0 < way * s / v:
             return SPEEDING_OUT if way > 0.0 else SPEEDING_IN
-        return settle_drum(drum, pull, taut, l0, target, demand)
+        return initial_mode(drum, pull, taut, l0, target, demand)
     if drum.acceleration > 0.0:
         return BRAKING_OUT if way > 0.0 else BRAKING_IN
-    back = way * hold_speed(_bound(drum, way), pull)
+    back = way * hold_speed(_tension_bound(drum, way), pull)
     if back <= 0.0:
         return STUCK
     return SLIPPING_OUT if way > 0.0 else SLIPPING_IN

@@ -7,7 +7,15 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from hydrosim.forces.kind import Columns, Kept, Modes, States, Variable, capacity_of, elements_of
+from hydrosim.forces.kind import (
+    Columns,
+    ModeRows,
+    StateBlocks,
+    UnitRecord,
+    Variable,
+    capacity_of,
+    elements_of,
+)
 from hydrosim.forces.line import shape
 from hydrosim.forces.line.catenary import (
     ANCHOR_TENSION,
@@ -20,9 +28,9 @@ from hydrosim.forces.line.catenary import (
     Catenary,
     CatenaryConstants,
     compile_elements,
-    find_ends,
+    end_kinematics,
 )
-from hydrosim.forces.postures import PosingKind, Posture, rest_at_first
+from hydrosim.forces.postures import KindWithModeSets, ModeSet, rest_at_first
 from hydrosim.modes import ACTING, MODE, RISING, UNDEFINED
 from hydrosim.scene import Scene
 
@@ -32,7 +40,7 @@ TAUT_SHARE = 0.999
 """Unstretched length over the distance of the ends, at which a taut line is linearised."""
 
 
-class CatenaryKind(PosingKind):
+class CatenaryKind(KindWithModeSets):
     unit = "line"
     variables: ClassVar = {
         "line_tension": Variable("tension at the fairlead", "N", "along the line"),
@@ -45,21 +53,21 @@ class CatenaryKind(PosingKind):
         "line_segment": Variable("profile: where it touches down, slips and hangs", "1"),
     }
 
-    def modes(self, p: CatenaryConstants) -> Modes:
+    def modes(self, p: CatenaryConstants) -> ModeRows:
         size = p.lines.size
-        return Modes(size, first=np.zeros(size, int), last=np.full(size, PROFILES))
+        return ModeRows(size, first=np.zeros(size, int), last=np.full(size, PROFILES))
 
-    def states(self, p: CatenaryConstants, scene: Scene) -> Iterator[States]:
-        yield States("line", self.unit_names(scene), GUESS)
+    def states(self, p: CatenaryConstants, scene: Scene) -> Iterator[StateBlocks]:
+        yield StateBlocks("line", self.unit_names(scene), GUESS)
 
-    def postures(self, p: CatenaryConstants) -> Sequence[Posture]:
+    def postures(self, p: CatenaryConstants) -> Sequence[ModeSet]:
         """All as they hang, and all taut."""
         if not p.lines.size:
             return []
         first = np.zeros(p.lines.size)
         return [
-            Posture("", rest_at_first(first, ACTING)),
-            Posture("lines taut", rest_at_first(first, TAUT_LINE)),
+            ModeSet("", rest_at_first(first, ACTING)),
+            ModeSet("lines taut", rest_at_first(first, TAUT_LINE)),
         ]
 
     def alike(self, p: CatenaryConstants) -> Sequence[Hashable]:
@@ -68,7 +76,7 @@ class CatenaryKind(PosingKind):
 
     def rates(self, p: CatenaryConstants, bodies: Any, motion: Any) -> np.ndarray:
         """Along the chords."""
-        found = [_rate(find_ends(line, bodies, motion)) for line in p.lines]
+        found = [_rate(end_kinematics(line, bodies, motion)) for line in p.lines]
         return np.reshape(found, (-1, 1))
 
     def pressed(
@@ -79,7 +87,7 @@ class CatenaryKind(PosingKind):
         pieces = p.pieces.copy()
         for line, mode in zip(p.lines, modes[:, MODE], strict=True):
             if mode == TAUT_LINE:
-                s = find_ends(line, bodies, motion)
+                s = end_kinematics(line, bodies, motion)
                 own = pieces[line["first"] : line["last"]]
                 own["length"] *= TAUT_SHARE * np.hypot(s.x, s.z) / own["length"].sum()
         return p._replace(pieces=pieces)
@@ -106,7 +114,7 @@ class CatenaryKind(PosingKind):
     def coordinates(self, scene: Scene) -> dict[str, object]:
         return super().coordinates(scene) | capacity_of(self.unit, elements_of(scene, Catenary))
 
-    def record(self, p: CatenaryConstants, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: CatenaryConstants, bodies: Any, kept: UnitRecord) -> Columns:
         each = ("time", "line")
         found: Columns = {"line_mode": (each, kept.modes[:, :, MODE].astype(np.int8))}
         columns = {

@@ -29,7 +29,7 @@ UNIT_ROUNDING = 4e-16
 BENT = 0.9  # |q| above which 1 - |q| is computed from the ends
 
 
-class Span(NamedTuple):
+class StretchSpan(NamedTuple):
     """Where a stretch leads [m], in axes along and across a unit vector e = (ex, ez): ``along`` is
     the distance less the unstretched length, ``across`` the distance along (-ez, ex). ``xH``,
     ``zH``, ``zV`` are the derivatives of x and z by H and V at the upper end [m/N]; x by V is
@@ -74,8 +74,8 @@ def curvature(H, Va, Vb, Ta, Tb):
 
 
 @kernel
-def span(H, Va, w, L, EA, ex, ez):
-    """The `Span` of a stretch, for H > 0."""
+def stretch_span(H, Va, w, L, EA, ex, ez):
+    """The `StretchSpan` of a stretch, for H > 0."""
     D = w * L
     Vb = remaining(Va, D)
     HH = H * H
@@ -105,7 +105,7 @@ def span(H, Va, w, L, EA, ex, ez):
     zV = L * (open_ + HH) / (S * TT)
     zH = -H * scale * M / TT
     xH = L / S * (2.0 * g + ((HH * squares + VV * VV) / (TT + HH) + VV) / TT)
-    return Span(along, across, xH + soft, zH, zV + soft)
+    return StretchSpan(along, across, xH + soft, zH, zV + soft)
 
 
 @kernel

@@ -41,9 +41,9 @@ from hydrosim.forces.line.drum import (
     LENGTH_CONTROL,
     SPEED_CONTROL,
     TENSION_CONTROL,
-    Pull,
+    DrumLoad,
 )
-from hydrosim.forces.pair import Tie, line_between, pull_together
+from hydrosim.forces.pair import TwoPointElement, apply_tension, line_between
 from hydrosim.forces.signal import (
     NOTHING,
     SIGNAL,
@@ -77,11 +77,11 @@ WINCH_STATE_NAMES = (
     *("length off the drum", "speed of the drum", "work of the drive", "friction loss"),
     *("speed of the last snap", "largest tension"),
 )
-WIRE_TENSION, LENGTH_OFF, PAY_OUT, DISTANCE, WINCH_OUTPUTS = range(5)  # see `observe`
+WIRE_TENSION, LENGTH_OFF, PAY_OUT, DISTANCE, WINCH_OUTPUTS = range(5)  # see `write_outputs`
 
 
 @dataclass(frozen=True)
-class Winch(Tie):
+class Winch(TwoPointElement):
     """A wire of ``stiffness`` EA [N] and ``damping`` c [s] from ``point`` of the body to ``anchor``
     on the earth or in the frame of ``anchor_body``. Its ``length`` off the drum without load is a
     signal over time [m]. Or it is a number at the start [m], None for that at which the set tension
@@ -167,7 +167,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Wi
         ends = (layout.body[e.body], layout.row[name], e.point, anchor, e.anchor)
         signal = NOTHING if own[name] is None else next(compiled)
         wire = (e.stiffness, e.damping, _first_length(e, layout), 0.0, False)
-        follows = _followed(name, e.control, layout, delays)
+        follows = _compensation_fields(name, e.control, layout, delays)
         rows.append((*ends, *wire, _drum(e), signal, *follows))
         delays += follows[-2] != NO_INDEX
     return WinchConstants(np.array(rows, dtype=WINCH), pieces, delays, 0, 0)
@@ -202,12 +202,12 @@ def _drum(e: Winch) -> tuple[Any, ...]:
     return kind, 0.0, 0.0, 0.0, 0.0, 0.0, fastest, 0.0, shortest, longest
 
 
-def _followed(
+def _compensation_fields(
     name: str, control: Control | None, layout: Layout, delays: int
 ) -> tuple[int, tuple[float, ...], float, float, int, np.ndarray]:
     """Values of `WINCH` for a compensation."""
     if not isinstance(control, Compensation):
-        return NO_INDEX, (0.0, 0.0, 0.0), 0.0, 0.0, NO_INDEX, delay.factors(0.0)
+        return NO_INDEX, (0.0, 0.0, 0.0), 0.0, 0.0, NO_INDEX, delay.delay_factors(0.0)
     if control.point not in layout.points:
         known = ", ".join(layout.points) or "none in this scene; name points of bodies by points"
         raise InputError(
@@ -218,7 +218,7 @@ def _followed(
     of = next(key for key, number in layout.body.items() if number == body)
     rest = float(layout.place_at_rest(of, place)[2])
     first = NO_INDEX if control.delay == 0.0 else delay.DELAY_STATES * delays
-    return body, place, rest, control.gain, first, delay.factors(control.delay)
+    return body, place, rest, control.gain, first, delay.delay_factors(control.delay)
 
 
 def lasting_lengths(p: WinchConstants) -> np.ndarray:
@@ -227,7 +227,7 @@ def lasting_lengths(p: WinchConstants) -> np.ndarray:
     return np.asarray(p.state + WINCH_STATES * own + WIRE_LENGTH)
 
 
-def standing(p: WinchConstants) -> WinchConstants:
+def drums_locked(p: WinchConstants) -> WinchConstants:
     """The same winches with drums that stand, for a scene at rest; those of compensation keep to
     their targets."""
     each = p.each.copy()
@@ -235,7 +235,7 @@ def standing(p: WinchConstants) -> WinchConstants:
     return p._replace(each=each)
 
 
-class Wire(NamedTuple):
+class WireKinematics(NamedTuple):
     """State of one winch: lever arms of both ends, the direction, the distance l and its rate; l0,
     its speed s, the target of l0 and the demanded speed; T, T where it is not cut, EA e."""
 
@@ -251,19 +251,19 @@ class Wire(NamedTuple):
     tension: float
     uncut: float
     elastic: float
-    pull: Pull
+    pull: DrumLoad
 
 
 @kernel
-def stretch(i, t, y, modes, motion, bodies, p):
-    """State of winch ``i``, as a `Wire`."""
+def kinematics(i, t, y, modes, motion, bodies, p):
+    """State of winch ``i``, as a `WireKinematics`."""
     one = p.each[i]
     mode = modes[p.mode + i]
     k = p.state + WINCH_STATES * i
     line = line_between(
         one.body, vector(one.point, 0), one.anchor_body, vector(one.anchor, 0), bodies, motion
     )
-    target, demand = wanted(i, t, y, motion, bodies, p)
+    target, demand = setpoint(i, t, y, motion, bodies, p)
     l0 = target if one.drum.control == LENGTH_CONTROL else y[k + WIRE_LENGTH]
     if one.pinned > 0.0:
         l0 = one.pinned
@@ -273,12 +273,12 @@ def stretch(i, t, y, modes, motion, bodies, p):
     still = EA * e + damping * line.rate / l0
     by_length = -EA * line.length / (l0 * l0)
     by_speed = one.damping * by_length
-    pull = Pull(still, EA * line.rate / l0, by_length, by_speed)
-    s = drum.pay_out(one.drum, mode[MODE], y[k + DRUM_SPEED], demand, pull)
+    pull = DrumLoad(still, EA * line.rate / l0, by_length, by_speed)
+    s = drum.payout_speed(one.drum, mode[MODE], y[k + DRUM_SPEED], demand, pull)
     uncut = drum.tension_at(one.drum, mode[MODE], s, pull)
     T = uncut if mode[SEGMENT] == TAUT and mode[MODE] != DRUM_INACTIVE else 0.0
     elastic = EA * max(e, 0.0) if mode[SEGMENT] != SLACK else 0.0
-    return Wire(
+    return WireKinematics(
         line.arm,
         line.other_arm,
         line.direction,
@@ -296,7 +296,7 @@ def stretch(i, t, y, modes, motion, bodies, p):
 
 
 @kernel
-def wanted(i, t, y, motion, bodies, p):
+def setpoint(i, t, y, motion, bodies, p):
     """Target of l0 and demanded speed of pay-out of winch ``i``; 0 where it has none."""
     one = p.each[i]
     if one.drum.control == LENGTH_CONTROL:
@@ -307,7 +307,7 @@ def wanted(i, t, y, motion, bodies, p):
         rise, speed = _rise(one, motion, bodies)
         if one.delay != NO_INDEX:
             k = _delay_state(one, p)
-            rise, speed = delay.delayed(rise, speed, one.factors, y, k)
+            rise, speed = delay.delayed_signal(rise, speed, one.factors, y, k)
         return one.start + one.gain * rise, one.gain * speed
     return 0.0, 0.0
 
@@ -337,18 +337,18 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         if one.delay != NO_INDEX:
             rise, _ = _rise(one, motion, bodies)
             delay.add_rates(rise, one.factors, y, _delay_state(one, p), dy)
-        w = stretch(i, t, y, modes, motion, bodies, p)
+        w = kinematics(i, t, y, modes, motion, bodies, p)
         dy[k + WIRE_LENGTH] = w.speed
         if mode[MODE] == DRUM_INACTIVE:
             continue
         lost = drum.friction_loss(one.drum, w.speed)
-        dy[k + DRUM_SPEED] = drum.gather_speed(one.drum, mode[MODE])
+        dy[k + DRUM_SPEED] = drum.drum_acceleration(one.drum, mode[MODE])
         dy[k + DRIVE_WORK] = w.tension * w.speed - lost
         dy[k + DRUM_FRICTION] = lost
         strain = w.elastic / one.stiffness
         rate[one.row] += (w.tension - w.elastic) * w.rate
         rate[one.row] += w.elastic * (1.0 + 0.5 * strain) * w.speed
-        pull_together(one, w, w.tension, wrench[one.row])
+        apply_tension(one, w, w.tension, wrench[one.row])
 
 
 @root
@@ -357,15 +357,15 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
     for i in range(p.each.size):
         one = p.each[i]
         if modes[p.mode + i, MODE] != DRUM_INACTIVE:
-            w = stretch(i, t, y, modes, motion, bodies, p)
+            w = kinematics(i, t, y, modes, motion, bodies, p)
             stored[one.row] += 0.5 * w.elastic * w.elastic / one.stiffness * w.length
 
 
 @root
-def observe(t, y, modes, motion, bodies, p, out):
+def write_outputs(t, y, modes, motion, bodies, p, out):
     """Write rows of `WINCH_OUTPUTS` of all winches to ``out``: T, l0, s and l."""
     for i in range(p.each.size):
-        w = stretch(i, t, y, modes, motion, bodies, p)
+        w = kinematics(i, t, y, modes, motion, bodies, p)
         row = out[WINCH_OUTPUTS * i : WINCH_OUTPUTS * (i + 1)]
         row[WIRE_TENSION] = w.tension
         row[LENGTH_OFF] = w.length
@@ -378,11 +378,11 @@ def record_largest(t, y, modes, motion, bodies, p):
     """Keep the largest tension and, at single steps, what records would miss."""
     for i in range(p.each.size):
         k = p.state + WINCH_STATES * i + LARGEST_TENSION
-        y[k] = max(y[k], stretch(i, t, y, modes, motion, bodies, p).tension)
+        y[k] = max(y[k], kinematics(i, t, y, modes, motion, bodies, p).tension)
 
 
 @root
-def margins(t, y, modes, motion, bodies, p, out):
+def find_margins(t, y, modes, motion, bodies, p, out):
     """Margins of all winches into ``out`` (4 to a row of modes): T, or its opposite where it is
     cut; the law of the drum; l - l0, or its opposite where it is slack; the ends of the drum."""
     for i in range(p.each.size):
@@ -393,7 +393,7 @@ def margins(t, y, modes, motion, bodies, p, out):
             out[m + k] = 1.0
         if mode[MODE] == DRUM_INACTIVE:
             continue
-        w = stretch(i, t, y, modes, motion, bodies, p)
+        w = kinematics(i, t, y, modes, motion, bodies, p)
         beyond = w.distance - w.length
         out[m + SEGMENT_MARGIN] = -beyond if mode[SEGMENT] == SLACK else beyond
         if one.damping > 0.0 and mode[SEGMENT] != SLACK:
@@ -405,7 +405,7 @@ def margins(t, y, modes, motion, bodies, p, out):
 
 
 @kernel
-def felt(i, part, p):
+def guard_dependencies(i, part, p):
     """Ranges (from, to) of the states that the margins of winch ``i`` depend on; none if ``i`` is
     beyond all winches."""
     if i >= p.each.size:
@@ -420,12 +420,12 @@ def felt(i, part, p):
 
 
 @root
-def switch(i, which, t, y, modes, motion, bodies, p):
+def transition(i, which, t, y, modes, motion, bodies, p):
     """Switch winch ``i`` to its next mode, after margin ``which`` has reached zero."""
     one = p.each[i]
     mode = modes[p.mode + i]
     k = p.state + WINCH_STATES * i
-    w = stretch(i, t, y, modes, motion, bodies, p)
+    w = kinematics(i, t, y, modes, motion, bodies, p)
     if which == SEGMENT_MARGIN and mode[SEGMENT] == SLACK:
         mode[SEGMENT] = TAUT
         y[k + SNAP_SPEED] = w.rate - w.speed
@@ -436,7 +436,7 @@ def switch(i, which, t, y, modes, motion, bodies, p):
     else:
         before = mode[MODE]
         _place_drum(one, before, w, y, k)
-        w = stretch(i, t, y, modes, motion, bodies, p)
+        w = kinematics(i, t, y, modes, motion, bodies, p)
         if which == RISING_MARGIN:
             mode[MODE] = drum.stop_at_end(one.drum, before, w.length)
         else:
@@ -473,16 +473,16 @@ def _keep_speed(own, mode, y, k):
 
 
 @root
-def settle(t, y, modes, motion, bodies, p):
+def set_initial_modes(t, y, modes, motion, bodies, p):
     """Modes of all winches for a start, and l0 where ``y`` has none yet."""
     for i in range(p.each.size):
         if y[p.state + WINCH_STATES * i + WIRE_LENGTH] <= 0.0:
-            reel(i, t, y, motion, bodies, p)
+            set_initial_length(i, t, y, motion, bodies, p)
         activate(i, t, y, modes, motion, bodies, p)
 
 
 @kernel
-def reel(i, t, y, motion, bodies, p):
+def set_initial_length(i, t, y, motion, bodies, p):
     """Set l0 of winch ``i`` to that of its start or of its target."""
     one = p.each[i]
     k = p.state + WINCH_STATES * i
@@ -491,7 +491,7 @@ def reel(i, t, y, motion, bodies, p):
         delay.start_delay(rise, one.factors, y, _delay_state(one, p))
     l0 = one.start
     if one.drum.control in (LENGTH_CONTROL, COMPENSATION):
-        l0, _ = wanted(i, t, y, motion, bodies, p)
+        l0, _ = setpoint(i, t, y, motion, bodies, p)
     y[k + WIRE_LENGTH] = min(max(l0, one.drum.shortest), one.drum.longest)
 
 
@@ -502,23 +502,23 @@ def activate(i, t, y, modes, motion, bodies, p):
     mode = modes[p.mode + i]
     mode[MODE] = drum.STUCK
     mode[SEGMENT] = TAUT
-    w = stretch(i, t, y, modes, motion, bodies, p)
+    w = kinematics(i, t, y, modes, motion, bodies, p)
     if w.distance < w.length or (w.distance == w.length and w.rate <= 0.0):
         mode[SEGMENT] = SLACK
     elif w.pull.still < 0.0:
         mode[SEGMENT] = WIRE_CUT
     taut = mode[SEGMENT] == TAUT
     if not one.stands:
-        mode[MODE] = drum.settle_drum(one.drum, w.pull, taut, w.length, w.target, w.demand)
+        mode[MODE] = drum.initial_mode(one.drum, w.pull, taut, w.length, w.target, w.demand)
     _keep_speed(one.drum, mode[MODE], y, p.state + WINCH_STATES * i)
 
 
 @kernel
-def take_up(i, t, y, modes, motion, bodies, p):
+def activate_in_run(i, t, y, modes, motion, bodies, p):
     """Activate winch ``i`` in a run; a drum with a target begins there."""
     own = p.each[i].drum
     if own.control in (LENGTH_CONTROL, COMPENSATION):
-        l0, _ = wanted(i, t, y, motion, bodies, p)
+        l0, _ = setpoint(i, t, y, motion, bodies, p)
         y[p.state + WINCH_STATES * i + WIRE_LENGTH] = min(max(l0, own.shortest), own.longest)
     activate(i, t, y, modes, motion, bodies, p)
 

@@ -7,7 +7,15 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from hydrosim.forces.kind import Columns, Kept, Modes, States, Variable, capacity_of, elements_of
+from hydrosim.forces.kind import (
+    Columns,
+    ModeRows,
+    StateBlocks,
+    UnitRecord,
+    Variable,
+    capacity_of,
+    elements_of,
+)
 from hydrosim.forces.line import delay
 from hydrosim.forces.line.controls import Compensation
 from hydrosim.forces.line.drum import (
@@ -40,10 +48,10 @@ from hydrosim.forces.line.winch import (
 from hydrosim.forces.pair import line_between
 from hydrosim.forces.postures import (
     LINEARISATION_DEPTH,
-    PosingKind,
-    Posture,
+    KindWithModeSets,
+    ModeSet,
     rest_at_first,
-    with_one,
+    with_mode_of_unit,
 )
 from hydrosim.modes import MODE, SEGMENT
 from hydrosim.scene import Scene
@@ -51,7 +59,7 @@ from hydrosim.scene import Scene
 DELAY = tuple(f"delay {k + 1}" for k in range(delay.DELAY_STATES))
 
 
-class WinchKind(PosingKind):
+class WinchKind(KindWithModeSets):
     unit = "winch"
     variables: ClassVar = {
         "winch_tension": Variable("tension of the wire", "N", "from the point to the anchor"),
@@ -65,16 +73,16 @@ class WinchKind(PosingKind):
         "winch_segment": Variable("wire slack, taut, or cut by its damping", "1"),
     }
 
-    def modes(self, p: WinchConstants) -> Modes:
+    def modes(self, p: WinchConstants) -> ModeRows:
         count = p.each.size
-        return Modes(count, first=np.zeros(count, dtype=int), last=np.full(count, WIRE_CUT))
+        return ModeRows(count, first=np.zeros(count, dtype=int), last=np.full(count, WIRE_CUT))
 
-    def states(self, p: WinchConstants, scene: Scene) -> Iterator[States]:
+    def states(self, p: WinchConstants, scene: Scene) -> Iterator[StateBlocks]:
         every = {name: e for name, e in scene.forces.items() if isinstance(e, Winch)}
         controls = {name: e.control for name, e in every.items()}
-        yield States("winch", [*every], WINCH_STATE_NAMES)
+        yield StateBlocks("winch", [*every], WINCH_STATE_NAMES)
         late = [n for n, c in controls.items() if isinstance(c, Compensation) and c.delay]
-        yield States("winch delay", late, DELAY)
+        yield StateBlocks("winch delay", late, DELAY)
 
     def felt_states(self, p: WinchConstants) -> np.ndarray:
         ruled = np.flatnonzero(p.each["drum"]["control"] != LENGTH_CONTROL)
@@ -114,24 +122,24 @@ class WinchKind(PosingKind):
         own = slice(p.state, p.state + WINCH_STATES * p.each.size + delay.DELAY_STATES * p.delays)
         y[own] = np.where(known[own], y[own], anew[own])
 
-    def postures(self, p: WinchConstants) -> Sequence[Posture]:
+    def postures(self, p: WinchConstants) -> Sequence[ModeSet]:
         if not p.each.size:
             return []
-        found = [Posture("winches slack", _posture(p, SLACK))]
-        found.append(Posture("winches taut", _posture(p, TAUT)))
+        found = [ModeSet("winches slack", _posture(p, SLACK))]
+        found.append(ModeSet("winches taut", _posture(p, TAUT)))
         slips = (p.each["drum"]["control"] == TENSION_CONTROL) & (p.each["damping"] > 0.0)
         if slips.any():
             slipping = _posture(p, TAUT)
             slipping[slips, MODE] = SLIPPING_IN
-            found.append(Posture("drums slipping", slipping))
+            found.append(ModeSet("drums slipping", slipping))
         return found
 
     def alone(
         self, p: WinchConstants, names: Sequence[str], which: Sequence[int]
-    ) -> Iterator[Posture]:
+    ) -> Iterator[ModeSet]:
         for i in which if p.each.size > 1 else ():
-            one = with_one(_posture(p, SLACK), _posture(p, TAUT), i)
-            yield Posture(f"{names[i]} alone taut", one)
+            one = with_mode_of_unit(_posture(p, SLACK), _posture(p, TAUT), i)
+            yield ModeSet(f"{names[i]} alone taut", one)
 
     def alike(self, p: WinchConstants) -> Sequence[Hashable]:
         """No two winches are alike: each pulls in a direction of its own."""
@@ -165,7 +173,7 @@ class WinchKind(PosingKind):
     def coordinates(self, scene: Scene) -> dict[str, object]:
         return super().coordinates(scene) | capacity_of(self.unit, elements_of(scene, Winch))
 
-    def record(self, p: WinchConstants, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: WinchConstants, bodies: Any, kept: UnitRecord) -> Columns:
         each = ("time", "winch")
         n = p.each.size
         states = kept.y[p.state : p.state + WINCH_STATES * n].reshape(-1, n, WINCH_STATES)

@@ -1,8 +1,8 @@
 """Viscous roll damping in the frequency domain, by stochastic linearisation.
 
 The damping B2 |p| p + B3 p^3 of a Gaussian roll rate p of standard deviation s takes the same mean
-power as (sqrt(8/pi) s B2 + 3 s^2 B3) p (`hydrosim.forces.damping.viscous_roll.linearised`). The
-rate depends on the damping in turn, so both are iterated in the random waves of the scene. In a
+power as (sqrt(8/pi) s B2 + 3 s^2 B3) p (`hydrosim.forces.damping.viscous_roll.linearise_damping`).
+The rate depends on the damping in turn, so both are iterated in the random waves of the scene. In a
 scene without random waves, the linear part B1 alone is there, for motions that are small.
 """
 

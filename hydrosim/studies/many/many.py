@@ -28,7 +28,7 @@ import xarray as xr
 
 from hydrosim.errors import HydrosimError, InputError
 from hydrosim.forces import externals_of
-from hydrosim.interrupts import raise_if_interrupted, undisturbed
+from hydrosim.interrupts import delay_interrupts, raise_if_interrupted
 from hydrosim.outputs import as_output
 from hydrosim.results.journal import KNOWN, RESULT, Journal, Kept
 from hydrosim.results.runs_file import BY_RUN, COMPLETE, RUN, RunsFile
@@ -292,7 +292,7 @@ def _run_all(work: _RunSet, pool: Pool, progress: Progress | None) -> None:
         while not first.done():
             wait([future for _, future in pending if not future.done()], None, FIRST_COMPLETED)
             work.keep(pending)
-        with undisturbed():
+        with delay_interrupts():
             if not work.has_run(run):
                 work.keep(pending)
             work.write(run, first.result())
@@ -384,7 +384,7 @@ class _RunSet(NamedTuple):
                 continue
             if not future.exception() and (outcome := future.result()).found is not None:
                 kept = Kept(outcome.found, outcome.attributes, outcome.warnings)
-                with undisturbed():
+                with delay_interrupts():
                     self.journal.add(run, kept)
 
     def write(self, run: int, outcome: RunOutcome) -> None:

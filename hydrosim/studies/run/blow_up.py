@@ -16,7 +16,7 @@ import numpy as np
 from hydrosim.dofs import DOFS
 from hydrosim.forces import losses
 from hydrosim.forces.layout import RADIATION
-from hydrosim.stepping.names import element_of, force_names, supplies
+from hydrosim.stepping.names import element_of, force_names, is_work_row
 from hydrosim.stepping.record import unpack
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def find_blow_up(scene: Scene, model: Model, record: Record, first: int, count: 
     lost_before = losses(model, start)
     lost_besides = losses(model, values)
     for row in range(model.rows):
-        if supplies(scene, row):
+        if is_work_row(scene, row):
             given += np.maximum(since[:, row], 0.0)
         elif _can_add_energy(scene, row):
             lost = since[:, row]

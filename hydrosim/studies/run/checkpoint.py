@@ -21,7 +21,7 @@ from hydrosim.errors import InputError, WritingError
 from hydrosim.forces import without_numbers
 from hydrosim.jit.kernels import sources_digest
 from hydrosim.jit.waiting import running_time
-from hydrosim.leftovers import is_marked
+from hydrosim.leftovers import has_mark
 from hydrosim.outputs import Output
 from hydrosim.program import program_version, versions
 from hydrosim.results.validation import FUNCTION_STATES
@@ -53,7 +53,7 @@ def checkpoint_of(result: Output) -> Output:
     """Output for the checkpoints of a run that is to be written to ``result``. Raises InputError if
     another kind of file stands there; that is never replaced."""
     path = result.path.with_name(f"{result.path.name}.checkpoint")
-    if os.path.lexists(path) and not is_marked(path, "checkpoint"):
+    if os.path.lexists(path) and not has_mark(path, "checkpoint"):
         raise InputError(
             f"{path}: is not a checkpoint of this program; expected a checkpoint or no file"
             " beside the result of a run. Move it away, or give the result another name."

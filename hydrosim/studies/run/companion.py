@@ -19,11 +19,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hydrosim.forces import own_modes
+from hydrosim.forces import modes_of_kind
 from hydrosim.forces.contact.fender import NORMAL_FORCE
 from hydrosim.forces.contact.kind import CONTACT_KIND as CONTACTS
 from hydrosim.forces.contact.modes import OPEN
-from hydrosim.jit.refs import Held
+from hydrosim.jit.refs import StructReference
 from hydrosim.modes import MODE
 from hydrosim.radiation.history import LONGEST_REMEMBERED
 from hydrosim.stepping.clock import Clock
@@ -100,7 +100,7 @@ class Companion:
         record = new_record(compiled.model, room)
         state = compiled.first_state()
         self._run = new_run(clock, compiled.model, compiled.method, state, record)
-        self._held = Held(self._run)
+        self._held = StructReference(self._run)
         self._seen = 0
 
     @property
@@ -150,7 +150,7 @@ def _normal_forces(run: Run, values: dict[str, np.ndarray], begin: int, end: int
     """Normal forces of all contact points (nt, nf) [N]."""
     if values[CONTACTS.unit].size == 0:
         return np.zeros((end - begin, 0))
-    modes = own_modes(CONTACTS, CONTACTS.of(run.model), run.record.modes[begin:end])
+    modes = modes_of_kind(CONTACTS, CONTACTS.of(run.model), run.record.modes[begin:end])
     return np.where(modes[:, :, MODE] == OPEN, 0.0, values[CONTACTS.unit][:, :, NORMAL_FORCE])
 
 

@@ -13,7 +13,7 @@ from hydrosim.compiling.clock import compile_clock
 from hydrosim.compiling.facts import solution
 from hydrosim.errors import SimulationError
 from hydrosim.forces import function_errors
-from hydrosim.jit.refs import Held, forget
+from hydrosim.jit.refs import StructReference, clear_references
 from hydrosim.jit.waiting import Torn, running_time
 from hydrosim.results.error_figures import ErrorEstimate, add_error_estimate
 from hydrosim.results.ledger import warn
@@ -73,7 +73,7 @@ class RunInProgress:
         record = new_record(model, clock, scene.output_accelerations, spacing)
         self.compiled = compiled
         self.run = new_run(clock, model, compiled.method, compiled.first_state(), record)
-        self._held = Held(self.run)
+        self._held = StructReference(self.run)
         self._evaluations = 1
         self._seen = 0
         self._status = "complete"
@@ -204,7 +204,7 @@ class RunInProgress:
         compiled = _without_table(compiled)
         if last:
             del run, self.compiled, self.run, self._held, self._keeper, self._propagated
-            forget()  # with them the table of waves, if no caller holds it
+            clear_references()  # with them the table of waves, if no caller holds it
         layout = compiled.facts.layout
         sea = compiled.sea
         scene = compiled.scene

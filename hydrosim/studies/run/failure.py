@@ -8,7 +8,7 @@ import numpy as np
 
 from hydrosim.compiling.joints.closed import driven_joints, singular_joints
 from hydrosim.compiling.joints.drives import drives_of, is_turn
-from hydrosim.forces import function_errors, lost_units, mode_row_names
+from hydrosim.forces import function_errors, mode_row_names, undefined_units
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.scene import Method
 from hydrosim.scene.trees import joined_with
@@ -102,7 +102,7 @@ def failure(compiled: Compiled, run: Run, time: float) -> str:
     if status == CAPSIZED:
         what += _driven_text(scene, where)
     remedy = REMEDIES.get(status) or choose_remedy(status, scene.solver.method)
-    for name, reason in lost_units(model, scene, run.state.modes):
+    for name, reason in undefined_units(model, scene, run.state.modes):
         what = f"the force of {name} is lost: {reason}"
         remedy = (
             "No step helps there: change the arrangement of that element, or end the run before."

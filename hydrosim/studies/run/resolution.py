@@ -11,7 +11,7 @@ import numpy as np
 from hydrosim.linear.accuracy import WRONG, Vibration, vibrations
 from hydrosim.linear.stability import Combination, Watch, combinations, without_progress
 from hydrosim.radiation.threads import one_thread
-from hydrosim.rigid.free import groups
+from hydrosim.rigid.free import coordinate_groups
 from hydrosim.scene.solver import fitting_step
 from hydrosim.stepping.record import unpack
 
@@ -114,7 +114,7 @@ def _needs(compiled: Compiled, record: Record, count: int) -> Iterator[StepNeed]
     n = bodies.active.size
     method = compiled.method
     place, rate = values["y"][:n], values["y"][n : 2 * n]
-    ranges = _ranges(place, groups(bodies))
+    ranges = _ranges(place, coordinate_groups(bodies))
     for vibration in compiled.vibrations:
         fading = vibration.fading(method, scene.solver.step)
         seen = values["time"], rate, record.modes[:count]

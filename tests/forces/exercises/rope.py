@@ -17,10 +17,10 @@ import numpy as np
 
 from hydrosim.forces import spring
 from hydrosim.forces.contact.geometry import EARTH
-from hydrosim.forces.kind import Columns, Kept, Modes, States, Variable
+from hydrosim.forces.kind import Columns, ModeRows, StateBlocks, UnitRecord, Variable
 from hydrosim.forces.layout import Layout
-from hydrosim.forces.pair import pull_together
-from hydrosim.forces.postures import PosingKind, Posture, rest_at_first
+from hydrosim.forces.pair import apply_tension
+from hydrosim.forces.postures import KindWithModeSets, ModeSet, rest_at_first
 from hydrosim.forces.signal import NOTHING, SIGNAL_PIECE
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import CONTACT_MARGIN, FRICTION_MARGIN, MARGINS, MODE
@@ -75,7 +75,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Ro
 @kernel
 def pull_of(i, y, modes, motion, bodies, p):
     """T of rope ``i`` if it were taut, and where its ends are."""
-    s = spring.stretch(p.lines[i], 0.0, bodies, motion, p)
+    s = spring.kinematics(p.lines[i], 0.0, bodies, motion, p)
     return p.lines[i].k * (s.extension - y[p.state + i]), s
 
 
@@ -89,7 +89,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
             T, s = pull_of(i, y, modes, motion, bodies, p)
             dy[p.state + i] = T / line.eta
             rate[line.row] += T * T / line.eta
-            pull_together(line, s, T, wrench[line.row])
+            apply_tension(line, s, T, wrench[line.row])
 
 
 @kernel
@@ -145,7 +145,7 @@ def settle(y, modes, motion, bodies, p):
         modes[p.mode + i, MODE] = TAUT if T > 0.0 else SLACK
 
 
-class RopeKind(PosingKind):
+class RopeKind(KindWithModeSets):
     unit = "rope"
     variables: ClassVar = {
         "rope_tension": Variable("tension", "N", "from the point to the anchor"),
@@ -153,21 +153,21 @@ class RopeKind(PosingKind):
         "rope_mode": Variable("slack, taut or broken", "1", flags="slack taut broken"),
     }
 
-    def modes(self, p: RopeConstants) -> Modes:
-        return Modes(p.lines.size)
+    def modes(self, p: RopeConstants) -> ModeRows:
+        return ModeRows(p.lines.size)
 
-    def states(self, p: RopeConstants, scene: Scene) -> Iterator[States]:
-        yield States("rope", self.unit_names(scene), ("creep",))
+    def states(self, p: RopeConstants, scene: Scene) -> Iterator[StateBlocks]:
+        yield StateBlocks("rope", self.unit_names(scene), ("creep",))
 
     def felt_states(self, p: RopeConstants) -> np.ndarray:
         return p.state + np.arange(p.lines.size)
 
-    def postures(self, p: RopeConstants) -> Sequence[Posture]:
+    def postures(self, p: RopeConstants) -> Sequence[ModeSet]:
         rest = np.zeros(p.lines.size, dtype=np.int64)
         every = [("slack", SLACK), ("taut", TAUT)] if p.lines.size else []
-        return [Posture(f"ropes {text}", rest_at_first(rest, mode)) for text, mode in every]
+        return [ModeSet(f"ropes {text}", rest_at_first(rest, mode)) for text, mode in every]
 
-    def record(self, p: RopeConstants, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: RopeConstants, bodies: Any, kept: UnitRecord) -> Columns:
         each = ("time", "rope")
         return {
             "rope_tension": (each, kept.observed[:, :, TENSION]),

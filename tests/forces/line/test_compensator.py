@@ -15,7 +15,7 @@ import hydrosim as hs
 from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import AppliedForce, Compensation, Compensator, Harmonic, Winch
 from hydrosim.forces.line.compensator import GAS, LOWER, SLACK_PIECE, UPPER
-from hydrosim.forces.line.delay import factors
+from hydrosim.forces.line.delay import delay_factors
 from hydrosim.forces.line.drum import EMPTY, FAST_IN, FAST_OUT, FULL, PRESCRIBED
 from hydrosim.scene import Scene, Start
 
@@ -155,7 +155,7 @@ def test_the_delay_turns_phases_alone() -> None:
     """Its transfer function is 1 in size and exp(-i w tau) in phase, to the stated errors."""
     for turn, near in ((1.0, 1e-12), (2.0, 1.5e-9), (pi, 4.3e-7)):
         s = 1j * turn / 0.7
-        H = np.prod([(s**2 - a * s + b) / (s**2 + a * s + b) for a, b in factors(0.7)])
+        H = np.prod([(s**2 - a * s + b) / (s**2 + a * s + b) for a, b in delay_factors(0.7)])
         assert abs(abs(H) - 1.0) <= 1e-13
         assert abs(np.angle(H * np.exp(1j * turn))) <= near
 

@@ -158,7 +158,7 @@ def test_an_exception_that_is_lost_at_a_door_tears_the_step(
 @pytest.mark.parametrize("number", few([1, 7, 50, 200], 2))
 def test_a_signal_where_a_function_is_called_waits(number: int, tmp_path: Path) -> None:
     """A function of Python that is called at stages, and before the run."""
-    run, count = stopped_at(outside._ask.__code__, number, tmp_path, PUSHED)
+    run, count = stopped_at(outside._call_registered.__code__, number, tmp_path, PUSHED)
     assert count >= number
     assert run is None or run.attrs["status"] == "interrupted"
     install_signal_handlers()
