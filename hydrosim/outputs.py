@@ -84,11 +84,11 @@ class Output:
         origin = os.path.relpath(self.origin.resolve(), self.path.parent.resolve())
         return f"{self.what} of [{quote(Path(origin).as_posix())}]"
 
-    def at(self, path: Path, what: str | None = None) -> Output:
+    def output_at(self, path: Path, what: str | None = None) -> Output:
         """Output of the same origin at another path."""
         return replace(self, path=path, what=what or self.what)
 
-    def checked(self) -> Output:
+    def checked_output(self) -> Output:
         """Return the output; raises InputError if it cannot be written or must not be replaced."""
         path = self.path
         folder = self.path.parent
@@ -124,21 +124,23 @@ class Output:
         """Whether the path is one of the inputs."""
         return any(_is_same_file(self.path, file) for file in self.inputs)
 
-    def aside(self) -> Output:
+    def fallback_path(self) -> Output:
         """Output at another path if the existing file is better: at a free name, or at the name of
         an earlier such file."""
         names = (f"{self.path.stem}.failed{k}{self.path.suffix}" for k in ("", *range(2, 100)))
         for name in names:
             with suppress(InputError):
-                return replace(self.at(self.path.with_name(name)), overwrite=False).checked()
-        return self.checked()
+                return replace(
+                    self.output_at(self.path.with_name(name)), overwrite=False
+                ).checked_output()
+        return self.checked_output()
 
-    def settled(self) -> Output:
+    def resolve_path(self) -> Output:
         """The output, or `aside` if a file has appeared that must not be replaced."""
         try:
-            return self.checked()
+            return self.checked_output()
         except InputError:
-            return self.aside()
+            return self.fallback_path()
 
     @property
     def _beside(self) -> str:
@@ -153,7 +155,7 @@ class Output:
         """Prefix of temporary folders for writing; the name of the process follows."""
         return f"{self._beside}-"
 
-    def held(self) -> AbstractContextManager[None]:
+    def hold_lock(self) -> AbstractContextManager[None]:
         """Keep other processes from writing the same file. Raises InputError that names such a
         process."""
         return file_lock(self.path.with_name(f"{self._beside}.lock"), self.path)
@@ -170,7 +172,7 @@ class Output:
                 rmtree(room, ignore_errors=True)
 
     @contextmanager
-    def written(self) -> Iterator[Path]:
+    def write_complete(self) -> Iterator[Path]:
         """Yield a path to write to; then rename it, with all files beside it, to the final name.
         Signals that would end the program wait. Raises WritingError if the file cannot be written;
         an earlier file is then unchanged. Remains of a killed process are removed."""
@@ -180,7 +182,9 @@ class Output:
             with delay_interrupts(), TemporaryDirectory(dir=self.path.parent, prefix=mine) as room:
                 yield Path(room, self.path.name)
                 parts = sorted(Path(room).iterdir())
-                outputs = [self.at(self.path.parent / part.name).checked() for part in parts]
+                outputs = [
+                    self.output_at(self.path.parent / part.name).checked_output() for part in parts
+                ]
                 for part in parts:
                     _to_disk(part)
                 for part, output in zip(parts, outputs, strict=True):
@@ -190,7 +194,7 @@ class Output:
 
     def take(self, path: Path) -> None:
         """Rename a complete file of the same file system to its final name."""
-        self.checked()
+        self.checked_output()
         _to_disk(path)
         self._put(path)
 
@@ -227,7 +231,7 @@ def as_output(target: str | os.PathLike[str], what: str) -> Output:
     the same kind."""
     if isinstance(target, Output):
         return target
-    return Output(Path(target), what, Path(target), option="output").checked()
+    return Output(Path(target), what, Path(target), option="output").checked_output()
 
 
 def settings_text(*of: Mapping[str, Any]) -> str:
@@ -295,7 +299,7 @@ def save_picture(figure: Figure, target: Path | Output, **options: Any) -> Path:
     """Write a figure of matplotlib in the format of the suffix; return its path."""
     output = as_output(target, "picture")
     key = "Software" if output.path.suffix == ".png" else "Creator"
-    with output.written() as path:
+    with output.write_complete() as path:
         figure.savefig(path, metadata={key: output.mark}, **options)
     return output.path
 

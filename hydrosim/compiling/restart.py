@@ -157,7 +157,7 @@ def resume(scene: Scene, model: Model, layout: StateLayout, fresh: State) -> Sta
     y = np.array([there.get(name, 0.0) for name in names])
     contents = slice(model.tanks.state, model.tanks.state + model.tanks.each.size)
     y[contents] = np.where(known, y, fresh.y)[contents]  # as at a start from rest
-    for i, entry in enumerate(layout.of(StateKind.SLOW_DRAUGHT), model.draught):
+    for i, entry in enumerate(layout.entries_of(StateKind.SLOW_DRAUGHT), model.draught):
         if not known[i]:  # at the draught of the body
             y[i] = there.get(Coordinate("heave", entry.owner).name, 0.0)
     modes = _modes(scene, model, run, y, known)
@@ -253,7 +253,7 @@ def _modes(
     time = begin(scene)
     renewing = [kind for kind in ELEMENT_KINDS if isinstance(kind, ResetsOnRestart)]
     for each in renewing:
-        each.forget(each.of(model), y)
+        each.clear_unused_states(each.constants_in(model), y)
     n = model.bodies.active.size
     place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
     settled = new_modes(model)
@@ -265,7 +265,7 @@ def _modes(
         _restore(kind, kind.modes(p), kind.unit_names(scene), at, modes_of_kind(kind, p, stored))
     possible = _possible(time, y, stored, motion, model)
     for each in renewing:
-        p = each.of(model)
+        p = each.constants_in(model)
         each.renew(p, y, anew, modes_of_kind(each, p, possible[:, None])[:, 0], known)
     return np.where(possible[:, None], stored, settled)
 

@@ -218,13 +218,17 @@ def add_element_energies(t, y, modes, motion, bodies, elements, stored):
 
 def kinds_of(parts: KindConstants) -> Iterator[tuple[UnitKind, Any]]:
     """The kinds that have units with modes, and their constants."""
-    every = ((kind, kind.of(parts)) for kind in ELEMENT_KINDS)
+    every = ((kind, kind.constants_in(parts)) for kind in ELEMENT_KINDS)
     return ((kind, p) for kind, p in every if kind.modes(p).size)
 
 
 def kinds_with_mode_sets(parts: KindConstants) -> list[tuple[KindWithModeSets, Any]]:
     """The kinds whose units have several postures, and their constants."""
-    return [(kind, kind.of(parts)) for kind in ELEMENT_KINDS if isinstance(kind, KindWithModeSets)]
+    return [
+        (kind, kind.constants_in(parts))
+        for kind in ELEMENT_KINDS
+        if isinstance(kind, KindWithModeSets)
+    ]
 
 
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Elements:
@@ -266,7 +270,7 @@ def assign_indices(parts: KindConstants, scene: Scene, state: int, losses: int) 
     mode = 0
     reaction = parts.elements.fenders.points.size
     for kind in ELEMENT_KINDS:
-        p = kind.of(parts)
+        p = kind.constants_in(parts)
         places = {"state": state, "mode": mode, "losses": losses, "reaction": reaction}
         own = {name: places[name] for name in getattr(p, "_fields", ()) if name in places}
         found[kind] = p._replace(**own) if own else p
@@ -286,7 +290,7 @@ def _reaction_count(kind: UnitKind, p: Any) -> int:
 
 def state_count(parts: KindConstants, scene: Scene) -> int:
     """Number of states in y of all kinds."""
-    return sum(_state_count(kind, kind.of(parts), scene) for kind in ELEMENT_KINDS)
+    return sum(_state_count(kind, kind.constants_in(parts), scene) for kind in ELEMENT_KINDS)
 
 
 def _state_count(kind: UnitKind, p: Any, scene: Scene) -> int:
@@ -296,7 +300,7 @@ def _state_count(kind: UnitKind, p: Any, scene: Scene) -> int:
 def tally_count(parts: KindConstants) -> int:
     """Number of the integrals of units, if impulses are asked for."""
     return sum(
-        len(k.tallied) * k.modes(k.of(parts)).size
+        len(k.impulse_names) * k.modes(k.constants_in(parts)).size
         for k in ELEMENT_KINDS
         if isinstance(k, HasImpulses)
     )
@@ -304,12 +308,12 @@ def tally_count(parts: KindConstants) -> int:
 
 def coupled_states(parts: KindConstants) -> np.ndarray:
     """Entries (m,) of y that are states of elements and act on other states."""
-    return np.concatenate([kind.felt_states(kind.of(parts)) for kind in ELEMENT_KINDS])
+    return np.concatenate([kind.coupled_states(kind.constants_in(parts)) for kind in ELEMENT_KINDS])
 
 
 def new_modes(parts: KindConstants) -> np.ndarray:
     """New modes (rows, 3) of the units of all kinds, for `events.set_initial_modes`."""
-    rows = sum(kind.modes(kind.of(parts)).size for kind in ELEMENT_KINDS)
+    rows = sum(kind.modes(kind.constants_in(parts)).size for kind in ELEMENT_KINDS)
     return np.zeros((rows, MODE_COLUMNS), dtype=np.int64)
 
 
@@ -325,14 +329,14 @@ def losses(parts: KindConstants, observed: Mapping[str, np.ndarray]) -> dict[int
     found: dict[int, np.ndarray] = {}
     for kind in ELEMENT_KINDS:
         if isinstance(kind, HasLosses):
-            found |= kind.losses(kind.of(parts), observed[kind.unit])
+            found |= kind.losses(kind.constants_in(parts), observed[kind.unit])
     return found
 
 
 def is_mirrored(parts: KindConstants, y: np.ndarray, modes: np.ndarray) -> bool:
     """True if the states and modes of all kinds are mirror symmetric about y = 0."""
     own = [kind for kind in ELEMENT_KINDS if isinstance(kind, HasMirrorSymmetry)]
-    return all(kind.is_mirrored(kind.of(parts), y, modes) for kind in own)
+    return all(kind.is_mirrored(kind.constants_in(parts), y, modes) for kind in own)
 
 
 def mode_row_names(parts: KindConstants, scene: Scene) -> list[str]:
@@ -347,16 +351,18 @@ def undefined_units(
     """Names of the units whose force is not defined in these ``modes``, each with the reason."""
     for kind in ELEMENT_KINDS:
         if isinstance(kind, CanFail):
-            p = kind.of(parts)
+            p = kind.constants_in(parts)
             names = kind.unit_names(scene)
-            yield from ((names[i], why) for i, why in kind.lost(p, modes_of_kind(kind, p, modes)))
+            yield from (
+                (names[i], why) for i, why in kind.undefined_units(p, modes_of_kind(kind, p, modes))
+            )
 
 
 def resistances(parts: KindConstants) -> Iterator[LinearResistance]:
     """The linear damping of all kinds."""
     for kind in ELEMENT_KINDS:
         if isinstance(kind, HasLinearDamping):
-            yield from kind.resistances(kind.of(parts))
+            yield from kind.resistances(kind.constants_in(parts))
 
 
 def has_kind(element: ForceElement) -> bool:

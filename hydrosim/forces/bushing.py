@@ -355,7 +355,7 @@ class BushingKind(ElementKind):
             B = J.T @ one["damping"] @ J
             yield LinearResistance(one["row"], one["body"], B, np.zeros(len(B)), other=one["other"])
 
-    def lost(self, p: BushingConstants, modes: np.ndarray) -> Iterator[tuple[int, str]]:
+    def undefined_units(self, p: BushingConstants, modes: np.ndarray) -> Iterator[tuple[int, str]]:
         for i in np.flatnonzero(modes[:, MODE] == UNDEFINED).tolist():
             yield i, "it has turned by half a turn, where its rotation vector is not defined"
 

@@ -118,7 +118,7 @@ class UnitKind:
     unit: ClassVar[str] = ""
     variables: ClassVar[Mapping[str, Variable]] = {}
 
-    def of(self, parts: KindConstants) -> Any:
+    def constants_in(self, parts: KindConstants) -> Any:
         """Constants ``p`` of the kind in a model."""
         raise NotImplementedError
 
@@ -134,7 +134,7 @@ class UnitKind:
         """Its states in y, block by block."""
         return iter(())
 
-    def felt_states(self, p: Any) -> np.ndarray:
+    def coupled_states(self, p: Any) -> np.ndarray:
         """Entries (m,) of y that are its own and act on other states."""
         return np.zeros(0, dtype=np.int64)
 
@@ -157,7 +157,7 @@ class ElementKind(UnitKind):
     classes: tuple[type[ForceElement], ...]
     compile: Callable[[Mapping[str, ForceElement], Layout], Any]
 
-    def of(self, parts: KindConstants) -> Any:
+    def constants_in(self, parts: KindConstants) -> Any:
         return getattr(parts.elements, self.field)
 
     def unit_names(self, scene: Scene) -> list[str]:
@@ -185,7 +185,7 @@ def capacity_of(unit: str, every: Sequence[tuple[str, ForceElement]]) -> dict[st
 class ResetsOnRestart(Protocol):
     """A kind with states that must be derived anew when a run continues another one."""
 
-    def forget(self, p: Any, y: np.ndarray) -> None:
+    def clear_unused_states(self, p: Any, y: np.ndarray) -> None:
         """Clear the states in ``y`` that have no meaning for its units."""
 
     def renew(
@@ -224,12 +224,12 @@ class HasImpulses(Protocol):
     """A kind with additional integrals, if impulses are asked for: ``tallied`` are their names for
     each unit."""
 
-    tallied: ClassVar[Sequence[str]]
+    impulse_names: ClassVar[Sequence[str]]
 
 
 @runtime_checkable
 class CanFail(Protocol):
     """A kind with units that end a run where their force is not defined."""
 
-    def lost(self, p: Any, modes: np.ndarray) -> Iterator[tuple[int, str]]:
+    def undefined_units(self, p: Any, modes: np.ndarray) -> Iterator[tuple[int, str]]:
         """The units whose force is not defined in these ``modes`` (n, 3), each with the reason."""

@@ -453,7 +453,7 @@ class LinkKind(KindWithModeSets):
         first, last, slope = links["first"], links["last"], links["steepest"]
         return ModeRows(links.size, rising="half_turns", first=first, last=last, steepest=slope)
 
-    def postures(self, p: LinkConstants) -> Sequence[ModeSet]:
+    def mode_sets(self, p: LinkConstants) -> Sequence[ModeSet]:
         """All on the piece of their curve without load, and on their steepest."""
         if not p.links.size:
             return []
@@ -468,7 +468,7 @@ class LinkKind(KindWithModeSets):
             found.append(ModeSet(text, rest_at_first(np.array(stiff), ACTING)))
         return found
 
-    def pressed(
+    def moved_onto_segment(
         self, p: LinkConstants, modes: np.ndarray, bodies: Any, motion: Any
     ) -> LinkConstants:
         """Constants in which each link is on its piece, at the offset nearest to where it is."""
@@ -491,7 +491,7 @@ class LinkKind(KindWithModeSets):
                 link["row"], link["body"], B, np.zeros(len(B)), other=link["other"]
             )
 
-    def lost(self, p: LinkConstants, modes: np.ndarray) -> Iterator[tuple[int, str]]:
+    def undefined_units(self, p: LinkConstants, modes: np.ndarray) -> Iterator[tuple[int, str]]:
         said = {
             LINE_LINK: "its ends meet (closer than 1 % of its length), where it has no direction",
             AXIS_LINK: "its axis has swung to the opposite, where its twist is not defined",

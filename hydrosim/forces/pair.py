@@ -38,12 +38,14 @@ class TwoPointElement(ForceElement):
         """The element itself; an anchor on the earth is given relative to the plane."""
         if self.anchor_body is not None:
             return [self]
-        return [self._with(anchor=tuple(np.subtract(self.anchor, (0.0, y, 0.0))))]
+        return [self._with_ends(anchor=tuple(np.subtract(self.anchor, (0.0, y, 0.0))))]
 
     def image(self) -> ForceElement | None:
-        return self._with(point=mirrored_vector(self.point), anchor=mirrored_vector(self.anchor))
+        return self._with_ends(
+            point=mirrored_vector(self.point), anchor=mirrored_vector(self.anchor)
+        )
 
-    def _with(self, **changes: Any) -> ForceElement:
+    def _with_ends(self, **changes: Any) -> ForceElement:
         return replace(self, **changes)
 
 

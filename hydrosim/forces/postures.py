@@ -30,15 +30,17 @@ class ModeSet(NamedTuple):
 class KindWithModeSets(ElementKind):
     """A kind whose units have several postures, each with a stiffness of its own."""
 
-    def postures(self, p: Any) -> Sequence[ModeSet]:
+    def mode_sets(self, p: Any) -> Sequence[ModeSet]:
         """All units in one mode, for each mode; the posture at rest comes first."""
         raise NotImplementedError
 
-    def alone(self, p: Any, names: Sequence[str], which: Sequence[int]) -> Iterator[ModeSet]:
+    def one_unit_active(
+        self, p: Any, names: Sequence[str], which: Sequence[int]
+    ) -> Iterator[ModeSet]:
         """One of the units ``which`` alone in a mode, for each of them."""
         return iter(())
 
-    def alike(self, p: Any) -> Sequence[Hashable]:
+    def equivalence_keys(self, p: Any) -> Sequence[Hashable]:
         """For each unit, all properties that set its stiffness and damping, except its position."""
         return []
 
@@ -46,12 +48,12 @@ class KindWithModeSets(ElementKind):
         """Velocities (n, k) at all units, in their directions."""
         return np.zeros((0, 0))
 
-    def pressed(self, p: Any, modes: np.ndarray, bodies: Any, motion: Any) -> Any:
+    def moved_onto_segment(self, p: Any, modes: np.ndarray, bodies: Any, motion: Any) -> Any:
         """The constants with every unit on the piece of its curve given by ``modes``, at its
         position and in its direction, wherever the bodies are."""
         return p
 
-    def time_of_most(self, p: Any) -> float:
+    def time_of_largest_load(self, p: Any) -> float:
         """Time of the largest prescribed load [s]; 0 if nothing is prescribed."""
         return 0.0
 
@@ -59,7 +61,7 @@ class KindWithModeSets(ElementKind):
         """Speed [m/s] at which slipping units certainly slip; 0 if none slips."""
         return 0.0
 
-    def slide(
+    def set_steady_slip(
         self, p: Any, modes: np.ndarray, time: float, bodies: Any, motion: Any, y: np.ndarray
     ) -> None:
         """Put the states of slipping units in ``y`` into steady slip."""

@@ -49,7 +49,7 @@ class Table(Samples):
 class Recorded(Samples):
     """A smooth curve through the values, four or more."""
 
-    def miss(self) -> float:
+    def largest_miss(self) -> float:
         """Largest error, at the omitted values, of the spline through every other value. For a
         smooth record the spline through all values has a sixteenth of this error."""
         time, value = self.time, self.value

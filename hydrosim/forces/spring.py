@@ -305,20 +305,20 @@ class SpringKind(KindWithModeSets):
             lines.size, first=lines["first"], last=lines["last"], steepest=lines["steepest"]
         )
 
-    def postures(self, p: SpringConstants) -> Sequence[ModeSet]:
+    def mode_sets(self, p: SpringConstants) -> Sequence[ModeSet]:
         if not p.lines.size:
             return []
         slack = rest_at_first(p.lines["first"], SLACK)
         return [ModeSet("springs slack", slack), ModeSet("springs taut", _taut_modes(p))]
 
-    def alone(
+    def one_unit_active(
         self, p: SpringConstants, names: Sequence[str], which: Sequence[int]
     ) -> Iterator[ModeSet]:
         slack = rest_at_first(p.lines["first"], SLACK)
         for i in which if p.lines.size > 1 else ():
             yield ModeSet(f"{names[i]} alone taut", with_mode_of_unit(slack, _taut_modes(p), i))
 
-    def alike(self, p: SpringConstants) -> Sequence[Hashable]:
+    def equivalence_keys(self, p: SpringConstants) -> Sequence[Hashable]:
         """No two springs are alike: each pulls in a direction of its own."""
         return range(p.lines.size)
 
@@ -327,7 +327,7 @@ class SpringKind(KindWithModeSets):
         each = [kinematics(line, 0.0, bodies, motion, p).rate for line in p.lines]
         return np.reshape(each, (-1, 1))
 
-    def pressed(
+    def moved_onto_segment(
         self, p: SpringConstants, modes: np.ndarray, bodies: Any, motion: Any
     ) -> SpringConstants:
         """Constants in which each line has the length of its piece."""

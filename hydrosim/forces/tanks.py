@@ -44,7 +44,7 @@ class TankFlowKind(UnitKind):
         "centre_of_gravity": Variable("centre of gravity from the body's origin", "m", "body"),
     }
 
-    def of(self, parts: KindConstants) -> Tanks:
+    def constants_in(self, parts: KindConstants) -> Tanks:
         return parts.tanks
 
     def unit_names(self, scene: Scene) -> list[str]:

@@ -327,7 +327,7 @@ class TriggerKind(KindWithModeSets):
     def states(self, p: TriggerConstants, scene: Scene) -> Iterator[StateBlocks]:
         yield StateBlocks("trigger", self.unit_names(scene), TRIGGER_STATE_NAMES)
 
-    def postures(self, p: TriggerConstants) -> Sequence[ModeSet]:
+    def mode_sets(self, p: TriggerConstants) -> Sequence[ModeSet]:
         """The posture in which all elements act."""
         return [ModeSet("", rest_at_first(np.zeros(p.each.size), DURING))]
 

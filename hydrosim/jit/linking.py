@@ -285,17 +285,17 @@ class InlinedKernel:
         self._folder = folder
 
     @cached_property
-    def compiled(self) -> Any:
+    def dispatcher(self) -> Any:
         """numba's object."""
         return _PartKernel(self.py_func, self._folder, self.fastmath, self.flags)
 
     @property
     def _numba_type_(self) -> Any:
         """Type of the kernel in the kernels that call it."""
-        return self.compiled._numba_type_
+        return self.dispatcher._numba_type_
 
     def __call__(self, *args: Any) -> Any:
-        return self.compiled(*args)
+        return self.dispatcher(*args)
 
     def __reduce__(self) -> str:
         return str(self.py_func.__qualname__)  # pickled by name, as functions are

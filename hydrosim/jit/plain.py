@@ -35,7 +35,7 @@ class PlainKernel:
         self._made: Any = None
 
     @property
-    def compiled(self) -> Any:
+    def dispatcher(self) -> Any:
         """numba's compiled function, made on first use."""
         if self._made is None:
             # numba looks for its cache at this moment, and would not notice edits of other files
@@ -49,7 +49,7 @@ class PlainKernel:
         return self._made
 
     def __call__(self, *args: Any) -> Any:
-        returned = self.compiled(*map(struct_reference, args))
+        returned = self.dispatcher(*map(struct_reference, args))
         raise_waiting()
         return returned
 
@@ -68,4 +68,4 @@ kernel_classes = PlainKernel, PlainSummingKernel, PlainKernel
 
 @typeof_impl.register(PlainKernel)
 def _type_of_kernel(kernel: PlainKernel, context: Any) -> Any:
-    return types.Dispatcher(kernel.compiled)
+    return types.Dispatcher(kernel.dispatcher)

@@ -104,10 +104,10 @@ def combinations(
     watch: Watch = without_progress,
 ) -> list[Combination]:
     """All analysed combinations, with single units alone in a mode if ``each_alone``."""
-    posing = [(kind, p) for kind, p in kinds_with_mode_sets(model) if kind.postures(p)]
-    time = max(kind.time_of_most(p) for kind, p in posing)
+    posing = [(kind, p) for kind, p in kinds_with_mode_sets(model) if kind.mode_sets(p)]
+    time = max(kind.time_of_largest_load(p) for kind, p in posing)
     each = [
-        (kind.postures(p), _single_unit_modes(kind, p, scene, model, state) if each_alone else [])
+        (kind.mode_sets(p), _single_unit_modes(kind, p, scene, model, state) if each_alone else [])
         for kind, p in posing
     ]
     found = []
@@ -123,7 +123,9 @@ def combinations(
 
 def all_open(model: Model, state: State) -> Combination:
     """The first of `combinations`, with all contacts open, alone."""
-    time = max((kind.time_of_most(p) for kind, p in kinds_with_mode_sets(model)), default=0.0)
+    time = max(
+        (kind.time_of_largest_load(p) for kind, p in kinds_with_mode_sets(model)), default=0.0
+    )
     return _combination("", _at_rest(model, state), model, state, time, {})
 
 
@@ -166,11 +168,11 @@ def _single_unit_modes(
     """Postures of single units. A unit alone vibrates with omega^2 = k J M^-1 J^T. So among equal
     units only those count that move most in one of their directions."""
     moves = _mobility(kind, p, model, state)
-    keys = kind.alike(p)
+    keys = kind.equivalence_keys(p)
     alike = [np.flatnonzero([key == other for other in keys]) for key in dict.fromkeys(keys)]
     most = [same[moves[same].argmax(axis=0)] for same in alike]
     which = np.unique(np.concatenate([np.zeros(0, dtype=int), *most]))
-    return list(kind.alone(p, kind.unit_names(scene), which.tolist()))
+    return list(kind.one_unit_active(p, kind.unit_names(scene), which.tolist()))
 
 
 def _mobility(kind: KindWithModeSets, p: Any, model: Model, state: State) -> np.ndarray:
@@ -279,7 +281,7 @@ def _at_rest(model: Model, state: State) -> np.ndarray:
     """Modes (rows, 3) with all units at rest."""
     modes = _joint_modes(model, state)
     for kind, p in kinds_with_mode_sets(model):
-        for posture in kind.postures(p)[:1]:
+        for posture in kind.mode_sets(p)[:1]:
             modes_of_kind(kind, p, modes)[:] = posture.modes
     return modes
 
@@ -301,7 +303,7 @@ def _with_all_pressed(model: Model, state: State, modes: np.ndarray) -> Model:
     motion = new_work(model).motion
     place_bodies(state.y[:n], state.y[n : 2 * n], bodies, motion)
     changed = {
-        kind.field: kind.pressed(p, modes_of_kind(kind, p, modes), bodies, motion)
+        kind.field: kind.moved_onto_segment(p, modes_of_kind(kind, p, modes), bodies, motion)
         for kind, p in kinds_with_mode_sets(model)
     }
     return model._replace(elements=model.elements._replace(**changed))
@@ -322,7 +324,7 @@ def _sliding(model: Model, state: State, modes: np.ndarray, time: float) -> Stat
         y[n + own.size : 2 * n] += speed  # of joints
     place_bodies(y[:n], y[n : 2 * n], bodies, motion)
     for kind, p, own in posing:
-        kind.slide(p, own, time, bodies, motion, y)
+        kind.set_steady_slip(p, own, time, bodies, motion, y)
     return state._replace(y=y)
 
 
@@ -331,7 +333,7 @@ def what_moves(linear: Linear, share: np.ndarray, layout: StateLayout) -> str:
     mode."""
     shares: dict[str, float] = {}
     for state, own in zip(linear.states, share, strict=True):
-        kind, entry = layout.at(state)
+        kind, entry = layout.entry_at(state)
         moved = entry.coordinates[0].name if entry.coordinates else f"the {kind} of {entry.owner}"
         name = "the radiation states" if kind == StateKind.RADIATION else moved
         shares[name] = shares.get(name, 0.0) + own

@@ -88,7 +88,7 @@ def to_dataset(
     data.update(_draughts(model, values["y"]))
     modes = record.modes[:count]
     for kind in ELEMENT_KINDS:
-        p = kind.of(model)
+        p = kind.constants_in(model)
         if kind.modes(p).size or (kind.unit in values and values[kind.unit].size):
             data.update(kind.record(p, model.bodies.each, _kept(kind, p, model, values, modes)))
     data.update(_phases(scene, time, data))
@@ -128,7 +128,7 @@ def _states(
         kept = kept[-1:]
     time = unpack(model, record, count)["time"][kept]
     modes = record.modes[kept]
-    of_memory = (q for entry in layout.of(StateKind.RADIATION) for q in entry.coordinates)
+    of_memory = (q for entry in layout.entries_of(StateKind.RADIATION) for q in entry.coordinates)
     remembered = dict.fromkeys(q.name for q in of_memory)
     rates = np.zeros(model.size)
     rates[model.radiation :][: model.states.decay.size] = input_rates(model.states)

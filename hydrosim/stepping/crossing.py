@@ -123,12 +123,12 @@ def _find_end_slope(t, run):
     """The slope at the end of the step into ``states[SLOPE]``, with the reactions there, unless
     they are known."""
     scratch = run.scratch
-    if scratch.known[END_SLOPE] == 0:
+    if scratch.step_cache[END_SLOPE] == 0:
         if knows_end_slope(run):
             assign(scratch.states[SLOPE], scratch.k[-1])
         else:
             slope(t, scratch.states[END], run, scratch.states[SLOPE])
-        scratch.known[END_SLOPE] = 1
+        scratch.step_cache[END_SLOPE] = 1
         keep_reactions(AT_END, run)
 
 
@@ -170,17 +170,17 @@ def _find_before(t, run):
     """Margins at the start of the step, unless the step before has left them there."""
     scratch = run.scratch
     state = run.state
-    known = scratch.known
+    cache = scratch.step_cache
     watched = scratch.watched[MAY_END]
     slipping = scratch.watched[EVALUATED]
-    if known[START_MARGINS] == VALID:
+    if cache[START_MARGINS] == VALID:
         return
-    if known[START_MARGINS] == STALE_SLIP_ONLY:
+    if cache[START_MARGINS] == STALE_SLIP_ONLY:
         watched = slipping
         for i in range(slipping.size):
             slipping[i] = 1 if state.modes[i, MODE] == SLIP else 0
     _measure(t, state.y, run, AT_START, watched, scratch.margins[BEFORE_STEP])
-    known[START_MARGINS] = VALID
+    cache[START_MARGINS] = VALID
 
 
 @root

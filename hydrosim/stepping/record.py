@@ -126,7 +126,7 @@ def write_record(t, run):
     if model.impulse < model.size:
         momentum(work, row[at.momentum :])
     rhs(t, y, modes, run.state.history, model, work, scratch.k[0])
-    scratch.known[START_SLOPE] = 1
+    scratch.step_cache[START_SLOPE] = 1
     keep_reactions(AT_START, run)
     if run.record.accelerations.size > 0:
         n = model.bodies.active.size

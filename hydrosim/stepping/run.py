@@ -127,10 +127,10 @@ def _next_block(t, run):
     """Renew the slow paths in waves at t. Loads jump here. Store the acceleration that a run
     starting at t would have."""
     model = run.model
-    known = run.scratch.known
+    cache = run.scratch.step_cache
     begin_block(t, run.state.y[model.slow :], model.following)
-    known[START_SLOPE] = 0
-    known[START_MARGINS] = STALE
+    cache[START_SLOPE] = 0
+    cache[START_MARGINS] = STALE
     if drop(t, run.state.history):
         append_velocity_history(t, run)
 
@@ -240,7 +240,7 @@ def take_samples(t, jumped, run):
         t, jumped, ahead, y, motion, model.bodies, elements, wrench
     ):
         run.counters[STATUS] = NO_SAMPLE
-    run.scratch.known[START_SLOPE] = 0
+    run.scratch.step_cache[START_SLOPE] = 0
 
 
 @kernel
@@ -443,23 +443,23 @@ def _reuse_end_slope(t, left, run):
     state, the slope at its end, if known, and the margins there are reused. At a breakpoint that
     slope is the one from inside, and the next step may begin with another."""
     scratch = run.scratch
-    known = run.scratch.known
-    end_slope = known[END_SLOPE] != 0
-    known[START_SLOPE] = 0
-    known[END_SLOPE] = 0
-    known[START_MARGINS] = STALE
+    cache = run.scratch.step_cache
+    end_slope = cache[END_SLOPE] != 0
+    cache[START_SLOPE] = 0
+    cache[END_SLOPE] = 0
+    cache[START_MARGINS] = STALE
     if left or may_hold(run.state.modes, run.model, run.work):
         return
     assign(scratch.margins[BEFORE_STEP], scratch.margins[AFTER_STEP])
-    known[START_MARGINS] = STALE_SLIP_ONLY  # their headings are new at each step
+    cache[START_MARGINS] = STALE_SLIP_ONLY  # their headings are new at each step
     if _is_breakpoint(t, run.clock):
         return
     if end_slope:
         assign(scratch.k[0], scratch.states[SLOPE])
-        known[START_SLOPE] = 1
+        cache[START_SLOPE] = 1
     elif knows_end_slope(run):
         assign(scratch.k[0], scratch.k[-1])
-        known[START_SLOPE] = 1
+        cache[START_SLOPE] = 1
 
 
 @kernel
@@ -489,11 +489,11 @@ def _check_joints(run):
     model = run.model
     bodies = model.bodies
     motion = run.work.motion
-    known = run.scratch.known
+    cache = run.scratch.step_cache
     n = bodies.active.size
     if switch_rotation_chart(state.y[:n], bodies):
-        known[START_SLOPE] = 0
-        known[START_MARGINS] = STALE
+        cache[START_SLOPE] = 0
+        cache[START_MARGINS] = STALE
     if bodies.exact:
         place_bodies(state.y[:n], state.y[n : 2 * n], bodies, motion)
         for b in model.hulls.body:

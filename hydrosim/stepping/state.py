@@ -34,11 +34,11 @@ MAY_END, EVALUATED = range(2)
 """Rows of `Scratch.watched`: rows of modes that may end in this step, and those evaluated at
 present."""
 START_SLOPE, END_SLOPE, START_MARGINS = range(3)
-"""Entries of `Scratch.known`, true if valid: k[0] as the slope at the current state,
+"""Entries of `Scratch.step_cache`, true if valid: k[0] as the slope at the current state,
 ``states[SLOPE]`` as the slope at the end of the step, ``margins[BEFORE]`` as the margins at the
 current state."""
 STALE, STALE_SLIP_ONLY, VALID = range(3)
-"""Values of ``known[START_MARGINS]``."""
+"""Values of ``step_cache[START_MARGINS]``."""
 NEXT_STEP, LAST_ERROR, REACHED_TIME, PROGRESS_TIME, ROW_RANK, ROW_RANK_TIME, ERROR_INTEGRAL = range(
     7
 )
@@ -94,9 +94,10 @@ class Record(NamedTuple):
 class Scratch(NamedTuple):
     """Scratch of a step: stage derivatives ``k`` (s, ny), ``states`` (5, ny), ``margins`` (6, nm),
     ``watched`` (2, rows) flags of rows of modes. ``pace`` (7,) holds the next adaptive step, the
-    last error and the progress of the run; ``known`` (3,) flags of reusable values. ``headings``
-    (nf, 2) of slip at the start of the step, ``reactions`` (5, nf, 2) of held points. ``switches``
-    (rows,) counts how often each row of modes has switched since the time `PROGRESS_TIME`."""
+    last error and the progress of the run; ``step_cache`` (3,) flags of reusable values.
+    ``headings`` (nf, 2) of slip at the start of the step, ``reactions`` (5, nf, 2) of held points.
+    ``switches`` (rows,) counts how often each row of modes has switched since the time
+    `PROGRESS_TIME`."""
 
     k: np.ndarray
     states: np.ndarray
@@ -104,7 +105,7 @@ class Scratch(NamedTuple):
     watched: np.ndarray
     switches: np.ndarray
     pace: np.ndarray
-    known: np.ndarray
+    step_cache: np.ndarray
     headings: np.ndarray
     reactions: np.ndarray
     newton: Newton

@@ -78,34 +78,34 @@ class StateLayout:
 
     def names(self) -> list[str]:
         """Names of all entries: "surge of barge", "slip distance of interface 1", ..."""
-        return [entry.name for _, entry in self._all()]
+        return [entry.name for _, entry in self._all_entries()]
 
     def kinds(self) -> list[str]:
         """Kind of every entry."""
-        return [str(kind) for kind, _ in self._all()]
+        return [str(kind) for kind, _ in self._all_entries()]
 
     def owners(self) -> list[str]:
         """Owner of every entry."""
-        return [entry.owner for _, entry in self._all()]
+        return [entry.owner for _, entry in self._all_entries()]
 
     def components(self) -> list[str]:
         """Component of every entry."""
-        return [entry.component for _, entry in self._all()]
+        return [entry.component for _, entry in self._all_entries()]
 
     def moving(self) -> list[StateEntry]:
         """The coordinates, rates and radiation states."""
-        return [entry for kind, entry in self._all() if kind in MOVING]
+        return [entry for kind, entry in self._all_entries() if kind in MOVING]
 
-    def of(self, kind: str) -> tuple[StateEntry, ...]:
+    def entries_of(self, kind: str) -> tuple[StateEntry, ...]:
         """The entries of a kind."""
         return next((block.entries for block in self.blocks if block.kind == kind), ())
 
-    def at(self, index: int) -> tuple[str, StateEntry]:
+    def entry_at(self, index: int) -> tuple[str, StateEntry]:
         """Kind and entry at ``index`` in y."""
         block = next(b for b in reversed(self.blocks) if b.offset <= index and b.entries)
         return block.kind, block.entries[index - block.offset]
 
-    def _all(self) -> Iterator[tuple[str, StateEntry]]:
+    def _all_entries(self) -> Iterator[tuple[str, StateEntry]]:
         return ((block.kind, entry) for block in self.blocks for entry in block.entries)
 
 
@@ -130,7 +130,7 @@ def _blocks(
     yield StateKind.RATE, (StateEntry(q.dof, q.body, f"rate of {q.name}", (q,)) for q in free)
     yield StateKind.RADIATION, _radiation(scene, model)
     for kind in ELEMENT_KINDS:
-        for own in kind.states(kind.of(model), scene):
+        for own in kind.states(kind.constants_in(model), scene):
             yield own.kind, _entries(own.owners, own.components, own.prefix)
     yield StateKind.SLOW_PLACE, _entries(slow_bodies(scene, met), SLOW_NAMES)
     yield (
@@ -142,7 +142,7 @@ def _blocks(
         yield StateKind.IMPULSE, _impulses(scene)
         for kind in ELEMENT_KINDS:
             if isinstance(kind, HasImpulses):
-                yield StateKind.TALLY, _entries(kind.unit_names(scene), kind.tallied)
+                yield StateKind.TALLY, _entries(kind.unit_names(scene), kind.impulse_names)
 
 
 def _entries(

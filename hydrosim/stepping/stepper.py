@@ -39,7 +39,7 @@ def step(t, h, run):
     """
     y, k, method, scratch = run.state.y, run.scratch.k, run.method, run.scratch
     stage, last = scratch.states[STAGE], (t + h) * (1.0 - CORNER_OFFSET)
-    if scratch.known[START_SLOPE] == 0:
+    if scratch.step_cache[START_SLOPE] == 0:
         find_start_slope(t, run)
     for i in range(1, method.c.size):
         stage_state(i, method, h, y, k, stage)
@@ -51,7 +51,7 @@ def step(t, h, run):
             if run.counters[STATUS] == NO_SOLUTION:
                 return
     advance_state(method, h, y, k, scratch.states[END])
-    scratch.known[END_SLOPE] = 0
+    scratch.step_cache[END_SLOPE] = 0
 
 
 @kernel
@@ -65,7 +65,7 @@ def knows_end_slope(run):
 def find_start_slope(t, run):
     """The slope at the current state into k[0], with the reactions there."""
     slope(t, run.state.y, run, run.scratch.k[0])
-    run.scratch.known[START_SLOPE] = 1
+    run.scratch.step_cache[START_SLOPE] = 1
     keep_reactions(AT_START, run)
 
 

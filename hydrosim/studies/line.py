@@ -154,7 +154,7 @@ def lines_of_case(compiled: Compiled) -> list[StillLine]:
     return [
         StillLine(
             line.name,
-            line.own.copy(),
+            line.line_pieces.copy(),
             line.ends.x,
             line.ends.z,
             line.ends.bed,

@@ -71,17 +71,19 @@ def test_states_and_modes_are_where_their_kinds_say() -> None:
     compiled = hs.compile_scene(in_contact(20.0))
     model = compiled.model
     rows = np.arange(len(compiled.state.modes))
-    seen = [modes_of_kind(kind, kind.of(model), rows[:, None])[:, 0] for kind in ELEMENT_KINDS]
+    seen = [
+        modes_of_kind(kind, kind.constants_in(model), rows[:, None])[:, 0] for kind in ELEMENT_KINDS
+    ]
     assert np.concatenate(seen).tolist() == rows.tolist()
     names = [
         f"{component} of {block.prefix}{owner}"
         for kind in ELEMENT_KINDS
-        for block in kind.states(kind.of(model), compiled.scene)
+        for block in kind.states(kind.constants_in(model), compiled.scene)
         for owner in block.owners
         for component in block.components
     ]
     assert len(names) == model.slow - model.own
-    felt = np.concatenate([kind.felt_states(kind.of(model)) for kind in ELEMENT_KINDS])
+    felt = np.concatenate([kind.coupled_states(kind.constants_in(model)) for kind in ELEMENT_KINDS])
     assert np.all((felt >= model.own) & (felt < model.slow))
 
 

@@ -153,10 +153,10 @@ def stored_names() -> dict[str, str]:
     segments, values = np.zeros(2, sizes.SEGMENT).view(np.recarray), np.zeros(2)
     scale = sizes.Scale(1.0, 0.0)
     calls = {
-        parts.inner.compiled: (1.0,),
-        parts.outer.compiled: (1.0, scale),
-        parts.odd.compiled: (1,),
-        parts.even.compiled: (1,),
+        parts.inner.dispatcher: (1.0,),
+        parts.outer.dispatcher: (1.0, scale),
+        parts.odd.dispatcher: (1,),
+        parts.even.dispatcher: (1,),
         roots.total: (segments, scale),
         roots.fill: (segments, scale, values),
         roots.span: (values,),

@@ -141,7 +141,7 @@ def test_no_blend_gains_energy(figure: Callable[[str, float], None]) -> None:
         advance(0, run)
         for n in range(200):
             y[at] = y[at + 1] + (heave((n + 1) * h) - y[at + 1]) / h / DRAUGHT_CUTOFF
-            run.scratch.known[START_SLOPE] = 0
+            run.scratch.step_cache[START_SLOPE] = 0
             advance(1, run)  # one step
             if n % 5 == 4:
                 now = energy(y) - still

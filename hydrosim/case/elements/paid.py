@@ -65,9 +65,10 @@ def length_signal(
     else:
         same = form
     signal = signal_of(same, key, path, "m")
-    if not smallest_value(signal) > 0.0:
+    shortest = smallest_value(signal)
+    if not shortest > 0.0:
         raise InputError(
-            f"{path}: {key}: found a length that falls to {smallest_value(signal):g} m; expected one that"
-            " is always above 0."
+            f"{path}: {key}: found a length that falls to {shortest:g} m; expected one that is"
+            " always above 0."
         )
     return signal, first_value(signal)

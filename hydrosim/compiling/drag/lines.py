@@ -77,7 +77,7 @@ def with_line_drag(
 ) -> LineDrag:
     """Model with the linearised drag of its lines in the ``seas``, whose first-order loads act on
     the ``bodies`` at rest."""
-    p = CATENARY_KIND.of(model)
+    p = CATENARY_KIND.constants_in(model)
     if not p.lines["width"].any():
         return LineDrag(model, tuple(_friction(scene)))
     names = CATENARY_KIND.unit_names(scene)
@@ -143,8 +143,8 @@ def _fairlead(now: LineShape, scene: Scene, model: Model, state: State) -> Fairl
     line = now.constants
     ends = now.ends
     pull = now.pull
-    places = drag_points(now.own["length"], pull.touch)
-    widths = CATENARY_KIND.of(model).widths[line["first"] : line["last"]]
+    places = drag_points(now.line_pieces["length"], pull.touch)
+    widths = CATENARY_KIND.constants_in(model).widths[line["first"] : line["last"]]
     half = 0.5 * scene.environment.water_density * widths[places.segment]
     along = np.array([pull.H * ends.e[0], pull.H * ends.e[1], -pull.V])
     along /= max(float(np.linalg.norm(along)), 1e-300)

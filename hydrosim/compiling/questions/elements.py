@@ -285,7 +285,7 @@ def _slow_damping(
 
 def _roll_damping(about: About) -> Iterator[Doubt]:
     """Ask about decay tests with less damping than radiated waves alone, or with another period."""
-    rolling = ROLLS.of(about.model)
+    rolling = ROLLS.constants_in(about.model)
     elements = [(n, e) for n, e in about.scene.forces.items() if isinstance(e, ViscousRoll)]
     for (name, element), found in zip(elements, rolling, strict=True):
         measured, waves, omega = (float(found[x]) for x in ("measured", "waves", "frequency"))

@@ -67,7 +67,7 @@ def _softness(about: About, line: LineShape, of: Catenary) -> Iterator[Doubt]:
     if of.anchor_body is not None or of.body not in about.facts.databases:
         return
     weight = about.scene.environment.gravity * about.scene.bodies[about.index[of.body]].mass
-    stiffness = float(line.own["stiffness"].min())
+    stiffness = float(line.line_pieces["stiffness"].min())
     if stiffness < SOFT * weight:
         found = f"an EA of {stiffness:.3g} N, for a body whose weight is {weight:.3g} N"
         usual = f"usual is above {SOFT:g} of the weight"

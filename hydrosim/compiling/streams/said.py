@@ -31,7 +31,7 @@ def said_of_streams(scene: Scene, model: Model) -> Iterator[str]:
     if water.gusts is not None and wind.hour_mean > 0.0:
         yield from _said_of_gusts(water.gusts, wind)
     loads = [(name, e) for name, e in scene.forces.items() if isinstance(e, StreamLoad)]
-    p = STREAM_LOAD_KIND.of(model)
+    p = STREAM_LOAD_KIND.constants_in(model)
     heights = heights_of_wind(model.elements)
     for (name, load), row in zip(loads, p.each, strict=True):
         speed = _speed(row["stream"])

@@ -256,14 +256,14 @@ class GuideKind(KindWithModeSets):
     def modes(self, p: GuideConstants) -> ModeRows:
         return ModeRows(p.pins.size, first=p.pins["first"], last=p.pins["last"])
 
-    def postures(self, p: GuideConstants) -> Sequence[ModeSet]:
+    def mode_sets(self, p: GuideConstants) -> Sequence[ModeSet]:
         if not p.pins.size:
             return []
         first = p.pins["first"]
         free = ModeSet("pins free", rest_at_first(first, FREE))
         return [free, ModeSet("pins at their walls", rest_at_first(first, PIN_PRESSED))]
 
-    def pressed(
+    def moved_onto_segment(
         self, p: GuideConstants, modes: np.ndarray, bodies: Any, motion: Any
     ) -> GuideConstants:
         """Constants in which pins are pressed by the steepest piece of their walls at any

@@ -121,7 +121,7 @@ class ContactKind(KindOfContacts):
             "the part of slip_moved towards positive axes", "m", EARTH_NAME
         ),
     }
-    tallied: ClassVar = tuple(f"tally {k + 1}" for k in range(TALLIES))
+    impulse_names: ClassVar = tuple(f"tally {k + 1}" for k in range(TALLIES))
 
     def modes(self, p: ContactConstants) -> ModeRows:
         points = p.points
@@ -139,7 +139,7 @@ class ContactKind(KindOfContacts):
         owners = [groups[k] for k in p.groups["index"]]
         yield StateBlocks("contact group", owners, group.GROUP_STATE_NAMES, "group ")
 
-    def felt_states(self, p: ContactConstants) -> np.ndarray:
+    def coupled_states(self, p: ContactConstants) -> np.ndarray:
         return dynamic_states(p)
 
     def coordinates(self, scene: Scene) -> dict[str, object]:
@@ -184,7 +184,7 @@ class ContactKind(KindOfContacts):
     def is_mirrored(self, p: ContactConstants, y: np.ndarray, modes: np.ndarray) -> bool:
         return is_mirrored(p, y, modes)
 
-    def forget(self, p: ContactConstants, y: np.ndarray) -> None:
+    def clear_unused_states(self, p: ContactConstants, y: np.ndarray) -> None:
         clear_unused_states(p, y)
 
     def renew(
@@ -256,7 +256,7 @@ def _tally_variables(
 
 def remembered_groups(parts: KindConstants, y: RecordedStates) -> list[group.GroupMemory]:
     """All groups with memory, with their states from y."""
-    p = CONTACT_KIND.of(parts)
+    p = CONTACT_KIND.constants_in(parts)
     starts = p.state + p.groups["first"]
     return [
         group.GroupMemory(

@@ -39,7 +39,7 @@ SLIDING = 0.1  # m/s: the speed at which slip is linearised, unless slip begins 
 class KindOfContacts(KindWithModeSets):
     """Postures of contact points."""
 
-    def postures(self, p: ContactConstants) -> Sequence[ModeSet]:
+    def mode_sets(self, p: ContactConstants) -> Sequence[ModeSet]:
         text = "all contacts open" if p.points.size else "no contact"
         rest = ModeSet(text, rest_at_first(p.points["first"], OPEN))
         modes = CLOSED_MODES if p.points.size else ()
@@ -48,7 +48,7 @@ class KindOfContacts(KindWithModeSets):
             *(ModeSet(f"all contacts {CLOSED_MODES[m]}", _closed_modes(p, m)) for m in modes),
         ]
 
-    def alone(
+    def one_unit_active(
         self, p: ContactConstants, names: Sequence[str], which: Sequence[int]
     ) -> Iterator[ModeSet]:
         rest = rest_at_first(p.points["first"], OPEN)
@@ -57,7 +57,7 @@ class KindOfContacts(KindWithModeSets):
             for i in which:
                 yield ModeSet(f"{names[i]} alone {text}", with_mode_of_unit(rest, closed, i))
 
-    def alike(self, p: ContactConstants) -> Sequence[Hashable]:
+    def equivalence_keys(self, p: ContactConstants) -> Sequence[Hashable]:
         law = (name for name, _ in LAW)
         fields = ("normal_damping", "prescribed", "signal", "reach", "lag", *law)
         return [
@@ -73,7 +73,7 @@ class KindOfContacts(KindWithModeSets):
         touches = [contact_kinematics(point, bodies, motion) for point in p.points]
         return np.reshape([(each.rate, *each.velocity) for each in touches], (-1, 3))
 
-    def pressed(
+    def moved_onto_segment(
         self, p: ContactConstants, modes: np.ndarray, bodies: Any, motion: Any
     ) -> ContactConstants:
         """Constants in which each plane presses its point, and each mode keeps its branch."""
@@ -90,7 +90,7 @@ class KindOfContacts(KindWithModeSets):
                 point["plane_point"] += nearer * point["plane_normal"]
         return p._replace(points=points)
 
-    def time_of_most(self, p: ContactConstants) -> float:
+    def time_of_largest_load(self, p: ContactConstants) -> float:
         signals = p.points["signal"][p.points["prescribed"]]
 
         def total(time: float) -> float:
@@ -105,7 +105,7 @@ class KindOfContacts(KindWithModeSets):
             return 0.0
         return max(SLIDING, *map(slowest, _normal_loads(p, modes, time), p.points))
 
-    def slide(
+    def set_steady_slip(
         self,
         p: ContactConstants,
         modes: np.ndarray,

@@ -168,7 +168,7 @@ class External(ForceElement):
         object.__setattr__(copied, "_owner", owner)
         return copied
 
-    def forgive(self) -> None:
+    def clear_error(self) -> None:
         """Forget the error of the last call."""
         for caller in self._callers.values():
             caller.error = None

@@ -85,7 +85,7 @@ class LockKind(ElementKind):
         own = modes[p.mode : p.mode + p.each.size, MODE]
         return bool((own == own[:1]).all())
 
-    def forget(self, p: LockConstants, y: np.ndarray) -> None:
+    def clear_unused_states(self, p: LockConstants, y: np.ndarray) -> None:
         """No state of a joint lacks meaning after a restart."""
 
     def renew(
@@ -118,7 +118,7 @@ class JointLoadKind(UnitKind):
         ),
     }
 
-    def of(self, parts: KindConstants) -> LockConstants:
+    def constants_in(self, parts: KindConstants) -> LockConstants:
         found: LockConstants = parts.elements.locks
         return found
 

@@ -368,7 +368,7 @@ class JointMotionKind(KindWithModeSets):
                 B = np.array([[one["damping"]]])
                 yield LinearResistance(one["row"], NO_INDEX, B, np.zeros(1), int(one["coordinate"]))
 
-    def postures(self, p: JointMotionConstants) -> Sequence[ModeSet]:
+    def mode_sets(self, p: JointMotionConstants) -> Sequence[ModeSet]:
         if not (p.each["stop"] > 0.0).any():
             return []
         rest = np.zeros(p.each.size, dtype=int)
@@ -377,7 +377,7 @@ class JointMotionKind(KindWithModeSets):
             ModeSet("joints at their stops", rest_at_first(rest + AT_LOWEST, NO_FRICTION)),
         ]
 
-    def pressed(
+    def moved_onto_segment(
         self, p: JointMotionConstants, modes: np.ndarray, bodies: Any, motion: Any
     ) -> JointMotionConstants:
         """Constants with the stops of pressed motions in action at any place, and no friction."""

@@ -37,7 +37,7 @@ class Pose(NamedTuple):
     of the point on the other body, and the ``gap`` d from the latter to the former."""
 
     arm: tuple[float, ...]
-    own: tuple[float, ...]
+    other_arm: tuple[float, ...]
     gap: tuple[float, ...]
 
 
@@ -64,7 +64,7 @@ def pose(lock, reference, bodies, motion):
         found = Pose(arm, own, sub(place, other))
     if bodies.exact:
         return found
-    return Pose(arm, found.own, sub(found.gap, vector(reference, PLACE_ENTRY)))
+    return Pose(arm, found.other_arm, sub(found.gap, vector(reference, PLACE_ENTRY)))
 
 
 @kernel
@@ -113,8 +113,8 @@ def _rod_row(lock, at, length, motion):
     velocity = point_velocity(lock.body, at.arm, motion)
     acceleration = point_bias(lock.body, at.arm, motion)
     if lock.to != EARTH:
-        velocity = sub(velocity, point_velocity(lock.to, at.own, motion))
-        acceleration = sub(acceleration, point_bias(lock.to, at.own, motion))
+        velocity = sub(velocity, point_velocity(lock.to, at.other_arm, motion))
+        acceleration = sub(acceleration, point_bias(lock.to, at.other_arm, motion))
     along = dot(n, velocity)
     across = dot(velocity, velocity) - along * along
     return Row(n, ZERO, dot(n, acceleration) + across / distance, distance - length)
@@ -135,9 +135,9 @@ def _slide_bias(lock, a, at, motion):
         return dot(a, acceleration)
     omega = vector(motion.velocity, 6 * lock.to + 3)
     spin = vector(motion.bias, 6 * lock.to + 3)
-    acceleration = sub(acceleration, point_bias(lock.to, at.own, motion))
+    acceleration = sub(acceleration, point_bias(lock.to, at.other_arm, motion))
     velocity = sub(
-        point_velocity(lock.body, at.arm, motion), point_velocity(lock.to, at.own, motion)
+        point_velocity(lock.body, at.arm, motion), point_velocity(lock.to, at.other_arm, motion)
     )
     turned = cross(omega, a)
     turns = add(cross(spin, a), cross(omega, turned))
@@ -161,7 +161,7 @@ def add_row_wrench(lock, at, force, moment, bodies, wrench):
     other body, to ``wrench`` (6 nb,)."""
     add_wrench(lock.body, force, add(cross(at.arm, force), moment), wrench)
     if lock.to != EARTH:
-        lever = add(at.own, at.gap) if bodies.exact else at.own
+        lever = add(at.other_arm, at.gap) if bodies.exact else at.other_arm
         opposite = add(cross(lever, force), moment)
         add_wrench(lock.to, scale(-1.0, force), scale(-1.0, opposite), wrench)
 
@@ -171,7 +171,7 @@ def row_rate(lock, row, at, bodies, motion):
     """Rate of a constraint at the present velocities."""
     v = point_velocity(lock.body, at.arm, motion)
     if lock.to != EARTH:
-        lever = add(at.own, at.gap) if bodies.exact else at.own
+        lever = add(at.other_arm, at.gap) if bodies.exact else at.other_arm
         v = sub(v, point_velocity(lock.to, lever, motion))
     return dot(row.force, v) + dot(row.moment, _turn_between(lock, motion.velocity, motion))
 

@@ -312,7 +312,7 @@ class CompensatorKind(KindWithModeSets):
             steepest=p.each["stiffness"],
         )
 
-    def postures(self, p: CompensatorConstants) -> Sequence[ModeSet]:
+    def mode_sets(self, p: CompensatorConstants) -> Sequence[ModeSet]:
         if not p.each.size:
             return []
         return [
@@ -320,14 +320,14 @@ class CompensatorKind(KindWithModeSets):
             ModeSet("compensators on their stops", _posture(p, UPPER)),
         ]
 
-    def alone(
+    def one_unit_active(
         self, p: CompensatorConstants, names: Sequence[str], which: Sequence[int]
     ) -> Iterator[ModeSet]:
         for i in which if p.each.size > 1 else ():
             one = with_mode_of_unit(_posture(p, GAS), _posture(p, UPPER), i)
             yield ModeSet(f"{names[i]} alone on its stop", one)
 
-    def alike(self, p: CompensatorConstants) -> Sequence[Hashable]:
+    def equivalence_keys(self, p: CompensatorConstants) -> Sequence[Hashable]:
         """No two compensators are alike: each pulls in a direction of its own."""
         return range(p.each.size)
 
@@ -335,7 +335,7 @@ class CompensatorKind(KindWithModeSets):
         """Along the lines."""
         return np.reshape([kinematics(one, bodies, motion).rate for one in p.each], (-1, 1))
 
-    def pressed(
+    def moved_onto_segment(
         self, p: CompensatorConstants, modes: np.ndarray, bodies: Any, motion: Any
     ) -> CompensatorConstants:
         """Constants in which each is at the end of its stroke, where the gas is stiffest, or on its

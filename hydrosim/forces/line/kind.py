@@ -60,7 +60,7 @@ class CatenaryKind(KindWithModeSets):
     def states(self, p: CatenaryConstants, scene: Scene) -> Iterator[StateBlocks]:
         yield StateBlocks("line", self.unit_names(scene), GUESS)
 
-    def postures(self, p: CatenaryConstants) -> Sequence[ModeSet]:
+    def mode_sets(self, p: CatenaryConstants) -> Sequence[ModeSet]:
         """All as they hang, and all taut."""
         if not p.lines.size:
             return []
@@ -70,7 +70,7 @@ class CatenaryKind(KindWithModeSets):
             ModeSet("lines taut", rest_at_first(first, TAUT_LINE)),
         ]
 
-    def alike(self, p: CatenaryConstants) -> Sequence[Hashable]:
+    def equivalence_keys(self, p: CatenaryConstants) -> Sequence[Hashable]:
         """No two lines are alike: each pulls in a direction of its own."""
         return range(p.lines.size)
 
@@ -79,7 +79,7 @@ class CatenaryKind(KindWithModeSets):
         found = [_rate(end_kinematics(line, bodies, motion)) for line in p.lines]
         return np.reshape(found, (-1, 1))
 
-    def pressed(
+    def moved_onto_segment(
         self, p: CatenaryConstants, modes: np.ndarray, bodies: Any, motion: Any
     ) -> CatenaryConstants:
         """Constants in which lines that are taut are a little shorter than the way between their
@@ -92,11 +92,11 @@ class CatenaryKind(KindWithModeSets):
                 own["length"] *= TAUT_SHARE * np.hypot(s.x, s.z) / own["length"].sum()
         return p._replace(pieces=pieces)
 
-    def lost(self, p: CatenaryConstants, modes: np.ndarray) -> Iterator[tuple[int, str]]:
+    def undefined_units(self, p: CatenaryConstants, modes: np.ndarray) -> Iterator[tuple[int, str]]:
         for i in np.flatnonzero(modes[:, MODE] == UNDEFINED).tolist():
             yield i, shape.REASONS[int(modes[i, RISING])]
 
-    def forget(self, p: CatenaryConstants, y: np.ndarray) -> None:
+    def clear_unused_states(self, p: CatenaryConstants, y: np.ndarray) -> None:
         """Guesses of an earlier run are valid."""
 
     def renew(

@@ -38,7 +38,7 @@ class LineShape:
     @property
     def length(self) -> float:
         """Unstretched length [m]."""
-        return float(self.own["length"].sum())
+        return float(self.line_pieces["length"].sum())
 
     @property
     def distance(self) -> float:
@@ -49,7 +49,7 @@ class LineShape:
     def strain(self) -> float:
         """Largest tension over the smallest EA."""
         ends = (self.pull.H, self.pull.V), (self.pull.anchor_H, self.pull.anchor_V)
-        return float(max(np.hypot(*each) for each in ends) / self.own["stiffness"].min())
+        return float(max(np.hypot(*each) for each in ends) / self.line_pieces["stiffness"].min())
 
     def places(self, count: int = LINE_POINTS) -> tuple[np.ndarray, np.ndarray]:
         """Places (count, 3) [m] from the fairlead to the anchor in the earth frame, relative to a
@@ -64,7 +64,7 @@ class LineShape:
         return np.stack([across * e.e[0], across * e.e[1], height + e.anchor], axis=1), tension
 
     @property
-    def own(self) -> np.ndarray:
+    def line_pieces(self) -> np.ndarray:
         """Its pieces alone."""
         return self.pieces[self.constants["first"] : self.constants["last"]]
 
@@ -79,7 +79,7 @@ def line_shapes(
     motion: Any,
 ) -> Iterator[LineShape]:
     """The lines that act at a state ``y`` with its ``modes``; ``motion`` must be filled."""
-    p = CATENARY_KIND.of(parts)
+    p = CATENARY_KIND.constants_in(parts)
     for i, name in enumerate(CATENARY_KIND.unit_names(scene)):
         if modes[p.mode + i, MODE] != INACTIVE:
             line = p.lines[i]

@@ -27,7 +27,7 @@ from hydrosim.forces.line.hang import (
     lying_part,
     pull_at_touchdown,
 )
-from hydrosim.forces.line.profile import find_profile, kink_room, lowest
+from hydrosim.forces.line.profile import find_profile, lowest
 from hydrosim.forces.line.rates import is_on_bed, length_rates, stiffness, stored_energy
 from hydrosim.forces.line.search import (
     ON_BED,

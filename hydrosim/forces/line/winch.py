@@ -131,16 +131,16 @@ WINCH = np.dtype(
         *(("body", int), ("row", int), ("point", float, 3)),
         *(("anchor_body", int), ("anchor", float, 3)),
         *(("stiffness", float), ("damping", float), ("start", float), ("pinned", float)),
-        ("stands", bool),
+        ("drum_locked", bool),
         *(("drum", DRUM), ("signal", SIGNAL)),
         *(("followed", int), ("eye", float, 3), ("rest", float), ("gain", float)),
         *(("delay", int), ("factors", float, (delay.FACTORS, 2))),
     ]
 )
 """Constants of a winch: its ends, EA, c, l0 at the start, and l0 if it is ``pinned`` (else 0);
-whether its drum always ``stands``; its drum and signal; the ``followed`` body, the place of its
-point and the height of that at rest, the gain, and the first state of its delay among those of all
-(`NO_INDEX` if it has none)."""
+whether its drum always stands (``drum_locked``); its drum and signal; the ``followed`` body, the
+place of its point and the height of that at rest, the gain, and the first state of its delay among
+those of all (`NO_INDEX` if it has none)."""
 
 
 class WinchConstants(NamedTuple):
@@ -231,7 +231,7 @@ def drums_locked(p: WinchConstants) -> WinchConstants:
     """The same winches with drums that stand, for a scene at rest; those of compensation keep to
     their targets."""
     each = p.each.copy()
-    each["stands"] = each["drum"]["control"] != COMPENSATION
+    each["drum_locked"] = each["drum"]["control"] != COMPENSATION
     return p._replace(each=each)
 
 
@@ -508,7 +508,7 @@ def activate(i, t, y, modes, motion, bodies, p):
     elif w.pull.still < 0.0:
         mode[SEGMENT] = WIRE_CUT
     taut = mode[SEGMENT] == TAUT
-    if not one.stands:
+    if not one.drum_locked:
         mode[MODE] = drum.initial_mode(one.drum, w.pull, taut, w.length, w.target, w.demand)
     _keep_speed(one.drum, mode[MODE], y, p.state + WINCH_STATES * i)
 

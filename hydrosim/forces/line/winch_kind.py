@@ -84,7 +84,7 @@ class WinchKind(KindWithModeSets):
         late = [n for n, c in controls.items() if isinstance(c, Compensation) and c.delay]
         yield StateBlocks("winch delay", late, DELAY)
 
-    def felt_states(self, p: WinchConstants) -> np.ndarray:
+    def coupled_states(self, p: WinchConstants) -> np.ndarray:
         ruled = np.flatnonzero(p.each["drum"]["control"] != LENGTH_CONTROL)
         heavy = np.flatnonzero(p.each["drum"]["acceleration"] > 0.0)
         late = WINCH_STATES * p.each.size + np.arange(delay.DELAY_STATES * p.delays)
@@ -107,7 +107,7 @@ class WinchKind(KindWithModeSets):
             for i in same
         )
 
-    def forget(self, p: WinchConstants, y: np.ndarray) -> None:
+    def clear_unused_states(self, p: WinchConstants, y: np.ndarray) -> None:
         """All states have a meaning."""
 
     def renew(
@@ -122,7 +122,7 @@ class WinchKind(KindWithModeSets):
         own = slice(p.state, p.state + WINCH_STATES * p.each.size + delay.DELAY_STATES * p.delays)
         y[own] = np.where(known[own], y[own], anew[own])
 
-    def postures(self, p: WinchConstants) -> Sequence[ModeSet]:
+    def mode_sets(self, p: WinchConstants) -> Sequence[ModeSet]:
         if not p.each.size:
             return []
         found = [ModeSet("winches slack", _posture(p, SLACK))]
@@ -134,14 +134,14 @@ class WinchKind(KindWithModeSets):
             found.append(ModeSet("drums slipping", slipping))
         return found
 
-    def alone(
+    def one_unit_active(
         self, p: WinchConstants, names: Sequence[str], which: Sequence[int]
     ) -> Iterator[ModeSet]:
         for i in which if p.each.size > 1 else ():
             one = with_mode_of_unit(_posture(p, SLACK), _posture(p, TAUT), i)
             yield ModeSet(f"{names[i]} alone taut", one)
 
-    def alike(self, p: WinchConstants) -> Sequence[Hashable]:
+    def equivalence_keys(self, p: WinchConstants) -> Sequence[Hashable]:
         """No two winches are alike: each pulls in a direction of its own."""
         return range(p.each.size)
 
@@ -150,7 +150,7 @@ class WinchKind(KindWithModeSets):
         each = [_line(one, bodies, motion).rate for one in p.each]
         return np.reshape(each, (-1, 1))
 
-    def pressed(
+    def moved_onto_segment(
         self, p: WinchConstants, modes: np.ndarray, bodies: Any, motion: Any
     ) -> WinchConstants:
         """Constants with wires that are just taut, as stiff as at their shortest."""

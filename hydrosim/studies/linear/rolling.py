@@ -33,7 +33,7 @@ def respond(
 ) -> tuple[Responder, np.ndarray | None]:
     """Linearise a scene by ``respond_at`` the roll rates [rad/s] in its ``seas``, one per element
     with viscous roll damping; the rates are None if they do not matter."""
-    rolling = VISCOUS_ROLL_KIND.of(compiled.model)
+    rolling = VISCOUS_ROLL_KIND.constants_in(compiled.model)
     about = respond_at(None)
     if not seas or not (rolling["quadratic"].any() or rolling["cubic"].any()):
         return about, None
@@ -58,7 +58,7 @@ def _roll_rates(about: Responder, seas: Sequence[Components], bodies: np.ndarray
 
 def rolling_remarks(compiled: Compiled, rates: np.ndarray | None) -> Iterator[str]:
     """Remarks on viscous roll damping that is linear for the sea, or left out."""
-    rolling = VISCOUS_ROLL_KIND.of(compiled.model)
+    rolling = VISCOUS_ROLL_KIND.constants_in(compiled.model)
     if rates is not None:
         values = ", ".join(f"{np.degrees(rate):.3g}" for rate in rates)
         yield (

@@ -422,7 +422,7 @@ def _gust_dataset(scene: Scene, about: Responder) -> xr.Dataset:
 
 def _line_drag_remarks(compiled: Compiled) -> Iterator[str]:
     """Remark on the drag of lines, which is left out."""
-    if LINES.of(compiled.model).lines["width"].any():
+    if LINES.constants_in(compiled.model).lines["width"].any():
         yield (
             "drag of mooring lines is left out, because it depends on the sea. Slow motions near"
             " their resonance are too large: simulate them."

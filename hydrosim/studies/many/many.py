@@ -164,7 +164,11 @@ def simulate_many(
         journal.take_known(partial_folder / f"{KNOWN}.partial")
         path = write(partial_folder / RESULT, journal)
         all_ended = is_complete(path)
-        place = result.settled() if all_ended or not is_complete(result.path) else result.aside()
+        place = (
+            result.resolve_path()
+            if all_ended or not is_complete(result.path)
+            else result.fallback_path()
+        )
         place.take(path)
         if all_ended:
             journal.remove()

@@ -58,7 +58,7 @@ def checkpoint_of(result: Output) -> Output:
             f"{path}: is not a checkpoint of this program; expected a checkpoint or no file"
             " beside the result of a run. Move it away, or give the result another name."
         )
-    return result.at(path, "checkpoint").checked()
+    return result.output_at(path, "checkpoint").checked_output()
 
 
 def program_identity() -> str:
@@ -127,7 +127,7 @@ class CheckpointWriter:
         texts = json.dumps(texts_by_name)
         arrays = {f"a{k}": array for k, array in enumerate(_arrays(self._run))}
         arrays = {"mark": mark, "texts": np.frombuffer(texts.encode(), dtype=np.uint8), **arrays}
-        with output.written() as path, path.open("wb") as file:
+        with output.write_complete() as path, path.open("wb") as file:
             np.savez(file, allow_pickle=False, **arrays)
 
     def _restore(self, texts: dict[str, Any], stored: dict[str, np.ndarray]) -> float:

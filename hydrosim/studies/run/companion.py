@@ -150,7 +150,7 @@ def _normal_forces(run: Run, values: dict[str, np.ndarray], begin: int, end: int
     """Normal forces of all contact points (nt, nf) [N]."""
     if values[CONTACTS.unit].size == 0:
         return np.zeros((end - begin, 0))
-    modes = modes_of_kind(CONTACTS, CONTACTS.of(run.model), run.record.modes[begin:end])
+    modes = modes_of_kind(CONTACTS, CONTACTS.constants_in(run.model), run.record.modes[begin:end])
     return np.where(modes[:, :, MODE] == OPEN, 0.0, values[CONTACTS.unit][:, :, NORMAL_FORCE])
 
 

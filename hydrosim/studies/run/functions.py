@@ -143,7 +143,7 @@ def repeatability_warnings(compiled: Compiled, run: Run) -> Iterator[str]:
     time = float(start["time"][0])
     again = functions_at_stages(time, motion, model.bodies, model.elements, model.rows)
     for e in stages:
-        e.forgive()  # an error here is no error of the run
+        e.clear_error()  # an error here is no error of the run
     for row, wrench in again.items():
         then = start["wrench"][0, row]
         if not np.allclose(wrench, then, rtol=WRENCH_RTOL, atol=WRENCH_RTOL * np.abs(then).max()):
@@ -158,7 +158,7 @@ def repeatability_warnings(compiled: Compiled, run: Run) -> Iterator[str]:
 def delay_warnings(compiled: Compiled, run: Run) -> Iterator[str]:
     """Warnings about external forces that were continued far beyond what their functions had
     returned."""
-    for row, overshoot in overshoots(EXTERNALS.of(run.model), run.state.y):
+    for row, overshoot in overshoots(EXTERNALS.constants_in(run.model), run.state.y):
         if overshoot > MAX_OVERSHOOT:
             yield (
                 f"the force of {force_names(compiled.scene)[row]} was continued to"

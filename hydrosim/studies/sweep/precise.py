@@ -53,7 +53,7 @@ def run_until(
     part = study
     folder = Path(f"{output.path}.rounds")
     shared = SceneCache()
-    with output.held(), _remove_if_empty(folder):
+    with output.hold_lock(), _remove_if_empty(folder):
         _begin_rounds(folder, resume, output)
         rounds: list[xr.Dataset] = []
         while True:

@@ -27,7 +27,7 @@ from hydrosim.modes import CONTACT_MARGIN, FRICTION_MARGIN, MARGINS, MODE
 from hydrosim.scene import ForceElement, Scene
 
 SLACK, TAUT, BROKEN = range(3)
-TENSION, CREEP, OBSERVED = range(3)
+TENSION, CREEP, ROPE_OUTPUTS = range(3)
 ROPE = np.dtype([*spring.SPRING.descr, ("k", float), ("eta", float), ("breaks_at", float)])
 
 
@@ -102,16 +102,16 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
 
 
 @kernel
-def observe(y, modes, motion, bodies, p, out):
+def write_outputs(y, modes, motion, bodies, p, out):
     """Tension and creep of all ropes."""
     for i in range(p.lines.size):
         T, _ = pull_of(i, y, modes, motion, bodies, p)
-        out[OBSERVED * i + TENSION] = T if modes[p.mode + i, MODE] == TAUT else 0.0
-        out[OBSERVED * i + CREEP] = y[p.state + i]
+        out[ROPE_OUTPUTS * i + TENSION] = T if modes[p.mode + i, MODE] == TAUT else 0.0
+        out[ROPE_OUTPUTS * i + CREEP] = y[p.state + i]
 
 
 @kernel
-def margins(y, modes, motion, bodies, p, out):
+def find_margins(y, modes, motion, bodies, p, out):
     """Of a taut rope T, and what is left to the load at which it breaks; of a slack one -T."""
     for i in range(p.lines.size):
         m = MARGINS * (p.mode + i)
@@ -126,7 +126,7 @@ def margins(y, modes, motion, bodies, p, out):
 
 
 @root
-def switch(i, which, y, modes, motion, bodies, p):
+def transition(i, which, y, modes, motion, bodies, p):
     """Slack, taut, or broken for good."""
     mode = modes[p.mode + i]
     if which == FRICTION_MARGIN:
@@ -138,7 +138,7 @@ def switch(i, which, y, modes, motion, bodies, p):
 
 
 @root
-def settle(y, modes, motion, bodies, p):
+def set_initial_modes(y, modes, motion, bodies, p):
     """Slack or taut at a start."""
     for i in range(p.lines.size):
         T, _ = pull_of(i, y, modes, motion, bodies, p)
@@ -159,10 +159,10 @@ class RopeKind(KindWithModeSets):
     def states(self, p: RopeConstants, scene: Scene) -> Iterator[StateBlocks]:
         yield StateBlocks("rope", self.unit_names(scene), ("creep",))
 
-    def felt_states(self, p: RopeConstants) -> np.ndarray:
+    def coupled_states(self, p: RopeConstants) -> np.ndarray:
         return p.state + np.arange(p.lines.size)
 
-    def postures(self, p: RopeConstants) -> Sequence[ModeSet]:
+    def mode_sets(self, p: RopeConstants) -> Sequence[ModeSet]:
         rest = np.zeros(p.lines.size, dtype=np.int64)
         every = [("slack", SLACK), ("taut", TAUT)] if p.lines.size else []
         return [ModeSet(f"ropes {text}", rest_at_first(rest, mode)) for text, mode in every]
