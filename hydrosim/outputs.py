@@ -143,7 +143,7 @@ class Output:
             return self.fallback_path()
 
     @property
-    def _beside(self) -> str:
+    def _temporary_prefix(self) -> str:
         """Prefix of temporary files and folders beside the output."""
         name = self.path.name
         whole = os.fsencode(name)
@@ -153,12 +153,12 @@ class Output:
     @property
     def _room(self) -> str:
         """Prefix of temporary folders for writing; the name of the process follows."""
-        return f"{self._beside}-"
+        return f"{self._temporary_prefix}-"
 
     def hold_lock(self) -> AbstractContextManager[None]:
         """Keep other processes from writing the same file. Raises InputError that names such a
         process."""
-        return file_lock(self.path.with_name(f"{self._beside}.lock"), self.path)
+        return file_lock(self.path.with_name(f"{self._temporary_prefix}.lock"), self.path)
 
     def clear(self) -> None:
         """Remove an earlier file of the same kind, and remains of a killed process."""

@@ -65,7 +65,7 @@ from hydrosim.rigid.vectors import vector
 from hydrosim.scene import ForceElement, Scene
 
 SLACK, TAUT, SPRING_INACTIVE = range(3)
-TENSION, LENGTH, SPRING_OUTPUTS = range(3)  # see `write_outputs`
+SPRING_TENSION, SPRING_LENGTH, SPRING_OUTPUTS = range(3)  # see `write_outputs`
 
 
 @dataclass(frozen=True)
@@ -215,8 +215,8 @@ def write_outputs(t, modes, motion, bodies, p, out):
     for i in range(p.lines.size):
         s = kinematics(p.lines[i], t, bodies, motion, p)
         row = out[SPRING_OUTPUTS * i : SPRING_OUTPUTS * (i + 1)]
-        row[TENSION], _ = tension(p.lines[i], modes[p.mode + i], s, p)
-        row[LENGTH] = s.length
+        row[SPRING_TENSION], _ = tension(p.lines[i], modes[p.mode + i], s, p)
+        row[SPRING_LENGTH] = s.length
 
 
 @root
@@ -345,8 +345,8 @@ class SpringKind(KindWithModeSets):
     def record(self, p: SpringConstants, bodies: Any, kept: UnitRecord) -> Columns:
         each = ("time", "spring")
         return {
-            "spring_tension": (each, kept.observed[:, :, TENSION]),
-            "spring_length": (each, kept.observed[:, :, LENGTH]),
+            "spring_tension": (each, kept.observed[:, :, SPRING_TENSION]),
+            "spring_length": (each, kept.observed[:, :, SPRING_LENGTH]),
             "spring_mode": (each, kept.modes[:, :, MODE].astype(np.int8)),
         }
 

@@ -28,7 +28,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from math import atan2, pi
+from math import atan2
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -41,13 +41,12 @@ from hydrosim.forces.relative import current_on
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.rigid import heading
 from hydrosim.rigid.kinematics import add_wrench, attachment, point_velocity
+from hydrosim.rigid.tree import FULL_TURN
 from hydrosim.rigid.vectors import add, cross, dot, vector
 from hydrosim.scene import ForceElement
 from hydrosim.streams.current import current_at, is_sheared, mean_current
 from hydrosim.streams.gusts import NO_GUSTS, GustTable, gust_at, has_gusts
 from hydrosim.streams.wind import MIN_HEIGHT, REFERENCE_HEIGHT
-
-FULL_TURN = 2.0 * pi
 
 
 @dataclass(frozen=True)

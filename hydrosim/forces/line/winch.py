@@ -69,7 +69,7 @@ from hydrosim.rigid.kinematics import attachment, point_velocity
 from hydrosim.rigid.vectors import vector
 from hydrosim.scene import ForceElement
 
-SLACK, TAUT, WIRE_CUT = range(3)  # of the wire; it is cut where damping alone would push
+WIRE_SLACK, WIRE_TAUT, WIRE_CUT = range(3)  # of the wire; it is cut where damping alone would push
 WIRE_LENGTH, DRUM_SPEED, DRIVE_WORK, DRUM_FRICTION, SNAP_SPEED, LARGEST_TENSION, WINCH_STATES = (
     range(7)
 )
@@ -276,8 +276,8 @@ def kinematics(i, t, y, modes, motion, bodies, p):
     pull = DrumLoad(still, EA * line.rate / l0, by_length, by_speed)
     s = drum.payout_speed(one.drum, mode[MODE], y[k + DRUM_SPEED], demand, pull)
     uncut = drum.tension_at(one.drum, mode[MODE], s, pull)
-    T = uncut if mode[SEGMENT] == TAUT and mode[MODE] != DRUM_INACTIVE else 0.0
-    elastic = EA * max(e, 0.0) if mode[SEGMENT] != SLACK else 0.0
+    T = uncut if mode[SEGMENT] == WIRE_TAUT and mode[MODE] != DRUM_INACTIVE else 0.0
+    elastic = EA * max(e, 0.0) if mode[SEGMENT] != WIRE_SLACK else 0.0
     return WireKinematics(
         line.arm,
         line.other_arm,
@@ -395,9 +395,9 @@ def find_margins(t, y, modes, motion, bodies, p, out):
             continue
         w = kinematics(i, t, y, modes, motion, bodies, p)
         beyond = w.distance - w.length
-        out[m + SEGMENT_MARGIN] = -beyond if mode[SEGMENT] == SLACK else beyond
-        if one.damping > 0.0 and mode[SEGMENT] != SLACK:
-            out[m + CONTACT_MARGIN] = w.uncut if mode[SEGMENT] == TAUT else -w.uncut
+        out[m + SEGMENT_MARGIN] = -beyond if mode[SEGMENT] == WIRE_SLACK else beyond
+        if one.damping > 0.0 and mode[SEGMENT] != WIRE_SLACK:
+            out[m + CONTACT_MARGIN] = w.uncut if mode[SEGMENT] == WIRE_TAUT else -w.uncut
         out[m + FRICTION_MARGIN] = drum.law_margin(
             one.drum, mode[MODE], w.tension, w.speed, w.length, w.target, w.demand
         )
@@ -426,13 +426,13 @@ def transition(i, which, t, y, modes, motion, bodies, p):
     mode = modes[p.mode + i]
     k = p.state + WINCH_STATES * i
     w = kinematics(i, t, y, modes, motion, bodies, p)
-    if which == SEGMENT_MARGIN and mode[SEGMENT] == SLACK:
-        mode[SEGMENT] = TAUT
+    if which == SEGMENT_MARGIN and mode[SEGMENT] == WIRE_SLACK:
+        mode[SEGMENT] = WIRE_TAUT
         y[k + SNAP_SPEED] = w.rate - w.speed
     elif which == SEGMENT_MARGIN:
-        mode[SEGMENT] = SLACK
+        mode[SEGMENT] = WIRE_SLACK
     elif which == CONTACT_MARGIN:
-        mode[SEGMENT] = WIRE_CUT if mode[SEGMENT] == TAUT else TAUT
+        mode[SEGMENT] = WIRE_CUT if mode[SEGMENT] == WIRE_TAUT else WIRE_TAUT
     else:
         before = mode[MODE]
         _place_drum(one, before, w, y, k)
@@ -440,7 +440,7 @@ def transition(i, which, t, y, modes, motion, bodies, p):
         if which == RISING_MARGIN:
             mode[MODE] = drum.stop_at_end(one.drum, before, w.length)
         else:
-            taut = mode[SEGMENT] == TAUT
+            taut = mode[SEGMENT] == WIRE_TAUT
             mode[MODE] = drum.next_mode(
                 one.drum, before, w.pull, taut, w.tension, w.speed, w.length, w.target, w.demand
             )
@@ -501,13 +501,13 @@ def activate(i, t, y, modes, motion, bodies, p):
     one = p.each[i]
     mode = modes[p.mode + i]
     mode[MODE] = drum.STUCK
-    mode[SEGMENT] = TAUT
+    mode[SEGMENT] = WIRE_TAUT
     w = kinematics(i, t, y, modes, motion, bodies, p)
     if w.distance < w.length or (w.distance == w.length and w.rate <= 0.0):
-        mode[SEGMENT] = SLACK
+        mode[SEGMENT] = WIRE_SLACK
     elif w.pull.still < 0.0:
         mode[SEGMENT] = WIRE_CUT
-    taut = mode[SEGMENT] == TAUT
+    taut = mode[SEGMENT] == WIRE_TAUT
     if not one.drum_locked:
         mode[MODE] = drum.initial_mode(one.drum, w.pull, taut, w.length, w.target, w.demand)
     _keep_speed(one.drum, mode[MODE], y, p.state + WINCH_STATES * i)
@@ -527,5 +527,5 @@ def activate_in_run(i, t, y, modes, motion, bodies, p):
 def deactivate(i, y, modes, p):
     """Deactivate winch ``i``: its drum stands."""
     modes[p.mode + i, MODE] = DRUM_INACTIVE
-    modes[p.mode + i, SEGMENT] = SLACK
+    modes[p.mode + i, SEGMENT] = WIRE_SLACK
     y[p.state + WINCH_STATES * i + DRUM_SPEED] = 0.0

@@ -33,13 +33,13 @@ from hydrosim.forces.line.winch import (
     LARGEST_TENSION,
     LENGTH_OFF,
     PAY_OUT,
-    SLACK,
     SNAP_SPEED,
-    TAUT,
     WINCH_STATE_NAMES,
     WINCH_STATES,
     WIRE_CUT,
     WIRE_LENGTH,
+    WIRE_SLACK,
+    WIRE_TAUT,
     WIRE_TENSION,
     Winch,
     WinchConstants,
@@ -125,11 +125,11 @@ class WinchKind(KindWithModeSets):
     def mode_sets(self, p: WinchConstants) -> Sequence[ModeSet]:
         if not p.each.size:
             return []
-        found = [ModeSet("winches slack", _posture(p, SLACK))]
-        found.append(ModeSet("winches taut", _posture(p, TAUT)))
+        found = [ModeSet("winches slack", _posture(p, WIRE_SLACK))]
+        found.append(ModeSet("winches taut", _posture(p, WIRE_TAUT)))
         slips = (p.each["drum"]["control"] == TENSION_CONTROL) & (p.each["damping"] > 0.0)
         if slips.any():
-            slipping = _posture(p, TAUT)
+            slipping = _posture(p, WIRE_TAUT)
             slipping[slips, MODE] = SLIPPING_IN
             found.append(ModeSet("drums slipping", slipping))
         return found
@@ -138,7 +138,7 @@ class WinchKind(KindWithModeSets):
         self, p: WinchConstants, names: Sequence[str], which: Sequence[int]
     ) -> Iterator[ModeSet]:
         for i in which if p.each.size > 1 else ():
-            one = with_mode_of_unit(_posture(p, SLACK), _posture(p, TAUT), i)
+            one = with_mode_of_unit(_posture(p, WIRE_SLACK), _posture(p, WIRE_TAUT), i)
             yield ModeSet(f"{names[i]} alone taut", one)
 
     def equivalence_keys(self, p: WinchConstants) -> Sequence[Hashable]:
@@ -156,7 +156,7 @@ class WinchKind(KindWithModeSets):
         """Constants with wires that are just taut, as stiff as at their shortest."""
         each = p.each.copy()
         for one, (mode, segment, _) in zip(each, modes, strict=True):
-            if segment == TAUT and mode != SLIPPING_IN:
+            if segment == WIRE_TAUT and mode != SLIPPING_IN:
                 distance = _line(one, bodies, motion).length
                 one["pinned"] = distance / (
                     1.0 + LINEARISATION_DEPTH / max(distance, LINEARISATION_DEPTH)
