@@ -58,7 +58,7 @@ def install_signal_handlers() -> None:
     def interrupt(number: int, frame: FrameType | None) -> None:
         _received.append(number)
         if number == HANG_UP:
-            _leave(terminals)
+            _discard_output(terminals)
         if _must_wait(frame):
             _waiting.append(number)
         else:
@@ -92,7 +92,7 @@ def _must_wait(frame: FrameType | None) -> bool:
     return frame is not None
 
 
-def _leave(terminals: list[int]) -> None:
+def _discard_output(terminals: list[int]) -> None:
     """Discard output after a hang-up: writing to the lost terminal would end the program."""
     nowhere = os.open(os.devnull, os.O_RDWR)
     for stream in terminals:

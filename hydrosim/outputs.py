@@ -30,7 +30,7 @@ from zlib import crc32
 
 from hydrosim.errors import InputError, unwritable
 from hydrosim.interrupts import delay_interrupts
-from hydrosim.locks import file_lock, is_dead_process, owner
+from hydrosim.locks import file_lock, is_dead_process, this_process
 from hydrosim.program import program_version
 
 if TYPE_CHECKING:
@@ -151,7 +151,7 @@ class Output:
         return f".hydrosim-{short}"
 
     @property
-    def _room(self) -> str:
+    def _temporary_folder_prefix(self) -> str:
         """Prefix of temporary folders for writing; the name of the process follows."""
         return f"{self._temporary_prefix}-"
 
@@ -164,11 +164,13 @@ class Output:
         """Remove an earlier file of the same kind, and remains of a killed process."""
         if (content(self.path) or "").startswith(f"{self.what} of "):
             self.path.unlink()
-        self._tidy()
+        self._remove_leftovers()
 
-    def _tidy(self) -> None:
-        for room in self.path.parent.glob(f"{escape(self._room)}*"):
-            if is_dead_process(room.name.removeprefix(self._room).rpartition("-")[0]):
+    def _remove_leftovers(self) -> None:
+        for room in self.path.parent.glob(f"{escape(self._temporary_folder_prefix)}*"):
+            if is_dead_process(
+                room.name.removeprefix(self._temporary_folder_prefix).rpartition("-")[0]
+            ):
                 rmtree(room, ignore_errors=True)
 
     @contextmanager
@@ -176,8 +178,8 @@ class Output:
         """Yield a path to write to; then rename it, with all files beside it, to the final name.
         Signals that would end the program wait. Raises WritingError if the file cannot be written;
         an earlier file is then unchanged. Remains of a killed process are removed."""
-        self._tidy()
-        mine = f"{self._room}{owner()}-"
+        self._remove_leftovers()
+        mine = f"{self._temporary_folder_prefix}{this_process()}-"
         try:
             with delay_interrupts(), TemporaryDirectory(dir=self.path.parent, prefix=mine) as room:
                 yield Path(room, self.path.name)
@@ -188,7 +190,7 @@ class Output:
                 for part in parts:
                     _to_disk(part)
                 for part, output in zip(parts, outputs, strict=True):
-                    output._put(part)
+                    output._put_file(part)
         except (OSError, RuntimeError) as error:  # netCDF and HDF5 raise RuntimeError
             raise unwritable(self.path, error) from None
 
@@ -196,9 +198,9 @@ class Output:
         """Rename a complete file of the same file system to its final name."""
         self.checked_output()
         _to_disk(path)
-        self._put(path)
+        self._put_file(path)
 
-    def _put(self, part: Path) -> None:
+    def _put_file(self, part: Path) -> None:
         """Rename a complete file to its final name. An earlier file of other settings is kept, with
         a warning."""
         if not self.overwrite and (said := _differences(settings_of(self.path), self.settings)):
@@ -236,10 +238,10 @@ def as_output(target: str | os.PathLike[str], what: str) -> Output:
 
 def settings_text(*of: Mapping[str, Any]) -> str:
     """All values in nested mappings and lists, by dotted keys, as JSON: `Output.settings`."""
-    return json.dumps({key: value for values in of for key, value in _flat(values)})
+    return json.dumps({key: value for values in of for key, value in _flatten(values)})
 
 
-def _flat(values: Any, above: str = "") -> Iterator[tuple[str, Any]]:
+def _flatten(values: Any, above: str = "") -> Iterator[tuple[str, Any]]:
     if isinstance(values, Mapping):
         inside = [*values.items()]
     elif isinstance(values, list | tuple) and any(isinstance(v, Mapping | list) for v in values):
@@ -248,7 +250,7 @@ def _flat(values: Any, above: str = "") -> Iterator[tuple[str, Any]]:
         yield above, values
         return
     for key, value in inside:
-        yield from _flat(value, f"{above}.{key}" if above else str(key))
+        yield from _flatten(value, f"{above}.{key}" if above else str(key))
 
 
 def settings_of(path: Path) -> str:

@@ -94,7 +94,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     for e in p.each:
         b = e.body
         row = e.row
-        force, moment = total(t, e.first, e.last, p)
+        force, moment = total_force(t, e.first, e.last, p)
         if e.body_fixed:
             force = matvec(motion.rotation[b], force)
             moment = matvec(motion.rotation[b], moment)
@@ -105,7 +105,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
 
 
 @kernel
-def total(t, first, last, p):
+def total_force(t, first, last, p):
     """Force and moment at ``t`` of the parts with ``first`` <= i < ``last``."""
     force = (0.0, 0.0, 0.0)
     moment = (0.0, 0.0, 0.0)

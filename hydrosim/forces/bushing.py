@@ -149,16 +149,16 @@ def vector_from_components(axes, v):
 
 
 @kernel
-def column(A, k):
+def column_of(A, k):
     return (A[0, k], A[1, k], A[2, k])
 
 
 @kernel
 def other_axes(one, bodies, motion):
     """Axes of the other frame of a bushing, in the earth frame."""
-    x = column(one.axes, 0)
-    y = column(one.axes, 1)
-    z = column(one.axes, 2)
+    x = column_of(one.axes, 0)
+    y = column_of(one.axes, 1)
+    z = column_of(one.axes, 2)
     if one.other == EARTH or not bodies.exact:
         return (x, y, z)
     R = motion.rotation[one.other]
@@ -194,9 +194,9 @@ def relative_rotation(one, axes, bodies, motion):
     if not bodies.exact:
         return components_along(axes, relative_small_turn(one.body, one.other, motion)), 1.0
     R = motion.rotation[one.body]
-    X = components_along(axes, column(R, 0))
-    Y = components_along(axes, column(R, 1))
-    Z = components_along(axes, column(R, 2))
+    X = components_along(axes, column_of(R, 0))
+    Y = components_along(axes, column_of(R, 1))
+    Z = components_along(axes, column_of(R, 2))
     k = scale(0.5, (Y[2] - Z[1], Z[0] - X[2], X[1] - Y[0]))
     sine = sqrt(dot(k, k))
     cosine = 0.5 * (X[0] + Y[1] + Z[2] - 1.0)

@@ -29,7 +29,7 @@ from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces import link, spring
 from hydrosim.forces.contact import geometry
-from hydrosim.forces.contact.fender import Contact, pressure
+from hydrosim.forces.contact.fender import Contact, normal_load_of
 from hydrosim.forces.contact.geometry import EARTH
 from hydrosim.forces.layout import Layout, unit_ranges
 from hydrosim.forces.line import catenary, winch
@@ -109,10 +109,10 @@ def compile_points(layout: Layout) -> np.ndarray:
 
 def compile_clearances(layout: Layout) -> np.ndarray:
     """All clearances of a scene, (n,) of `GAP`."""
-    return np.array([_gap(c, layout) for c in layout.clearances.values()], dtype=GAP)
+    return np.array([_clearance_row(c, layout) for c in layout.clearances.values()], dtype=GAP)
 
 
-def _gap(c: Clearance, layout: Layout) -> tuple[Any, ...]:
+def _clearance_row(c: Clearance, layout: Layout) -> tuple[Any, ...]:
     body, point = layout.points[c.of]
     if c.to is not None:
         other, place = layout.points[c.to]
@@ -233,5 +233,5 @@ def channel_value(channel, t, y, modes, motion, bodies, elements, tanks):
     total = 0.0
     for i in range(k, channel.end):
         contact = geometry.contact_kinematics(fenders.points[i], bodies, motion)
-        total += pressure(i, t, y, modes, contact, fenders).N
+        total += normal_load_of(i, t, y, modes, contact, fenders).N
     return total

@@ -133,7 +133,7 @@ def set_initial_modes(t, y, modes, motion, bodies, elements, tanks):
         motions.set_initial_modes(y, modes, bodies, elements.joint_motions)
     if elements.triggers.each.size > 0:
         trigger.set_initial_modes(t, y, modes, motion, bodies, elements, tanks)
-    group.initialise(t, y, modes, elements.fenders)
+    group.initialise_groups(t, y, modes, elements.fenders)
 
 
 @kernel
@@ -182,9 +182,9 @@ def update_lines_at_step_end(t, y, modes, motion, bodies, elements, watched, out
 
 
 @kernel
-def find_headings(t, y, modes, motion, bodies, elements, out):
+def find_slip_directions(t, y, modes, motion, bodies, elements, out):
     """Headings of all slipping contact points."""
-    transitions.find_headings(t, y, modes, motion, bodies, elements.fenders, out)
+    transitions.find_slip_directions(t, y, modes, motion, bodies, elements.fenders, out)
 
 
 @kernel

@@ -196,7 +196,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Li
         if isinstance(e, Strut | TorsionSpring):
             pieces = _segments(e)
             last = first + pieces.size - 1
-            place = _line(e, layout) if isinstance(e, Strut) else _axis(e, layout)
+            place = _strut_fields(e, layout) if isinstance(e, Strut) else _torsion_fields(e, layout)
             kind, other, ends, axes, neutral, closest = place
             which = (kind, e.absorbs, layout.body[e.body], layout.row[name], other)
             law = (e.damping, e.drag, first, last, np.abs(pieces["slope"]).max())
@@ -220,7 +220,7 @@ def _segments(link: Link) -> np.ndarray:
 Placed = tuple[int, int, np.ndarray, np.ndarray, float, float]
 
 
-def _line(strut: Strut, layout: Layout) -> Placed:
+def _strut_fields(strut: Strut, layout: Layout) -> Placed:
     """Kind, other body, ends, triads, length and closest distance of a strut."""
     other = EARTH if strut.anchor_body is None else layout.body[strut.anchor_body]
     anchor = layout.place_at_rest(strut.anchor_body, strut.anchor)
@@ -231,7 +231,7 @@ def _line(strut: Strut, layout: Layout) -> Placed:
     return LINE_LINK, other, ends, np.zeros(18), length, MIN_LENGTH_SHARE * max(long, length)
 
 
-def _axis(spring: TorsionSpring, layout: Layout) -> Placed:
+def _torsion_fields(spring: TorsionSpring, layout: Layout) -> Placed:
     """The same of a torsion spring."""
     other = EARTH if spring.to is None else layout.body[spring.to]
     first = np.array(spring.axis) / np.linalg.norm(spring.axis)
@@ -320,7 +320,7 @@ def resistance(link, rate):
 
 
 @kernel
-def load(link, mode, r, p):
+def load_of(link, mode, r, p):
     """T of a link; not a number where it has no direction, so that the run ends."""
     if mode[MODE] == UNDEFINED:
         return nan
@@ -337,7 +337,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         if mode[MODE] == INACTIVE:
             continue
         r = kinematics(link, mode, bodies, motion)
-        T = load(link, mode, r, p)
+        T = load_of(link, mode, r, p)
         rate[link.row] += resistance(link, r.rate) * r.rate
         add_wrench(link.body, scale(T, r.force), scale(T, r.moment), wrench[link.row])
         if link.other != EARTH:
@@ -375,7 +375,7 @@ def link_outputs(i, modes, motion, bodies, p):
     place = r.x + link.neutral
     if mode[MODE] == INACTIVE:
         return 0.0, place, 0.0
-    return load(link, mode, r, p), place, resistance(link, r.rate) * r.rate
+    return load_of(link, mode, r, p), place, resistance(link, r.rate) * r.rate
 
 
 @root

@@ -73,10 +73,10 @@ def _derivatives() -> np.ndarray:
     a column, that are 1 at one of the nodes -`NODES_BESIDE`, ... and 0 at the others."""
     nodes = np.arange(POLYNOMIAL_NODES) - NODES_BESIDE
     factorials = np.array([factorial(d) for d in range(POLYNOMIAL_NODES)])
-    return np.array([_basis(nodes, j) * factorials for j in range(POLYNOMIAL_NODES)]).T
+    return np.array([_lagrange_basis(nodes, j) * factorials for j in range(POLYNOMIAL_NODES)]).T
 
 
-def _basis(nodes: np.ndarray, j: int) -> np.ndarray:
+def _lagrange_basis(nodes: np.ndarray, j: int) -> np.ndarray:
     """Coefficients, constant first, of the polynomial that is 1 at node j and 0 at the others."""
     others = np.delete(nodes, j)
     return np.poly(others)[::-1] / np.prod(nodes[j] - others)
@@ -92,7 +92,9 @@ def extend_nodes(f: np.ndarray) -> np.ndarray:
 
 def _weights_beside() -> np.ndarray:
     beyond = np.arange(-NODES_BESIDE, 0)
-    basis = np.array([_basis(np.arange(POLYNOMIAL_NODES), j) for j in range(POLYNOMIAL_NODES)])
+    basis = np.array(
+        [_lagrange_basis(np.arange(POLYNOMIAL_NODES), j) for j in range(POLYNOMIAL_NODES)]
+    )
     return np.asarray(basis @ np.power.outer(beyond, np.arange(POLYNOMIAL_NODES)).T.astype(float))
 
 
@@ -108,7 +110,7 @@ def area_weights(parts: int) -> np.ndarray:
         first = min(max(i - AREA_NODES // 2 + 1, 0), parts + 1 - AREA_NODES)
         nodes = np.arange(first, first + AREA_NODES) - i
         for j in range(AREA_NODES):
-            weights[first + j] += np.sum(_basis(nodes, j) / np.arange(1, AREA_NODES + 1))
+            weights[first + j] += np.sum(_lagrange_basis(nodes, j) / np.arange(1, AREA_NODES + 1))
     return weights
 
 

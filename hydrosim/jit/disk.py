@@ -72,7 +72,7 @@ class Disk(_Cache):
     def save_overload(self, sig: Any, data: Any) -> None:
         """Store compiled code, unless it holds addresses of this process."""
         if not data.library.has_dynamic_globals:
-            content = dumps((self._calls(data.library), _lean(data._reduce())))
+            content = dumps((self._calls(data.library), _without_reports(data._reduce())))
             name = self._name(sig, data.codegen.magic_tuple())
             store(f"{self._folder()}/{name}", content)
             self._limit()
@@ -109,7 +109,7 @@ class Disk(_Cache):
         return f"{function.__module__}.{function.__qualname__}-{digest}.nbc"
 
 
-def _lean(reduced: tuple[Any, ...]) -> tuple[Any, ...]:
+def _without_reports(reduced: tuple[Any, ...]) -> tuple[Any, ...]:
     """Reduced form of numba's result, without its report of types and without the environments of
     its functions. Environments hold constants that are Python objects; kernels have none. Reading
     them takes longer than reading the code, and loads modules that only the compiler needs."""

@@ -45,7 +45,7 @@ from hydrosim.stepping.names import (
     may_dissipate,
     may_store_energy,
 )
-from hydrosim.stepping.record import states_at, unpack, with_states
+from hydrosim.stepping.record import states_at, unpack_channels, with_states
 from hydrosim.stepping.state_layout import StateKind, StateLayout
 from hydrosim.waves import Components, elevations
 
@@ -71,7 +71,7 @@ def to_dataset(
 ) -> xr.Dataset:
     """Dataset of the first ``count`` records with ``attributes``, the waves of the ``sea`` at the
     probes, and the velocity ``history`` at the end."""
-    values = unpack(model, record, count)
+    values = unpack_channels(model, record, count)
     time = values["time"]
     data: Columns = {
         "position": (MOTION, _by_body(values["coordinates"])),
@@ -126,7 +126,7 @@ def _states(
     kept = with_states(record, count)
     if not scene.output_states:
         kept = kept[-1:]
-    time = unpack(model, record, count)["time"][kept]
+    time = unpack_channels(model, record, count)["time"][kept]
     modes = record.modes[kept]
     of_memory = (q for entry in layout.entries_of(StateKind.RADIATION) for q in entry.coordinates)
     remembered = dict.fromkeys(q.name for q in of_memory)

@@ -32,8 +32,8 @@ from hydrosim.rigid.kinematics import (
     attachment,
     generalised_force,
     new_motion,
-    place,
     place_bodies,
+    place_bodies_inline,
     point_velocity,
     wrench_of_coordinates,
 )

@@ -143,7 +143,7 @@ def find_forces(p, x):
 
 
 @kernel
-def restore(p, x):
+def restore_pivots(p, x):
     """Set the pivots of ``x`` (n,) such that J x = c."""
     for k in range(p.number[0]):
         if p.pivot[k] == DROPPED:
@@ -171,7 +171,7 @@ def find_rank(p, L, size):
         clear(p.combination[i])
         for k in range(i):
             if p.pivot[k] != DROPPED:
-                _project(i, k, p)
+                _projected_entry(i, k, p)
         own = _product(p.J[i], p.inertia[i])
         left = own
         for k in range(i):
@@ -187,7 +187,7 @@ def find_rank(p, L, size):
 
 
 @kernel
-def _project(i, k, p):
+def _projected_entry(i, k, p):
     """Entry (i, k) of the Cholesky factor of J H^-1 J^T."""
     entry = _product(p.J[i], p.inertia[k])
     for s in range(k):

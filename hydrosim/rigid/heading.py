@@ -117,18 +117,18 @@ def heading_rate(b, motion):
 def to_heading(b, motion, x):
     """Turn the six entries of body ``b`` in ``x`` (6 nb,) from earth to heading axes, in place."""
     E = motion.rate_map[b]
-    _turn(E[1, 1], E[0, 1], 6 * b, x)
+    _turn_pairs(E[1, 1], E[0, 1], 6 * b, x)
 
 
 @kernel
 def to_earth(b, motion, x):
     """Turn the six entries of body ``b`` in ``x`` (6 nb,) from heading to earth axes, in place."""
     E = motion.rate_map[b]
-    _turn(E[1, 1], -E[0, 1], 6 * b, x)
+    _turn_pairs(E[1, 1], -E[0, 1], 6 * b, x)
 
 
 @kernel
-def _turn(c, s, k, x):
+def _turn_pairs(c, s, k, x):
     for i in (k, k + 3):
         x[i], x[i + 1] = c * x[i] - s * x[i + 1], s * x[i] + c * x[i + 1]
 

@@ -123,7 +123,7 @@ def accelerate_freely(p, bodies, motion, F, room, x):
     if p.turning.size > 0:
         _fill_rotary_inertia(p, bodies, motion, room.W)
         _find_moments(p, motion, F, room, x)
-        _turn(p, motion, room, x)
+        _solve_turning(p, motion, room, x)
 
 
 @kernel
@@ -187,7 +187,7 @@ def _find_moments(p, motion, F, room, y):
 
 
 @kernel
-def _turn(p, motion, room, x):
+def _solve_turning(p, motion, room, x):
     """Accelerations of the angles from the moments, and the resulting change of the
     translations."""
     for i in range(p.turning.size):

@@ -96,11 +96,11 @@ def new_motion(bodies: Bodies, pieces: np.ndarray = np.zeros(0, LINE_PIECE)) -> 
 @root
 def place_bodies(q, u, bodies, motion):
     """Fill ``motion`` from the free coordinates ``q`` (n,) and their rates ``u`` (n,)."""
-    place(q, u, bodies, motion)
+    place_bodies_inline(q, u, bodies, motion)
 
 
 @kernel
-def place(q, u, bodies, motion):
+def place_bodies_inline(q, u, bodies, motion):
     """`place_bodies` as a part of its caller, for callers where the cost of a call matters."""
     for j in range(bodies.active.size - bodies.tree.coordinates):
         motion.coordinates[bodies.active[j]] = q[j]
@@ -112,7 +112,7 @@ def place(q, u, bodies, motion):
             angles = (angles[0], angles[1], angles[2] + bodies.each[b].heading)
             _rotate(angles, motion.rotation[b])
             _rate_map(angles, motion.rate_map[b])
-            _turn(b, angles, motion)
+            _set_angular_velocity(b, angles, motion)
         else:
             _rotate_little(angles, motion.rotation[b])
     if bodies.tree.branches.size > 0:
@@ -139,7 +139,7 @@ def accelerations(x, bodies, motion, a):
 
 
 @kernel
-def _turn(b, angles, motion):
+def _set_angular_velocity(b, angles, motion):
     """Angular velocity E a' and its bias E' a' of body b from the rates a' of its angles."""
     rate = vector(motion.rate, 6 * b + 3)
     omega = matvec(motion.rate_map[b], rate)
@@ -216,7 +216,7 @@ def _rate_map_bias(angles, rate):
 
 
 @kernel
-def upright(b, motion, bodies):
+def vertical_in_body(b, motion, bodies):
     """The vertical n in the frame of body ``b``; (-pitch, roll, 1) in linear kinematics."""
     R = motion.rotation[b]
     return (R[2, 0], R[2, 1], R[2, 2] if bodies.exact else 1.0)

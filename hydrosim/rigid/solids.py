@@ -49,7 +49,7 @@ def sums_below(z, n, h, p):
         middle, reach = _depths(z, n, p.box[k])
         if middle + reach <= 0.0:
             continue
-        part = _wet_box(z, n, p.moments[k]) if middle >= reach else _cut(z, n, k, p)
+        part = _wet_box(z, n, p.moments[k]) if middle >= reach else _cut_parcel(z, n, k, p)
         total, depth, arm = total + part[0], depth + part[1], add(arm, part[2])
     return total, depth, arm
 
@@ -66,7 +66,9 @@ def area_below(z, n, h, p):
         elif middle + reach > 0.0:
             for i in range(p.begin[k], p.begin[k + 1]):
                 r, s, t = p.corners[i, 0], p.corners[i, 1], p.corners[i, 2]
-                total += p.area[i] * _share(_depth(z, n, r), _depth(z, n, s), _depth(z, n, t))
+                total += p.area[i] * _submerged_fraction(
+                    _depth(z, n, r), _depth(z, n, s), _depth(z, n, t)
+                )
     return total
 
 
@@ -84,7 +86,7 @@ def _depth(z, n, r):
 
 
 @kernel
-def _share(a, b, c):
+def _submerged_fraction(a, b, c):
     """Fraction of a triangle below the plane, from the depths of its corners."""
     if a <= 0.0 and b <= 0.0 and c <= 0.0:
         return 0.0
@@ -112,7 +114,7 @@ def _wet_box(z, n, of):
 
 
 @kernel
-def _cut(z, n, parcel, p):
+def _cut_parcel(z, n, parcel, p):
     """`_wet_box` for a parcel that reaches above the plane, triangle by triangle."""
     total, depth, arm = 0.0, 0.0, (0.0, 0.0, 0.0)
     for k in range(p.begin[parcel], p.begin[parcel + 1]):

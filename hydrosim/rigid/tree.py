@@ -190,7 +190,7 @@ def _fill_roots(bodies, motion):
                 quaternion_about((0.0, 1.0, 0.0), pitch), quaternion_about((1.0, 0.0, 0.0), roll)
             )
             heading = quaternion_about(UP, yaw + bodies.each[b].heading)
-            _set(multiply(heading, multiply(tilt, back)), growth.turned[b])
+            _copy_vector(multiply(heading, multiply(tilt, back)), growth.turned[b])
             growth.heading[b] = yaw
             growth.rate[b] = motion.rate[6 * b + 5]
 
@@ -201,29 +201,29 @@ def _transfer_to_child(k, q, u, bodies, motion):
     tree = bodies.tree
     growth = motion.growth
     branch = tree.branches[k]
-    here, x, v, omega, b, b_omega = _leave(k, bodies, motion)
+    here, x, v, omega, b, b_omega = _begin_at_parent(k, bodies, motion)
     there = (1.0, 0.0, 0.0, 0.0)  # rotation in the joint
     relative = (0.0, 0.0, 0.0)  # angular velocity in the joint
     for m in range(branch.first, branch.last):
         _set_axes(m, multiply(here, there), tree, growth)
         if tree.moves[m].kind == SLIDE:
-            x, v, b = _slide(m, q, u, tree, growth, (x, v, omega, b, b_omega))
+            x, v, b = _move_slide(m, q, u, tree, growth, (x, v, omega, b, b_omega))
         else:
             spin = _spin_of(m, u, tree, growth)
             b_omega = add(b_omega, cross(omega, spin))
             omega = add(omega, spin)
             relative = add(relative, spin)
             there = multiply(there, _turn_of(m, q, tree))
-    _set(multiply(here, there), growth.turned[branch.child])
-    _set(x, growth.place[k])
+    _copy_vector(multiply(here, there), growth.turned[branch.child])
+    _copy_vector(x, growth.place[k])
     centre = _finish_child(k, (x, v, omega, b, b_omega), bodies, motion)
     _turn_heading(k, q, here, there, relative, tree, growth)
-    _orient(k, omega, bodies, motion)
+    _set_orientation(k, omega, bodies, motion)
     _fill_columns(k, centre, bodies, motion)
 
 
 @kernel
-def _slide(m, q, u, tree, growth, at):
+def _move_slide(m, q, u, tree, growth, at):
     """Place, velocity and bias after slide ``m``, from place, velocity, angular velocity, and their
     biases ``at`` its beginning."""
     x, v, omega, b, b_omega = at
@@ -240,7 +240,7 @@ def _slide(m, q, u, tree, growth, at):
 @kernel
 def _finish_child(k, at, bodies, motion):
     """Displacement, velocity and bias of the child of joint ``k`` from those ``at`` the joint, as
-    of `_slide`. Returns the place of its centre of gravity."""
+    of `_move_slide`. Returns the place of its centre of gravity."""
     x, v, omega, b, b_omega = at
     branch = bodies.tree.branches[k]
     child = branch.child
@@ -260,7 +260,7 @@ def _finish_child(k, at, bodies, motion):
 
 
 @kernel
-def _leave(k, bodies, motion):
+def _begin_at_parent(k, bodies, motion):
     """Rotation, and place, velocity and acceleration bias of the parent's point of joint ``k``."""
     branch = bodies.tree.branches[k]
     p = branch.parent
@@ -339,11 +339,11 @@ def _turn_heading(k, q, here, there, relative, tree, growth):
         heading += 2.0 * atan2(side * there[3], side * there[0])
     growth.heading[branch.child] = heading
     growth.rate[branch.child] = rate + dot(g, relative)
-    _set(g, growth.gradient[k])
+    _copy_vector(g, growth.gradient[k])
 
 
 @kernel
-def _orient(k, omega, bodies, motion):
+def _set_orientation(k, omega, bodies, motion):
     """Rotation matrix, angles and their rates of the child of joint ``k``. Its ``rate_map`` is the
     turn by its heading, which `rigid.heading` reads."""
     growth = motion.growth
@@ -407,7 +407,7 @@ def _fill_columns(k, centre, bodies, motion):
 
 
 @kernel
-def _set(value, target):
+def _copy_vector(value, target):
     for i in range(target.size):
         target[i] = value[i]
 

@@ -144,7 +144,7 @@ def rotation_vector(q):
 def vector_rates(vector, omega):
     """Rates of a rotation vector for the angular velocity in the fixed frame."""
     across = cross(vector, omega)
-    change = add(scale(-0.5, across), scale(_third(vector), cross(vector, across)))
+    change = add(scale(-0.5, across), scale(_third_coefficient(vector), cross(vector, across)))
     return add(omega, change)
 
 
@@ -152,12 +152,12 @@ def vector_rates(vector, omega):
 def conjugate_moment(vector, force):
     """Moment in the fixed frame whose power is ``force`` times the rates of a rotation vector."""
     across = cross(vector, force)
-    change = add(scale(0.5, across), scale(_third(vector), cross(vector, across)))
+    change = add(scale(0.5, across), scale(_third_coefficient(vector), cross(vector, across)))
     return add(force, change)
 
 
 @kernel
-def _third(vector):
+def _third_coefficient(vector):
     """(1 - (a/2) cot(a/2)) / a^2 of an angle a."""
     square = dot(vector, vector)
     if square < ALMOST_ZERO:

@@ -86,7 +86,7 @@ def blend_draughts(y, p, added_mass, out):
     clear(out.change)
     for f in range(p.body.size):
         z_1, z_2 = y[DRAUGHT_STATES * f], y[DRAUGHT_STATES * f + 1]
-        _weigh(
+        _set_roots(
             p.rest[f] - z_2, DRAUGHT_CUTOFF * (z_2 - z_1), p.first[f], p.first[f + 1] - 1, p, out
         )
         at = 6 * p.body[f]
@@ -99,7 +99,7 @@ def blend_draughts(y, p, added_mass, out):
 
 
 @kernel
-def _weigh(draught, rate, first, last, p, out):
+def _set_roots(draught, rate, first, last, p, out):
     """Roots of the members ``first`` to ``last`` at a ``draught``, and their rates."""
     k = first
     while k < last - 1 and draught > p.draught[k + 1]:

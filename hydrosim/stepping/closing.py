@@ -58,7 +58,7 @@ def project_state(t, run):
     """Bring the accepted state back onto the constraints of joints, and watch their rank."""
     model = run.model
     if locks.any_closed(run.state.modes, model.elements.locks):
-        project(run.state.y, run.state.modes, model, run.work)
+        project_places_and_rates(run.state.y, run.state.modes, model, run.work)
         _check_rank(t, run)
         if run.work.holds.driven.shape[0] > 0 and _drives_part_joint(run.state, model, run.work):
             run.counters[STATUS] = DRIVEN_APART
@@ -88,7 +88,7 @@ def apply_impacts(t, run):
     run.scratch.pace[ROW_RANK] = choose_rows(state.y, state.modes, model, run.work)
     if _opposes_drives(state.y, model, run.work):
         run.counters[STATUS] = DRIVEN_APART
-    project(state.y, state.modes, model, run.work)
+    project_places_and_rates(state.y, state.modes, model, run.work)
 
 
 @kernel
@@ -240,7 +240,7 @@ def _places_met(model, work):
 
 
 @root
-def project(y, modes, model, work):
+def project_places_and_rates(y, modes, model, work):
     """Bring places and rates in ``y`` back onto the constraints: places onto those of joints, rates
     onto all."""
     n = model.bodies.active.size
@@ -395,7 +395,7 @@ def _check_rank(t, run):
     """End the run if a row of constraints depends on others, or will by the end of the next step:
     the sine between them, continued in a straight line, reaches zero."""
     pace = run.scratch.pace
-    now = _sine(run)
+    now = _smallest_sine(run)
     before = pace[ROW_RANK]
     h = t - pace[ROW_RANK_TIME]
     ahead = pace[NEXT_STEP] if run.clock.control.adaptive else run.clock.step
@@ -407,7 +407,7 @@ def _check_rank(t, run):
 
 
 @root_giving(float)
-def _sine(run):
+def _smallest_sine(run):
     """Smallest sine between a row of joints and those before it; 0 if a row depends on them."""
     work = run.work
     _set_up(run.state.y, run.state.modes, run.model, work)

@@ -46,7 +46,13 @@ from hydrosim.stepping.state import (
     TRIAL,
     VALID,
 )
-from hydrosim.stepping.stepper import is_held, keep_reactions, knows_end_slope, slope, step
+from hydrosim.stepping.stepper import (
+    find_slope,
+    is_held,
+    keep_reactions,
+    knows_end_slope,
+    take_step,
+)
 from hydrosim.tanks.flows import add_momentum
 
 GUARD_RTOL = 1e-10  # of a margin's range over the step: tolerance of the location of an event
@@ -64,7 +70,7 @@ def truncate_at_event(t, stop, located, run):
     after = scratch.margins[AFTER_STEP]
     if after.size == 0:
         return stop, False
-    _measure_end(stop, run, after)
+    _evaluate_end_guards(stop, run, after)
     left = any_negative(after)
     if not located:
         return stop, left
@@ -80,8 +86,8 @@ def truncate_at_event(t, stop, located, run):
                 _check_midway(t, stop - t, run)
             return stop, left
         stop = t + part * (stop - t)
-        step(t, stop - t, run)
-        _measure_end(stop, run, after)
+        take_step(t, stop - t, run)
+        _evaluate_end_guards(stop, run, after)
         left = any_negative(after)
     if left:
         stop = t + _locate_event(t, stop - t, run)
@@ -91,14 +97,14 @@ def truncate_at_event(t, stop, located, run):
 
 
 @root
-def _measure_end(t, run, out):
+def _evaluate_end_guards(t, run, out):
     """Margins at the end of the step. Reactions are margins of held points: the right hand side
     gives them, and its slope is kept."""
     scratch = run.scratch
     end = scratch.states[END]
     every = scratch.watched[MAY_END]
     _find_end_reactions(t, run)
-    _measure(t, end, run, AT_END, every, out)
+    _evaluate_guards(t, end, run, AT_END, every, out)
     elements = run.model.elements
     if events.has_lines(elements):
         motion = run.work.motion
@@ -108,14 +114,14 @@ def _measure_end(t, run, out):
 
 
 @root
-def _measure_try(t, run, out):
+def _evaluate_trial_guards(t, run, out):
     """Margins at the end of a tried step; the values of the uncut step are kept."""
     scratch = run.scratch
     end = scratch.states[END]
     if is_held(run):
-        slope(t, end, run, scratch.states[SPARE])
+        find_slope(t, end, run, scratch.states[SPARE])
     keep_reactions(INSIDE_STEP, run)
-    _measure(t, end, run, INSIDE_STEP, scratch.watched[MAY_END], out)
+    _evaluate_guards(t, end, run, INSIDE_STEP, scratch.watched[MAY_END], out)
 
 
 @root
@@ -127,7 +133,7 @@ def _find_end_slope(t, run):
         if knows_end_slope(run):
             assign(scratch.states[SLOPE], scratch.k[-1])
         else:
-            slope(t, scratch.states[END], run, scratch.states[SLOPE])
+            find_slope(t, scratch.states[END], run, scratch.states[SLOPE])
         scratch.step_cache[END_SLOPE] = 1
         keep_reactions(AT_END, run)
 
@@ -142,7 +148,7 @@ def _find_end_reactions(t, run):
 
 
 @root
-def _measure(t, y, run, which, watched, out):
+def _evaluate_guards(t, y, run, which, watched, out):
     """Margins at t, y with ``which`` of the reactions; for contacts, only the ``watched`` rows."""
     model = run.model
     modes = run.state.modes
@@ -179,7 +185,7 @@ def _find_before(t, run):
         watched = slipping
         for i in range(slipping.size):
             slipping[i] = 1 if state.modes[i, MODE] == SLIP else 0
-    _measure(t, state.y, run, AT_START, watched, scratch.margins[BEFORE_STEP])
+    _evaluate_guards(t, state.y, run, AT_START, watched, scratch.margins[BEFORE_STEP])
     cache[START_MARGINS] = VALID
 
 
@@ -205,7 +211,7 @@ def _find_reactions(which, t, h, run):
     x = (which - AT_START) / 3.0
     stage = run.scratch.states[STAGE]
     _interpolate(x, h, 0, stage.size, run)
-    slope(t + x * h, stage, run, run.scratch.states[SPARE])
+    find_slope(t + x * h, stage, run, run.scratch.states[SPARE])
     keep_reactions(which, run)
 
 
@@ -226,7 +232,7 @@ def _locate_event(t, h, run):
     for i in range(ended.size):
         ended[i] = 1 if any_negative(after[MARGINS * i : MARGINS * (i + 1)]) else 0
     if events.has_lines(run.model.elements):  # not all of them had margins at the start
-        _measure(t, run.state.y, run, AT_START, ended, before)
+        _evaluate_guards(t, run.state.y, run, AT_START, ended, before)
     lo = 0.0
     f_lo = guard_defect(before, before, after)
     hi = 1.0
@@ -235,10 +241,10 @@ def _locate_event(t, h, run):
     tries = 0
     while True:  # bisects the bracket in the end, so that the search terminates
         tries += 1
-        step(t, x * h, run)
+        take_step(t, x * h, run)
         if run.counters[STATUS] != IN_PROGRESS:
             return x * h
-        _measure_try(t + x * h, run, now)
+        _evaluate_trial_guards(t + x * h, run, now)
         value = guard_defect(now, before, after)
         if x == 0.0 or abs(value) <= GUARD_RTOL or hi - lo < 1e-13:
             return x * h
@@ -310,8 +316,8 @@ def _phi_on_cubic(x, t, h, run):
 
 @root
 def _on_cubic(x, t, h, run, watched, out):
-    """`_measure` on the cubic through both ends of the uncut step, for coordinates, rates and other
-    entries that margins depend on. Reactions lie on the cubic through the known ones."""
+    """`_evaluate_guards` on the cubic through both ends of the uncut step, for coordinates, rates
+    and other entries that margins depend on. Reactions lie on the cubic through the known ones."""
     model = run.model
     stage = run.scratch.states[STAGE]
     _interpolate(x, h, 0, 2 * model.bodies.active.size, run)
@@ -322,7 +328,7 @@ def _on_cubic(x, t, h, run, watched, out):
                 if last > first:
                     _interpolate(x, h, first, last, run)
     _interpolate_reactions(x, run.scratch.reactions)
-    _measure(t + x * h, stage, run, INSIDE_STEP, watched, out)
+    _evaluate_guards(t + x * h, stage, run, INSIDE_STEP, watched, out)
 
 
 @kernel
@@ -434,7 +440,7 @@ def _margin_on_cubic(i, x, t, h, run):
 
 
 @root
-def note_headings(t, run):
+def store_slip_directions(t, run):
     """Store the headings of all slipping points at the start of a step."""
     headings = run.scratch.headings
     state = run.state
@@ -442,7 +448,7 @@ def note_headings(t, run):
     _place_bodies_at(state.y, run)
     motion = run.work.motion
     bodies = model.bodies
-    events.find_headings(t, state.y, state.modes, motion, bodies, model.elements, headings)
+    events.find_slip_directions(t, state.y, state.modes, motion, bodies, model.elements, headings)
 
 
 @root
@@ -601,7 +607,7 @@ def _make_consistent(t, run):
     work = run.work
     project_velocities(state.y, state.modes, model, work)
     for _ in range(work.constraints.force.size):
-        slope(t, state.y, run, run.scratch.states[SPARE])
+        find_slope(t, state.y, run, run.scratch.states[SPARE])
         loose = events.break_loose(
             t,
             state.y,

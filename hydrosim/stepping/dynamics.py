@@ -52,7 +52,7 @@ from hydrosim.rigid.constraints import (
     eliminate,
     find_forces,
     new_constraints,
-    restore,
+    restore_pivots,
     solve_for_pivots,
 )
 from hydrosim.rigid.contents import Contents, new_contents
@@ -73,8 +73,8 @@ from hydrosim.rigid.kinematics import (
     acceleration_map,
     generalised_force,
     new_motion,
-    place,
     place_bodies,
+    place_bodies_inline,
 )
 from hydrosim.rigid.mass import cholesky, cholesky_solve, kinetic_energy, mass_matrix
 from hydrosim.rigid.tree import fill_rates
@@ -222,7 +222,7 @@ def rhs(t, y, modes, history, model, work, dy):
     in ``work``."""
     n = model.bodies.active.size
     motion = work.motion
-    place(y[:n], y[n : 2 * n], model.bodies, motion)
+    place_bodies_inline(y[:n], y[n : 2 * n], model.bodies, motion)
     if model.headings.turned.size > 0:
         find_flow(model.headings, motion, work.hulls)
     blends = model.family.body.size > 0
@@ -313,7 +313,7 @@ def solve_held(inertia, constraints, x):
     cholesky(inertia)
     cholesky_solve(inertia, x)
     find_forces(constraints, x)
-    restore(constraints, x)
+    restore_pivots(constraints, x)
 
 
 @kernel
@@ -414,7 +414,7 @@ def project_velocities(y, modes, model, work):
         clear(constraints.bound)
         events.keep_driven_rates(y, model.bodies, model.elements, constraints)
         solve_for_pivots(constraints)
-        restore(constraints, y[n : 2 * n])
+        restore_pivots(constraints, y[n : 2 * n])
 
 
 @root

@@ -74,7 +74,7 @@ def new_record(
     )
 
 
-def unpack(model: Model, record: Record, count: int, first: int = 0) -> dict[str, Any]:
+def unpack_channels(model: Model, record: Record, count: int, first: int = 0) -> dict[str, Any]:
     """Channels by name, (count - first, ...) each, of the records ``first`` <= i < ``count``. The
     states "y" are `RecordedStates`."""
     kept = record.channels[first:count]

@@ -20,7 +20,7 @@ from hydrosim.stepping.clock import STEP_ROUNDING, TIME_ROUNDING
 from hydrosim.stepping.closing import project_state
 from hydrosim.stepping.crossing import (
     make_consistent,
-    note_headings,
+    store_slip_directions,
     switch_modes,
     truncate_at_event,
 )
@@ -59,7 +59,7 @@ from hydrosim.stepping.state import (
     STATUS,
     STEP_TOO_SMALL,
 )
-from hydrosim.stepping.stepper import find_start_slope, knows_end_slope, step
+from hydrosim.stepping.stepper import find_start_slope, knows_end_slope, take_step
 from hydrosim.tanks.pumping import share_of_step
 from hydrosim.tanks.surface import find_clearances, first_passage
 from hydrosim.waves.slow import BEGIN, begin_block
@@ -269,8 +269,8 @@ def _attempt_step(t, stop, run):
     clock = run.clock
     counters = run.counters
     if run.scratch.headings.size > 0:
-        note_headings(t, run)
-    step(t, stop - t, run)
+        store_slip_directions(t, run)
+    take_step(t, stop - t, run)
     located = clock.events and not clock.control.adaptive
     if located and run.model.liquids.each.size > 0 and counters[STATUS] == IN_PROGRESS:
         stop = _cut_at_corner(t, stop, run)
@@ -296,7 +296,7 @@ def _cut_at_corner(t, stop, run):
     part = first_passage(clearances[0], clearances[1])
     if part < 1.0:
         stop = t + part * (stop - t)
-        step(t, stop - t, run)
+        take_step(t, stop - t, run)
     return stop
 
 

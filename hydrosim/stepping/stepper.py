@@ -32,7 +32,7 @@ JACOBIAN_OFFSET = 1e-7  # of differences of states for the Jacobian: m, rad and 
 
 
 @root
-def step(t, h, run):
+def take_step(t, h, run):
     """One step of the method from ``run.state`` into ``scratch.states[END]``.
 
     Its end is evaluated from inside, a few roundings early: a rate may jump there.
@@ -45,7 +45,7 @@ def step(t, h, run):
         stage_state(i, method, h, y, k, stage)
         at, weight = min(t + method.c[i] * h, last), h * method.a[i, i]
         if weight == 0.0:
-            slope(at, stage, run, k[i])
+            find_slope(at, stage, run, k[i])
         else:
             _solve_stage(i, at, weight, run)
             if run.counters[STATUS] == NO_SOLUTION:
@@ -64,7 +64,7 @@ def knows_end_slope(run):
 @kernel
 def find_start_slope(t, run):
     """The slope at the current state into k[0], with the reactions there."""
-    slope(t, run.state.y, run, run.scratch.k[0])
+    find_slope(t, run.state.y, run, run.scratch.k[0])
     run.scratch.step_cache[START_SLOPE] = 1
     keep_reactions(AT_START, run)
 
@@ -86,7 +86,7 @@ def is_held(run):
 
 
 @kernel
-def slope(t, y, run, dy):
+def find_slope(t, y, run, dy):
     """Fill ``dy`` = y'(t) with the modes and history of the run."""
     rhs(t, y, run.state.modes, run.state.history, run.model, run.work, dy)
     run.counters[EVALUATIONS] += 1
@@ -106,14 +106,14 @@ def _solve_stage(i, t, weight, run):
             newton.status[0] = READY
         if newton.weight[0] != weight:
             factorise_iteration_matrix(weight, newton)
-        if _iterate(i, t, weight, run):
+        if _iterate_stage(i, t, weight, run):
             return
         newton.status[0] = STALE
     run.counters[STATUS] = NO_SOLUTION
 
 
 @kernel
-def _iterate(i, t, weight, run):
+def _iterate_stage(i, t, weight, run):
     """Newton's iterations for k[i] from k[i - 1]; True if they converge."""
     scratch = run.scratch
     k, stage = scratch.k, scratch.states[STAGE]
@@ -122,7 +122,7 @@ def _iterate(i, t, weight, run):
     for n in range(MAX_ITERATIONS):
         for m in range(guess.size):
             guess[m] = stage[m] + weight * k[i, m]
-        slope(t, guess, run, f)
+        find_slope(t, guess, run, f)
         if newton_iteration(k[i], f, run.state.y, weight, scratch.newton, run.clock.control) <= 1.0:
             if n >= SLOW_ITERATIONS:
                 scratch.newton.status[0] = STALE

@@ -68,7 +68,7 @@ def gust_components(
     """Components of ``gusts`` about a mean ``wind`` at the ``heights`` [m]. Raises InputError if
     the repeat period is too short for the band."""
     spacing = 1.0 / gusts.repeat_period
-    lowest, highest = band(gusts)
+    lowest, highest = gust_band(gusts)
     first = max(int(np.ceil(lowest / spacing - 0.5)), 1)
     last = int(np.floor(highest / spacing + 0.5))
     number = np.arange(first, last + 1)
@@ -87,7 +87,7 @@ def gust_components(
     return GustComponents(turn, turn * number, amplitude, phase)
 
 
-def band(gusts: Gusts) -> tuple[float, float]:
+def gust_band(gusts: Gusts) -> tuple[float, float]:
     """Lowest and highest frequency [Hz]."""
     return gusts.lowest / (2.0 * np.pi), gusts.highest / (2.0 * np.pi)
 
@@ -97,7 +97,7 @@ def _power(
 ) -> np.ndarray:
     """Variance (n,) of the spectrum in the cell of each component, by Gauss' rule. Cells at the
     ends of the band are cut."""
-    lowest, highest = band(gusts)
+    lowest, highest = gust_band(gusts)
     left = np.clip((number - 0.5) * spacing, lowest, highest)
     right = np.clip((number + 0.5) * spacing, lowest, highest)
     place, weight = np.polynomial.legendre.leggauss(NODES_PER_CELL)

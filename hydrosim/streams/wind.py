@@ -47,7 +47,7 @@ class MeanWind:
         """Mean speed [m/s] at a ``height`` [m] above the still water."""
         if self.profile is None:
             return self.hour_mean
-        return self.hour_mean * _factor(self.profile, self.hour_mean, height)
+        return self.hour_mean * _profile_factor(self.profile, self.hour_mean, height)
 
     def velocity_at(self, height: float) -> tuple[float, float]:
         """Mean velocity [m/s] at a ``height`` [m], in the earth's x and y."""
@@ -71,7 +71,7 @@ def mean_wind(environment: Environment) -> MeanWind:
     def speed(hour_mean: float) -> float:
         return (
             hour_mean
-            * (1.0 if profile is None else _factor(profile, hour_mean, height))
+            * (1.0 if profile is None else _profile_factor(profile, hour_mean, height))
             * gust_factor(hour_mean, height, averaging)
         )
 
@@ -91,7 +91,7 @@ def _solve_hour_mean(speed: Callable[[float], float], wanted: float) -> float:
     return float(brentq(lambda U0: speed(U0) - wanted, 0.0, highest, xtol=1e-13, rtol=1e-14))
 
 
-def _factor(profile: WindProfile, hour_mean: float, height: float) -> float:
+def _profile_factor(profile: WindProfile, hour_mean: float, height: float) -> float:
     """U(z) / U0."""
     if profile.law == WindLaw.POWER:
         return float((height / REFERENCE_HEIGHT) ** profile.exponent)

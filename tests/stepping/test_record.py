@@ -10,7 +10,13 @@ import pytest
 import hydrosim as hs
 from hydrosim.compiling.clock import compile_clock
 from hydrosim.compiling.compile import compile_scene
-from hydrosim.stepping.record import MEMORY_SPACING, new_record, states_at, unpack, with_states
+from hydrosim.stepping.record import (
+    MEMORY_SPACING,
+    new_record,
+    states_at,
+    unpack_channels,
+    with_states,
+)
 from hydrosim.stepping.run import advance
 from hydrosim.stepping.state import GRID_POINT, RECORDS, Run, new_run
 
@@ -45,7 +51,7 @@ def test_radiation_states_are_read_from_no_other_record() -> None:
     """Other states keep their places in y."""
     run = run_with(MEMORY_SPACING)
     model = run.model
-    y = unpack(model, run.record, RECORDS_OF_RUN)["y"]
+    y = unpack_channels(model, run.record, RECORDS_OF_RUN)["y"]
     states = model.states.decay.size
     assert states > 0
     last = run.state.y

@@ -12,7 +12,7 @@ from hydrosim.forces import heights_of_wind
 from hydrosim.forces.stream_load import STREAM_LOAD_KIND, StreamLoad, WindLoad
 from hydrosim.scene import Scene
 from hydrosim.streams.current import current_table, is_sheared
-from hydrosim.streams.gusts import band
+from hydrosim.streams.gusts import gust_band
 from hydrosim.streams.spectra import variance
 from hydrosim.streams.wind import REFERENCE_HEIGHT, MeanWind, gust_factor, mean_wind
 
@@ -55,7 +55,7 @@ def _speed(velocity: np.ndarray) -> float:
 
 
 def _said_of_gusts(gusts: Gusts, wind: MeanWind) -> Iterator[str]:
-    lowest, highest = band(gusts)
+    lowest, highest = gust_band(gusts)
     below, within, above = variance(gusts.spectrum, REFERENCE_HEIGHT, wind, lowest, highest)
     total = below + within + above
     each = " and ".join(

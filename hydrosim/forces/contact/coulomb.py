@@ -78,7 +78,7 @@ def break_away(reaction):
 
 
 @kernel
-def grip(size, v, s):
+def end_slip(size, v, s):
     """Slip ends, unless the point has only turned out of the half plane of its heading."""
     speed = length(v)
     return (
@@ -89,12 +89,12 @@ def grip(size, v, s):
 
 
 @kernel
-def close(v):
+def begin_contact(v):
     """Contact begins in slip, unless the point is at rest."""
     return (STICK if length(v) <= AT_REST else SLIP), direction(v, (0.0, 0.0), AT_REST)
 
 
-def sliding(velocity: np.ndarray) -> np.ndarray:
+def slip_heading(velocity: np.ndarray) -> np.ndarray:
     """The heading (2,) of a velocity."""
     return velocity / max(np.hypot(*velocity), 1e-12)
 
@@ -115,11 +115,11 @@ def add_constraints(i, point, contact, bodies, motion, wrench, rows, holds):
         holds.residual[r + a] = 0.0
         holds.direction[r + a, 0], holds.direction[r + a, 1] = along
         rows.bound[r + a] = -bias[a]
-    rows.number[0] += _independent(r, rows, holds)
+    rows.number[0] += _count_independent(r, rows, holds)
 
 
 @kernel
-def _independent(r, rows, holds):
+def _count_independent(r, rows, holds):
     """Number of independent directions in row ``r`` and the next; if it is one, row r has it."""
     g11 = 0.0
     g12 = 0.0

@@ -214,9 +214,12 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Co
         segments.append(
             loop.segments(NO_CURVE if isinstance(e.normal, PrescribedNormal) else e.normal)
         )
-        curve_ = loop.pieces(e.normal, first, segments[-1])
+        curve_ = loop.loading_fields(e.normal, first, segments[-1])
         law = laws.constants(e.friction)
-        usual = laws.reach(e.friction, _usual_load(e, signal, pieces, layout)), layout.step
+        usual = (
+            laws.break_away_stretch(e.friction, _usual_load(e, signal, pieces, layout)),
+            layout.step,
+        )
         place = (layout.body[e.body], layout.row[name])
         keeps = e.remembers or isinstance(e.normal, NormalLoop)
         for point, plane in zip(e.points, e.planes(), strict=True):
@@ -226,7 +229,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Co
             )
             end = (sum(map(len, ends)), len(sides), inf if plane.extent is None else plane.extent)
             each = (*curve_, *signal, *law, *usual, *back, *end)
-            own = (*place, point, *_plane(plane, layout), *each, NO_INDEX, not layout.events)
+            own = (*place, point, *_plane_fields(plane, layout), *each, NO_INDEX, not layout.events)
             rows.append(own)
             names.append(e.group or name)
             ends.append(sides)
@@ -265,7 +268,7 @@ def _usual_load(
     return min(*weights, float(fender.normal.force[-1]))
 
 
-def _plane(plane: Plane, layout: Layout) -> tuple[Any, ...]:
+def _plane_fields(plane: Plane, layout: Layout) -> tuple[Any, ...]:
     n = np.array(plane.normal, dtype=float)
     n /= np.linalg.norm(n)
     body = layout.body[plane.body] if plane.body else geometry.EARTH
@@ -346,10 +349,10 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
             clear(dx)
             continue
         if mode == OPEN:
-            _relax((x[0], x[1]), point, dx)
+            _relax_node((x[0], x[1]), point, dx)
             continue
         c = geometry.contact_kinematics(point, bodies, motion)
-        load = pressure(i, t, y, modes, c, p)
+        load = normal_load_of(i, t, y, modes, c, p)
         f = laws.friction(mode, load, c.velocity, (x[0], x[1]), point)
         dx[0], dx[1] = f.stretch_rate
         dx[SLIP_DISTANCE] = f.slip_speed
@@ -364,9 +367,9 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
 
 
 @kernel
-def _relax(s, point, dx):
+def _relax_node(s, point, dx):
     """Rates of an open point with the stretch ``s``, at any distance."""
-    f = laws.relax(NormalLoad(0.0, 0.0, 0.0, False), s, point)
+    f = laws.open_node_friction(NormalLoad(0.0, 0.0, 0.0, False), s, point)
     clear(dx)
     dx[0], dx[1] = f.stretch_rate
     dx[DISSIPATED] = f.dissipation
@@ -374,7 +377,7 @@ def _relax(s, point, dx):
 
 
 @kernel
-def pressure(i, t, y, modes, contact, p):
+def normal_load_of(i, t, y, modes, contact, p):
     """Normal force of point ``i``, zero when open. It is not cut at zero, so that it is smooth
     across the event that ends the contact."""
     mode = modes[p.mode + i]
@@ -436,7 +439,7 @@ def stored_along_normal(i, t, y, modes, contact, p):
     x = contact.compression
     if point.line != NO_INDEX:
         return loop.recoverable_energy(
-            pressure(i, t, y, modes, contact, p).elastic, x, point, p.segments
+            normal_load_of(i, t, y, modes, contact, p).elastic, x, point, p.segments
         )
     return curve.stored_energy(p.segments[modes[p.mode + i, SEGMENT]], x)
 
@@ -471,7 +474,7 @@ def stored_in_plane(i, t, y, modes, contact, p):
     point = p.points[i]
     if not point.node:
         return 0.0
-    load = pressure(i, t, y, modes, contact, p)
+    load = normal_load_of(i, t, y, modes, contact, p)
     s = (y[k], y[k + 1])
     return laws.stored_energy(modes[p.mode + i, MODE], load, contact.velocity, s, point)
 
@@ -502,7 +505,7 @@ def write_outputs(t, y, modes, motion, bodies, p, reactions, out):
         row = out[CONTACT_OUTPUTS * i : CONTACT_OUTPUTS * (i + 1)]
         c = geometry.contact_kinematics(point, bodies, motion)
         s = (x[0], x[1])
-        load = pressure(i, t, y, modes, c, p)
+        load = normal_load_of(i, t, y, modes, c, p)
         f = laws.friction(mode, load, c.velocity, s, point).force
         if point.law == COULOMB and mode == STICK:
             f = (reactions[i, 0], reactions[i, 1])
@@ -511,7 +514,7 @@ def write_outputs(t, y, modes, motion, bodies, p, reactions, out):
             row[ENERGY_LOST] -= residual_energy(i, modes, c, p)
         if point.memory != NO_INDEX:
             row[ENERGY_LOST] += lost_in_loop(i, y, modes, c, p)
-        s = laws.stretch(mode, load, c.velocity, s, point)
+        s = laws.node_stretch(mode, load, c.velocity, s, point)
         acts = mode != OPEN or modes[p.mode + i, RISING] < PASSED
         row[COMPRESSION] = c.compression if acts else min(c.compression, 0.0)
         row[NORMAL_FORCE] = load.N

@@ -89,7 +89,7 @@ def first_state(g, p):
 
 
 @kernel
-def initialise(t, y, modes, p):
+def initialise_groups(t, y, modes, p):
     """Initialise the memory of all groups from the present contacts."""
     for g in range(p.groups.size):
         k = first_state(g, p)

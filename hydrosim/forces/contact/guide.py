@@ -187,11 +187,11 @@ def transition(i, which, y, modes, motion, bodies, elements):
     elif mode[MODE] == AWAY:
         mode[MODE] = PIN_BESIDE if e > 0.0 else FREE
     else:
-        _leave(i, AWAY, y, modes, motion, bodies, elements)
+        _leave_wall(i, AWAY, y, modes, motion, bodies, elements)
 
 
 @kernel
-def _leave(i, mode, y, modes, motion, bodies, elements):
+def _leave_wall(i, mode, y, modes, motion, bodies, elements):
     """Set pin ``i`` to a ``mode`` without force; the energy stored in its wall is lost."""
     p = elements.guides
     pin = p.pins[i]
@@ -216,7 +216,7 @@ def activate(i, modes, motion, bodies, elements):
 @kernel
 def deactivate(i, y, modes, motion, bodies, elements):
     """Deactivate the wall of pin ``i``."""
-    _leave(i, INACTIVE, y, modes, motion, bodies, elements)
+    _leave_wall(i, INACTIVE, y, modes, motion, bodies, elements)
 
 
 @kernel

@@ -95,7 +95,7 @@ def _force_at(compression: np.ndarray, force: np.ndarray, x: float) -> float:
     return float(curve.curve_force(table[curve.find_segment(0, len(table) - 1, table, x)], x))
 
 
-def pieces(
+def loading_fields(
     normal: NormalCurve | NormalLoop | PrescribedNormal, first: int, own: np.ndarray
 ) -> tuple[int, int, float, float]:
     """The first and the last piece of f, the steepest slope of all pieces, and the damping."""

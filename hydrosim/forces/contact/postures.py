@@ -18,7 +18,7 @@ from hydrosim.forces.contact.fender import (
     memory_states,
 )
 from hydrosim.forces.contact.geometry import contact_kinematics
-from hydrosim.forces.contact.laws import LAW, sliding, slowest
+from hydrosim.forces.contact.laws import LAW, least_slip_speed, steady_slip_state
 from hydrosim.forces.contact.loop import BRANCH_START
 from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
 from hydrosim.forces.postures import (
@@ -103,7 +103,7 @@ class KindOfContacts(KindWithModeSets):
     def sliding_speed(self, p: ContactConstants, modes: np.ndarray, time: float) -> float:
         if not np.any(modes[:, MODE] == SLIP):
             return 0.0
-        return max(SLIDING, *map(slowest, _normal_loads(p, modes, time), p.points))
+        return max(SLIDING, *map(least_slip_speed, _normal_loads(p, modes, time), p.points))
 
     def set_steady_slip(
         self,
@@ -119,7 +119,7 @@ class KindOfContacts(KindWithModeSets):
         loads = _normal_loads(p, modes, time)
         for i in np.flatnonzero(modes[:, MODE] == SLIP):
             point = p.points[i]
-            found = sliding(
+            found = steady_slip_state(
                 loads[i], np.array(contact_kinematics(point, bodies, motion).velocity), point
             )
             if found is not None:

@@ -16,7 +16,7 @@ max(d, 0). So in slip, with the mean E and the duration T,
 from __future__ import annotations
 
 from hydrosim.forces.contact import geometry, laws
-from hydrosim.forces.contact.fender import CONTACT_STATES, pressure
+from hydrosim.forces.contact.fender import CONTACT_STATES, normal_load_of
 from hydrosim.forces.contact.laws import COULOMB
 from hydrosim.forces.contact.modes import SLIP, STICK
 from hydrosim.jit.kernels import clear, kernel
@@ -44,22 +44,22 @@ def add_tallies(t, y, modes, motion, bodies, p, reactions, rates):
     for i in range(p.points.size):
         point, mode, k = p.points[i], modes[p.mode + i, MODE], p.state + CONTACT_STATES * i
         c = geometry.contact_kinematics(point, bodies, motion)
-        load = pressure(i, t, y, modes, c, p)
+        load = normal_load_of(i, t, y, modes, c, p)
         law = laws.friction(mode, load, c.velocity, (y[k], y[k + 1]), point)
         f = law.force
         if point.law == COULOMB and mode == STICK:
             f = (reactions[i, 0], reactions[i, 1])
         first = POINT_TALLIES * i + MODE_TALLIES * mode
-        _count(load.N, f, c, rates[first : first + MODE_TALLIES])
+        _add_mode_tallies(load.N, f, c, rates[first : first + MODE_TALLIES])
         if mode == SLIP and length(f) > 0.0:
             last = POINT_TALLIES * (i + 1)
-            _count_slip(
+            _add_slip_tallies(
                 load.N, f, law, c, rates[POINT_TALLIES * i + len(MODES) * MODE_TALLIES : last]
             )
 
 
 @kernel
-def _count(N, f, c, out):
+def _add_mode_tallies(N, f, c, out):
     """The rates of `TALLIES_OF_MODES`."""
     force, press = _earth_vector(f, c), scale(N, c.normal)
     w = _earth_vector(c.velocity, c)
@@ -70,7 +70,7 @@ def _count(N, f, c, out):
 
 
 @kernel
-def _count_slip(N, f, law, c, out):
+def _add_slip_tallies(N, f, law, c, out):
     """The rates of `TALLIES_OF_SLIP`."""
     size, v2 = length(f), law.slip_speed
     d = _earth_vector((-f[0] / size, -f[1] / size), c)

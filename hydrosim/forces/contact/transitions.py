@@ -26,7 +26,7 @@ from hydrosim.forces.contact.fender import (
     SLIP_DISTANCE,
     memory_start,
     normal_load,
-    pressure,
+    normal_load_of,
     residual_energy,
     stored_along_normal,
 )
@@ -71,7 +71,7 @@ def find_margins(t, y, modes, motion, bodies, p, headings, reactions, watched, o
         if mode[MODE] == OPEN:
             out[m + CONTACT_MARGIN] = _open_margin(t, mode, point, c, p)
             continue
-        load, s, v = pressure(i, t, y, modes, c, p), (y[k], y[k + 1]), c.velocity
+        load, s, v = normal_load_of(i, t, y, modes, c, p), (y[k], y[k + 1]), c.velocity
         heading, reaction = (headings[i, 0], headings[i, 1]), (reactions[i, 0], reactions[i, 1])
         grip = laws.margin(mode[MODE], load, v, s, heading, reaction, point)
         out[m + CONTACT_MARGIN] = _contact_margin(t, mode[MODE], point, mode[SEGMENT], c, p)
@@ -132,17 +132,19 @@ def _find_segment(point, contact, p):
 
 
 @kernel
-def find_headings(t, y, modes, motion, bodies, p, out):
+def find_slip_directions(t, y, modes, motion, bodies, p, out):
     """Unit vectors ``out`` (n, 2) along the traction, or the velocity, of all slipping points; laws
     without a node keep theirs in y."""
     for i in range(p.points.size):
         point, k = p.points[i], p.state + CONTACT_STATES * i
         x = y[k : k + CONTACT_STATES]
-        if modes[p.mode + i, MODE] != SLIP or not (point.node or laws.keeps_heading(point)):
+        if modes[p.mode + i, MODE] != SLIP or not (point.node or laws.keeps_slip_direction(point)):
             continue
         c = geometry.contact_kinematics(point, bodies, motion)
-        a = laws.heading(pressure(i, t, y, modes, c, p), c.velocity, (x[0], x[1]), point)
-        size, kept, known = length(a), laws.keeps_heading(point), x[0] != 0.0 or x[1] != 0.0
+        a = laws.slip_direction(
+            normal_load_of(i, t, y, modes, c, p), c.velocity, (x[0], x[1]), point
+        )
+        size, kept, known = length(a), laws.keeps_slip_direction(point), x[0] != 0.0 or x[1] != 0.0
         if kept and known and size <= AT_REST:
             out[i, 0], out[i, 1] = x[0], x[1]
         elif size > 0.0:
@@ -192,7 +194,7 @@ def transition(i, which, size, step, t, y, modes, motion, bodies, reactions, p):
 def _start_reload_branch(i, t, y, modes, contact, p):
     """The motion reverses on a branch of a loop: the stiff line begins here."""
     point, mode = p.points[i], modes[p.mode + i]
-    k, N = memory_start(point, p), pressure(i, t, y, modes, contact, p).elastic
+    k, N = memory_start(point, p), normal_load_of(i, t, y, modes, contact, p).elastic
     y[k + loop.LOOP_LOSS] += loop.branch_loss(mode[SEGMENT], contact.compression, point, p.segments)
     y[k + loop.BRANCH_START] = loop.reload_start(N, contact.compression, point, p.segments)
     y[k + loop.LARGEST_NORMAL] = max(y[k + loop.LARGEST_NORMAL], N)
@@ -212,7 +214,7 @@ def _end_reload_branch(i, y, modes, contact, p):
 def _reverse_load(i, t, y, modes, contact, p):
     """The load begins to fall, or to rise again: the traction is kept."""
     k, mode = p.state + CONTACT_STATES * i, modes[p.mode + i]
-    load, x = pressure(i, t, y, modes, contact, p), y[k : k + CONTACT_STATES]
+    load, x = normal_load_of(i, t, y, modes, contact, p), y[k : k + CONTACT_STATES]
     x[0], x[1] = laws.reverse_load(load, (x[0], x[1]), p.points[i])
     mode[RISING] = 1 - mode[RISING]
 
@@ -222,7 +224,7 @@ def _break_away(i, t, y, modes, contact, reactions, p):
     """Slip begins."""
     k, reaction = p.state + CONTACT_STATES * i, (reactions[i, 0], reactions[i, 1])
     x = y[k : k + CONTACT_STATES]
-    load, v = pressure(i, t, y, modes, contact, p), contact.velocity
+    load, v = normal_load_of(i, t, y, modes, contact, p), contact.velocity
     (x[0], x[1]), jump, lost = laws.break_away(load, v, (x[0], x[1]), reaction, p.points[i])
     x[SLIP_DISTANCE] += jump
     x[DISSIPATED] += lost
@@ -233,8 +235,8 @@ def _break_away(i, t, y, modes, contact, reactions, p):
 def _stick_point(i, size, t, y, modes, contact, p):
     """Slip ends."""
     k = p.state + CONTACT_STATES * i
-    load, x = pressure(i, t, y, modes, contact, p), y[k : k + CONTACT_STATES]
-    mode, (x[0], x[1]) = laws.grip(size, load, contact.velocity, (x[0], x[1]), p.points[i])
+    load, x = normal_load_of(i, t, y, modes, contact, p), y[k : k + CONTACT_STATES]
+    mode, (x[0], x[1]) = laws.end_slip(size, load, contact.velocity, (x[0], x[1]), p.points[i])
     modes[p.mode + i, MODE] = mode
 
 
@@ -245,7 +247,7 @@ def _close_point(i, t, y, modes, contact, p):
     segment, x = _find_segment(point, contact, p), y[k : k + CONTACT_STATES]
     load = normal_load(t, point, p.segments[segment], 0.0, 0, contact, p)
     mode[SEGMENT], mode[RISING] = segment, 1 if load.rate > 0.0 else 0
-    mode[MODE], (x[0], x[1]) = laws.close(load, contact.velocity, (x[0], x[1]), point)
+    mode[MODE], (x[0], x[1]) = laws.begin_contact(load, contact.velocity, (x[0], x[1]), point)
     x[DISSIPATED] -= stored_along_normal(i, t, y, modes, contact, p)
     if point.memory != NO_INDEX:
         first = memory_start(point, p)
@@ -264,8 +266,8 @@ def _open_point(i, t, y, modes, contact, p):
     k, mode, point = p.state + CONTACT_STATES * i, modes[p.mode + i], p.points[i]
     x = y[k : k + CONTACT_STATES]
     x[DISSIPATED] += stored_along_normal(i, t, y, modes, contact, p)
-    load = pressure(i, t, y, modes, contact, p)
-    (x[0], x[1]), lost = laws.release(mode[MODE], load, contact.velocity, (x[0], x[1]), point)
+    load = normal_load_of(i, t, y, modes, contact, p)
+    (x[0], x[1]), lost = laws.end_contact(mode[MODE], load, contact.velocity, (x[0], x[1]), point)
     x[DISSIPATED] += lost
     if point.memory != NO_INDEX:
         y[memory_start(point, p) + loop.LOOP_LOSS] += loop.branch_loss(
@@ -297,7 +299,7 @@ def break_loose(t, y, modes, motion, bodies, p, reactions):
         point = p.points[i]
         if point.law == COULOMB and modes[p.mode + i, MODE] == STICK:
             c = geometry.contact_kinematics(point, bodies, motion)
-            held = point.static * pressure(i, t, y, modes, c, p).N
+            held = point.static * normal_load_of(i, t, y, modes, c, p).N
             if length((reactions[i, 0], reactions[i, 1])) > held:
                 _break_away(i, t, y, modes, c, reactions, p)
                 return True
@@ -315,10 +317,10 @@ def recheck_after_impact(t, y, modes, motion, bodies, headings, reactions, p):
             continue
         point = p.points[i]
         c = geometry.contact_kinematics(point, bodies, motion)
-        load = pressure(i, t, y, modes, c, p)
+        load = normal_load_of(i, t, y, modes, c, p)
         x = y[p.state + CONTACT_STATES * i : p.state + CONTACT_STATES * (i + 1)]
         if point.law == COULOMB:
-            mode[MODE], (x[0], x[1]) = laws.close(load, c.velocity, (x[0], x[1]), point)
+            mode[MODE], (x[0], x[1]) = laws.begin_contact(load, c.velocity, (x[0], x[1]), point)
             continue
         heading = (headings[i, 0], headings[i, 1])
         if laws.margin(mode[MODE], load, c.velocity, (x[0], x[1]), heading, (0.0, 0.0), point) < 0:
@@ -401,7 +403,7 @@ def record_largest(t, y, modes, motion, bodies, p):
         point = p.points[i]
         if modes[p.mode + i, MODE] == OPEN or point.memory == point.group == NO_INDEX:
             continue
-        N = pressure(i, t, y, modes, geometry.contact_kinematics(point, bodies, motion), p).N
+        N = normal_load_of(i, t, y, modes, geometry.contact_kinematics(point, bodies, motion), p).N
         if point.memory != NO_INDEX:
             k = memory_start(point, p) + loop.LARGEST_NORMAL
             y[k] = max(y[k], N)

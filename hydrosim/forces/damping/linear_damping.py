@@ -65,11 +65,11 @@ class LinearDamping(ForceElement):
         """Damping changes in axes that turn, unless it is invariant about the axis of the turn."""
         each = turns.elements.linear_dampings
         damping = next(e["damping"] for e in each if e["row"] == turns.row)
-        changes = turns.exact and any(_turns(damping, angle) for angle in turns.free)
+        changes = turns.exact and any(_depends_on_turn(damping, angle) for angle in turns.free)
         return f"{name} turns with {self.body}" if changes else None
 
 
-def _turns(damping: np.ndarray, angle: int) -> bool:
+def _depends_on_turn(damping: np.ndarray, angle: int) -> bool:
     """True if ``damping`` (6, 6) depends on how far its body has turned about an axis."""
     from scipy.spatial.transform import Rotation  # slow to load, and few scenes need it
 
@@ -127,11 +127,11 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
             u = relative_velocity(e.body, e.stream, motion)
             rate[e.row] += add_resistance(e.body, e.damping, u, motion, wrench[e.row])
         else:
-            rate[e.row] += _resist(e, motion.velocity, wrench[e.row])
+            rate[e.row] += _add_resistance(e, motion.velocity, wrench[e.row])
 
 
 @kernel
-def _resist(e, v, wrench):
+def _add_resistance(e, v, wrench):
     """Add -C (v - U) to ``wrench`` (6 nb,) in the axes at rest; returns the power taken from the
     body."""
     k = 6 * e.body

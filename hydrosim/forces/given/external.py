@@ -266,7 +266,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         if e.way == STAGE:
             call_user_function(e, t, motion, bodies, own)
         else:
-            predict(e, t, y, p, own)
+            predict_wrench(e, t, y, p, own)
             first = p.state + e.state
             clear(dy[first : first + 18 * e.bodies + SCALARS])
         power = 0.0
@@ -298,7 +298,7 @@ def call_at_stage(t, motion, bodies, p, wrench):
 
 
 @kernel
-def predict(e, t, y, p, own):
+def predict_wrench(e, t, y, p, own):
     """Write to ``own`` (6 nb,) the value that is kept or extrapolated to ``t``."""
     value = p.state + e.state
     before = value + 6 * e.bodies
@@ -350,7 +350,7 @@ def sample_user_function(e, t, jumped, ahead, y, motion, bodies, p, own):
     moment = 0.0
     if calls > 0.0:
         clear(own)
-        predict(e, t, y, p, own)
+        predict_wrench(e, t, y, p, own)
         passed = work_of_rest(e, step, y, motion, p, own)
         if follows_line(e, y, p):
             force, moment = largest_of(e, p, own)
@@ -485,7 +485,7 @@ class ExternalKind(ElementKind):
 EXTERNAL_KIND = ExternalKind("externals", (External,), compile_elements)
 
 
-def overshoots(p: ExternalConstants, y: np.ndarray) -> Iterator[tuple[int, float]]:
+def extrapolation_overshoots(p: ExternalConstants, y: np.ndarray) -> Iterator[tuple[int, float]]:
     """Rows of forces that are called once per step, each with the largest ratio of an extrapolated
     force or moment to the largest that its function had returned."""
     for e in p.each:

@@ -123,7 +123,7 @@ def _constants(number: int, joint: Joint, at: Any, layout: Layout) -> tuple[Any,
         point,
         axes,
         rest,
-        *_rows(joint),
+        *_row_axes(joint),
         joint.lasts,
         NO_RATCHET
         if joint.ratchet is None
@@ -174,7 +174,7 @@ def rod_at_rest(joint: Joint, body: BodyAtRest, other: BodyAtRest | None) -> np.
     return np.array(body.origin) + about_z(body.heading) @ np.array(joint.point) - far
 
 
-def _rows(joint: Joint) -> tuple[np.ndarray, np.ndarray, int]:
+def _row_axes(joint: Joint) -> tuple[np.ndarray, np.ndarray, int]:
     """Axes of all rows, and their number."""
     if joint.type == JointType.ROD:
         pairs = [(0, NO_INDEX)]
@@ -327,7 +327,7 @@ def clear_reactions(p, holds):
 
 
 @kernel
-def _gap(lock, bodies, motion):
+def _gap_and_speed(lock, bodies, motion):
     """Distance [m] between the joint's points on both bodies, and their relative speed [m/s], both
     without the slides that the joint leaves free."""
     at = rows.pose(lock, lock.rest, bodies, motion)
@@ -344,12 +344,12 @@ def _gap(lock, bodies, motion):
 @kernel
 def _window_excess(lock, bodies, motion):
     """Part by which gap or speed is beyond the window of a joint; negative inside."""
-    gap, speed = _gap(lock, bodies, motion)
+    gap, speed = _gap_and_speed(lock, bodies, motion)
     return max(gap / lock.gap, speed / lock.speed) - 1.0
 
 
 @kernel
-def _travel(i, y, bodies, motion, p):
+def _ratchet_travel(i, y, bodies, motion, p):
     """Way [m or rad] of ratchet ``i`` from its reference, and its rate."""
     lock = p.each[i]
     k = first_state(i, p)
@@ -388,7 +388,7 @@ def find_margins(y, modes, motion, bodies, p, reactions, out):
         if mode == WAITING:
             out[m + CONTACT_MARGIN] = _window_excess(lock, bodies, motion)
         elif mode == RATCHETING:
-            way, speed = _travel(i, y, bodies, motion, p)
+            way, speed = _ratchet_travel(i, y, bodies, motion, p)
             out[m + CONTACT_MARGIN] = way + TOOTH_TOLERANCE if lock.pitch > 0.0 else speed
             out[m + SEGMENT_MARGIN] = lock.pitch - way if lock.pitch > 0.0 else 1.0
         elif mode == CLOSED and lock.ratchet != NO_RATCHET:
@@ -425,7 +425,7 @@ def close_lock(i, y, modes, motion, bodies, p):
     if lock.ratchet == NO_RATCHET:
         rows.take_reference(lock, bodies, motion, reference)
     else:
-        way, _ = _travel(i, y, bodies, motion, p)
+        way, _ = _ratchet_travel(i, y, bodies, motion, p)
         rows.advance_reference(lock, lock.ratchet == RATCHET_TURNS, way, bodies, reference)
     modes[p.mode + i, MODE] = CLOSED
     modes[p.mode + i, SEGMENT] = every_row(i, p)

@@ -121,7 +121,7 @@ def _stop_force(one, mode, q, u):
 
 
 @kernel
-def _friction(one, mode):
+def _friction_force(one, mode):
     """Friction of a moving joint."""
     if mode == UP:
         return -one.kinetic
@@ -129,16 +129,16 @@ def _friction(one, mode):
 
 
 @kernel
-def _force(one, mode, q, u):
+def _acting_force(one, mode, q, u):
     """Force of all that acts in a motion but the reaction of a stuck one."""
     spring = -one.stiffness * (q - one.neutral) - one.damping * u
-    return spring + _stop_force(one, mode[SEGMENT], q, u) + _friction(one, mode[MODE])
+    return spring + _stop_force(one, mode[SEGMENT], q, u) + _friction_force(one, mode[MODE])
 
 
 @kernel
 def _dissipated_power(one, mode, q, u):
     """Power that a motion loses. Beyond an end without force, the stop loses what it stored."""
-    loss = one.damping * u * u - _friction(one, mode[MODE]) * u
+    loss = one.damping * u * u - _friction_force(one, mode[MODE]) * u
     if mode[SEGMENT] == AT_LOWEST or mode[SEGMENT] == AT_HIGHEST:
         loss += one.dashpot * u * u
     elif mode[SEGMENT] == BELOW:
@@ -158,7 +158,9 @@ def add_force(y, modes, motion, bodies, p, wrench, rate):
             q = y[one.coordinate]
             u = y[n + one.coordinate]
             mode = modes[p.mode + i]
-            push_joint(one.move, one.axis, _force(one, mode, q, u), bodies, motion, wrench[one.row])
+            push_joint(
+                one.move, one.axis, _acting_force(one, mode, q, u), bodies, motion, wrench[one.row]
+            )
             rate[one.row] += _dissipated_power(one, mode, q, u)
 
 
@@ -325,7 +327,7 @@ def write_outputs(y, modes, bodies, p, reactions, out):
         q = y[one.coordinate]
         u = y[n + one.coordinate]
         mode = modes[p.mode + i]
-        force = _force(one, mode, q, u)
+        force = _acting_force(one, mode, q, u)
         if mode[MODE] == STUCK:
             force += reactions[p.reaction + i, 0]
         if tree.moves[one.move].kind == BALL and bodies.exact:

@@ -177,7 +177,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Ca
     pieces = [np.zeros(0, dtype=LINE_PIECE)]
     first = 0
     for (name, e), signal in zip(own.items(), signals, strict=True):
-        anchor, bed = _ground(name, e, layout)
+        anchor, bed = _anchor_and_bed(name, e, layout)
         last = first + e.length.size
         end = EARTH if e.anchor_body is None else layout.body[e.anchor_body]
         ends = (layout.body[e.body], layout.row[name], e.point, end, anchor)
@@ -214,7 +214,7 @@ def _pieces(line: Catenary) -> np.ndarray:
     return pieces
 
 
-def _ground(name: str, line: Catenary, layout: Layout) -> tuple[tuple[float, ...], float]:
+def _anchor_and_bed(name: str, line: Catenary, layout: Layout) -> tuple[tuple[float, ...], float]:
     """The anchor, exactly on the seabed if it is close to it, and the height of the seabed."""
     if line.friction is None:
         return line.anchor, -inf
@@ -275,7 +275,7 @@ def solve_from_guess(i, s, H, V, pieces, p):
 @root_giving(float, float, float, float, float, float, bool, int)
 def rebuild_pull_entries(first, last, x, z, bed, friction, H, V, pieces):
     """`pull_entries` where H, V are the solution itself."""
-    a = shape.rebuild(pieces, first, last, x, z, bed, friction, H, V)
+    a = shape.rebuild_pull(pieces, first, last, x, z, bed, friction, H, V)
     return a.H, a.V, a.anchor_V, a.anchor_H, a.touch, a.dead, a.converged, a.reason
 
 

@@ -316,15 +316,15 @@ class CompensatorKind(KindWithModeSets):
         if not p.each.size:
             return []
         return [
-            ModeSet("compensators in their stroke", _posture(p, GAS)),
-            ModeSet("compensators on their stops", _posture(p, UPPER)),
+            ModeSet("compensators in their stroke", _modes_on_segment(p, GAS)),
+            ModeSet("compensators on their stops", _modes_on_segment(p, UPPER)),
         ]
 
     def one_unit_active(
         self, p: CompensatorConstants, names: Sequence[str], which: Sequence[int]
     ) -> Iterator[ModeSet]:
         for i in which if p.each.size > 1 else ():
-            one = with_mode_of_unit(_posture(p, GAS), _posture(p, UPPER), i)
+            one = with_mode_of_unit(_modes_on_segment(p, GAS), _modes_on_segment(p, UPPER), i)
             yield ModeSet(f"{names[i]} alone on its stop", one)
 
     def equivalence_keys(self, p: CompensatorConstants) -> Sequence[Hashable]:
@@ -359,7 +359,7 @@ class CompensatorKind(KindWithModeSets):
         }
 
 
-def _posture(p: CompensatorConstants, segment: int) -> np.ndarray:
+def _modes_on_segment(p: CompensatorConstants, segment: int) -> np.ndarray:
     """Modes with all compensators on one segment."""
     return rest_at_first(np.full(p.each.size, segment), PULLING)
 

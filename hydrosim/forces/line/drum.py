@@ -120,7 +120,7 @@ def friction_loss(drum, s):
 
 
 @kernel
-def _sense(mode):
+def _payout_sign(mode):
     """1 if a drum pays out in a mode, -1 if it heaves in, else 0."""
     if mode in (SLIPPING_OUT, FAST_OUT, SPEEDING_OUT, BRAKING_OUT):
         return 1.0
@@ -134,7 +134,7 @@ def law_margin(drum, mode, T, s, l0, target, demand):
     """Margin of the control: positive while the mode lasts."""
     T0 = drum.tension
     v = drum.fastest
-    way = _sense(mode)
+    way = _payout_sign(mode)
     if drum.control == TENSION_CONTROL:
         if mode == STUCK:
             return min(T - drum.low, drum.high - T) + MODE_EDGE_RTOL * T0
@@ -179,7 +179,7 @@ def _tension_bound(drum, way):
 @kernel
 def end_margin(drum, mode, l0):
     """Way to the end of a drum that turns; 1 if there is none."""
-    way = _sense(mode)
+    way = _payout_sign(mode)
     if mode == PRESCRIBED and drum.control != LENGTH_CONTROL:
         margin = min(l0 - drum.shortest, drum.longest - l0)
     elif way > 0.0:
@@ -251,7 +251,7 @@ def next_mode(drum, mode, pull, taut, T, s, l0, target, demand):
     """Mode of a drum after its law's margin has reached zero."""
     T0 = drum.tension
     v = drum.fastest
-    way = _sense(mode)
+    way = _payout_sign(mode)
     if drum.control != TENSION_CONTROL:
         if drum.control == COMPENSATION and mode == PRESCRIBED:
             return FAST_OUT if demand > 0.0 else FAST_IN
@@ -288,4 +288,4 @@ def stop_at_end(drum, mode, l0):
     """Mode of a drum that has reached an end."""
     if mode == PRESCRIBED:
         return EMPTY if drum.longest - l0 < l0 - drum.shortest else FULL
-    return EMPTY if _sense(mode) > 0.0 else FULL
+    return EMPTY if _payout_sign(mode) > 0.0 else FULL

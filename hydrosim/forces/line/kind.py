@@ -76,7 +76,7 @@ class CatenaryKind(KindWithModeSets):
 
     def rates(self, p: CatenaryConstants, bodies: Any, motion: Any) -> np.ndarray:
         """Along the chords."""
-        found = [_rate(end_kinematics(line, bodies, motion)) for line in p.lines]
+        found = [_distance_rate(end_kinematics(line, bodies, motion)) for line in p.lines]
         return np.reshape(found, (-1, 1))
 
     def moved_onto_segment(
@@ -131,7 +131,7 @@ class CatenaryKind(KindWithModeSets):
         return found
 
 
-def _rate(s: Any) -> float:
+def _distance_rate(s: Any) -> float:
     """Rate of the distance between the ends of a line."""
     apart = np.subtract(s.w, s.v)
     chord = np.array([s.x * s.e[0], s.x * s.e[1], -s.z])

@@ -17,7 +17,7 @@ from math import inf, isfinite, sqrt
 
 from hydrosim.forces.line.hang import find_touchdown, weight_after_piece
 from hydrosim.forces.line.rates import is_on_bed, is_slack
-from hydrosim.forces.line.search import balance, line_frame
+from hydrosim.forces.line.search import balance_at_pull, line_frame
 from hydrosim.forces.line.stretch import stretch_span
 from hydrosim.jit.kernels import kernel, root_giving
 
@@ -91,7 +91,7 @@ def resting_room(pieces, first, last, f, bed, pull):
     the sag above the bed, in parts of the length."""
     if pull.touch < f.length:
         return (f.weight - pull.V + pull.anchor_V) / f.weight
-    low = lowest(pieces, first, last, f.z, max(pull.H, f.least), pull.V)
+    low = lowest_height(pieces, first, last, f.z, max(pull.H, f.least), pull.V)
     return (bed - low) / f.length
 
 
@@ -137,12 +137,12 @@ def hanging_down(piece, depth):
 def reach_of_slack(pieces, first, last, f, bed, rests, V):
     """The distance that a line reaches without pull, less x [m]."""
     lies = not rests
-    off, _, _, _ = balance(pieces, first, last, f, bed, lies, rests, 0.0, f.least, V, 0.0)
+    off, _, _, _ = balance_at_pull(pieces, first, last, f, bed, lies, rests, 0.0, f.least, V, 0.0)
     return off
 
 
 @kernel
-def lowest(pieces, first, last, z, H, V):
+def lowest_height(pieces, first, last, z, H, V):
     """Height above the anchor of the lowest place between the ends of a line that hangs; inf if
     there is none lower than its neighbours."""
     height = z

@@ -56,11 +56,13 @@ def flexibility(pieces, first, last, f, bed, friction, pull):
 def stiffness(pieces, first, last, x, z, bed, friction, pull):
     """dH/dx, dH/dz, dV/dx, dV/dz [N/m] of a line with its ``pull``."""
     f = line_frame(pieces, first, last, x, z)
-    return invert(is_slack(f, pull), *flexibility(pieces, first, last, f, bed, friction, pull))
+    return stiffness_from_flexibility(
+        is_slack(f, pull), *flexibility(pieces, first, last, f, bed, friction, pull)
+    )
 
 
 @kernel
-def invert(slack, xH, xV, zH, zV):
+def stiffness_from_flexibility(slack, xH, xV, zH, zV):
     """The stiffness of a flexibility. A slack line resists vertical motion alone."""
     if slack:
         return 0.0, 0.0, 0.0, 1.0 / zV if zV > 0.0 else 0.0
@@ -77,9 +79,9 @@ def length_rates(pieces, first, last, x, z, bed, friction, pull, k):
     H = max(pull.H, f.least)
     lies = is_on_bed(f, bed)
     flexible = flexibility(pieces, first, last, f, bed, friction, pull)
-    Hx, Hz, Vx, Vz = invert(is_slack(f, pull), *flexible)
+    Hx, Hz, Vx, Vz = stiffness_from_flexibility(is_slack(f, pull), *flexible)
     if lies or pull.touch >= f.length:
-        dx, dz = lengthen(pieces, first, last, H, pull.V, lies, friction, k)
+        dx, dz = shift_by_length(pieces, first, last, H, pull.V, lies, friction, k)
     else:
         dx, dz = lengthen_resting(pieces, first, last, H, pull, k)
     return -(Hx * dx + Hz * dz), -(Vx * dx + Vz * dz)
@@ -121,7 +123,7 @@ def lengthen_hanging(pieces, start, step, H, V, touch, k):
 
 
 @kernel
-def lengthen(pieces, first, last, H, V, lies, friction, k):
+def shift_by_length(pieces, first, last, H, V, lies, friction, k):
     """dx/dL, dz/dL at constant H and V of a line that hangs or lies up to its anchor."""
     if lies:
         touch = find_touchdown(pieces, first, last, 1, V)

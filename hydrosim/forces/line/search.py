@@ -177,7 +177,7 @@ def resting_ends(pieces, first, last, H, V, Va):
 
 
 @kernel
-def balance(pieces, first, last, f, bed, lies, rests, friction, H, V, Va):
+def balance_at_pull(pieces, first, last, f, bed, lies, rests, friction, H, V, Va):
     """For a given H: the distance reached less x, its slope by H, and V at both ends, from a guess
     of those."""
     if rests:
@@ -208,7 +208,9 @@ def search(pieces, first, last, f, bed, lies, rests, friction, H, V, Va):
     before = inf
     H = max(H, f.least)
     for _ in range(MAX_SEARCH_STEPS):
-        off, slope, V, Va = balance(pieces, first, last, f, bed, lies, rests, friction, H, V, Va)
+        off, slope, V, Va = balance_at_pull(
+            pieces, first, last, f, bed, lies, rests, friction, H, V, Va
+        )
         if off >= 0.0 and f.least >= H:
             return slack_pull(f, rests, off), V, Va, True
         if off > 0.0:

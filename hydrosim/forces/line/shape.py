@@ -27,7 +27,7 @@ from hydrosim.forces.line.hang import (
     lying_part,
     pull_at_touchdown,
 )
-from hydrosim.forces.line.profile import find_profile, lowest
+from hydrosim.forces.line.profile import find_profile, lowest_height
 from hydrosim.forces.line.rates import is_on_bed, length_rates, stiffness, stored_energy
 from hydrosim.forces.line.search import (
     ON_BED,
@@ -113,7 +113,7 @@ def solve(pieces, first, last, x, z, bed, friction, H, V):
     loose = p.H == 0.0 and x > 0.0 and f.load > 0.0
     if not p.converged:
         return p
-    if not loose and lowest(pieces, first, last, z, max(p.H, f.least), p.V) >= bed:
+    if not loose and lowest_height(pieces, first, last, z, max(p.H, f.least), p.V) >= bed:
         return p
     if not f.heavy:
         return no_solution(TWICE)
@@ -122,7 +122,7 @@ def solve(pieces, first, last, x, z, bed, friction, H, V):
 
 
 @kernel
-def rebuild(pieces, first, last, x, z, bed, friction, H, V):
+def rebuild_pull(pieces, first, last, x, z, bed, friction, H, V):
     """The `LinePull` of a line that `solve` has given H and V between these ends. It has not
     converged if they do not say enough, as for a line that may rest on the bed between two hanging
     parts."""
@@ -143,7 +143,7 @@ def hang_or_lie(pieces, first, last, f, lies, friction, H, V):
     found = False
     reason = NO_PULL_FOUND if f.heavy else FLOATS
     if H > 0.0:
-        H1, V1, found = iterate(pieces, first, last, f, lies, friction, H, V)
+        H1, V1, found = newton_pull(pieces, first, last, f, lies, friction, H, V)
         if found and lies and not f.heavy:
             reason = refusal_code(pieces, first, last, f, H1, V1)
             found = reason == SOLVED
@@ -167,7 +167,7 @@ def search_pull(pieces, first, last, f, lies, friction, H, V):
     H, V, _, found = search(pieces, first, last, f, 0.0, lies, False, friction, H, V, 0.0)
     if not found:
         return H, V, False
-    H1, V1, better = iterate(pieces, first, last, f, lies, friction, H, V)
+    H1, V1, better = newton_pull(pieces, first, last, f, lies, friction, H, V)
     if better:
         return H1, V1, True
     if H == 0.0 and abs(V) <= 1e3 * f.least:  # slack and weightless
@@ -205,7 +205,7 @@ def rest_on_bed(pieces, first, last, f, bed, H, V):
 
 
 @kernel
-def iterate(pieces, first, last, f, lies, friction, H, V):
+def newton_pull(pieces, first, last, f, lies, friction, H, V):
     """H and V by Newton's method, and whether it converged."""
     for _ in range(MAX_WARM_STEPS):
         r = line_reach(pieces, first, last, H, V, lies, friction, f.ex, f.ez)

@@ -43,13 +43,13 @@ class StretchSpan(NamedTuple):
 
 
 @kernel
-def rise(H, V, T):
+def tension_less_pull(H, V, T):
     """T - V without cancellation."""
     return H * H / (T + V) if V > 0.0 else T - V
 
 
 @kernel
-def remaining(Va, D):
+def remaining_pull(Va, D):
     """Va - D, which is 0 if it is no more than rounding: a slack line has no H beside it."""
     V = Va - D
     return 0.0 if abs(V) <= UNIT_ROUNDING * abs(Va) else V
@@ -67,9 +67,9 @@ def curvature(H, Va, Vb, Ta, Tb):
     if abs(q) < BENT:
         return 0.5 * log1p(2.0 * q / (1.0 - q)) / q - 1.0
     if q > 0.0:
-        gap = rise(H, Va, Ta) + rise(H, -Vb, Tb)
+        gap = tension_less_pull(H, Va, Ta) + tension_less_pull(H, -Vb, Tb)
     else:
-        gap = rise(H, Vb, Tb) + rise(H, -Va, Ta)
+        gap = tension_less_pull(H, Vb, Tb) + tension_less_pull(H, -Va, Ta)
     return 0.5 * log((S + abs(Va - Vb)) / gap) / abs(q) - 1.0
 
 
@@ -77,7 +77,7 @@ def curvature(H, Va, Vb, Ta, Tb):
 def stretch_span(H, Va, w, L, EA, ex, ez):
     """The `StretchSpan` of a stretch, for H > 0."""
     D = w * L
-    Vb = remaining(Va, D)
+    Vb = remaining_pull(Va, D)
     HH = H * H
     VV = Va * Vb
     squares = Va * Va + Vb * Vb
@@ -112,7 +112,7 @@ def stretch_span(H, Va, w, L, EA, ex, ez):
 def rest_energy(H, Va, w, L, EA):
     """Integral of T + T^2/(2 EA) over a stretch [N m], for H > 0."""
     D = w * L
-    Vb = remaining(Va, D)
+    Vb = remaining_pull(Va, D)
     Ta = sqrt(H * H + Va * Va)
     Tb = sqrt(H * H + Vb * Vb)
     S = Ta + Tb

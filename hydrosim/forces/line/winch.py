@@ -168,7 +168,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Wi
         signal = NOTHING if own[name] is None else next(compiled)
         wire = (e.stiffness, e.damping, _first_length(e, layout), 0.0, False)
         follows = _compensation_fields(name, e.control, layout, delays)
-        rows.append((*ends, *wire, _drum(e), signal, *follows))
+        rows.append((*ends, *wire, _drum_fields(e), signal, *follows))
         delays += follows[-2] != NO_INDEX
     return WinchConstants(np.array(rows, dtype=WINCH), pieces, delays, 0, 0)
 
@@ -185,7 +185,7 @@ def _first_length(e: Winch, layout: Layout) -> float:
     return float(np.linalg.norm(there - here)) / (1.0 + e.control.tension / e.stiffness)
 
 
-def _drum(e: Winch) -> tuple[Any, ...]:
+def _drum_fields(e: Winch) -> tuple[Any, ...]:
     """Values of `DRUM`."""
     shortest, longest = e.drum
     c = e.control
@@ -304,7 +304,7 @@ def setpoint(i, t, y, motion, bodies, p):
     if one.drum.control == SPEED_CONTROL:
         return 0.0, value(t, one.signal, p.pieces)
     if one.drum.control == COMPENSATION:
-        rise, speed = _rise(one, motion, bodies)
+        rise, speed = _rise_of_point(one, motion, bodies)
         if one.delay != NO_INDEX:
             k = _delay_state(one, p)
             rise, speed = delay.delayed_signal(rise, speed, one.factors, y, k)
@@ -313,7 +313,7 @@ def setpoint(i, t, y, motion, bodies, p):
 
 
 @kernel
-def _rise(one, motion, bodies):
+def _rise_of_point(one, motion, bodies):
     """Rise of the followed point from rest, and its rate."""
     place, arm = attachment(one.followed, vector(one.eye, 0), bodies, motion)
     return place[2] - one.rest, point_velocity(one.followed, arm, motion)[2]
@@ -335,7 +335,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         k = p.state + WINCH_STATES * i
         clear(dy[k : k + WINCH_STATES])
         if one.delay != NO_INDEX:
-            rise, _ = _rise(one, motion, bodies)
+            rise, _ = _rise_of_point(one, motion, bodies)
             delay.add_rates(rise, one.factors, y, _delay_state(one, p), dy)
         w = kinematics(i, t, y, modes, motion, bodies, p)
         dy[k + WIRE_LENGTH] = w.speed
@@ -487,7 +487,7 @@ def set_initial_length(i, t, y, motion, bodies, p):
     one = p.each[i]
     k = p.state + WINCH_STATES * i
     if one.delay != NO_INDEX:
-        rise, _ = _rise(one, motion, bodies)
+        rise, _ = _rise_of_point(one, motion, bodies)
         delay.start_delay(rise, one.factors, y, _delay_state(one, p))
     l0 = one.start
     if one.drum.control in (LENGTH_CONTROL, COMPENSATION):

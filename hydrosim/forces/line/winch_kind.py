@@ -125,11 +125,11 @@ class WinchKind(KindWithModeSets):
     def mode_sets(self, p: WinchConstants) -> Sequence[ModeSet]:
         if not p.each.size:
             return []
-        found = [ModeSet("winches slack", _posture(p, WIRE_SLACK))]
-        found.append(ModeSet("winches taut", _posture(p, WIRE_TAUT)))
+        found = [ModeSet("winches slack", _modes_of_wires(p, WIRE_SLACK))]
+        found.append(ModeSet("winches taut", _modes_of_wires(p, WIRE_TAUT)))
         slips = (p.each["drum"]["control"] == TENSION_CONTROL) & (p.each["damping"] > 0.0)
         if slips.any():
-            slipping = _posture(p, WIRE_TAUT)
+            slipping = _modes_of_wires(p, WIRE_TAUT)
             slipping[slips, MODE] = SLIPPING_IN
             found.append(ModeSet("drums slipping", slipping))
         return found
@@ -138,7 +138,9 @@ class WinchKind(KindWithModeSets):
         self, p: WinchConstants, names: Sequence[str], which: Sequence[int]
     ) -> Iterator[ModeSet]:
         for i in which if p.each.size > 1 else ():
-            one = with_mode_of_unit(_posture(p, WIRE_SLACK), _posture(p, WIRE_TAUT), i)
+            one = with_mode_of_unit(
+                _modes_of_wires(p, WIRE_SLACK), _modes_of_wires(p, WIRE_TAUT), i
+            )
             yield ModeSet(f"{names[i]} alone taut", one)
 
     def equivalence_keys(self, p: WinchConstants) -> Sequence[Hashable]:
@@ -147,7 +149,7 @@ class WinchKind(KindWithModeSets):
 
     def rates(self, p: WinchConstants, bodies: Any, motion: Any) -> np.ndarray:
         """Along the wires."""
-        each = [_line(one, bodies, motion).rate for one in p.each]
+        each = [_line_of_winch(one, bodies, motion).rate for one in p.each]
         return np.reshape(each, (-1, 1))
 
     def moved_onto_segment(
@@ -157,7 +159,7 @@ class WinchKind(KindWithModeSets):
         each = p.each.copy()
         for one, (mode, segment, _) in zip(each, modes, strict=True):
             if segment == WIRE_TAUT and mode != SLIPPING_IN:
-                distance = _line(one, bodies, motion).length
+                distance = _line_of_winch(one, bodies, motion).length
                 one["pinned"] = distance / (
                     1.0 + LINEARISATION_DEPTH / max(distance, LINEARISATION_DEPTH)
                 )
@@ -189,7 +191,7 @@ class WinchKind(KindWithModeSets):
         }
 
 
-def _posture(p: WinchConstants, wire: int) -> np.ndarray:
+def _modes_of_wires(p: WinchConstants, wire: int) -> np.ndarray:
     """Modes with all drums at rest, or driven by their target, and all wires alike."""
     tense = p.each["drum"]["control"] == TENSION_CONTROL
     modes = rest_at_first(np.full(p.each.size, wire), STUCK)
@@ -198,7 +200,7 @@ def _posture(p: WinchConstants, wire: int) -> np.ndarray:
     return modes
 
 
-def _line(one: Any, bodies: Any, motion: Any) -> Any:
+def _line_of_winch(one: Any, bodies: Any, motion: Any) -> Any:
     """The line between the ends of a winch."""
     ends = (one["body"], tuple(one["point"]), one["anchor_body"], tuple(one["anchor"]))
     return line_between(*ends, bodies, motion)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hydrosim.forces.contact.fender import pressure
+from hydrosim.forces.contact.fender import normal_load_of
 from hydrosim.forces.contact.geometry import EARTH, ContactKinematics, contact_kinematics
 from hydrosim.forces.contact.laws import COULOMB, FRICTIONLESS, friction
 from hydrosim.forces.contact.modes import STICK
@@ -82,7 +82,7 @@ def grip(i: int, compiled: Compiled, rest: Rest) -> Grip:
     place_bodies(y[:n], np.zeros(n), model.bodies, motion)
     point = fenders.points[i]
     contact = contact_kinematics(point, model.bodies, motion)
-    load = pressure(i, rest.time, rest.state.y, rest.state.modes, contact, fenders)
+    load = normal_load_of(i, rest.time, rest.state.y, rest.state.modes, contact, fenders)
     still = (0.0, 0.0)
     one = (1.0, 0.0)
     if point["law"] == FRICTIONLESS:

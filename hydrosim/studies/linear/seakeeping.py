@@ -28,7 +28,7 @@ from hydrosim.rigid.free import are_lengths, own_coordinates
 from hydrosim.scene import FreeSurface, Question
 from hydrosim.statistics.excursions import find_excursions
 from hydrosim.stepping.names import coordinate_at, coordinate_names, coordinates, dofs_of
-from hydrosim.streams.gusts import band
+from hydrosim.streams.gusts import gust_band
 from hydrosim.streams.spectra import variance
 from hydrosim.streams.wind import REFERENCE_HEIGHT, mean_wind
 from hydrosim.studies.linear.held import contact_remarks
@@ -434,7 +434,7 @@ def _gust_remarks(scene: Scene) -> Iterator[str]:
     water = scene.environment
     if water.gusts is not None:
         wind = mean_wind(water)
-        lowest, highest = band(water.gusts)
+        lowest, highest = gust_band(water.gusts)
         _, square, _ = variance(water.gusts.spectrum, REFERENCE_HEIGHT, wind, lowest, highest)
         yield (
             "the response to gusts is linear about the mean wind, and its variance adds to that in"

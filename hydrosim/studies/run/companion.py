@@ -27,7 +27,7 @@ from hydrosim.jit.refs import StructReference
 from hydrosim.modes import MODE
 from hydrosim.radiation.history import LONGEST_REMEMBERED
 from hydrosim.stepping.clock import Clock
-from hydrosim.stepping.record import new_record, unpack
+from hydrosim.stepping.record import new_record, unpack_channels
 from hydrosim.stepping.run import advance
 from hydrosim.stepping.state import (
     ACCEPTED,
@@ -142,7 +142,7 @@ class Companion:
 def sampled_channels(run: Run, begin: int, end: int) -> tuple[np.ndarray, np.ndarray]:
     """Coordinates (nt, 6 nb) and normal forces of contacts (nt, nf) of records ``begin`` to
     ``end``, the latter not included. They are copies."""
-    values = unpack(run.model, run.record, end, begin)
+    values = unpack_channels(run.model, run.record, end, begin)
     return values["coordinates"].copy(), _normal_forces(run, values, begin, end)
 
 

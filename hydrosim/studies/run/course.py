@@ -18,7 +18,7 @@ from hydrosim.jit.waiting import Torn, running_time
 from hydrosim.results.error_figures import ErrorEstimate, add_error_estimate
 from hydrosim.results.ledger import warn
 from hydrosim.results.output import to_dataset
-from hydrosim.stepping.record import MEMORY_SPACING, new_record, unpack
+from hydrosim.stepping.record import MEMORY_SPACING, new_record, unpack_channels
 from hydrosim.stepping.run import advance_until, count_evaluations
 from hydrosim.stepping.state import (
     ACCEPTED,
@@ -182,7 +182,7 @@ class RunInProgress:
         if found is not None:
             counters[RECORDS] = found + 1
             counters[STATUS] = BLOWN_UP
-            self.time = float(unpack(run.model, run.record, found + 1, found)["time"][0])
+            self.time = float(unpack_channels(run.model, run.record, found + 1, found)["time"][0])
 
     @property
     def complete(self) -> bool:

@@ -14,7 +14,7 @@ from hydrosim.scene import Method
 from hydrosim.scene.trees import joined_with
 from hydrosim.stepping.dynamics import new_work
 from hydrosim.stepping.names import force_names
-from hydrosim.stepping.record import unpack
+from hydrosim.stepping.record import unpack_channels
 from hydrosim.stepping.run import PITCH_DOF
 from hydrosim.stepping.state import (
     BLOWN_UP,
@@ -178,6 +178,6 @@ def _steepest_body(model: Model, y: np.ndarray) -> int:
 
 def _largest_force(scene: Scene, model: Model, record: Record, count: int) -> tuple[str, float]:
     """Name and size of the largest force at the last record."""
-    wrench = unpack(model, record, count)["wrench"][-1].reshape(model.rows, -1, 6)
+    wrench = unpack_channels(model, record, count)["wrench"][-1].reshape(model.rows, -1, 6)
     size = np.abs(wrench[:, :, :3]).max(axis=(1, 2))
     return force_names(scene)[int(size.argmax())], float(size.max())

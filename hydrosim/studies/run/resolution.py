@@ -13,7 +13,7 @@ from hydrosim.linear.stability import Combination, Watch, combinations, without_
 from hydrosim.radiation.threads import one_thread
 from hydrosim.rigid.free import coordinate_groups
 from hydrosim.scene.solver import fitting_step
-from hydrosim.stepping.record import unpack
+from hydrosim.stepping.record import unpack_channels
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
@@ -108,7 +108,7 @@ def describe_vibration(vibration: Vibration, compiled: Compiled) -> str:
 def _needs(compiled: Compiled, record: Record, count: int) -> Iterator[StepNeed]:
     if count < 2 or not compiled.vibrations:
         return
-    values = unpack(compiled.model, record, count)
+    values = unpack_channels(compiled.model, record, count)
     scene = compiled.scene
     bodies = compiled.model.bodies
     n = bodies.active.size
