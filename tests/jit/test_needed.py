@@ -25,7 +25,7 @@ EVERY_STAGE = {
     "hydrosim.radiation.memory.radiation_states",
     "hydrosim.rigid.inertia.accelerate_freely",
     "hydrosim.rigid.kinematics.acceleration_map",
-    "hydrosim.stepping.dynamics.constrain",
+    "hydrosim.stepping.dynamics.add_constraints",
     "hydrosim.stepping.dynamics.find_mass",
 }
 
