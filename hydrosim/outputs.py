@@ -136,7 +136,7 @@ class Output:
         return self.checked_output()
 
     def resolve_path(self) -> Output:
-        """The output, or `aside` if a file has appeared that must not be replaced."""
+        """The output, or `fallback_path` if a file has appeared that must not be replaced."""
         try:
             return self.checked_output()
         except InputError:

@@ -154,46 +154,46 @@ def column_of(A, k):
 
 
 @kernel
-def other_axes(one, bodies, motion):
+def other_axes(bushing, bodies, motion):
     """Axes of the other frame of a bushing, in the earth frame."""
-    x = column_of(one.axes, 0)
-    y = column_of(one.axes, 1)
-    z = column_of(one.axes, 2)
-    if one.other == EARTH or not bodies.exact:
+    x = column_of(bushing.axes, 0)
+    y = column_of(bushing.axes, 1)
+    z = column_of(bushing.axes, 2)
+    if bushing.other == EARTH or not bodies.exact:
         return (x, y, z)
-    R = motion.rotation[one.other]
+    R = motion.rotation[bushing.other]
     return (matvec(R, x), matvec(R, y), matvec(R, z))
 
 
 @kernel
-def kinematics(one, bodies, motion):
+def kinematics(bushing, bodies, motion):
     """State of a bushing, as an `BushingKinematics`."""
-    p, arm = attachment(one.body, vector(one.ends, 0), bodies, motion)
-    v = point_velocity(one.body, arm, motion)
-    a = vector(one.ends, 3)
+    p, arm = attachment(bushing.body, vector(bushing.ends, 0), bodies, motion)
+    v = point_velocity(bushing.body, arm, motion)
+    a = vector(bushing.ends, 3)
     other_arm = (0.0, 0.0, 0.0)
-    if one.other != EARTH:
-        a, other_arm = attachment(one.other, a, bodies, motion)
+    if bushing.other != EARTH:
+        a, other_arm = attachment(bushing.other, a, bodies, motion)
         if bodies.exact:
             other_arm = add(other_arm, sub(p, a))
-        v = sub(v, point_velocity(one.other, other_arm, motion))
-    axes = other_axes(one, bodies, motion)
+        v = sub(v, point_velocity(bushing.other, other_arm, motion))
+    axes = other_axes(bushing, bodies, motion)
     d = components_along(axes, sub(p, a))
     v = components_along(axes, v)
-    w = components_along(axes, relative_turn_rate(one.body, one.other, motion))
-    theta, cosine = relative_rotation(one, axes, bodies, motion)
+    w = components_along(axes, relative_turn_rate(bushing.body, bushing.other, motion))
+    theta, cosine = relative_rotation(bushing, axes, bodies, motion)
     x = (d[0], d[1], d[2], theta[0], theta[1], theta[2])
     u = (v[0], v[1], v[2], w[0], w[1], w[2])
     return BushingKinematics(arm, other_arm, axes, x, u, cosine)
 
 
 @kernel
-def relative_rotation(one, axes, bodies, motion):
+def relative_rotation(bushing, axes, bodies, motion):
     """Rotation vector of the body relative to the other frame, in its axes, and the cosine of the
     angle."""
     if not bodies.exact:
-        return components_along(axes, relative_small_turn(one.body, one.other, motion)), 1.0
-    R = motion.rotation[one.body]
+        return components_along(axes, relative_small_turn(bushing.body, bushing.other, motion)), 1.0
+    R = motion.rotation[bushing.body]
     X = components_along(axes, column_of(R, 0))
     Y = components_along(axes, column_of(R, 1))
     Z = components_along(axes, column_of(R, 2))
@@ -216,11 +216,11 @@ def moment_of(theta, s):
 
 
 @kernel
-def load_and_power(one, mode, o, bodies):
+def load_and_power(bushing, mode, o, bodies):
     """Load (6,) of a bushing on its body, in the axes of the other frame, and the power that it
     dissipates. The load is not a number where theta is not defined, so that the run ends."""
-    s = product(one.stiffness, o.x, 0)
-    f = product(one.damping, o.u, 0)
+    s = product(bushing.stiffness, o.x, 0)
+    f = product(bushing.damping, o.u, 0)
     m = (s[3], s[4], s[5])
     if bodies.exact:
         m = moment_of((o.x[3], o.x[4], o.x[5]), m)
@@ -237,40 +237,40 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     """Add the force [N, N m] of every bushing to its row of ``wrench``, and the power [W] that it
     dissipates to ``rate``, in place."""
     for i in range(p.each.size):
-        one = p.each[i]
+        bushing = p.each[i]
         mode = modes[p.mode + i]
         if mode[MODE] == INACTIVE:
             continue
-        o = kinematics(one, bodies, motion)
-        force, moment, lost = load_and_power(one, mode, o, bodies)
-        rate[one.row] += lost
+        o = kinematics(bushing, bodies, motion)
+        force, moment, lost = load_and_power(bushing, mode, o, bodies)
+        rate[bushing.row] += lost
         F = vector_from_components(o.axes, force)
         M = vector_from_components(o.axes, moment)
-        add_wrench(one.body, F, add(M, cross(o.arm, F)), wrench[one.row])
-        if one.other != EARTH:
+        add_wrench(bushing.body, F, add(M, cross(o.arm, F)), wrench[bushing.row])
+        if bushing.other != EARTH:
             M = scale(-1.0, add(M, cross(o.other_arm, F)))
-            add_wrench(one.other, scale(-1.0, F), M, wrench[one.row])
+            add_wrench(bushing.other, scale(-1.0, F), M, wrench[bushing.row])
 
 
 @root
 def add_energy(t, y, modes, motion, bodies, p, stored):
     """Add the energy stored in every bushing to its row of ``stored``."""
     for i in range(p.each.size):
-        one = p.each[i]
+        bushing = p.each[i]
         if modes[p.mode + i, MODE] == ACTING:
-            o = kinematics(one, bodies, motion)
-            s = product(one.stiffness, o.x, 0)
+            o = kinematics(bushing, bodies, motion)
+            s = product(bushing.stiffness, o.x, 0)
             for k in range(6):
-                stored[one.row] += 0.5 * o.x[k] * s[k]
+                stored[bushing.row] += 0.5 * o.x[k] * s[k]
 
 
 @root
 def write_outputs(modes, motion, bodies, p, out):
     """Write rows of `BUSHING_OUTPUTS` of all bushings to ``out``: x, and the load on the body."""
     for i in range(p.each.size):
-        one = p.each[i]
-        o = kinematics(one, bodies, motion)
-        force, moment, _ = load_and_power(one, modes[p.mode + i], o, bodies)
+        bushing = p.each[i]
+        o = kinematics(bushing, bodies, motion)
+        force, moment, _ = load_and_power(bushing, modes[p.mode + i], o, bodies)
         acting = modes[p.mode + i, MODE] != INACTIVE
         for k in range(6):
             out[BUSHING_OUTPUTS * i + k] = o.x[k]
@@ -291,10 +291,10 @@ def find_margins(modes, motion, bodies, p, out):
 
 
 @kernel
-def turn_room(one, bodies, motion):
+def turn_room(bushing, bodies, motion):
     """Positive while the relative rotation is less than half a turn."""
-    axes = other_axes(one, bodies, motion)
-    _, cosine = relative_rotation(one, axes, bodies, motion)
+    axes = other_axes(bushing, bodies, motion)
+    _, cosine = relative_rotation(bushing, axes, bodies, motion)
     return 1.0 + cosine - MIN_TURN_COSINE
 
 
@@ -348,12 +348,14 @@ class BushingKind(ElementKind):
 
     def resistances(self, p: BushingConstants) -> Iterator[LinearResistance]:
         """Damping of each bushing with small angles: u is J times the velocities of its sides."""
-        for one in p.each:
-            J = _velocity_map(one["ends"][:3], one["axes"])
-            if one["other"] != EARTH:
-                J = np.hstack([J, -_velocity_map(one["ends"][3:], one["axes"])])
-            B = J.T @ one["damping"] @ J
-            yield LinearResistance(one["row"], one["body"], B, np.zeros(len(B)), other=one["other"])
+        for bushing in p.each:
+            J = _velocity_map(bushing["ends"][:3], bushing["axes"])
+            if bushing["other"] != EARTH:
+                J = np.hstack([J, -_velocity_map(bushing["ends"][3:], bushing["axes"])])
+            B = J.T @ bushing["damping"] @ J
+            yield LinearResistance(
+                bushing["row"], bushing["body"], B, np.zeros(len(B)), other=bushing["other"]
+            )
 
     def undefined_units(self, p: BushingConstants, modes: np.ndarray) -> Iterator[tuple[int, str]]:
         for i in np.flatnonzero(modes[:, MODE] == UNDEFINED).tolist():

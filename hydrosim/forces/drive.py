@@ -201,13 +201,13 @@ def add_constraints(p, constraints, holds):
 def add_drive_wrench(i, force, motion, bodies, p, holds, wrench):
     """Add to ``wrench`` (6 nb,) the wrench whose power is ``force`` times the rate that drive ``i``
     prescribes."""
-    one = p.each[i]
-    if one.body == NO_INDEX:
-        push_joint(one.move, one.axis, force, bodies, motion, wrench)
+    drive = p.each[i]
+    if drive.body == NO_INDEX:
+        push_joint(drive.move, drive.axis, force, bodies, motion, wrench)
         return
     clear(holds.conjugate)
-    holds.conjugate[one.dof] = force
-    wrench_of_coordinates(one.body, holds.conjugate, bodies, motion, wrench)
+    holds.conjugate[drive.dof] = force
+    wrench_of_coordinates(drive.body, holds.conjugate, bodies, motion, wrench)
 
 
 @root
@@ -224,8 +224,8 @@ def add_power(y, bodies, p, holds, rates):
     """Add the power of all drives to the ``rates`` of the integrals of work, row by row."""
     n = bodies.active.size
     for i in range(p.each.size):
-        one = p.each[i]
-        rates[one.row] += holds.reaction[p.reaction + i, 0] * y[n + one.coordinate]
+        drive = p.each[i]
+        rates[drive.row] += holds.reaction[p.reaction + i, 0] * y[n + drive.coordinate]
 
 
 @kernel
@@ -233,8 +233,8 @@ def book_impulses(y, bodies, p, constraints):
     """Book the work of the impulses by which drives keep their rates in a sudden change."""
     n = bodies.active.size
     for i in range(p.each.size):
-        one = p.each[i]
-        y[p.losses + one.row] += constraints.force[i] * y[n + one.coordinate]
+        drive = p.each[i]
+        y[p.losses + drive.row] += constraints.force[i] * y[n + drive.coordinate]
 
 
 @root

@@ -114,7 +114,7 @@ class KindOfContacts(KindWithModeSets):
         motion: Any,
         y: np.ndarray,
     ) -> None:
-        """Put points into steady slip; stiff lines begin at the planes of `pressed`."""
+        """Put points into steady slip; stiff lines begin at the planes of `moved_onto_segment`."""
         memory_states(p, y)[:, BRANCH_START] = 0.0
         loads = _normal_loads(p, modes, time)
         for i in np.flatnonzero(modes[:, MODE] == SLIP):
@@ -146,7 +146,8 @@ def _steepest_segment(p: ContactConstants, point: np.void) -> int:
 
 
 def _normal_loads(p: ContactConstants, modes: np.ndarray, time: float) -> list[float]:
-    """Normal force [N] of every point in its mode, for the planes of `ContactPostures.pressed`."""
+    """Normal force [N] of every point in its mode, for the planes of
+    `KindOfContacts.moved_onto_segment`."""
     return [_normal_load(p, point, mode, time) for point, mode in zip(p.points, modes, strict=True)]
 
 

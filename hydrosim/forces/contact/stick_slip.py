@@ -98,7 +98,7 @@ def constants(law: StickSlip) -> Constants:
 
 @kernel
 def coefficients(load, p):
-    """K2, C2, C3 and K at a `Pressed` ``load``."""
+    """K2, C2, C3 and K at a `NormalLoad` ``load``."""
     if p.reference == 0.0:
         return FrictionCoefficients(p.stiffness, p.damping, p.slip_damping, p.stiffness)
     x = _load_factor(load.elastic, p)
@@ -115,7 +115,7 @@ def _load_factor(elastic, p):
 
 @kernel
 def friction(mode, load, v1, s, p):
-    """Stick-slip friction of a contact point in ``mode`` under a `Pressed` ``load``."""
+    """Stick-slip friction of a contact point in ``mode`` under a `NormalLoad` ``load``."""
     if mode == SLIP and p.relaxation == 0.0:
         return _on_the_cone(load, v1, s, p)
     c = coefficients(load, p)

@@ -111,40 +111,44 @@ def are_linear(p: JointMotionConstants) -> bool:
 
 
 @kernel
-def _stop_force(one, mode, q, u):
+def _stop_force(joint_motion, mode, q, u):
     """Force of the stops, positive away from the lowest."""
     if mode == AT_LOWEST:
-        return one.stop * (one.lowest - q) - one.dashpot * u
+        return joint_motion.stop * (joint_motion.lowest - q) - joint_motion.dashpot * u
     if mode == AT_HIGHEST:
-        return one.stop * (one.highest - q) - one.dashpot * u
+        return joint_motion.stop * (joint_motion.highest - q) - joint_motion.dashpot * u
     return 0.0
 
 
 @kernel
-def _friction_force(one, mode):
+def _friction_force(joint_motion, mode):
     """Friction of a moving joint."""
     if mode == UP:
-        return -one.kinetic
-    return one.kinetic if mode == DOWN else 0.0
+        return -joint_motion.kinetic
+    return joint_motion.kinetic if mode == DOWN else 0.0
 
 
 @kernel
-def _acting_force(one, mode, q, u):
+def _acting_force(joint_motion, mode, q, u):
     """Force of all that acts in a motion but the reaction of a stuck one."""
-    spring = -one.stiffness * (q - one.neutral) - one.damping * u
-    return spring + _stop_force(one, mode[SEGMENT], q, u) + _friction_force(one, mode[MODE])
+    spring = -joint_motion.stiffness * (q - joint_motion.neutral) - joint_motion.damping * u
+    return (
+        spring
+        + _stop_force(joint_motion, mode[SEGMENT], q, u)
+        + _friction_force(joint_motion, mode[MODE])
+    )
 
 
 @kernel
-def _dissipated_power(one, mode, q, u):
+def _dissipated_power(joint_motion, mode, q, u):
     """Power that a motion loses. Beyond an end without force, the stop loses what it stored."""
-    loss = one.damping * u * u - _friction_force(one, mode[MODE]) * u
+    loss = joint_motion.damping * u * u - _friction_force(joint_motion, mode[MODE]) * u
     if mode[SEGMENT] == AT_LOWEST or mode[SEGMENT] == AT_HIGHEST:
-        loss += one.dashpot * u * u
+        loss += joint_motion.dashpot * u * u
     elif mode[SEGMENT] == BELOW:
-        loss += one.stop * (one.lowest - q) * u
+        loss += joint_motion.stop * (joint_motion.lowest - q) * u
     elif mode[SEGMENT] == ABOVE:
-        loss += one.stop * (one.highest - q) * u
+        loss += joint_motion.stop * (joint_motion.highest - q) * u
     return loss
 
 
@@ -153,29 +157,36 @@ def add_force(y, modes, motion, bodies, p, wrench, rate):
     """Add the forces of all motions to the rows of ``wrench``, and their losses to ``rate``."""
     n = bodies.active.size
     for i in range(p.each.size):
-        one = p.each[i]
-        if one.row != NO_INDEX:
-            q = y[one.coordinate]
-            u = y[n + one.coordinate]
+        joint_motion = p.each[i]
+        if joint_motion.row != NO_INDEX:
+            q = y[joint_motion.coordinate]
+            u = y[n + joint_motion.coordinate]
             mode = modes[p.mode + i]
             push_joint(
-                one.move, one.axis, _acting_force(one, mode, q, u), bodies, motion, wrench[one.row]
+                joint_motion.move,
+                joint_motion.axis,
+                _acting_force(joint_motion, mode, q, u),
+                bodies,
+                motion,
+                wrench[joint_motion.row],
             )
-            rate[one.row] += _dissipated_power(one, mode, q, u)
+            rate[joint_motion.row] += _dissipated_power(joint_motion, mode, q, u)
 
 
 @root
 def add_energy(y, modes, p, stored):
     """Add the energy of springs and of stops to the rows of ``stored``."""
     for i in range(p.each.size):
-        one = p.each[i]
-        if one.row != NO_INDEX:
-            q = y[one.coordinate]
-            below = max(one.lowest - q, 0.0)
-            above = max(q - one.highest, 0.0)
+        joint_motion = p.each[i]
+        if joint_motion.row != NO_INDEX:
+            q = y[joint_motion.coordinate]
+            below = max(joint_motion.lowest - q, 0.0)
+            above = max(q - joint_motion.highest, 0.0)
             beyond = below * below + above * above
-            stretch = q - one.neutral
-            stored[one.row] += 0.5 * (one.stiffness * stretch * stretch + one.stop * beyond)
+            stretch = q - joint_motion.neutral
+            stored[joint_motion.row] += 0.5 * (
+                joint_motion.stiffness * stretch * stretch + joint_motion.stop * beyond
+            )
 
 
 @root
@@ -184,43 +195,43 @@ def find_margins(y, modes, bodies, p, reactions, out):
     force of that stop; the rate along the motion, or the friction that is left."""
     n = bodies.active.size
     for i in range(p.each.size):
-        one = p.each[i]
+        joint_motion = p.each[i]
         mode = modes[p.mode + i]
         m = MARGINS * (p.mode + i)
-        q = y[one.coordinate]
-        u = y[n + one.coordinate]
+        q = y[joint_motion.coordinate]
+        u = y[n + joint_motion.coordinate]
         for k in range(MARGINS):
             out[m + k] = 1.0
         if mode[MODE] == STUCK:
-            out[m + FRICTION_MARGIN] = one.static - abs(reactions[p.reaction + i, 0])
+            out[m + FRICTION_MARGIN] = joint_motion.static - abs(reactions[p.reaction + i, 0])
         elif mode[MODE] != NO_FRICTION:
             out[m + FRICTION_MARGIN] = u if mode[MODE] == UP else -u
-        if one.stop == 0.0:
+        if joint_motion.stop == 0.0:
             continue
         stop = mode[SEGMENT]
         if stop == AWAY:
-            out[m + CONTACT_MARGIN] = min(q - one.lowest, one.highest - q)
+            out[m + CONTACT_MARGIN] = min(q - joint_motion.lowest, joint_motion.highest - q)
         else:
             low = stop in (AT_LOWEST, BELOW)
-            out[m + CONTACT_MARGIN] = one.lowest - q if low else q - one.highest
+            out[m + CONTACT_MARGIN] = joint_motion.lowest - q if low else q - joint_motion.highest
             pressed = AT_LOWEST if low else AT_HIGHEST
             sign = 1.0 if low else -1.0
-            force = sign * _stop_force(one, pressed, q, u)
-            if one.dashpot > 0.0:
+            force = sign * _stop_force(joint_motion, pressed, q, u)
+            if joint_motion.dashpot > 0.0:
                 out[m + SEGMENT_MARGIN] = force if stop == pressed else -force
 
 
 @root
 def transition(i, which, y, modes, bodies, reactions, p):
     """Switch motion ``i`` to its next mode, after margin ``which`` has reached zero."""
-    one = p.each[i]
+    joint_motion = p.each[i]
     mode = modes[p.mode + i]
-    q = y[one.coordinate]
-    u = y[bodies.active.size + one.coordinate]
+    q = y[joint_motion.coordinate]
+    u = y[bodies.active.size + joint_motion.coordinate]
     if which == CONTACT_MARGIN:
         if mode[SEGMENT] != AWAY:
             mode[SEGMENT] = AWAY
-        elif q - one.lowest < one.highest - q:
+        elif q - joint_motion.lowest < joint_motion.highest - q:
             mode[SEGMENT] = AT_LOWEST if u < 0.0 else BELOW
         else:
             mode[SEGMENT] = AT_HIGHEST if u > 0.0 else ABOVE
@@ -241,18 +252,20 @@ def set_initial_modes(y, modes, bodies, p):
     """Modes of all motions for a start from ``y``."""
     n = bodies.active.size
     for i in range(p.each.size):
-        one = p.each[i]
+        joint_motion = p.each[i]
         mode = modes[p.mode + i]
-        q = y[one.coordinate]
-        u = y[n + one.coordinate]
+        q = y[joint_motion.coordinate]
+        u = y[n + joint_motion.coordinate]
         mode[MODE] = NO_FRICTION
-        if one.static >= 0.0:
+        if joint_motion.static >= 0.0:
             mode[MODE] = UP if u > 0.0 else DOWN if u < 0.0 else STUCK
         mode[SEGMENT] = AWAY
-        if q < one.lowest:
-            mode[SEGMENT] = AT_LOWEST if _stop_force(one, AT_LOWEST, q, u) > 0.0 else BELOW
-        elif q > one.highest:
-            mode[SEGMENT] = AT_HIGHEST if _stop_force(one, AT_HIGHEST, q, u) < 0.0 else ABOVE
+        if q < joint_motion.lowest:
+            mode[SEGMENT] = AT_LOWEST if _stop_force(joint_motion, AT_LOWEST, q, u) > 0.0 else BELOW
+        elif q > joint_motion.highest:
+            mode[SEGMENT] = (
+                AT_HIGHEST if _stop_force(joint_motion, AT_HIGHEST, q, u) < 0.0 else ABOVE
+            )
 
 
 @root
@@ -279,9 +292,16 @@ def add_reactions(modes, motion, bodies, p, constraints, holds, wrench):
     for r in range(constraints.number[0]):
         i = holds.motion[r]
         if i != NO_INDEX:
-            one = p.each[i]
+            joint_motion = p.each[i]
             holds.reaction[p.reaction + i, 0] = constraints.force[r]
-            push_joint(one.move, one.axis, constraints.force[r], bodies, motion, wrench[one.row])
+            push_joint(
+                joint_motion.move,
+                joint_motion.axis,
+                constraints.force[r],
+                bodies,
+                motion,
+                wrench[joint_motion.row],
+            )
 
 
 @root_giving(bool)
@@ -323,17 +343,21 @@ def write_outputs(y, modes, bodies, p, reactions, out):
     n = bodies.active.size
     tree = bodies.tree
     for i in range(p.each.size):
-        one = p.each[i]
-        q = y[one.coordinate]
-        u = y[n + one.coordinate]
+        joint_motion = p.each[i]
+        q = y[joint_motion.coordinate]
+        u = y[n + joint_motion.coordinate]
         mode = modes[p.mode + i]
-        force = _acting_force(one, mode, q, u)
+        force = _acting_force(joint_motion, mode, q, u)
         if mode[MODE] == STUCK:
             force += reactions[p.reaction + i, 0]
-        if tree.moves[one.move].kind == BALL and bodies.exact:
-            j = one.coordinate - one.axis
+        if tree.moves[joint_motion.move].kind == BALL and bodies.exact:
+            j = joint_motion.coordinate - joint_motion.axis
             s = (0.25 * y[j], 0.25 * y[j + 1], 0.25 * y[j + 2])
-            chosen = (1.0 * (one.axis == 0), 1.0 * (one.axis == 1), 1.0 * (one.axis == 2))
+            chosen = (
+                1.0 * (joint_motion.axis == 0),
+                1.0 * (joint_motion.axis == 1),
+                1.0 * (joint_motion.axis == 2),
+            )
             q = dot(rotation_vector(quaternion_of_parameters(s)), chosen)
         out[JOINT_MOTION_OUTPUTS * i + MOTION_POSITION] = q
         out[JOINT_MOTION_OUTPUTS * i + MOTION_RATE] = u
@@ -365,10 +389,12 @@ class JointMotionKind(KindWithModeSets):
         return ModeRows(count, first=np.zeros(count, dtype=int), last=np.full(count, ABOVE))
 
     def resistances(self, p: JointMotionConstants) -> Iterator[LinearResistance]:
-        for one in p.each:
-            if one["row"] != NO_INDEX:
-                B = np.array([[one["damping"]]])
-                yield LinearResistance(one["row"], NO_INDEX, B, np.zeros(1), int(one["coordinate"]))
+        for joint_motion in p.each:
+            if joint_motion["row"] != NO_INDEX:
+                B = np.array([[joint_motion["damping"]]])
+                yield LinearResistance(
+                    joint_motion["row"], NO_INDEX, B, np.zeros(1), int(joint_motion["coordinate"])
+                )
 
     def mode_sets(self, p: JointMotionConstants) -> Sequence[ModeSet]:
         if not (p.each["stop"] > 0.0).any():

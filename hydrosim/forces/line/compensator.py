@@ -113,56 +113,59 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Co
 
 
 @kernel
-def kinematics(one, bodies, motion):
+def kinematics(cylinder, bodies, motion):
     """State of a compensator, as a `CylinderKinematics`."""
-    point = vector(one.point, 0)
-    anchor = vector(one.anchor, 0)
-    s = line_between(one.body, point, one.anchor_body, anchor, bodies, motion)
-    return CylinderKinematics(s.arm, s.other_arm, s.direction, s.length - one.length, s.rate)
+    point = vector(cylinder.point, 0)
+    anchor = vector(cylinder.anchor, 0)
+    s = line_between(cylinder.body, point, cylinder.anchor_body, anchor, bodies, motion)
+    return CylinderKinematics(s.arm, s.other_arm, s.direction, s.length - cylinder.length, s.rate)
 
 
 @kernel
-def static_tension(one, segment, x):
+def static_tension(cylinder, segment, x):
     """f(x) on a segment."""
     if segment == GAS:
-        return one.tension * (one.gas / (one.gas - x)) ** one.exponent
+        return cylinder.tension * (cylinder.gas / (cylinder.gas - x)) ** cylinder.exponent
     if segment == UPPER:
-        return one.high + one.stiffness * (x - one.half)
+        return cylinder.high + cylinder.stiffness * (x - cylinder.half)
     if segment == LOWER:
-        return one.low + one.stiffness * (x + one.half)
+        return cylinder.low + cylinder.stiffness * (x + cylinder.half)
     return 0.0
 
 
 @kernel
-def stored_energy(one, segment, x):
+def stored_energy(cylinder, segment, x):
     """Integral of f from the middle of the stroke to x."""
     if segment == GAS:
-        return _gas_energy(one, x)
+        return _gas_energy(cylinder, x)
     if segment == UPPER:
-        d = x - one.half
-        return _gas_energy(one, one.half) + (one.high + 0.5 * one.stiffness * d) * d
-    d = -one.low / one.stiffness  # where it becomes slack
+        d = x - cylinder.half
+        return (
+            _gas_energy(cylinder, cylinder.half)
+            + (cylinder.high + 0.5 * cylinder.stiffness * d) * d
+        )
+    d = -cylinder.low / cylinder.stiffness  # where it becomes slack
     if segment == LOWER:
-        d = x + one.half
-    return _gas_energy(one, -one.half) + (one.low + 0.5 * one.stiffness * d) * d
+        d = x + cylinder.half
+    return _gas_energy(cylinder, -cylinder.half) + (cylinder.low + 0.5 * cylinder.stiffness * d) * d
 
 
 @kernel
-def _gas_energy(one, x):
-    h = one.gas
-    n = one.exponent
+def _gas_energy(cylinder, x):
+    h = cylinder.gas
+    n = cylinder.exponent
     if n == 1.0:
-        return one.tension * h * log(h / (h - x))
-    return one.tension * h / (n - 1.0) * ((h / (h - x)) ** (n - 1.0) - 1.0)
+        return cylinder.tension * h * log(h / (h - x))
+    return cylinder.tension * h / (n - 1.0) * ((h / (h - x)) ** (n - 1.0) - 1.0)
 
 
 @kernel
-def cylinder_tension(one, mode, r):
+def cylinder_tension(cylinder, mode, r):
     """T and f of a compensator."""
-    f = static_tension(one, mode[SEGMENT], r.x)
+    f = static_tension(cylinder, mode[SEGMENT], r.x)
     if mode[MODE] != PULLING or mode[SEGMENT] == SLACK_PIECE:
         return 0.0, f
-    return f + one.damping * r.rate, f
+    return f + cylinder.damping * r.rate, f
 
 
 @root
@@ -170,25 +173,25 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     """Add the force [N, N m] of every compensator to its row of ``wrench``, and the power [W] that
     it dissipates to ``rate``, in place."""
     for i in range(p.each.size):
-        one = p.each[i]
+        cylinder = p.each[i]
         mode = modes[p.mode + i]
         if mode[MODE] == CYLINDER_INACTIVE:
             continue
-        r = kinematics(one, bodies, motion)
-        T, f = cylinder_tension(one, mode, r)
-        rate[one.row] += (T - f) * r.rate
-        apply_tension(one, r, T, wrench[one.row])
+        r = kinematics(cylinder, bodies, motion)
+        T, f = cylinder_tension(cylinder, mode, r)
+        rate[cylinder.row] += (T - f) * r.rate
+        apply_tension(cylinder, r, T, wrench[cylinder.row])
 
 
 @root
 def add_energy(t, y, modes, motion, bodies, p, stored):
     """Add the energy stored in every compensator to its row of ``stored``."""
     for i in range(p.each.size):
-        one = p.each[i]
+        cylinder = p.each[i]
         mode = modes[p.mode + i]
         if mode[MODE] != CYLINDER_INACTIVE:
-            x = kinematics(one, bodies, motion).x
-            stored[one.row] += stored_energy(one, mode[SEGMENT], x)
+            x = kinematics(cylinder, bodies, motion).x
+            stored[cylinder.row] += stored_energy(cylinder, mode[SEGMENT], x)
 
 
 @root
@@ -202,19 +205,21 @@ def write_outputs(modes, motion, bodies, p, out):
 
 
 @kernel
-def _lower_end(one, segment):
+def _lower_end(cylinder, segment):
     """x where a segment begins."""
     if segment == UPPER:
-        return one.half
-    return -one.half if segment == GAS else -one.half - one.low / one.stiffness
+        return cylinder.half
+    return -cylinder.half if segment == GAS else -cylinder.half - cylinder.low / cylinder.stiffness
 
 
 @kernel
-def _upper_end(one, segment):
+def _upper_end(cylinder, segment):
     """x where a segment ends."""
     if segment == GAS:
-        return one.half
-    return -one.half if segment == LOWER else -one.half - one.low / one.stiffness
+        return cylinder.half
+    return (
+        -cylinder.half if segment == LOWER else -cylinder.half - cylinder.low / cylinder.stiffness
+    )
 
 
 @root
@@ -222,44 +227,44 @@ def find_margins(modes, motion, bodies, p, out):
     """Margins of all compensators into ``out`` (4 to a row of modes): T, or its opposite where it
     is cut; the way to the nearer end of the segment."""
     for i in range(p.each.size):
-        one = p.each[i]
+        cylinder = p.each[i]
         mode = modes[p.mode + i]
         m = MARGINS * (p.mode + i)
         for k in range(MARGINS):
             out[m + k] = 1.0
         if mode[MODE] == CYLINDER_INACTIVE:
             continue
-        r = kinematics(one, bodies, motion)
+        r = kinematics(cylinder, bodies, motion)
         segment = mode[SEGMENT]
         if segment == SLACK_PIECE:
-            out[m + SEGMENT_MARGIN] = _upper_end(one, segment) - r.x
+            out[m + SEGMENT_MARGIN] = _upper_end(cylinder, segment) - r.x
         elif segment == UPPER:
-            out[m + SEGMENT_MARGIN] = r.x - one.half
+            out[m + SEGMENT_MARGIN] = r.x - cylinder.half
         else:
-            room = min(r.x - _lower_end(one, segment), _upper_end(one, segment) - r.x)
+            room = min(r.x - _lower_end(cylinder, segment), _upper_end(cylinder, segment) - r.x)
             out[m + SEGMENT_MARGIN] = room
-        if one.damping > 0.0 and segment != SLACK_PIECE:
-            T = static_tension(one, segment, r.x) + one.damping * r.rate
+        if cylinder.damping > 0.0 and segment != SLACK_PIECE:
+            T = static_tension(cylinder, segment, r.x) + cylinder.damping * r.rate
             out[m + CONTACT_MARGIN] = T if mode[MODE] == PULLING else -T
 
 
 @root
 def transition(i, which, modes, motion, bodies, p):
     """Switch compensator ``i`` to its next mode, after margin ``which`` has reached zero."""
-    one = p.each[i]
+    cylinder = p.each[i]
     mode = modes[p.mode + i]
     if which == CONTACT_MARGIN:
         mode[MODE] = TENSION_CUT if mode[MODE] == PULLING else PULLING
         return
     segment = mode[SEGMENT]
-    r = kinematics(one, bodies, motion)
+    r = kinematics(cylinder, bodies, motion)
     if segment == SLACK_PIECE:
         mode[SEGMENT] = LOWER
         mode[MODE] = PULLING
     elif segment == UPPER:
         mode[SEGMENT] = GAS
     else:
-        up = _upper_end(one, segment) - r.x < r.x - _lower_end(one, segment)
+        up = _upper_end(cylinder, segment) - r.x < r.x - _lower_end(cylinder, segment)
         mode[SEGMENT] = segment + 1 if up else segment - 1
 
 
@@ -273,15 +278,15 @@ def set_initial_modes(modes, motion, bodies, p):
 @kernel
 def activate(i, modes, motion, bodies, p):
     """Mode of compensator ``i`` when it becomes active."""
-    one = p.each[i]
+    cylinder = p.each[i]
     mode = modes[p.mode + i]
-    r = kinematics(one, bodies, motion)
+    r = kinematics(cylinder, bodies, motion)
     segment = SLACK_PIECE
-    while segment < UPPER and r.x >= _upper_end(one, segment):
+    while segment < UPPER and r.x >= _upper_end(cylinder, segment):
         segment += 1
     mode[SEGMENT] = segment
     mode[MODE] = PULLING
-    if static_tension(one, segment, r.x) + one.damping * r.rate < 0.0:
+    if static_tension(cylinder, segment, r.x) + cylinder.damping * r.rate < 0.0:
         mode[MODE] = TENSION_CUT
 
 
@@ -324,8 +329,8 @@ class CompensatorKind(KindWithModeSets):
         self, p: CompensatorConstants, names: Sequence[str], which: Sequence[int]
     ) -> Iterator[ModeSet]:
         for i in which if p.each.size > 1 else ():
-            one = with_mode_of_unit(_modes_on_segment(p, GAS), _modes_on_segment(p, UPPER), i)
-            yield ModeSet(f"{names[i]} alone on its stop", one)
+            cylinder = with_mode_of_unit(_modes_on_segment(p, GAS), _modes_on_segment(p, UPPER), i)
+            yield ModeSet(f"{names[i]} alone on its stop", cylinder)
 
     def equivalence_keys(self, p: CompensatorConstants) -> Sequence[Hashable]:
         """No two compensators are alike: each pulls in a direction of its own."""
@@ -333,7 +338,9 @@ class CompensatorKind(KindWithModeSets):
 
     def rates(self, p: CompensatorConstants, bodies: Any, motion: Any) -> np.ndarray:
         """Along the lines."""
-        return np.reshape([kinematics(one, bodies, motion).rate for one in p.each], (-1, 1))
+        return np.reshape(
+            [kinematics(cylinder, bodies, motion).rate for cylinder in p.each], (-1, 1)
+        )
 
     def moved_onto_segment(
         self, p: CompensatorConstants, modes: np.ndarray, bodies: Any, motion: Any
@@ -341,9 +348,9 @@ class CompensatorKind(KindWithModeSets):
         """Constants in which each is at the end of its stroke, where the gas is stiffest, or on its
         stop."""
         each = p.each.copy()
-        for one, (_, segment, _) in zip(each, modes, strict=True):
-            x = one["half"] + (LINEARISATION_DEPTH if segment == UPPER else 0.0)
-            one["length"] += kinematics(one, bodies, motion).x - x
+        for cylinder, (_, segment, _) in zip(each, modes, strict=True):
+            x = cylinder["half"] + (LINEARISATION_DEPTH if segment == UPPER else 0.0)
+            cylinder["length"] += kinematics(cylinder, bodies, motion).x - x
         return p._replace(each=each)
 
     def coordinates(self, scene: Scene) -> dict[str, object]:

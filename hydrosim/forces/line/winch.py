@@ -257,25 +257,30 @@ class WireKinematics(NamedTuple):
 @kernel
 def kinematics(i, t, y, modes, motion, bodies, p):
     """State of winch ``i``, as a `WireKinematics`."""
-    one = p.each[i]
+    winch = p.each[i]
     mode = modes[p.mode + i]
     k = p.state + WINCH_STATES * i
     line = line_between(
-        one.body, vector(one.point, 0), one.anchor_body, vector(one.anchor, 0), bodies, motion
+        winch.body,
+        vector(winch.point, 0),
+        winch.anchor_body,
+        vector(winch.anchor, 0),
+        bodies,
+        motion,
     )
     target, demand = setpoint(i, t, y, motion, bodies, p)
-    l0 = target if one.drum.control == LENGTH_CONTROL else y[k + WIRE_LENGTH]
-    if one.pinned > 0.0:
-        l0 = one.pinned
-    EA = one.stiffness
+    l0 = target if winch.drum.control == LENGTH_CONTROL else y[k + WIRE_LENGTH]
+    if winch.pinned > 0.0:
+        l0 = winch.pinned
+    EA = winch.stiffness
     e = line.length / l0 - 1.0
-    damping = EA * one.damping
+    damping = EA * winch.damping
     still = EA * e + damping * line.rate / l0
     by_length = -EA * line.length / (l0 * l0)
-    by_speed = one.damping * by_length
+    by_speed = winch.damping * by_length
     pull = DrumLoad(still, EA * line.rate / l0, by_length, by_speed)
-    s = drum.payout_speed(one.drum, mode[MODE], y[k + DRUM_SPEED], demand, pull)
-    uncut = drum.tension_at(one.drum, mode[MODE], s, pull)
+    s = drum.payout_speed(winch.drum, mode[MODE], y[k + DRUM_SPEED], demand, pull)
+    uncut = drum.tension_at(winch.drum, mode[MODE], s, pull)
     T = uncut if mode[SEGMENT] == WIRE_TAUT and mode[MODE] != DRUM_INACTIVE else 0.0
     elastic = EA * max(e, 0.0) if mode[SEGMENT] != WIRE_SLACK else 0.0
     return WireKinematics(
@@ -298,31 +303,31 @@ def kinematics(i, t, y, modes, motion, bodies, p):
 @kernel
 def setpoint(i, t, y, motion, bodies, p):
     """Target of l0 and demanded speed of pay-out of winch ``i``; 0 where it has none."""
-    one = p.each[i]
-    if one.drum.control == LENGTH_CONTROL:
-        return value(t, one.signal, p.pieces), rate(t, one.signal, p.pieces)
-    if one.drum.control == SPEED_CONTROL:
-        return 0.0, value(t, one.signal, p.pieces)
-    if one.drum.control == COMPENSATION:
-        rise, speed = _rise_of_point(one, motion, bodies)
-        if one.delay != NO_INDEX:
-            k = _delay_state(one, p)
-            rise, speed = delay.delayed_signal(rise, speed, one.factors, y, k)
-        return one.start + one.gain * rise, one.gain * speed
+    winch = p.each[i]
+    if winch.drum.control == LENGTH_CONTROL:
+        return value(t, winch.signal, p.pieces), rate(t, winch.signal, p.pieces)
+    if winch.drum.control == SPEED_CONTROL:
+        return 0.0, value(t, winch.signal, p.pieces)
+    if winch.drum.control == COMPENSATION:
+        rise, speed = _rise_of_point(winch, motion, bodies)
+        if winch.delay != NO_INDEX:
+            k = _delay_state(winch, p)
+            rise, speed = delay.delayed_signal(rise, speed, winch.factors, y, k)
+        return winch.start + winch.gain * rise, winch.gain * speed
     return 0.0, 0.0
 
 
 @kernel
-def _rise_of_point(one, motion, bodies):
+def _rise_of_point(winch, motion, bodies):
     """Rise of the followed point from rest, and its rate."""
-    place, arm = attachment(one.followed, vector(one.eye, 0), bodies, motion)
-    return place[2] - one.rest, point_velocity(one.followed, arm, motion)[2]
+    place, arm = attachment(winch.followed, vector(winch.eye, 0), bodies, motion)
+    return place[2] - winch.rest, point_velocity(winch.followed, arm, motion)[2]
 
 
 @kernel
-def _delay_state(one, p):
+def _delay_state(winch, p):
     """First state in y of the delay of a winch."""
-    return p.state + WINCH_STATES * p.each.size + one.delay
+    return p.state + WINCH_STATES * p.each.size + winch.delay
 
 
 @root
@@ -330,35 +335,35 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     """Add the force [N, N m] of every winch to its row of ``wrench``, and the power [W] that it
     takes to ``rate``; the rates of its states into ``dy``, in place."""
     for i in range(p.each.size):
-        one = p.each[i]
+        winch = p.each[i]
         mode = modes[p.mode + i]
         k = p.state + WINCH_STATES * i
         clear(dy[k : k + WINCH_STATES])
-        if one.delay != NO_INDEX:
-            rise, _ = _rise_of_point(one, motion, bodies)
-            delay.add_rates(rise, one.factors, y, _delay_state(one, p), dy)
+        if winch.delay != NO_INDEX:
+            rise, _ = _rise_of_point(winch, motion, bodies)
+            delay.add_rates(rise, winch.factors, y, _delay_state(winch, p), dy)
         w = kinematics(i, t, y, modes, motion, bodies, p)
         dy[k + WIRE_LENGTH] = w.speed
         if mode[MODE] == DRUM_INACTIVE:
             continue
-        lost = drum.friction_loss(one.drum, w.speed)
-        dy[k + DRUM_SPEED] = drum.drum_acceleration(one.drum, mode[MODE])
+        lost = drum.friction_loss(winch.drum, w.speed)
+        dy[k + DRUM_SPEED] = drum.drum_acceleration(winch.drum, mode[MODE])
         dy[k + DRIVE_WORK] = w.tension * w.speed - lost
         dy[k + DRUM_FRICTION] = lost
-        strain = w.elastic / one.stiffness
-        rate[one.row] += (w.tension - w.elastic) * w.rate
-        rate[one.row] += w.elastic * (1.0 + 0.5 * strain) * w.speed
-        apply_tension(one, w, w.tension, wrench[one.row])
+        strain = w.elastic / winch.stiffness
+        rate[winch.row] += (w.tension - w.elastic) * w.rate
+        rate[winch.row] += w.elastic * (1.0 + 0.5 * strain) * w.speed
+        apply_tension(winch, w, w.tension, wrench[winch.row])
 
 
 @root
 def add_energy(t, y, modes, motion, bodies, p, stored):
     """Add the energy stored in every wire to its row of ``stored``."""
     for i in range(p.each.size):
-        one = p.each[i]
+        winch = p.each[i]
         if modes[p.mode + i, MODE] != DRUM_INACTIVE:
             w = kinematics(i, t, y, modes, motion, bodies, p)
-            stored[one.row] += 0.5 * w.elastic * w.elastic / one.stiffness * w.length
+            stored[winch.row] += 0.5 * w.elastic * w.elastic / winch.stiffness * w.length
 
 
 @root
@@ -386,7 +391,7 @@ def find_margins(t, y, modes, motion, bodies, p, out):
     """Margins of all winches into ``out`` (4 to a row of modes): T, or its opposite where it is
     cut; the law of the drum; l - l0, or its opposite where it is slack; the ends of the drum."""
     for i in range(p.each.size):
-        one = p.each[i]
+        winch = p.each[i]
         mode = modes[p.mode + i]
         m = MARGINS * (p.mode + i)
         for k in range(MARGINS):
@@ -396,12 +401,12 @@ def find_margins(t, y, modes, motion, bodies, p, out):
         w = kinematics(i, t, y, modes, motion, bodies, p)
         beyond = w.distance - w.length
         out[m + SEGMENT_MARGIN] = -beyond if mode[SEGMENT] == WIRE_SLACK else beyond
-        if one.damping > 0.0 and mode[SEGMENT] != WIRE_SLACK:
+        if winch.damping > 0.0 and mode[SEGMENT] != WIRE_SLACK:
             out[m + CONTACT_MARGIN] = w.uncut if mode[SEGMENT] == WIRE_TAUT else -w.uncut
         out[m + FRICTION_MARGIN] = drum.law_margin(
-            one.drum, mode[MODE], w.tension, w.speed, w.length, w.target, w.demand
+            winch.drum, mode[MODE], w.tension, w.speed, w.length, w.target, w.demand
         )
-        out[m + RISING_MARGIN] = drum.end_margin(one.drum, mode[MODE], w.length)
+        out[m + RISING_MARGIN] = drum.end_margin(winch.drum, mode[MODE], w.length)
 
 
 @kernel
@@ -422,7 +427,7 @@ def guard_dependencies(i, part, p):
 @root
 def transition(i, which, t, y, modes, motion, bodies, p):
     """Switch winch ``i`` to its next mode, after margin ``which`` has reached zero."""
-    one = p.each[i]
+    winch = p.each[i]
     mode = modes[p.mode + i]
     k = p.state + WINCH_STATES * i
     w = kinematics(i, t, y, modes, motion, bodies, p)
@@ -435,28 +440,28 @@ def transition(i, which, t, y, modes, motion, bodies, p):
         mode[SEGMENT] = WIRE_CUT if mode[SEGMENT] == WIRE_TAUT else WIRE_TAUT
     else:
         before = mode[MODE]
-        _place_drum(one, before, w, y, k)
+        _place_drum(winch, before, w, y, k)
         w = kinematics(i, t, y, modes, motion, bodies, p)
         if which == RISING_MARGIN:
-            mode[MODE] = drum.stop_at_end(one.drum, before, w.length)
+            mode[MODE] = drum.stop_at_end(winch.drum, before, w.length)
         else:
             taut = mode[SEGMENT] == WIRE_TAUT
             mode[MODE] = drum.next_mode(
-                one.drum, before, w.pull, taut, w.tension, w.speed, w.length, w.target, w.demand
+                winch.drum, before, w.pull, taut, w.tension, w.speed, w.length, w.target, w.demand
             )
-            _place_drum(one, mode[MODE], w, y, k)
-        _keep_speed(one.drum, mode[MODE], y, k)
+            _place_drum(winch, mode[MODE], w, y, k)
+        _keep_speed(winch.drum, mode[MODE], y, k)
 
 
 @kernel
-def _place_drum(one, mode, w, y, k):
+def _place_drum(winch, mode, w, y, k):
     """Set l0 to what a drum follows in a ``mode`` that ends or begins: a bound of the tension, or
     its target. The integral of the speed has an error, by which the next mode could end at once."""
-    own = one.drum
+    own = winch.drum
     slipping = mode in (drum.SLIPPING_OUT, drum.SLIPPING_IN)
-    if slipping and one.damping == 0.0:
+    if slipping and winch.damping == 0.0:
         bound = own.high if mode == drum.SLIPPING_OUT else own.low
-        y[k + WIRE_LENGTH] = w.distance / (1.0 + bound / one.stiffness)
+        y[k + WIRE_LENGTH] = w.distance / (1.0 + bound / winch.stiffness)
     elif own.control == COMPENSATION and mode == drum.PRESCRIBED:
         y[k + WIRE_LENGTH] = min(max(w.target, own.shortest), own.longest)
 
@@ -484,21 +489,21 @@ def set_initial_modes(t, y, modes, motion, bodies, p):
 @kernel
 def set_initial_length(i, t, y, motion, bodies, p):
     """Set l0 of winch ``i`` to that of its start or of its target."""
-    one = p.each[i]
+    winch = p.each[i]
     k = p.state + WINCH_STATES * i
-    if one.delay != NO_INDEX:
-        rise, _ = _rise_of_point(one, motion, bodies)
-        delay.start_delay(rise, one.factors, y, _delay_state(one, p))
-    l0 = one.start
-    if one.drum.control in (LENGTH_CONTROL, COMPENSATION):
+    if winch.delay != NO_INDEX:
+        rise, _ = _rise_of_point(winch, motion, bodies)
+        delay.start_delay(rise, winch.factors, y, _delay_state(winch, p))
+    l0 = winch.start
+    if winch.drum.control in (LENGTH_CONTROL, COMPENSATION):
         l0, _ = setpoint(i, t, y, motion, bodies, p)
-    y[k + WIRE_LENGTH] = min(max(l0, one.drum.shortest), one.drum.longest)
+    y[k + WIRE_LENGTH] = min(max(l0, winch.drum.shortest), winch.drum.longest)
 
 
 @kernel
 def activate(i, t, y, modes, motion, bodies, p):
     """Mode of winch ``i`` when it becomes active."""
-    one = p.each[i]
+    winch = p.each[i]
     mode = modes[p.mode + i]
     mode[MODE] = drum.STUCK
     mode[SEGMENT] = WIRE_TAUT
@@ -508,9 +513,9 @@ def activate(i, t, y, modes, motion, bodies, p):
     elif w.pull.still < 0.0:
         mode[SEGMENT] = WIRE_CUT
     taut = mode[SEGMENT] == WIRE_TAUT
-    if not one.drum_locked:
-        mode[MODE] = drum.initial_mode(one.drum, w.pull, taut, w.length, w.target, w.demand)
-    _keep_speed(one.drum, mode[MODE], y, p.state + WINCH_STATES * i)
+    if not winch.drum_locked:
+        mode[MODE] = drum.initial_mode(winch.drum, w.pull, taut, w.length, w.target, w.demand)
+    _keep_speed(winch.drum, mode[MODE], y, p.state + WINCH_STATES * i)
 
 
 @kernel

@@ -95,8 +95,8 @@ class WinchKind(KindWithModeSets):
         """Winches that are alike but for their ends have the same lengths and modes."""
         own = [n for n in p.each.dtype.names or () if n not in ("row", "point", "anchor")]
         alike: dict[bytes, list[int]] = {}
-        for i, one in enumerate(p.each):
-            alike.setdefault(b"".join(one[n].tobytes() for n in own), []).append(i)
+        for i, winch in enumerate(p.each):
+            alike.setdefault(b"".join(winch[n].tobytes() for n in own), []).append(i)
         lengths = y[p.state : p.state + WINCH_STATES * p.each.size].reshape(-1, WINCH_STATES)[
             :, : DRUM_SPEED + 1
         ]
@@ -138,10 +138,10 @@ class WinchKind(KindWithModeSets):
         self, p: WinchConstants, names: Sequence[str], which: Sequence[int]
     ) -> Iterator[ModeSet]:
         for i in which if p.each.size > 1 else ():
-            one = with_mode_of_unit(
+            winch = with_mode_of_unit(
                 _modes_of_wires(p, WIRE_SLACK), _modes_of_wires(p, WIRE_TAUT), i
             )
-            yield ModeSet(f"{names[i]} alone taut", one)
+            yield ModeSet(f"{names[i]} alone taut", winch)
 
     def equivalence_keys(self, p: WinchConstants) -> Sequence[Hashable]:
         """No two winches are alike: each pulls in a direction of its own."""
@@ -149,7 +149,7 @@ class WinchKind(KindWithModeSets):
 
     def rates(self, p: WinchConstants, bodies: Any, motion: Any) -> np.ndarray:
         """Along the wires."""
-        each = [_line_of_winch(one, bodies, motion).rate for one in p.each]
+        each = [_line_of_winch(winch, bodies, motion).rate for winch in p.each]
         return np.reshape(each, (-1, 1))
 
     def moved_onto_segment(
@@ -157,13 +157,15 @@ class WinchKind(KindWithModeSets):
     ) -> WinchConstants:
         """Constants with wires that are just taut, as stiff as at their shortest."""
         each = p.each.copy()
-        for one, (mode, segment, _) in zip(each, modes, strict=True):
+        for winch, (mode, segment, _) in zip(each, modes, strict=True):
             if segment == WIRE_TAUT and mode != SLIPPING_IN:
-                distance = _line_of_winch(one, bodies, motion).length
-                one["pinned"] = distance / (
+                distance = _line_of_winch(winch, bodies, motion).length
+                winch["pinned"] = distance / (
                     1.0 + LINEARISATION_DEPTH / max(distance, LINEARISATION_DEPTH)
                 )
-                one["stiffness"] *= one["pinned"] / max(_shortest(one, p), LINEARISATION_DEPTH)
+                winch["stiffness"] *= winch["pinned"] / max(
+                    _shortest(winch, p), LINEARISATION_DEPTH
+                )
         return p._replace(each=each)
 
     def idle_states(self, p: WinchConstants, modes: np.ndarray) -> np.ndarray:
@@ -200,21 +202,21 @@ def _modes_of_wires(p: WinchConstants, wire: int) -> np.ndarray:
     return modes
 
 
-def _line_of_winch(one: Any, bodies: Any, motion: Any) -> Any:
+def _line_of_winch(winch: Any, bodies: Any, motion: Any) -> Any:
     """The line between the ends of a winch."""
-    ends = (one["body"], tuple(one["point"]), one["anchor_body"], tuple(one["anchor"]))
+    ends = (winch["body"], tuple(winch["point"]), winch["anchor_body"], tuple(winch["anchor"]))
     return line_between(*ends, bodies, motion)
 
 
-def _shortest(one: np.void, p: WinchConstants) -> float:
+def _shortest(winch: np.void, p: WinchConstants) -> float:
     """The shortest length off the drum [m] that a winch may have."""
-    if one["drum"]["control"] == LENGTH_CONTROL:
-        signal = one["signal"]
+    if winch["drum"]["control"] == LENGTH_CONTROL:
+        signal = winch["signal"]
         pieces = p.pieces[signal["first"] : signal["last"] + 1]
         return float(pieces["a"].min() - abs(signal["amplitude"]))
-    if one["drum"]["shortest"] > 0.0:
-        return float(one["drum"]["shortest"])
-    return float(one["start"])
+    if winch["drum"]["shortest"] > 0.0:
+        return float(winch["drum"]["shortest"])
+    return float(winch["start"])
 
 
 WINCH_KIND = WinchKind("winches", (Winch,), compile_elements)
