@@ -14,7 +14,7 @@ import xarray as xr
 from benchmarks.report import ROOT
 from hydrosim import compile_scene, load_case, load_database
 from hydrosim.compiling.compiled import Compiled
-from hydrosim.forces import Fender, NormalCurve, Placed, StickSlip, placed
+from hydrosim.forces import Fender, IndexedConstants, NormalCurve, StickSlip, assign_indices
 from hydrosim.radiation import StateSpace, state_space_model
 from hydrosim.scene import (
     Kinematics,
@@ -179,8 +179,8 @@ def with_states(given: Several, total: int) -> Several:
     fits.append(_split(last, (rest - last.real) // 2))
     model, first, at = given.model, given.compiled.state, given.model.radiation
     more = sum(fit.order for fit in fits) - model.states.decay.size
-    known = Placed(model.elements, model.tanks)
-    parts = placed(known, given.scene, model.own + more, model.energy + more)
+    known = IndexedConstants(model.elements, model.tanks)
+    parts = assign_indices(known, given.scene, model.own + more, model.energy + more)
     model = model._replace(
         states=state_space_model(fits),
         elements=parts.elements,

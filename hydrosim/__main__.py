@@ -156,7 +156,7 @@ def _run_command() -> None:
     except KeyboardInterrupt:  # raised before a command began
         raise SystemExit(130) from None
     except HydrosimError as error:
-        err.print(f"[bold red]error[/] {_plain(error)}", highlight=False, soft_wrap=True)
+        err.print(f"[bold red]error[/] {_plain_message(error)}", highlight=False, soft_wrap=True)
         raise SystemExit(error.exit_code) from None
     except Exception as error:
         if lack := _lack_of_memory(error):
@@ -164,7 +164,7 @@ def _run_command() -> None:
             raise SystemExit(3) from None
         if not isinstance(error, OSError):
             raise
-        err.print(f"[bold red]error[/] {_plain(error)}", highlight=False, soft_wrap=True)
+        err.print(f"[bold red]error[/] {_plain_message(error)}", highlight=False, soft_wrap=True)
         os._exit(3)  # the remaining output cannot be printed
 
 
@@ -204,7 +204,7 @@ def _lack_of_memory(error: BaseException | None) -> str:
     return ""
 
 
-def _plain(error: Exception) -> str:
+def _plain_message(error: Exception) -> str:
     return printable(str(error)).replace("[", "\\[")
 
 

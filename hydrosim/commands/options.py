@@ -81,7 +81,7 @@ def output_for(
     path = given or Path(f"{default}{suffix}")
     made = Output(path, what, origin, (origin, *inputs), overwrite, settings=settings)
     if given is None and made.reads_itself():
-        made = made.at(path.with_stem(f"{path.stem}_{what}"))
+        made = made.output_at(path.with_stem(f"{path.stem}_{what}"))
         said = f"{path} is an input here; the result goes to {made.path}"
         Console(stderr=True).print(said, markup=False, highlight=False, soft_wrap=True)
     if os.path.isdir(path):  # Path.is_dir raises where a name is too long
@@ -93,7 +93,7 @@ def output_for(
         )
     if suffix and path.suffix != suffix:
         raise InputError(f"--output: found {path}; expected a name that ends in {suffix}.")
-    return made.checked()
+    return made.checked_output()
 
 
 def numbers(text: str, option: str, positive: bool = True) -> list[float]:

@@ -40,7 +40,7 @@ from hydrosim.waves.synthesis import MISSED
 if TYPE_CHECKING:
     from hydrosim.compiling.facts import Facts
     from hydrosim.database.database import HydroDatabase
-    from hydrosim.forces.kind import Parts
+    from hydrosim.forces.kind import KindConstants
     from hydrosim.scene import Solver, WaveForces
 
 
@@ -50,7 +50,9 @@ SHARE_OF_WAVES = 0.1
 """Error of wave loads between rows, over the accuracy of a method that is chosen for one."""
 
 
-def compile_calm(scene: Scene, wet: Sequence[WetGroup], known: Parts | None = None) -> Compiled:
+def compile_calm(
+    scene: Scene, wet: Sequence[WetGroup], known: KindConstants | None = None
+) -> Compiled:
     """Compile an `opened` scene in calm water with its databases ``wet``, and with its elements and
     tanks if they are ``known``.
 

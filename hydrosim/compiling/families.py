@@ -56,13 +56,13 @@ def parts(wet: Sequence[WetGroup], bodies: int) -> Iterator[tuple[np.ndarray, We
         yield 6 * (bodies + k) + np.arange(6), member
 
 
-def constants(scene: Scene, wet: Sequence[WetGroup]) -> blending.Family:
+def constants(scene: Scene, wet: Sequence[WetGroup]) -> blending.DraughtFamilies:
     """Constants of the families of a scene for the equation of motion."""
     chosen = [group for group in wet if group.members]
     members = members_of(wet)
     counts = [len(group.members) for group in chosen]
     body = np.array([group.dofs[0] // 6 for group in chosen], dtype=np.int64)
-    return blending.Family(
+    return blending.DraughtFamilies(
         body=body,
         rest=np.array([_rest(scene.bodies[b]) for b in body]),
         first=np.cumsum([0, *counts]).astype(np.int64),

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hydrosim.documents.series import unit_of
-from hydrosim.forces import KINDS
+from hydrosim.forces import ELEMENT_KINDS
 from hydrosim.forces.kind import Variable
 from hydrosim.results.phases import Phase
 
@@ -111,7 +111,7 @@ RESTART = ("state", "memory_", "radiation_dof")
 PURPOSE = "purpose"
 """Attribute of what a run keeps to be continued."""
 VARIABLES: dict[str, Variable] = OWN | {
-    name: variable for kind in KINDS for name, variable in kind.variables.items()
+    name: variable for kind in ELEMENT_KINDS for name, variable in kind.variables.items()
 }
 
 

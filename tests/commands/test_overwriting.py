@@ -229,7 +229,7 @@ def test_what_is_made_by_another_process_is_refused(hydrosim: Command, folder: P
     read, write = os.pipe()
     pid = os.fork()
     if pid == 0:
-        with Output(Path("r.nc"), "run", Path("block.yaml")).held():
+        with Output(Path("r.nc"), "run", Path("block.yaml")).hold_lock():
             os.write(write, b"!")
             signal.pause()
     os.read(read, 1)

@@ -19,7 +19,7 @@ from numba.extending import intrinsic, register_jitable
 
 from hydrosim.jit import kernels
 from hydrosim.jit.ingredients import digest_of_kernel
-from hydrosim.jit.refs import hold
+from hydrosim.jit.refs import struct_reference
 
 pytestmark = pytest.mark.kernels
 Stored = Callable[..., dict[str, str]]
@@ -152,17 +152,19 @@ def stored_names() -> dict[str, str]:
     segments, values = np.zeros(2, sizes.SEGMENT).view(np.recarray), np.zeros(2)
     scale = sizes.Scale(1.0, 0.0)
     calls = {
-        parts.inner.compiled: (1.0,),
-        parts.outer.compiled: (1.0, scale),
-        parts.odd.compiled: (1,),
-        parts.even.compiled: (1,),
+        parts.inner.dispatcher: (1.0,),
+        parts.outer.dispatcher: (1.0, scale),
+        parts.odd.dispatcher: (1,),
+        parts.even.dispatcher: (1,),
         roots.total: (segments, scale),
         roots.fill: (segments, scale, values),
         roots.span: (values,),
         decay.halve: (values,),
     }
     return {
-        kernel.py_func.__name__: kernel._cache._name(tuple(typeof(hold(a)) for a in args), MACHINE)
+        kernel.py_func.__name__: kernel._cache._name(
+            tuple(typeof(struct_reference(a)) for a in args), MACHINE
+        )
         for kernel, args in calls.items()
     }
 
@@ -262,10 +264,10 @@ def test_all_sources_count_for_a_value_of_another_kind(
 EVERY_ROOT = """
 import gc
 from hydrosim.jit.ingredients import digest_of_kernel
-from hydrosim.jit.linking import Whole
+from hydrosim.jit.linking import CompiledKernel
 import hydrosim.stepping.run, hydrosim.linear
 for one in gc.get_objects():
-    if isinstance(one, Whole):
+    if isinstance(one, CompiledKernel):
         print(one.py_func.__module__, one.py_func.__qualname__, digest_of_kernel(one))
 """
 

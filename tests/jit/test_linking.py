@@ -175,7 +175,7 @@ def engine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str
     asks for it: once, if "code" is in this list."""
     monkeypatch.setenv("HYDROSIM_CACHE_DIR", str(tmp_path))
     hooks = JITCodeLibrary._object_compiled_hook, JITCodeLibrary._object_getbuffer_hook
-    set_hooks = linked_kernels.scaled.compiled.targetctx.codegen()._engine.set_object_cache
+    set_hooks = linked_kernels.scaled.dispatcher.targetctx.codegen()._engine.set_object_cache
     coming: list[str] = []
 
     def signalled(hook: Callable[..., Any]) -> Callable[..., Any]:

@@ -12,10 +12,10 @@ CASES = Path(__file__).parents[2] / "cases"
 PROGRAM = """
 import gc, sys
 import hydrosim as hs
-from hydrosim.jit.linking import Whole
+from hydrosim.jit.linking import CompiledKernel
 hs.simulate(hs.load_case(*sys.argv[1:2], {"duration": 20.0}))
 for one in gc.get_objects():
-    if isinstance(one, Whole) and one.overloads:
+    if isinstance(one, CompiledKernel) and one.overloads:
         print(one.py_func.__module__ + "." + one.py_func.__qualname__)
 """
 WATER = {"hydrosim.forces.linear_mooring.add_energy", "hydrosim.waves.loads.wave_loads"}
@@ -24,7 +24,7 @@ EVERY_STAGE = {
     "hydrosim.radiation.memory.radiation_states",
     "hydrosim.rigid.inertia.accelerate_freely",
     "hydrosim.rigid.kinematics.acceleration_map",
-    "hydrosim.stepping.dynamics.constrain",
+    "hydrosim.stepping.dynamics.add_constraints",
     "hydrosim.stepping.dynamics.find_mass",
 }
 

@@ -46,7 +46,7 @@ Figure = Callable[[str, float], None]
 @pytest.mark.parametrize(
     ("method", "part"), [(RK2, 1 / 6), (HEUN, 1 / 6), (RK4, 1 / 120)], ids=["rk2", "heun", "rk4"]
 )
-def test_errors_of_an_undamped_vibration(method: integrate.Method, part: float) -> None:
+def test_errors_of_an_undamped_vibration(method: integrate.IntegrationMethod, part: float) -> None:
     """(w h)^p w / (p + 1)! per unit of time, the first term that R leaves out of the exponential;
     the next is smaller by w h."""
     w, step, time = 2.0, 0.01, 7.0

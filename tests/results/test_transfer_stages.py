@@ -21,7 +21,7 @@ from hydrosim.forces import (
     Plane,
     linear_mooring,
 )
-from hydrosim.forces.contact.group import STATES as GROUP_STATES
+from hydrosim.forces.contact.group import GROUP_STATES as GROUP_STATES
 from hydrosim.plot.pictures import PICTURES
 from hydrosim.results.stages import PARTS, STAGES, stages
 from hydrosim.scene import Clearance, Kinematics, LinearScenes, Scene, Solver, Start, Weight

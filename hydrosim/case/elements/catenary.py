@@ -17,6 +17,7 @@ from hydrosim.documents import quantities as of
 from hydrosim.documents.messages import Keys
 from hydrosim.documents.quantities import Strict
 from hydrosim.documents.units import problem
+from hydrosim.modes import NO_INDEX
 from hydrosim.scene.chain import CHAIN, STEEL
 
 if TYPE_CHECKING:
@@ -181,7 +182,6 @@ class Catenary(Breaking):
                 yield ("segments", i, "length"), segment.length
 
     def build(self, where: Where) -> Built:
-        from hydrosim.forces.line.catenary import STEADY
         from hydrosim.forces.line.catenary import Catenary as Built  # loads numba
 
         paid = None
@@ -204,6 +204,6 @@ class Catenary(Breaking):
             friction=self.seabed.friction if self.seabed else None,
             anchor_body=self.anchor_body,
             paid=paid,
-            paying=STEADY if paid is None else 0,
+            paying=NO_INDEX if paid is None else 0,
             capacity=self.capacity,
         )

@@ -98,14 +98,14 @@ class ViscousRoll(Element):
         return self
 
     def build(self, where: Where) -> Built:
-        from hydrosim.forces.damping.ikeda import WATER, SharpBarge  # loads numba
+        from hydrosim.forces.damping.ikeda import WATER_VISCOSITY, SharpBarge  # loads numba
         from hydrosim.forces.damping.viscous_roll import ViscousRoll as Built
 
         keys = self.fixed(where)
         form = keys.ikeda
         barge = None
         if form is not None:
-            viscosity = form.viscosity or WATER
+            viscosity = form.viscosity or WATER_VISCOSITY
             barge = SharpBarge(form.length, form.beam, form.draught, viscosity)
         return Built(
             self.body,

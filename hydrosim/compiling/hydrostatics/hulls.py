@@ -11,8 +11,8 @@ import numpy as np
 from hydrosim.compiling.hydrostatics.solids import solids_of
 from hydrosim.database.database import HydroDatabase, require_array
 from hydrosim.database.hull import immersed_triangles, integrals
-from hydrosim.dofs import SMALL
-from hydrosim.forces.displacement import Hulls, add_displacement_energy
+from hydrosim.dofs import SYMMETRY_RTOL
+from hydrosim.forces.displacement import MeshHulls, add_displacement_energy
 from hydrosim.forces.layout import HYDROSTATIC
 from hydrosim.rigid.kinematics import Bodies, Motion, new_motion
 from hydrosim.scene import Body, Environment, Hull, Scene, Weight
@@ -24,13 +24,13 @@ LOOKS = 20  # attitudes at which a hull is compared with its mirror image
 ROLL = 3  # index among a body's six coordinates
 
 
-def hulls_of(scene: Scene, bodies: Bodies) -> Hulls:
+def hulls_of(scene: Scene, bodies: Bodies) -> MeshHulls:
     """Constants of the hulls of all bodies that have one."""
     chosen = [(b, body, body.hydrostatics) for b, body in enumerate(scene.bodies)]
     each = [(b, body, hull) for b, body, hull in chosen if hull is not None]
     water = scene.environment
     places = [6 * b + ROLL for b, *_ in each]
-    return Hulls(
+    return MeshHulls(
         body=np.array([b for b, *_ in each], dtype=np.int64),
         solids=solids_of([hull.corners - np.array(b.centre_of_gravity) for _, b, hull in each]),
         height=np.array([body.centre_of_gravity[2] for _, body, _ in each], dtype=float),
@@ -70,7 +70,7 @@ def with_hulls(db: HydroDatabase, bodies: Sequence[Body], water: Environment) ->
     return replace(db, hydrostatic_stiffness=stiffness, volume=volume, centre_of_buoyancy=centre)
 
 
-def lopsided(p: Hulls, bodies: Bodies) -> Iterator[int]:
+def lopsided(p: MeshHulls, bodies: Bodies) -> Iterator[int]:
     """Bodies whose hull heels differently to port and to starboard: it is not its own mirror
     image."""
     motion, draw = new_motion(bodies), np.random.default_rng(1)
@@ -83,12 +83,14 @@ def lopsided(p: Hulls, bodies: Bodies) -> Iterator[int]:
             heave, trim, heel = draw.uniform(-0.5, 0.5, 3) * (depth, 0.1, depth / size)
             motion.coordinates[6 * b + 2] = heave
             port, starboard = (_stored(own, bodies, motion, b, trim, x) for x in (heel, -heel))
-            if abs(port - starboard) > SMALL * abs(port):
+            if abs(port - starboard) > SYMMETRY_RTOL * abs(port):
                 yield int(b)
                 break
 
 
-def _stored(p: Hulls, bodies: Bodies, motion: Motion, b: int, trim: float, heel: float) -> float:
+def _stored(
+    p: MeshHulls, bodies: Bodies, motion: Motion, b: int, trim: float, heel: float
+) -> float:
     stored = np.zeros(HYDROSTATIC + 1)
     motion.rotation[b, 2] = np.array([trim, heel, 1.0]) / np.sqrt(1.0 + trim**2 + heel**2)
     add_displacement_energy(motion, bodies, p, stored)

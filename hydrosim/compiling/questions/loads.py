@@ -12,7 +12,7 @@ from hydrosim.compiling.questions.doubt import About, Doubt, text_beyond
 from hydrosim.forces.contact.fender import Contact
 from hydrosim.forces.line.catenary import Catenary
 from hydrosim.forces.line.winch import Winch
-from hydrosim.forces.pair import Tie
+from hydrosim.forces.pair import TwoPointElement
 from hydrosim.forces.spring import Spring
 from hydrosim.scene import Body, Weight
 from hydrosim.scene.chain import strongest_breaking_load
@@ -42,7 +42,7 @@ def _tiny(about: About) -> Iterator[Doubt]:
     limits = [
         (f"forces.{name}.capacity", of.capacity, {of.body, *(body for _, body in of.others())})
         for name, of in about.scene.forces.items()
-        if of.capacity is not None and isinstance(of, Tie | Contact)
+        if of.capacity is not None and isinstance(of, TwoPointElement | Contact)
     ]
     limits += [
         (f"joints.{name}.breaks_at", joint.breaks_at, {joint.body, joint.to})
@@ -103,7 +103,7 @@ def _exceeded(about: About) -> Iterator[Doubt]:
     limits = {
         name: of.capacity
         for name, of in scene.forces.items()
-        if isinstance(of, Tie) and of.capacity is not None
+        if isinstance(of, TwoPointElement) and of.capacity is not None
     }
     if not limits:
         return
@@ -127,9 +127,9 @@ def _hanging(about: About) -> Iterator[Doubt]:
             for of in about.scene.forces.values()
             if body.name in {of.body, *(name for _, name in of.others())} and of.carries()
         ]
-        if not acting or not all(isinstance(of, Tie) for of in acting):
+        if not acting or not all(isinstance(of, TwoPointElement) for of in acting):
             continue
-        allowed = sum(_allowable(of) for of in acting if isinstance(of, Tie))
+        allowed = sum(_allowable(of) for of in acting if isinstance(of, TwoPointElement))
         weight = body.mass * about.scene.environment.gravity
         if weight > allowed:
             found = f"a weight of {weight:.3g} N that hangs from lines of {allowed:.3g} N in all"
@@ -147,7 +147,7 @@ def _is_dry_and_heavy(about: About, body: Body) -> bool:
     return falls and not (wet or jointed or held)
 
 
-def _allowable(line: Tie) -> float:
+def _allowable(line: TwoPointElement) -> float:
     """Allowable tension [N] of a line; infinite if none is given."""
     if line.capacity is not None:
         return line.capacity
