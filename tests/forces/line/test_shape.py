@@ -14,6 +14,7 @@ from validation_data import unpacked
 
 from hydrosim.evidence import Feature, Kind
 from hydrosim.forces.line.points import line_points
+from hydrosim.forces.line.profile import kink_room
 from hydrosim.forces.line.shape import (
     BELOW,
     BURIED,
@@ -22,7 +23,6 @@ from hydrosim.forces.line.shape import (
     TWICE,
     LinePull,
     find_profile,
-    kink_room,
     length_rates,
     solve,
     stiffness,
